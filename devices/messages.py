@@ -1,0 +1,74 @@
+"""What travels between adapters and stages. All are immutable; times are session nanoseconds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.cameras import Rig
+from scenes.pose import Pose
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Frame:
+    """One picture of a 360° camera: one RGB image per lens.
+
+    Attributes:
+        stream_id: which camera.
+        seq: counts frames of the stream from 0; gaps are drops.
+        t_ns: capture time on the session clock.
+        received_ns: when it reached us on the session clock.
+        images: one (H, W, 3) uint8 RGB per lens of `rig`.
+        rig: lenses and their mounting.
+        world_from_rig: pose of the camera as the session knows it (a marker's estimate), or None.
+    """
+
+    stream_id: str
+    seq: int
+    t_ns: int
+    received_ns: int
+    images: tuple[NDArray[np.uint8], ...]
+    rig: Rig
+    world_from_rig: Pose | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EncodedFrame:
+    """A compressed video packet exactly as it left the encoder; both lenses side by side.
+
+    Attributes:
+        stream_id: which camera.
+        seq: frame counter.
+        t_ns: capture time.
+        data: one access unit (H.264 Annex B).
+        keyframe: whether decoding may start here.
+    """
+
+    stream_id: str
+    seq: int
+    t_ns: int
+    data: bytes
+    keyframe: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PoseSample:
+    """A tracked head, hand or marker: `world_from_body` of `body_id` at `t_ns`."""
+
+    stream_id: str
+    body_id: str
+    seq: int
+    t_ns: int
+    world_from_body: Pose
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something worth a line in the recording: what happened, to whom, in words."""
+
+    t_ns: int
+    source: str
+    kind: str
+    text: str

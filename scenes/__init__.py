@@ -1,0 +1,1 @@
+"""What a room is: geometry, cameras, splats, formats, rendering, preparation, the scene package."""

@@ -1,0 +1,50 @@
+"""Every axis flip of the project, by name. No other file writes a handedness or axis matrix.
+
+World: right-handed, Z up, metres. Camera: OpenCV axes (x right, y down, z forward).
+Each constant is a rotation `A_FROM_B` between the axes of two conventions with a shared origin.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scenes.pose import Pose
+
+
+def _axes(*rows: tuple[int, int, int]) -> Pose:
+    return Pose(np.array(rows, dtype=np.float64), np.zeros(3))
+
+
+OPENGL_FROM_OPENCV = _axes((1, 0, 0), (0, -1, 0), (0, 0, -1))
+"""OpenGL, VTK and MuJoCo cameras look along -Z with Y up."""
+
+WORLD_FROM_GLTF = _axes((1, 0, 0), (0, 0, -1), (0, 1, 0))
+"""glTF, OpenXR, WebXR, three.js: right-handed, Y up, -Z forward; our world is Z up, +Y forward."""
+
+RDF_FROM_RUB = _axes((1, 0, 0), (0, -1, 0), (0, 0, -1))
+"""SPZ stores right-up-back; splat PLY files store right-down-forward."""
+
+WORLD_FROM_FORWARD_CAMERA = _axes((1, 0, 0), (0, 0, 1), (0, -1, 0))
+"""Orientation of a level camera that looks along world +Y with its x axis along world +X."""
+
+FRONT_FROM_BACK_LENS = _axes((-1, 0, 0), (0, 1, 0), (0, 0, -1))
+"""The back lens of a 360° camera looks the other way: half a turn about the camera's y axis."""
+
+
+def look_at(eye: np.ndarray, target: np.ndarray) -> Pose:
+    """`world_from_camera` of a level OpenCV camera at `eye` that looks at `target`, metres.
+
+    Raises:
+        ValueError: `eye` and `target` coincide.
+    """
+    forward = np.asarray(target, dtype=np.float64) - np.asarray(eye, dtype=np.float64)
+    distance = float(np.linalg.norm(forward))
+    if distance < 1e-9:
+        raise ValueError(f"look_at: eye {eye} and target {target} coincide")
+    forward /= distance
+    right = np.cross(forward, [0.0, 0.0, 1.0])
+    if np.linalg.norm(right) < 1e-6:
+        right = np.array([1.0, 0.0, 0.0])
+    right /= np.linalg.norm(right)
+    down = np.cross(forward, right)
+    return Pose(np.stack([right, down, forward], axis=1), np.asarray(eye, dtype=np.float64))

@@ -1,0 +1,196 @@
+"""Rigid transforms. `a_from_b @ x_in_b` gives `x_in_a`; names cancel in reading order."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import overload
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+ORTHONORMAL_TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pose:
+    """A rigid transform `a_from_b`: `x_in_a = rotation @ x_in_b + translation`.
+
+    Attributes:
+        rotation: (3, 3) float64, orthonormal with determinant +1.
+        translation: (3,) float64, metres.
+
+    Raises:
+        ValueError: a shape is wrong, a value is not finite, or the rotation is not a rotation.
+    """
+
+    rotation: NDArray[np.float64]
+    translation: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        rotation = np.array(self.rotation, dtype=np.float64)
+        translation = np.array(self.translation, dtype=np.float64)
+        if rotation.shape != (3, 3):
+            raise ValueError(f"Pose.rotation: shape {rotation.shape}, wanted (3, 3)")
+        if translation.shape != (3,):
+            raise ValueError(f"Pose.translation: shape {translation.shape}, wanted (3,)")
+        if not (np.isfinite(rotation).all() and np.isfinite(translation).all()):
+            raise ValueError(f"Pose: not finite: rotation {rotation}, translation {translation}")
+        error = float(np.abs(rotation @ rotation.T - np.eye(3)).max())
+        if error > ORTHONORMAL_TOLERANCE or np.linalg.det(rotation) < 0:
+            raise ValueError(
+                f"Pose.rotation: not a rotation: |R Rᵀ - I| = {error:.3g} "
+                f"(limit {ORTHONORMAL_TOLERANCE:g}), det = {np.linalg.det(rotation):.3g}"
+            )
+        rotation.setflags(write=False)
+        translation.setflags(write=False)
+        object.__setattr__(self, "rotation", rotation)
+        object.__setattr__(self, "translation", translation)
+
+    @staticmethod
+    def identity() -> Pose:
+        """The pose that changes nothing."""
+        return Pose(np.eye(3), np.zeros(3))
+
+    @staticmethod
+    def from_yaw(yaw_rad: float, translation: ArrayLike = (0.0, 0.0, 0.0)) -> Pose:
+        """Turn by `yaw_rad` about the world's up axis (Z), then translate (metres)."""
+        c, s = math.cos(yaw_rad), math.sin(yaw_rad)
+        rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        return Pose(rotation, np.asarray(translation, dtype=np.float64))
+
+    @staticmethod
+    def from_quaternion(wxyz: ArrayLike, translation: ArrayLike = (0.0, 0.0, 0.0)) -> Pose:
+        """From a unit quaternion (w, x, y, z) and a translation in metres.
+
+        Raises:
+            ValueError: the norm differs from 1 by more than 1e-3.
+        """
+        q = np.asarray(wxyz, dtype=np.float64)
+        norm = float(np.linalg.norm(q))
+        if q.shape != (4,) or not abs(norm - 1.0) <= 1e-3:
+            raise ValueError(
+                f"quaternion wxyz {q.tolist()}: norm {norm:.6g}, wanted 4 numbers of norm 1 ± 0.001"
+            )
+        return Pose(rotation_from_quaternion(q), np.asarray(translation, dtype=np.float64))
+
+    @staticmethod
+    def from_matrix(matrix: ArrayLike) -> Pose:
+        """From a (4, 4) homogeneous matrix with column vectors."""
+        m = np.asarray(matrix, dtype=np.float64)
+        if m.shape != (4, 4):
+            raise ValueError(f"Pose.from_matrix: shape {m.shape}, wanted (4, 4)")
+        return Pose(m[:3, :3], m[:3, 3])
+
+    @overload
+    def __matmul__(self, other: Pose) -> Pose: ...
+    @overload
+    def __matmul__(self, other: NDArray[np.float64]) -> NDArray[np.float64]: ...
+    def __matmul__(self, other: Pose | NDArray[np.float64]) -> Pose | NDArray[np.float64]:
+        """Compose with a pose, or map points of shape (..., 3)."""
+        if isinstance(other, Pose):
+            return Pose(
+                _renormalised(self.rotation @ other.rotation),
+                self.rotation @ other.translation + self.translation,
+            )
+        points = np.asarray(other, dtype=np.float64)
+        return points @ self.rotation.T + self.translation
+
+    def inverse(self) -> Pose:
+        """`b_from_a` of `a_from_b`."""
+        return Pose(self.rotation.T, -self.rotation.T @ self.translation)
+
+    def matrix(self) -> NDArray[np.float64]:
+        """The (4, 4) homogeneous matrix."""
+        m = np.eye(4)
+        m[:3, :3] = self.rotation
+        m[:3, 3] = self.translation
+        return m
+
+    def quaternion(self) -> NDArray[np.float64]:
+        """Unit quaternion (w, x, y, z) with w >= 0, float64."""
+        return quaternion_from_rotation(self.rotation)
+
+    def yaw(self) -> float:
+        """Rotation about up (Z) in radians: the yaw nearest to this rotation (swing-twist)."""
+        r = self.rotation
+        return math.atan2(r[1, 0] - r[0, 1], r[0, 0] + r[1, 1])
+
+
+def rotation_from_quaternion(wxyz: ArrayLike) -> NDArray[np.float64]:
+    """(..., 4) quaternions (w, x, y, z), normalised here, to (..., 3, 3) rotations."""
+    q = np.asarray(wxyz, dtype=np.float64)
+    q = q / np.linalg.norm(q, axis=-1, keepdims=True)
+    w, x, y, z = np.moveaxis(q, -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def quaternion_from_rotation(rotation: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(3, 3) rotation to a unit quaternion (w, x, y, z) with w >= 0 (Shepperd's method)."""
+    r = rotation
+    squares = np.array(
+        [
+            1 + r[0, 0] + r[1, 1] + r[2, 2],
+            1 + r[0, 0] - r[1, 1] - r[2, 2],
+            1 - r[0, 0] + r[1, 1] - r[2, 2],
+            1 - r[0, 0] - r[1, 1] + r[2, 2],
+        ]
+    )
+    largest = int(np.argmax(squares))
+    if largest == 0:
+        q = np.array([squares[0], r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]])
+    elif largest == 1:
+        q = np.array([r[2, 1] - r[1, 2], squares[1], r[0, 1] + r[1, 0], r[0, 2] + r[2, 0]])
+    elif largest == 2:
+        q = np.array([r[0, 2] - r[2, 0], r[0, 1] + r[1, 0], squares[2], r[1, 2] + r[2, 1]])
+    else:
+        q = np.array([r[1, 0] - r[0, 1], r[0, 2] + r[2, 0], r[1, 2] + r[2, 1], squares[3]])
+    q = q / np.linalg.norm(q)
+    return -q if q[0] < 0 else q
+
+
+def rotation_from_vector(rotation_vector: ArrayLike) -> NDArray[np.float64]:
+    """SO(3) exponential: rotation vector (3,) in radians to a (3, 3) rotation (Rodrigues)."""
+    v = np.asarray(rotation_vector, dtype=np.float64)
+    angle = float(np.linalg.norm(v))
+    if angle < 1e-12:
+        return np.eye(3)
+    half = 0.5 * angle
+    return rotation_from_quaternion(np.concatenate([[math.cos(half)], math.sin(half) / angle * v]))
+
+
+def rotation_angle(rotation: NDArray[np.float64]) -> float:
+    """Angle in radians, 0..π, of a (3, 3) rotation."""
+    w, *xyz = quaternion_from_rotation(rotation)
+    return 2.0 * math.atan2(float(np.linalg.norm(xyz)), float(w))
+
+
+def interpolate(a: Pose, b: Pose, fraction: float) -> Pose:
+    """Pose between `a` (fraction 0) and `b` (fraction 1): linear translation, spherical rotation."""
+    qa, qb = a.quaternion(), b.quaternion()
+    if float(qa @ qb) < 0:
+        qb = -qb
+    angle = math.acos(min(1.0, float(qa @ qb)))
+    if angle < 1e-9:
+        q = qa
+    else:
+        q = (math.sin((1 - fraction) * angle) * qa + math.sin(fraction * angle) * qb) / math.sin(
+            angle
+        )
+    translation = (1 - fraction) * a.translation + fraction * b.translation
+    return Pose(rotation_from_quaternion(q), translation)
+
+
+def wrap_angle(angle_rad: float) -> float:
+    """The same angle in [-π, π)."""
+    return (angle_rad + math.pi) % (2 * math.pi) - math.pi
+
+
+def _renormalised(rotation: NDArray[np.float64]) -> NDArray[np.float64]:
+    """One Newton step towards the nearest rotation, so that long chains do not drift."""
+    return 1.5 * rotation - 0.5 * rotation @ rotation.T @ rotation

@@ -1,0 +1,1 @@
+"""From a capture (or from meshes) to a scene package."""

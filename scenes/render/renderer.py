@@ -1,0 +1,93 @@
+"""The protocol every splat renderer implements, and the semantics they share.
+
+A splat's alpha at a pixel is `min(0.99, opacity · exp(-½ dᵀ Σ⁻¹ d))`, skipped below 1/255, with Σ
+the EWA-projected covariance plus 0.3 px² (pinhole and equidistant Jacobians). Splats of all objects
+are blended front to back in one global order of depth: z for a pinhole, range for a fisheye. A pixel
+stops when its transmittance falls below 1e-4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.cameras import Fisheye, Pinhole
+from scenes.pose import Pose
+from scenes.splats import SplatCloud
+
+ALPHA_MAX = 0.99
+ALPHA_MIN = 1.0 / 255.0
+TRANSMITTANCE_STOP = 1e-4
+LOW_PASS_PX2 = 0.3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PosedSplats:
+    """One splat object and where it is.
+
+    Attributes:
+        cloud: splats in the object's frame.
+        world_from_object: its pose.
+    """
+
+    cloud: SplatCloud
+    world_from_object: Pose
+
+
+@dataclass(frozen=True, slots=True)
+class RenderOptions:
+    """What to draw.
+
+    Attributes:
+        background: RGB behind everything, 0..1.
+        sh_degree: highest spherical-harmonic degree to evaluate, 0..3.
+        near_m: splats nearer than this (z for pinhole, range for fisheye) are skipped.
+        antialias: multiply opacity by sqrt(det Σ_2D / det Σ_2D blurred) (Mip 2D filter).
+        threads: worker threads; 0 means one per core. Never changes the picture.
+    """
+
+    background: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    sh_degree: int = 3
+    near_m: float = 0.05
+    antialias: bool = False
+    threads: int = 0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rendering:
+    """A drawn picture.
+
+    Attributes:
+        rgb: (H, W, 3) float32, 0..1 where in gamut, background blended in.
+        alpha: (H, W) float32, 0..1.
+        depth: (H, W) float32, metres; alpha-weighted mean of z (pinhole) or range (fisheye) over
+            what was hit; 0 where alpha is 0.
+        ids: (H, W) int32 index of the object with the largest blend weight; -1 where none; optional.
+    """
+
+    rgb: NDArray[np.float32]
+    alpha: NDArray[np.float32]
+    depth: NDArray[np.float32]
+    ids: NDArray[np.int32] | None = None
+
+
+class Renderer(Protocol):
+    """Draws posed splat objects through a camera."""
+
+    def render(
+        self,
+        objects: Sequence[PosedSplats],
+        camera: Pinhole | Fisheye,
+        world_from_camera: Pose,
+        options: RenderOptions = ...,
+    ) -> Rendering:
+        """Draw all objects in one global order.
+
+        Raises:
+            ValueError: names the argument, what it got and what it wants.
+        """
+        ...

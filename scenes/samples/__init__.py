@@ -1,0 +1,1 @@
+"""The built-in rooms, as physical meshes made by code."""

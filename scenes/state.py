@@ -1,0 +1,177 @@
+"""The state of a live room: immutable values and the reducer that makes the next one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from types import MappingProxyType
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.pose import Pose
+from scenes.splats import SplatCloud
+
+T = TypeVar("T")
+
+
+class TrackState(StrEnum):
+    """What the tracker knows of an object in a frame."""
+
+    STATIC = "static"
+    """Seen at rest where it was."""
+    TRACKED = "tracked"
+    """Moving or moved, and measured in this frame."""
+    OCCLUDED = "occluded"
+    """Hidden in whole or part: the pose is held or predicted."""
+    LOST = "lost"
+    """Not found where it should be; being searched for."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ObjectModel:
+    """A movable object as the scan knows it.
+
+    Attributes:
+        object_id: unique in the scene.
+        name: shown to people.
+        kind: shared by identical twins; empty if unique.
+        splats: in the object's frame (origin on the support plane, Z up), metres.
+        box_m: extents (x, y, z) in metres of the up-fixed bounding box.
+        support_z_m: height of the plane it stood on in the scan, world metres.
+        world_from_object: last known pose.
+    """
+
+    object_id: str
+    name: str
+    kind: str
+    splats: SplatCloud
+    box_m: tuple[float, float, float]
+    support_z_m: float
+    world_from_object: Pose
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TrackedObject:
+    """One object's pose at one frame.
+
+    Attributes:
+        object_id: which object.
+        t_ns: capture time of the frame, session clock.
+        world_from_object: estimated pose.
+        covariance: (4, 4) of x, y, z in metres and yaw in radians.
+        visible_fraction: 0..1 of the silhouette that is not hidden.
+        state: see `TrackState`.
+        confidence: 0..1.
+        source_seq: sequence number of the frame.
+    """
+
+    object_id: str
+    t_ns: int
+    world_from_object: Pose
+    covariance: NDArray[np.float64]
+    visible_fraction: float
+    state: TrackState
+    confidence: float
+    source_seq: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LiveSurface:
+    """A quad that shows live video (paper 4.3).
+
+    Attributes:
+        surface_id: unique in the session.
+        corners_in_world: (4, 3) metres, clockwise from the top left.
+        size_px: (width, height) of the rectified picture.
+        stream_id: which camera it is taken from.
+    """
+
+    surface_id: str
+    corners_in_world: NDArray[np.float64]
+    size_px: tuple[int, int]
+    stream_id: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Avatar:
+    """A person as others see them.
+
+    Attributes:
+        user_id: unique in the session.
+        role: "local" or "remote".
+        world_from_head: OpenCV axes (x right, y down, z where the person looks).
+        hands: (J, 3) joints per hand in world metres; may be empty.
+        ray: (2, 3) start and end of the pointing ray in world metres, or None.
+    """
+
+    user_id: str
+    role: str
+    world_from_head: Pose
+    hands: tuple[NDArray[np.float64], ...] = ()
+    ray: NDArray[np.float64] | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Annotation:
+    """A polyline (N, 3) drawn in the world, in metres, by a user."""
+
+    annotation_id: str
+    user_id: str
+    points_in_world: NDArray[np.float64]
+    colour: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SceneState:
+    """Everything a viewer needs to draw one instant. Every change makes a new value.
+
+    Attributes:
+        version: grows by one per change.
+        t_ns: session time of the newest change.
+        objects: by object id.
+        surfaces: by surface id.
+        avatars: by user id.
+        annotations: by annotation id.
+        world_from_rig: pose of the 360° camera, or None before it is known.
+    """
+
+    version: int = 0
+    t_ns: int = 0
+    objects: Mapping[str, TrackedObject] = field(default_factory=lambda: MappingProxyType({}))
+    surfaces: Mapping[str, LiveSurface] = field(default_factory=lambda: MappingProxyType({}))
+    avatars: Mapping[str, Avatar] = field(default_factory=lambda: MappingProxyType({}))
+    annotations: Mapping[str, Annotation] = field(default_factory=lambda: MappingProxyType({}))
+    world_from_rig: Pose | None = None
+
+
+StateChange = TrackedObject | LiveSurface | Avatar | Annotation
+"""What the reducer accepts."""
+
+
+def reduce_state(state: SceneState, change: StateChange, t_ns: int) -> SceneState:
+    """The next state. An object's pose older than the one known is ignored (same state returned).
+
+    Args:
+        state: current state; stays valid.
+        change: a pose, surface, avatar or annotation, replacing the one with its id.
+        t_ns: session time of the change.
+    """
+    if isinstance(change, TrackedObject):
+        known = state.objects.get(change.object_id)
+        if known is not None and known.t_ns > change.t_ns:
+            return state
+        changed = {"objects": _with(state.objects, change.object_id, change)}
+    elif isinstance(change, LiveSurface):
+        changed = {"surfaces": _with(state.surfaces, change.surface_id, change)}
+    elif isinstance(change, Avatar):
+        changed = {"avatars": _with(state.avatars, change.user_id, change)}
+    else:
+        changed = {"annotations": _with(state.annotations, change.annotation_id, change)}
+    return replace(state, version=state.version + 1, t_ns=max(state.t_ns, t_ns), **changed)
+
+
+def _with(mapping: Mapping[str, T], key: str, value: T) -> Mapping[str, T]:
+    return MappingProxyType({**mapping, key: value})

@@ -1,0 +1,1 @@
+"""The digital twin: MuJoCo world, simulated cameras and people, ground truth."""

@@ -1,0 +1,1 @@
+"""The app: command line, sessions, reports, windows; no algorithms."""

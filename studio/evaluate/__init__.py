@@ -1,0 +1,1 @@
+"""Accuracy against the truth, one file a table."""

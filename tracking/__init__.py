@@ -1,0 +1,1 @@
+"""Frames in, object poses out. Never imports sim."""
