@@ -1,0 +1,175 @@
+"""H.264 in and out: both lenses of a 360° camera travel side by side in one picture.
+
+One picture in gives one packet out: no B-frames, no look-ahead, a single thread, so that the same
+pictures always give the same bytes. Colour is BT.709, limited range.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import cast
+
+import av
+import numpy as np
+from av.codec.context import ThreadType
+from av.error import FFmpegError
+from av.video.codeccontext import VideoCodecContext
+from av.video.frame import PictureType, VideoFrame
+from av.video.reformatter import ColorRange, Colorspace, Interpolation
+from numpy.typing import NDArray
+
+from devices.messages import EncodedFrame
+
+NANOSECONDS = 1_000_000_000
+
+
+class H264Encoder:
+    """Turns RGB pictures into H.264 access units (Annex B, headers at every keyframe).
+
+    Args:
+        width_px: width of the whole picture, even.
+        height_px: height, even.
+        fps: nominal frames per second, for rate control.
+        bitrate: bits per second.
+        stream_id: written into every packet.
+        keyframe_interval: pictures from one keyframe to the next; default two seconds.
+
+    Raises:
+        ValueError: a size is odd or too small, or a rate is not positive.
+    """
+
+    def __init__(
+        self,
+        width_px: int,
+        height_px: int,
+        fps: float,
+        bitrate: int,
+        *,
+        stream_id: str = "camera-360",
+        keyframe_interval: int | None = None,
+    ) -> None:
+        if width_px < 16 or height_px < 16 or width_px % 2 or height_px % 2:
+            raise ValueError(
+                f"H264Encoder: size {width_px}×{height_px} px, wanted even numbers of at least 16"
+            )
+        if not fps > 0 or not bitrate > 0:
+            raise ValueError(f"H264Encoder: {fps} fps at {bitrate} bit/s, wanted both > 0")
+        self._stream_id = stream_id
+        self._shape = (height_px, width_px, 3)
+        self._interval = keyframe_interval or max(1, round(2 * fps))
+        self._count = 0
+        context = cast(VideoCodecContext, av.CodecContext.create("libx264", "w"))
+        context.width, context.height = width_px, height_px
+        context.pix_fmt = "yuv420p"
+        context.bit_rate = int(bitrate)
+        context.framerate = Fraction(fps).limit_denominator(1001)
+        context.time_base = Fraction(1, NANOSECONDS)
+        context.thread_count = 1
+        context.max_b_frames = 0
+        context.gop_size = self._interval
+        context.colorspace = Colorspace.ITU709
+        context.color_range = ColorRange.MPEG
+        context.options = {
+            "preset": "veryfast",
+            "tune": "zerolatency",
+            "x264-params": "scenecut=0:threads=1",
+        }
+        context.open()
+        self._context = context
+
+    def encode(self, rgb: NDArray[np.uint8], seq: int, t_ns: int) -> list[EncodedFrame]:
+        """Compress one picture.
+
+        Args:
+            rgb: (H, W, 3) uint8.
+            seq: frame counter, copied into the packet.
+            t_ns: capture time; must grow from call to call.
+
+        Returns:
+            Exactly one packet.
+
+        Raises:
+            ValueError: the picture has another size or type than the encoder.
+        """
+        if rgb.shape != self._shape or rgb.dtype != np.uint8:
+            raise ValueError(
+                f"{self._stream_id} frame {seq}: picture {rgb.shape} {rgb.dtype}, "
+                f"wanted {self._shape} uint8"
+            )
+        picture = VideoFrame.from_ndarray(np.ascontiguousarray(rgb), format="rgb24").reformat(
+            format="yuv420p",
+            dst_colorspace=Colorspace.ITU709,
+            dst_color_range=ColorRange.MPEG,
+            interpolation=Interpolation.AREA,
+        )
+        keyframe = self._count % self._interval == 0
+        picture.pict_type = PictureType.I if keyframe else PictureType.NONE
+        picture.time_base = self._context.time_base
+        picture.pts = int(t_ns)
+        self._count += 1
+        return [
+            EncodedFrame(self._stream_id, seq, t_ns, bytes(packet), packet.is_keyframe)
+            for packet in self._context.encode(picture)
+        ]
+
+
+class H264Decoder:
+    """Turns H.264 access units of one stream back into RGB pictures, one in, one out."""
+
+    def __init__(self) -> None:
+        context = cast(VideoCodecContext, av.CodecContext.create("h264", "r"))
+        context.thread_count = 1
+        context.thread_type = ThreadType.SLICE
+        context.options = {"flags": "low_delay"}
+        self._context = context
+        self._started = False
+
+    def decode(self, packet: EncodedFrame) -> NDArray[np.uint8] | None:
+        """Decompress one access unit.
+
+        Returns:
+            (H, W, 3) uint8 RGB, or None before the first keyframe and where a lost packet leaves
+            the picture incomplete.
+
+        Raises:
+            ValueError: the bytes are not H.264; names the stream and the frame.
+        """
+        if not self._started and not packet.keyframe:
+            return None
+        try:
+            frames = self._context.decode(av.Packet(packet.data))
+        except FFmpegError as error:
+            raise ValueError(
+                f"{packet.stream_id} frame {packet.seq}: {len(packet.data)} bytes are not a whole "
+                f"H.264 picture ({error.strerror or error})"
+            ) from None
+        self._started = True
+        picture = next((frame for frame in frames if not frame.is_corrupt), None)
+        if picture is None:
+            return None
+        rgb = picture.reformat(
+            format="rgb24", src_colorspace=Colorspace.ITU709, src_color_range=ColorRange.MPEG
+        ).to_ndarray()
+        return cast("NDArray[np.uint8]", rgb)
+
+
+def side_by_side(images: Sequence[NDArray[np.uint8]]) -> NDArray[np.uint8]:
+    """Lens pictures of one height next to each other, in order: what the encoder takes."""
+    return np.concatenate(list(images), axis=1)
+
+
+def split_lenses(picture: NDArray[np.uint8], lenses: int) -> tuple[NDArray[np.uint8], ...]:
+    """Inverse of `side_by_side`: (H, n·W, 3) to n read-only views (H, W, 3).
+
+    Raises:
+        ValueError: the width is not a multiple of `lenses`.
+    """
+    width = picture.shape[1]
+    if lenses < 1 or width % lenses:
+        raise ValueError(f"picture {width} px wide: cannot be shared by {lenses} lenses")
+    each = width // lenses
+    views = tuple(picture[:, i * each : (i + 1) * each] for i in range(lenses))
+    for view in views:
+        view.setflags(write=False)
+    return views

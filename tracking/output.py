@@ -1,0 +1,53 @@
+"""What every tracking method takes and gives, so that methods can be exchanged."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Protocol, TypeVar
+
+from devices.messages import Frame
+from scenes.pose import Pose
+from scenes.state import TrackedObject
+
+Stopwatch = Callable[[], int]
+"""Returns nanoseconds from any origin; only differences are used, and never in a decision."""
+
+STAGES = ("rectify", "detect", "pose", "smooth")
+"""Names of the timed stages, in the order they run."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TrackOutput:
+    """What one frame gave.
+
+    Attributes:
+        objects: every object of the scene, in the order of the scene, whether it moved or not.
+        stage_ns: duration of each stage of `STAGES`, measured with the injected stopwatch.
+        world_from_rig: the camera's pose that the method worked with, or None if it had none.
+    """
+
+    objects: tuple[TrackedObject, ...]
+    stage_ns: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
+    world_from_rig: Pose | None = None
+
+
+State = TypeVar("State")
+
+
+class TrackingMethod(Protocol[State]):
+    """A method that follows the objects of one scene: a pure step over an immutable state."""
+
+    def start(self) -> State:
+        """The state before the first frame."""
+        ...
+
+    def step(self, state: State, frame: Frame, now_ns: int) -> tuple[State, TrackOutput]:
+        """Take in one frame; frames come in order of time."""
+        ...
+
+
+def no_stopwatch() -> int:
+    """A stopwatch that stands still: every stage takes 0 ns."""
+    return 0
