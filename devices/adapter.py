@@ -2,18 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Generic, Protocol, TypeVar
 
 from devices.clock import Clock
-from devices.messages import EncodedFrame, Event, Frame, PoseSample
+from devices.streams import StreamClosedError
 
-Message = Frame | EncodedFrame | PoseSample | Event
-"""What an adapter can emit."""
 
-Sink = Callable[[Message], None]
-"""Where an adapter puts its messages; called on the adapter's own thread."""
+class Timed(Protocol):
+    """A message with a capture time."""
+
+    @property
+    def t_ns(self) -> int:
+        """Capture time on the session clock."""
+        ...
+
+
+M = TypeVar("M", bound=Timed)
+M_co = TypeVar("M_co", bound=Timed, covariant=True)
+M_contra = TypeVar("M_contra", bound=Timed, contravariant=True)
+
+
+class Sink(Protocol[M_contra]):
+    """Where an adapter puts its messages, on its own thread: a `Slot` or a `BoundedQueue`."""
+
+    def put(self, value: M_contra) -> None:
+        """Take one message."""
+        ...
+
+    def close(self) -> None:
+        """No more will come."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,26 +44,24 @@ class DeviceStatus:
     Attributes:
         name: shown to people.
         running: between start and the end of its data.
-        frames: pictures emitted so far.
-        dropped: pictures lost on the way in.
+        emitted: messages so far.
         error: what stopped it, in one line, or empty.
     """
 
     name: str
     running: bool
-    frames: int
-    dropped: int
+    emitted: int
     error: str = ""
 
 
-class Device(Protocol):
+class Device(Protocol[M_co]):
     """A source of messages."""
 
-    def start(self, sink: Sink, clock: Clock) -> None:
-        """Begin to emit messages into `sink`, paced by `clock`. Returns when emitting has begun.
+    def start(self, sink: Sink[M_co], clock: Clock) -> None:
+        """Begin to emit messages into `sink`, each at its time on `clock`; close it at the end.
 
         Raises:
-            ValueError: it is running already, or its data cannot be read.
+            ValueError: it was started before.
         """
         ...
 
@@ -53,3 +72,60 @@ class Device(Protocol):
     def status(self) -> DeviceStatus:
         """How it is doing now."""
         ...
+
+
+class IteratorDevice(Generic[M]):
+    """An adapter around messages that can be iterated: a recording, a simulation.
+
+    Args:
+        name: shown to people.
+        messages: called once on the device's thread; yields messages in order of `t_ns`.
+    """
+
+    def __init__(self, name: str, messages: Callable[[], Iterator[M]]) -> None:
+        self._name = name
+        self._messages = messages
+        self._thread: threading.Thread | None = None
+        self._stopping = threading.Event()
+        self._emitted = 0
+        self._failure: Exception | None = None
+
+    @property
+    def failure(self) -> Exception | None:
+        """What ended it early, for the session to raise on its own thread."""
+        return self._failure
+
+    def start(self, sink: Sink[M], clock: Clock) -> None:
+        """See `Device.start`."""
+        if self._thread is not None:
+            raise ValueError(f"{self._name}: started before; make a new one to start again")
+        self._thread = threading.Thread(
+            target=self._emit, args=(sink, clock), name=self._name, daemon=True
+        )
+        self._thread.start()
+
+    def stop(self) -> None:
+        """See `Device.stop`."""
+        self._stopping.set()
+        if self._thread is not None and self._thread is not threading.current_thread():
+            self._thread.join()
+
+    def status(self) -> DeviceStatus:
+        """See `Device.status`."""
+        running = self._thread is not None and self._thread.is_alive()
+        return DeviceStatus(self._name, running, self._emitted, str(self._failure or ""))
+
+    def _emit(self, sink: Sink[M], clock: Clock) -> None:
+        try:
+            for message in self._messages():
+                clock.sleep_until(message.t_ns)
+                if self._stopping.is_set():
+                    break
+                sink.put(message)
+                self._emitted += 1
+        except StreamClosedError:
+            pass  # the reader went away first: an ordinary end
+        except Exception as error:  # noqa: BLE001 - handed to the session, which raises it
+            self._failure = error
+        finally:
+            sink.close()

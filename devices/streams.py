@@ -18,7 +18,7 @@ class StreamClosedError(ValueError):
 
 
 class Slot(Generic[T]):
-    """Holds the latest value only. Putting never blocks; a value nobody took is dropped and counted.
+    """Holds the latest value only. Putting never blocks; what nobody took is dropped and counted.
 
     One producer, one consumer. `None` is not a value.
     """

@@ -1,0 +1,308 @@
+"""A session on disk: one MCAP file with zstd chunks, whole or clearly not whole.
+
+While it is written the file is called `NAME.part`; it gets its name when it is complete.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import struct
+import warnings
+import zlib
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import IO
+
+import zstandard
+from mcap.exceptions import McapError
+from mcap.reader import SeekingReader
+from mcap.records import Schema
+from mcap.writer import CompressionType, Writer
+
+from devices.messages import EncodedFrame, Event
+from devices.recording_codec import (
+    Encoded,
+    RecordedValue,
+    SessionInfo,
+    decode_message,
+    encode_message,
+    json_schema,
+    session_from_json,
+    session_to_json,
+)
+from devices.streams import ByteQuota
+
+MAGIC = b"\x89MCAP0\r\n"
+SESSION_METADATA = "gaussiannexus.session"
+CLOSING_METADATA = "gaussiannexus.closing"
+DEFAULT_QUOTA_BYTES = 8 * 1024**3
+VIDEO_RESERVE_SHARE = 0.1
+_FOOTER = struct.Struct("<BQQQI")
+
+
+class RecordingError(ValueError):
+    """A recording that cannot be read: the message names the file and what is wrong with it."""
+
+
+class Recorder:
+    """Writes a session. Use as a context manager: leaving it normally completes the file.
+
+    When the quota runs short, video stops first, so that poses fit to the end; the file says so in
+    an event and in its closing metadata.
+
+    Args:
+        path: final name; `path` + ".part" is written until then.
+        session: what was recorded, written first.
+        quota: most bytes of messages.
+
+    Raises:
+        OSError: the file cannot be made or written; names it.
+    """
+
+    def __init__(self, path: Path, session: SessionInfo, *, quota: ByteQuota | None = None) -> None:
+        self.path = path
+        self.part = path.with_name(path.name + ".part")
+        self._quota = quota or ByteQuota(DEFAULT_QUOTA_BYTES)
+        self._reserve = int(VIDEO_RESERVE_SHARE * self._quota.limit_bytes)
+        self._channels: dict[str, int] = {}
+        self._schemas: dict[str, int] = {}
+        self._shed_video = 0
+        self._shed_other = 0
+        self._file: IO[bytes] = self.part.open("wb")
+        self._writer = Writer(self._file, compression=CompressionType.ZSTD)
+        with _NamedDiskErrors(self.part):
+            self._writer.start(profile="", library="gaussiannexus-studio")
+            self._writer.add_metadata(SESSION_METADATA, {"json": session_to_json(session)})
+
+    @property
+    def shed_video(self) -> int:
+        """Video packets left out for lack of room."""
+        return self._shed_video
+
+    def write(self, value: RecordedValue) -> None:
+        """Append one message.
+
+        Raises:
+            OSError: the disk is full or gone; the unfinished file keeps its `.part` name.
+            ValueError: a number in the message is not finite.
+        """
+        encoded = encode_message(value)
+        if isinstance(value, EncodedFrame):
+            # A packet needs the ones before it: after the first gap the rest is of no use.
+            fits = not self._shed_video and self._quota.spend(
+                len(encoded.data), reserve_bytes=self._reserve
+            )
+            if not fits:
+                self._shed_video += 1
+                if self._shed_video == 1:
+                    limit_mb = self._quota.limit_bytes / 1e6
+                    text = f"video stops at frame {value.seq}: quota of {limit_mb:.0f} MB is used"
+                    self.write(Event(value.t_ns, "recorder", "video-shed", text))
+                return
+        elif not self._quota.spend(len(encoded.data)):
+            self._shed_other += 1
+            return
+        self._append(encoded)
+
+    def _append(self, encoded: Encoded) -> None:
+        with _NamedDiskErrors(self.part):
+            self._writer.add_message(
+                channel_id=self._channel(encoded.topic, encoded.schema),
+                log_time=encoded.t_ns,
+                publish_time=encoded.t_ns,
+                sequence=encoded.seq,
+                data=encoded.data,
+            )
+
+    def _channel(self, topic: str, schema: str) -> int:
+        if topic not in self._channels:
+            if schema not in self._schemas:
+                self._schemas[schema] = self._writer.register_schema(
+                    name=schema, encoding="jsonschema", data=json_schema(schema)
+                )
+            self._channels[topic] = self._writer.register_channel(
+                topic=topic, message_encoding="json", schema_id=self._schemas[schema]
+            )
+        return self._channels[topic]
+
+    def close(self) -> None:
+        """Complete the file and give it its name.
+
+        Raises:
+            OSError: the disk is full; the file keeps its `.part` name.
+        """
+        closing = {"video_shed": str(self._shed_video), "other_shed": str(self._shed_other)}
+        with _NamedDiskErrors(self.part):
+            self._writer.add_metadata(CLOSING_METADATA, closing)
+            self._writer.finish()
+            self._file.flush()
+            os.fsync(self._file.fileno())
+            self._file.close()
+            self.part.replace(self.path)
+
+    def abandon(self) -> None:
+        """Stop without completing: what was written stays in the `.part` file."""
+        with suppress(OSError):
+            self._file.close()
+
+    def __enter__(self) -> Recorder:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        if kind is not None:
+            self.abandon()
+            return
+        try:
+            self.close()
+        except BaseException:
+            self.abandon()
+            raise
+
+
+class _NamedDiskErrors:
+    """Puts the unfinished file's name, and what became of it, into errors of the disk."""
+
+    def __init__(self, part: Path) -> None:
+        self._part = part
+
+    def __enter__(self) -> None:
+        return None
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        if isinstance(error, OSError):
+            why = "the disk is full" if error.errno == errno.ENOSPC else (error.strerror or "?")
+            raise OSError(
+                error.errno,
+                f"recording stopped: {why}; what was written so far is in {self._part}",
+            ) from None
+
+
+def read_session(path: Path) -> SessionInfo:
+    """How a recording was made.
+
+    Raises:
+        RecordingError: the file is not a whole recording of ours.
+        OSError: it cannot be opened.
+    """
+    with path.open("rb") as file:
+        return _session_of(_open_reader(path, file), path)
+
+
+def read_recording(path: Path) -> Iterator[RecordedValue]:
+    """All messages in the order of `(t_ns, topic, seq)`, a chunk at a time.
+
+    Raises:
+        RecordingError: the file is truncated, damaged or not a recording of ours.
+        OSError: it cannot be opened.
+    """
+    with path.open("rb") as file:
+        reader = _open_reader(path, file)
+        _session_of(reader, path)
+        same_time: list[Encoded] = []
+        for encoded in _messages(reader, path):
+            if same_time and encoded.t_ns != same_time[0].t_ns:
+                yield from _decoded(same_time, path)
+                same_time = []
+            same_time.append(encoded)
+        yield from _decoded(same_time, path)
+
+
+_DAMAGE = (
+    McapError,
+    struct.error,
+    zstandard.ZstdError,
+    ValueError,
+    KeyError,
+    TypeError,
+    IndexError,
+    OverflowError,
+    MemoryError,
+    EOFError,
+    AssertionError,
+)
+"""What the MCAP reader raises on damaged input."""
+
+
+def _open_reader(path: Path, file: IO[bytes]) -> SeekingReader:
+    size = os.fstat(file.fileno()).st_size
+    head = file.read(len(MAGIC))
+    if head != MAGIC:
+        found = "an empty file" if not size else f"a file that begins with {head!r}"
+        raise RecordingError(f"{path}: not a recording (MCAP): it is {found}")
+    file.seek(max(len(MAGIC), size - len(MAGIC)))
+    if file.read() != MAGIC:
+        raise RecordingError(
+            f"{path}: ends early after {size} bytes: the recording was cut off or not finished"
+        )
+    _check_summary(path, file, size)
+    file.seek(0)
+    return SeekingReader(file, validate_crcs=True, record_size_limit=size)
+
+
+def _check_summary(path: Path, file: IO[bytes], size: int) -> None:
+    """The index at the end tells where the chunks are: a damaged one would hide messages."""
+    if size < _FOOTER.size + 2 * len(MAGIC):
+        raise RecordingError(f"{path}: ends early after {size} bytes")
+    file.seek(size - _FOOTER.size - len(MAGIC))
+    footer = file.read(_FOOTER.size)
+    _opcode, _length, start, _offsets, crc = _FOOTER.unpack(footer)
+    if not len(MAGIC) <= start < size:
+        raise RecordingError(f"{path}: damaged recording: its index is said to be at byte {start}")
+    file.seek(start)
+    if zlib.crc32(file.read(size - len(MAGIC) - 4 - start)) != crc:
+        raise RecordingError(f"{path}: damaged recording: checksum of its index is wrong")
+
+
+def _session_of(reader: SeekingReader, path: Path) -> SessionInfo:
+    try:
+        for metadata in reader.iter_metadata():
+            if metadata.name == SESSION_METADATA:
+                return session_from_json(metadata.metadata["json"])
+    except _DAMAGE as error:
+        raise _damaged(path, error) from None
+    raise RecordingError(f"{path}: an MCAP file, but not a GaussianNexus recording")
+
+
+def _messages(reader: SeekingReader, path: Path) -> Iterator[Encoded]:
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            for schema, channel, message in reader.iter_messages():
+                yield Encoded(
+                    channel.topic,
+                    schema.name if isinstance(schema, Schema) else "",
+                    message.log_time,
+                    message.sequence,
+                    message.data,
+                )
+    except _DAMAGE as error:
+        raise _damaged(path, error) from None
+
+
+def _decoded(messages: list[Encoded], path: Path) -> Iterator[RecordedValue]:
+    for encoded in sorted(messages, key=lambda m: (m.t_ns, m.topic, m.seq)):
+        try:
+            value = decode_message(encoded)
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise _damaged(path, error) from None
+        yield value
+
+
+def _damaged(path: Path, error: BaseException) -> RecordingError:
+    if isinstance(error, RecordingError):
+        return error
+    reason = str(error) or type(error).__name__
+    return RecordingError(f"{path}: damaged recording: {reason.splitlines()[0]}")

@@ -1,0 +1,385 @@
+"""What a recording holds and how each message is written: one JSON value a message, UTF-8.
+
+Poses are 4×4 row-major matrices `a_from_b` so that a replay gets the very same numbers back.
+Video is `foxglove.CompressedVideo`, which common viewers of MCAP files play; the other schemas are
+our own.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from devices.messages import EncodedFrame, Event
+from scenes.cameras import Fisheye, Rig, camera_from_json, camera_to_json
+from scenes.pose import Pose
+from scenes.state import Avatar, TrackedObject, TrackState
+
+FORMAT_VERSION = 1
+
+
+@dataclass(frozen=True, slots=True)
+class FrameStamp:
+    """All of a `Frame` except its pictures, which are in the video packet of the same seq.
+
+    Attributes:
+        stream_id: which camera.
+        seq: frame counter.
+        t_ns: capture time.
+        received_ns: when it reached the session.
+        world_from_rig: the camera's pose as the session knew it, or None.
+    """
+
+    stream_id: str
+    seq: int
+    t_ns: int
+    received_ns: int
+    world_from_rig: Pose | None
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedTrack:
+    """One tracker's answer for one object at one frame; `method` names the tracker."""
+
+    method: str
+    track: TrackedObject
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedTruth:
+    """What the simulator knows of one frame.
+
+    Attributes:
+        seq: frame counter.
+        t_ns: capture time.
+        world_from_object: true pose by object id.
+        visible_fraction: 0..1 by object id.
+        moved: ids of objects that are not where the scan saw them.
+        world_from_rig: true pose of the camera.
+    """
+
+    seq: int
+    t_ns: int
+    world_from_object: Mapping[str, Pose]
+    visible_fraction: Mapping[str, float]
+    moved: frozenset[str]
+    world_from_rig: Pose
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedAvatar:
+    """A person at `t_ns`."""
+
+    t_ns: int
+    avatar: Avatar
+
+
+RecordedValue = EncodedFrame | FrameStamp | RecordedTrack | RecordedTruth | RecordedAvatar | Event
+"""What a recording holds."""
+
+
+@dataclass(frozen=True, slots=True)
+class SessionInfo:
+    """How the session was made: enough to play it again.
+
+    Attributes:
+        scene: name or path of the scene package.
+        scene_hash: digest of the package, to notice another one of the same name.
+        seed: of everything random, or None for real devices.
+        scenario: text of the scenario file, or empty.
+        scenario_name: its name, or empty.
+        mode: "exact" or "paced".
+        methods: trackers that ran, the first is the one shown.
+        versions: program and library versions by name.
+        rig: the camera's lenses.
+        fps: nominal frames per second.
+    """
+
+    scene: str
+    scene_hash: str
+    seed: int | None
+    scenario: str
+    scenario_name: str
+    mode: str
+    methods: tuple[str, ...]
+    versions: Mapping[str, str]
+    rig: Rig
+    fps: float
+
+
+@dataclass(frozen=True, slots=True)
+class Encoded:
+    """A message as the file holds it: topic, schema name, time, counter, bytes."""
+
+    topic: str
+    schema: str
+    t_ns: int
+    seq: int
+    data: bytes
+
+
+SCHEMAS: Mapping[str, Mapping[str, str]] = {
+    "foxglove.CompressedVideo": {
+        "timestamp": "object",
+        "frame_id": "string",
+        "data": "string",
+        "format": "string",
+        "keyframe": "boolean",
+    },
+    "gaussiannexus.FrameStamp": {"received_ns": "integer", "world_from_rig": "array"},
+    "gaussiannexus.TrackedObject": {
+        "object_id": "string",
+        "world_from_object": "array",
+        "covariance": "array",
+        "visible_fraction": "number",
+        "state": "string",
+        "confidence": "number",
+        "source_seq": "integer",
+    },
+    "gaussiannexus.Truth": {
+        "objects": "object",
+        "visible_fraction": "object",
+        "moved": "array",
+        "world_from_rig": "array",
+    },
+    "gaussiannexus.Avatar": {
+        "user_id": "string",
+        "role": "string",
+        "world_from_head": "array",
+        "hands": "array",
+        "ray": "array",
+    },
+    "gaussiannexus.Event": {"source": "string", "kind": "string", "text": "string"},
+}
+"""Fields of every schema and their JSON types."""
+
+
+def json_schema(name: str) -> bytes:
+    """The JSON Schema document of one of `SCHEMAS`; arrays and objects may be null."""
+    properties: dict[str, Any] = {
+        field: {"type": kind} if kind not in ("array", "object") else {"type": [kind, "null"]}
+        for field, kind in SCHEMAS[name].items()
+    }
+    if name == "foxglove.CompressedVideo":
+        properties["data"]["contentEncoding"] = "base64"
+        properties["timestamp"] = {
+            "type": "object",
+            "properties": {"sec": {"type": "integer"}, "nsec": {"type": "integer"}},
+        }
+    return json.dumps({"title": name, "type": "object", "properties": properties}).encode()
+
+
+def encode_message(value: RecordedValue) -> Encoded:
+    """The file's form of a message.
+
+    Raises:
+        ValueError: a number is not finite.
+    """
+    if isinstance(value, EncodedFrame):
+        fields: dict[str, Any] = {
+            "timestamp": {"sec": value.t_ns // 10**9, "nsec": value.t_ns % 10**9},
+            "frame_id": value.stream_id,
+            "data": base64.b64encode(value.data).decode("ascii"),
+            "format": "h264",
+            "keyframe": value.keyframe,
+        }
+        head = (f"/{value.stream_id}/video", "foxglove.CompressedVideo", value.t_ns, value.seq)
+    elif isinstance(value, FrameStamp):
+        fields = {
+            "received_ns": value.received_ns,
+            "world_from_rig": _optional_pose_to_json(value.world_from_rig),
+        }
+        head = (f"/{value.stream_id}/frame", "gaussiannexus.FrameStamp", value.t_ns, value.seq)
+    elif isinstance(value, RecordedTrack):
+        fields = track_to_json(value.track)
+        track = value.track
+        head = (
+            f"/tracks/{value.method}",
+            "gaussiannexus.TrackedObject",
+            track.t_ns,
+            track.source_seq,
+        )
+    elif isinstance(value, RecordedTruth):
+        fields = {
+            "objects": {k: _pose_to_json(p) for k, p in value.world_from_object.items()},
+            "visible_fraction": dict(value.visible_fraction),
+            "moved": sorted(value.moved),
+            "world_from_rig": _pose_to_json(value.world_from_rig),
+        }
+        head = ("/truth", "gaussiannexus.Truth", value.t_ns, value.seq)
+    elif isinstance(value, RecordedAvatar):
+        avatar = value.avatar
+        fields = {
+            "user_id": avatar.user_id,
+            "role": avatar.role,
+            "world_from_head": _pose_to_json(avatar.world_from_head),
+            "hands": [hand.tolist() for hand in avatar.hands],
+            "ray": None if avatar.ray is None else avatar.ray.tolist(),
+        }
+        head = ("/avatars", "gaussiannexus.Avatar", value.t_ns, 0)
+    else:
+        fields = {"source": value.source, "kind": value.kind, "text": value.text}
+        head = ("/events", "gaussiannexus.Event", value.t_ns, 0)
+    try:
+        data = json.dumps(fields, allow_nan=False).encode()
+    except ValueError:
+        raise ValueError(f"recording: {head[0]} at {head[2]} ns: a number is not finite") from None
+    return Encoded(*head, data)
+
+
+def decode_message(encoded: Encoded) -> RecordedValue:
+    """Inverse of `encode_message`.
+
+    Raises:
+        ValueError, KeyError, TypeError: the bytes are not what the schema says.
+    """
+    decoders: Mapping[str, Callable[[Encoded, dict[str, Any]], RecordedValue]] = {
+        "foxglove.CompressedVideo": _video,
+        "gaussiannexus.FrameStamp": _stamp,
+        "gaussiannexus.TrackedObject": _track,
+        "gaussiannexus.Truth": _truth,
+        "gaussiannexus.Avatar": _avatar,
+        "gaussiannexus.Event": _event,
+    }
+    decoder = decoders.get(encoded.schema)
+    if decoder is None:
+        raise ValueError(f"{encoded.topic}: unknown schema {encoded.schema!r}")
+    return decoder(encoded, json.loads(encoded.data))
+
+
+def track_to_json(track: TrackedObject) -> dict[str, Any]:
+    """Plain values of a tracked object, without its time."""
+    return {
+        "object_id": track.object_id,
+        "world_from_object": _pose_to_json(track.world_from_object),
+        "covariance": np.asarray(track.covariance, dtype=np.float64).tolist(),
+        "visible_fraction": float(track.visible_fraction),
+        "state": str(track.state),
+        "confidence": float(track.confidence),
+        "source_seq": int(track.source_seq),
+    }
+
+
+def session_to_json(session: SessionInfo) -> str:
+    """The session's description as one JSON text."""
+    rig = session.rig
+    return json.dumps(
+        {
+            "format_version": FORMAT_VERSION,
+            "scene": session.scene,
+            "scene_hash": session.scene_hash,
+            "seed": session.seed,
+            "scenario": session.scenario,
+            "scenario_name": session.scenario_name,
+            "mode": session.mode,
+            "methods": list(session.methods),
+            "versions": dict(session.versions),
+            "fps": session.fps,
+            "lenses": [camera_to_json(lens) for lens in rig.lenses],
+            "rig_from_lens": [_pose_to_json(pose) for pose in rig.rig_from_lens],
+        }
+    )
+
+
+def session_from_json(text: str) -> SessionInfo:
+    """Inverse of `session_to_json`.
+
+    Raises:
+        ValueError, KeyError, TypeError: a field is missing or wrong, or the version is newer.
+    """
+    fields = json.loads(text)
+    version = fields["format_version"]
+    if version != FORMAT_VERSION:
+        raise ValueError(f"recording format version {version}, this program reads {FORMAT_VERSION}")
+    lenses = tuple(camera_from_json(lens) for lens in fields["lenses"])
+    fisheyes = tuple(lens for lens in lenses if isinstance(lens, Fisheye))
+    if len(fisheyes) != len(lenses):
+        raise ValueError("rig: every lens must be an equidistant fisheye")
+    return SessionInfo(
+        scene=fields["scene"],
+        scene_hash=fields["scene_hash"],
+        seed=fields["seed"],
+        scenario=fields["scenario"],
+        scenario_name=fields["scenario_name"],
+        mode=fields["mode"],
+        methods=tuple(fields["methods"]),
+        versions=dict(fields["versions"]),
+        rig=Rig(fisheyes, tuple(Pose.from_matrix(m) for m in fields["rig_from_lens"])),
+        fps=float(fields["fps"]),
+    )
+
+
+def _pose_to_json(pose: Pose) -> list[list[float]]:
+    return pose.matrix().tolist()
+
+
+def _optional_pose_to_json(pose: Pose | None) -> list[list[float]] | None:
+    return None if pose is None else _pose_to_json(pose)
+
+
+def _stream_of(topic: str) -> str:
+    return topic.strip("/").rsplit("/", 1)[0]
+
+
+def _video(encoded: Encoded, fields: dict[str, Any]) -> EncodedFrame:
+    data = base64.b64decode(fields["data"], validate=True)
+    return EncodedFrame(
+        fields["frame_id"], encoded.seq, encoded.t_ns, data, bool(fields["keyframe"])
+    )
+
+
+def _stamp(encoded: Encoded, fields: dict[str, Any]) -> FrameStamp:
+    pose = fields["world_from_rig"]
+    return FrameStamp(
+        _stream_of(encoded.topic),
+        encoded.seq,
+        encoded.t_ns,
+        int(fields["received_ns"]),
+        None if pose is None else Pose.from_matrix(pose),
+    )
+
+
+def _track(encoded: Encoded, fields: dict[str, Any]) -> RecordedTrack:
+    track = TrackedObject(
+        object_id=fields["object_id"],
+        t_ns=encoded.t_ns,
+        world_from_object=Pose.from_matrix(fields["world_from_object"]),
+        covariance=np.array(fields["covariance"], dtype=np.float64),
+        visible_fraction=fields["visible_fraction"],
+        state=TrackState(fields["state"]),
+        confidence=fields["confidence"],
+        source_seq=fields["source_seq"],
+    )
+    return RecordedTrack(encoded.topic.rsplit("/", 1)[1], track)
+
+
+def _truth(encoded: Encoded, fields: dict[str, Any]) -> RecordedTruth:
+    return RecordedTruth(
+        encoded.seq,
+        encoded.t_ns,
+        {k: Pose.from_matrix(m) for k, m in fields["objects"].items()},
+        {k: float(v) for k, v in fields["visible_fraction"].items()},
+        frozenset(fields["moved"]),
+        Pose.from_matrix(fields["world_from_rig"]),
+    )
+
+
+def _avatar(encoded: Encoded, fields: dict[str, Any]) -> RecordedAvatar:
+    ray = fields["ray"]
+    avatar = Avatar(
+        fields["user_id"],
+        fields["role"],
+        Pose.from_matrix(fields["world_from_head"]),
+        tuple(np.array(hand, dtype=np.float64) for hand in fields["hands"]),
+        None if ray is None else np.array(ray, dtype=np.float64),
+    )
+    return RecordedAvatar(encoded.t_ns, avatar)
+
+
+def _event(encoded: Encoded, fields: dict[str, Any]) -> Event:
+    return Event(encoded.t_ns, fields["source"], fields["kind"], fields["text"])

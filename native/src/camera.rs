@@ -1,0 +1,302 @@
+//! Camera models: where a point falls, how the picture moves with it, and which chunks can be seen.
+
+/// Share of the picture's width (height) beyond its border at which the pinhole Jacobian is frozen.
+const JACOBIAN_MARGIN: f64 = 0.15;
+/// A fisheye draws splats whose centre lies up to this many lens radii off axis, ...
+const ANGLE_MARGIN: f64 = 1.15;
+/// ... but never nearer than this (radians) to straight behind, where the Jacobian has its pole.
+const POLE_MARGIN: f64 = 0.05;
+/// sqrt(2 ln 255): standard deviations at which a splat of opacity 1 fades below 1/255.
+const VISIBLE_SIGMAS: f64 = 3.33;
+/// Added to the diagonal of every projected covariance, px².
+pub const LOW_PASS: f64 = 0.3;
+
+/// A point seen by a camera.
+#[derive(Clone, Copy)]
+pub struct Projected {
+    /// Pixels; the first pixel's centre is (0.5, 0.5).
+    pub u: f64,
+    pub v: f64,
+    /// z for a pinhole, distance for a fisheye; what the near limit and the sort use.
+    pub depth: f64,
+    /// d(u, v) / d(x, y, z), px per metre.
+    pub jacobian: [[f64; 3]; 2],
+    pub drawable: bool,
+}
+
+/// A lens: both kinds share the pipeline, which is compiled once for each.
+pub trait Lens: Sync {
+    /// Projects a point in camera axes (x right, y down, z forward). Free of branches, so that the
+    /// compiler can do several points at once.
+    fn project(&self, p: [f64; 3]) -> Projected;
+
+    /// False only if no splat with its mean in the sphere can touch the picture.
+    fn can_see(&self, centre: [f64; 3], radius: f64, max_scale: f64, near: f64) -> bool;
+
+    /// Radius of the lens circle in pixels and its centre, or None if the picture is filled.
+    fn circle(&self) -> Option<(f64, [f64; 2])>;
+}
+
+/// u = fx·x/z + cx.
+#[derive(Clone, Copy, Debug)]
+pub struct Pinhole {
+    pub width: f64,
+    pub height: f64,
+    pub focal: [f64; 2],
+    pub centre: [f64; 2],
+}
+
+impl Pinhole {
+    /// Range of x/z (y/z) outside which the Jacobian is frozen.
+    #[inline(always)]
+    fn tangent_limits(&self, axis: usize) -> (f64, f64) {
+        let size = if axis == 0 { self.width } else { self.height };
+        let margin = JACOBIAN_MARGIN * size;
+        (
+            (-margin - self.centre[axis]) / self.focal[axis],
+            (size + margin - self.centre[axis]) / self.focal[axis],
+        )
+    }
+}
+
+impl Lens for Pinhole {
+    #[inline(always)]
+    fn project(&self, p: [f64; 3]) -> Projected {
+        let in_front = p[2] > 1e-9;
+        let z = if in_front { p[2] } else { 1.0 };
+        let (tx, ty) = (p[0] / z, p[1] / z);
+        let (x_low, x_high) = self.tangent_limits(0);
+        let (y_low, y_high) = self.tangent_limits(1);
+        let (jx, jy) = (self.focal[0] / z, self.focal[1] / z);
+        Projected {
+            u: self.focal[0] * tx + self.centre[0],
+            v: self.focal[1] * ty + self.centre[1],
+            depth: p[2],
+            jacobian: [
+                [jx, 0.0, -jx * tx.max(x_low).min(x_high)],
+                [0.0, jy, -jy * ty.max(y_low).min(y_high)],
+            ],
+            drawable: in_front,
+        }
+    }
+
+    fn can_see(&self, centre: [f64; 3], radius: f64, max_scale: f64, near: f64) -> bool {
+        let z_high = centre[2] + radius;
+        if z_high < near {
+            return false;
+        }
+        let z_low = (centre[2] - radius).max(near);
+        (0..2).all(|axis| {
+            let (low, high) = self.tangent_limits(axis);
+            let slope = low.abs().max(high.abs());
+            let gain = self.focal[axis] / z_low;
+            let deviation = (gain * gain * (1.0 + slope * slope) * max_scale * max_scale
+                + LOW_PASS)
+                .sqrt();
+            let reach = VISIBLE_SIGMAS * deviation;
+            let size = if axis == 0 { self.width } else { self.height };
+            let at = |offset: f64, z: f64| self.focal[axis] * offset / z + self.centre[axis];
+            let (first, last) = (centre[axis] - radius, centre[axis] + radius);
+            at(last, z_low).max(at(last, z_high)) + reach >= 0.0
+                && at(first, z_low).min(at(first, z_high)) - reach <= size
+        })
+    }
+
+    fn circle(&self) -> Option<(f64, [f64; 2])> {
+        None
+    }
+}
+
+/// Equidistant fisheye: pixels off centre = focal · angle off axis, also beyond 90°.
+#[derive(Clone, Copy, Debug)]
+pub struct Fisheye {
+    pub focal: f64,
+    pub centre: [f64; 2],
+    pub max_angle: f64,
+}
+
+impl Fisheye {
+    /// Largest angle off axis of a splat's centre; splats beyond are not drawn.
+    #[inline(always)]
+    pub fn angle_limit(&self) -> f64 {
+        (ANGLE_MARGIN * self.max_angle).min(std::f64::consts::PI - POLE_MARGIN)
+    }
+}
+
+impl Lens for Fisheye {
+    #[inline(always)]
+    fn project(&self, p: [f64; 3]) -> Projected {
+        let [x, y, z] = p;
+        let off_axis_squared = x * x + y * y;
+        let off_axis = off_axis_squared.sqrt();
+        let range_squared = off_axis_squared + z * z;
+        let angle = angle_from(off_axis, z);
+        let on_axis = off_axis < 1e-12 * z;
+        let safe = if on_axis { 1.0 } else { off_axis };
+        let (ex, ey) = (
+            if on_axis { 1.0 } else { x / safe },
+            if on_axis { 0.0 } else { y / safe },
+        );
+        let radial = self.focal * z / range_squared;
+        let tangential = if on_axis {
+            self.focal / z
+        } else {
+            self.focal * angle / safe
+        };
+        let axial = -self.focal * off_axis / range_squared;
+        let mixed = ex * ey * (radial - tangential);
+        Projected {
+            u: self.focal * angle * ex + self.centre[0],
+            v: self.focal * angle * ey + self.centre[1],
+            depth: range_squared.sqrt(),
+            jacobian: [
+                [
+                    ex * ex * radial + ey * ey * tangential,
+                    mixed,
+                    axial * ex,
+                ],
+                [
+                    mixed,
+                    ey * ey * radial + ex * ex * tangential,
+                    axial * ey,
+                ],
+            ],
+            drawable: angle <= self.angle_limit(),
+        }
+    }
+
+    fn can_see(&self, centre: [f64; 3], radius: f64, max_scale: f64, near: f64) -> bool {
+        let [x, y, z] = centre;
+        let distance = (x * x + y * y + z * z).sqrt();
+        if distance + radius < near {
+            return false;
+        }
+        if distance <= radius {
+            return true;
+        }
+        let nearest = (distance - radius).max(near);
+        let angle = (x * x + y * y).sqrt().atan2(z);
+        let half_width = (radius / distance).asin();
+        let limit = self.angle_limit();
+        let first = (angle - half_width).max(0.0);
+        if first > limit {
+            return false;
+        }
+        // Around the axis the picture stretches by angle / sin(angle), along it by one.
+        let last = (angle + half_width).min(limit);
+        let stretch = (last / last.sin().max(1e-9)).max(1.0);
+        let gain = self.focal * stretch / nearest;
+        let deviation = (gain * gain * max_scale * max_scale + LOW_PASS).sqrt();
+        self.focal * first - VISIBLE_SIGMAS * deviation <= self.focal * self.max_angle
+    }
+
+    fn circle(&self) -> Option<(f64, [f64; 2])> {
+        Some((self.focal * self.max_angle, self.centre))
+    }
+}
+
+/// atan2(y, x) for y >= 0, within 2 ulp, without branches.
+#[inline(always)]
+fn angle_from(y: f64, x: f64) -> f64 {
+    use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
+    const TAN_PI_8: f64 = 0.414_213_562_373_095_03;
+    // Chebyshev fit of atan(t)/t in t² on 0..tan²(π/8), relative error 2e-15.
+    const C: [f64; 10] = [
+        1.000_000_000_000_000_2,
+        -3.333_333_333_329_466_8e-1,
+        1.999_999_998_647_968e-1,
+        -1.428_571_301_865_044_5e-1,
+        1.111_105_687_380_593_3e-1,
+        -9.089_630_782_611_68e-2,
+        7.674_261_106_926_13e-2,
+        -6.508_854_136_539_335e-2,
+        5.030_155_788_624_033e-2,
+        -2.534_576_155_012_43e-2,
+    ];
+    let size = x.abs();
+    let (low, high) = (y.min(size), y.max(size));
+    let ratio = low / if high > 0.0 { high } else { 1.0 };
+    let turned = ratio > TAN_PI_8;
+    let t = if turned {
+        (ratio - 1.0) / (ratio + 1.0)
+    } else {
+        ratio
+    };
+    let z = t * t;
+    let mut sum = C[9];
+    for k in (0..9).rev() {
+        sum = sum * z + C[k];
+    }
+    let small = t * sum + if turned { FRAC_PI_4 } else { 0.0 };
+    let first_quadrant = if y > size { FRAC_PI_2 - small } else { small };
+    if x < 0.0 {
+        PI - first_quadrant
+    } else {
+        first_quadrant
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FISHEYE: Fisheye = Fisheye {
+        focal: 206.0,
+        centre: [360.0, 355.0],
+        max_angle: 1.75,
+    };
+    const PINHOLE: Pinhole = Pinhole {
+        width: 640.0,
+        height: 480.0,
+        focal: [500.0, 510.0],
+        centre: [310.0, 245.0],
+    };
+
+    #[test]
+    fn angle_agrees_with_the_library() {
+        for i in 0..=4000 {
+            let angle = f64::from(i) / 4000.0 * std::f64::consts::PI;
+            let (y, x) = angle.sin_cos();
+            let (y, x) = (3.7 * y.max(0.0), 3.7 * x);
+            assert!((angle_from(y, x) - y.atan2(x)).abs() < 2e-15, "{angle}");
+        }
+        assert_eq!(angle_from(0.0, 0.0), 0.0);
+    }
+
+    fn check_jacobian(lens: &impl Lens, p: [f64; 3]) {
+        let step = 1e-6;
+        let analytic = lens.project(p).jacobian;
+        for axis in 0..3 {
+            let (mut before, mut after) = (p, p);
+            before[axis] -= step;
+            after[axis] += step;
+            let (a, b) = (lens.project(before), lens.project(after));
+            let numeric = [(b.u - a.u) / (2.0 * step), (b.v - a.v) / (2.0 * step)];
+            for row in 0..2 {
+                let error = (numeric[row] - analytic[row][axis]).abs();
+                assert!(error < 1e-4, "{p:?} {row} {axis}: {error}");
+            }
+        }
+    }
+
+    #[test]
+    fn jacobians_agree_with_differences() {
+        for p in [[0.2, -0.3, 1.0], [0.01, 0.5, 0.7], [-0.1, 0.1, 3.0]] {
+            check_jacobian(&PINHOLE, p);
+            check_jacobian(&FISHEYE, p);
+        }
+        for p in [[1.0, 0.5, -0.2], [0.0, 1.0, 0.0], [1e-5, 0.0, 1.0]] {
+            check_jacobian(&FISHEYE, p);
+        }
+    }
+
+    #[test]
+    fn chunks_in_view_are_kept_and_chunks_behind_dropped() {
+        assert!(PINHOLE.can_see([0.0, 0.0, 2.0], 0.1, 0.01, 0.05));
+        assert!(!PINHOLE.can_see([0.0, 0.0, -2.0], 0.1, 0.01, 0.05));
+        assert!(!PINHOLE.can_see([9.0, 0.0, 2.0], 0.1, 0.01, 0.05));
+        assert!(PINHOLE.can_see([9.0, 0.0, 2.0], 0.1, 3.0, 0.05));
+        assert!(FISHEYE.can_see([1.0, 0.0, -0.1], 0.1, 0.01, 0.05));
+        assert!(!FISHEYE.can_see([0.3, 0.0, -2.0], 0.1, 0.01, 0.05));
+    }
+}

@@ -1,0 +1,119 @@
+"""Files and folders that appear whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import shutil
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from pathlib import Path
+
+
+class WriteError(OSError):
+    """Something could not be written; nothing of it is left behind."""
+
+
+def write_file(path: Path, blocks: Iterable[bytes | memoryview]) -> int:
+    """Write blocks to a temporary sibling, sync it and rename it to `path`.
+
+    Args:
+        path: the file to make or replace.
+        blocks: its contents, in order. They may be produced lazily.
+
+    Returns:
+        The number of bytes written.
+
+    Raises:
+        WriteError: the disk is full, the folder is missing or not writable. `path` is as it was.
+    """
+    part = _sibling(path, "part")
+    try:
+        size = _write_synced(part, blocks)
+        part.replace(path)
+        _sync_folder(path.parent)
+    except OSError as error:
+        raise _write_error(path, error) from error
+    finally:
+        part.unlink(missing_ok=True)
+    return size
+
+
+def write_folder(folder: Path, fill: Callable[[Path], None], *, replace: bool) -> None:
+    """Fill a temporary sibling folder, sync it and rename it to `folder`.
+
+    An existing folder is moved aside before the rename and deleted after it, so a crash in between
+    leaves it under a hidden name ending in `.old`.
+
+    Args:
+        folder: the folder to make or replace.
+        fill: writes the contents into the folder it is given.
+        replace: whether an existing folder may be replaced. If not, and one appears while this one
+            is being filled (another process was faster), that one stays and this one is dropped.
+
+    Raises:
+        WriteError: the disk is full or a folder is not writable. `folder` is as it was.
+    """
+    part, old = _sibling(folder, "part"), _sibling(folder, "old")
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        part.mkdir()
+        fill(part)
+        _sync_tree(part)
+        if replace and folder.exists():
+            folder.rename(old)
+        try:
+            part.rename(folder)
+        except OSError:
+            if old.exists():
+                old.rename(folder)
+            elif not replace and folder.is_dir():
+                return
+            raise
+        _sync_folder(folder.parent)
+    except WriteError as error:
+        raise WriteError(str(error).replace(str(part), str(folder))) from error
+    except OSError as error:
+        raise _write_error(folder, error) from error
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
+        shutil.rmtree(old, ignore_errors=True)
+
+
+def _sibling(path: Path, suffix: str) -> Path:
+    return path.with_name(f".{path.name}.{secrets.token_hex(4)}.{suffix}")
+
+
+def _write_synced(path: Path, blocks: Iterable[bytes | memoryview]) -> int:
+    size = 0
+    with path.open("xb") as file:
+        for block in blocks:
+            size += file.write(block)
+        file.flush()
+        os.fsync(file.fileno())
+    return size
+
+
+def _sync_tree(folder: Path) -> None:
+    for inner in folder.rglob("*"):
+        if inner.is_dir():
+            _sync_folder(inner)
+    _sync_folder(folder)
+
+
+def _sync_folder(folder: Path) -> None:
+    # Windows has no handle for folders; the rename is durable there without it.
+    with suppress(PermissionError):
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+
+
+def _write_error(path: Path, error: OSError) -> WriteError:
+    reason = error.strerror or str(error)
+    return WriteError(
+        f"{path}: cannot write: {reason}; nothing was left behind - free some space there or "
+        "choose another folder"
+    )

@@ -1,0 +1,134 @@
+"""PlayCanvas compressed PLY: chunks of 256 splats with bounds and 16 bytes a splat. Read only.
+
+Layout from the public splat-transform sources: element `chunk` holds the bounds of position, log
+scale and (optionally) colour; element `vertex` packs position and scale as 11-10-11 bits, rotation
+as 2 + 3·10 bits (index of the largest of w, x, y, z, then the others / √2), colour and opacity as 8
+bits each; an optional element `sh` holds one byte a coefficient, channel-major. The file's axes are
+kept, as with plain splat PLY.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.formats.activation import cloud_from_file, exponential, rotations_from_three
+from scenes.formats.error import refusal
+from scenes.formats.ply_header import PlyHeader, read_rows, require_rows
+from scenes.splats import SH_C0, SH_COUNTS, SplatCloud
+
+CHUNK_SPLATS = 256
+SH_RANGE = 8.0
+"""Coefficients are stored over -4..4."""
+
+_PACKED = ("packed_position", "packed_rotation", "packed_scale", "packed_color")
+_POSITION = ("min_x", "min_y", "min_z", "max_x", "max_y", "max_z")
+_SCALE = tuple(name.replace("_", "_scale_") for name in _POSITION)
+_COLOUR = ("min_r", "min_g", "min_b", "max_r", "max_g", "max_b")
+
+
+def is_compressed(header: PlyHeader) -> bool:
+    """Whether the vertices of this PLY file are packed words."""
+    vertex = header.elements.get("vertex")
+    return vertex is not None and vertex.dtype is not None and _PACKED[0] in vertex.dtype.fields
+
+
+def read_compressed_ply(path: Path, header: PlyHeader) -> SplatCloud:
+    """Read a compressed PLY whose header has been parsed, in the file's own frame and unit.
+
+    Raises:
+        FormatError: the file is truncated, damaged or of another layout.
+        OSError: the file cannot be read.
+    """
+    words = _table(path, header, "vertex", _PACKED, "u4")
+    n = len(words)
+    chunk_names = header.elements["chunk"].dtype if "chunk" in header.elements else None
+    coloured = chunk_names is not None and "min_r" in (chunk_names.names or ())
+    bounds = _table(path, header, "chunk", (*_POSITION, *_SCALE, *_COLOUR * coloured), "f4")
+    if len(bounds) * CHUNK_SPLATS < n:
+        raise refusal(
+            path,
+            "element 'chunk'",
+            f"{len(bounds)} chunks for {n} splats, wanted {-(-n // CHUNK_SPLATS)}",
+            "the file is damaged, export it again",
+        )
+    of_splat = np.repeat(bounds, CHUNK_SPLATS, axis=0)[:n].astype(np.float64)
+    position = _between(of_splat[:, 0:3], of_splat[:, 3:6], _unpack_11_10_11(words[:, 0]))
+    log_scale = _between(of_splat[:, 6:9], of_splat[:, 9:12], _unpack_11_10_11(words[:, 2]))
+    rgba = _bits(words[:, 3], (24, 16, 8, 0), 8)
+    colour = rgba[:, :3]
+    if coloured:
+        colour = _between(of_splat[:, 12:15], of_splat[:, 15:18], colour)
+    return cloud_from_file(
+        path,
+        means=position.astype(np.float32),
+        scales=exponential(log_scale.astype(np.float32)),
+        quaternions=_unpack_rotation(path, words[:, 1]),
+        opacities=rgba[:, 3].astype(np.float32),
+        sh=np.concatenate(
+            [((colour - 0.5) / SH_C0)[:, None, :], _read_higher(path, header, n)], axis=1
+        ).astype(np.float32),
+    )
+
+
+def _table(
+    path: Path, header: PlyHeader, name: str, columns: tuple[str, ...], kind: str
+) -> NDArray[np.generic]:
+    """(rows, columns) of an element whose named columns must all be of one type."""
+    element = require_rows(path, header, name)
+    assert element.dtype is not None
+    fields = element.dtype.fields or {}
+    wrong = [c for c in columns if c not in fields or fields[c][0].str[1:] != kind]
+    if wrong:
+        raise refusal(
+            path,
+            f"element {name!r}",
+            f"property {', '.join(wrong)} is missing or not of type {kind}",
+            "the file is damaged or of another layout, export it again",
+        )
+    rows = read_rows(path, element, 0, element.count)
+    return np.stack([rows[c] for c in columns], axis=1).astype(f"={kind}")
+
+
+def _read_higher(path: Path, header: PlyHeader, n: int) -> NDArray[np.float64]:
+    """(N, K - 1, 3) coefficients above degree 0."""
+    if "sh" not in header.elements:
+        return np.zeros((n, 0, 3))
+    dtype = header.elements["sh"].dtype
+    count = len(dtype.names or ()) if dtype is not None else 0
+    if count // 3 + 1 not in SH_COUNTS or header.elements["sh"].count != n:
+        raise refusal(
+            path,
+            "element 'sh'",
+            f"{header.elements['sh'].count} rows of {count} coefficients for {n} splats",
+            "the file is damaged or of another layout, export it again",
+        )
+    stored = _table(path, header, "sh", tuple(f"f_rest_{i}" for i in range(count)), "u1")
+    stored = stored.astype(np.float64)
+    share = np.select([stored == 0, stored == 255], [0.0, 1.0], (stored + 0.5) / 256.0)
+    return (SH_RANGE * (share - 0.5)).reshape(n, 3, count // 3).swapaxes(1, 2)
+
+
+def _bits(words: NDArray[np.generic], shifts: tuple[int, ...], width: int) -> NDArray[np.float64]:
+    """(N, len(shifts)) fields of `width` bits as 0..1."""
+    mask = (1 << width) - 1
+    shifted = words[:, None] >> np.array(shifts, dtype=np.uint32)
+    return (shifted & np.uint32(mask)).astype(np.float64) / mask
+
+
+def _unpack_11_10_11(words: NDArray[np.generic]) -> NDArray[np.float64]:
+    outer, inner = _bits(words, (21, 0), 11), _bits(words, (11,), 10)
+    return np.stack([outer[:, 0], inner[:, 0], outer[:, 1]], axis=1)
+
+
+def _unpack_rotation(path: Path, words: NDArray[np.generic]) -> NDArray[np.float32]:
+    three = (_bits(words, (20, 10, 0), 10) - 0.5) * np.sqrt(2.0)
+    return rotations_from_three(path, three, (words >> np.uint32(30)).astype(np.intp))
+
+
+def _between(
+    low: NDArray[np.float64], high: NDArray[np.float64], share: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    return low * (1.0 - share) + high * share

@@ -1,0 +1,169 @@
+"""Gaussian-splat PLY as the 3DGS trainer writes it (Kerbl et al. 2023), in and out.
+
+Stored per splat: position, f_dc_0..2, f_rest_* (channel-major: all red, then green, then blue),
+opacity as a logit, scale_0..2 as natural logarithms, rot_0..3 as a free quaternion (w, x, y, z).
+The file's axes are kept: trainers write the frame of the reconstruction (x right, y down, z
+forward).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.formats.activation import cloud_from_file, exponential, logarithm, logit, sigmoid
+from scenes.formats.atomic import write_file
+from scenes.formats.compressed_ply import is_compressed, read_compressed_ply
+from scenes.formats.error import refusal
+from scenes.formats.ply_header import PlyElement, read_header, read_rows, require_rows
+from scenes.splats import SH_COUNTS, SplatCloud
+
+ROWS_PER_BLOCK = 65_536
+
+FLAT_SCALE = 1e-3
+"""Thickness of a 2D splat (no scale_2) as a share of its smaller width."""
+
+WORLD_COMMENT = "frame: world, right-handed, Z up, metres"
+"""Header line of PLY files that are in the world frame and not in a reconstruction's."""
+
+_MEANS = ("x", "y", "z")
+_COLOURS = ("f_dc_0", "f_dc_1", "f_dc_2")
+_SCALES = ("scale_0", "scale_1", "scale_2")
+_ROTATIONS = ("rot_0", "rot_1", "rot_2", "rot_3")
+
+
+def read_ply(path: Path) -> SplatCloud:
+    """Read a Gaussian-splat PLY, plain or compressed, in the file's own frame and unit.
+
+    Properties may come in any order and of any scalar type; normals, f_rest and scale_2 may be
+    missing; other properties, elements and comments are ignored. Quaternions are normalised.
+
+    Raises:
+        FormatError: the file is truncated, foreign, or holds values that no scan can have.
+        OSError: the file cannot be read.
+    """
+    header = read_header(path)
+    if is_compressed(header):
+        return read_compressed_ply(path, header)
+    element = require_rows(path, header, "vertex")
+    rest = _rest_columns(path, element)
+    columns = [*_MEANS, *_COLOURS, "opacity", *_scale_columns(element), *_ROTATIONS, *rest]
+    values = _read_columns(path, element, columns)
+    n, n_rest = len(values), len(rest)
+    scales = exponential(values[:, 7 : values.shape[1] - 4 - n_rest])
+    if scales.shape[1] == 2:
+        thickness = FLAT_SCALE * scales.min(axis=1, keepdims=True)
+        scales = np.concatenate([scales, thickness], axis=1)
+    quaternion_end = values.shape[1] - n_rest
+    colours = values[:, 3:6].reshape(n, 1, 3)
+    higher = values[:, quaternion_end:].reshape(n, 3, n_rest // 3).swapaxes(1, 2)
+    return cloud_from_file(
+        path,
+        means=values[:, :3],
+        scales=scales,
+        quaternions=values[:, quaternion_end - 4 : quaternion_end],
+        opacities=sigmoid(values[:, 6]),
+        sh=np.concatenate([colours, higher], axis=1),
+    )
+
+
+def write_ply(path: Path, cloud: SplatCloud, *, comments: Sequence[str] = ()) -> int:
+    """Write a Gaussian-splat PLY (binary little endian, without normals); atomic.
+
+    Means, rotations and colours come back bit by bit, scales and opacities within 1e-6 relative
+    (they are stored as logarithms and logits); what was read once is written and read unchanged.
+
+    Args:
+        path: the file to make or replace.
+        cloud: the splats, in whatever frame the file shall have.
+        comments: header comment lines, ASCII.
+
+    Returns:
+        The size of the file in bytes.
+
+    Raises:
+        WriteError: the disk is full or the folder is not writable; nothing is left behind.
+    """
+    return write_file(path, _blocks(cloud, comments))
+
+
+def ply_comments(path: Path) -> tuple[str, ...]:
+    """The comment lines of a PLY file.
+
+    Raises:
+        FormatError: it is not a PLY file.
+        OSError: the file cannot be read.
+    """
+    return read_header(path).comments
+
+
+def _blocks(cloud: SplatCloud, comments: Sequence[str]) -> Iterator[bytes]:
+    n_rest = 3 * (cloud.sh.shape[1] - 1)
+    names = [
+        *_MEANS,
+        *_COLOURS,
+        *(f"f_rest_{i}" for i in range(n_rest)),
+        "opacity",
+        *_SCALES,
+        *_ROTATIONS,
+    ]
+    lines = ["ply", "format binary_little_endian 1.0", *(f"comment {c}" for c in comments)]
+    lines += [f"element vertex {len(cloud)}", *(f"property float {name}" for name in names)]
+    yield ("\n".join([*lines, "end_header"]) + "\n").encode("ascii")
+    for start in range(0, len(cloud), ROWS_PER_BLOCK):
+        rows = slice(start, start + ROWS_PER_BLOCK)
+        n = len(cloud.means[rows])
+        table = np.concatenate(
+            [
+                cloud.means[rows],
+                cloud.sh[rows, 0],
+                cloud.sh[rows, 1:].swapaxes(1, 2).reshape(n, n_rest),
+                logit(cloud.opacities[rows])[:, None],
+                logarithm(cloud.scales[rows]),
+                cloud.rotations[rows],
+            ],
+            axis=1,
+        )
+        yield table.astype("<f4").tobytes()
+
+
+def _read_columns(path: Path, element: PlyElement, columns: list[str]) -> NDArray[np.float32]:
+    """(N, len(columns)) float32, read block by block so that memory stays near the result's."""
+    assert element.dtype is not None
+    missing = [name for name in columns if name not in (element.dtype.names or ())]
+    if missing:
+        raise refusal(
+            path,
+            "element 'vertex'",
+            f"no property {', '.join(missing)}",
+            "this is a point cloud or a foreign PLY, give a Gaussian-splat PLY",
+        )
+    values = np.empty((element.count, len(columns)), dtype=np.float32)
+    for start in range(0, element.count, ROWS_PER_BLOCK):
+        stop = min(start + ROWS_PER_BLOCK, element.count)
+        rows = read_rows(path, element, start, stop)
+        for i, name in enumerate(columns):
+            values[start:stop, i] = rows[name]
+    return values
+
+
+def _scale_columns(element: PlyElement) -> tuple[str, ...]:
+    assert element.dtype is not None
+    return _SCALES if "scale_2" in (element.dtype.names or ()) else _SCALES[:2]
+
+
+def _rest_columns(path: Path, element: PlyElement) -> list[str]:
+    assert element.dtype is not None
+    count = sum(name.startswith("f_rest_") for name in element.dtype.names or ())
+    wanted = [3 * (k - 1) for k in SH_COUNTS]
+    if count not in wanted:
+        raise refusal(
+            path,
+            "element 'vertex'",
+            f"{count} properties f_rest_*, wanted one of {wanted} (degree 0 to 3)",
+            "export it with a whole degree of spherical harmonics",
+        )
+    return [f"f_rest_{i}" for i in range(count)]

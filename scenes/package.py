@@ -1,0 +1,366 @@
+"""The scene package: a folder that holds a prepared room and reopens to the same room.
+
+Layout, format version 1 (lengths in metres, world right-handed and Z up):
+    scene.json           format, version, name, creator, stages, footprint; bytes and SHA-256 per file
+    splats/room.ply      everything that does not move, in the world frame
+    splats/objects/*.ply one file per movable object, in the object's frame
+    objects.json         id, name, kind, box, support height, last pose
+    anchors.json         printed QR codes: payload, side, pose
+    cameras.json         where the 360° camera stands
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.formats.atomic import write_folder
+from scenes.formats.error import FormatError
+from scenes.formats.ply import WORLD_COMMENT, read_ply, write_ply
+from scenes.formats.registry import is_in_world_frame, read_splats
+from scenes.formats.sog import is_sog_folder
+from scenes.frames import WORLD_FROM_FORWARD_CAMERA
+from scenes.harmonics import turned
+from scenes.mesh import QrCode
+from scenes.package_files import (
+    PackageError,
+    fingerprint,
+    inside,
+    numbers,
+    read_items,
+    read_json,
+    verify_files,
+    write_items,
+    write_json,
+)
+from scenes.pose import Pose
+from scenes.splats import SplatCloud, validate
+from scenes.state import ObjectModel
+
+FORMAT_NAME = "gaussiannexus scene"
+FORMAT_VERSION = 1
+DISTRIBUTION = "gaussiannexus-studio"
+
+_SCENE, _OBJECTS, _ANCHORS, _CAMERAS = "scene.json", "objects.json", "anchors.json", "cameras.json"
+_ROOM = "splats/room.ply"
+_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """One step of a scene's making: what was done, in words, and how long it took in seconds."""
+
+    name: str
+    detail: str = ""
+    seconds: float | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ScenePackage:
+    """A prepared room.
+
+    Attributes:
+        name: shown to people; of a built-in room, its name.
+        room: everything that does not move, world frame, metres.
+        objects: movable objects, each in its own frame with its last pose.
+        codes: printed QR codes whose poses are known.
+        world_from_rig: where the 360° camera stands.
+        footprint_m: (2, 2) lowest and highest floor corner (x, y), metres.
+        physical: name of the built-in physical room this is a scan of, or None for a real one.
+        stages: how it was made, oldest first.
+
+    Raises:
+        PackageError: an object id is unfit for a file name or appears twice, or the footprint is
+            not (2, 2) and finite.
+    """
+
+    name: str
+    room: SplatCloud
+    objects: tuple[ObjectModel, ...]
+    codes: tuple[QrCode, ...]
+    world_from_rig: Pose
+    footprint_m: NDArray[np.float64]
+    physical: str | None
+    stages: tuple[Stage, ...] = ()
+
+    def __post_init__(self) -> None:
+        footprint = np.array(self.footprint_m, dtype=np.float64)
+        if footprint.shape != (2, 2) or not np.isfinite(footprint).all():
+            raise PackageError(
+                f"ScenePackage.footprint_m: {footprint.tolist()}, wanted finite (2, 2)"
+            )
+        footprint.setflags(write=False)
+        object.__setattr__(self, "footprint_m", footprint)
+        seen: set[str] = set()
+        for item in self.objects:
+            if not _ID.fullmatch(item.object_id):
+                raise PackageError(
+                    f"object id {item.object_id!r}: wanted 1 to 64 letters, digits, '-' or '_', "
+                    "beginning with a letter or digit"
+                )
+            if item.object_id.lower() in seen:
+                raise PackageError(f"object id {item.object_id!r}: appears twice")
+            seen.add(item.object_id.lower())
+
+    def object_by_id(self, object_id: str) -> ObjectModel:
+        """The movable object with this id.
+
+        Raises:
+            KeyError: no such object; the message lists those there are.
+        """
+        for item in self.objects:
+            if item.object_id == object_id:
+                return item
+        known = ", ".join(sorted(item.object_id for item in self.objects)) or "none"
+        raise KeyError(f"scene {self.name!r} has no object {object_id!r}; it has: {known}")
+
+
+def save_package(package: ScenePackage, folder: str | Path, *, replace: bool = True) -> None:
+    """Write the package as a folder: whole, or not at all.
+
+    Means, rotations, colours and poses come back exactly; scales and opacities within 1e-6 relative
+    (see `scenes.formats.ply.write_ply`), and exactly from the second saving on.
+
+    Args:
+        package: what to save.
+        folder: where; it may exist if it is empty or a scene package, which is then replaced.
+        replace: False keeps a package that another process puts there meanwhile.
+
+    Raises:
+        PackageError: the folder holds something else, or splats have values no file may have.
+        WriteError: the disk is full or the place not writable; nothing is left behind.
+    """
+    target = Path(folder)
+    if target.exists() and not _may_be_replaced(target):
+        raise PackageError(
+            f"{target}: exists and is not a scene package; move it away or choose another folder"
+        )
+    _refuse_bad_splats(package)
+    write_folder(target, lambda part: _fill(part, package), replace=replace)
+
+
+def load_package(folder: str | Path) -> ScenePackage:
+    """Open a scene package, checking version, sizes and checksums of every file.
+
+    Raises:
+        PackageError: names the file, what is wrong with it and what to do.
+    """
+    source = Path(folder)
+    scene = _read_scene(source)
+    verify_files(source / _SCENE, scene.get("files"), {_ROOM, _OBJECTS, _ANCHORS, _CAMERAS})
+    try:
+        return ScenePackage(
+            name=str(scene["name"]),
+            room=_read_splats(source, _ROOM),
+            objects=tuple(_object_from_json(source, o) for o in read_items(source / _OBJECTS)),
+            codes=tuple(_code_from_json(c) for c in read_items(source / _ANCHORS)),
+            world_from_rig=_pose_from_json(read_json(source / _CAMERAS)["world_from_rig"]),
+            footprint_m=np.array(scene["footprint_m"], dtype=np.float64),
+            physical=None if scene["physical"] is None else str(scene["physical"]),
+            stages=tuple(Stage(**stage) for stage in scene["stages"]),
+        )
+    except PackageError:
+        raise
+    except KeyError as error:
+        raise PackageError(f"{source}: field {error} is missing; save the scene again") from None
+    except (TypeError, ValueError) as error:
+        raise PackageError(f"{source}: {error}; save the scene again") from None
+
+
+def open_scene(name_or_path: str | Path, *, cache_dir: Path | None = None) -> ScenePackage:
+    """Open a built-in room, a scene package or a plain splat file.
+
+    A splat file becomes a scene without objects: axes are turned from the file's (x right, y down,
+    z forward, unless it was written in the world frame) to Z up; unit and origin are kept, since
+    the file does not tell them.
+
+    Args:
+        name_or_path: a name of `scenes.samples.SAMPLE_NAMES`, a package folder or a splat file.
+        cache_dir: where built-in rooms are kept; by default the user's cache folder.
+
+    Raises:
+        PackageError: there is nothing of that name, or it is foreign or damaged.
+        FormatError: a splat file is damaged.
+        WriteError: a built-in room cannot be kept because the cache folder is full or read-only.
+    """
+    # Imported here because these modules build packages and so import this one.
+    from scenes.builtin import open_builtin
+    from scenes.samples import SAMPLE_NAMES
+
+    if str(name_or_path) in SAMPLE_NAMES:
+        return open_builtin(str(name_or_path), cache_dir)
+    path = Path(name_or_path)
+    if not path.exists():
+        raise PackageError(
+            f"{path}: no such folder or file, nor a built-in scene; "
+            f"built-in are: {', '.join(SAMPLE_NAMES)}"
+        )
+    if path.is_dir() and not is_sog_folder(path):
+        return load_package(path)
+    return _package_of_splats(path)
+
+
+def is_package(folder: Path) -> bool:
+    """Whether this folder says that it is a scene package, of whatever version."""
+    try:
+        values = read_json(folder / _SCENE)
+    except PackageError:
+        return False
+    return values.get("format") == FORMAT_NAME
+
+
+def program_version() -> str:
+    """Name and version of this program, as written into packages."""
+    try:
+        return f"{DISTRIBUTION} {version(DISTRIBUTION)}"
+    except PackageNotFoundError:
+        return f"{DISTRIBUTION} (not installed)"
+
+
+def _fill(part: Path, package: ScenePackage) -> None:
+    (part / "splats" / "objects").mkdir(parents=True)
+    write_ply(part / _ROOM, package.room, comments=[WORLD_COMMENT])
+    for item in package.objects:
+        write_ply(part / _object_file(item.object_id), item.splats)
+    write_items(part / _OBJECTS, [_object_to_json(item) for item in package.objects])
+    write_items(part / _ANCHORS, [_code_to_json(code) for code in package.codes])
+    write_json(part / _CAMERAS, {"world_from_rig": _pose_to_json(package.world_from_rig)})
+    files = sorted(path for path in part.rglob("*") if path.is_file())
+    write_json(
+        part / _SCENE,
+        {
+            "format": FORMAT_NAME,
+            "version": FORMAT_VERSION,
+            "name": package.name,
+            "units": "m",
+            "up": "z",
+            "creator": program_version(),
+            "physical": package.physical,
+            "footprint_m": package.footprint_m.tolist(),
+            "stages": [
+                {"name": s.name, "detail": s.detail, "seconds": s.seconds} for s in package.stages
+            ],
+            "files": {path.relative_to(part).as_posix(): fingerprint(path) for path in files},
+        },
+    )
+
+
+def _package_of_splats(path: Path) -> ScenePackage:
+    cloud = read_splats(path)
+    if not is_in_world_frame(path):
+        cloud = turned(cloud, WORLD_FROM_FORWARD_CAMERA)
+    low, high = np.percentile(cloud.means, (1.0, 99.0), axis=0) if len(cloud) else np.zeros((2, 3))
+    middle = 0.5 * (low + high).astype(np.float64)
+    return ScenePackage(
+        name=path.name,
+        room=cloud,
+        objects=(),
+        codes=(),
+        world_from_rig=Pose(WORLD_FROM_FORWARD_CAMERA.rotation, middle),
+        footprint_m=np.stack([low[:2], high[:2]]),
+        physical=None,
+        stages=(Stage("open", f"splat file {path.name}"),),
+    )
+
+
+def _may_be_replaced(target: Path) -> bool:
+    return target.is_dir() and (is_package(target) or not any(target.iterdir()))
+
+
+def _refuse_bad_splats(package: ScenePackage) -> None:
+    try:
+        validate(package.room, f"scene {package.name!r}, room")
+        for item in package.objects:
+            validate(item.splats, f"scene {package.name!r}, object {item.object_id!r}")
+    except ValueError as error:
+        raise PackageError(f"{error}; nothing was saved") from None
+
+
+def _read_scene(source: Path) -> dict[str, Any]:
+    if not source.is_dir():
+        raise PackageError(f"{source}: no such scene folder; check the path")
+    if not (source / _SCENE).is_file():
+        raise PackageError(f"{source}: not a scene package (no {_SCENE}); choose another folder")
+    scene = read_json(source / _SCENE)
+    if scene.get("format") != FORMAT_NAME:
+        raise PackageError(f"{source / _SCENE}: not a scene package; choose another folder")
+    found = scene.get("version")
+    if not isinstance(found, int) or isinstance(found, bool) or found < 1:
+        raise PackageError(
+            f"{source / _SCENE}: version {found!r}, wanted a whole number from 1; "
+            "the file is damaged, restore the folder from a copy"
+        )
+    if found > FORMAT_VERSION:
+        raise PackageError(
+            f"{source}: format version {found} made by a newer program ({scene.get('creator')}); "
+            f"this one reads up to {FORMAT_VERSION}: update it"
+        )
+    return scene
+
+
+def _read_splats(source: Path, name: str) -> SplatCloud:
+    try:
+        return read_ply(inside(source / _SCENE, name))
+    except FormatError as error:
+        raise PackageError(str(error)) from None
+
+
+def _object_file(object_id: str) -> str:
+    return f"splats/objects/{object_id}.ply"
+
+
+def _object_to_json(item: ObjectModel) -> dict[str, Any]:
+    return {
+        "id": item.object_id,
+        "name": item.name,
+        "kind": item.kind,
+        "box_m": list(item.box_m),
+        "support_z_m": item.support_z_m,
+        "world_from_object": _pose_to_json(item.world_from_object),
+    }
+
+
+def _object_from_json(source: Path, values: Mapping[str, Any]) -> ObjectModel:
+    object_id = values["id"]
+    if not isinstance(object_id, str) or not _ID.fullmatch(object_id):
+        raise PackageError(f"{source / _OBJECTS}: object id {object_id!r} is unfit for a file name")
+    x, y, z = numbers(values["box_m"], 3, "box_m")
+    return ObjectModel(
+        object_id=object_id,
+        name=str(values["name"]),
+        kind=str(values["kind"]),
+        splats=_read_splats(source, _object_file(object_id)),
+        box_m=(x, y, z),
+        support_z_m=numbers([values["support_z_m"]], 1, "support_z_m")[0],
+        world_from_object=_pose_from_json(values["world_from_object"]),
+    )
+
+
+def _code_to_json(code: QrCode) -> dict[str, Any]:
+    pose = _pose_to_json(code.world_from_code)
+    return {"payload": code.payload, "side_m": code.side_m, "world_from_code": pose}
+
+
+def _code_from_json(values: Mapping[str, Any]) -> QrCode:
+    side_m = numbers([values["side_m"]], 1, "side_m")[0]
+    return QrCode(str(values["payload"]), side_m, _pose_from_json(values["world_from_code"]))
+
+
+def _pose_to_json(world_from_thing: Pose) -> dict[str, Any]:
+    return {
+        "wxyz": world_from_thing.quaternion().tolist(),
+        "translation_m": world_from_thing.translation.tolist(),
+    }
+
+
+def _pose_from_json(values: Mapping[str, Any]) -> Pose:
+    return Pose.from_quaternion(
+        numbers(values["wxyz"], 4, "wxyz"), numbers(values["translation_m"], 3, "translation_m")
+    )

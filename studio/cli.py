@@ -1,0 +1,188 @@
+"""`nexus VERB ...`: the table of verbs, their exit codes, and the one place that reports errors.
+
+Exit codes: 0 done, 1 a check failed, 2 usage, 3 bad input file, 130 cancelled.
+"""
+
+from __future__ import annotations
+
+import argparse
+import difflib
+import errno
+import importlib
+import os
+import re
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NoReturn
+
+from studio.rows import program_version
+
+EXIT_DONE, EXIT_FAILED, EXIT_USAGE, EXIT_INPUT, EXIT_CANCELLED = 0, 1, 2, 3, 130
+TRACEBACK_VARIABLE = "NEXUS_TRACEBACK"
+
+
+@dataclass(frozen=True, slots=True)
+class Verb:
+    """One verb of the command line.
+
+    Attributes:
+        name: words after `nexus`, such as "bench raster".
+        module: has `add_arguments(parser)` and `run(args) -> int`; imported when the verb is used.
+        summary: one line for the list of verbs.
+        example: a command that works.
+    """
+
+    name: str
+    module: str
+    summary: str
+    example: str
+
+
+VERBS = (
+    Verb(
+        "rehearse",
+        "studio.rehearse",
+        "play a session on the twin with simulated devices and score it against the truth",
+        "nexus rehearse lab --headless --seed 7 --out out/demo",
+    ),
+    Verb(
+        "replay",
+        "studio.replay",
+        "track a recording again and compare with the recorded tracks",
+        "nexus replay out/demo/recording.mcap --headless",
+    ),
+    Verb("studio", "studio.app.verb", "open the desktop window", "nexus studio lab"),
+    Verb(
+        "convert",
+        "studio.convert",
+        "convert between splat file formats",
+        "nexus convert room.ply room.spz",
+    ),
+    Verb(
+        "bench raster",
+        "studio.bench.raster",
+        "measure the splat renderer",
+        "nexus bench raster --json",
+    ),
+    Verb("doctor", "studio.doctor", "say what is installed, missing, and what to do", "nexus doctor"),
+)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command line.
+
+    Args:
+        argv: words after the program's name; those of the process by default.
+
+    Returns:
+        The exit code.
+    """
+    words = list(sys.argv[1:] if argv is None else argv)
+    try:
+        return _dispatch(words)
+    except SystemExit as leaving:
+        return leaving.code if isinstance(leaving.code, int) else EXIT_USAGE
+    except KeyboardInterrupt:
+        print("nexus: cancelled", file=sys.stderr)
+        return EXIT_CANCELLED
+    except BrokenPipeError:
+        # Whoever read our output has left: nothing more can be said to it, not even at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return EXIT_DONE
+    except (ValueError, OSError) as error:
+        if os.environ.get(TRACEBACK_VARIABLE):
+            raise
+        print(f"nexus: {_one_line(error)}", file=sys.stderr)
+        return EXIT_INPUT
+
+
+def _dispatch(words: list[str]) -> int:
+    if not words or words[0] in ("-h", "--help", "help"):
+        print(_overview())
+        return EXIT_DONE if words else EXIT_USAGE
+    if words[0] in ("-V", "--version"):
+        print(f"nexus {program_version()}")
+        return EXIT_DONE
+    verb, rest = _find_verb(words)
+    module = importlib.import_module(verb.module)
+    parser = _Parser(
+        prog=f"nexus {verb.name}",
+        description=f"{verb.summary[0].upper()}{verb.summary[1:]}.",
+        epilog=f"example:\n  {verb.example}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    module.add_arguments(parser)
+    return int(module.run(parser.parse_args(rest)))
+
+
+def _find_verb(words: list[str]) -> tuple[Verb, list[str]]:
+    for verb in VERBS:
+        parts = verb.name.split()
+        if words[: len(parts)] == parts:
+            return verb, words[len(parts) :]
+    below = [verb.name for verb in VERBS if verb.name.split()[0] == words[0]]
+    if below and (len(words) == 1 or words[1] in ("-h", "--help")):
+        print("\n".join(f"nexus {name}" for name in below))
+        raise SystemExit(EXIT_DONE if len(words) > 1 else EXIT_USAGE)
+    asked = " ".join(words[:2]) if below else words[0]
+    names = [verb.name for verb in VERBS]
+    close = difflib.get_close_matches(asked, names, n=1, cutoff=0.4)
+    hint = f"did you mean 'nexus {close[0]}'?" if close else "'nexus --help' lists the verbs"
+    what = "flag" if asked.startswith("-") else "verb"
+    print(f"nexus: unknown {what} {asked!r}; {hint}", file=sys.stderr)
+    raise SystemExit(EXIT_USAGE)
+
+
+def _overview() -> str:
+    width = max(len(verb.name) for verb in VERBS)
+    lines = [f"  {verb.name:<{width}}  {verb.summary}" for verb in VERBS]
+    return "\n".join(
+        [
+            "usage: nexus VERB [arguments]",
+            "",
+            "Rehearse, track and replay live Gaussian-splat telepresence.",
+            "",
+            *lines,
+            "",
+            "'nexus VERB --help' explains a verb.",
+            "Exit codes: 0 done, 1 a check failed, 2 usage, 3 bad input file, 130 cancelled.",
+            "",
+            "example:",
+            f"  {VERBS[0].example}",
+        ]
+    )
+
+
+class _Parser(argparse.ArgumentParser):
+    """Says what is wrong with a command line in one line, with the nearest flag that exists."""
+
+    def error(self, message: str) -> NoReturn:
+        unknown = re.match(r"unrecognized arguments: (.*)", message)
+        if unknown:
+            words = unknown[1].split()
+            flags = [flag for action in self._actions for flag in action.option_strings]
+            first = words[0].split("=")[0]
+            close = difflib.get_close_matches(first, flags, n=1, cutoff=0.5)
+            what = "flag" if first.startswith("-") else "argument"
+            hint = f"did you mean {close[0]}?" if close else f"'{self.prog} --help' lists them"
+            message = f"unknown {what} {first!r}; {hint}"
+        else:
+            message = f"{message}; '{self.prog} --help' explains"
+        print(f"{self.prog}: {message}", file=sys.stderr)
+        raise SystemExit(EXIT_USAGE)
+
+
+def _one_line(error: BaseException) -> str:
+    if isinstance(error, OSError) and error.errno is not None:
+        where = f"{error.filename}: " if error.filename else ""
+        reason = error.strerror or type(error).__name__
+        if error.errno == errno.ENOSPC and "full" not in reason:
+            reason = "the disk is full: free some space or choose another folder with --out"
+        return where + reason
+    return " ".join(str(error).split()) or type(error).__name__
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,99 @@
+"""Fixtures shared by all tests."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+import pytest
+
+from scenes.cameras import Camera, pixel_centres
+from scenes.mesh import TexturedMesh
+from scenes.pose import Pose
+
+AMBIENT, KEY = 0.55, 0.5
+
+
+@pytest.fixture(scope="session")
+def raycast():
+    """A function that takes a picture of textured meshes by ray casting, independent of any renderer.
+
+    `raycast(meshes, camera, world_from_camera, *, shade, light_direction)` with `meshes` a sequence of
+    (TexturedMesh, world_from_mesh) returns (rgb uint8 (H, W, 3), range float32 (H, W) in metres, 0 where
+    nothing is hit, index int32 (H, W) into `meshes`, -1 where nothing is hit). `shade` (one bool, or one
+    per mesh) multiplies the texture by `ambient + key · max(0, n·l)`: for objects, whose textures are
+    albedo, not for static meshes, whose textures are lit.
+    """
+    return raycast_picture
+
+
+def raycast_picture(
+    meshes: Sequence[tuple[TexturedMesh, Pose]],
+    camera: Camera,
+    world_from_camera: Pose,
+    *,
+    shade: bool | Sequence[bool],
+    light_direction: Sequence[float] | np.ndarray = (-0.8, 0.18, 0.57),
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    import open3d as o3d
+
+    scene = o3d.t.geometry.RaycastingScene()
+    for mesh, world_from_mesh in meshes:
+        scene.add_triangles(
+            (world_from_mesh @ mesh.vertices).astype(np.float32), mesh.faces.astype(np.uint32)
+        )
+    rays_in_camera = camera.unproject(pixel_centres(camera))
+    rays = rays_in_camera @ world_from_camera.rotation.T
+    origins = np.broadcast_to(world_from_camera.translation, rays.shape)
+    hits = scene.cast_rays(
+        o3d.core.Tensor(np.concatenate([origins, rays], axis=1).astype(np.float32))
+    )
+    distance = hits["t_hit"].numpy()
+    geometry = hits["geometry_ids"].numpy()
+    triangle = hits["primitive_ids"].numpy()
+    barycentric = hits["primitive_uvs"].numpy()
+    normals = hits["primitive_normals"].numpy()
+    inside_lens = camera.project(rays_in_camera)[1]
+    light = np.asarray(light_direction, dtype=np.float64)
+    light = light / np.linalg.norm(light)
+    shaded = [shade] * len(meshes) if isinstance(shade, bool) else list(shade)
+
+    rgb = np.zeros((len(rays), 3), dtype=np.uint8)
+    index = np.full(len(rays), -1, dtype=np.int32)
+    for number, (mesh, _) in enumerate(meshes):
+        here = np.flatnonzero((geometry == number) & np.isfinite(distance) & inside_lens)
+        if not len(here):
+            continue
+        index[here] = number
+        colour = _lookup(mesh, triangle[here], barycentric[here])
+        if shaded[number]:
+            lambert = np.abs(normals[here] @ light) * (
+                np.sign(normals[here] @ light) == -np.sign((normals[here] * rays[here]).sum(axis=1))
+            )
+            colour = colour * (AMBIENT + KEY * lambert)[:, None]
+        rgb[here] = np.clip(colour + 0.5, 0, 255).astype(np.uint8)
+    shape = (camera.height_px, camera.width_px)
+    reach = np.where(index >= 0, distance, 0.0).astype(np.float32)
+    return rgb.reshape(*shape, 3), reach.reshape(shape), index.reshape(shape)
+
+
+def _lookup(mesh: TexturedMesh, triangle: np.ndarray, barycentric: np.ndarray) -> np.ndarray:
+    """Bilinear texture colours 0..255 at points of triangles."""
+    b, c = barycentric[:, :1], barycentric[:, 1:]
+    corners = mesh.uv[mesh.faces[triangle]]
+    uv = (1 - b - c) * corners[:, 0] + b * corners[:, 1] + c * corners[:, 2]
+    height, width = mesh.texture.shape[:2]
+    x = (uv[:, 0] * width - 0.5).astype(np.float32)
+    y = ((1 - uv[:, 1]) * height - 0.5).astype(np.float32)
+    parts = [
+        cv2.remap(
+            mesh.texture,
+            x[start : start + 30000, None],
+            y[start : start + 30000, None],
+            cv2.INTER_LINEAR,
+            borderMode=cv2.BORDER_REPLICATE,
+        ).reshape(-1, 3)
+        for start in range(0, len(x), 30000)
+    ]
+    return np.concatenate(parts).astype(np.float32)

@@ -1,0 +1,222 @@
+import errno
+
+import numpy as np
+import pytest
+from mcap.writer import Writer
+
+from devices import recording
+from devices.clock import ManualClock
+from devices.messages import EncodedFrame, Event
+from devices.recording import Recorder, RecordingError, read_recording, read_session
+from devices.recording_codec import (
+    FrameStamp,
+    RecordedAvatar,
+    RecordedTrack,
+    RecordedTruth,
+    SessionInfo,
+)
+from devices.replay import ReplayCamera
+from devices.streams import BoundedQueue, ByteQuota
+from devices.video import H264Decoder, H264Encoder
+from scenes.cameras import Fisheye, Rig
+from scenes.frames import FRONT_FROM_BACK_LENS
+from scenes.pose import Pose, rotation_from_vector
+from scenes.state import Avatar, TrackedObject, TrackState
+
+SIZE, FRAMES = 96, 6
+LENS = Fisheye.from_fov(SIZE, np.radians(200))
+RIG = Rig((LENS, LENS), (Pose.identity(), FRONT_FROM_BACK_LENS))
+SESSION = SessionInfo(
+    scene="lab",
+    scene_hash="abc",
+    seed=7,
+    scenario="[scenario]\n",
+    scenario_name="lab-short",
+    mode="exact",
+    methods=("own", "paper"),
+    versions={"gaussiannexus-studio": "0.1.0"},
+    rig=RIG,
+    fps=10.0,
+)
+
+
+def random_pose(rng):
+    return Pose(rotation_from_vector(rng.normal(size=3)), rng.normal(size=3))
+
+
+def messages(seed=0):
+    rng = np.random.default_rng(seed)
+    encoder = H264Encoder(2 * SIZE, SIZE, 10, 2_000_000)
+    out = []
+    for seq in range(FRAMES):
+        t_ns = seq * 100_000_000 + 1
+        pose = random_pose(rng)
+        picture = rng.integers(0, 256, (SIZE, 2 * SIZE, 3)).astype(np.uint8)
+        out += [
+            RecordedAvatar(
+                t_ns, Avatar("maya", "remote", pose, (rng.normal(size=(5, 3)),), np.eye(3)[:2])
+            ),
+            FrameStamp("camera-360", seq, t_ns, t_ns + 5, pose),
+            *encoder.encode(picture, seq, t_ns),
+            Event(t_ns, "scenario", "push", "chair-1 is pushed"),
+            RecordedTrack(
+                "own",
+                TrackedObject(
+                    "chair-1", t_ns, pose, np.eye(4) / 3, 0.3, TrackState.OCCLUDED, 0.7, seq
+                ),
+            ),
+            RecordedTruth(
+                seq, t_ns, {"chair-1": pose}, {"chair-1": 1 / 3}, frozenset({"chair-1"}), pose
+            ),
+        ]
+    return out
+
+
+def record(path, values, **options):
+    with Recorder(path, SESSION, **options) as recorder:
+        for value in values:
+            recorder.write(value)
+    return path
+
+
+def plain(value):
+    """Nested plain values, so that arrays and poses compare exactly."""
+    if isinstance(value, Pose):
+        return value.matrix().tolist()
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, (tuple, list)):
+        return [plain(v) for v in value]
+    if isinstance(value, dict):
+        return {k: plain(v) for k, v in value.items()}
+    if hasattr(value, "__slots__"):
+        return type(value).__name__, [plain(getattr(value, n)) for n in value.__slots__]
+    return value
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    return record(tmp_path_factory.mktemp("recording") / "whole.mcap", messages())
+
+
+def test_everything_comes_back_exactly_and_in_order(whole):
+    assert plain(list(read_recording(whole))) == plain(messages())
+    assert plain(read_session(whole)) == plain(SESSION)
+    assert not whole.with_name("whole.mcap.part").exists()
+
+
+def test_replayed_frames_are_the_decoded_packets(whole):
+    decoder = H264Decoder()
+    pictures = [decoder.decode(m) for m in messages() if isinstance(m, EncodedFrame)]
+    frames = list(ReplayCamera(whole).frames())
+    assert [f.seq for f in frames] == list(range(FRAMES))
+    for frame, picture in zip(frames, pictures, strict=True):
+        assert np.array_equal(np.concatenate(frame.images, axis=1), picture)
+        assert frame.received_ns == frame.t_ns + 5
+        assert frame.world_from_rig is not None
+
+
+def test_replay_is_a_device_that_closes_its_sink(whole):
+    queue, clock = BoundedQueue(FRAMES + 1), ManualClock()
+    camera = ReplayCamera(whole)
+    camera.start(queue, clock)
+    seen = []
+    while (frame := queue.take(timeout_s=10)) is not None:
+        seen.append(frame.seq)
+    camera.stop()
+    assert seen == list(range(FRAMES))
+    assert queue.closed
+    assert not camera.status().running
+    assert clock.now_ns() == (FRAMES - 1) * 100_000_000 + 1
+    with pytest.raises(ValueError, match="started before"):
+        camera.start(queue, clock)
+
+
+def test_truncated_at_any_byte_is_one_clear_error(whole, tmp_path):
+    data = whole.read_bytes()
+    cut = tmp_path / "cut.mcap"
+    for length in [*range(64), *range(64, len(data), 997), len(data) - 1]:
+        cut.write_bytes(data[:length])
+        with pytest.raises(RecordingError, match=r"cut\.mcap: ") as caught:
+            list(read_recording(cut))
+        assert "\n" not in str(caught.value)
+
+
+def test_a_flipped_byte_is_an_error_or_changes_nothing(whole, tmp_path):
+    data = whole.read_bytes()
+    expected = plain(messages())
+    damaged = tmp_path / "damaged.mcap"
+    refused = 0
+    positions = range(8, len(data) - 8, 1009)
+    for position in positions:
+        damaged.write_bytes(data[:position] + bytes([data[position] ^ 0x41]) + data[position + 1 :])
+        try:
+            found = plain(list(read_recording(damaged)))
+        except RecordingError:
+            refused += 1
+        else:
+            assert found == expected
+    assert refused > len(positions) // 2
+
+
+def test_foreign_files_are_refused_by_name(tmp_path):
+    text = tmp_path / "notes.mcap"
+    text.write_text("hello, this is not a recording")
+    with pytest.raises(RecordingError, match=r"notes\.mcap: not a recording"):
+        list(read_recording(text))
+    foreign = tmp_path / "foreign.mcap"
+    with foreign.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        writer.finish()
+    with pytest.raises(RecordingError, match="not a GaussianNexus recording"):
+        list(read_recording(foreign))
+
+
+def test_an_error_while_recording_leaves_only_the_part_file(tmp_path):
+    path = tmp_path / "a.mcap"
+
+    def fall_over():
+        with Recorder(path, SESSION) as recorder:
+            recorder.write(messages()[0])
+            raise KeyError("tracker fell over")
+
+    with pytest.raises(KeyError):
+        fall_over()
+    assert not path.exists()
+    assert path.with_name("a.mcap.part").exists()
+
+
+def test_a_full_disk_is_named_and_leaves_only_the_part_file(tmp_path, monkeypatch):
+    path = tmp_path / "a.mcap"
+
+    def full(*_args, **_kwargs):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(recording.Writer, "finish", full)
+    with pytest.raises(OSError, match=r"disk is full.*a\.mcap\.part") as caught:
+        record(path, messages()[:1])
+    assert caught.value.errno == errno.ENOSPC
+    assert not path.exists()
+
+
+def test_quota_sheds_video_before_poses_and_says_so(tmp_path):
+    values = messages()
+    total = sum(len(recording.encode_message(v).data) for v in values)
+    path = record(tmp_path / "short.mcap", values, quota=ByteQuota(int(0.6 * total)))
+    found = list(read_recording(path))
+    kept = [v for v in found if isinstance(v, EncodedFrame)]
+    assert len(kept) < FRAMES
+    assert [v.seq for v in kept] == list(range(len(kept)))
+    assert sum(isinstance(v, RecordedTrack) for v in found) == FRAMES
+    shed = [v for v in found if isinstance(v, Event) and v.kind == "video-shed"]
+    assert len(shed) == 1
+    assert f"video stops at frame {len(kept)}" in shed[0].text
+
+
+def test_numbers_that_are_not_finite_are_refused(tmp_path):
+    track = TrackedObject(
+        "x", 0, Pose.identity(), np.full((4, 4), np.inf), 1.0, TrackState.STATIC, 1.0, 0
+    )
+    with pytest.raises(ValueError, match="/tracks/own at 0 ns: a number is not finite"):
+        record(tmp_path / "a.mcap", [RecordedTrack("own", track)])

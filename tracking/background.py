@@ -1,0 +1,228 @@
+"""What the lenses would see without the movable objects, and how the live picture differs from it.
+
+The object-less room splats are drawn once per lens and camera pose ("plates"). A live picture is
+compared with its plate after a robust fit of exposure and vignetting; a pixel that only got darker
+while its chromaticity and gradient stay is shadow, not an object.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.cameras import Rig
+from scenes.pose import Pose, rotation_angle
+from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
+from scenes.splats import SplatCloud
+
+FloatArray = NDArray[np.float32]
+BoolArray = NDArray[np.bool_]
+
+SAME_PLACE_M = 1e-4
+SAME_ANGLE_RAD = 1e-5
+"""A camera that moved less than this keeps its plates."""
+
+NOISE_FLOOR = 0.022
+"""Standard deviation of sensor, codec and splat noise on a flat wall, of a 0..1 channel."""
+
+MISALIGNMENT_PX = 0.6
+"""How far a plate's edges may be off: adds that many pixels of local gradient to the noise."""
+
+SHADOW_DARKEST = 0.5
+"""A shadow lets through at least this share of the light."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plates:
+    """The empty room as each lens would see it from one place.
+
+    Attributes:
+        world_from_rig: where the camera stands.
+        images: one (H, W, 3) float32 0..1 picture per lens.
+        noise: one (H, W) float32 standard deviation per lens, of a 0..1 channel.
+        coverage: one (H, W) float32 alpha per lens; the room is unknown where it is low.
+    """
+
+    world_from_rig: Pose
+    images: tuple[FloatArray, ...]
+    noise: tuple[FloatArray, ...]
+    coverage: tuple[FloatArray, ...]
+
+    def stands_at(self, world_from_rig: Pose) -> bool:
+        """Whether the plates are still those of a camera at this pose."""
+        moved = self.world_from_rig.inverse() @ world_from_rig
+        return (
+            float(np.linalg.norm(moved.translation)) < SAME_PLACE_M
+            and rotation_angle(moved.rotation) < SAME_ANGLE_RAD
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Exposure:
+    """How a lens's live picture follows from its plate: `plate · (gain + falloff · r²) + offset`.
+
+    Attributes:
+        gain: (3,) per channel.
+        falloff: (3,) vignetting per channel, r = 1 at the border of the lens circle.
+        offset: (3,) per channel, of a 0..1 channel.
+    """
+
+    gain: NDArray[np.float64]
+    falloff: NDArray[np.float64]
+    offset: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Difference:
+    """How a view differs from the empty room.
+
+    Attributes:
+        probability: (H, W) float32, 0..1, that a pixel shows something that isn't in the room scan.
+        expected: (H, W, 3) float32 0..1, the empty room at the live picture's exposure.
+        live: (H, W, 3) float32 0..1, the live picture.
+    """
+
+    probability: FloatArray
+    expected: FloatArray
+    live: FloatArray
+
+    def mask(self) -> BoolArray:
+        """(H, W) bool: more likely foreground than not."""
+        return self.probability > 0.5
+
+
+def render_plates(
+    renderer: Renderer, room: SplatCloud, rig: Rig, world_from_rig: Pose, *, threads: int = 0
+) -> Plates:
+    """Draw the empty room through every lens of a rig."""
+    posed = (PosedSplats(room, Pose.identity()),)
+    images: list[FloatArray] = []
+    noise: list[FloatArray] = []
+    coverage: list[FloatArray] = []
+    for lens, rig_from_lens in zip(rig.lenses, rig.rig_from_lens, strict=True):
+        drawn = renderer.render(
+            posed, lens, world_from_rig @ rig_from_lens, RenderOptions(threads=threads)
+        )
+        images.append(np.clip(drawn.rgb, 0.0, 1.0))
+        noise.append(plate_noise(images[-1]))
+        coverage.append(drawn.alpha)
+    return Plates(world_from_rig, tuple(images), tuple(noise), tuple(coverage))
+
+
+def plate_noise(image: FloatArray) -> FloatArray:
+    """(H, W) standard deviation expected between a plate and a live picture of the same room."""
+    grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
+    gx = cv2.Sobel(grey, cv2.CV_32F, 1, 0, ksize=3, scale=0.125)
+    gy = cv2.Sobel(grey, cv2.CV_32F, 0, 1, ksize=3, scale=0.125)
+    slope = cv2.blur(np.hypot(gx, gy), (5, 5))
+    return np.sqrt(NOISE_FLOOR**2 + (MISALIGNMENT_PX * slope) ** 2).astype(np.float32)
+
+
+def fit_exposure(
+    live: NDArray[np.uint8],
+    plate: FloatArray,
+    coverage: FloatArray,
+    *,
+    samples: int = 150,
+    iterations: int = 8,
+) -> Exposure:
+    """Robust fit of a lens's gain, vignetting and offset, insensitive to people and objects.
+
+    Args:
+        live: (H, W, 3) uint8 lens picture.
+        plate: (H, W, 3) empty room.
+        coverage: (H, W) alpha of the plate.
+        samples: about this many pixels per side are looked at.
+        iterations: of reweighting (Geman-McClure with a shrinking scale).
+    """
+    height, width = plate.shape[:2]
+    step = max(1, min(height, width) // samples)
+    rows, columns = slice(step // 2, None, step), slice(step // 2, None, step)
+    used = coverage[rows, columns] > 0.95
+    observed = live[rows, columns][used].astype(np.float64) / 255.0
+    model = plate[rows, columns][used].astype(np.float64)
+    y, x = np.mgrid[0:height, 0:width][:, rows, columns]
+    radius2 = (((x + 0.5) / width - 0.5) ** 2 + ((y + 0.5) / height - 0.5) ** 2)[used] * 4.0
+    neutral = Exposure(np.ones(3), np.zeros(3), np.zeros(3))
+    if len(observed) < 50:
+        return neutral
+    fits = [
+        _robust_linear(
+            np.stack([model[:, c], model[:, c] * radius2, np.ones(len(model))], axis=1),
+            observed[:, c],
+            iterations,
+        )
+        for c in range(3)
+    ]
+    gain, falloff, offset = np.array(fits).T
+    if not np.isfinite(fits).all() or (gain < 0.2).any() or (gain > 5.0).any():
+        return neutral
+    return Exposure(gain, falloff, offset)
+
+
+def expose(plate: FloatArray, exposure: Exposure, *, radius2: FloatArray) -> FloatArray:
+    """A plate as the live camera would record it.
+
+    Args:
+        plate: (H, W, 3) empty room, in any view.
+        exposure: of the lens it comes from.
+        radius2: (H, W) squared distance from the lens's centre per pixel, 1 at the border.
+    """
+    falloff = exposure.falloff.astype(np.float32)
+    gain = exposure.gain.astype(np.float32) + radius2[..., None].astype(np.float32) * falloff
+    return plate * gain + exposure.offset.astype(np.float32)
+
+
+def difference(live: FloatArray, expected: FloatArray, noise: FloatArray) -> Difference:
+    """Soft foreground probability of a view.
+
+    Args:
+        live: (H, W, 3) float32 0..1.
+        expected: (H, W, 3) float32, the empty room at the same exposure.
+        noise: (H, W) float32 standard deviation per channel.
+    """
+    residual = cv2.GaussianBlur(live - expected, (3, 3), 0.8)
+    distance2 = np.einsum("hwc,hwc->hw", residual, residual) / (noise * noise)
+    shadow = _shadow_likelihood(live, expected, noise)
+    weighed = distance2 * (1.0 - 0.92 * shadow)
+    probability = 1.0 - np.exp(-0.5 * weighed / 9.0)
+    return Difference(probability.astype(np.float32), expected, live)
+
+
+def _shadow_likelihood(live: FloatArray, expected: FloatArray, noise: FloatArray) -> FloatArray:
+    """(H, W) 0..1: the pixel looks like the same surface with less light."""
+    live = cv2.GaussianBlur(live, (5, 5), 1.2)
+    expected = cv2.GaussianBlur(expected, (5, 5), 1.2)
+    power = np.einsum("hwc,hwc->hw", expected, expected) + 1e-4
+    ratio = np.einsum("hwc,hwc->hw", live, expected) / power
+    hue = live - ratio[..., None] * expected
+    hue2 = np.einsum("hwc,hwc->hw", hue, hue) / (0.5 * noise * noise)
+    darkening = np.clip((ratio - SHADOW_DARKEST) / 0.08, 0.0, 1.0) * np.clip(
+        (1.02 - ratio) / 0.04, 0.0, 1.0
+    )
+    grey_live = np.log(np.maximum(live.mean(axis=2), 0.02))
+    grey_expected = np.log(np.maximum(expected.mean(axis=2), 0.02))
+    detail = grey_live - grey_expected
+    gx = cv2.Sobel(detail, cv2.CV_32F, 1, 0, ksize=3, scale=0.125)
+    gy = cv2.Sobel(detail, cv2.CV_32F, 0, 1, ksize=3, scale=0.125)
+    texture_change2 = cv2.blur(gx * gx + gy * gy, (3, 3)) / 0.05**2
+    return (darkening * np.exp(-0.5 * hue2) * np.exp(-0.5 * texture_change2)).astype(np.float32)
+
+
+def _robust_linear(
+    a: NDArray[np.float64], b: NDArray[np.float64], iterations: int
+) -> NDArray[np.float64]:
+    """Least squares of a·x = b that ignores outliers."""
+    x = np.array([1.0, 0.0, 0.0])
+    x[2] = float(np.median(b - a[:, 0]))
+    for _ in range(iterations):
+        residual = b - a @ x
+        scale = max(1.5 * float(np.median(np.abs(residual))), 0.01)
+        weight = 1.0 / (1.0 + (residual / scale) ** 2) ** 2
+        weighted = a * weight[:, None]
+        x = np.linalg.solve(weighted.T @ a + 1e-9 * np.eye(3), weighted.T @ b)
+    return x
+

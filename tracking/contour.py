@@ -1,0 +1,188 @@
+"""Points of a drawn object that its pose can be measured at: silhouette and texture, in 3D."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.cameras import Pinhole
+from scenes.pose import Pose
+from scenes.render.renderer import Rendering
+
+FloatArray = NDArray[np.float32]
+Points = NDArray[np.float64]
+
+HALF = 0.5
+"""Alpha of the silhouette."""
+
+REACH_PX = 6
+"""How far from the contour the width of a part and of the gap beside it is looked at."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Contour:
+    """Silhouette points of an object drawn at a pose.
+
+    Attributes:
+        points: (N, 3) in the object's frame, metres.
+        normals: (N, 2) outward in the picture, unit.
+        inner_px: (N,) width of the part inside the contour along the normal, at most `REACH_PX`.
+        outer_px: (N,) width of the gap outside.
+        colours: (N, 3) float32 of the object just inside.
+    """
+
+    points: Points
+    normals: Points
+    inner_px: Points
+    outer_px: Points
+    colours: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Texture:
+    """Surface points of an object drawn at a pose, where its picture has structure.
+
+    Attributes:
+        points: (N, 3) in the object's frame, metres.
+        values: (N, 3) float32 smoothed colours there.
+        slopes: (N, 3, 2) float32 derivative of the colours per picture pixel (x, y).
+    """
+
+    points: Points
+    values: FloatArray
+    slopes: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+
+def contour_points(
+    drawn: Rendering, camera: Pinhole, object_from_camera: Pose, *, limit: int
+) -> Contour:
+    """Sub-pixel crossings of alpha = ½, lifted to 3D by the drawn depth.
+
+    Args:
+        drawn: the object alone.
+        camera: it was drawn with.
+        object_from_camera: inverse of the pose it was drawn at.
+        limit: keep about this many points, evenly.
+    """
+    alpha = drawn.alpha
+    smooth = cv2.GaussianBlur(alpha, (5, 5), 1.0)
+    slope_x = cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=3)
+    slope_y = cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=3)
+    parts = [_crossings(alpha, slope_x, slope_y, axis) for axis in (0, 1)]
+    pixels = np.concatenate([p[0] for p in parts])
+    inside = np.concatenate([p[1] for p in parts])
+    normals = np.concatenate([p[2] for p in parts])
+    if len(pixels) > limit:
+        order = np.lexsort((pixels[:, 0], pixels[:, 1]))
+        chosen = order[np.linspace(0, len(order) - 1, limit).astype(int)]
+        pixels, inside, normals = pixels[chosen], inside[chosen], normals[chosen]
+    depth = drawn.depth[inside[:, 1], inside[:, 0]].astype(np.float64)
+    colours = np.asarray(drawn.rgb[inside[:, 1], inside[:, 0]], dtype=np.float32)
+    colours = colours / np.maximum(alpha[inside[:, 1], inside[:, 0]], 0.5)[:, None]
+    inner = _run_length(alpha, pixels, -normals, inside=True)
+    outer = _run_length(alpha, pixels, normals, inside=False)
+    points = object_from_camera @ lift(camera, pixels, depth)
+    return Contour(points, normals, inner, outer, colours)
+
+
+def texture_points(
+    drawn: Rendering,
+    picture: FloatArray,
+    camera: Pinhole,
+    object_from_camera: Pose,
+    *,
+    limit: int,
+    least_slope: float,
+) -> Texture:
+    """The object's inner pixels with the steepest colours.
+
+    Args:
+        drawn: the object alone.
+        picture: (H, W, 3) its colours, smoothed as the live picture will be.
+        camera: it was drawn with.
+        object_from_camera: inverse of the pose it was drawn at.
+        limit: keep at most this many.
+        least_slope: change per pixel, of a 0..1 channel, below which a pixel says nothing.
+    """
+    slope_x = cv2.Sobel(picture, cv2.CV_32F, 1, 0, ksize=3, scale=0.125)
+    slope_y = cv2.Sobel(picture, cv2.CV_32F, 0, 1, ksize=3, scale=0.125)
+    steep = np.sqrt((slope_x**2 + slope_y**2).sum(axis=2))
+    inner = cv2.erode((drawn.alpha > 0.9).astype(np.uint8), np.ones((5, 5), np.uint8))
+    rows, columns = np.nonzero((inner > 0) & (steep > least_slope))
+    if len(rows) > limit:
+        chosen = np.linspace(0, len(rows) - 1, limit).astype(int)
+        rows, columns = rows[chosen], columns[chosen]
+    pixels = np.stack([columns + 0.5, rows + 0.5], axis=1)
+    depth = drawn.depth[rows, columns].astype(np.float64)
+    slopes = np.stack([slope_x[rows, columns], slope_y[rows, columns]], axis=2)
+    points = object_from_camera @ lift(camera, pixels, depth)
+    return Texture(points, picture[rows, columns], slopes)
+
+
+def lift(camera: Pinhole, pixels: Points, depth_m: Points) -> Points:
+    """(N, 2) pixels and (N,) depths along z -> (N, 3) points in the camera."""
+    x = (pixels[:, 0] - camera.cx) / camera.fx
+    y = (pixels[:, 1] - camera.cy) / camera.fy
+    return np.stack([x * depth_m, y * depth_m, depth_m], axis=1)
+
+
+def sample(image: FloatArray, pixels: Points) -> FloatArray:
+    """Bilinear values at (..., 2) pixels of an (H, W[, C]) float32 picture."""
+    shape = pixels.shape[:-1]
+    map_xy = (pixels.reshape(-1, 2) - 0.5).astype(np.float32)
+    # cv2.remap takes destinations of at most 2¹⁵ rows: fold long lists into a wide picture.
+    width = 1024
+    count = len(map_xy)
+    rows = max(1, -(-count // width))
+    padded = np.zeros((rows * width, 2), np.float32)
+    padded[:count] = map_xy
+    table = padded.reshape(rows, width, 2)
+    values = cv2.remap(
+        image, table[..., 0], table[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+    )
+    channels = image.shape[2:]
+    return np.asarray(values.reshape(rows * width, *channels)[:count]).reshape(*shape, *channels)
+
+
+def _crossings(
+    alpha: FloatArray, slope_x: FloatArray, slope_y: FloatArray, axis: int
+) -> tuple[Points, NDArray[np.int64], Points]:
+    """Crossings between neighbours along an axis (0: x, 1: y): pixels, inside pixel, normals."""
+    near = alpha[:, :-1] if axis == 0 else alpha[:-1]
+    far = alpha[:, 1:] if axis == 0 else alpha[1:]
+    rows, columns = np.nonzero((near - HALF) * (far - HALF) < 0)
+    a, b = near[rows, columns] - HALF, far[rows, columns] - HALF
+    fraction = a / (a - b)
+    step = np.array([1, 0]) if axis == 0 else np.array([0, 1])
+    first = np.stack([columns, rows], axis=1)
+    inside = np.where((a > 0)[:, None], first, first + step)
+    pixels = first + 0.5 + fraction[:, None] * step
+    gradient = np.stack(
+        [slope_x[inside[:, 1], inside[:, 0]], slope_y[inside[:, 1], inside[:, 0]]], axis=1
+    ).astype(np.float64)
+    length = np.linalg.norm(gradient, axis=1)
+    # Each stretch of contour is taken once, from the axis it crosses more steeply.
+    steeper = np.abs(gradient[:, axis]) >= np.abs(gradient[:, 1 - axis])
+    if axis == 1:
+        steeper = np.abs(gradient[:, 1]) > np.abs(gradient[:, 0])
+    good = (length > 1e-3) & steeper
+    normals = -gradient[good] / length[good, None]
+    return pixels[good], inside[good], normals
+
+
+def _run_length(alpha: FloatArray, pixels: Points, heading: Points, *, inside: bool) -> Points:
+    """(N,) pixels one can go along a heading before alpha crosses ½ again, at most `REACH_PX`."""
+    steps = np.arange(0.75, REACH_PX + 0.01, 0.5)
+    path = sample(alpha, pixels[:, None, :] + steps[None, :, None] * heading[:, None, :])
+    left = (path < HALF) if inside else (path > HALF)
+    first = np.where(left.any(axis=1), steps[np.argmax(left, axis=1)], REACH_PX)
+    return np.maximum(first - 0.25, 1.0)

@@ -1,0 +1,93 @@
+"""What the tracker knows of an object, made from its splats once per session."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.cameras import Pinhole
+from scenes.frames import look_at
+from scenes.pose import Pose
+from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
+from scenes.state import ObjectModel
+from tracking.colours import ColourModel
+from tracking.metrics import ROUND
+
+RENDER_OPTIONS = RenderOptions(threads=1)
+"""How model pictures are drawn: one thread, since a crop is small."""
+
+SYMMETRY_YAWS = 24
+SYMMETRY_SIZE_PX = 96
+ROUND_DIFFERENCE = 0.04
+"""Mean picture difference between yaws below which an object counts as round, of its silhouette."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TrackModel:
+    """An object, ready to be tracked.
+
+    Attributes:
+        source: the scanned object.
+        colours: what its pixels look like.
+        centre_m: (3,) centre of its box in its own frame.
+        radius_m: of the sphere around that centre which holds it.
+        symmetry: yaws in a turn that look alike: 1 none, n-fold, or `ROUND`.
+    """
+
+    source: ObjectModel
+    colours: ColourModel
+    centre_m: NDArray[np.float64]
+    radius_m: float
+    symmetry: int
+
+    @property
+    def object_id(self) -> str:
+        """Of the scanned object."""
+        return self.source.object_id
+
+    def centre_at(self, world_from_object: Pose) -> NDArray[np.float64]:
+        """(3,) centre of the object in the world at a pose."""
+        return world_from_object @ self.centre_m
+
+    def splats_at(self, world_from_object: Pose) -> PosedSplats:
+        """What to hand to a renderer."""
+        return PosedSplats(self.source.splats, world_from_object)
+
+
+def make_model(source: ObjectModel, renderer: Renderer) -> TrackModel:
+    """Colours, extent and symmetry of a scanned object."""
+    height = source.box_m[2]
+    centre = np.array([0.0, 0.0, 0.5 * height])
+    radius = 0.5 * float(np.linalg.norm(source.box_m))
+    colours = ColourModel.of_splats(source.splats)
+    symmetry = _symmetry(source, renderer, centre, radius)
+    return TrackModel(source, colours, centre, radius, symmetry)
+
+
+def _symmetry(
+    source: ObjectModel, renderer: Renderer, centre: NDArray[np.float64], radius: float
+) -> int:
+    """How often an object repeats in a turn, from pictures all around it."""
+    camera = Pinhole.from_fov(SYMMETRY_SIZE_PX, SYMMETRY_SIZE_PX, math.radians(30))
+    eye = centre + 4.2 * radius * np.array([math.cos(0.5), 0.0, math.sin(0.5)])
+    world_from_camera = look_at(eye, centre)
+    pictures = []
+    for k in range(SYMMETRY_YAWS):
+        pose = Pose.from_yaw(2 * math.pi * k / SYMMETRY_YAWS)
+        drawn = renderer.render(
+            (PosedSplats(source.splats, pose),), camera, world_from_camera, RENDER_OPTIONS
+        )
+        pictures.append(np.concatenate([drawn.rgb, drawn.alpha[..., None]], axis=2))
+    stack = np.stack(pictures)
+    area = max(float(stack[..., 3].mean()), 1e-6)
+
+    def difference(shift: int) -> float:
+        return float(np.abs(stack - np.roll(stack, shift, axis=0)).mean() / area)
+
+    if max(difference(shift) for shift in range(1, SYMMETRY_YAWS // 2 + 1)) < ROUND_DIFFERENCE:
+        return ROUND
+    folds = [n for n in (12, 8, 6, 4, 3, 2) if SYMMETRY_YAWS % n == 0]
+    return next((n for n in folds if difference(SYMMETRY_YAWS // n) < ROUND_DIFFERENCE), 1)
