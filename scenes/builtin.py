@@ -17,7 +17,7 @@ from scenes.samples import sample_room
 BAKE_SEED = 2026
 """Decides the imperfections of the scan, so that everyone's built-in room is the same."""
 
-_SOURCES = ("*.py", "samples/*.py", "prepare/bake.py", "formats/*.py")
+_SOURCES = ("*.py", "samples/*.py", "prepare/*.py", "formats/*.py")
 
 
 def open_builtin(name: str, cache_dir: Path | None = None) -> ScenePackage:

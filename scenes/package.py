@@ -1,7 +1,7 @@
 """The scene package: a folder that holds a prepared room and reopens to the same room.
 
 Layout, format version 1 (lengths in metres, world right-handed and Z up):
-    scene.json           format, version, name, creator, stages, footprint; bytes and SHA-256 per file
+    scene.json           format, version, name, creator, stages, footprint; size and hash per file
     splats/room.ply      everything that does not move, in the world frame
     splats/objects/*.ply one file per movable object, in the object's frame
     objects.json         id, name, kind, box, support height, last pose
@@ -125,8 +125,8 @@ class ScenePackage:
 def save_package(package: ScenePackage, folder: str | Path, *, replace: bool = True) -> None:
     """Write the package as a folder: whole, or not at all.
 
-    Means, rotations, colours and poses come back exactly; scales and opacities within 1e-6 relative
-    (see `scenes.formats.ply.write_ply`), and exactly from the second saving on.
+    Means, rotations and colours come back exactly, poses to 1e-12, scales and opacities within 1e-6
+    relative (see `scenes.formats.ply.write_ply`), and exactly from the second saving on.
 
     Args:
         package: what to save.

@@ -1,4 +1,4 @@
-"""The files of a scene package: reading and writing JSON, sizes, checksums, and names that stay inside."""
+"""The files of a scene package: JSON, sizes, checksums, and names that stay inside."""
 
 from __future__ import annotations
 

@@ -67,12 +67,14 @@ class VirtualView:
         camera: the pinhole.
         world_from_camera: its pose.
         table: how to make its picture from the lens's picture.
+        target: (3,) world point at its centre, or a point 1 m ahead.
     """
 
     lens: int
     camera: Pinhole
     world_from_camera: Pose
     table: WarpTable
+    target: NDArray[np.float64]
 
 
 def best_lens(rig: Rig, world_from_rig: Pose, point_in_world: ArrayLike) -> int:
@@ -113,14 +115,16 @@ def view_towards(
     camera = Pinhole(width, height, focal, focal, 0.5 * width, 0.5 * height)
     world_from_camera = look_at(world_from_lens.translation, point)
     table = warp_table(source, camera, world_from_lens.inverse() @ world_from_camera)
-    return VirtualView(chosen, camera, world_from_camera, table)
+    return VirtualView(chosen, camera, world_from_camera, table, point)
 
 
 def front_view(rig: Rig, world_from_rig: Pose, *, size_px: int, fov: float) -> VirtualView:
     """The square rectified view along the front lens's axis (paper 4.4.1); `fov` in radians."""
     camera = Pinhole.from_fov(size_px, size_px, fov)
     table = warp_table(rig.lenses[0], camera, Pose.identity())
-    return VirtualView(0, camera, world_from_rig @ rig.rig_from_lens[0], table)
+    world_from_lens = world_from_rig @ rig.rig_from_lens[0]
+    ahead = world_from_lens @ np.array([0.0, 0.0, 1.0])
+    return VirtualView(0, camera, world_from_lens, table, ahead)
 
 
 def _angle_off_axis(point_in_lens: NDArray[np.float64]) -> float:

@@ -154,8 +154,9 @@ class FisheyeRasteriser:
         self._renderer.RemoveCuller(self._renderer.GetCullers().GetLastItem())
         self._renderer.SetBackground(0.0, 0.0, 0.0)
         self._window.AddRenderer(self._renderer)
-        self._actors: list[vtkActor] = []
-        self._uniforms: list[_Uniforms] = []
+        self._actors: dict[int, vtkActor] = {}
+        self._uniforms: dict[int, _Uniforms] = {}
+        self._next_number = 0
         self._lens = (1.0, 0.0, 0.0)
         self._max_angle = 1.0
         self._tile = (0.0, 0.0, 1.0, 1.0)
@@ -175,9 +176,19 @@ class FisheyeRasteriser:
         uniforms = _Uniforms(vtkMatrix4x4())
         mapper.AddObserver("UpdateShaderEvent", self._uniform_setter(uniforms))
         self._renderer.AddActor(actor)
-        self._actors.append(actor)
-        self._uniforms.append(uniforms)
-        return len(self._actors) - 1
+        number = self._next_number
+        self._next_number += 1
+        self._actors[number] = actor
+        self._uniforms[number] = uniforms
+        return number
+
+    def remove(self, numbers: Sequence[int]) -> None:
+        """Forget meshes and free their memory on the device."""
+        for number in numbers:
+            actor = self._actors.pop(number)
+            del self._uniforms[number]
+            self._renderer.RemoveActor(actor)
+            actor.ReleaseGraphicsResources(self._window)
 
     def draw(
         self,

@@ -65,7 +65,9 @@ VERBS = (
         "measure the splat renderer",
         "nexus bench raster --json",
     ),
-    Verb("doctor", "studio.doctor", "say what is installed, missing, and what to do", "nexus doctor"),
+    Verb(
+        "doctor", "studio.doctor", "say what is installed, missing, and what to do", "nexus doctor"
+    ),
 )
 
 

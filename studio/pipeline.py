@@ -1,4 +1,4 @@
-"""How messages get from an adapter to the stages: on one thread and exactly, or paced by a clock."""
+"""How messages get from an adapter to the stages: exactly on one thread, or paced by a clock."""
 
 from __future__ import annotations
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from devices.messages import EncodedFrame, Event, Frame
 from devices.recording import read_recording
@@ -19,6 +19,9 @@ from devices.recording_codec import (
 from devices.replay import FrameAssembler
 from scenes.state import Avatar, TrackedObject
 
+if TYPE_CHECKING:
+    from sim.rehearsal import SimulatedStep
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SessionInput:
@@ -30,7 +33,7 @@ class SessionInput:
         avatars: people at that time.
         events: what happened since the frame before.
         truth: where things really are; only the report looks at it.
-        recorded: tracks found in a recording, by method.
+        recorded: tracks found in a recording, with the name of their method.
     """
 
     frame: Frame
@@ -46,8 +49,18 @@ class SessionInput:
         return self.frame.received_ns
 
 
-class SimulatedTruth(Protocol):
-    """What the studio takes from `sim.truth.TruthFrame`."""
+def simulated_inputs(steps: Iterator[SimulatedStep]) -> Iterator[SessionInput]:
+    """The inputs of a simulated session, in order."""
+    for step in steps:
+        truth = RecordedTruth(
+            seq=step.truth.seq,
+            t_ns=step.truth.t_ns,
+            world_from_object=step.truth.world_from_object,
+            visible_fraction=step.truth.visible_fraction,
+            moved=step.truth.moved,
+            world_from_rig=step.truth.world_from_rig,
+        )
+        yield SessionInput(step.frame, step.packet, step.avatars, step.events, truth)
 
 
 def recorded_inputs(path: Path, session: SessionInfo) -> Iterator[SessionInput]:
@@ -59,19 +72,24 @@ def recorded_inputs(path: Path, session: SessionInfo) -> Iterator[SessionInput]:
     """
     assembler = FrameAssembler(session.rig)
     same_time: list[RecordedValue] = []
+    events: list[Event] = []
     for value in read_recording(path):
         if same_time and _time(value) != _time(same_time[0]):
-            yield from _grouped(same_time, assembler)
+            yield from _grouped(same_time, assembler, events)
             same_time = []
         same_time.append(value)
-    yield from _grouped(same_time, assembler)
+    yield from _grouped(same_time, assembler, events)
 
 
 def _time(value: RecordedValue) -> int:
     return value.track.t_ns if isinstance(value, RecordedTrack) else value.t_ns
 
 
-def _grouped(values: list[RecordedValue], assembler: FrameAssembler) -> Iterator[SessionInput]:
+def _grouped(
+    values: list[RecordedValue], assembler: FrameAssembler, events: list[Event]
+) -> Iterator[SessionInput]:
+    """The input that these values of one time make; `events` carries those between two frames."""
+    events += [v for v in values if isinstance(v, Event)]
     for value in values:
         frame = assembler.feed(value)
         if frame is None or not isinstance(value, EncodedFrame):
@@ -80,7 +98,8 @@ def _grouped(values: list[RecordedValue], assembler: FrameAssembler) -> Iterator
             frame=frame,
             packet=value,
             avatars=tuple(v.avatar for v in values if isinstance(v, RecordedAvatar)),
-            events=tuple(v for v in values if isinstance(v, Event)),
+            events=tuple(events),
             truth=next((v for v in values if isinstance(v, RecordedTruth)), None),
             recorded=tuple((v.method, v.track) for v in values if isinstance(v, RecordedTrack)),
         )
+        events.clear()

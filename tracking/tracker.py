@@ -1,37 +1,95 @@
-"""The default tracker: contour and texture Gauss-Newton in a native-resolution crop per object."""
+"""The default tracker: contour and texture Gauss-Newton in a native-resolution crop per object.
+
+Per frame: the camera's pose (refined against the room once it has moved), exposure of each lens, a
+cheap look at every resting object, and a solve for those that may have moved. The steps of one object
+are in `tracking.follow`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
 
 from devices.messages import Frame
-from scenes.pose import Pose
-from scenes.render.renderer import Renderer
+from scenes.pose import Pose, rotation_angle
+from scenes.render.renderer import PosedSplats, Renderer
 from scenes.splats import SplatCloud
-from scenes.state import ObjectModel, TrackedObject, TrackState
+from scenes.state import ObjectModel, TrackState
+from tracking.background import Plates, fit_exposure, render_plates
+from tracking.calibrate import Calibration, calibrate
+from tracking.evidence import Neighbour, Scene
+from tracking.follow import Task, Track, first_look, follow, new_track, report
+from tracking.model import TrackModel, make_model
 from tracking.output import Stopwatch, TrackOutput, no_stopwatch
+
+RIG_MOVED_M = 0.02
+RIG_TURNED_RAD = np.deg2rad(0.6)
+"""A marker that moved more than this means that the camera was moved, not that the marker shook."""
+
+FLOOR_M = 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class TrackerOptions:
-    """What a user may change about the tracker."""
+    """What a user may change about the tracker.
+
+    Attributes:
+        calibrate: refine the camera's pose against the room splats.
+        texture: use the objects' inner colours, not only their outlines.
+        recover: look for objects that are not where the scene says.
+    """
 
     calibrate: bool = True
+    texture: bool = True
+    recover: bool = True
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RigState:
+    """Where the camera stands.
+
+    Attributes:
+        marker: `world_from_rig` that the marker said when the camera was last refined.
+        calibration: the refined pose.
+        plates: the empty room from there.
+    """
+
+    marker: Pose
+    calibration: Calibration
+    plates: Plates
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrackerState:
-    """Everything the tracker remembers between frames."""
+    """Everything the tracker remembers between frames.
 
-    poses: Mapping[str, Pose]
+    Attributes:
+        tracks: by object id.
+        rig: None before the first frame.
+        frames: how many were taken in.
+    """
+
+    tracks: Mapping[str, Track]
+    rig: RigState | None
+    frames: int
 
 
 class Tracker:
-    """Follows every object of a scene in one 360° video."""
+    """Follows every object of a scene in one 360° video.
+
+    Args:
+        room: the room's splats without the movable objects.
+        objects: the movable objects' splats and last known poses.
+        renderer: draws splats.
+        options: what to use.
+        stopwatch: for the stage durations.
+
+    Raises:
+        ValueError: two objects share an id.
+    """
 
     def __init__(
         self,
@@ -42,34 +100,132 @@ class Tracker:
         *,
         stopwatch: Stopwatch = no_stopwatch,
     ) -> None:
+        ids = [o.object_id for o in objects]
+        if len(set(ids)) != len(ids):
+            raise ValueError(f"Tracker: object ids {ids}: wanted each once")
         self._room = room
-        self._objects = tuple(objects)
         self._renderer = renderer
         self._options = options or TrackerOptions()
         self._stopwatch = stopwatch
+        self._models: tuple[TrackModel, ...] = tuple(make_model(o, renderer) for o in objects)
+        self._supports = tuple(sorted({FLOOR_M, *(o.support_z_m for o in objects)}))
 
     def start(self) -> TrackerState:
-        """Every object where the scene says."""
-        return TrackerState(
-            MappingProxyType({o.object_id: o.world_from_object for o in self._objects})
-        )
+        """Every object where the scene says, the camera unknown."""
+        tracks = {m.object_id: new_track(m) for m in self._models}
+        return TrackerState(MappingProxyType(tracks), None, 0)
 
     def step(
         self, state: TrackerState, frame: Frame, now_ns: int
     ) -> tuple[TrackerState, TrackOutput]:
-        """Poses at one frame."""
-        tracked = tuple(
-            TrackedObject(
-                object_id=o.object_id,
-                t_ns=frame.t_ns,
-                world_from_object=state.poses[o.object_id],
-                covariance=np.eye(4) * 1e-4,
-                visible_fraction=1.0,
-                state=TrackState.STATIC,
-                confidence=0.0,
-                source_seq=frame.seq,
+        """Poses of all objects at one frame.
+
+        Raises:
+            ValueError: the frame has no camera pose.
+        """
+        del now_ns
+        if frame.world_from_rig is None:
+            raise ValueError(f"frame {frame.seq} of {frame.stream_id!r} has no camera pose")
+        began = self._stopwatch()
+        rig = self._locate(state, frame, frame.world_from_rig)
+        scene = self._scene(frame, rig)
+        rectified = self._stopwatch()
+        tracks = dict(state.tracks)
+        tasks = {m.object_id: self._task(scene, m, tracks, state.frames) for m in self._models}
+        looks = {name: first_look(task) for name, task in tasks.items()}
+        detected = self._stopwatch()
+        searched = False
+        for model in _most_certain_first(self._models, tracks):
+            name = model.object_id
+            task = replace(
+                tasks[name],
+                neighbours=self._neighbours(model, tracks),
+                may_search=self._options.recover and not searched,
             )
-            for o in self._objects
+            tracks[name] = follow(task, looks[name])
+            searched = searched or tracks[name].searched_ns == frame.t_ns
+        posed = self._stopwatch()
+        objects = tuple(report(m, tracks[m.object_id], frame) for m in self._models)
+        ended = self._stopwatch()
+        stages = {
+            "rectify": rectified - began,
+            "detect": detected - rectified,
+            "pose": posed - detected,
+            "smooth": ended - posed,
+        }
+        following = TrackerState(MappingProxyType(tracks), rig, state.frames + 1)
+        output = TrackOutput(objects, MappingProxyType(stages), scene.world_from_rig)
+        return following, output
+
+    def _locate(self, state: TrackerState, frame: Frame, marker: Pose) -> RigState:
+        """The refined camera pose and its plates; both kept while the camera stands still."""
+        known = state.rig
+        if known is not None:
+            moved = known.marker.inverse() @ marker
+            stands = (
+                float(np.linalg.norm(moved.translation)) < RIG_MOVED_M
+                and rotation_angle(moved.rotation) < RIG_TURNED_RAD
+            )
+            if stands:
+                return known
+            # Where the marker went, the refined camera went too: a better start than the marker.
+            nominal = marker @ known.marker.inverse() @ known.calibration.world_from_rig
+        else:
+            nominal = marker
+        if self._options.calibrate:
+            standing = tuple(
+                PosedSplats(m.source.splats, state.tracks[m.object_id].pose) for m in self._models
+            )
+            calibration = calibrate(frame, nominal, self._room, self._renderer, objects=standing)
+        else:
+            calibration = Calibration(nominal, np.full(6, 1e-3), 1.0, True)
+        plates = render_plates(
+            self._renderer, self._room, frame.rig, calibration.world_from_rig
         )
-        stages = MappingProxyType({"rectify": 0, "detect": 0, "pose": 0, "smooth": 0})
-        return state, TrackOutput(tracked, stages, frame.world_from_rig)
+        return RigState(marker, calibration, plates)
+
+    def _scene(self, frame: Frame, rig: RigState) -> Scene:
+        plates = rig.plates
+        exposures = tuple(
+            fit_exposure(image, plate, coverage)
+            for image, plate, coverage in zip(
+                frame.images, plates.images, plates.coverage, strict=True
+            )
+        )
+        return Scene(
+            frame, rig.calibration.world_from_rig, plates, exposures, self._renderer
+        )
+
+    def _task(
+        self, scene: Scene, model: TrackModel, tracks: Mapping[str, Track], frames: int
+    ) -> Task:
+        turn = self._models[frames % len(self._models)].object_id
+        return Task(
+            scene=scene,
+            model=model,
+            track=tracks[model.object_id],
+            neighbours=self._neighbours(model, tracks),
+            supports_m=self._supports,
+            is_turn=turn == model.object_id,
+            is_first=frames == 0,
+            may_search=self._options.recover,
+            use_texture=self._options.texture,
+        )
+
+    def _neighbours(
+        self, model: TrackModel, tracks: Mapping[str, Track]
+    ) -> tuple[Neighbour, ...]:
+        """Where the other objects are, without those that are lost."""
+        return tuple(
+            (other, tracks[other.object_id].pose)
+            for other in self._models
+            if other is not model and tracks[other.object_id].state is not TrackState.LOST
+        )
+
+
+def _most_certain_first(
+    models: Sequence[TrackModel], tracks: Mapping[str, Track]
+) -> list[TrackModel]:
+    """Resting objects before moving ones before lost ones, so that each sees settled neighbours."""
+    order = {TrackState.STATIC: 0, TrackState.TRACKED: 1, TrackState.OCCLUDED: 2, TrackState.LOST: 3}
+    return sorted(models, key=lambda m: order[tracks[m.object_id].state])

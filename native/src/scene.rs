@@ -22,7 +22,7 @@ pub struct SplatArrays<'a> {
     pub scales: &'a [f32],
     /// (N, 4) quaternions (w, x, y, z), any norm but zero.
     pub rotations: &'a [f32],
-    /// (N,) 0..1.
+    /// (N,) 0..1; more counts as 1.
     pub opacities: &'a [f32],
     /// (N, K, 3).
     pub sh: &'a [f32],
@@ -138,7 +138,8 @@ fn block_of(arrays: &SplatArrays, ids: &[u32]) -> Block {
             let scale = f64::from(arrays.scales[3 * i + entry % 3]);
             block.factor[entry][lane] = (r * scale) as f32;
         }
-        block.log2_opacity[lane] = f64::from(arrays.opacities[i]).log2() as f32;
+        let opacity = arrays.opacities[i].min(1.0);
+        block.log2_opacity[lane] = f64::from(opacity).log2() as f32;
         block.index[lane] = id;
     }
     block
@@ -244,7 +245,20 @@ mod tests {
 
     #[test]
     fn damaged_splats_are_dropped() {
-        let means = [0.0, 0.0, 1.0, f32::NAN, 0.0, 1.0, 0.0, 0.0, 2.0, 1.0, 1.0, 1.0];
+        let means = [
+            0.0,
+            0.0,
+            1.0,
+            f32::NAN,
+            0.0,
+            1.0,
+            0.0,
+            0.0,
+            2.0,
+            1.0,
+            1.0,
+            1.0,
+        ];
         let scales = [0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.0, 0.1, 0.1, 0.1, 0.1];
         let quaternions = [
             1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,

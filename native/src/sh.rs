@@ -76,7 +76,8 @@ mod tests {
             let theta = (i as f64 + 0.5) / rows as f64 * std::f64::consts::PI;
             for j in 0..columns {
                 let phi = j as f64 / columns as f64 * 2.0 * std::f64::consts::PI;
-                let area = theta.sin() * (std::f64::consts::PI / rows as f64)
+                let area = theta.sin()
+                    * (std::f64::consts::PI / rows as f64)
                     * (2.0 * std::f64::consts::PI / columns as f64);
                 let d = [
                     theta.sin() * phi.cos(),

@@ -1,4 +1,4 @@
-"""From what splat files store (logarithms, logits, free quaternions) to a `SplatCloud`, and back."""
+"""What splat files store (logarithms, logits, free quaternions) to a `SplatCloud`, and back."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scenes.formats.error import refusal
 from scenes.splats import SplatCloud, validate
 
 UNIT_TOLERANCE = 1e-6
-"""A quaternion this near to norm 1 is kept bit by bit, so that reading and writing is idempotent."""
+"""A quaternion this near to norm 1 is kept bit by bit, so that what was written is read back."""
 
 SMALLEST_NORM = 1e-6
 """A quaternion below this norm points nowhere."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import secrets
 import shutil
@@ -54,23 +55,24 @@ def write_folder(folder: Path, fill: Callable[[Path], None], *, replace: bool) -
     Raises:
         WriteError: the disk is full or a folder is not writable. `folder` is as it was.
     """
-    part, old = _sibling(folder, "part"), _sibling(folder, "old")
+    target = folder.resolve()
+    part, old = _sibling(target, "part"), _sibling(target, "old")
     try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
+        target.parent.mkdir(parents=True, exist_ok=True)
         part.mkdir()
         fill(part)
         _sync_tree(part)
-        if replace and folder.exists():
-            folder.rename(old)
+        if replace and target.exists():
+            target.rename(old)
         try:
-            part.rename(folder)
+            part.rename(target)
         except OSError:
             if old.exists():
-                old.rename(folder)
-            elif not replace and folder.is_dir():
+                old.rename(target)
+            elif not replace and target.is_dir():
                 return
             raise
-        _sync_folder(folder.parent)
+        _sync_folder(target.parent)
     except WriteError as error:
         raise WriteError(str(error).replace(str(part), str(folder))) from error
     except OSError as error:
@@ -112,8 +114,10 @@ def _sync_folder(folder: Path) -> None:
 
 
 def _write_error(path: Path, error: OSError) -> WriteError:
+    remedy = {
+        errno.ENOENT: f"make the folder {path.parent} first",
+        errno.EACCES: "choose a folder that you may write to",
+        errno.EROFS: "choose a folder that you may write to",
+    }.get(error.errno or 0, "free some space there or choose another folder")
     reason = error.strerror or str(error)
-    return WriteError(
-        f"{path}: cannot write: {reason}; nothing was left behind - free some space there or "
-        "choose another folder"
-    )
+    return WriteError(f"{path}: cannot write: {reason}; nothing was left behind; {remedy}")

@@ -32,7 +32,9 @@ _COLOUR = ("min_r", "min_g", "min_b", "max_r", "max_g", "max_b")
 def is_compressed(header: PlyHeader) -> bool:
     """Whether the vertices of this PLY file are packed words."""
     vertex = header.elements.get("vertex")
-    return vertex is not None and vertex.dtype is not None and _PACKED[0] in vertex.dtype.fields
+    return (
+        vertex is not None and vertex.dtype is not None and _PACKED[0] in (vertex.dtype.names or ())
+    )
 
 
 def read_compressed_ply(path: Path, header: PlyHeader) -> SplatCloud:
@@ -42,7 +44,7 @@ def read_compressed_ply(path: Path, header: PlyHeader) -> SplatCloud:
         FormatError: the file is truncated, damaged or of another layout.
         OSError: the file cannot be read.
     """
-    words = _table(path, header, "vertex", _PACKED, "u4")
+    words = _table(path, header, "vertex", _PACKED, "u4").astype(np.uint32)
     n = len(words)
     chunk_names = header.elements["chunk"].dtype if "chunk" in header.elements else None
     coloured = chunk_names is not None and "min_r" in (chunk_names.names or ())
@@ -75,12 +77,12 @@ def read_compressed_ply(path: Path, header: PlyHeader) -> SplatCloud:
 
 def _table(
     path: Path, header: PlyHeader, name: str, columns: tuple[str, ...], kind: str
-) -> NDArray[np.generic]:
+) -> NDArray[np.number]:
     """(rows, columns) of an element whose named columns must all be of one type."""
     element = require_rows(path, header, name)
     assert element.dtype is not None
-    fields = element.dtype.fields or {}
-    wrong = [c for c in columns if c not in fields or fields[c][0].str[1:] != kind]
+    kinds = {c: element.dtype[i].str[1:] for i, c in enumerate(element.dtype.names or ())}
+    wrong = [c for c in columns if kinds.get(c) != kind]
     if wrong:
         raise refusal(
             path,
@@ -111,19 +113,19 @@ def _read_higher(path: Path, header: PlyHeader, n: int) -> NDArray[np.float64]:
     return (SH_RANGE * (share - 0.5)).reshape(n, 3, count // 3).swapaxes(1, 2)
 
 
-def _bits(words: NDArray[np.generic], shifts: tuple[int, ...], width: int) -> NDArray[np.float64]:
+def _bits(words: NDArray[np.uint32], shifts: tuple[int, ...], width: int) -> NDArray[np.float64]:
     """(N, len(shifts)) fields of `width` bits as 0..1."""
     mask = (1 << width) - 1
     shifted = words[:, None] >> np.array(shifts, dtype=np.uint32)
     return (shifted & np.uint32(mask)).astype(np.float64) / mask
 
 
-def _unpack_11_10_11(words: NDArray[np.generic]) -> NDArray[np.float64]:
+def _unpack_11_10_11(words: NDArray[np.uint32]) -> NDArray[np.float64]:
     outer, inner = _bits(words, (21, 0), 11), _bits(words, (11,), 10)
     return np.stack([outer[:, 0], inner[:, 0], outer[:, 1]], axis=1)
 
 
-def _unpack_rotation(path: Path, words: NDArray[np.generic]) -> NDArray[np.float32]:
+def _unpack_rotation(path: Path, words: NDArray[np.uint32]) -> NDArray[np.float32]:
     three = (_bits(words, (20, 10, 0), 10) - 0.5) * np.sqrt(2.0)
     return rotations_from_three(path, three, (words >> np.uint32(30)).astype(np.intp))
 

@@ -2,9 +2,9 @@
 
 Version 4: 32-byte header, optional extension records, a table of (compressed, plain) sizes, then
 one zstd stream an attribute. Versions 2 and 3: a 16-byte header and the same attributes in one
-gzip stream. Attributes: positions 24-bit fixed point, alphas, colours, log scales at 1/16, rotations
-(version 2: x, y, z as bytes; later the three smallest of x, y, z, w in 10 bits each), SH bytes with
-the colour channel innermost.
+gzip stream. Attributes: positions 24-bit fixed point, alphas, colours, log scales at 1/16,
+rotations (version 2: x, y, z as bytes; later the three smallest of x, y, z, w in 10 bits each), SH
+bytes with the colour channel innermost.
 
 The file's axes are x right, y up, z back; clouds come out, and go in, with x right, y down,
 z forward as in PLY files (`scenes.frames.RDF_FROM_RUB`), so that the same scene read from either is
@@ -40,6 +40,8 @@ MAX_SPLATS = 50_000_000
 COLOUR_SCALE = 0.15
 FRACTIONAL_BITS = 12
 ZSTD_LEVEL = 9
+LONGEST_XYZ = 1.02
+"""Norm of a version 2 rotation's x, y, z: 1 and the rounding of three bytes."""
 
 _HEADER = struct.Struct("<4sIIBBBB")
 _HEADER_4 = struct.Struct("<4sIIBBBBI12x")
@@ -215,7 +217,9 @@ def _decompress(path: Path, name: str, packed: memoryview, size: int) -> bytes:
             )
         plain = zstandard.ZstdDecompressor().decompress(packed, max_output_size=size)
     except zstandard.ZstdError as error:
-        raise refusal(path, name, f"zstd: {error}", "the file is damaged, export it again") from None
+        raise refusal(
+            path, name, f"zstd: {error}", "the file is damaged, export it again"
+        ) from None
     if len(plain) != size:
         raise refusal(path, name, f"{len(plain)} bytes, wanted {size}", "export it again")
     return plain
@@ -260,7 +264,7 @@ def _decode(path: Path, header: _Header, parts: list[NDArray[np.uint8]]) -> Spla
     return cloud_from_file(
         path,
         means=means.astype(np.float32),
-        scales=exponential(scales.reshape(n, 3) / np.float32(16.0) - np.float32(10.0)),
+        scales=exponential((scales.reshape(n, 3) / 16.0 - 10.0).astype(np.float32)),
         quaternions=_decode_rotations(path, header, rotations) * _QUATERNION_SIGNS,
         opacities=alphas.astype(np.float32) / np.float32(255.0),
         sh=np.concatenate([dc, rest], axis=1).astype(np.float32),
@@ -273,7 +277,17 @@ def _decode_rotations(
     """(N, 4) wxyz in the file's axes."""
     if header.version == 2:
         xyz = packed.reshape(header.count, 3) / 127.5 - 1.0
-        w = np.sqrt(np.maximum(0.0, 1.0 - np.sum(xyz * xyz, axis=1, keepdims=True)))
+        squares = np.sum(xyz * xyz, axis=1, keepdims=True)
+        if (squares > LONGEST_XYZ**2).any():
+            first = int(np.argmax(squares > LONGEST_XYZ**2))
+            raise refusal(
+                path,
+                f"splat {first}",
+                f"quaternion norm: x, y, z alone have norm {np.sqrt(squares[first, 0]):.3f}, "
+                f"limit {LONGEST_XYZ}",
+                "the file is damaged, export it again",
+            )
+        w = np.sqrt(np.maximum(0.0, 1.0 - squares))
         return np.concatenate([w, xyz], axis=1).astype(np.float32)
     words = packed.reshape(header.count, 4).view("<u4")
     fields = words >> np.array([20, 10, 0], dtype=np.uint32)
@@ -322,7 +336,9 @@ def _encode_rotations(xyzw: NDArray[np.float32]) -> NDArray[np.uint8]:
     for column in others.T:
         component = signed[rows, column]
         size = np.minimum(np.abs(component) * np.sqrt(2.0) * 511.0 + 0.5, 511.0).astype(np.uint32)
-        words = (words << np.uint32(10)) | ((component < 0).astype(np.uint32) << np.uint32(9)) | size
+        words = (
+            (words << np.uint32(10)) | ((component < 0).astype(np.uint32) << np.uint32(9)) | size
+        )
     return words.astype("<u4").view(np.uint8)
 
 

@@ -3,17 +3,25 @@
 from __future__ import annotations
 
 from scenes.mesh import PhysicalRoom
-from scenes.samples import lab
+from scenes.samples import desk, lab
 
-SAMPLE_NAMES = ("lab", "desk")
+_BUILDERS = {"lab": lab.build, "desk": desk.build}
+
+SAMPLE_NAMES = tuple(_BUILDERS)
+"""Names that `sample_room` knows."""
 
 
 def sample_room(name: str) -> PhysicalRoom:
-    """A built-in room.
+    """A built-in room, the same one each time.
+
+    The first call after a change lights the room (some 10 s); later ones read it from the user's
+    cache folder.
 
     Raises:
         ValueError: no such room; the message lists those there are.
     """
-    if name == "lab":
-        return lab.build()
-    raise ValueError(f"sample room {name!r}: there is none; wanted one of {', '.join(SAMPLE_NAMES)}")
+    if name not in _BUILDERS:
+        raise ValueError(
+            f"sample room {name!r}: there is none; wanted one of {', '.join(SAMPLE_NAMES)}"
+        )
+    return _BUILDERS[name]()

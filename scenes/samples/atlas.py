@@ -39,7 +39,7 @@ def mesh_from_surfaces(surfaces: Sequence[Surface], *, width_px: int = 2048) -> 
             np.stack([(x + s * w) / width_px, 1.0 - (y + t * h) / height_px], axis=2).reshape(-1, 2)
         )
         vertices.append(surface.points.reshape(-1, 3))
-        faces.append(_grid_faces(rows, columns) + first)
+        faces.append(grid_faces(rows, columns) + first)
         first += rows * columns
     points = np.concatenate(vertices)
     triangles = np.concatenate(faces)
@@ -53,7 +53,7 @@ def mesh_from_surfaces(surfaces: Sequence[Surface], *, width_px: int = 2048) -> 
     )
 
 
-def _grid_faces(rows: int, columns: int) -> NDArray[np.int64]:
+def grid_faces(rows: int, columns: int) -> NDArray[np.int64]:
     """Counter-clockwise triangles seen with columns to the right and rows down."""
     index = np.arange(rows * columns).reshape(rows, columns)
     a, b, c, d = index[:-1, :-1], index[:-1, 1:], index[1:, :-1], index[1:, 1:]

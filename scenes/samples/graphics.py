@@ -107,3 +107,21 @@ def parcel_face(rng: np.random.Generator, size_m: tuple[float, float], name: str
         draw.text((16, h // 2 - 34), "TEA", font=font(54, bold=True), fill=(40, 84, 66))
         draw.ellipse((w - 80, h // 2 - 30, w - 20, h // 2 + 30), outline=(150, 40, 40), width=8)
     return np.asarray(image)
+
+
+def spine(rng: np.random.Generator, cover: Rgb, size_m: tuple[float, float]) -> Picture:
+    """A book's spine, standing: bands and a title that reads downwards, 1.5 mm per px."""
+    w, h = max(8, round(size_m[0] * 667)), round(size_m[1] * 667)
+    image = Image.new("RGB", (h, w), cover)
+    draw = ImageDraw.Draw(image)
+    light = sum(cover) > 360
+    ink = (44, 40, 38) if light else (236, 226, 200)
+    band = int(rng.integers(4, 12))
+    draw.rectangle((0, 0, band, w), fill=ink)
+    draw.rectangle((h - band - 3, 0, h - band, w), fill=ink)
+    words = ("Atlas", "Light", "Of Rooms", "Kinds of Wood", "Maps", "North", "The Window", "Signals")
+    title = words[int(rng.integers(len(words)))]
+    draw.text(
+        (h / 2, w / 2), title, font=font(max(9, round(0.62 * w)), bold=True), fill=ink, anchor="mm"
+    )
+    return np.ascontiguousarray(np.rot90(np.asarray(image), -1))

@@ -7,46 +7,38 @@ import math
 import numpy as np
 
 from scenes.frames import look_at
-from scenes.mesh import PhysicalObject, PhysicalRoom
+from scenes.mesh import PhysicalObject, PhysicalRoom, QrCode
 from scenes.pose import Pose
+from scenes.samples import decor, wall_art
 from scenes.samples.atlas import mesh_from_surfaces
+from scenes.samples.cache import StaticPart, cached
 from scenes.samples.furniture import Set, shelf_unit, table
+from scenes.samples.light import AreaLight, lit
 from scenes.samples.movables import book, chair, stool
-from scenes.samples.shapes import quad
-from scenes.samples.textures import parquet, plain, plaster, wood
+from scenes.samples.shapes import Picture
+from scenes.samples.shell import Shell, floor_with_rug, shell
+from scenes.samples.textures import mixed, parquet, plain, wood
 
-LOW = np.array([-3.0, -2.5, 0.0])
-HIGH = np.array([3.0, 2.5, 2.7])
-DESK_TOP_M = 0.74
+BOX = Shell(np.array([-3.0, -2.5, 0.0]), np.array([3.0, 2.5, 2.7]))
+DESK_LOW, DESK_HIGH = (2.2, -0.65, 0.0), (2.95, 0.95, 0.74)
 RIG = np.array([0.6, -0.7, 1.3])
+RUG_LOW, RUG_HIGH = (-1.75, 0.05), (0.95, 1.85)
+TOWARDS_WINDOW = np.array([-0.80, 0.18, 0.57]) / np.linalg.norm([-0.80, 0.18, 0.57])
 
 
 def build() -> PhysicalRoom:
     """The room, lit; the same one each time."""
-    rng = np.random.default_rng(2025)
-    room = Set()
-    _shell(room, rng)
-    table(
-        room,
-        (2.2, -0.65, 0.0),
-        (2.95, 0.95, DESK_TOP_M),
-        top=wood(rng, (196, 156, 110)),
-        legs=plain((70, 72, 76)),
-    )
-    shelf_unit(
-        room, (1.85, 2.16, 0.0), (2.85, 2.48, 1.95), material=wood(rng, (222, 206, 178)), boards=6,
-        open_side="-y",
-    )  # fmt: skip
-    towards_window = np.array([-0.80, 0.18, 0.57])
+    static = cached("lab", _static_part)
     return PhysicalRoom(
         name="lab",
-        static=(mesh_from_surfaces(room.surfaces, width_px=4096),),
+        static=(static.mesh,),
         objects=_objects(),
-        solids=tuple(room.solids),
-        light_direction=towards_window / np.linalg.norm(towards_window),
+        solids=static.solids,
+        light_direction=TOWARDS_WINDOW,
         world_from_rig=look_at(RIG, RIG + np.array([0.0, 1.0, 0.0])),
-        codes=(),
-        footprint_m=np.stack([LOW[:2], HIGH[:2]]),
+        ambient=0.6,
+        codes=static.codes,
+        footprint_m=np.stack([BOX.low[:2], BOX.high[:2]]),
     )
 
 
@@ -56,24 +48,105 @@ def _objects() -> tuple[PhysicalObject, ...]:
         chair("chair-2", Pose.from_yaw(math.radians(-75), (1.35, 0.55, 0.0))),
         stool("stool-1", Pose.from_yaw(math.radians(20), (0.45, 1.45, 0.0))),
         stool("stool-2", Pose.from_yaw(math.radians(50), (-1.35, -0.35, 0.0))),
-        book("book-1", Pose.from_yaw(math.radians(-70), (2.45, 0.35, DESK_TOP_M))),
+        book("book-1", Pose.from_yaw(math.radians(-70), (2.45, 0.35, DESK_HIGH[2]))),
     )
 
 
-def _shell(room: Set, rng: np.random.Generator) -> None:
-    (x0, y0, z0), (x1, y1, z1) = LOW, HIGH
-    w, d, h = HIGH - LOW
-    wall = plaster(rng, (226, 222, 212))
+def _static_part() -> StaticPart:
+    rng = np.random.default_rng(2025)
+    room = Set()
+    boards = parquet(rng, (196, 158, 114), mm_per_px=3.0)
+    floor = floor_with_rug(BOX, boards, RUG_LOW, RUG_HIGH, wall_art.rug, rng)
+    shell(room, BOX, rng, floor=floor, walls={"+y": (196, 208, 204)})
+    lights = _window_and_lamps(room, rng)
+    codes = _on_the_walls(room, rng)
+    _along_the_far_wall(room, rng)
+    _desk(room, rng)
+    decor.sofa(room, (0.55, -2.46), rng)
+    surfaces = lit(
+        room.surfaces, lights, reference=np.array([0.0, 0.6, 0.01]), level=0.92, rng=rng
+    )
+    mesh = mesh_from_surfaces(surfaces, width_px=4096)
+    return StaticPart(mesh, tuple(room.solids), codes)
+
+
+def _window_and_lamps(room: Set, rng: np.random.Generator) -> list[AreaLight]:
+    daylight = decor.window(room, BOX.wall("-x", 0.55, 1.62), (1.9, 1.35), rng, power=14.0)
+    decor.radiator(room, BOX.wall("-x", 0.55, 0.40), (1.3, 0.5))
+    lamps = [
+        lamp
+        for x in (-1.3, 1.2)
+        for lamp in decor.ceiling_lamp(
+            room, (x - 0.14, -0.65), (x + 0.14, 0.75), ceiling_m=BOX.high[2], power=6.5
+        )
+    ]
+    return [daylight, *lamps]
+
+
+def _on_the_walls(room: Set, rng: np.random.Generator) -> tuple[QrCode, ...]:
+    def poster(side: str, along: float, z: float, size: tuple[float, float], art: Picture) -> None:
+        room.add(
+            *decor.board(BOX.wall(side, along, z), size, art, edge=(52, 50, 48), frame_m=0.025)
+        )
+
+    poster("+x", 0.62, 1.62, (0.6, 0.84), wall_art.landscape(rng, 400, 560))
+    poster("+x", -0.12, 1.62, (0.5, 0.7), wall_art.shapes_poster(rng, 334, 467))
+    poster("-y", 1.0, 1.62, (0.6, 0.84), wall_art.title_poster(rng, 400, 560))
+    poster("-y", 1.85, 1.62, (0.6, 0.84), wall_art.shapes_poster(rng, 400, 560))
+    writing = wall_art.whiteboard(rng, 1000, 600)
     room.add(
-        quad((x0, y1, z0), (w, 0, 0), (0, -d, 0), material=parquet(rng, (172, 130, 88))),
-        quad((x0, y0, z1), (w, 0, 0), (0, d, 0), material=plaster(rng, (240, 240, 238))),
-        quad((x0, y1, z1), (w, 0, 0), (0, 0, -h), material=wall),
-        quad((x1, y0, z1), (-w, 0, 0), (0, 0, -h), material=wall),
-        quad((x1, y1, z1), (0, -d, 0), (0, 0, -h), material=wall),
-        quad((x0, y0, z1), (0, d, 0), (0, 0, -h), material=wall),
+        *decor.board(BOX.wall("+y", -1.05, 1.5), (2.0, 1.2), writing, edge=(176, 180, 184),
+                     frame_m=0.02),
+        *decor.door(BOX.wall("-y", -1.9, 0.0), rng),
+    )  # fmt: skip
+    tray = BOX.wall("+y", -1.05, 0.86) @ Pose.identity()
+    room.block(
+        tray.translation - [0.5, 0.07, 0.0], tray.translation + [0.5, 0.0, 0.02],
+        plain((176, 180, 184)), faces="+x-x-y+z-z",
+    )  # fmt: skip
+    codes = []
+    for number, (side, along, z) in enumerate(
+        (("+y", 0.24, 1.5), ("+x", -1.25, 1.45), ("-y", -0.75, 1.5)), start=1
+    ):
+        card, code = decor.code(BOX.wall(side, along, z), f"nexus:lab:{number}", 0.18)
+        room.add(*card)
+        codes.append(code)
+    return tuple(codes)
+
+
+def _along_the_far_wall(room: Set, rng: np.random.Generator) -> None:
+    birch = wood(rng, (226, 208, 176))
+    decor.plant(room, (-2.6, 2.1), rng)
+    low, high = (0.5, 2.1, 0.0), (1.7, 2.48, 0.5)
+    room.block((low[0], low[1], 0.06), high, birch, faces="+x-x-y+z")
+    room.block((0.54, 2.14, 0.0), (1.66, 2.44, 0.06), plain((60, 60, 62)), faces="+x-x-y")
+    room.solid(low, high)
+    for x in (0.52, 1.11):
+        room.block((x, 2.085, 0.08), (x + 0.57, 2.1, 0.48), birch, faces="-y+x-x+z-z")
+        room.block(
+            (x + 0.24, 2.07, 0.40), (x + 0.33, 2.085, 0.415), plain((90, 92, 96)), faces="-y+x-x+z-z"
+        )
+    room.add(
+        *decor.board(BOX.wall("+y", 1.1, 1.22), (1.12, 0.65), wall_art.call_screen(748, 434),
+                     edge=(26, 27, 30), thickness=0.04, frame_m=0.014, glow=1.0),
+    )  # fmt: skip
+    boards = shelf_unit(
+        room, (1.88, 2.16, 0.0), (2.88, 2.48, 1.95), material=birch, boards=6, open_side="-y"
     )
-    t = 0.2
-    room.solid((x0 - t, y0 - t, z0), (x0, y1 + t, z1))
-    room.solid((x1, y0 - t, z0), (x1 + t, y1 + t, z1))
-    room.solid((x0, y0 - t, z0), (x1, y0, z1))
-    room.solid((x0, y1, z0), (x1, y1 + t, z1))
+    for z in boards[1:4]:
+        decor.books_on_board(room, 1.92, float(rng.uniform(2.55, 2.84)), 2.45, z, rng)
+    for x in (1.95, 2.28, 2.6):
+        colour = mixed([(150, 126, 100), (96, 116, 126), (176, 166, 150)], rng)
+        decor.storage_box(room, (x, 2.2, boards[0]), (x + 0.24, 2.44, boards[0] + 0.22), rng, colour)
+    decor.storage_box(
+        room, (1.98, 2.2, boards[4]), (2.3, 2.44, boards[4] + 0.2), rng, (196, 150, 96)
+    )
+    decor.books_on_board(room, 2.4, 2.84, 2.45, boards[4], rng)
+
+
+def _desk(room: Set, rng: np.random.Generator) -> None:
+    table(room, DESK_LOW, DESK_HIGH, top=wood(rng, (206, 168, 122)), legs=plain((64, 66, 70)))
+    top = DESK_HIGH[2]
+    decor.monitor(room, Pose.from_yaw(math.radians(172), (2.80, -0.27, top)), rng)
+    decor.desk_lamp(room, (2.80, 0.78, top))
+    decor.papers(room, Pose.from_yaw(math.radians(-82), (2.72, 0.16, top)), rng)

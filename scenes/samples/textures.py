@@ -106,9 +106,8 @@ def parquet(rng: np.random.Generator, rgb: Rgb, *, mm_per_px: float = 4.0) -> Ma
             while left < w:
                 x0, x1 = max(0, left), min(w, left + length)
                 tone = float(rng.normal(0, 0.07))
-                piece = shade[top : top + board, x0:x1]
-                piece[:] = np.roll(piece, int(rng.integers(0, 50)), axis=1) + tone
-                piece[:, :1] -= 0.25
+                shade[top : top + board, x0:x1] += tone
+                shade[top : top + board, x0 : x0 + 1] -= 0.25
                 left += length
             shade[top : top + 1] -= 0.22
         return tinted(rgb, shade)

@@ -1,0 +1,216 @@
+//! Front-to-back blending of one tile: the state of its pixels and the portable kernel.
+
+use crate::bin::TILE;
+use crate::project::{power_of, Record};
+use crate::scene::LOG2_255;
+
+pub const ALPHA_MAX: f32 = 0.99;
+/// A pixel takes no more splats once less light than this passes through it.
+pub const TRANSMITTANCE_STOP: f32 = 1e-4;
+/// log2 of the smallest alpha that is drawn, 1/255.
+pub const LOG2_ALPHA_MIN: f32 = -LOG2_255;
+
+/// Pixels of a block: 4 wide, 2 high, the width of an AVX2 register.
+pub const BLOCK_PIXELS: usize = 8;
+pub const BLOCK_WIDTH: usize = 4;
+pub const BLOCK_HEIGHT: usize = 2;
+pub const BLOCKS_ACROSS: usize = TILE / BLOCK_WIDTH;
+pub const BLOCKS: usize = TILE * TILE / BLOCK_PIXELS;
+
+/// What eight pixels have gathered so far.
+#[derive(Clone, Copy)]
+#[repr(C, align(32))]
+pub struct PixelBlock {
+    pub transmittance: [f32; BLOCK_PIXELS],
+    pub colour: [[f32; BLOCK_PIXELS]; 3],
+    pub depth: [f32; BLOCK_PIXELS],
+    /// Largest blend weight so far, and the object it came from; kept only with several objects.
+    pub weight: [f32; BLOCK_PIXELS],
+    pub object: [i32; BLOCK_PIXELS],
+}
+
+/// All pixels of a tile.
+#[derive(Clone)]
+pub struct Tile {
+    pub blocks: [PixelBlock; BLOCKS],
+}
+
+impl Tile {
+    pub const EMPTY: Tile = Tile {
+        blocks: [PixelBlock {
+            transmittance: [1.0; BLOCK_PIXELS],
+            colour: [[0.0; BLOCK_PIXELS]; 3],
+            depth: [0.0; BLOCK_PIXELS],
+            weight: [0.0; BLOCK_PIXELS],
+            object: [-1; BLOCK_PIXELS],
+        }; BLOCKS],
+    };
+
+    /// Block and lane of the pixel in column `x`, row `y` of the tile.
+    #[inline(always)]
+    pub fn place(x: usize, y: usize) -> (usize, usize) {
+        let block = y / BLOCK_HEIGHT * BLOCKS_ACROSS + x / BLOCK_WIDTH;
+        let lane = y % BLOCK_HEIGHT * BLOCK_WIDTH + x % BLOCK_WIDTH;
+        (block, lane)
+    }
+}
+
+/// A splat in a tile's own coordinates: `u = a·x + b·y + u0`, `v = c·y + v0`, with (x, y) counted
+/// from the centre of the tile's first pixel.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C)]
+pub struct TileSplat {
+    pub a: f32,
+    pub b: f32,
+    pub u0: f32,
+    pub c: f32,
+    pub v0: f32,
+    pub log2_opacity: f32,
+    pub colour: [f32; 3],
+    pub depth: f32,
+    pub object: i32,
+    pub inverse_a: f32,
+}
+
+impl TileSplat {
+    #[inline(always)]
+    pub fn new(record: &Record, left: i32, top: i32) -> TileSplat {
+        let x = (record.base[0] - left) as f32 + (record.offset[0] - 0.5);
+        let y = (record.base[1] - top) as f32 + (record.offset[1] - 0.5);
+        TileSplat {
+            a: record.a,
+            b: record.b,
+            u0: -(record.a * x + record.b * y),
+            c: record.c,
+            v0: -(record.c * y),
+            log2_opacity: record.log2_opacity,
+            colour: record.colour,
+            depth: record.depth,
+            object: record.object as i32,
+            inverse_a: record.inverse_a,
+        }
+    }
+}
+
+/// Blends the splats `slots`, nearest first, into the tile whose first pixel is (left, top).
+///
+/// `TRACK_OBJECTS`: also keep the object with the largest blend weight.
+pub fn blend_tile<const TRACK_OBJECTS: bool>(
+    tile: &mut Tile,
+    records: &[Record],
+    slots: &[u32],
+    left: i32,
+    top: i32,
+) {
+    const SPLATS_PER_CHECK: usize = 32;
+    for batch in slots.chunks(SPLATS_PER_CHECK) {
+        let mut live = tile.blocks.iter().flat_map(|block| &block.transmittance);
+        if !live.any(|&t| t >= TRANSMITTANCE_STOP) {
+            return;
+        }
+        for &slot in batch {
+            let splat = TileSplat::new(&records[slot as usize], left, top);
+            blend_splat::<TRACK_OBJECTS>(tile, &splat);
+        }
+    }
+}
+
+#[inline(always)]
+fn blend_splat<const TRACK_OBJECTS: bool>(tile: &mut Tile, splat: &TileSplat) {
+    for y in 0..TILE {
+        let v = splat.c * y as f32 + splat.v0;
+        let row = splat.b * y as f32 + splat.u0;
+        let Some((first, last)) = columns_touched(splat, row, v) else {
+            continue;
+        };
+        for x in first..=last {
+            let u = splat.a * x as f32 + row;
+            let log2_alpha = splat.log2_opacity - u * u - v * v;
+            if log2_alpha < LOG2_ALPHA_MIN {
+                continue;
+            }
+            let (block, lane) = Tile::place(x, y);
+            let pixel = &mut tile.blocks[block];
+            let transmittance = pixel.transmittance[lane];
+            if transmittance < TRANSMITTANCE_STOP {
+                continue;
+            }
+            let alpha = exp2(log2_alpha).min(ALPHA_MAX);
+            let weight = alpha * transmittance;
+            pixel.transmittance[lane] = transmittance - weight;
+            for channel in 0..3 {
+                pixel.colour[channel][lane] += weight * splat.colour[channel];
+            }
+            pixel.depth[lane] += weight * splat.depth;
+            if TRACK_OBJECTS && weight > pixel.weight[lane] {
+                pixel.weight[lane] = weight;
+                pixel.object[lane] = splat.object;
+            }
+        }
+    }
+}
+
+/// First and last column of a row of pixels inside the alpha = 1/255 ellipse, a hair generously.
+#[inline(always)]
+fn columns_touched(splat: &TileSplat, row: f32, v: f32) -> Option<(usize, usize)> {
+    const SLACK_PX: f32 = 0.01;
+    let left_over = power_of(splat.log2_opacity) - v * v;
+    if left_over < -1e-3 {
+        return None;
+    }
+    let half = left_over.max(0.0).sqrt() * splat.inverse_a + SLACK_PX;
+    let centre = -row * splat.inverse_a;
+    let first = (centre - half).ceil().max(0.0);
+    let last = (centre + half).floor().min(TILE as f32 - 1.0);
+    (first <= last).then_some((first as usize, last as usize))
+}
+
+/// 2^p for -126 < p < 127; relative error 1e-7 (own minimax fit of degree 5 on ±½).
+#[inline(always)]
+fn exp2(p: f32) -> f32 {
+    let whole = p.round_ties_even();
+    let part = p - whole;
+    let mut sum = EXP2[5];
+    for k in (0..5).rev() {
+        sum = sum * part + EXP2[k];
+    }
+    f32::from_bits(sum.to_bits().wrapping_add_signed((whole as i32) << 23))
+}
+
+/// Coefficients of 2^f on -½..½, constant term first.
+pub const EXP2: [f32; 6] = [
+    1.000_000_1,
+    0.693_146_97,
+    0.240_221_2,
+    0.055_507_13,
+    0.009_675_541,
+    0.001_327_647_2,
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exp2_is_close() {
+        for i in -1000..=10 {
+            let p = i as f32 * 0.0101;
+            let error = f64::from(exp2(p)) / f64::from(p).exp2() - 1.0;
+            assert!(error.abs() < 3e-7, "{p}: {error}");
+        }
+    }
+
+    #[test]
+    fn places_are_distinct() {
+        let mut seen = vec![false; BLOCKS * BLOCK_PIXELS];
+        for y in 0..TILE {
+            for x in 0..TILE {
+                let (block, lane) = Tile::place(x, y);
+                assert!(!std::mem::replace(
+                    &mut seen[block * BLOCK_PIXELS + lane],
+                    true
+                ));
+            }
+        }
+    }
+}

@@ -1,0 +1,283 @@
+//! One chunk of splats through one camera: EWA projection, visibility, colour, compact records.
+
+use crate::camera::{Lens, LOW_PASS};
+use crate::scene::{Cloud, BLOCKS_PER_CHUNK, LANES, LOG2_255};
+use crate::sh;
+
+/// log2(e) / 2: turns half a squared Mahalanobis distance into a power of two.
+const HALF_LOG2_E: f64 = std::f64::consts::LOG2_E / 2.0;
+
+/// Everything the tile stages need of a splat; one cache line.
+///
+/// With (dx, dy) = pixel centre - splat centre: `log2(alpha) = log2_opacity - u² - v²`,
+/// `u = a·dx + b·dy`, `v = c·dy`.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(64))]
+pub struct Record {
+    /// Centre = base + offset, split so that a tile-relative position keeps its last bits.
+    pub base: [i32; 2],
+    pub offset: [f32; 2],
+    pub a: f32,
+    pub b: f32,
+    pub c: f32,
+    pub log2_opacity: f32,
+    pub colour: [f32; 3],
+    pub depth: f32,
+    pub inverse_a: f32,
+    /// Height above the centre of the rightmost point of the 1/255 ellipse; the leftmost mirrors it.
+    pub right_dy: f32,
+    pub object: u32,
+    pub index: u32,
+}
+
+/// First and last pixel row that a splat touches.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Rows {
+    pub first: u16,
+    pub last: u16,
+}
+
+/// One posed object as the projection sees it.
+pub struct PosedCloud<'a> {
+    pub cloud: &'a Cloud,
+    pub rotation: [[f64; 3]; 3],
+    pub translation: [f64; 3],
+    pub object: u32,
+}
+
+impl PosedCloud<'_> {
+    #[inline(always)]
+    pub fn to_camera(&self, p: [f64; 3]) -> [f64; 3] {
+        let r = &self.rotation;
+        std::array::from_fn(|row| {
+            r[row][0] * p[0] + r[row][1] * p[1] + r[row][2] * p[2] + self.translation[row]
+        })
+    }
+
+    /// Camera centre in the object's frame.
+    pub fn eye(&self) -> [f64; 3] {
+        std::array::from_fn(|axis| {
+            -(0..3)
+                .map(|row| self.rotation[row][axis] * self.translation[row])
+                .sum::<f64>()
+        })
+    }
+}
+
+/// What is the same for all splats of one picture.
+#[derive(Clone, Copy, Debug)]
+pub struct View {
+    pub width: usize,
+    pub height: usize,
+    pub near: f64,
+    pub antialias: bool,
+    pub sh_degree: usize,
+}
+
+/// Where a chunk's visible splats go; all slices hold a chunk.
+pub struct Slots<'a> {
+    pub records: &'a mut [Record],
+    pub keys: &'a mut [u32],
+    pub rows: &'a mut [Rows],
+}
+
+/// Eight splats on the picture plane, one per lane.
+struct Footprints {
+    u: [f64; LANES],
+    v: [f64; LANES],
+    /// Whitening (see `Record`).
+    a: [f64; LANES],
+    slope: [f64; LANES],
+    c: [f64; LANES],
+    sigma_x: [f64; LANES],
+    sigma_y: [f64; LANES],
+    /// Covariance over `sigma_x`: height of the rightmost point of the 1-sigma ellipse.
+    right_dy: [f64; LANES],
+    /// log2 of the Mip filter's opacity factor; 0 without it.
+    log2_gain: [f64; LANES],
+    depth: [f64; LANES],
+    drawable: [bool; LANES],
+}
+
+/// Projects chunk `chunk` and returns how many records were written.
+#[inline(always)]
+pub fn project_chunk<L: Lens>(
+    posed: &PosedCloud,
+    lens: &L,
+    view: &View,
+    chunk: usize,
+    slots: &mut Slots,
+) -> usize {
+    let cloud = posed.cloud;
+    let eye = posed.eye();
+    let sh_count = cloud.sh_count.min((view.sh_degree + 1).pow(2));
+    let first = chunk * BLOCKS_PER_CHUNK;
+    let last = (first + BLOCKS_PER_CHUNK).min(cloud.blocks.len());
+    let mut written = 0;
+    for index in first..last {
+        let block = &cloud.blocks[index];
+        let prints = footprints(posed, lens, view, index);
+        let visible: [_; LANES] =
+            std::array::from_fn(|lane| extent_of(&prints, lane, block.log2_opacity[lane], view));
+        if visible.iter().all(Option::is_none) {
+            continue;
+        }
+        let colour = sh::colours(cloud.sh_of(index), sh_count, &directions(&block.mean, eye));
+        for lane in 0..LANES {
+            let Some((rows, log2_opacity)) = visible[lane] else {
+                continue;
+            };
+            let mut record = record_of(&prints, lane);
+            record.log2_opacity = log2_opacity;
+            record.right_dy *= (power_of(log2_opacity) / HALF_LOG2_E as f32).sqrt();
+            record.colour = std::array::from_fn(|channel| colour[channel][lane]);
+            record.object = posed.object;
+            record.index = block.index[lane];
+            slots.records[written] = record;
+            slots.keys[written] = record.depth.to_bits();
+            slots.rows[written] = rows;
+            written += 1;
+        }
+    }
+    written
+}
+
+/// EWA projection of one block in double precision: 2D covariance = (J R F)(J R F)ᵀ + 0.3 px².
+#[inline(always)]
+fn footprints<L: Lens>(posed: &PosedCloud, lens: &L, view: &View, index: usize) -> Footprints {
+    let block = &posed.cloud.blocks[index];
+    let mut out = Footprints {
+        u: [0.0; LANES],
+        v: [0.0; LANES],
+        a: [0.0; LANES],
+        slope: [0.0; LANES],
+        c: [0.0; LANES],
+        sigma_x: [0.0; LANES],
+        sigma_y: [0.0; LANES],
+        right_dy: [0.0; LANES],
+        log2_gain: [0.0; LANES],
+        depth: [0.0; LANES],
+        drawable: [false; LANES],
+    };
+    let mut sharp = [0.0; LANES];
+    let mut soft = [0.0; LANES];
+    for lane in 0..LANES {
+        let mean = std::array::from_fn(|axis| f64::from(block.mean[axis][lane]));
+        let seen = lens.project(posed.to_camera(mean));
+        let [top, bottom] = seen.jacobian.map(|row| {
+            let turned: [f64; 3] = std::array::from_fn(|k| {
+                let r = &posed.rotation;
+                row[0] * r[0][k] + row[1] * r[1][k] + row[2] * r[2][k]
+            });
+            let m: [f64; 3] = std::array::from_fn(|k| {
+                let factor = |row: usize| f64::from(block.factor[3 * row + k][lane]);
+                turned[0] * factor(0) + turned[1] * factor(1) + turned[2] * factor(2)
+            });
+            m
+        });
+        let dot = |p: &[f64; 3], q: &[f64; 3]| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
+        let (xx, xy, yy) = (dot(&top, &top), dot(&top, &bottom), dot(&bottom, &bottom));
+        // |top × bottom|² equals xx·yy - xy² without its cancellation (Binet-Cauchy).
+        let cross = [
+            top[1] * bottom[2] - top[2] * bottom[1],
+            top[2] * bottom[0] - top[0] * bottom[2],
+            top[0] * bottom[1] - top[1] * bottom[0],
+        ];
+        sharp[lane] = dot(&cross, &cross);
+        soft[lane] = sharp[lane] + LOW_PASS * (xx + yy) + LOW_PASS * LOW_PASS;
+        let (xx, yy) = (xx + LOW_PASS, yy + LOW_PASS);
+        out.u[lane] = seen.u;
+        out.v[lane] = seen.v;
+        out.a[lane] = (HALF_LOG2_E * yy / soft[lane]).sqrt();
+        out.slope[lane] = xy / yy;
+        out.c[lane] = (HALF_LOG2_E / yy).sqrt();
+        out.sigma_x[lane] = xx.sqrt();
+        out.sigma_y[lane] = yy.sqrt();
+        out.right_dy[lane] = xy / xx.sqrt();
+        out.depth[lane] = seen.depth;
+        out.drawable[lane] = seen.drawable & (seen.depth >= view.near);
+    }
+    if view.antialias {
+        for lane in 0..LANES {
+            out.log2_gain[lane] = 0.5 * (sharp[lane] / soft[lane]).log2();
+        }
+    }
+    out
+}
+
+/// Height of the log2-alpha paraboloid above the visible limit at the splat's centre.
+#[inline(always)]
+pub fn power_of(log2_opacity: f32) -> f32 {
+    log2_opacity + LOG2_255
+}
+
+/// Rows touched by the alpha = 1/255 ellipse and the splat's log2 opacity; None if it is not seen.
+#[inline(always)]
+fn extent_of(
+    prints: &Footprints,
+    lane: usize,
+    log2_opacity: f32,
+    view: &View,
+) -> Option<(Rows, f32)> {
+    let log2_opacity = log2_opacity + prints.log2_gain[lane] as f32;
+    let power = power_of(log2_opacity);
+    // Written so that a NaN anywhere also ends here.
+    if !(prints.drawable[lane] && power >= 0.0) {
+        return None;
+    }
+    let sigmas = (f64::from(power) / HALF_LOG2_E).sqrt();
+    let reach_x = sigmas * prints.sigma_x[lane];
+    let reach_y = sigmas * prints.sigma_y[lane];
+    let first_column = (prints.u[lane] - reach_x - 0.5).ceil().max(0.0);
+    let last_column = (prints.u[lane] + reach_x - 0.5)
+        .floor()
+        .min(view.width as f64 - 1.0);
+    let first_row = (prints.v[lane] - reach_y - 0.5).ceil().max(0.0);
+    let last_row = (prints.v[lane] + reach_y - 0.5)
+        .floor()
+        .min(view.height as f64 - 1.0);
+    if !(first_column <= last_column && first_row <= last_row) {
+        return None;
+    }
+    let rows = Rows {
+        first: first_row as u16,
+        last: last_row as u16,
+    };
+    Some((rows, log2_opacity))
+}
+
+#[inline(always)]
+fn record_of(prints: &Footprints, lane: usize) -> Record {
+    // Beyond this a splat is so wide that the lost fraction of a pixel does not show.
+    const FAR: f64 = (1 << 24) as f64;
+    let base = [prints.u[lane], prints.v[lane]].map(|v| v.floor().clamp(-FAR, FAR));
+    Record {
+        base: base.map(|v| v as i32),
+        offset: [
+            (prints.u[lane] - base[0]) as f32,
+            (prints.v[lane] - base[1]) as f32,
+        ],
+        a: prints.a[lane] as f32,
+        b: (-prints.a[lane] * prints.slope[lane]) as f32,
+        c: prints.c[lane] as f32,
+        inverse_a: (1.0 / prints.a[lane]) as f32,
+        right_dy: prints.right_dy[lane] as f32,
+        depth: prints.depth[lane] as f32,
+        ..Record::default()
+    }
+}
+
+/// Unit vectors from the eye to eight means.
+#[inline(always)]
+fn directions(mean: &[[f32; LANES]; 3], eye: [f64; 3]) -> [[f32; LANES]; 3] {
+    let mut out = [[0.0; LANES]; 3];
+    for lane in 0..LANES {
+        let d: [f64; 3] = std::array::from_fn(|axis| f64::from(mean[axis][lane]) - eye[axis]);
+        let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
+        let inverse = 1.0 / if length > 0.0 { length } else { 1.0 };
+        for axis in 0..3 {
+            out[axis][lane] = (d[axis] * inverse) as f32;
+        }
+    }
+    out
+}

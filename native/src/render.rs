@@ -1,0 +1,304 @@
+//! The pipeline: cull chunks, project, sort by depth, bin into tiles, blend.
+
+use std::sync::{Mutex, PoisonError};
+
+use rayon::prelude::*;
+use rayon::ThreadPool;
+
+use crate::bin::{Band, TileRow, TILE};
+use crate::blend::{Tile, TRANSMITTANCE_STOP};
+use crate::camera::Lens;
+use crate::project::{PosedCloud, Record, Rows, Slots, View};
+use crate::scene::CHUNK;
+use crate::simd::Simd;
+use crate::sort;
+
+/// Largest width and height, set by the 16-bit rows and tile columns.
+pub const MAX_SIDE: usize = 32_768;
+
+/// Where the picture goes: row-major, `width * height` pixels each.
+pub struct Picture<'a> {
+    /// Three values a pixel.
+    pub rgb: &'a mut [f32],
+    pub alpha: &'a mut [f32],
+    pub depth: &'a mut [f32],
+    pub ids: &'a mut [i32],
+}
+
+/// How to draw.
+pub struct Job<'a> {
+    pub view: View,
+    pub background: [f32; 3],
+    pub simd: Simd,
+    pub pool: &'a ThreadPool,
+}
+
+/// Buffers kept between pictures; their contents mean nothing.
+#[derive(Default)]
+struct Scratch {
+    records: Vec<Record>,
+    keys: Vec<u32>,
+    rows: Vec<Rows>,
+    pairs: Vec<u64>,
+    spare: Vec<u64>,
+    order: Vec<u32>,
+    ordered_rows: Vec<Rows>,
+    bands: Vec<Band>,
+}
+
+/// Draws pictures, keeping buffers from one to the next.
+#[derive(Default)]
+pub struct Engine {
+    idle: Mutex<Vec<Scratch>>,
+}
+
+impl Engine {
+    /// Draws `objects` through `lens`. The picture is the same to the bit for any number of threads.
+    pub fn render<L: Lens>(
+        &self,
+        objects: &[PosedCloud],
+        lens: &L,
+        job: &Job,
+        picture: &mut Picture,
+    ) {
+        let mut scratch = self.borrow_scratch();
+        job.pool.install(|| {
+            project_all(objects, lens, job, &mut scratch);
+            sort_by_depth(&mut scratch);
+            bin_into_rows(job, &mut scratch);
+            if objects.len() > 1 {
+                blend_all::<L, true>(lens, job, &scratch, picture);
+            } else {
+                blend_all::<L, false>(lens, job, &scratch, picture);
+            }
+        });
+        let mut idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner);
+        idle.push(scratch);
+    }
+
+    fn borrow_scratch(&self) -> Scratch {
+        let mut idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner);
+        idle.pop().unwrap_or_default()
+    }
+}
+
+/// Fills records, keys and rows; leaves (key, slot) pairs in scene order.
+fn project_all<L: Lens>(objects: &[PosedCloud], lens: &L, job: &Job, scratch: &mut Scratch) {
+    let seen: Vec<(&PosedCloud, usize)> = objects
+        .iter()
+        .flat_map(|posed| {
+            let chunks = posed.cloud.chunks.iter().enumerate();
+            chunks.filter_map(move |(index, chunk)| {
+                let centre = posed.to_camera(chunk.centre);
+                lens.can_see(centre, chunk.radius, chunk.max_scale, job.view.near)
+                    .then_some((posed, index))
+            })
+        })
+        .collect();
+    let size = seen.len() * CHUNK;
+    if scratch.records.len() < size {
+        scratch.records.resize(size, Record::default());
+        scratch.keys.resize(size, 0);
+        scratch.rows.resize(size, Rows::default());
+    }
+    let mut counts = vec![0usize; seen.len()];
+    (
+        &mut counts,
+        scratch.records[..size].par_chunks_mut(CHUNK),
+        scratch.keys[..size].par_chunks_mut(CHUNK),
+        scratch.rows[..size].par_chunks_mut(CHUNK),
+        &seen,
+    )
+        .into_par_iter()
+        .for_each(|(count, records, keys, rows, &(posed, chunk))| {
+            let mut slots = Slots {
+                records,
+                keys,
+                rows,
+            };
+            *count = job
+                .simd
+                .project_chunk(posed, lens, &job.view, chunk, &mut slots);
+        });
+    scratch.pairs.clear();
+    for (chunk, &count) in counts.iter().enumerate() {
+        let first = chunk * CHUNK;
+        let pairs =
+            (first..first + count).map(|slot| u64::from(scratch.keys[slot]) << 32 | slot as u64);
+        scratch.pairs.extend(pairs);
+    }
+}
+
+/// Orders the visible splats by depth; ties by object, then by place in the cloud.
+fn sort_by_depth(scratch: &mut Scratch) {
+    sort::sort_by_key(&mut scratch.pairs, &mut scratch.spare);
+    let records = &scratch.records;
+    sort::break_ties(&mut scratch.pairs, |slot| {
+        let record = &records[slot as usize];
+        (record.object, record.index)
+    });
+    scratch.order.clear();
+    scratch
+        .order
+        .extend(scratch.pairs.iter().map(|&pair| pair as u32));
+    scratch.ordered_rows.clear();
+    scratch.ordered_rows.extend(
+        scratch
+            .order
+            .iter()
+            .map(|&slot| scratch.rows[slot as usize]),
+    );
+}
+
+/// Lists the splats of every row of tiles, in depth order.
+fn bin_into_rows(job: &Job, scratch: &mut Scratch) {
+    const BANDS_PER_THREAD: usize = 3;
+    let rows_of_tiles = job.view.height.div_ceil(TILE);
+    let wanted = (rayon::current_num_threads() * BANDS_PER_THREAD).min(rows_of_tiles);
+    let rows_per_band = rows_of_tiles.div_ceil(wanted);
+    scratch
+        .bands
+        .resize_with(rows_of_tiles.div_ceil(rows_per_band), Band::default);
+    let (order, rows) = (&scratch.order, &scratch.ordered_rows);
+    scratch
+        .bands
+        .par_iter_mut()
+        .enumerate()
+        .for_each(|(index, band)| {
+            let first = index * rows_per_band;
+            let end = (first + rows_per_band).min(rows_of_tiles);
+            band.fill(first..end, order, rows);
+        });
+}
+
+/// Blends every tile; a task is a row of tiles, whose pixels lie together in the picture.
+fn blend_all<L: Lens, const TRACK_OBJECTS: bool>(
+    lens: &L,
+    job: &Job,
+    scratch: &Scratch,
+    picture: &mut Picture,
+) {
+    let View { width, height, .. } = job.view;
+    let rows_per_band = height.div_ceil(TILE).div_ceil(scratch.bands.len());
+    let strip = width * TILE;
+    (
+        picture.rgb.par_chunks_mut(3 * strip),
+        picture.alpha.par_chunks_mut(strip),
+        picture.depth.par_chunks_mut(strip),
+        picture.ids.par_chunks_mut(strip),
+    )
+        .into_par_iter()
+        .with_max_len(1)
+        .enumerate()
+        .for_each_init(
+            TileRow::default,
+            |lists, (row, (rgb, alpha, depth, ids))| {
+                let band = &scratch.bands[row / rows_per_band];
+                let columns = width.div_ceil(TILE);
+                lists.fill(row, columns, band.row(row), &scratch.records);
+                let mut strip = Picture {
+                    rgb,
+                    alpha,
+                    depth,
+                    ids,
+                };
+                for column in 0..columns {
+                    let (left, top) = (column * TILE, row * TILE);
+                    let mask = CircleMask::new(lens, left, top);
+                    let mut tile = Tile::EMPTY;
+                    mask.close_outside(&mut tile);
+                    let slots = lists.tile(column);
+                    job.simd.blend_tile::<TRACK_OBJECTS>(
+                        &mut tile,
+                        &scratch.records,
+                        slots,
+                        left as i32,
+                        top as i32,
+                    );
+                    mask.open_outside(&mut tile);
+                    write_tile::<TRACK_OBJECTS>(&tile, left, width, job.background, &mut strip);
+                }
+            },
+        );
+}
+
+/// The pixels of a tile that lie outside the lens circle; nothing is drawn there.
+struct CircleMask {
+    outside: Option<[bool; TILE * TILE]>,
+}
+
+impl CircleMask {
+    fn new<L: Lens>(lens: &L, left: usize, top: usize) -> CircleMask {
+        let Some((radius, centre)) = lens.circle() else {
+            return CircleMask { outside: None };
+        };
+        let mut outside = [false; TILE * TILE];
+        for y in 0..TILE {
+            for x in 0..TILE {
+                let dx = (left + x) as f64 + 0.5 - centre[0];
+                let dy = (top + y) as f64 + 0.5 - centre[1];
+                outside[y * TILE + x] = dx * dx + dy * dy > radius * radius;
+            }
+        }
+        CircleMask {
+            outside: outside.contains(&true).then_some(outside),
+        }
+    }
+
+    /// Makes the outside opaque, so that it takes no splats.
+    fn close_outside(&self, tile: &mut Tile) {
+        self.set_outside(tile, 0.0);
+    }
+
+    /// Makes the outside empty again.
+    fn open_outside(&self, tile: &mut Tile) {
+        self.set_outside(tile, 1.0);
+    }
+
+    fn set_outside(&self, tile: &mut Tile, transmittance: f32) {
+        const { assert!(TRANSMITTANCE_STOP > 0.0) };
+        let Some(outside) = &self.outside else {
+            return;
+        };
+        for (pixel, _) in outside.iter().enumerate().filter(|(_, &is_out)| is_out) {
+            let (block, lane) = Tile::place(pixel % TILE, pixel / TILE);
+            tile.blocks[block].transmittance[lane] = transmittance;
+        }
+    }
+}
+
+/// Copies a tile to a strip of the picture (16 rows of `width` pixels, fewer at the bottom).
+fn write_tile<const TRACK_OBJECTS: bool>(
+    tile: &Tile,
+    left: usize,
+    width: usize,
+    background: [f32; 3],
+    strip: &mut Picture,
+) {
+    let rows = strip.alpha.len() / width;
+    for y in 0..rows {
+        for x in 0..TILE.min(width - left) {
+            let (block, lane) = Tile::place(x, y);
+            let pixel = &tile.blocks[block];
+            let place = y * width + left + x;
+            let transmittance = pixel.transmittance[lane];
+            for (channel, light) in background.iter().enumerate() {
+                strip.rgb[3 * place + channel] =
+                    pixel.colour[channel][lane] + transmittance * light;
+            }
+            let alpha = 1.0 - transmittance;
+            let is_hit = alpha > 0.0;
+            strip.alpha[place] = alpha;
+            strip.depth[place] = if is_hit {
+                pixel.depth[lane] / alpha
+            } else {
+                0.0
+            };
+            strip.ids[place] = match (TRACK_OBJECTS, is_hit) {
+                (true, _) => pixel.object[lane],
+                (false, true) => 0,
+                (false, false) => -1,
+            };
+        }
+    }
+}

@@ -1,0 +1,68 @@
+"""The native crate; called through `scenes.render.native` only."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+_Picture = tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], NDArray[np.int32]]
+
+class PreparedCloud:
+    """A splat cloud prepared for drawing; all arrays flat and C-contiguous."""
+
+    def __init__(
+        self,
+        means: NDArray[np.float32],
+        scales: NDArray[np.float32],
+        rotations: NDArray[np.float32],
+        opacities: NDArray[np.float32],
+        sh: NDArray[np.float32],
+    ) -> None: ...
+    @property
+    def count(self) -> int:
+        """Splats that can be drawn."""
+
+    @property
+    def dropped(self) -> int:
+        """Splats dropped because they are damaged."""
+
+class Engine:
+    """Draws prepared clouds; keeps threads and buffers between pictures."""
+
+    def __init__(self, *, portable: bool = False) -> None: ...
+    @property
+    def simd(self) -> str:
+        """Instruction set in use."""
+
+    def render_pinhole(
+        self,
+        clouds: Sequence[PreparedCloud],
+        camera_from_object: NDArray[np.float64],
+        *,
+        size: tuple[int, int],
+        focal: tuple[float, float],
+        centre: tuple[float, float],
+        background: tuple[float, float, float],
+        near: float,
+        antialias: bool,
+        sh_degree: int,
+        threads: int,
+    ) -> _Picture:
+        """Flat rgb, alpha, depth and ids; `camera_from_object` is (M, 12), row-major 3×4 each."""
+
+    def render_fisheye(
+        self,
+        clouds: Sequence[PreparedCloud],
+        camera_from_object: NDArray[np.float64],
+        *,
+        size: tuple[int, int],
+        focal: float,
+        centre: tuple[float, float],
+        max_angle: float,
+        background: tuple[float, float, float],
+        near: float,
+        antialias: bool,
+        sh_degree: int,
+        threads: int,
+    ) -> _Picture:
+        """As `render_pinhole`, through an equidistant fisheye."""

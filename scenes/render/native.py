@@ -1,0 +1,146 @@
+"""The native renderer: checks its arguments, keeps prepared clouds, calls the Rust kernels."""
+
+from __future__ import annotations
+
+import threading
+from collections import OrderedDict
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.cameras import Fisheye, Pinhole
+from scenes.pose import Pose
+from scenes.render.renderer import PosedSplats, Rendering, RenderOptions
+from scenes.render.request import check_request
+from scenes.splats import SplatCloud
+
+if TYPE_CHECKING:
+    from scenes import _native
+
+KEPT_CLOUDS = 64
+"""Prepared clouds a renderer keeps; the one not drawn for longest goes first."""
+
+
+class NativeRenderer:
+    """Draws splats with the Rust kernels. One instance may be used from several threads.
+
+    A cloud is prepared (sorted along a Z curve, factors of its covariances) the first time it is
+    drawn; the same `SplatCloud` object is found again by identity, so keep it instead of making an
+    equal one per frame. The interpreter lock is free while a picture is drawn.
+
+    Args:
+        portable: use no vector instructions beyond the platform's minimum (tests, comparisons).
+
+    Raises:
+        ImportError: the native crate has not been built.
+    """
+
+    def __init__(self, *, portable: bool = False) -> None:
+        try:
+            from scenes import _native
+        except ImportError as error:
+            raise ImportError(
+                f"the native renderer scenes._native cannot be loaded ({error}); "
+                "run any command through ./nexus, which builds it"
+            ) from error
+        self._prepare = _native.PreparedCloud
+        self._engine = _native.Engine(portable=portable)
+        self._clouds: OrderedDict[int, tuple[SplatCloud, _native.PreparedCloud]] = OrderedDict()
+        self._lock = threading.Lock()
+
+    @property
+    def instructions(self) -> str:
+        """Instruction set in use, such as "avx2" or "scalar"."""
+        return self._engine.simd
+
+    def prepare(self, cloud: SplatCloud) -> int:
+        """Prepare a cloud ahead of its first picture; returns the number of damaged splats."""
+        return self._prepared(cloud).dropped
+
+    def render(
+        self,
+        objects: Sequence[PosedSplats],
+        camera: Pinhole | Fisheye,
+        world_from_camera: Pose,
+        options: RenderOptions | None = None,
+    ) -> Rendering:
+        """Draw all objects in one global order; see `scenes.render.renderer` for the semantics.
+
+        Splats with a value that is not finite, a scale that is not positive or a zero quaternion
+        are left out.
+
+        Raises:
+            ValueError: names the argument, what it got and what it wants.
+        """
+        options = options or RenderOptions()
+        check_request(objects, camera, options)
+        clouds = [self._prepared(posed.cloud) for posed in objects]
+        camera_from_world = world_from_camera.inverse()
+        poses = np.zeros((len(objects), 12), dtype=np.float64)
+        for row, posed in zip(poses, objects, strict=True):
+            camera_from_object = camera_from_world @ posed.world_from_object
+            row[:] = camera_from_object.matrix()[:3].ravel()
+        if isinstance(camera, Pinhole):
+            flat = self._engine.render_pinhole(
+                clouds,
+                poses,
+                size=(camera.width_px, camera.height_px),
+                focal=(camera.fx, camera.fy),
+                centre=(camera.cx, camera.cy),
+                background=options.background,
+                near=options.near_m,
+                antialias=options.antialias,
+                sh_degree=options.sh_degree,
+                threads=options.threads,
+            )
+        else:
+            flat = self._engine.render_fisheye(
+                clouds,
+                poses,
+                size=(camera.width_px, camera.height_px),
+                focal=camera.f_px,
+                centre=(camera.cx, camera.cy),
+                max_angle=camera.max_angle,
+                background=options.background,
+                near=options.near_m,
+                antialias=options.antialias,
+                sh_degree=options.sh_degree,
+                threads=options.threads,
+            )
+        return _rendering(flat, camera.height_px, camera.width_px)
+
+    def _prepared(self, cloud: SplatCloud) -> _native.PreparedCloud:
+        key = id(cloud)
+        with self._lock:
+            if key in self._clouds:
+                self._clouds.move_to_end(key)
+                return self._clouds[key][1]
+        prepared = self._prepare(
+            cloud.means.ravel(),
+            cloud.scales.ravel(),
+            cloud.rotations.ravel(),
+            cloud.opacities,
+            cloud.sh.ravel(),
+        )
+        with self._lock:
+            # Holding the cloud keeps its id from being given to another one.
+            self._clouds[key] = (cloud, prepared)
+            while len(self._clouds) > KEPT_CLOUDS:
+                self._clouds.popitem(last=False)
+        return prepared
+
+
+def _rendering(
+    flat: tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], NDArray[np.int32]],
+    height: int,
+    width: int,
+) -> Rendering:
+    rgb, alpha, depth, ids = flat
+    return Rendering(
+        rgb.reshape(height, width, 3),
+        alpha.reshape(height, width),
+        depth.reshape(height, width),
+        ids.reshape(height, width),
+    )

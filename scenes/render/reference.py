@@ -1,0 +1,286 @@
+"""The reference renderer: the definition of a picture in readable float64, and the tests' oracle.
+
+Each splat is projected by EWA (Zwicker et al. 2001, "EWA volume splatting") and blended into every
+pixel of its footprint, nearest first. It follows `scenes.render.renderer`, and decides beyond it:
+
+- A pinhole's Jacobian is frozen beyond 15 % of the picture's size outside its border.
+- A fisheye draws nothing outside its lens circle (`max_angle`): background, alpha 0. Splats
+  whose centre lies further than 1.15 · `max_angle` off axis, or within 0.05 rad of straight behind,
+  are skipped.
+- The order is that of depth rounded to float32; ties go by object, then by place in the cloud.
+- Colours are clamped below at 0, before blending; opacities above 1 count as 1.
+- The splat that takes a pixel's transmittance below the stop is the last one blended there.
+- `ids` holds the object of the single splat with the largest blend weight, the first of equals.
+- Damaged splats are left out: a value that is not finite, a scale that is not positive, a
+  quaternion of zeros, a mean or scale beyond 1e9 m.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.cameras import Fisheye, Pinhole
+from scenes.pose import Pose
+from scenes.render.renderer import (
+    ALPHA_MAX,
+    ALPHA_MIN,
+    LOW_PASS_PX2,
+    TRANSMITTANCE_STOP,
+    PosedSplats,
+    Rendering,
+    RenderOptions,
+)
+from scenes.render.request import check_request
+from scenes.splats import SplatCloud
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+JACOBIAN_MARGIN = 0.15
+ANGLE_MARGIN = 1.15
+POLE_MARGIN_RAD = 0.05
+MAX_EXTENT_M = 1e9
+
+
+class ReferenceRenderer:
+    """Draws splats in float64, one after the other: slow, for small scenes."""
+
+    def render(
+        self,
+        objects: Sequence[PosedSplats],
+        camera: Pinhole | Fisheye,
+        world_from_camera: Pose,
+        options: RenderOptions | None = None,
+    ) -> Rendering:
+        """Draw all objects in one global order; see `scenes.render.renderer` for the semantics.
+
+        Raises:
+            ValueError: names the argument, what it got and what it wants.
+        """
+        options = options or RenderOptions()
+        check_request(objects, camera, options)
+        camera_from_world = world_from_camera.inverse()
+        footprints = [
+            _footprints(posed.cloud, camera_from_world @ posed.world_from_object, camera, options)
+            for posed in objects
+        ]
+        return _blend(footprints, camera, np.asarray(options.background, dtype=np.float64))
+
+
+@dataclass(frozen=True, slots=True)
+class _Footprints:
+    """The drawable splats of one object on the picture plane, in the cloud's order."""
+
+    pixels: FloatArray  # (N, 2)
+    covariances: FloatArray  # (N, 2, 2), px², low pass included
+    opacities: FloatArray  # (N,)
+    colours: FloatArray  # (N, 3)
+    depths: FloatArray  # (N,)
+
+
+def _footprints(
+    cloud: SplatCloud, camera_from_object: Pose, camera: Pinhole | Fisheye, options: RenderOptions
+) -> _Footprints:
+    cloud = cloud.select(_is_sound(cloud))
+    means_in_camera = camera_from_object @ cloud.means.astype(np.float64)
+    project = _project_pinhole if isinstance(camera, Pinhole) else _project_fisheye
+    pixels, depths, jacobians, drawable = project(camera, means_in_camera)  # type: ignore[arg-type]
+    drawable &= depths >= options.near_m
+
+    cloud = cloud.select(drawable)
+    pixels, depths, jacobians = pixels[drawable], depths[drawable], jacobians[drawable]
+    gradients = jacobians @ camera_from_object.rotation
+    sharp = gradients @ cloud.covariances() @ np.swapaxes(gradients, 1, 2)
+    covariances = sharp + LOW_PASS_PX2 * np.eye(2)
+    opacities = np.minimum(cloud.opacities.astype(np.float64), 1.0)
+    if options.antialias:
+        sharp_det = np.maximum(np.linalg.det(sharp), 0.0)
+        opacities = opacities * np.sqrt(sharp_det / np.linalg.det(covariances))
+    eye_in_object = camera_from_object.inverse().translation
+    colours = _colours(cloud, eye_in_object, options.sh_degree)
+    return _Footprints(pixels, covariances, opacities, colours, depths)
+
+
+def _is_sound(cloud: SplatCloud) -> BoolArray:
+    finite = np.ones(len(cloud), dtype=np.bool_)
+    for array in (cloud.means, cloud.scales, cloud.rotations, cloud.opacities, cloud.sh):
+        finite &= np.isfinite(array).all(axis=tuple(range(1, array.ndim)))
+    return (
+        finite
+        & (np.abs(cloud.means) <= MAX_EXTENT_M).all(axis=1)
+        & ((cloud.scales > 0) & (cloud.scales <= MAX_EXTENT_M)).all(axis=1)
+        & (cloud.rotations != 0).any(axis=1)
+    )
+
+
+def _project_pinhole(
+    camera: Pinhole, points: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
+    """Pixels (N, 2), z (N,), Jacobians (N, 2, 3) and which points are in front."""
+    in_front = points[:, 2] > 1e-9
+    z = np.where(in_front, points[:, 2], 1.0)
+    focal = np.array([camera.fx, camera.fy])
+    centre = np.array([camera.cx, camera.cy])
+    size = np.array([camera.width_px, camera.height_px], dtype=np.float64)
+    tangents = points[:, :2] / z[:, None]
+    margin = JACOBIAN_MARGIN * size
+    clamped = np.clip(tangents, (-margin - centre) / focal, (size + margin - centre) / focal)
+    jacobians = np.zeros((len(points), 2, 3))
+    jacobians[:, 0, 0] = focal[0] / z
+    jacobians[:, 1, 1] = focal[1] / z
+    jacobians[:, :, 2] = -focal / z[:, None] * clamped
+    return focal * tangents + centre, points[:, 2], jacobians, in_front
+
+
+def _project_fisheye(
+    camera: Fisheye, points: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
+    """Pixels (N, 2), ranges (N,), Jacobians (N, 2, 3) and which points are near enough to the axis.
+
+    With s = |(x, y)| and e = (x, y) / s, r = f·θ moves by f·z/range² along e and by f·θ/s across.
+    """
+    xy, z = points[:, :2], points[:, 2]
+    off_axis = np.hypot(xy[:, 0], xy[:, 1])
+    ranges = np.linalg.norm(points, axis=1)
+    angles = np.arctan2(off_axis, z)
+    limit = min(ANGLE_MARGIN * camera.max_angle, np.pi - POLE_MARGIN_RAD)
+    drawable = (angles <= limit) & (ranges > 0)
+
+    on_axis = off_axis < 1e-12 * np.abs(z)
+    safe_s = np.where(on_axis, 1.0, off_axis)
+    along = np.where(on_axis[:, None], [1.0, 0.0], xy / safe_s[:, None])
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    square = np.where(ranges > 0, ranges, 1.0) ** 2
+    radial = camera.f_px * z / square
+    tangential = camera.f_px * np.where(on_axis, 1.0 / np.where(z != 0, z, 1.0), angles / safe_s)
+    jacobians = np.zeros((len(points), 2, 3))
+    jacobians[:, :, :2] = radial[:, None, None] * along[:, :, None] * along[:, None, :]
+    jacobians[:, :, :2] += tangential[:, None, None] * across[:, :, None] * across[:, None, :]
+    jacobians[:, :, 2] = -(camera.f_px * off_axis / square)[:, None] * along
+    pixels = camera.f_px * angles[:, None] * along + np.array([camera.cx, camera.cy])
+    return pixels, ranges, jacobians, drawable
+
+
+def _colours(cloud: SplatCloud, eye_in_object: FloatArray, degree: int) -> FloatArray:
+    """(N, 3) colours seen from the eye, clamped below at 0."""
+    directions = cloud.means.astype(np.float64) - eye_in_object
+    lengths = np.linalg.norm(directions, axis=1, keepdims=True)
+    basis = sh_basis(directions / np.where(lengths > 0, lengths, 1.0))
+    count = min(cloud.sh.shape[1], (degree + 1) ** 2)
+    summed = np.einsum("nk,nkc->nc", basis[:, :count], cloud.sh[:, :count].astype(np.float64))
+    return np.maximum(0.5 + summed, 0.0)
+
+
+def sh_basis(directions: FloatArray) -> FloatArray:
+    """(N, 16) real spherical harmonics to degree 3 of (N, 3) unit directions.
+
+    Order and signs are those of 3D Gaussian splatting (Kerbl et al. 2023) and its files.
+    """
+    x, y, z = np.moveaxis(np.asarray(directions, dtype=np.float64), -1, 0)
+    pi = np.pi
+    one = np.ones_like(x)
+    return np.stack(
+        [
+            np.sqrt(1 / (4 * pi)) * one,
+            -np.sqrt(3 / (4 * pi)) * y,
+            np.sqrt(3 / (4 * pi)) * z,
+            -np.sqrt(3 / (4 * pi)) * x,
+            np.sqrt(15 / (4 * pi)) * x * y,
+            -np.sqrt(15 / (4 * pi)) * y * z,
+            np.sqrt(5 / (16 * pi)) * (2 * z * z - x * x - y * y),
+            -np.sqrt(15 / (4 * pi)) * x * z,
+            np.sqrt(15 / (16 * pi)) * (x * x - y * y),
+            -np.sqrt(35 / (32 * pi)) * y * (3 * x * x - y * y),
+            np.sqrt(105 / (4 * pi)) * x * y * z,
+            -np.sqrt(21 / (32 * pi)) * y * (4 * z * z - x * x - y * y),
+            np.sqrt(7 / (16 * pi)) * z * (2 * z * z - 3 * x * x - 3 * y * y),
+            -np.sqrt(21 / (32 * pi)) * x * (4 * z * z - x * x - y * y),
+            np.sqrt(105 / (16 * pi)) * z * (x * x - y * y),
+            -np.sqrt(35 / (32 * pi)) * x * (x * x - 3 * y * y),
+        ],
+        axis=-1,
+    )
+
+
+def _blend(
+    footprints: Sequence[_Footprints], camera: Pinhole | Fisheye, background: FloatArray
+) -> Rendering:
+    height, width = camera.height_px, camera.width_px
+    transmittance = np.ones((height, width))
+    rgb = np.zeros((height, width, 3))
+    depth = np.zeros((height, width))
+    ids = np.full((height, width), -1, dtype=np.int32)
+    heaviest = np.zeros((height, width))
+    is_drawn = _inside_lens(camera)
+
+    for object_id, i in _draw_order(footprints):
+        prints = footprints[object_id]
+        window = _window(prints, i, height, width)
+        if window is None:
+            continue
+        alpha = _alpha(prints, i, window)
+        through = transmittance[window]
+        is_live = is_drawn[window] & (through >= TRANSMITTANCE_STOP)
+        weight = np.where(is_live, alpha, 0.0) * through
+        rgb[window] += weight[..., None] * prints.colours[i]
+        depth[window] += weight * prints.depths[i]
+        transmittance[window] = through - weight
+        is_heavier = weight > heaviest[window]
+        heaviest[window] = np.where(is_heavier, weight, heaviest[window])
+        ids[window] = np.where(is_heavier, object_id, ids[window])
+
+    alpha = 1.0 - transmittance
+    mean_depth = np.where(alpha > 0, depth / np.where(alpha > 0, alpha, 1.0), 0.0)
+    return Rendering(
+        (rgb + transmittance[..., None] * background).astype(np.float32),
+        alpha.astype(np.float32),
+        mean_depth.astype(np.float32),
+        ids,
+    )
+
+
+def _draw_order(footprints: Sequence[_Footprints]) -> list[tuple[int, int]]:
+    """(object, splat) pairs, nearest first."""
+    pairs = [
+        (index, i) for index, prints in enumerate(footprints) for i in range(len(prints.depths))
+    ]
+    depths = np.concatenate([np.zeros(0), *(prints.depths for prints in footprints)])
+    order = np.argsort(depths.astype(np.float32), kind="stable")
+    return [pairs[k] for k in order]
+
+
+def _inside_lens(camera: Pinhole | Fisheye) -> BoolArray:
+    """(H, W) whether a pixel's centre is inside the lens circle."""
+    if isinstance(camera, Pinhole):
+        return np.ones((camera.height_px, camera.width_px), dtype=np.bool_)
+    x = np.arange(camera.width_px) + 0.5 - camera.cx
+    y = (np.arange(camera.height_px) + 0.5 - camera.cy)[:, None]
+    return x * x + y * y <= (camera.f_px * camera.max_angle) ** 2
+
+
+def _window(prints: _Footprints, i: int, height: int, width: int) -> tuple[slice, slice] | None:
+    """Rows and columns of the box around the splat's alpha = 1/255 ellipse; None outside."""
+    if prints.opacities[i] < ALPHA_MIN:
+        return None
+    reach = np.sqrt(2 * np.log(prints.opacities[i] / ALPHA_MIN) * np.diag(prints.covariances[i]))
+    first = np.maximum(np.ceil(prints.pixels[i] - reach - 0.5), 0)
+    last = np.minimum(np.floor(prints.pixels[i] + reach - 0.5), [width - 1, height - 1])
+    if not (first <= last).all():
+        return None
+    columns, rows = (slice(int(a), int(b) + 1) for a, b in zip(first, last, strict=True))
+    return rows, columns
+
+
+def _alpha(prints: _Footprints, i: int, window: tuple[slice, slice]) -> FloatArray:
+    """Alpha of one splat at the window's pixel centres, 0 where it is below the limit."""
+    rows, columns = window
+    dx = np.arange(columns.start, columns.stop) + 0.5 - prints.pixels[i, 0]
+    dy = (np.arange(rows.start, rows.stop) + 0.5 - prints.pixels[i, 1])[:, None]
+    (xx, xy), (_, yy) = prints.covariances[i]
+    squared_distance = (yy * dx * dx - 2 * xy * dx * dy + xx * dy * dy) / (xx * yy - xy * xy)
+    alpha = prints.opacities[i] * np.exp(-0.5 * squared_distance)
+    return np.where(alpha >= ALPHA_MIN, np.minimum(alpha, ALPHA_MAX), 0.0)

@@ -1,0 +1,84 @@
+"""What every renderer refuses, and in which words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from scenes.cameras import Fisheye, Pinhole
+from scenes.render.renderer import PosedSplats, RenderOptions
+from scenes.splats import SH_COUNTS, SplatCloud
+
+MAX_THREADS = 256
+MAX_SIDE_PX = 32_768
+
+
+def check_request(
+    objects: Sequence[PosedSplats], camera: Pinhole | Fisheye, options: RenderOptions
+) -> None:
+    """Refuse what no renderer can draw.
+
+    Raises:
+        TypeError: an object or the camera is of the wrong type.
+        ValueError: names the argument, what it got and what it wants.
+    """
+    for index, posed in enumerate(objects):
+        if not isinstance(posed, PosedSplats):
+            raise TypeError(f"objects[{index}]: got {type(posed).__name__}, wanted PosedSplats")
+        _check_arrays(posed.cloud, f"objects[{index}].cloud")
+    if not isinstance(camera, (Pinhole, Fisheye)):
+        raise TypeError(f"camera: got {type(camera).__name__}, wanted Pinhole or Fisheye")
+    if max(camera.width_px, camera.height_px) > MAX_SIDE_PX:
+        raise ValueError(
+            f"camera: {camera.width_px}×{camera.height_px} px, "
+            f"wanted at most {MAX_SIDE_PX} each way"
+        )
+    if not (math.isfinite(camera.cx) and math.isfinite(camera.cy)):
+        raise ValueError(f"camera: centre ({camera.cx}, {camera.cy}) px, wanted finite values")
+    _check_options(options)
+
+
+def _check_arrays(cloud: SplatCloud, where: str) -> None:
+    n = len(cloud.means)
+    wanted: dict[str, tuple[int | str, ...]] = {
+        "means": (n, 3),
+        "scales": (n, 3),
+        "rotations": (n, 4),
+        "opacities": (n,),
+        "sh": (n, "1, 4, 9 or 16", 3),
+    }
+    for name, shape in wanted.items():
+        array = getattr(cloud, name)
+        fits = (
+            isinstance(array, np.ndarray)
+            and array.dtype == np.float32
+            and array.flags.c_contiguous
+            and array.ndim == len(shape)
+            and all(
+                size == want if isinstance(want, int) else size in SH_COUNTS
+                for size, want in zip(array.shape, shape, strict=True)
+            )
+        )
+        if not fits:
+            got = (
+                f"{array.dtype} {array.shape}"
+                if isinstance(array, np.ndarray)
+                else type(array).__name__
+            )
+            sizes = ", ".join(str(size) for size in shape)
+            raise ValueError(f"{where}.{name}: got {got}, wanted contiguous float32 ({sizes})")
+
+
+def _check_options(options: RenderOptions) -> None:
+    if len(options.background) != 3 or not all(math.isfinite(v) for v in options.background):
+        raise ValueError(
+            f"options.background: got {options.background}, wanted three finite numbers"
+        )
+    if options.sh_degree not in (0, 1, 2, 3):
+        raise ValueError(f"options.sh_degree: got {options.sh_degree}, wanted 0, 1, 2 or 3")
+    if not (math.isfinite(options.near_m) and options.near_m > 0):
+        raise ValueError(f"options.near_m: got {options.near_m}, wanted finite and above 0 m")
+    if not 0 <= options.threads <= MAX_THREADS:
+        raise ValueError(f"options.threads: got {options.threads}, wanted 0 (all) to {MAX_THREADS}")

@@ -1,0 +1,103 @@
+"""The built-in room `desk`: the paper's table set-up (paper section 5.1, table 2) in a small room."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from scenes.frames import look_at
+from scenes.mesh import PhysicalObject, PhysicalRoom
+from scenes.pose import Pose
+from scenes.samples import decor, wall_art
+from scenes.samples.atlas import mesh_from_surfaces
+from scenes.samples.cache import StaticPart, cached
+from scenes.samples.furniture import Set, shelf_unit, table
+from scenes.samples.light import lit
+from scenes.samples.movables import book, mug, parcel
+from scenes.samples.shapes import STATIC_CELL_M
+from scenes.samples.shell import Shell, shell
+from scenes.samples.textures import parquet, plain, wood
+
+BOX = Shell(np.array([-2.2, -1.9, 0.0]), np.array([2.2, 1.9, 2.6]))
+TABLE_LOW, TABLE_HIGH = (-0.8, -0.15, 0.0), (0.8, 0.75, 0.74)
+RIG = np.array([0.0, -0.3, 1.14])
+TOWARDS_WINDOW = np.array([-0.78, 0.25, 0.57]) / np.linalg.norm([-0.78, 0.25, 0.57])
+
+
+def build() -> PhysicalRoom:
+    """The room, lit; the same one each time."""
+    static = cached("desk", _static_part)
+    return PhysicalRoom(
+        name="desk",
+        static=(static.mesh,),
+        objects=_objects(),
+        solids=static.solids,
+        light_direction=TOWARDS_WINDOW,
+        world_from_rig=look_at(RIG, RIG + np.array([0.0, 1.0, 0.0])),
+        ambient=0.6,
+        codes=static.codes,
+        footprint_m=np.stack([BOX.low[:2], BOX.high[:2]]),
+    )
+
+
+def _objects() -> tuple[PhysicalObject, ...]:
+    top = TABLE_HIGH[2]
+    return (
+        book("book-1", Pose.from_yaw(math.radians(15), (-0.22, 0.25, top))),
+        mug("mug-1", Pose.from_yaw(math.radians(-30), (0.33, 0.22, top))),
+        parcel("box-1", Pose.from_yaw(math.radians(-12), (0.14, 0.48, top))),
+    )
+
+
+def _static_part() -> StaticPart:
+    rng = np.random.default_rng(2026)
+    room = Set()
+    floor = parquet(rng, (186, 150, 110), mm_per_px=4.0)(*(BOX.high - BOX.low)[:2].tolist())
+    shell(room, BOX, rng, floor=floor, walls={"+y": (214, 204, 186)})
+    lights = [
+        decor.window(room, BOX.wall("-x", 0.5, 1.55), (1.5, 1.3), rng, power=12.0),
+        *decor.ceiling_lamp(
+            room, (-0.14, -0.5), (0.14, 0.7), ceiling_m=BOX.high[2], power=5.5
+        ),
+    ]
+    top = wood(rng, (214, 182, 140), mm_per_px=2.0)
+    table(room, TABLE_LOW, TABLE_HIGH, top=top, legs=plain((226, 226, 222)))
+    birch = wood(rng, (226, 208, 176))
+    boards = shelf_unit(
+        room, (0.55, 1.55, 0.0), (1.75, 1.88, 1.6), material=birch, boards=5, open_side="-y"
+    )
+    for z in boards[1:3]:
+        decor.books_on_board(room, 0.6, float(rng.uniform(1.4, 1.68)), 1.85, z, rng)
+    for x in (0.64, 1.0, 1.36):
+        low, high = (x, 1.6, boards[0]), (x + 0.28, 1.84, boards[0] + 0.24)
+        decor.storage_box(room, low, high, rng, (120, 130, 126))
+    decor.storage_box(
+        room, (0.7, 1.6, boards[3]), (1.1, 1.84, boards[3] + 0.22), rng, (186, 140, 90)
+    )
+    decor.plant(room, (-1.75, 1.45), rng)
+    art = (
+        ("+y", -0.75, 1.55, (0.9, 0.64), wall_art.landscape(rng, 600, 427)),
+        ("+x", 0.6, 1.55, (0.6, 0.84), wall_art.shapes_poster(rng, 400, 560)),
+        ("-y", 0.2, 1.5, (1.5, 0.95), wall_art.whiteboard(rng, 900, 570)),
+    )
+    for side, along, z, size, picture in art:
+        wall = BOX.wall(side, along, z)
+        room.add(*decor.board(wall, size, picture, edge=(60, 56, 52), frame_m=0.022))
+    room.add(*decor.door(BOX.wall("-y", -1.45, 0.0), rng))
+    decor.desk_lamp(room, (0.62, 0.58, TABLE_HIGH[2]))
+    decor.papers(room, Pose.from_yaw(math.radians(8), (-0.58, 0.42, TABLE_HIGH[2])), rng)
+    codes = []
+    for number, (side, along, z) in enumerate((("+y", 0.15, 1.35), ("+x", -0.5, 1.5)), start=1):
+        card, code = decor.code(BOX.wall(side, along, z), f"nexus:desk:{number}", 0.15)
+        room.add(*card)
+        codes.append(code)
+    surfaces = lit(
+        room.surfaces,
+        lights,
+        reference=np.array([0.0, 0.3, TABLE_HIGH[2] + STATIC_CELL_M]),
+        level=0.92,
+        rng=rng,
+    )
+    mesh = mesh_from_surfaces(surfaces, width_px=4096)
+    return StaticPart(mesh, tuple(room.solids), tuple(codes))

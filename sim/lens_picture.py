@@ -1,0 +1,294 @@
+"""One lens's picture as layers: the empty room, then what rests in it, then what moves.
+
+Each layer holds colour, range and body numbers on a grid finer than the sensor. A frame redraws only
+rectangles around what moves; the depth test against the layer below decides what is hidden.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.cameras import Fisheye, pixel_centres
+from scenes.pose import Pose
+from sim.lens_raster import UNLIT, FisheyeRasteriser, Light, PixelRect
+from sim.shadows import ShadowMap
+
+ROOM_ID = 0
+CONTACT_BIAS_M = 0.002
+SHADOW_TOLERANCE_M = 0.025
+SHADOW_STEP = 8
+SHADOW_LEVELS = 255.0
+RECT_PAD = 6
+ROOM_SHIFTS = ((-0.25, -0.25), (0.25, -0.25), (-0.25, 0.25), (0.25, 0.25))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Layer:
+    """Arrays over a rectangle of the fine grid, all of the same height and width.
+
+    Attributes:
+        rgb: (h, w, 3) uint8.
+        range_m: (h, w) float32, distance from the lens; inf where nothing is.
+        ids: (h, w) uint8, `ROOM_ID` or the number of the body seen.
+    """
+
+    rgb: NDArray[np.uint8]
+    range_m: NDArray[np.float32]
+    ids: NDArray[np.uint8]
+
+    def part(self, rect: PixelRect) -> Layer:
+        """A view of a rectangle of a whole-lens layer."""
+        where = rect.rows_columns
+        return Layer(self.rgb[where], self.range_m[where], self.ids[where])
+
+    def copy(self) -> Layer:
+        """The same in arrays of its own."""
+        return Layer(self.rgb.copy(), self.range_m.copy(), self.ids.copy())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DrawnBody:
+    """One body drawn alone through one lens.
+
+    Attributes:
+        number: its number in `Layer.ids`, from 1.
+        rect: where it may be seen on the fine grid; None if outside the lens.
+        rgb: (h, w, 3) uint8 over `rect`.
+        range_m: (h, w) float32 over `rect`, inf where the body is not.
+        alone_px: fine pixels it would cover with nothing in front.
+        shadow: what it does to the surface it stands on.
+        shadow_rect: where that may be seen, or None.
+    """
+
+    number: int
+    rect: PixelRect | None
+    rgb: NDArray[np.uint8]
+    range_m: NDArray[np.float32]
+    alone_px: int
+    shadow: ShadowMap
+    shadow_rect: PixelRect | None
+
+    @property
+    def touched(self) -> tuple[PixelRect, ...]:
+        """Every rectangle that changes when this body changes."""
+        return tuple(rect for rect in (self.rect, self.shadow_rect) if rect is not None)
+
+
+def fine_lens(lens: Fisheye, supersampling: int) -> Fisheye:
+    """The same lens with `supersampling`² grid points to the pixel."""
+    s = supersampling
+    return Fisheye(
+        lens.width_px * s, lens.height_px * s, lens.f_px * s, lens.cx * s, lens.cy * s,
+        lens.max_angle,
+    )  # fmt: skip
+
+
+def draw_room(
+    rasteriser: FisheyeRasteriser, numbers: Sequence[int], lens: Fisheye, lens_from_world: Pose
+) -> Layer:
+    """The room without anything movable; colour is the mean of several samples a grid point."""
+    rect = PixelRect(0, 0, lens.width_px, lens.height_px)
+    parts = [(number, lens_from_world) for number in numbers]
+    _, range_m = rasteriser.draw(parts, lens, rect, light=UNLIT)
+    total = np.zeros((rect.height_px, rect.width_px, 3), np.uint16)
+    for shift in ROOM_SHIFTS:
+        rgb, _ = rasteriser.draw(parts, lens, rect, light=UNLIT, shift_px=shift)
+        total += rgb
+    mean = ((total + len(ROOM_SHIFTS) // 2) // len(ROOM_SHIFTS)).astype(np.uint8)
+    return Layer(mean, range_m, np.full(range_m.shape, ROOM_ID, np.uint8))
+
+
+def draw_body(
+    rasteriser: FisheyeRasteriser,
+    parts: Sequence[tuple[int, Pose]],
+    outline_in_lens: NDArray[np.float64],
+    lens: Fisheye,
+    *,
+    number: int,
+    light: Light,
+    shadow: ShadowMap,
+    lens_from_world: Pose,
+) -> DrawnBody:
+    """Draw one body alone and find where its shadow can be seen.
+
+    Args:
+        rasteriser: holds the meshes.
+        parts: mesh numbers with their `lens_from_mesh`.
+        outline_in_lens: (N, 3) points whose picture spans the body's.
+        lens: on the fine grid.
+        number: the body's number in the layers, 1..255.
+        light: in the frame of the lens.
+        shadow: on the surface it stands on.
+        lens_from_world: to place the shadow.
+    """
+    rect = _seen_rect(outline_in_lens, lens)
+    if rect is None:
+        rgb = np.zeros((0, 0, 3), np.uint8)
+        range_m = np.zeros((0, 0), np.float32)
+    else:
+        rgb, range_m = rasteriser.draw(parts, lens, rect, light=light)
+    return DrawnBody(
+        number,
+        rect,
+        rgb,
+        range_m,
+        int(np.count_nonzero(range_m < np.inf)),
+        shadow,
+        _seen_rect(lens_from_world @ _dark_points(shadow), lens),
+    )
+
+
+def compose(
+    below: Layer,
+    rect: PixelRect,
+    bodies: Sequence[DrawnBody],
+    *,
+    lens: Fisheye,
+    lens_from_world: Pose,
+) -> Layer:
+    """Put bodies and their shadows over a rectangle of a whole-lens layer; `below` stays as it is."""
+    layer = below.part(rect).copy()
+    for body in bodies:
+        overlap = _overlap(rect, body.shadow_rect)
+        if overlap is not None:
+            _darken(_within(layer, rect, overlap), overlap, body.shadow, lens, lens_from_world)
+    for body in bodies:
+        overlap = _overlap(rect, body.rect)
+        if overlap is None or body.rect is None:
+            continue
+        inner = PixelRect(
+            overlap.x0 - body.rect.x0,
+            overlap.y0 - body.rect.y0,
+            overlap.x1 - body.rect.x0,
+            overlap.y1 - body.rect.y0,
+        ).rows_columns
+        target = _within(layer, rect, overlap)
+        range_m = body.range_m[inner]
+        nearer = (range_m < target.range_m + CONTACT_BIAS_M).view(np.uint8)
+        cv2.copyTo(np.ascontiguousarray(body.rgb[inner]), nearer, target.rgb)
+        np.copyto(target.range_m, range_m, where=nearer.view(np.bool_))
+        target.ids[nearer.view(np.bool_)] = body.number
+    return layer
+
+
+def clusters(rects: Sequence[PixelRect], grid: int) -> list[PixelRect]:
+    """Grow and join rectangles until none overlap; borders lie on multiples of `grid`."""
+    pending = [
+        PixelRect(r.x0 // grid * grid, r.y0 // grid * grid, -(-r.x1 // grid) * grid,
+                  -(-r.y1 // grid) * grid)
+        for r in rects
+    ]  # fmt: skip
+    apart: list[PixelRect] = []
+    while pending:
+        rect = pending.pop()
+        hit = next((other for other in apart if _overlap(rect, other) is not None), None)
+        if hit is None:
+            apart.append(rect)
+        else:
+            apart.remove(hit)
+            pending.append(
+                PixelRect(
+                    min(rect.x0, hit.x0), min(rect.y0, hit.y0),
+                    max(rect.x1, hit.x1), max(rect.y1, hit.y1),
+                )
+            )  # fmt: skip
+    return sorted(apart, key=lambda r: (r.y0, r.x0))
+
+
+def _within(layer: Layer, rect: PixelRect, part: PixelRect) -> Layer:
+    """The view of `part` in a layer that covers `rect`."""
+    return layer.part(
+        PixelRect(part.x0 - rect.x0, part.y0 - rect.y0, part.x1 - rect.x0, part.y1 - rect.y0)
+    )
+
+
+def _overlap(a: PixelRect, b: PixelRect | None) -> PixelRect | None:
+    if b is None:
+        return None
+    x0, y0, x1, y1 = max(a.x0, b.x0), max(a.y0, b.y0), min(a.x1, b.x1), min(a.y1, b.y1)
+    return PixelRect(x0, y0, x1, y1) if x0 < x1 and y0 < y1 else None
+
+
+def _seen_rect(points_in_lens: NDArray[np.float64], lens: Fisheye) -> PixelRect | None:
+    """Bounding rectangle of the points within the lens circle, padded and clipped; None if none."""
+    off_axis = np.hypot(points_in_lens[:, 0], points_in_lens[:, 1])
+    theta = np.arctan2(off_axis, points_in_lens[:, 2])
+    if not len(theta) or theta.min() > lens.max_angle:
+        return None
+    seen = theta < lens.max_angle + 0.15
+    scale = lens.f_px * theta[seen] / np.maximum(off_axis[seen], 1e-12)
+    x = scale * points_in_lens[seen, 0] + lens.cx
+    y = scale * points_in_lens[seen, 1] + lens.cy
+    x0 = max(0, math.floor(x.min()) - RECT_PAD)
+    y0 = max(0, math.floor(y.min()) - RECT_PAD)
+    x1 = min(lens.width_px, math.ceil(x.max()) + RECT_PAD)
+    y1 = min(lens.height_px, math.ceil(y.max()) + RECT_PAD)
+    return PixelRect(x0, y0, x1, y1) if x0 < x1 and y0 < y1 else None
+
+
+def _dark_points(shadow: ShadowMap) -> NDArray[np.float64]:
+    """(N, 3) world points on the surface that span the visible part of a shadow."""
+    rows, columns = np.nonzero(shadow.light < 1.0 - 1.5 / SHADOW_LEVELS)
+    if len(rows) == 0:
+        return np.zeros((0, 3))
+    x = np.linspace(columns.min(), columns.max() + 1.0, 12)
+    y = np.linspace(rows.min(), rows.max() + 1.0, 12)
+    cells = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    height = np.full((len(cells), 1), shadow.plane_z_m)
+    return np.hstack([shadow.low_xy + cells * shadow.cell_m, height])
+
+
+def _darken(
+    layer: Layer, rect: PixelRect, shadow: ShadowMap, lens: Fisheye, lens_from_world: Pose
+) -> None:
+    """Multiply the surface under a body by the light its shadow leaves, in place."""
+    width, height = -(-rect.width_px // SHADOW_STEP) + 1, -(-rect.height_px // SHADOW_STEP) + 1
+    x, y = np.meshgrid(
+        rect.x0 + SHADOW_STEP * np.arange(width), rect.y0 + SHADOW_STEP * np.arange(height)
+    )
+    rays = lens.unproject(np.stack([x.ravel(), y.ravel()], axis=1))
+    world_from_lens = lens_from_world.inverse()
+    rays = rays @ world_from_lens.rotation.T
+    eye = world_from_lens.translation
+    down = np.minimum(rays[:, 2], -1e-3)
+    plane_range = (shadow.plane_z_m - eye[2]) / down
+    hit = eye[:2] + plane_range[:, None] * rays[:, :2]
+    cells = ((hit - shadow.low_xy) / shadow.cell_m - 0.5).astype(np.float32)
+    light = cv2.remap(
+        shadow.light,
+        np.ascontiguousarray(cells[:, 0].reshape(height, width)),
+        np.ascontiguousarray(cells[:, 1].reshape(height, width)),
+        cv2.INTER_LINEAR,
+        borderMode=cv2.BORDER_CONSTANT,
+        borderValue=1.0,
+    )
+    fine_light = _between_nodes(light, rect)
+    fine_range = _between_nodes(plane_range.reshape(height, width).astype(np.float32), rect)
+    on_plane = cv2.absdiff(fine_range, layer.range_m) < SHADOW_TOLERANCE_M
+    on_plane &= layer.ids == ROOM_ID
+    factor = np.where(on_plane, fine_light * np.float32(SHADOW_LEVELS), np.float32(SHADOW_LEVELS))
+    factor8 = cv2.merge([np.clip(factor + 0.5, 0, SHADOW_LEVELS).astype(np.uint8)] * 3)
+    cv2.multiply(np.ascontiguousarray(layer.rgb), factor8, layer.rgb, 1.0 / SHADOW_LEVELS)
+
+
+def _between_nodes(nodes: NDArray[np.float32], rect: PixelRect) -> NDArray[np.float32]:
+    """Bilinear values at the pixel centres of `rect` from values at every `SHADOW_STEP`-th corner."""
+    x = ((np.arange(rect.width_px) + 0.5) / SHADOW_STEP).astype(np.float32)
+    y = ((np.arange(rect.height_px) + 0.5) / SHADOW_STEP).astype(np.float32)
+    map_x, map_y = np.broadcast_arrays(x[None, :], y[:, None])
+    return cv2.remap(
+        nodes, np.ascontiguousarray(map_x), np.ascontiguousarray(map_y), cv2.INTER_LINEAR
+    )
+
+
+def lens_circle(lens: Fisheye) -> NDArray[np.bool_]:
+    """(H, W): pixel centres within the lens's field of view."""
+    offset = pixel_centres(lens) - (lens.cx, lens.cy)
+    inside = np.hypot(offset[:, 0], offset[:, 1]) <= lens.f_px * lens.max_angle
+    return inside.reshape(lens.height_px, lens.width_px)

@@ -1,0 +1,85 @@
+"""Movable objects in the physics: free bodies made of solid boxes."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.mesh import PhysicalObject
+from scenes.pose import Pose
+from sim.bodies import UNIT_BOX_CORNERS
+from sim.collision import CONTACT_TIME_S, HAND_BIT, OBJECT_BIT, STATIC_BIT, TORSO_BIT
+
+LOW_MASS_SHARE = 0.5
+"""Share of the height of the boxes' common centre at which the centre of mass is put: legs of real
+chairs are heavier than their thin backs, which boxes of one density overstate."""
+
+DAMPING_PER_KG = 0.4
+"""Resistance to motion in the air and in joints that squeak, N·s/m per kg."""
+
+
+def add_object(spec: mujoco.MjSpec, thing: PhysicalObject, world_from_object: Pose) -> None:
+    """Add an object as a free body named by its id, with its origin as the object's frame."""
+    centre, inertia = mass_properties(thing)
+    body = spec.worldbody.add_body(
+        name=thing.object_id,
+        pos=world_from_object.translation.tolist(),
+        quat=world_from_object.quaternion().tolist(),
+        mass=thing.mass_kg,
+        ipos=centre.tolist(),
+        fullinertia=[
+            inertia[0, 0], inertia[1, 1], inertia[2, 2],
+            inertia[0, 1], inertia[0, 2], inertia[1, 2],
+        ],
+        explicitinertial=True,
+    )  # fmt: skip
+    body.add_joint(
+        name=f"{thing.object_id}:free",
+        type=mujoco.mjtJoint.mjJNT_FREE,
+        damping=[DAMPING_PER_KG * thing.mass_kg] * 3,
+    )
+    # The frame's origin lies on the support plane, so the lowest box has to reach it.
+    drop = lowest_point(thing)
+    for index, part in enumerate(thing.parts):
+        pose = part.object_from_box
+        body.add_geom(
+            name=f"{thing.object_id}:{index}",
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            size=list(part.half_size_m),
+            pos=(pose.translation - (0.0, 0.0, drop)).tolist(),
+            quat=pose.quaternion().tolist(),
+            friction=[thing.friction, 0.002, 0.0001],
+            solref=[CONTACT_TIME_S, 1.0],
+            contype=OBJECT_BIT,
+            conaffinity=STATIC_BIT | OBJECT_BIT | HAND_BIT | TORSO_BIT,
+            mass=0.0,
+        )
+
+
+def lowest_point(thing: PhysicalObject) -> float:
+    """Height in the object's frame of the lowest corner of its boxes, metres."""
+    return min(
+        float((part.object_from_box @ (UNIT_BOX_CORNERS * part.half_size_m))[:, 2].min())
+        for part in thing.parts
+    )
+
+
+def mass_properties(thing: PhysicalObject) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Centre of mass (3,) in the object's frame and inertia (3, 3) about it, kg·m².
+
+    The boxes share the mass by volume; the centre is then lowered by `LOW_MASS_SHARE`.
+    """
+    volumes = np.array([8.0 * float(np.prod(part.half_size_m)) for part in thing.parts])
+    masses = thing.mass_kg * volumes / volumes.sum()
+    centres = np.array([part.object_from_box.translation for part in thing.parts])
+    centre = masses @ centres / thing.mass_kg
+    inertia = np.zeros((3, 3))
+    for mass, part, position in zip(masses, thing.parts, centres, strict=True):
+        square = np.square(part.half_size_m)
+        own = mass / 3.0 * np.diag(square.sum() - square)
+        rotation = part.object_from_box.rotation
+        offset = position - centre
+        inertia += rotation @ own @ rotation.T
+        inertia += mass * (offset @ offset * np.eye(3) - np.outer(offset, offset))
+    return centre * (1.0, 1.0, LOW_MASS_SHARE), inertia

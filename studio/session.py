@@ -1,0 +1,307 @@
+"""The composition root: `open_session` puts adapters, clock, executor and recorder together."""
+
+from __future__ import annotations
+
+import hashlib
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import partial
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from devices.clock import Clock, ManualClock, WallClock
+from devices.recording import Recorder, read_session
+from devices.recording_codec import (
+    FrameStamp,
+    RecordedAvatar,
+    RecordedTrack,
+    RecordedValue,
+    SessionInfo,
+)
+from scenes.package import ScenePackage
+from scenes.state import SceneState, reduce_state
+from studio.latency import Latencies
+from studio.pipeline import ExactExecutor, Executor, PacedExecutor, RecorderThread
+from studio.sources import SessionInput, recorded_inputs, simulated_inputs
+from tracking.output import TrackingMethod, TrackOutput
+
+METHODS = ("own", "paper")
+
+
+class Pace(StrEnum):
+    """How time passes in a session."""
+
+    EXACT = "exact"
+    """On one thread, nothing dropped, as fast as it goes: the same every time."""
+    PACED = "paced"
+    """In real time: frames that come while the tracker is busy are dropped and counted."""
+
+
+@dataclass(frozen=True, slots=True)
+class SessionPlan:
+    """What a session is made of.
+
+    Attributes:
+        scene: name of a built-in room or path of a scene package; ignored by a replay.
+        scenario: name or path of a scenario, or None for the scene's own; ignored by a replay.
+        seed: of everything random in the simulation.
+        recording: a recording to play instead of simulating.
+        methods: trackers to run, of `METHODS`; the first is shown.
+        pace: how time passes.
+        record_to: where to write the recording, or None.
+    """
+
+    scene: str = "lab"
+    scenario: str | None = None
+    seed: int = 0
+    recording: Path | None = None
+    methods: tuple[str, ...] = METHODS
+    pace: Pace = Pace.EXACT
+    record_to: Path | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SessionOutput:
+    """What one frame led to.
+
+    Attributes:
+        input: the frame and what came with it.
+        tracks: every method's answer.
+        state: the live room after it.
+        now_ns: session time when it was ready.
+    """
+
+    input: SessionInput
+    tracks: Mapping[str, TrackOutput]
+    state: SceneState
+    now_ns: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SessionResult:
+    """How a session went.
+
+    Attributes:
+        frames: pictures that were tracked.
+        dropped: pictures that were not, because the tracker was busy.
+        latencies: durations per stage.
+        video_shed: packets that the recorder had no room for.
+    """
+
+    frames: int
+    dropped: int
+    latencies: Latencies
+    video_shed: int
+
+
+class Session:
+    """One run of a scene. Made by `open_session`."""
+
+    def __init__(
+        self,
+        plan: SessionPlan,
+        scene: ScenePackage,
+        info: SessionInfo,
+        inputs: Callable[[], Iterator[SessionInput]],
+        methods: Mapping[str, TrackingMethod[Any]],
+        *,
+        duration_ns: int,
+        clock: Clock,
+        executor: Executor,
+    ) -> None:
+        self.plan = plan
+        self.scene = scene
+        self.info = info
+        self.duration_ns = duration_ns
+        self._inputs = inputs
+        self._clock = clock
+        self._executor = executor
+        self._latencies = Latencies()
+        self._methods = dict(methods)
+        self._states: dict[str, Any] = {name: m.start() for name, m in self._methods.items()}
+        self._scene_state = SceneState()
+        self._frames = 0
+        self._write: Callable[[RecordedValue], None] = _discard
+
+    def run(
+        self,
+        watch: Callable[[SessionOutput], None],
+        *,
+        cancelled: threading.Event | None = None,
+    ) -> SessionResult:
+        """Play it from beginning to end, once.
+
+        Args:
+            watch: sees every result, on the caller's thread.
+            cancelled: set it from another thread to stop.
+
+        Raises:
+            CancelledError: it was cancelled; the recording keeps its `.part` name.
+            ValueError, OSError: an input is bad, or the disk is full.
+        """
+        recorder: Recorder | None = None
+        with ExitStack() as stack:
+            if self.plan.record_to is not None:
+                recorder = stack.enter_context(Recorder(self.plan.record_to, self.info))
+                self._write = recorder.write
+                if self.plan.pace is Pace.PACED:
+                    self._write = stack.enter_context(RecorderThread(recorder)).write
+            dropped = self._executor.run(
+                self._timed_inputs,
+                entered=self._record_input,
+                step=lambda message: watch(self._step(message)),
+                cancelled=cancelled or threading.Event(),
+            )
+        shed = recorder.shed_video if recorder is not None else 0
+        return SessionResult(self._frames, dropped, self._latencies, shed)
+
+    def _timed_inputs(self) -> Iterator[SessionInput]:
+        inputs = self._inputs()
+        while True:
+            started = time.perf_counter_ns()
+            message = next(inputs, None)
+            if message is None:
+                return
+            self._latencies.add({"source": time.perf_counter_ns() - started})
+            yield message
+
+    def _step(self, message: SessionInput) -> SessionOutput:
+        outputs: dict[str, TrackOutput] = {}
+        for place, (name, method) in enumerate(self._methods.items()):
+            started = time.perf_counter_ns()
+            self._states[name], output = method.step(
+                self._states[name], message.frame, self._clock.now_ns()
+            )
+            whole = {"track": time.perf_counter_ns() - started}
+            self._latencies.add({**output.stage_ns, **whole}, prefix=name if place else "")
+            outputs[name] = output
+        self._record_tracks(outputs)
+        shown = outputs[self.plan.methods[0]]
+        for change in chain(shown.objects, message.avatars):
+            self._scene_state = reduce_state(self._scene_state, change, message.frame.t_ns)
+        self._frames += 1
+        return SessionOutput(message, outputs, self._scene_state, self._clock.now_ns())
+
+    def _record_input(self, message: SessionInput) -> None:
+        frame = message.frame
+        for event in message.events:
+            self._write(event)
+        stamp = FrameStamp(
+            frame.stream_id, frame.seq, frame.t_ns, frame.received_ns, frame.world_from_rig
+        )
+        self._write(stamp)
+        self._write(message.packet)
+        for avatar in message.avatars:
+            self._write(RecordedAvatar(frame.t_ns, avatar))
+        if message.truth is not None:
+            self._write(message.truth)
+
+    def _record_tracks(self, outputs: Mapping[str, TrackOutput]) -> None:
+        for name, output in outputs.items():
+            for track in output.objects:
+                self._write(RecordedTrack(name, track))
+
+
+def open_session(plan: SessionPlan) -> Session:
+    """Choose adapters, clock, executor and recorder, and put them together.
+
+    Raises:
+        ValueError: the scene, scenario or recording is bad, or a method is unknown.
+        OSError: a file cannot be opened.
+    """
+    unknown = [name for name in plan.methods if name not in METHODS]
+    if unknown or not plan.methods:
+        raise ValueError(f"tracking method {unknown}: wanted some of {', '.join(METHODS)}")
+    clock: Clock = ManualClock() if plan.pace is Pace.EXACT else WallClock()
+    executor = ExactExecutor(clock) if plan.pace is Pace.EXACT else PacedExecutor(clock)
+    made = _recorded(plan) if plan.recording is not None else _simulated(plan)
+    scene, info, inputs, duration_ns = made
+    methods = {name: _make_method(name, scene) for name in plan.methods}
+    return Session(
+        plan, scene, info, inputs, methods, duration_ns=duration_ns, clock=clock, executor=executor
+    )
+
+
+def scene_hash(scene: ScenePackage) -> str:
+    """A digest of everything the tracker takes from a scene: splats, poses, boxes."""
+    digest = hashlib.sha256()
+    clouds = [("room", scene.room), *((o.object_id, o.splats) for o in scene.objects)]
+    for name, cloud in clouds:
+        digest.update(name.encode())
+        for array in (cloud.means, cloud.scales, cloud.rotations, cloud.opacities, cloud.sh):
+            digest.update(array.tobytes())
+    for item in scene.objects:
+        numbers = [*item.box_m, item.support_z_m]
+        digest.update(np.array(numbers, dtype=np.float64).tobytes())
+        digest.update(item.world_from_object.matrix().tobytes())
+    return digest.hexdigest()
+
+
+Made = tuple[ScenePackage, SessionInfo, Callable[[], Iterator[SessionInput]], int]
+
+
+def _simulated(plan: SessionPlan) -> Made:
+    from scenes.package import open_scene
+    from scenes.samples import sample_room
+    from sim.rehearsal import simulate
+    from sim.scenario import load_scenario
+    from studio.provenance import library_versions
+
+    scene = open_scene(plan.scene)
+    if scene.physical is None:
+        raise ValueError(
+            f"scene {scene.name!r} is a scan of a real room, which cannot be simulated; "
+            "rehearse a built-in scene"
+        )
+    room = sample_room(scene.physical)
+    scenario = load_scenario(plan.scenario or room.name)
+    info = SessionInfo(
+        scene=plan.scene,
+        scene_hash=scene_hash(scene),
+        seed=plan.seed,
+        scenario=scenario.text,
+        scenario_name=scenario.name,
+        mode=str(plan.pace),
+        methods=plan.methods,
+        versions=library_versions(),
+        rig=scenario.rig,
+        fps=scenario.fps,
+    )
+    steps = partial(simulate, room, scenario, seed=plan.seed)
+    return scene, info, lambda: simulated_inputs(steps()), round(scenario.duration_s * 1e9)
+
+
+def _recorded(plan: SessionPlan) -> Made:
+    from scenes.package import open_scene
+
+    path = plan.recording
+    assert path is not None
+    info = read_session(path)
+    scene = open_scene(info.scene)
+    found = scene_hash(scene)
+    if found != info.scene_hash:
+        raise ValueError(
+            f"{path}: recorded with another version of scene {info.scene!r} "
+            f"({info.scene_hash[:12]}, here {found[:12]}); tracks cannot be compared"
+        )
+    return scene, info, partial(recorded_inputs, path, info), 0
+
+
+def _make_method(name: str, scene: ScenePackage) -> TrackingMethod[Any]:
+    from scenes.render.native import NativeRenderer
+    from tracking.paper import PaperTracker
+    from tracking.tracker import Tracker
+
+    makers = {"own": Tracker, "paper": PaperTracker}
+    return makers[name](scene.room, scene.objects, NativeRenderer(), stopwatch=time.perf_counter_ns)
+
+
+def _discard(_value: RecordedValue) -> None:
+    """Where messages go when nothing is recorded."""

@@ -1,0 +1,87 @@
+"""Pictures of the twin: the scan of the room with every object's splats at its tracked pose."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.cameras import Fisheye, Pinhole
+from scenes.frames import look_at
+from scenes.package import ScenePackage
+from scenes.pose import Pose
+from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
+
+BACKGROUND = (0.055, 0.063, 0.078)
+"""Behind everything: the colour of the film's frame."""
+
+ABOVE_M = 16.0
+"""Height of the camera that looks down: far up, so that walls hardly lean."""
+
+CUT_M = 2.15
+"""What is higher is left out of the view from above: the ceiling."""
+
+MARGIN_M = 0.15
+
+
+class Twin:
+    """Draws one scene.
+
+    Args:
+        scene: the scan.
+        renderer: draws splats.
+    """
+
+    def __init__(self, scene: ScenePackage, renderer: Renderer) -> None:
+        self._room = PosedSplats(scene.room, Pose.identity())
+        self._objects = {item.object_id: item for item in scene.objects}
+        self._renderer = renderer
+        self._footprint = scene.footprint_m
+
+    def picture(
+        self,
+        poses: Mapping[str, Pose],
+        camera: Pinhole | Fisheye,
+        world_from_camera: Pose,
+        *,
+        near_m: float = 0.05,
+    ) -> NDArray[np.uint8]:
+        """(H, W, 3) RGB.
+
+        Args:
+            poses: `world_from_object` by object id; the others are where the scan saw them.
+            camera: what to look through.
+            world_from_camera: from where.
+            near_m: what is nearer is left out.
+        """
+        posed = [
+            PosedSplats(item.splats, poses.get(object_id, item.world_from_object))
+            for object_id, item in self._objects.items()
+        ]
+        options = RenderOptions(background=BACKGROUND, near_m=near_m)
+        drawn = self._renderer.render([self._room, *posed], camera, world_from_camera, options)
+        return (np.clip(drawn.rgb, 0.0, 1.0) * 255.0 + 0.5).astype(np.uint8)
+
+    def above(self, size_px: int) -> tuple[Pinhole, Pose]:
+        """A square camera that looks down on the whole floor: north (+y) is up in the picture."""
+        low, high = self._footprint
+        centre = 0.5 * (low + high)
+        extent = float((high - low).max()) + 2 * MARGIN_M
+        focal = size_px * (ABOVE_M - CUT_M) / extent
+        eye = np.array([*centre, ABOVE_M])
+        camera = Pinhole(size_px, size_px, focal, focal, 0.5 * size_px, 0.5 * size_px)
+        return camera, look_at(eye, np.array([*centre, 0.0]))
+
+    def picture_from_above(self, poses: Mapping[str, Pose], size_px: int) -> NDArray[np.uint8]:
+        """(S, S, 3) RGB of the room without its ceiling, see `above`."""
+        camera, world_from_camera = self.above(size_px)
+        return self.picture(poses, camera, world_from_camera, near_m=ABOVE_M - CUT_M)
+
+
+def lens_camera(lens: Fisheye, size_px: int) -> Fisheye:
+    """The same lens on a square picture of another size."""
+    scale = size_px / lens.width_px
+    return Fisheye(
+        size_px, size_px, lens.f_px * scale, lens.cx * scale, lens.cy * scale, lens.max_angle
+    )

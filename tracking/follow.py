@@ -1,0 +1,369 @@
+"""One object from frame to frame: rest, motion, occlusion, loss and recovery."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.messages import Frame
+from scenes.pose import Pose, wrap_angle
+from scenes.state import TrackedObject, TrackState
+from scenes.warp import VirtualView, warp
+from tracking.evidence import Evidence, Neighbour, Scene, gather, view_of
+from tracking.metrics import ROUND
+from tracking.model import TrackModel
+from tracking.recover import find, overview
+from tracking.smooth import Motion, pose_vector, vector_pose
+from tracking.solve import COLD_REACHES, TRACKING_REACHES, Fit, Prior, solve
+
+FloatArray = NDArray[np.float32]
+
+HOLD_BELOW = 0.42
+"""The pose is held while fewer contour points than this share agree."""
+
+LEAST_VISIBLE = 0.15
+"""Below this visible fraction nothing is measured."""
+
+GONE_BELOW = 0.25
+"""A silhouette that shows less of the object than this, and nothing in front, shows it is gone."""
+
+CHANGED_LEVEL = 0.055
+CHANGED_SHARE = 0.02
+"""An object's crop has changed where colours differ by the level, in this share of its silhouette."""
+
+MOVED_M = 0.010
+MOVED_RAD = math.radians(2.0)
+"""A resting object has moved when a solve puts it farther away than this."""
+
+RESTING_STEP_M = 0.005
+RESTING_STEP_RAD = math.radians(0.7)
+RESTING_FRAMES = 6
+"""An object rests after this many frames with smaller steps."""
+
+REST_BLEND = 0.2
+"""Share of a new measurement in a resting object's pose."""
+
+HEAVY_HEIGHT_M = 0.3
+"""Objects at least this tall stay on the floor; smaller ones may be carried."""
+
+CONTACT_SIGMA_M = 0.006
+CARRIED_SIGMA_M = 0.03
+SNAP_M = 0.025
+"""A carried object nearer than this to a support is taken to stand on it."""
+
+SEARCH_PERIOD_NS = 600_000_000
+"""A lost object is searched for at most this often."""
+
+LOST_AFTER = 12
+"""Frames without agreement, with the place in view, after which an object counts as lost."""
+
+FLOOR_COVARIANCE = np.diag([0.004**2, 0.004**2, 0.003**2, math.radians(0.4) ** 2])
+"""What no single solve can be better than: camera pose, model scale and halo (systematic)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rest:
+    """How a resting object looks, to see cheaply whether anything changed.
+
+    Attributes:
+        view: the crop it is looked at through.
+        picture: (H, W, 3) float32 the crop when its pose was last confirmed.
+        silhouette: (H, W) bool, a little widened.
+    """
+
+    view: VirtualView
+    picture: FloatArray
+    silhouette: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Track:
+    """What is remembered of one object.
+
+    Attributes:
+        pose: `world_from_object`, latest.
+        motion: its velocity.
+        state: see `TrackState`.
+        covariance: (4, 4) of x, y, z, yaw.
+        visible_fraction: 0..1.
+        confidence: 0..1.
+        offset_px: learned distance of the drawn contour outside the real one.
+        still_frames: frames in a row with hardly a step.
+        missed_frames: frames in a row without agreement.
+        rest: how it looks at rest; None while it isn't known to rest.
+        searched_ns: frame time of the last search over the whole scene.
+    """
+
+    pose: Pose
+    motion: Motion
+    state: TrackState
+    covariance: NDArray[np.float64]
+    visible_fraction: float
+    confidence: float
+    offset_px: float
+    still_frames: int
+    missed_frames: int
+    rest: Rest | None
+    searched_ns: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Task:
+    """One object in one frame.
+
+    Attributes:
+        scene: the frame.
+        model: the object.
+        track: what is remembered of it.
+        neighbours: the other objects.
+        supports_m: heights of planes things stand on.
+        is_turn: whether this resting object is measured anew in this frame.
+        is_first: whether this is the first frame of the session.
+        may_search: whether a search over the whole scene is allowed in this frame.
+        use_texture: whether inner colours take part.
+    """
+
+    scene: Scene
+    model: TrackModel
+    track: Track
+    neighbours: tuple[Neighbour, ...]
+    supports_m: tuple[float, ...]
+    is_turn: bool
+    is_first: bool
+    may_search: bool
+    use_texture: bool
+
+
+def new_track(model: TrackModel) -> Track:
+    """An object where the scene says, not yet seen."""
+    return Track(
+        pose=model.source.world_from_object,
+        motion=Motion.rest(0),
+        state=TrackState.STATIC,
+        covariance=np.diag([0.02**2, 0.02**2, 0.01**2, math.radians(2) ** 2]),
+        visible_fraction=0.0,
+        confidence=0.0,
+        offset_px=0.0,
+        still_frames=RESTING_FRAMES,
+        missed_frames=0,
+        rest=None,
+        searched_ns=-SEARCH_PERIOD_NS,
+    )
+
+
+def first_look(task: Task) -> bool:
+    """Whether a resting object's crop is unchanged, so that nothing needs to be solved."""
+    rest, track = task.track.rest, task.track
+    if rest is None or track.state is not TrackState.STATIC:
+        return False
+    live = warp(task.scene.frame.images[rest.view.lens], rest.view.table)
+    live = np.asarray(live, dtype=np.float32) * np.float32(1 / 255.0)
+    apart = cv2.GaussianBlur(live - rest.picture, (5, 5), 1.2)
+    # Exposure drifts alike everywhere; what has changed is what differs from that.
+    apart = np.abs(apart - np.median(apart.reshape(-1, 3), axis=0))
+    changed = apart.max(axis=2)[rest.silhouette] > CHANGED_LEVEL
+    return bool(changed.mean() < CHANGED_SHARE) if changed.size else False
+
+
+def follow(task: Task, unchanged: bool) -> Track:
+    """The object's track after this frame.
+
+    Args:
+        task: the object and the frame.
+        unchanged: result of `first_look`.
+    """
+    track, now = task.track, task.scene.frame.t_ns
+    if unchanged and not task.is_turn:
+        return replace(track, motion=Motion.rest(now))
+    if track.state is TrackState.LOST:
+        return _search(task)
+    predicted = track.motion.predict(track.pose, now)
+    evidence = gather(
+        task.scene, task.model, view_of(task.scene, task.model, predicted), task.neighbours
+    )
+    fit = _measure(task, evidence, predicted)
+    if _believable(fit):
+        return _accept(task, evidence, fit)
+    if task.is_first and fit.covered_fraction < 0.5:
+        return _search(task)
+    return _miss(task, fit)
+
+
+def report(model: TrackModel, track: Track, frame: Frame) -> TrackedObject:
+    """What the rest of the studio is told."""
+    return TrackedObject(
+        object_id=model.object_id,
+        t_ns=frame.t_ns,
+        world_from_object=track.pose,
+        covariance=track.covariance,
+        visible_fraction=track.visible_fraction,
+        state=track.state,
+        confidence=track.confidence,
+        source_seq=frame.seq,
+    )
+
+
+def support_prior(task: Task, predicted: Pose, *, spread: float) -> Prior:
+    """What is known before looking: near the prediction, standing on something.
+
+    Args:
+        task: the object.
+        predicted: where it is expected.
+        spread: factor on how far it may be from there.
+    """
+    mean = pose_vector(predicted)
+    heights = np.array(task.supports_m)
+    if task.model.source.box_m[2] >= HEAVY_HEIGHT_M:
+        mean[2], sigma_z = task.model.source.support_z_m, CONTACT_SIGMA_M
+    else:
+        nearest = float(heights[np.argmin(np.abs(heights - mean[2]))])
+        stands = abs(nearest - mean[2]) < SNAP_M
+        mean[2], sigma_z = (nearest, CONTACT_SIGMA_M) if stands else (mean[2], CARRIED_SIGMA_M)
+    sigma = np.array([0.10 * spread, 0.10 * spread, sigma_z, math.radians(14) * spread])
+    return Prior(mean, sigma)
+
+
+def _measure(task: Task, evidence: Evidence, predicted: Pose) -> Fit:
+    """Solve from the prediction, and from farther off if that does not convince."""
+    track, renderer = task.track, task.scene.renderer
+    spread = 1.0 + 0.5 * min(track.missed_frames, 8)
+    prior = support_prior(task, predicted, spread=spread)
+    fit = solve(
+        evidence,
+        task.model,
+        predicted,
+        prior,
+        renderer,
+        reaches_px=TRACKING_REACHES if track.missed_frames == 0 else COLD_REACHES,
+        offset_px=track.offset_px,
+        use_texture=task.use_texture,
+    )
+    if fit.agreement >= 0.6 or fit.covered_fraction > 0.5 or fit.visible_fraction < LEAST_VISIBLE:
+        return fit
+    starts = [(0.0, 0.0)] if task.model.symmetry == ROUND else [(0.0, 0.0), (0.3, 0.0), (-0.3, 0.0)]
+    for turn, _ in starts:
+        start = vector_pose(pose_vector(predicted) + np.array([0.0, 0.0, 0.0, turn]))
+        wide = Prior(prior.mean, prior.sigma * np.array([2.0, 2.0, 1.0, 2.0]))
+        other = solve(
+            evidence,
+            task.model,
+            start,
+            wide,
+            renderer,
+            reaches_px=COLD_REACHES,
+            offset_px=track.offset_px,
+            use_texture=task.use_texture,
+        )
+        if other.quality > fit.quality + 0.02:
+            fit = other
+    return fit
+
+
+def _believable(fit: Fit) -> bool:
+    return fit.agreement >= HOLD_BELOW and fit.visible_fraction >= LEAST_VISIBLE
+
+
+def _accept(task: Task, evidence: Evidence, fit: Fit) -> Track:
+    """The track after a convincing measurement."""
+    track, now = task.track, task.scene.frame.t_ns
+    step = pose_vector(fit.pose) - pose_vector(track.pose)
+    step[3] = wrap_angle(float(step[3]))
+    if task.model.symmetry == ROUND:
+        step[3] = 0.0
+    distance, turn = float(np.linalg.norm(step[:3])), abs(float(step[3]))
+    seen = replace(
+        track,
+        covariance=fit.covariance + FLOOR_COVARIANCE,
+        visible_fraction=fit.visible_fraction,
+        confidence=min(1.0, fit.agreement / 0.9),
+        missed_frames=0,
+    )
+    if track.state is TrackState.STATIC and distance < MOVED_M and turn < MOVED_RAD:
+        blend = REST_BLEND if fit.visible_fraction > 0.85 and track.rest is not None else 0.0
+        pose = vector_pose(pose_vector(track.pose) + blend * step)
+        return replace(seen, pose=pose, motion=Motion.rest(now), rest=_rest(task, evidence, fit))
+    still = distance < RESTING_STEP_M and turn < RESTING_STEP_RAD
+    still_frames = track.still_frames + 1 if still else 0
+    if still_frames >= RESTING_FRAMES:
+        return replace(
+            seen,
+            pose=fit.pose,
+            motion=Motion.rest(now),
+            state=TrackState.STATIC,
+            still_frames=still_frames,
+            rest=_rest(task, evidence, fit),
+        )
+    motion = track.motion.measured(track.pose, fit.pose, now)
+    if task.is_first or track.missed_frames > 3:
+        motion = Motion.rest(now)
+    return replace(
+        seen,
+        pose=fit.pose,
+        motion=motion,
+        state=TrackState.TRACKED,
+        still_frames=still_frames,
+        rest=None,
+    )
+
+
+def _miss(task: Task, fit: Fit) -> Track:
+    """The track after a frame in which the object could not be measured: hold it, or look around."""
+    track, now = task.track, task.scene.frame.t_ns
+    missed = track.missed_frames + 1
+    grown = track.covariance + np.diag([0.03**2, 0.03**2, 0.002**2, math.radians(3) ** 2])
+    held = replace(
+        track,
+        covariance=grown,
+        visible_fraction=fit.visible_fraction,
+        confidence=min(1.0, fit.agreement / 0.9) * 0.5,
+        missed_frames=missed,
+        still_frames=0,
+        state=TrackState.OCCLUDED,
+        motion=Motion.rest(now),
+        rest=None,
+    )
+    gone = fit.visible_fraction < GONE_BELOW and fit.covered_fraction < 0.35
+    if (gone and missed >= 2) or (missed >= LOST_AFTER and fit.covered_fraction < 0.35):
+        return _search(replace(task, track=held))
+    return held
+
+
+def _search(task: Task) -> Track:
+    """Look for the object over the whole scene, if it is time to."""
+    track, now = task.track, task.scene.frame.t_ns
+    if not task.may_search or now - track.searched_ns < SEARCH_PERIOD_NS:
+        return replace(track, state=TrackState.LOST, rest=None)
+    heights = task.supports_m
+    if task.model.source.box_m[2] >= HEAVY_HEIGHT_M:
+        heights = (task.model.source.support_z_m,)
+    fit = find(
+        task.scene, overview(task.scene), task.model, task.neighbours, supports_m=heights
+    )
+    searched = replace(track, searched_ns=now, rest=None)
+    if fit is None:
+        return replace(
+            searched, state=TrackState.LOST, confidence=0.0, missed_frames=track.missed_frames + 1
+        )
+    return replace(
+        searched,
+        pose=fit.pose,
+        motion=Motion.rest(now),
+        state=TrackState.TRACKED,
+        covariance=fit.covariance + FLOOR_COVARIANCE,
+        visible_fraction=fit.visible_fraction,
+        confidence=min(1.0, fit.agreement / 0.9),
+        still_frames=0,
+        missed_frames=0,
+    )
+
+
+def _rest(task: Task, evidence: Evidence, fit: Fit) -> Rest | None:
+    """How the object looks now, unless something covers it."""
+    if fit.covered_fraction > 0.1:
+        return task.track.rest
+    wide = cv2.dilate((fit.drawn.alpha > 0.5).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+    return Rest(evidence.view, evidence.live, wide)

@@ -1,0 +1,229 @@
+"""Where the live picture puts an object's contour and texture points.
+
+Along each contour normal the edge is found twice: first as the place where "this object's foreground"
+ends (robust, a pixel or so), then by a fit of a two-colour step to the live picture (sub-pixel).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.cameras import Pinhole
+from scenes.pose import Pose
+from tracking.contour import Contour, Texture, sample
+from tracking.evidence import Evidence
+
+FloatArray = NDArray[np.float32]
+Points = NDArray[np.float64]
+
+SAMPLE_STEP_PX = 0.5
+SIDE_PX = 4.0
+"""Widths beside the edge that are compared, where the part and the gap are that wide."""
+
+LEAST_STEP = 0.3
+"""Inside must be this much more foreground than outside, of -1..1, for an edge to count."""
+
+DISTANCE_PENALTY = 0.25
+"""An edge at the end of the reach must be this much clearer than one at the prediction."""
+
+FOREIGN = 0.5
+"""Foreground of other colours than the object's above this share: something is in the way."""
+
+EDGE_SIGMA_PX = 0.4
+COARSE_SIGMA_PX = 1.2
+FAINT_CONTRAST = 0.07
+"""Colour steps fainter than this leave an edge where the foreground put it."""
+
+TEXTURE_SIGMA = 0.09
+TEXTURE_CORRELATION = 4.0
+CONTOUR_CORRELATION = 2.0
+"""Neighbouring points share their noise: so many of them count as one."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rows:
+    """Linearised measurements: `jacobian @ step ≈ residual` with step in (x, y, z, yaw).
+
+    Attributes:
+        jacobian: (N, 4).
+        residual: (N,) pixels or colour, divided by its standard deviation together with `jacobian`.
+        weight: (N,) 0..1.
+    """
+
+    jacobian: Points
+    residual: Points
+    weight: Points
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Edges:
+    """Contour measurements.
+
+    Attributes:
+        rows: linearised, one per contour point.
+        offset_px: (N,) outward distance of the seen edge from the drawn one.
+        found: (N,) bool, whether an edge was found.
+        hidden: (N,) bool, whether the point is covered by something known or foreign.
+    """
+
+    rows: Rows
+    offset_px: Points
+    found: NDArray[np.bool_]
+    hidden: NDArray[np.bool_]
+
+
+def projection(
+    points: Points, pose: Pose, camera: Pinhole, camera_from_world: Pose
+) -> tuple[Points, Points]:
+    """Pixels (N, 2) of object points and their derivative (N, 2, 4) by (x, y, z, yaw) of the pose."""
+    turned = points @ pose.rotation.T
+    in_camera = (turned + pose.translation) @ camera_from_world.rotation.T
+    in_camera += camera_from_world.translation
+    x, y = in_camera[:, 0], in_camera[:, 1]
+    z = np.maximum(in_camera[:, 2], 0.05)
+    pixels = np.stack([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy], axis=1)
+    by_camera = np.zeros((len(points), 2, 3))
+    by_camera[:, 0, 0] = camera.fx / z
+    by_camera[:, 0, 2] = -camera.fx * x / (z * z)
+    by_camera[:, 1, 1] = camera.fy / z
+    by_camera[:, 1, 2] = -camera.fy * y / (z * z)
+    by_world = by_camera @ camera_from_world.rotation
+    about_up = np.stack([-turned[:, 1], turned[:, 0], np.zeros(len(points))], axis=1)
+    by_yaw = np.einsum("nij,nj->ni", by_world, about_up)
+    return pixels, np.concatenate([by_world, by_yaw[:, :, None]], axis=2)
+
+
+def measure_contour(
+    evidence: Evidence, contour: Contour, pose: Pose, *, reach_px: float, offset_px: float
+) -> Edges:
+    """Look for the object's edge along each contour normal.
+
+    Args:
+        evidence: the crop.
+        contour: points drawn at a pose near `pose`.
+        pose: where to look from.
+        reach_px: how far to look, either way.
+        offset_px: by how much the drawn contour is known to lie outside the real one.
+    """
+    pixels, by_pose = projection(
+        contour.points, pose, evidence.camera, evidence.world_from_camera.inverse()
+    )
+    normals = contour.normals
+    by_pose_along = np.einsum("ni,nij->nj", normals, by_pose)
+    coarse, found, foreign = _coarse_edges(evidence, contour, pixels, reach_px=reach_px)
+    fine, contrast = _fine_edges(evidence, contour, pixels, coarse)
+    sharp = np.clip(contrast / FAINT_CONTRAST - 0.5, 0.0, 1.0)
+    position = np.where(sharp > 0, sharp * fine + (1 - sharp) * coarse, coarse)
+    offset = position + offset_px
+    sigma = EDGE_SIGMA_PX * sharp + COARSE_SIGMA_PX * (1 - sharp)
+    covered = sample(evidence.hidden, pixels - 1.5 * normals) > 0.5
+    weight = (found & ~covered & ~foreign).astype(np.float64) / CONTOUR_CORRELATION
+    rows = Rows(by_pose_along / sigma[:, None], offset / sigma, weight)
+    return Edges(rows, offset, found & ~foreign, covered | foreign)
+
+
+def measure_texture(
+    evidence: Evidence, smooth_live: FloatArray, texture: Texture, pose: Pose
+) -> Rows:
+    """Compare the object's own picture with the live one, after a fit of gain and offset.
+
+    Args:
+        evidence: the crop.
+        smooth_live: (H, W, 3) its live picture, smoothed like the texture's values.
+        texture: points drawn at a pose near `pose`.
+        pose: where to compare.
+    """
+    pixels, by_pose = projection(
+        texture.points, pose, evidence.camera, evidence.world_from_camera.inverse()
+    )
+    seen = sample(smooth_live, pixels).astype(np.float64)
+    usable = sample(evidence.own, pixels) * (1 - sample(evidence.hidden, pixels)) > 0.25
+    if usable.sum() < 12:
+        return Rows(np.zeros((0, 4)), np.zeros(0), np.zeros(0))
+    model = texture.values.astype(np.float64)
+    gain, level = _gain_and_level(model[usable], seen[usable])
+    residual = seen - (gain * model + level)
+    slopes = gain * texture.slopes.astype(np.float64)
+    jacobian = np.einsum("nci,nij->ncj", slopes, by_pose)
+    weight = np.repeat(usable.astype(np.float64), 3) / (3.0 * TEXTURE_CORRELATION)
+    return Rows(
+        jacobian.reshape(-1, 4) / TEXTURE_SIGMA, -residual.reshape(-1) / TEXTURE_SIGMA, weight
+    )
+
+
+def _coarse_edges(
+    evidence: Evidence, contour: Contour, pixels: Points, *, reach_px: float
+) -> tuple[Points, NDArray[np.bool_], NDArray[np.bool_]]:
+    """Signed distance of the best inside-outside step, whether there is one, whether it's foreign."""
+    side = SIDE_PX + SAMPLE_STEP_PX
+    count = int(np.ceil((reach_px + side) / SAMPLE_STEP_PX))
+    steps = np.arange(-count, count + 1) * SAMPLE_STEP_PX
+    path = pixels[:, None, :] + steps[None, :, None] * contour.normals[:, None, :]
+    own = sample(evidence.own, path).astype(np.float64)
+    foreground = sample(evidence.foreground, path).astype(np.float64)
+    total = np.concatenate([np.zeros((len(own), 1)), np.cumsum(own, axis=1)], axis=1)
+    total_any = np.concatenate([np.zeros((len(own), 1)), np.cumsum(foreground, axis=1)], axis=1)
+    first, last = int(side / SAMPLE_STEP_PX), len(steps) - int(side / SAMPLE_STEP_PX)
+    candidates = np.arange(first, last)
+    inner = np.clip(np.round(np.minimum(contour.inner_px, SIDE_PX) / SAMPLE_STEP_PX), 2, None)
+    outer = np.clip(np.round(np.minimum(contour.outer_px, SIDE_PX) / SAMPLE_STEP_PX), 2, None)
+    inner, outer = inner.astype(int)[:, None], outer.astype(int)[:, None]
+    row = np.arange(len(own))[:, None]
+    # Sample i is taken as the interval around it: an edge "at" i splits it, hence the mean.
+    middle = 0.5 * (total[:, candidates] + total[:, candidates + 1])
+    inside = (middle - total[row, candidates - inner]) / (inner + 0.5)
+    outside = (total[row, candidates + 1 + outer] - middle) / (outer + 0.5)
+    clear = inside - outside
+    cost = DISTANCE_PENALTY * (steps[candidates] / max(reach_px, 1.0)) ** 2
+    best = np.argmax(clear - cost, axis=1)
+    picked = np.arange(len(own))
+    place = candidates[best]
+    outside_any = total_any[picked, place + 1 + outer[:, 0]] - total_any[picked, place + 1]
+    inside_any = total_any[picked, place] - total_any[picked, place - inner[:, 0]]
+    inside_own = total[picked, place] - total[picked, place - inner[:, 0]]
+    outside_own = total[picked, place + 1 + outer[:, 0]] - total[picked, place + 1]
+    foreign_out = (outside_any - outside_own) / outer[:, 0]
+    foreign_in = (inside_any - inside_own) / inner[:, 0]
+    foreign = (foreign_out > FOREIGN) | (foreign_in > FOREIGN)
+    return steps[place], clear[picked, best] > LEAST_STEP, foreign
+
+
+def _fine_edges(
+    evidence: Evidence, contour: Contour, pixels: Points, coarse: Points
+) -> tuple[Points, Points]:
+    """Sub-pixel edge positions by a two-colour step fit, and the colour contrast of each."""
+    widest = np.minimum(contour.inner_px, contour.outer_px)
+    half = np.clip(0.6 * widest, 1.0, 2.5)
+    relative = np.linspace(-1.5, 1.5, 13)
+    along = coarse[:, None] + relative[None, :] * half[:, None]
+    path = pixels[:, None, :] + along[..., None] * contour.normals[:, None, :]
+    colours = sample(evidence.live, path).astype(np.float64)
+    inside, outside = colours[:, :3].mean(axis=1), colours[:, -3:].mean(axis=1)
+    step = inside - outside
+    contrast = np.linalg.norm(step, axis=1)
+    share = np.einsum("ntc,nc->nt", colours - outside[:, None, :], step)
+    share = np.clip(share / np.maximum(contrast**2, 1e-6)[:, None], 0.0, 1.0)[:, 1:-1]
+    area = (share[:, 1:-1].sum(axis=1) + 0.5 * (share[:, 0] + share[:, -1])) * 0.25
+    return coarse + half * (area - 1.25), contrast
+
+
+def _gain_and_level(model: Points, seen: Points) -> tuple[float, Points]:
+    """Robust shared gain and per-channel level of seen ≈ gain · model + level."""
+    weight = np.ones(len(model))
+    gain, level = 1.0, np.zeros(3)
+    for _ in range(4):
+        total = max(float(weight.sum()), 1e-9)
+        mean_model = weight @ model / total
+        mean_seen = weight @ seen / total
+        a, b = model - mean_model, seen - mean_seen
+        spread = float(np.einsum("n,nc->", weight, a * a))
+        gain = float(np.einsum("n,nc->", weight, a * b)) / max(spread, 1e-6)
+        gain = min(max(gain, 0.3), 1.8)
+        level = mean_seen - gain * mean_model
+        off = np.linalg.norm(seen - gain * model - level, axis=1)
+        scale = max(1.5 * float(np.median(off)), 0.03)
+        weight = 1.0 / (1.0 + (off / scale) ** 2)
+    return gain, level

@@ -1,0 +1,264 @@
+"""Finds an object that is not where it was: after it was lost, or moved between sessions.
+
+Places are proposed where the live picture differs from the empty room in the object's colours, then
+tried with several yaws, and the best few are refined (paper 4.4.2 "recovery between sessions", done
+here without asking the user to select the objects again).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.cameras import Fisheye
+from scenes.pose import Pose
+from tracking.background import difference, expose
+from tracking.evidence import Evidence, Neighbour, Scene, gather, view_of
+from tracking.metrics import ROUND
+from tracking.model import TrackModel
+from tracking.smooth import pose_vector
+from tracking.solve import COLD_REACHES, Fit, Prior, draw, solve
+
+FloatArray = NDArray[np.float32]
+Points = NDArray[np.float64]
+
+SEARCH_SIZE_PX = 480
+"""Lens pictures are shrunk to this side for the proposals."""
+
+GRID_M = 0.12
+REACH_M = 4.5
+PLACES = 5
+YAWS = 12
+REFINED = 3
+
+LEAST_DENSITY = 0.25
+"""A place is proposed if at least this share of its box looks like the object."""
+
+ACCEPTED_AGREEMENT = 0.5
+ACCEPTED_QUALITY = 0.35
+"""What a refined pose must reach to be believed."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Overview:
+    """Small lens pictures compared with the empty room, shared by all searches of a frame.
+
+    Attributes:
+        cameras: shrunk lenses.
+        images: (H, W, 3) uint8 shrunk live pictures.
+        foreground: (H, W) float32 per lens.
+    """
+
+    cameras: tuple[Fisheye, ...]
+    images: tuple[NDArray[np.uint8], ...]
+    foreground: tuple[FloatArray, ...]
+
+
+def overview(scene: Scene) -> Overview:
+    """Shrink a frame and compare it with the empty room."""
+    cameras, images, foregrounds = [], [], []
+    for index, lens in enumerate(scene.frame.rig.lenses):
+        scale = SEARCH_SIZE_PX / lens.width_px
+        camera = Fisheye(
+            SEARCH_SIZE_PX,
+            round(lens.height_px * scale),
+            lens.f_px * scale,
+            lens.cx * scale,
+            lens.cy * scale,
+            lens.max_angle,
+        )
+        size = (camera.width_px, camera.height_px)
+        image = cv2.resize(scene.frame.images[index], size, interpolation=cv2.INTER_AREA)
+        plate = cv2.resize(scene.plates.images[index], size, interpolation=cv2.INTER_AREA)
+        noise = cv2.resize(scene.plates.noise[index], size, interpolation=cv2.INTER_AREA)
+        x = (np.arange(size[0]) + 0.5) / size[0] * 2 - 1
+        y = (np.arange(size[1]) + 0.5) / size[1] * 2 - 1
+        radius2 = (x[None, :] ** 2 + y[:, None] ** 2).astype(np.float32)
+        expected = expose(
+            np.asarray(plate, dtype=np.float32), scene.exposures[index], radius2=radius2
+        )
+        live = image.astype(np.float32) / np.float32(255.0)
+        change = difference(live, expected, np.asarray(noise, dtype=np.float32))
+        seen = radius2 <= (lens.max_angle * lens.f_px * 2 / lens.width_px) ** 2
+        cameras.append(camera)
+        images.append(np.asarray(image, dtype=np.uint8))
+        foregrounds.append((change.probability * seen).astype(np.float32))
+    return Overview(tuple(cameras), tuple(images), tuple(foregrounds))
+
+
+def find(
+    scene: Scene,
+    look: Overview,
+    model: TrackModel,
+    neighbours: Sequence[Neighbour],
+    *,
+    supports_m: Sequence[float],
+    around: Points | None = None,
+    reach_m: float = REACH_M,
+) -> Fit | None:
+    """The best pose of an object anywhere on the given heights, or None if none is convincing.
+
+    Args:
+        scene: the frame.
+        look: its overview.
+        model: the object.
+        neighbours: other objects, whose places are taken.
+        supports_m: heights of the planes it may stand on.
+        around: (2,) centre of the search on the floor plan; the camera by default.
+        reach_m: how far from there.
+    """
+    centre = scene.world_from_rig.translation[:2] if around is None else around
+    places = propose_places(
+        scene, look, model, neighbours, supports_m=supports_m, around=centre, reach_m=reach_m
+    )
+    tried: list[tuple[float, Pose, Evidence]] = []
+    for place in places:
+        rough = Pose.from_yaw(0.0, place)
+        evidence = gather(scene, model, view_of(scene, model, rough), neighbours)
+        tried += [(score, pose, evidence) for score, pose in _try_yaws(scene, model, evidence, place)]
+    tried.sort(key=lambda item: -item[0])
+    best: Fit | None = None
+    for _, pose, evidence in tried[:REFINED]:
+        sigma = np.array([0.25, 0.25, 0.006, 0.6])
+        prior = Prior(pose_vector(pose), sigma)
+        fit = solve(evidence, model, pose, prior, scene.renderer, reaches_px=COLD_REACHES)
+        if best is None or fit.quality > best.quality:
+            best = fit
+    if best is None or best.agreement < ACCEPTED_AGREEMENT or best.quality < ACCEPTED_QUALITY:
+        return None
+    return best
+
+
+def propose_places(
+    scene: Scene,
+    look: Overview,
+    model: TrackModel,
+    neighbours: Sequence[Neighbour],
+    *,
+    supports_m: Sequence[float],
+    around: Points,
+    reach_m: float,
+) -> list[Points]:
+    """At most `PLACES` (3,) positions whose box is full of the object's colours, best first."""
+    steps = np.arange(-reach_m, reach_m + 1e-9, GRID_M)
+    x, y = np.meshgrid(around[0] + steps, around[1] + steps)
+    flat = np.stack([x.ravel(), y.ravel()], axis=1)
+    flat = flat[np.hypot(*(flat - around).T) <= reach_m]
+    places = np.concatenate(
+        [np.column_stack([flat, np.full(len(flat), z)]) for z in sorted(set(supports_m))]
+    )
+    scores = np.full(len(places), -np.inf)
+    for index, camera in enumerate(look.cameras):
+        own = _own(look, index, model)
+        for other, pose in neighbours:
+            _erase(own, camera, scene, index, other, pose)
+        world_from_lens = scene.world_from_rig @ scene.frame.rig.rig_from_lens[index]
+        density = _box_density(own, camera, world_from_lens, model, places)
+        scores = np.maximum(scores, density)
+    chosen: list[Points] = []
+    apart = 0.6 * max(model.source.box_m[:2])
+    for index in np.argsort(-scores, kind="stable"):
+        if scores[index] < LEAST_DENSITY or len(chosen) == PLACES:
+            break
+        if all(np.linalg.norm(places[index] - other) > apart for other in chosen):
+            chosen.append(places[index])
+    return chosen
+
+
+def yaw_starts(model: TrackModel) -> Points:
+    """Yaws worth trying: a turn, or the part of one after which the object repeats."""
+    if model.symmetry == ROUND:
+        return np.zeros(1)
+    turn = 2 * math.pi / model.symmetry
+    count = max(3, round(YAWS / model.symmetry))
+    return np.arange(count) * turn / count
+
+
+def silhouette_score(evidence: Evidence, model: TrackModel, pose: Pose, scene: Scene) -> float:
+    """Overlap of the drawn silhouette with the object's own foreground, times colour agreement."""
+    drawn = draw(model, pose, evidence, scene.renderer)
+    alpha = drawn.alpha
+    free = 1.0 - np.maximum(evidence.hidden, np.maximum(evidence.foreground - evidence.own, 0.0))
+    shared = float((np.minimum(alpha, evidence.own) * free).sum())
+    union = float((np.maximum(alpha, evidence.own) * free).sum())
+    if union < 12.0:
+        return 0.0
+    shown = (alpha > 0.5) & (evidence.own > 0.5)
+    if shown.sum() < 12:
+        return 0.0
+    apart = drawn.rgb[shown] - evidence.live[shown]
+    apart = apart - np.median(apart, axis=0)
+    colour = float(np.exp(-np.abs(apart).mean() / 0.12))
+    return shared / union * (0.7 + 0.3 * colour)
+
+
+def _try_yaws(
+    scene: Scene, model: TrackModel, evidence: Evidence, place: Points
+) -> list[tuple[float, Pose]]:
+    poses = [Pose.from_yaw(float(yaw), place) for yaw in yaw_starts(model)]
+    return [(silhouette_score(evidence, model, pose, scene), pose) for pose in poses]
+
+
+def _own(look: Overview, index: int, model: TrackModel) -> FloatArray:
+    likeness = np.clip(model.colours.likeness(look.images[index]) * 3.0, 0.0, 1.0)
+    return (look.foreground[index] * likeness).astype(np.float32)
+
+
+def _erase(
+    own: FloatArray, camera: Fisheye, scene: Scene, index: int, other: TrackModel, pose: Pose
+) -> None:
+    """Blank the box of an object whose place is known, in an array that is ours."""
+    world_from_lens = scene.world_from_rig @ scene.frame.rig.rig_from_lens[index]
+    low, high, seen = _boxes(camera, world_from_lens, other, pose.translation[None])
+    if seen[0]:
+        left, top = np.maximum(np.floor(low[0]), 0).astype(int)
+        right, bottom = np.maximum(np.ceil(high[0]), 0).astype(int)
+        own[top:bottom, left:right] = 0.0
+
+
+def _box_density(
+    own: FloatArray,
+    camera: Fisheye,
+    world_from_lens: Pose,
+    model: TrackModel,
+    places: Points,
+) -> Points:
+    """(N,) own share inside each place's box, less that in the frame around it."""
+    low, high, seen = _boxes(camera, world_from_lens, model, places)
+    total = cv2.integral(own)
+    margin = 0.35 * (high - low)
+    inside, area = _sum(total, low, high)
+    outside, whole = _sum(total, low - margin, high + margin)
+    ring = (outside - inside) / np.maximum(whole - area, 1.0)
+    density = inside / np.maximum(area, 1.0)
+    return np.where(seen & (area >= 6), density - 0.5 * ring, -np.inf)
+
+
+def _boxes(
+    camera: Fisheye, world_from_lens: Pose, model: TrackModel, places: Points
+) -> tuple[Points, Points, NDArray[np.bool_]]:
+    """Picture boxes (N, 2) low and high of the object standing at each place, and whether seen."""
+    x, y, z = model.source.box_m
+    half = 0.42 * max(x, y)
+    corners = np.array(
+        [(a * half, b * half, c * z) for a in (-1, 1) for b in (-1, 1) for c in (0.0, 1.0)]
+    )
+    points = (places[:, None, :] + corners[None]).reshape(-1, 3)
+    pixels, valid = camera.project(world_from_lens.inverse() @ points)
+    pixels = pixels.reshape(len(places), 8, 2)
+    return pixels.min(axis=1), pixels.max(axis=1), valid.reshape(len(places), 8).all(axis=1)
+
+
+def _sum(total: NDArray[np.float64], low: Points, high: Points) -> tuple[Points, Points]:
+    """Sums and areas of picture boxes from an integral picture."""
+    limit = np.array([total.shape[1] - 1, total.shape[0] - 1])
+    a = np.clip(np.round(low), 0, limit).astype(int)
+    b = np.clip(np.round(high), 0, limit).astype(int)
+    value = total[b[:, 1], b[:, 0]] - total[a[:, 1], b[:, 0]]
+    value = value - total[b[:, 1], a[:, 0]] + total[a[:, 1], a[:, 0]]
+    return value, ((b - a).prod(axis=1)).astype(np.float64)
