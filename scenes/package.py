@@ -77,7 +77,7 @@ class ScenePackage:
         stages: how it was made, oldest first.
 
     Raises:
-        PackageError: an object id is unfit for a file name or appears twice, or the footprint is
+        ValueError: an object id is unfit for a file name or appears twice, or the footprint is
             not (2, 2) and finite.
     """
 
@@ -93,7 +93,7 @@ class ScenePackage:
     def __post_init__(self) -> None:
         footprint = np.array(self.footprint_m, dtype=np.float64)
         if footprint.shape != (2, 2) or not np.isfinite(footprint).all():
-            raise PackageError(
+            raise ValueError(
                 f"ScenePackage.footprint_m: {footprint.tolist()}, wanted finite (2, 2)"
             )
         footprint.setflags(write=False)
@@ -101,12 +101,12 @@ class ScenePackage:
         seen: set[str] = set()
         for item in self.objects:
             if not _ID.fullmatch(item.object_id):
-                raise PackageError(
+                raise ValueError(
                     f"object id {item.object_id!r}: wanted 1 to 64 letters, digits, '-' or '_', "
                     "beginning with a letter or digit"
                 )
             if item.object_id.lower() in seen:
-                raise PackageError(f"object id {item.object_id!r}: appears twice")
+                raise ValueError(f"object id {item.object_id!r}: appears twice")
             seen.add(item.object_id.lower())
 
     def object_by_id(self, object_id: str) -> ObjectModel:

@@ -127,9 +127,9 @@ def numbers(values: Sequence[Any], count: int, what: str) -> list[float]:
     """`count` finite numbers out of a JSON file.
 
     Raises:
-        PackageError: names `what`, the values and how many there should be.
+        ValueError: names `what`, the values and how many there should be.
     """
     found = [float(value) for value in values]
     if len(found) != count or not np.isfinite(found).all():
-        raise PackageError(f"{what} {values!r}: wanted {count} finite numbers")
+        raise ValueError(f"{what} {values!r}: wanted {count} finite numbers")
     return found

@@ -28,7 +28,7 @@ SAME_ANGLE_RAD = 1e-5
 NOISE_FLOOR = 0.022
 """Standard deviation of sensor, codec and splat noise on a flat wall, of a 0..1 channel."""
 
-MISALIGNMENT_PX = 0.6
+MISALIGNMENT_PX = 0.5
 """How far a plate's edges may be off: adds that many pixels of local gradient to the noise."""
 
 SHADOW_DARKEST = 0.5
@@ -44,12 +44,14 @@ class Plates:
         images: one (H, W, 3) float32 0..1 picture per lens.
         noise: one (H, W) float32 standard deviation per lens, of a 0..1 channel.
         coverage: one (H, W) float32 alpha per lens; the room is unknown where it is low.
+        learned: one (H, W) bool per lens: the pixel was seen live (`tracking.learn`).
     """
 
     world_from_rig: Pose
     images: tuple[FloatArray, ...]
     noise: tuple[FloatArray, ...]
     coverage: tuple[FloatArray, ...]
+    learned: tuple[BoolArray, ...]
 
     def stands_at(self, world_from_rig: Pose) -> bool:
         """Whether the plates are still those of a camera at this pose."""
@@ -109,7 +111,8 @@ def render_plates(
         images.append(np.clip(drawn.rgb, 0.0, 1.0))
         noise.append(plate_noise(images[-1]))
         coverage.append(drawn.alpha)
-    return Plates(world_from_rig, tuple(images), tuple(noise), tuple(coverage))
+    learned = tuple(np.zeros(image.shape[:2], np.bool_) for image in images)
+    return Plates(world_from_rig, tuple(images), tuple(noise), tuple(coverage), learned)
 
 
 def plate_noise(image: FloatArray) -> FloatArray:

@@ -140,7 +140,7 @@ def test_bad_splats_are_not_saved(package, tmp_path):
 @pytest.mark.parametrize("object_id", ["", "../x", "a/b", "-a", ".", "a b", "x" * 65, "a\n"])
 def test_object_ids_must_be_fit_for_file_names(package, random_cloud, object_id):
     item = ObjectModel(object_id, "", "", random_cloud(1), (1, 1, 1), 0.0, Pose.identity())
-    with pytest.raises(PackageError, match="object id"):
+    with pytest.raises(ValueError, match="object id"):
         ScenePackage(
             "x", package.room, (item,), (), package.world_from_rig, package.footprint_m, None
         )
@@ -150,14 +150,14 @@ def test_object_ids_may_not_repeat_even_in_other_case(package, random_cloud):
     items = tuple(
         ObjectModel(i, "", "", random_cloud(1), (1, 1, 1), 0.0, Pose.identity()) for i in ("a", "A")
     )
-    with pytest.raises(PackageError, match="twice"):
+    with pytest.raises(ValueError, match="twice"):
         ScenePackage(
             "x", package.room, items, (), package.world_from_rig, package.footprint_m, None
         )
 
 
 def test_footprint_is_checked(package):
-    with pytest.raises(PackageError, match="footprint_m"):
+    with pytest.raises(ValueError, match="footprint_m"):
         ScenePackage("x", package.room, (), (), package.world_from_rig, np.zeros(4), None)
 
 
