@@ -14,7 +14,6 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +35,7 @@ from scenes.package_files import (
     numbers,
     read_items,
     read_json,
+    text,
     verify_files,
     write_items,
     write_json,
@@ -157,14 +157,17 @@ def load_package(folder: str | Path) -> ScenePackage:
     verify_files(source / _SCENE, scene.get("files"), {_ROOM, _OBJECTS, _ANCHORS, _CAMERAS})
     try:
         return ScenePackage(
-            name=str(scene["name"]),
+            name=text(scene["name"], "name"),
             room=_read_splats(source, _ROOM),
-            objects=tuple(_object_from_json(source, o) for o in read_items(source / _OBJECTS)),
+            objects=tuple(
+                _object_from_json(source, scene["files"], item)
+                for item in read_items(source / _OBJECTS)
+            ),
             codes=tuple(_code_from_json(c) for c in read_items(source / _ANCHORS)),
             world_from_rig=_pose_from_json(read_json(source / _CAMERAS)["world_from_rig"]),
-            footprint_m=np.array(scene["footprint_m"], dtype=np.float64),
-            physical=None if scene["physical"] is None else str(scene["physical"]),
-            stages=tuple(Stage(**stage) for stage in scene["stages"]),
+            footprint_m=np.array([numbers(c, 2, "footprint_m") for c in scene["footprint_m"]]),
+            physical=None if scene["physical"] is None else text(scene["physical"], "physical"),
+            stages=tuple(_stage_from_json(stage) for stage in scene["stages"]),
         )
     except PackageError:
         raise
@@ -218,6 +221,9 @@ def is_package(folder: Path) -> bool:
 
 def program_version() -> str:
     """Name and version of this program, as written into packages."""
+    # Imported here because it takes a tenth of a second and only saving needs it.
+    from importlib.metadata import PackageNotFoundError, version
+
     try:
         return f"{DISTRIBUTION} {version(DISTRIBUTION)}"
     except PackageNotFoundError:
@@ -302,6 +308,11 @@ def _read_scene(source: Path) -> dict[str, Any]:
             f"{source}: format version {found} made by a newer program ({scene.get('creator')}); "
             f"this one reads up to {FORMAT_VERSION}: update it"
         )
+    if (scene.get("units"), scene.get("up")) != ("m", "z"):
+        raise PackageError(
+            f"{source / _SCENE}: units {scene.get('units')!r}, up {scene.get('up')!r}, "
+            "wanted 'm' and 'z'; the file is damaged, restore the folder from a copy"
+        )
     return scene
 
 
@@ -327,19 +338,32 @@ def _object_to_json(item: ObjectModel) -> dict[str, Any]:
     }
 
 
-def _object_from_json(source: Path, values: Mapping[str, Any]) -> ObjectModel:
+def _object_from_json(
+    source: Path, files: Mapping[str, Any], values: Mapping[str, Any]
+) -> ObjectModel:
     object_id = values["id"]
     if not isinstance(object_id, str) or not _ID.fullmatch(object_id):
         raise PackageError(f"{source / _OBJECTS}: object id {object_id!r} is unfit for a file name")
-    x, y, z = numbers(values["box_m"], 3, "box_m")
+    if _object_file(object_id) not in files:
+        raise PackageError(f"{source / _SCENE}: does not list {_object_file(object_id)}; damaged")
+    x, y, z = numbers(values["box_m"], 3, "box_m", least=0.0)
     return ObjectModel(
         object_id=object_id,
-        name=str(values["name"]),
-        kind=str(values["kind"]),
+        name=text(values["name"], "name"),
+        kind=text(values["kind"], "kind"),
         splats=_read_splats(source, _object_file(object_id)),
         box_m=(x, y, z),
         support_z_m=numbers([values["support_z_m"]], 1, "support_z_m")[0],
         world_from_object=_pose_from_json(values["world_from_object"]),
+    )
+
+
+def _stage_from_json(values: Mapping[str, Any]) -> Stage:
+    seconds = values["seconds"]
+    return Stage(
+        text(values["name"], "stage name"),
+        text(values["detail"], "stage detail"),
+        None if seconds is None else numbers([seconds], 1, "stage seconds", least=0.0)[0],
     )
 
 
@@ -349,8 +373,10 @@ def _code_to_json(code: QrCode) -> dict[str, Any]:
 
 
 def _code_from_json(values: Mapping[str, Any]) -> QrCode:
-    side_m = numbers([values["side_m"]], 1, "side_m")[0]
-    return QrCode(str(values["payload"]), side_m, _pose_from_json(values["world_from_code"]))
+    side_m = numbers([values["side_m"]], 1, "side_m", least=0.0)[0]
+    return QrCode(
+        text(values["payload"], "payload"), side_m, _pose_from_json(values["world_from_code"])
+    )
 
 
 def _pose_to_json(world_from_thing: Pose) -> dict[str, Any]:

@@ -8,11 +8,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-import numpy as np
-
 from scenes.formats.atomic import write_file
 
 MAX_JSON_BYTES = 64 * 2**20
+LARGEST = 1e6
+"""No number in a package is larger: rooms are measured in metres."""
 
 
 class PackageError(ValueError):
@@ -123,13 +123,33 @@ def write_items(path: Path, items: Sequence[Mapping[str, Any]]) -> None:
     write_json(path, {"items": list(items)})
 
 
-def numbers(values: Sequence[Any], count: int, what: str) -> list[float]:
-    """`count` finite numbers out of a JSON file.
+def numbers(values: object, count: int, what: str, *, least: float = -LARGEST) -> list[float]:
+    """`count` numbers out of a JSON file, from `least` to `LARGEST`.
 
     Raises:
-        ValueError: names `what`, the values and how many there should be.
+        ValueError: names `what`, the values and what there should be.
     """
-    found = [float(value) for value in values]
-    if len(found) != count or not np.isfinite(found).all():
-        raise ValueError(f"{what} {values!r}: wanted {count} finite numbers")
-    return found
+    found = values if isinstance(values, list) else []
+    fit = [
+        float(value)
+        for value in found
+        if isinstance(value, int | float)
+        and not isinstance(value, bool)
+        and least <= value <= LARGEST
+    ]
+    if len(fit) != count or len(found) != count:
+        raise ValueError(
+            f"{what} {values!r:.80}: wanted {count} numbers from {least:g} to {LARGEST:g}"
+        )
+    return fit
+
+
+def text(value: object, what: str) -> str:
+    """A string out of a JSON file.
+
+    Raises:
+        ValueError: names `what` and what it is instead.
+    """
+    if not isinstance(value, str):
+        raise ValueError(f"{what} {value!r:.80}: wanted a text")  # noqa: TRY004 (bad data, not a bug)
+    return value

@@ -98,7 +98,6 @@ class CameraView:
 class _Lens:
     """A lens, its place and its layers; the rest layer changes when something starts or stops."""
 
-    camera: Fisheye
     fine: Fisheye
     lens_from_world: Pose
     room: Layer
@@ -299,30 +298,30 @@ class Camera360:
         ]
 
     def _draw_empty_room(self) -> list[_Lens]:
-        lenses = []
         static: list[TexturedMesh] = list(self._room.static)
         if self._options.stand:
-            static.append(camera_stand(self.world_from_rig))
-        for camera, rig_from_lens in zip(self.rig.lenses, self.rig.rig_from_lens, strict=True):
-            world_from_lens = self.world_from_rig @ rig_from_lens
-            numbers = [
-                self._rasteriser.add(
-                    refine_mesh(
-                        mesh,
-                        max_edge_m=ROOM_EDGE_M,
-                        eye=world_from_lens.translation,
-                        max_edge_rad=ROOM_EDGE_RAD,
-                    )
+            static.append(camera_stand(self.world_from_rig, self.rig))
+        lenses = [
+            (fine_lens(camera, self._options.supersampling), self.world_from_rig @ rig_from_lens)
+            for camera, rig_from_lens in zip(self.rig.lenses, self.rig.rig_from_lens, strict=True)
+        ]
+        # The room is drawn once: a window as large as the lens costs its vertices once, too.
+        rasteriser = FisheyeRasteriser(max(fine.width_px for fine, _ in lenses))
+        eye = np.mean([pose.translation for _, pose in lenses], axis=0)
+        numbers = [
+            rasteriser.add(
+                refine_mesh(
+                    mesh, max_edge_m=ROOM_EDGE_M, eye=eye, max_edge_rad=ROOM_EDGE_RAD
                 )
-                for mesh in static
-            ]
-            fine = fine_lens(camera, self._options.supersampling)
+            )
+            for mesh in static
+        ]
+        drawn = []
+        for fine, world_from_lens in lenses:
             lens_from_world = world_from_lens.inverse()
-            room = draw_room(self._rasteriser, numbers, fine, lens_from_world)
-            self._rasteriser.remove(numbers)
-            lenses.append(
+            room = draw_room(rasteriser, numbers, fine, lens_from_world)
+            drawn.append(
                 _Lens(
-                    camera,
                     fine,
                     lens_from_world,
                     room,
@@ -331,7 +330,8 @@ class Camera360:
                     self._count(room.ids),
                 )
             )
-        return lenses
+        rasteriser.close()
+        return drawn
 
 
 def _outline(body: Body) -> tuple[NDArray[np.float64], ...]:

@@ -25,7 +25,7 @@ SHADOW_TOLERANCE_M = 0.025
 SHADOW_STEP = 8
 SHADOW_LEVELS = 255.0
 RECT_PAD = 6
-ROOM_SHIFTS = ((-0.25, -0.25), (0.25, -0.25), (-0.25, 0.25), (0.25, 0.25))
+ROOM_SHIFTS = ((0.0, 0.0), (-0.375, -0.125), (0.125, -0.375), (0.375, 0.125), (-0.125, 0.375))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,9 +95,9 @@ def draw_room(
     """The room without anything movable; colour is the mean of several samples a grid point."""
     rect = PixelRect(0, 0, lens.width_px, lens.height_px)
     parts = [(number, lens_from_world) for number in numbers]
-    _, range_m = rasteriser.draw(parts, lens, rect, light=UNLIT)
-    total = np.zeros((rect.height_px, rect.width_px, 3), np.uint16)
-    for shift in ROOM_SHIFTS:
+    total, range_m = rasteriser.draw(parts, lens, rect, light=UNLIT, shift_px=ROOM_SHIFTS[0])
+    total = total.astype(np.uint16)
+    for shift in ROOM_SHIFTS[1:]:
         rgb, _ = rasteriser.draw(parts, lens, rect, light=UNLIT, shift_px=shift)
         total += rgb
     mean = ((total + len(ROOM_SHIFTS) // 2) // len(ROOM_SHIFTS)).astype(np.uint8)

@@ -142,21 +142,25 @@ class FisheyeRasteriser:
     """Holds meshes on the (software) graphics device and draws them through a fisheye.
 
     Not thread safe: use it from the thread that made it.
+
+    Args:
+        tile_px: side of the square drawn at a time. Every tile costs all vertices of what is drawn
+            and all of its own pixels, so small things want small tiles.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, tile_px: int = TILE_PX) -> None:
+        self._tile_px = tile_px
         self._window = vtkRenderWindow()
         self._window.SetOffScreenRendering(1)
         self._window.SetMultiSamples(0)
-        self._window.SetSize(TILE_PX, TILE_PX)
+        self._window.SetSize(tile_px, tile_px)
         self._renderer = vtkRenderer()
         # The shader places vertices itself, so VTK's frustum says nothing about visibility.
         self._renderer.RemoveCuller(self._renderer.GetCullers().GetLastItem())
         self._renderer.SetBackground(0.0, 0.0, 0.0)
         self._window.AddRenderer(self._renderer)
-        self._actors: dict[int, vtkActor] = {}
-        self._uniforms: dict[int, _Uniforms] = {}
-        self._next_number = 0
+        self._actors: list[vtkActor] = []
+        self._uniforms: list[_Uniforms] = []
         self._lens = (1.0, 0.0, 0.0)
         self._max_angle = 1.0
         self._tile = (0.0, 0.0, 1.0, 1.0)
@@ -176,19 +180,14 @@ class FisheyeRasteriser:
         uniforms = _Uniforms(vtkMatrix4x4())
         mapper.AddObserver("UpdateShaderEvent", self._uniform_setter(uniforms))
         self._renderer.AddActor(actor)
-        number = self._next_number
-        self._next_number += 1
-        self._actors[number] = actor
-        self._uniforms[number] = uniforms
-        return number
+        self._actors.append(actor)
+        self._uniforms.append(uniforms)
+        return len(self._actors) - 1
 
-    def remove(self, numbers: Sequence[int]) -> None:
-        """Forget meshes and free their memory on the device."""
-        for number in numbers:
-            actor = self._actors.pop(number)
-            del self._uniforms[number]
-            self._renderer.RemoveActor(actor)
-            actor.ReleaseGraphicsResources(self._window)
+    def close(self) -> None:
+        """Free the window and everything on the device; the rasteriser is of no use afterwards."""
+        self._renderer.RemoveAllViewProps()
+        self._window.Finalize()
 
     def draw(
         self,
@@ -220,11 +219,12 @@ class FisheyeRasteriser:
             self._actors[number].SetVisibility(True)
         self._lens = (lens.f_px, lens.cx - shift_px[0], lens.cy - shift_px[1])
         self._max_angle = lens.max_angle
+        size = self._tile_px
         rgb = np.empty((rect.height_px, rect.width_px, 3), np.uint8)
         range_m = np.empty((rect.height_px, rect.width_px), np.float32)
-        for y in range(rect.y0, rect.y1, TILE_PX):
-            for x in range(rect.x0, rect.x1, TILE_PX):
-                tile = PixelRect(x, y, min(x + TILE_PX, rect.x1), min(y + TILE_PX, rect.y1))
+        for y in range(rect.y0, rect.y1, size):
+            for x in range(rect.x0, rect.x1, size):
+                tile = PixelRect(x, y, min(x + size, rect.x1), min(y + size, rect.y1))
                 target = (
                     slice(y - rect.y0, tile.y1 - rect.y0),
                     slice(x - rect.x0, tile.x1 - rect.x0),
@@ -235,10 +235,10 @@ class FisheyeRasteriser:
         return rgb, range_m
 
     def _draw_tile(self, tile: PixelRect) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
-        self._tile = (float(tile.x0), float(tile.y0), float(TILE_PX), float(TILE_PX))
+        self._tile = (float(tile.x0), float(tile.y0), float(self._tile_px), float(self._tile_px))
         self._window.Render()
         # OpenGL counts rows from the bottom.
-        corners = (0, TILE_PX - tile.height_px, tile.width_px - 1, TILE_PX - 1)
+        corners = (0, self._tile_px - tile.height_px, tile.width_px - 1, self._tile_px - 1)
         colours = vtkUnsignedCharArray()
         self._window.GetRGBACharPixelData(*corners, 0, colours)
         depths = vtkFloatArray()
@@ -287,6 +287,8 @@ def _texture(picture: NDArray[np.uint8]) -> vtkTexture:
     texture.SetInputData(image)
     texture.InterpolateOn()
     texture.MipmapOn()
-    texture.SetMaximumAnisotropicFiltering(8)
+    # Software GL walks the whole footprint of an anisotropic sample, and where a triangle's edge is
+    # extrapolated the footprint is boundless: single frames then take 20 s. Supersampling does it.
+    texture.SetMaximumAnisotropicFiltering(1)
     texture.RepeatOn()
     return texture

@@ -22,6 +22,8 @@ KEY_CONE_RAD = 0.16
 KEY_DIRECTIONS = 14
 AMBIENT_DIRECTIONS = 40
 MIN_ELEVATION_SINE = 0.2
+MAX_DARKNESS = 0.8
+"""Light that walls and the body itself send back into the shadow keeps it from being black."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,7 +75,7 @@ def shadow_map(
     hidden_ambient = _hidden_share(solids, plane_z_m, ambient_rays, low, cell)
     key_on_plane = key * max(0.0, float(light_direction[2]))
     dark = (ambient * hidden_ambient + key_on_plane * hidden_key) / (ambient + key_on_plane)
-    dark = cv2.GaussianBlur(dark, (0, 0), 0.9)
+    dark = MAX_DARKNESS * cv2.GaussianBlur(dark, (0, 0), 0.9)
     return ShadowMap((1.0 - dark * _fade(MAP_CELLS)).astype(np.float32), low, cell, plane_z_m)
 
 

@@ -7,20 +7,22 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from scenes.cameras import Rig
 from scenes.mesh import TexturedMesh
 from scenes.pose import Pose
 
-GAP_BELOW_LENS_M = 0.09
-POLE_RADIUS_M = 0.012
+GAP_BELOW_LENS_M = 0.13
+POLE_RADIUS_M = 0.009
 FOOT_LENGTH_M = 0.28
 FOOT_RADIUS_M = 0.009
 FOOT_RISE_M = 0.16
 SIDES = 10
 
 
-def camera_stand(world_from_rig: Pose) -> TexturedMesh:
-    """Pole and feet below the camera, in world coordinates, lit as static meshes are."""
-    x, y, z = world_from_rig.translation
+def camera_stand(world_from_rig: Pose, rig: Rig) -> TexturedMesh:
+    """Pole and feet below the middle of the lenses, in world coordinates, lit as static meshes are."""
+    middle = np.mean([pose.translation for pose in rig.rig_from_lens], axis=0)
+    x, y, z = world_from_rig @ middle
     foot = np.array([x, y, 0.0])
     tubes = [_tube(foot + (0, 0, 0.05), np.array([x, y, z - GAP_BELOW_LENS_M]), POLE_RADIUS_M)]
     for k in range(3):

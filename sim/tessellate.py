@@ -15,6 +15,7 @@ from scenes.mesh import TexturedMesh
 
 MAX_ROUNDS = 12
 POSITION_STEP_M = 1e-5
+HASH_MULTIPLIER = np.uint64(0x9E3779B97F4A7C15)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,8 +62,7 @@ def refine_mesh(
         if not split.any():
             break
         attributes = _split_triangles(attributes, split)
-    flat = attributes.reshape(-1, 8)
-    unique, inverse = np.unique(flat, axis=0, return_inverse=True)
+    unique, inverse = _shared_rows(attributes.reshape(-1, 8))
     length = np.linalg.norm(unique[:, 3:6], axis=1, keepdims=True)
     return FineMesh(
         vertices=np.ascontiguousarray(unique[:, :3]),
@@ -71,6 +71,20 @@ def refine_mesh(
         faces=inverse.reshape(-1, 3).astype(np.int64),
         texture=mesh.texture,
     )
+
+
+def _shared_rows(
+    rows: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """The distinct rows and each row's place among them, found by a 64-bit hash of their bits."""
+    hashes = np.zeros(len(rows), np.uint64)
+    bits = np.ascontiguousarray(rows + 0.0).view(np.uint64)
+    for column in range(rows.shape[1]):
+        hashes ^= bits[:, column]
+        hashes *= HASH_MULTIPLIER
+        hashes ^= hashes >> np.uint64(29)
+    _, first, inverse = np.unique(hashes, return_index=True, return_inverse=True)
+    return rows[first], inverse
 
 
 def _edges_to_split(
@@ -133,10 +147,8 @@ def _corner_normals(
     weighted = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(weighted, axis=1, keepdims=True)
     unit = weighted / np.maximum(length, 1e-20)
-    _, position = np.unique(
-        np.round(vertices / POSITION_STEP_M).astype(np.int64), axis=0, return_inverse=True
-    )
-    corner_position = position.ravel()[faces].ravel()
+    _, position = _shared_rows(np.round(vertices / POSITION_STEP_M))
+    corner_position = position[faces].ravel()
     face_of_corner = np.repeat(np.arange(len(faces)), 3)
     order = np.argsort(corner_position, kind="stable")
     starts = np.flatnonzero(np.diff(corner_position[order], prepend=-1))

@@ -223,8 +223,9 @@ def _add_hand(spec: mujoco.MjSpec, name: str) -> None:
         friction=list(HAND_FRICTION),
         solref=[CONTACT_TIME_S, 1.0],
         mass=0.0,
-        contype=0,
-        conaffinity=0,
+        # A body whose geoms touch nothing when the model is compiled never will.
+        contype=HAND_BIT,
+        conaffinity=STATIC_BIT,
     )
     for axis in "xyz":
         joint = body.add_joint(

@@ -97,6 +97,15 @@ def main(argv: Sequence[str] | None = None) -> int:
             raise
         print(f"nexus: {_one_line(error)}", file=sys.stderr)
         return EXIT_INPUT
+    except Exception as error:
+        if os.environ.get(TRACEBACK_VARIABLE):
+            raise
+        print(
+            f"nexus: a defect of this program: {type(error).__name__}: {_one_line(error)}; "
+            f"{TRACEBACK_VARIABLE}=1 shows where",
+            file=sys.stderr,
+        )
+        return EXIT_FAILED
 
 
 def _dispatch(words: list[str]) -> int:

@@ -4,47 +4,41 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from pathlib import Path
 
-from scenes.formats.atomic import WriteError
-from scenes.formats.error import FormatError, refusal
+from scenes.formats.error import refusal
 from scenes.formats.ply import WORLD_COMMENT, write_ply
 from scenes.formats.registry import is_in_world_frame, read_splats, require_writer
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA
 from scenes.harmonics import turned
 from scenes.package import is_package, open_scene
-from scenes.package_files import PackageError
 from scenes.samples import SAMPLE_NAMES
 from scenes.splats import SplatCloud, concatenate
-
-DONE = 0
-BAD_INPUT = 3
-
-EXAMPLE = "example: nexus convert room.ply room.spz"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add what `nexus convert` takes to its parser."""
-    parser.description = (
-        "Convert splats: .ply, .compressed.ply, .splat, .spz, .sog, a scene folder or a built-in "
-        "scene to .ply, .splat or .spz."
+    parser.add_argument(
+        "source",
+        type=Path,
+        metavar="A",
+        help="a .ply, .compressed.ply, .splat, .spz or .sog file, a SOG folder, or a scene",
     )
-    parser.epilog = EXAMPLE
-    parser.add_argument("source", type=Path, metavar="A", help="splat file or scene to read")
-    parser.add_argument("target", type=Path, metavar="B", help="splat file to write")
+    parser.add_argument(
+        "target", type=Path, metavar="B", help="the .ply, .splat or .spz file to write"
+    )
     parser.add_argument("--json", action="store_true", help="report as one JSON object")
 
 
 def run(args: argparse.Namespace) -> int:
-    """Convert, print one line and return the exit code: 0, or 3 if a file is bad."""
-    try:
-        report = convert(args.source, args.target)
-    except (FormatError, PackageError, WriteError) as error:
-        print(f"nexus convert: {error}", file=sys.stderr)
-        return BAD_INPUT
+    """Convert and print one line, or one JSON object; returns 0.
+
+    Raises:
+        FormatError, PackageError, WriteError: as `convert`.
+    """
+    report = convert(args.source, args.target)
     print(json.dumps(report) if args.json else _line(report))
-    return DONE
+    return 0
 
 
 def convert(source: Path, target: Path) -> dict[str, object]:

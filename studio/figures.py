@@ -23,10 +23,10 @@ from studio.evaluate.scores import ROOM_BAR_CM, ROOM_BAR_DEG, VISIBLE_FRACTION, 
 INK = "#010203"
 """Stands for the page's text colour until the figure is written."""
 
-COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#d55e00", "#56b4e9", "#7a68a6")
-"""Okabe and Ito's colours, told apart by colour-blind eyes; one per object."""
+COLOURS = ("#1f88d1", "#d98a00", "#12a37c", "#c96fa4", "#d9601f", "#56b4e9", "#8a78ba")
+"""One per object: Okabe and Ito's hues, which colour-blind eyes tell apart, for light and dark."""
 
-OWN, OTHER = "#0072b2", "#d55e00"
+OWN, OTHER = "#1f88d1", "#d9601f"
 _STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",
     "svg.hashsalt": "gaussiannexus",
@@ -203,7 +203,10 @@ def _cycle(colours: Sequence[str]) -> Sequence[str]:
 
 def _svg(figure: Figure, title: str) -> str:
     buffer = io.StringIO()
-    FigureCanvasSVG(figure).print_svg(buffer, metadata={"Date": None, "Title": title})
+    FigureCanvasSVG(figure)
+    figure.savefig(
+        buffer, format="svg", bbox_inches="tight", metadata={"Date": None, "Title": title}
+    )
     text = buffer.getvalue()
     start = text.index("<svg")
     return text[start:].replace(INK, "currentColor").replace("<svg ", '<svg role="img" ', 1)

@@ -81,7 +81,7 @@ class FilmMaker:
         canvas = np.empty((HEIGHT_PX, WIDTH_PX, 3), dtype=np.uint8)
         canvas[:] = background.astype(np.uint8)
         panels = (
-            _shrink(message.frame.images[0]),
+            _camera_picture(message),
             self._from_camera(message, tracks),
             self._from_above(message, tracks),
         )
@@ -230,6 +230,12 @@ def _poses(tracks: Mapping[str, TrackedObject]) -> dict[str, Pose]:
     return {object_id: track.world_from_object for object_id, track in tracks.items()}
 
 
-def _shrink(picture: Picture) -> Picture:
+def _camera_picture(message: SessionInput) -> Picture:
+    """The front lens's picture at the panel's size, cut to the lens's circle like the twin's."""
     size = (PANEL_PX, PANEL_PX)
-    return cast(Picture, cv2.resize(picture, size, interpolation=cv2.INTER_AREA))
+    small = cv2.resize(message.frame.images[0], size, interpolation=cv2.INTER_AREA)
+    lens = lens_camera(message.frame.rig.lenses[0], PANEL_PX)
+    y, x = np.mgrid[:PANEL_PX, :PANEL_PX] + 0.5
+    outside = np.hypot(x - lens.cx, y - lens.cy) > lens.f_px * lens.max_angle
+    small[outside] = (np.array(BACKGROUND) * 255).astype(np.uint8)
+    return cast(Picture, small)

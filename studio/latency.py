@@ -25,7 +25,10 @@ class StageTime:
 
 
 class Latencies:
-    """Collects durations by stage name, in the order in which the stages were first seen."""
+    """Collects durations by stage name, in the order in which the stages were first seen.
+
+    One thread adds; any thread may read.
+    """
 
     def __init__(self) -> None:
         self._durations: dict[str, deque[int]] = {}
@@ -39,8 +42,8 @@ class Latencies:
     def stages(self) -> tuple[StageTime, ...]:
         """Percentiles of every stage."""
         out = []
-        for name, durations in self._durations.items():
-            p50, p95 = np.percentile(np.array(durations, dtype=np.float64) / 1e6, [50, 95])
+        for name, durations in tuple(self._durations.items()):
+            p50, p95 = np.percentile(np.array(tuple(durations), dtype=np.float64) / 1e6, [50, 95])
             out.append(StageTime(name, float(p50), float(p95), len(durations)))
         return tuple(out)
 

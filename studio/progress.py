@@ -1,9 +1,10 @@
-"""Progress of long work on stderr, with the time that is left."""
+"""Progress of long work, with the time that is left: on a terminal, in a log, in a window."""
 
 from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable
 from typing import TextIO
 
 LINE_EVERY_S = 5.0
@@ -11,19 +12,21 @@ LINE_EVERY_S = 5.0
 
 REDRAW_EVERY_S = 0.2
 
+Show = Callable[[str, bool], None]
+"""Takes a line, and whether it is the last one of its task."""
+
 
 class Progress:
-    """Shows how far one task at a time has come; says nothing when `quiet`.
+    """Says how far one task at a time has come.
 
     Args:
-        stream: where to; stderr by default.
-        quiet: show nothing.
+        show: shows a line.
+        every_s: shortest time between two lines of a task.
     """
 
-    def __init__(self, stream: TextIO | None = None, *, quiet: bool = False) -> None:
-        self._stream = stream or sys.stderr
-        self._quiet = quiet
-        self._on_terminal = self._stream.isatty()
+    def __init__(self, show: Show, *, every_s: float = REDRAW_EVERY_S) -> None:
+        self._show = show
+        self._every_s = every_s
         self._task = ""
         self._started = 0.0
         self._shown = 0.0
@@ -32,28 +35,36 @@ class Progress:
         """A new task, such as "drawing the film"."""
         self._task = task
         self._started = self._shown = time.monotonic()
-        self._show(f"{task} …", end="\r" if self._on_terminal else "\n")
+        self._show(f"{task} …", False)
 
     def advance(self, fraction: float, detail: str = "") -> None:
         """The task is done by `fraction`, 0..1; `detail` is shown beside it."""
         now = time.monotonic()
-        if now - self._shown < (REDRAW_EVERY_S if self._on_terminal else LINE_EVERY_S):
+        if now - self._shown < self._every_s:
             return
         self._shown = now
         spent = now - self._started
         left = f", {_span(spent / fraction - spent)} left" if fraction > 0.02 else ""
-        text = f"{self._task} {min(fraction, 1.0):4.0%}{left}{'  ' + detail if detail else ''}"
-        self._show(text, end="\r" if self._on_terminal else "\n")
+        share = f" {min(fraction, 1.0):4.0%}" if fraction > 0 else ""
+        self._show(f"{self._task}{share}{left}{'  ' + detail if detail else ''}", False)
 
     def finish(self, detail: str = "") -> None:
         """The task is done."""
         spent = _span(time.monotonic() - self._started)
-        self._show(f"{self._task}: {spent}{', ' + detail if detail else ''}", end="\n")
+        self._show(f"{self._task}: {spent}{', ' + detail if detail else ''}", True)
 
-    def _show(self, text: str, *, end: str) -> None:
-        if not self._quiet:
-            clear = "\x1b[2K" if self._on_terminal else ""
-            print(f"{clear}{text}", end=end, file=self._stream, flush=True)
+
+def text_progress(stream: TextIO | None = None) -> Progress:
+    """Progress on stderr: one line that is redrawn on a terminal, now and then a line in a file."""
+    out = stream or sys.stderr
+    on_terminal = out.isatty()
+
+    def show(text: str, final: bool) -> None:
+        start = "\r\x1b[2K" if on_terminal else ""
+        end = "" if on_terminal and not final else "\n"
+        print(f"{start}{text}", end=end, file=out, flush=True)
+
+    return Progress(show, every_s=REDRAW_EVERY_S if on_terminal else LINE_EVERY_S)
 
 
 def _span(seconds: float) -> str:

@@ -62,6 +62,7 @@ def perform(
     target: Path,
     *,
     progress: Progress,
+    opened: Callable[[Session], None] | None = None,
     watch: Watch | None = None,
     cancelled: threading.Event | None = None,
     verb: str = "rehearse",
@@ -72,6 +73,7 @@ def perform(
         plan: what to play; where it is recorded is decided here.
         target: the folder, see `output_folder`.
         progress: told how far it is.
+        opened: sees the session before it plays.
         watch: sees every result as it comes.
         cancelled: set it from another thread to stop.
         verb: written into the report.
@@ -87,6 +89,8 @@ def perform(
             plan = replace(plan, record_to=part / RECORDING)
         session = open_session(plan)
         progress.finish()
+        if opened is not None:
+            opened(session)
         notes = Notes(session)
         result = _play(session, notes, progress, watch, cancelled)
         rows = result_rows(session, notes, result)
@@ -114,6 +118,7 @@ def result_rows(session: Session, notes: Notes, result: SessionResult) -> list[R
     rows = accuracy_rows(notes.boards[shown])
     rows.append(Row("rehearse.frames", float(result.frames), ""))
     rows.append(at_most("rehearse.frames_dropped", result.dropped, "", bar=0))
+    rows.append(Row("rehearse.frames_lost_on_the_way", float(result.lost), ""))
     for name in others:
         rows += accuracy_rows(notes.boards[name], prefix=f"rehearse.{name}", bars=False)
     return rows + result.latencies.rows()

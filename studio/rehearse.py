@@ -42,9 +42,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Rehearse; exit 1 if a figure misses its bar."""
-    from studio.display import has_display
+    from studio.display import why_no_window
     from studio.outputs import check_target
-    from studio.progress import Progress
+    from studio.progress import text_progress
     from studio.rehearsal import perform
     from studio.rows import as_json, as_table, exit_code
     from studio.session import Pace, SessionPlan
@@ -57,14 +57,15 @@ def run(args: argparse.Namespace) -> int:
         methods=methods(args.method, without_paper=args.no_paper),
         pace=Pace.PACED if args.paced else Pace.EXACT,
     )
-    if not args.headless and has_display():
+    no_window = "" if args.headless else why_no_window()
+    if no_window is None:
         from studio.app.window import rehearse_in_window
 
         performance = rehearse_in_window(plan, args.out)
     else:
-        if not args.headless:
-            print("no display: rehearsing without a window", file=sys.stderr)
-        performance = perform(plan, args.out, progress=Progress())
+        if no_window:
+            print(f"{no_window}: rehearsing without a window", file=sys.stderr)
+        performance = perform(plan, args.out, progress=text_progress())
     if args.json:
         print(json.dumps(as_json("rehearse", performance.rows, args.seed), indent=2))
     else:

@@ -92,9 +92,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Replay; exit 1 if the tracks differ from the recorded ones."""
     from devices.recording import read_session
-    from studio.display import has_display
+    from studio.display import why_no_window
     from studio.outputs import check_target
-    from studio.progress import Progress
+    from studio.progress import text_progress
     from studio.rehearsal import perform
     from studio.session import Pace, SessionPlan, open_session
 
@@ -107,7 +107,7 @@ def run(args: argparse.Namespace) -> int:
     methods = info.methods[:1] if args.no_paper else info.methods
     plan = SessionPlan(scene=info.scene, recording=args.recording, methods=methods)
     comparison = Comparison()
-    progress = Progress()
+    progress = text_progress()
     rows: list[Row] = []
     if args.out is not None:
         check_target(args.out)
@@ -116,7 +116,7 @@ def run(args: argparse.Namespace) -> int:
         )
         rows = performance.rows
         print(f"report: {args.out / 'report.html'}", file=sys.stderr)
-    elif not args.headless and has_display():
+    elif not args.headless and why_no_window() is None:
         from studio.app.window import replay_in_window
 
         replay_in_window(plan, comparison.add)

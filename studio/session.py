@@ -91,12 +91,14 @@ class SessionResult:
     Attributes:
         frames: pictures that were tracked.
         dropped: pictures that were not, because the tracker was busy.
+        lost: pictures that never came from the camera.
         latencies: durations per stage.
         video_shed: packets that the recorder had no room for.
     """
 
     frames: int
     dropped: int
+    lost: int
     latencies: Latencies
     video_shed: int
 
@@ -127,8 +129,14 @@ class Session:
         self._methods = dict(methods)
         self._states: dict[str, Any] = {name: m.start() for name, m in self._methods.items()}
         self._scene_state = SceneState()
-        self._frames = 0
+        self._frames = self._lost = 0
+        self._next_seq = 0
         self._write: Callable[[RecordedValue], None] = _discard
+
+    @property
+    def latencies(self) -> Latencies:
+        """Durations so far."""
+        return self._latencies
 
     def run(
         self,
@@ -155,12 +163,12 @@ class Session:
                     self._write = stack.enter_context(RecorderThread(recorder)).write
             dropped = self._executor.run(
                 self._timed_inputs,
-                entered=self._record_input,
+                entered=self._enter,
                 step=lambda message: watch(self._step(message)),
                 cancelled=cancelled or threading.Event(),
             )
         shed = recorder.shed_video if recorder is not None else 0
-        return SessionResult(self._frames, dropped, self._latencies, shed)
+        return SessionResult(self._frames, dropped, self._lost, self._latencies, shed)
 
     def _timed_inputs(self) -> Iterator[SessionInput]:
         inputs = self._inputs()
@@ -189,8 +197,10 @@ class Session:
         self._frames += 1
         return SessionOutput(message, outputs, self._scene_state, self._clock.now_ns())
 
-    def _record_input(self, message: SessionInput) -> None:
+    def _enter(self, message: SessionInput) -> None:
         frame = message.frame
+        self._lost += frame.seq - self._next_seq
+        self._next_seq = frame.seq + 1
         for event in message.events:
             self._write(event)
         stamp = FrameStamp(
@@ -250,8 +260,9 @@ Made = tuple[ScenePackage, SessionInfo, Callable[[], Iterator[SessionInput]], in
 def _simulated(plan: SessionPlan) -> Made:
     from scenes.package import open_scene
     from scenes.samples import sample_room
+    from sim.camera360 import default_rig
     from sim.rehearsal import simulate
-    from sim.scenario import load_scenario
+    from sim.scenario import DEFAULT_SCENARIOS, load_scenario, validate_scenario
     from studio.provenance import library_versions
 
     scene = open_scene(plan.scene)
@@ -261,18 +272,19 @@ def _simulated(plan: SessionPlan) -> Made:
             "rehearse a built-in scene"
         )
     room = sample_room(scene.physical)
-    scenario = load_scenario(plan.scenario or room.name)
+    scenario = load_scenario(plan.scenario or DEFAULT_SCENARIOS[room.name])
+    validate_scenario(scenario, room)
     info = SessionInfo(
         scene=plan.scene,
         scene_hash=scene_hash(scene),
         seed=plan.seed,
-        scenario=scenario.text,
+        scenario=Path(scenario.source).read_text(encoding="utf-8"),
         scenario_name=scenario.name,
         mode=str(plan.pace),
         methods=plan.methods,
         versions=library_versions(),
-        rig=scenario.rig,
-        fps=scenario.fps,
+        rig=default_rig(scenario.camera.lens_size_px),
+        fps=scenario.camera.fps,
     )
     steps = partial(simulate, room, scenario, seed=plan.seed)
     return scene, info, lambda: simulated_inputs(steps()), round(scenario.duration_s * 1e9)

@@ -138,11 +138,15 @@ def _prepare(
     usable = (drawn.alpha > 0.95) & (drawn.depth > RANGE_M[0]) & (drawn.depth < RANGE_M[1])
     usable &= radius2 < (0.97 * camera.max_angle * camera.f_px * 2 / camera.width_px) ** 2
     usable &= _continuous(drawn.depth)
-    rows, columns = _steepest(np.hypot(gx, gy), usable)
+    grey_live = cv2.cvtColor(live, cv2.COLOR_RGB2GRAY)
+    live_x = cv2.Sobel(grey_live, cv2.CV_32F, 1, 0, ksize=3, scale=0.125)
+    live_y = cv2.Sobel(grey_live, cv2.CV_32F, 0, 1, ksize=3, scale=0.125)
+    # A scan's speckle is steep too; what counts is what is steep alike in both pictures.
+    alike = np.sqrt(np.maximum(gx * live_x + gy * live_y, 0.0))
+    rows, columns = _steepest(alike, usable)
     rays = camera.unproject(np.stack([columns + 0.5, rows + 0.5], axis=1))
     points = world_from_lens @ (rays * drawn.depth[rows, columns].astype(np.float64)[:, None])
-    slopes = np.stack([gx[rows, columns], gy[rows, columns]], axis=1)
-    grey_live = cv2.cvtColor(live, cv2.COLOR_RGB2GRAY)
+    slopes = np.stack([gx + live_x, gy + live_y], axis=2)[rows, columns] * 0.5
     return _Lens(camera, rig_from_lens, points, grey[rows, columns], slopes, grey_live)
 
 

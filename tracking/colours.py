@@ -8,13 +8,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.splats import SplatCloud
-
 BINS = 24
 """Bins per channel."""
 
 LIGHT_FACTORS = (0.45, 0.55, 0.66, 0.78, 0.9, 1.0, 1.1, 1.22)
 """An object may be this much darker or lighter than in its scan: turned from the light, shaded."""
+
+OWN_SHARE = 0.15
+"""All but this share of an object's own pixels have likeness 1."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,19 +30,17 @@ class ColourModel:
     table: NDArray[np.float32]
 
     @staticmethod
-    def of_splats(splats: SplatCloud) -> ColourModel:
-        """From the splats' base colours, weighted by their area and opacity."""
-        area = np.sort(splats.scales, axis=1)[:, 1:].prod(axis=1)
-        weight = (splats.opacities * area).astype(np.float64)
-        colours = np.clip(splats.colours().astype(np.float64), 0.0, 1.0)
+    def of_pixels(colours: NDArray[np.floating]) -> ColourModel:
+        """From (N, 3) colours 0..1 of an object's pictures, mixed by blur as a camera mixes them."""
+        colours = np.clip(np.asarray(colours, dtype=np.float64), 0.0, 1.0)
         table = np.zeros((BINS, BINS, BINS))
         for factor in LIGHT_FACTORS:
             index = _bins(np.clip(colours * factor, 0.0, 1.0))
-            np.add.at(table, tuple(index.T), weight)
+            np.add.at(table, tuple(index.T), 1.0)
         for axis in range(3):
             table = _blur(table, axis)
-        # The rare colour of a small part counts nearly as much as that of the large ones.
-        table = np.minimum(table / (0.02 * table.sum() / len(LIGHT_FACTORS)), 1.0)
+        own = table[tuple(_bins(colours).T)]
+        table = np.minimum(table / max(float(np.quantile(own, OWN_SHARE)), 1e-9), 1.0)
         table = table.astype(np.float32)
         table.setflags(write=False)
         return ColourModel(table)

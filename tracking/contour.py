@@ -31,14 +31,12 @@ class Contour:
         normals: (N, 2) outward in the picture, unit.
         inner_px: (N,) width of the part inside the contour along the normal, at most `REACH_PX`.
         outer_px: (N,) width of the gap outside.
-        colours: (N, 3) float32 of the object just inside.
     """
 
     points: Points
     normals: Points
     inner_px: Points
     outer_px: Points
-    colours: FloatArray
 
     def __len__(self) -> int:
         return len(self.points)
@@ -86,12 +84,10 @@ def contour_points(
         chosen = order[np.linspace(0, len(order) - 1, limit).astype(int)]
         pixels, inside, normals = pixels[chosen], inside[chosen], normals[chosen]
     depth = drawn.depth[inside[:, 1], inside[:, 0]].astype(np.float64)
-    colours = np.asarray(drawn.rgb[inside[:, 1], inside[:, 0]], dtype=np.float32)
-    colours = colours / np.maximum(alpha[inside[:, 1], inside[:, 0]], 0.5)[:, None]
     inner = _run_length(alpha, pixels, -normals, inside=True)
     outer = _run_length(alpha, pixels, normals, inside=False)
     points = object_from_camera @ lift(camera, pixels, depth)
-    return Contour(points, normals, inner, outer, colours)
+    return Contour(points, normals, inner, outer)
 
 
 def texture_points(

@@ -18,7 +18,7 @@ from tracking.metrics import ROUND
 from tracking.model import TrackModel
 from tracking.recover import find, overview
 from tracking.smooth import Motion, pose_vector, vector_pose
-from tracking.solve import COLD_REACHES, TRACKING_REACHES, Fit, Prior, solve
+from tracking.solve import COLD_REACHES, HALO_M, HALO_SIGMA_M, TRACKING_REACHES, Fit, Prior, solve
 
 FloatArray = NDArray[np.float32]
 
@@ -50,7 +50,7 @@ REST_BLEND = 0.2
 HEAVY_HEIGHT_M = 0.3
 """Objects at least this tall stay on the floor; smaller ones may be carried."""
 
-CONTACT_SIGMA_M = 0.006
+CONTACT_SIGMA_M = 0.003
 CARRIED_SIGMA_M = 0.03
 SNAP_M = 0.025
 """A carried object nearer than this to a support is taken to stand on it."""
@@ -91,7 +91,8 @@ class Track:
         covariance: (4, 4) of x, y, z, yaw.
         visible_fraction: 0..1.
         confidence: 0..1.
-        offset_px: learned distance of the drawn contour outside the real one.
+        halo_m: learned distance of the drawn surface outside the real one.
+        halo_sigma_m: how well that is known.
         still_frames: frames in a row with hardly a step.
         missed_frames: frames in a row without agreement.
         rest: how it looks at rest; None while it isn't known to rest.
@@ -104,7 +105,8 @@ class Track:
     covariance: NDArray[np.float64]
     visible_fraction: float
     confidence: float
-    offset_px: float
+    halo_m: float
+    halo_sigma_m: float
     still_frames: int
     missed_frames: int
     rest: Rest | None
@@ -147,7 +149,8 @@ def new_track(model: TrackModel) -> Track:
         covariance=np.diag([0.02**2, 0.02**2, 0.01**2, math.radians(2) ** 2]),
         visible_fraction=0.0,
         confidence=0.0,
-        offset_px=0.0,
+        halo_m=HALO_M,
+        halo_sigma_m=HALO_SIGMA_M,
         still_frames=RESTING_FRAMES,
         missed_frames=0,
         rest=None,
@@ -224,7 +227,7 @@ def support_prior(task: Task, predicted: Pose, *, spread: float) -> Prior:
         stands = abs(nearest - mean[2]) < SNAP_M
         mean[2], sigma_z = (nearest, CONTACT_SIGMA_M) if stands else (mean[2], CARRIED_SIGMA_M)
     sigma = np.array([0.10 * spread, 0.10 * spread, sigma_z, math.radians(14) * spread])
-    return Prior(mean, sigma)
+    return Prior(mean, sigma, task.track.halo_m, task.track.halo_sigma_m)
 
 
 def _measure(task: Task, evidence: Evidence, predicted: Pose) -> Fit:
@@ -239,7 +242,6 @@ def _measure(task: Task, evidence: Evidence, predicted: Pose) -> Fit:
         prior,
         renderer,
         reaches_px=TRACKING_REACHES if track.missed_frames == 0 else COLD_REACHES,
-        offset_px=track.offset_px,
         use_texture=task.use_texture,
     )
     if fit.agreement >= 0.6 or fit.covered_fraction > 0.5 or fit.visible_fraction < LEAST_VISIBLE:
@@ -247,7 +249,7 @@ def _measure(task: Task, evidence: Evidence, predicted: Pose) -> Fit:
     starts = [(0.0, 0.0)] if task.model.symmetry == ROUND else [(0.0, 0.0), (0.3, 0.0), (-0.3, 0.0)]
     for turn, _ in starts:
         start = vector_pose(pose_vector(predicted) + np.array([0.0, 0.0, 0.0, turn]))
-        wide = Prior(prior.mean, prior.sigma * np.array([2.0, 2.0, 1.0, 2.0]))
+        wide = replace(prior, sigma=prior.sigma * np.array([2.0, 2.0, 1.0, 2.0]))
         other = solve(
             evidence,
             task.model,
@@ -255,8 +257,7 @@ def _measure(task: Task, evidence: Evidence, predicted: Pose) -> Fit:
             wide,
             renderer,
             reaches_px=COLD_REACHES,
-            offset_px=track.offset_px,
-            use_texture=task.use_texture,
+                use_texture=task.use_texture,
         )
         if other.quality > fit.quality + 0.02:
             fit = other

@@ -96,17 +96,19 @@ def _learn_lens(
     share = np.where(learned, np.float32(BLEND), np.float32(1.0)) * take
     plate = plate + residual * share[..., None]
     known = learned | take
-    rough = _roughness(np.abs(residual).max(axis=2))
+    rough = _roughness(np.abs(residual).mean(axis=2), take)
     noise = plate_noise(plate)
     noise = np.where(known, noise, np.maximum(noise, rough))
     return plate, noise.astype(np.float32), known
 
 
-def _roughness(residual: FloatArray) -> FloatArray:
-    """Typical difference between scan and live picture nearby, by a median that ignores objects."""
+def _roughness(residual: FloatArray, take: NDArray[np.bool_]) -> FloatArray:
+    """Typical difference between scan and live picture in the surroundings that were taken over."""
     height, width = residual.shape
     small_size = (max(width // 8, 8), max(height // 8, 8))
-    small = cv2.resize(np.minimum(residual, 1.0), small_size, interpolation=cv2.INTER_AREA)
-    side = min(255, max(3, round(ROUGH_SIDE * small_size[0]) * 2 + 1))
-    middle = cv2.medianBlur((small * 255).astype(np.uint8), side).astype(np.float32) / 255.0
-    return np.asarray(cv2.resize(middle, (width, height)), dtype=np.float32)
+    weight = take.astype(np.float32)
+    total = cv2.resize(residual * weight, small_size, interpolation=cv2.INTER_AREA)
+    count = cv2.resize(weight, small_size, interpolation=cv2.INTER_AREA)
+    side = max(3, round(ROUGH_SIDE * small_size[0]) * 2 + 1)
+    mean = cv2.blur(total, (side, side)) / np.maximum(cv2.blur(count, (side, side)), 1e-3)
+    return np.asarray(cv2.resize(mean, (width, height)), dtype=np.float32)

@@ -16,7 +16,7 @@ from scenes.state import ObjectModel
 from tracking.colours import ColourModel
 from tracking.metrics import ROUND
 
-RENDER_OPTIONS = RenderOptions(threads=1)
+RENDER_OPTIONS = RenderOptions(threads=1, antialias=True)
 """How model pictures are drawn: one thread, since a crop is small."""
 
 SYMMETRY_YAWS = 24
@@ -58,19 +58,25 @@ class TrackModel:
 
 
 def make_model(source: ObjectModel, renderer: Renderer) -> TrackModel:
-    """Colours, extent and symmetry of a scanned object."""
-    height = source.box_m[2]
-    centre = np.array([0.0, 0.0, 0.5 * height])
+    """Colours, extent and symmetry of a scanned object, from pictures all around it."""
+    centre = np.array([0.0, 0.0, 0.5 * source.box_m[2]])
     radius = 0.5 * float(np.linalg.norm(source.box_m))
-    colours = ColourModel.of_splats(source.splats)
-    symmetry = _symmetry(source, renderer, centre, radius)
-    return TrackModel(source, colours, centre, radius, symmetry)
+    pictures = _around(source, renderer, centre, radius)
+    return TrackModel(source, colours_of(pictures), centre, radius, _symmetry(pictures))
 
 
-def _symmetry(
+def colours_of(pictures: NDArray[np.float32]) -> ColourModel:
+    """Colour model of (V, H, W, 4) pictures with alpha."""
+    shown = pictures[pictures[..., 3] > 0.6]
+    if len(shown) == 0:
+        return ColourModel.of_pixels(np.zeros((1, 3)))
+    return ColourModel.of_pixels(shown[:, :3] / shown[:, 3:])
+
+
+def _around(
     source: ObjectModel, renderer: Renderer, centre: NDArray[np.float64], radius: float
-) -> int:
-    """How often an object repeats in a turn, from pictures all around it."""
+) -> NDArray[np.float32]:
+    """(V, H, W, 4) RGBA pictures at evenly spaced yaws."""
     camera = Pinhole.from_fov(SYMMETRY_SIZE_PX, SYMMETRY_SIZE_PX, math.radians(30))
     eye = centre + 4.2 * radius * np.array([math.cos(0.5), 0.0, math.sin(0.5)])
     world_from_camera = look_at(eye, centre)
@@ -81,11 +87,15 @@ def _symmetry(
             (PosedSplats(source.splats, pose),), camera, world_from_camera, RENDER_OPTIONS
         )
         pictures.append(np.concatenate([drawn.rgb, drawn.alpha[..., None]], axis=2))
-    stack = np.stack(pictures)
-    area = max(float(stack[..., 3].mean()), 1e-6)
+    return np.stack(pictures)
+
+
+def _symmetry(pictures: NDArray[np.float32]) -> int:
+    """How often an object repeats in a turn."""
+    area = max(float(pictures[..., 3].mean()), 1e-6)
 
     def difference(shift: int) -> float:
-        return float(np.abs(stack - np.roll(stack, shift, axis=0)).mean() / area)
+        return float(np.abs(pictures - np.roll(pictures, shift, axis=0)).mean() / area)
 
     if max(difference(shift) for shift in range(1, SYMMETRY_YAWS // 2 + 1)) < ROUND_DIFFERENCE:
         return ROUND

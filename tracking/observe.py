@@ -64,13 +64,15 @@ class Edges:
 
     Attributes:
         rows: linearised, one per contour point.
-        offset_px: (N,) outward distance of the seen edge from the drawn one.
+        offset_px: (N,) outward distance of the seen edge from the drawn one, halo taken off.
+        sigma_px: (N,) standard deviation of that.
         found: (N,) bool, whether an edge was found.
         hidden: (N,) bool, whether the point is covered by something known or foreign.
     """
 
     rows: Rows
     offset_px: Points
+    sigma_px: Points
     found: NDArray[np.bool_]
     hidden: NDArray[np.bool_]
 
@@ -97,7 +99,12 @@ def projection(
 
 
 def measure_contour(
-    evidence: Evidence, contour: Contour, pose: Pose, *, reach_px: float, offset_px: float
+    evidence: Evidence,
+    contour: Contour,
+    pose: Pose,
+    *,
+    reach_px: float,
+    offset_px: float,
 ) -> Edges:
     """Look for the object's edge along each contour normal.
 
@@ -114,7 +121,7 @@ def measure_contour(
     normals = contour.normals
     by_pose_along = np.einsum("ni,nij->nj", normals, by_pose)
     coarse, found, foreign = _coarse_edges(evidence, contour, pixels, reach_px=reach_px)
-    fine, contrast = _fine_edges(evidence, contour, pixels, coarse)
+    fine, contrast = _fine_edges(evidence.live, contour, pixels, coarse)
     sharp = np.clip(contrast / FAINT_CONTRAST - 0.5, 0.0, 1.0)
     position = np.where(sharp > 0, sharp * fine + (1 - sharp) * coarse, coarse)
     offset = position + offset_px
@@ -122,7 +129,7 @@ def measure_contour(
     covered = sample(evidence.hidden, pixels - 1.5 * normals) > 0.5
     weight = (found & ~covered & ~foreign).astype(np.float64) / CONTOUR_CORRELATION
     rows = Rows(by_pose_along / sigma[:, None], offset / sigma, weight)
-    return Edges(rows, offset, found & ~foreign, covered | foreign)
+    return Edges(rows, offset, sigma, found & ~foreign, covered | foreign)
 
 
 def measure_texture(
@@ -192,7 +199,7 @@ def _coarse_edges(
 
 
 def _fine_edges(
-    evidence: Evidence, contour: Contour, pixels: Points, coarse: Points
+    picture: FloatArray, contour: Contour, pixels: Points, coarse: Points
 ) -> tuple[Points, Points]:
     """Sub-pixel edge positions by a two-colour step fit, and the colour contrast of each."""
     widest = np.minimum(contour.inner_px, contour.outer_px)
@@ -200,7 +207,7 @@ def _fine_edges(
     relative = np.linspace(-1.5, 1.5, 13)
     along = coarse[:, None] + relative[None, :] * half[:, None]
     path = pixels[:, None, :] + along[..., None] * contour.normals[:, None, :]
-    colours = sample(evidence.live, path).astype(np.float64)
+    colours = sample(picture, path).astype(np.float64)
     inside, outside = colours[:, :3].mean(axis=1), colours[:, -3:].mean(axis=1)
     step = inside - outside
     contrast = np.linalg.norm(step, axis=1)

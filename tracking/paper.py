@@ -31,7 +31,6 @@ from scenes.state import ObjectModel, TrackedObject, TrackState
 from scenes.warp import VirtualView
 from tracking.associate import associate
 from tracking.background import Plates, fit_exposure, render_plates
-from tracking.colours import ColourModel
 from tracking.detect import BackgroundDetector, Detection, Detector, Expected
 from tracking.identity import (
     Track2D,
@@ -40,7 +39,7 @@ from tracking.identity import (
     settle,
     update_tracks,
 )
-from tracking.model import RENDER_OPTIONS
+from tracking.model import RENDER_OPTIONS, make_model
 from tracking.output import Stopwatch, TrackOutput, no_stopwatch
 from tracking.rectify import RectifiedView, front, rectify
 from tracking.refine import chamfer, contour_pixels, minimise_chamfer, observe_contour
@@ -144,7 +143,7 @@ class PaperTracker:
         self._detector = detector or BackgroundDetector()
         self._matcher = matcher or SiftMatcher()
         self._stopwatch = stopwatch
-        self._colours = {o.object_id: ColourModel.of_splats(o.splats) for o in self._objects}
+        self._colours = {o.object_id: make_model(o, renderer).colours for o in self._objects}
 
     def start(self) -> PaperState:
         """Every object where the scene says, none of them found in the picture yet."""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scenes.pose import Pose, wrap_angle
 from scenes.render.renderer import Rendering, Renderer
 from tracking.contour import Contour, Texture, contour_points, texture_points
+from tracking.align import shifted, silhouette_shift
 from tracking.metrics import ROUND
 from tracking.model import RENDER_OPTIONS, TrackModel
 from tracking.evidence import Evidence
@@ -27,8 +28,21 @@ TEXTURE_BLUR_PX = 0.8
 AGREE_PX = 1.6
 """An edge this near to the drawn one agrees with the pose."""
 
+GROUNDED_M = 0.015
+"""A height prior at least this tight means that the object stands on something."""
+
+FINE_REACH_PX = 4.5
+"""Texture takes part from rounds with at most this reach."""
+
 TEXTURE_CUTOFF = 3.0
 """Tukey's constant for texture, in standard deviations."""
+
+HALO_M = 0.0025
+HALO_SIGMA_M = 0.0015
+"""Splats reach past the surface they stand for; how far is measured with the pose (5th unknown)."""
+
+LOW_PASS_PX = 0.4
+"""The renderer's low-pass filter and the alpha of overlapping splats widen a silhouette by this."""
 
 ROUND_YAW_SIGMA = 3.0
 """Radians: what is reported for the yaw of a round object."""
@@ -41,10 +55,14 @@ class Prior:
     Attributes:
         mean: (4,) x, y, z, yaw.
         sigma: (4,) standard deviations, metres and radians.
+        halo_m: how far the drawn surface is believed to lie outside the real one.
+        halo_sigma_m: standard deviation of that.
     """
 
     mean: Points
     sigma: Points
+    halo_m: float = HALO_M
+    halo_sigma_m: float = HALO_SIGMA_M
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,7 +75,8 @@ class Fit:
         agreement: 0..1, share of the contour whose edge was seen where it was drawn.
         visible_fraction: 0..1, share of the drawn silhouette that shows the object.
         covered_fraction: 0..1, share of the silhouette that shows something else in front.
-        offset_px: median outward distance of the seen contour from the drawn one.
+        halo_m: how far the drawn contour lies outside the seen one, at the object's distance.
+        halo_sigma_m: standard deviation of that.
         likeness: -1..1, correlation of the drawn colours with the live ones.
         drawn: the object at the pose.
     """
@@ -67,7 +86,8 @@ class Fit:
     agreement: float
     visible_fraction: float
     covered_fraction: float
-    offset_px: float
+    halo_m: float
+    halo_sigma_m: float
     likeness: float
     drawn: Rendering
 
@@ -77,7 +97,7 @@ class Fit:
         return max(0.0, self.agreement) * (0.6 + 0.4 * max(self.likeness, 0.0))
 
 
-TRACKING_REACHES = (8.0, 4.0, 2.5)
+TRACKING_REACHES = (9.0, 4.0, 2.5)
 """Search distances in pixels of the rounds of a frame-to-frame solve."""
 
 COLD_REACHES = (16.0, 10.0, 5.0, 2.5)
@@ -92,7 +112,6 @@ def solve(
     renderer: Renderer,
     *,
     reaches_px: Sequence[float] = TRACKING_REACHES,
-    offset_px: float = 0.0,
     use_texture: bool = True,
 ) -> Fit:
     """Refine a pose: each round draws the object once and takes a few steps.
@@ -104,24 +123,41 @@ def solve(
         prior: soft knowledge, such as the support plane.
         renderer: draws the object.
         reaches_px: how far from the drawn contour edges are looked for, one per round.
-        offset_px: by how much the drawn contour is known to lie outside the real one.
         use_texture: whether the object's inner colours take part.
     """
-    pose = start
-    information = np.diag(1.0 / prior.sigma**2)
+    pose, halo_m = start, prior.halo_m
+    information = np.diag(1.0 / np.append(prior.sigma, prior.halo_sigma_m) ** 2)
     smooth_live = cv2.GaussianBlur(evidence.live, (0, 0), TEXTURE_BLUR_PX)
     for reach in reaches_px:
         drawn = draw(model, pose, evidence, renderer)
         if float(drawn.alpha.max()) < 0.5:
             break
+        if reach == reaches_px[0]:
+            shift = silhouette_shift(evidence, drawn.alpha)
+            if shift is not None:
+                pose = shifted(pose, shift, evidence, model, grounded=prior.sigma[2] < GROUNDED_M)
+                drawn = draw(model, pose, evidence, renderer)
         contour, texture = _features(drawn, evidence, pose, use_texture=use_texture)
         for _ in range(3 if reach <= 4 else 2):
-            rows = _rows(evidence, smooth_live, contour, texture, pose, reach, offset_px)
-            step, information = _step(rows, reach, prior, pose, model)
-            pose = vector_pose(pose_vector(pose) + step)
+            px_per_m = _px_per_m(evidence, model, pose)
+            edges = measure_contour(
+                evidence,
+                contour,
+                pose,
+                reach_px=reach,
+                offset_px=LOW_PASS_PX + halo_m * px_per_m,
+            )
+            inner = None
+            if texture is not None and len(texture) >= 12 and reach <= FINE_REACH_PX:
+                inner = measure_texture(evidence, smooth_live, texture, pose)
+            step, information = _step(edges, inner, reach, prior, pose, halo_m, px_per_m)
+            if model.symmetry == ROUND:
+                step[3] = 0.0
+            pose = vector_pose(pose_vector(pose) + step[:4])
+            halo_m += float(step[4])
             if np.abs(step[:3]).max() < 2e-4 and abs(step[3]) < 5e-4:
                 break
-    return judge(evidence, model, pose, information, renderer, offset_px=offset_px)
+    return judge(evidence, model, pose, information, renderer, halo_m=halo_m)
 
 
 def draw(model: TrackModel, pose: Pose, evidence: Evidence, renderer: Renderer) -> Rendering:
@@ -138,16 +174,28 @@ def judge(
     information: Points,
     renderer: Renderer,
     *,
-    offset_px: float = 0.0,
+    halo_m: float = HALO_M,
 ) -> Fit:
-    """How well the picture supports a pose, without changing it."""
+    """How well the picture supports a pose, without changing it.
+
+    Args:
+        evidence: what the crop shows.
+        model: the object.
+        pose: to be judged.
+        information: (5, 5) of x, y, z, yaw and halo.
+        renderer: draws the object.
+        halo_m: how far the drawn contour lies outside the real one.
+    """
     drawn = draw(model, pose, evidence, renderer)
-    covariance = np.linalg.inv(information + 1e-9 * np.eye(4))
+    covariance = np.linalg.inv(information + 1e-9 * np.eye(5))
+    halo_sigma_m = float(np.sqrt(covariance[4, 4]))
+    covariance = covariance[:4, :4]
     silhouette = drawn.alpha > 0.5
     area = int(silhouette.sum())
     if area < 12:
-        return Fit(pose, covariance, 0.0, 0.0, 0.0, 0.0, 0.0, drawn)
+        return Fit(pose, covariance, 0.0, 0.0, 0.0, halo_m, halo_sigma_m, 0.0, drawn)
     contour, _ = _features(drawn, evidence, pose, use_texture=False)
+    offset_px = LOW_PASS_PX + halo_m * _px_per_m(evidence, model, pose)
     edges = measure_contour(evidence, contour, pose, reach_px=4.0, offset_px=offset_px)
     agrees = edges.found & (np.abs(edges.offset_px) < AGREE_PX) & ~edges.hidden
     shown = evidence.own * (1 - evidence.hidden)
@@ -158,7 +206,8 @@ def judge(
         float(agrees.mean()) if len(agrees) else 0.0,
         float((shown[silhouette] > 0.35).mean()),
         float((foreign[silhouette] > 0.5).mean()),
-        _median_offset(edges),
+        halo_m,
+        halo_sigma_m,
         _correlation(drawn, evidence, silhouette),
         drawn,
     )
@@ -183,42 +232,41 @@ def _features(
     return contour, texture
 
 
-def _rows(
-    evidence: Evidence,
-    smooth_live: NDArray[np.float32],
-    contour: Contour,
-    texture: Texture | None,
-    pose: Pose,
-    reach_px: float,
-    offset_px: float,
-) -> tuple[Rows, Rows | None]:
-    edges = measure_contour(evidence, contour, pose, reach_px=reach_px, offset_px=offset_px)
-    if texture is None or len(texture) < 12 or reach_px > 4.5:
-        return edges.rows, None
-    return edges.rows, measure_texture(evidence, smooth_live, texture, pose)
+def _px_per_m(evidence: Evidence, model: TrackModel, pose: Pose) -> float:
+    """Pixels that a metre across the view takes at the object's distance."""
+    camera_from_world = evidence.world_from_camera.inverse()
+    depth = float((camera_from_world @ model.centre_at(pose))[2])
+    return evidence.camera.fx / max(depth, 0.1)
 
 
 def _step(
-    rows: tuple[Rows, Rows | None], reach_px: float, prior: Prior, pose: Pose, model: TrackModel
+    edges: Edges,
+    inner: Rows | None,
+    reach_px: float,
+    prior: Prior,
+    pose: Pose,
+    halo_m: float,
+    px_per_m: float,
 ) -> tuple[Points, Points]:
-    """One robust Gauss-Newton step (4,) and the information (4, 4) it came from."""
-    information = np.diag(1.0 / prior.sigma**2)
-    apart = prior.mean - pose_vector(pose)
+    """One robust Gauss-Newton step in (x, y, z, yaw, halo) and the information (5, 5) behind it."""
+    information = np.diag(1.0 / np.append(prior.sigma, prior.halo_sigma_m) ** 2)
+    apart = np.append(prior.mean - pose_vector(pose), prior.halo_m - halo_m)
     apart[3] = wrap_angle(float(apart[3]))
     right = information @ apart
-    contour, texture = rows
     # Tukey's cut-off shrinks with the reach, from half of it down to about 2.5 σ.
     cutoff = max(2.5, 1.3 * reach_px)
-    for part, limit in ((contour, cutoff), (texture, TEXTURE_CUTOFF)):
-        if part is None or len(part.residual) == 0:
-            continue
-        weight = part.weight * np.clip(1.0 - (part.residual / limit) ** 2, 0.0, None) ** 2
-        weighted = part.jacobian * weight[:, None]
-        information = information + weighted.T @ part.jacobian
-        right = right + weighted.T @ part.residual
-    step = np.linalg.solve(information + 1e-9 * np.eye(4), right)
-    if model.symmetry == ROUND:
-        step[3] = 0.0
+    # A wider halo puts the drawn edge closer to the seen one: residual = J·step - px_per_m·halo.
+    outline = np.column_stack([edges.rows.jacobian, -px_per_m / edges.sigma_px])
+    parts = [(outline, edges.rows, cutoff)]
+    if inner is not None and len(inner.residual):
+        padded = np.column_stack([inner.jacobian, np.zeros(len(inner.residual))])
+        parts.append((padded, inner, TEXTURE_CUTOFF))
+    for jacobian, rows, limit in parts:
+        weight = rows.weight * np.clip(1.0 - (rows.residual / limit) ** 2, 0.0, None) ** 2
+        weighted = jacobian * weight[:, None]
+        information = information + weighted.T @ jacobian
+        right = right + weighted.T @ rows.residual
+    step = np.linalg.solve(information + 1e-9 * np.eye(5), right)
     longest = max(float(np.abs(step[:3]).max()) / 0.15, abs(float(step[3])) / 0.35, 1.0)
     return step / longest, information
 
@@ -230,11 +278,6 @@ def _with_symmetry(covariance: Points, model: TrackModel) -> Points:
     covariance[3, :] = covariance[:, 3] = 0.0
     covariance[3, 3] = ROUND_YAW_SIGMA**2
     return covariance
-
-
-def _median_offset(edges: Edges) -> float:
-    used = edges.found & ~edges.hidden & (np.abs(edges.offset_px) < 2.5)
-    return float(np.median(edges.offset_px[used])) if used.sum() >= 20 else 0.0
 
 
 def _correlation(

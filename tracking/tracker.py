@@ -18,16 +18,20 @@ from scenes.pose import Pose, rotation_angle
 from scenes.render.renderer import PosedSplats, Renderer
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel, TrackState
-from tracking.background import Plates, fit_exposure, render_plates
+from tracking.background import Exposure, Plates, fit_exposure, render_plates
 from tracking.calibrate import Calibration, calibrate
 from tracking.evidence import Neighbour, Scene
 from tracking.follow import Task, Track, first_look, follow, new_track, report
+from tracking.learn import learn
 from tracking.model import TrackModel, make_model
 from tracking.output import Stopwatch, TrackOutput, no_stopwatch
 
 RIG_MOVED_M = 0.02
 RIG_TURNED_RAD = np.deg2rad(0.6)
 """A marker that moved more than this means that the camera was moved, not that the marker shook."""
+
+LEARN_PERIOD = 10
+"""Frames between two looks at what has become of the room, one lens at a time."""
 
 FLOOR_M = 0.0
 
@@ -145,6 +149,9 @@ class Tracker:
             tracks[name] = follow(task, looks[name])
             searched = searched or tracks[name].searched_ns == frame.t_ns
         posed = self._stopwatch()
+        if state.frames and state.frames % LEARN_PERIOD == 0:
+            lens = state.frames // LEARN_PERIOD % len(frame.images)
+            rig = replace(rig, plates=self._learned(rig.plates, frame, tracks, lenses=(lens,)))
         objects = tuple(report(m, tracks[m.object_id], frame) for m in self._models)
         ended = self._stopwatch()
         stages = {
@@ -179,22 +186,28 @@ class Tracker:
             calibration = calibrate(frame, nominal, self._room, self._renderer, objects=standing)
         else:
             calibration = Calibration(nominal, np.full(6, 1e-3), 1.0, True)
-        plates = render_plates(
-            self._renderer, self._room, frame.rig, calibration.world_from_rig
-        )
+        plates = render_plates(self._renderer, self._room, frame.rig, calibration.world_from_rig)
+        plates = self._learned(plates, frame, state.tracks, lenses=range(len(frame.images)))
         return RigState(marker, calibration, plates)
 
+    def _learned(
+        self,
+        plates: Plates,
+        frame: Frame,
+        tracks: Mapping[str, Track],
+        *,
+        lenses: Sequence[int],
+    ) -> Plates:
+        """Plates with what this frame shows of the room, away from all objects."""
+        standing = [
+            PosedSplats(m.source.splats, tracks[m.object_id].pose) for m in self._models
+        ]
+        exposures = _exposures(frame, plates)
+        return learn(plates, frame, exposures, standing, self._renderer, lenses=lenses)
+
     def _scene(self, frame: Frame, rig: RigState) -> Scene:
-        plates = rig.plates
-        exposures = tuple(
-            fit_exposure(image, plate, coverage)
-            for image, plate, coverage in zip(
-                frame.images, plates.images, plates.coverage, strict=True
-            )
-        )
-        return Scene(
-            frame, rig.calibration.world_from_rig, plates, exposures, self._renderer
-        )
+        exposures = _exposures(frame, rig.plates)
+        return Scene(frame, rig.calibration.world_from_rig, rig.plates, exposures, self._renderer)
 
     def _task(
         self, scene: Scene, model: TrackModel, tracks: Mapping[str, Track], frames: int
@@ -221,6 +234,14 @@ class Tracker:
             for other in self._models
             if other is not model and tracks[other.object_id].state is not TrackState.LOST
         )
+
+
+def _exposures(frame: Frame, plates: Plates) -> tuple[Exposure, ...]:
+    """Exposure of every lens."""
+    return tuple(
+        fit_exposure(image, plate, coverage)
+        for image, plate, coverage in zip(frame.images, plates.images, plates.coverage, strict=True)
+    )
 
 
 def _most_certain_first(

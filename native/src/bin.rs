@@ -1,9 +1,16 @@
 //! Which splats touch which tile, in depth order: first by row of tiles, then along each row.
 
-use crate::project::{power_of, Record, Rows};
+use crate::project::{power_of, Record, TileBox};
 
 /// Pixels along a tile's side.
 pub const TILE: usize = 16;
+
+/// A splat in a row of tiles: its slot and the first and last column of its bounding box.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Entry {
+    pub slot: u32,
+    pub columns: [u16; 2],
+}
 
 /// Consecutive rows of tiles and the splats that touch each, in depth order.
 #[derive(Default)]
@@ -11,57 +18,56 @@ pub struct Band {
     first_row: usize,
     /// One entry per row of tiles, plus the end.
     starts: Vec<u32>,
-    slots: Vec<u32>,
+    entries: Vec<Entry>,
     cursors: Vec<u32>,
 }
 
 impl Band {
     /// Fills the band from all splats in depth order.
-    pub fn fill(&mut self, rows_of_tiles: std::ops::Range<usize>, order: &[u32], rows: &[Rows]) {
-        let count = rows_of_tiles.len();
-        self.first_row = rows_of_tiles.start;
-        let (first, last) = (rows_of_tiles.start, rows_of_tiles.end - 1);
-        let clip = |r: &Rows| {
-            let top = (r.first as usize / TILE).max(first);
-            let bottom = (r.last as usize / TILE).min(last);
-            (top - first, (bottom + 1).saturating_sub(first))
+    #[inline(always)]
+    pub fn fill(&mut self, rows: std::ops::Range<usize>, order: &[u32], boxes: &[TileBox]) {
+        let count = rows.len();
+        self.first_row = rows.start;
+        let clip = |b: &TileBox| {
+            let top = usize::from(b.rows[0]).max(rows.start);
+            let end = (usize::from(b.rows[1]) + 1).min(rows.end);
+            (top - rows.start, end.saturating_sub(rows.start))
         };
         self.starts.clear();
         self.starts.resize(count + 1, 0);
-        for r in rows {
-            let (top, end) = clip(r);
+        for tiles in boxes {
+            let (top, end) = clip(tiles);
             for row in top..end {
                 self.starts[row + 1] += 1;
             }
         }
-        for row in 0..count {
-            self.starts[row + 1] += self.starts[row];
-        }
+        accumulate(&mut self.starts);
         self.cursors.clear();
         self.cursors.extend_from_slice(&self.starts[..count]);
-        self.slots.clear();
-        self.slots.resize(self.starts[count] as usize, 0);
-        for (r, &slot) in rows.iter().zip(order) {
-            let (top, end) = clip(r);
+        self.entries
+            .resize(self.starts[count] as usize, Entry::default());
+        for (tiles, &slot) in boxes.iter().zip(order) {
+            let (top, end) = clip(tiles);
+            let columns = tiles.columns;
             for row in top..end {
                 let cursor = &mut self.cursors[row];
-                self.slots[*cursor as usize] = slot;
+                self.entries[*cursor as usize] = Entry { slot, columns };
                 *cursor += 1;
             }
         }
     }
 
     /// Splats that touch one of the band's rows of tiles.
-    pub fn row(&self, row_of_tiles: usize) -> &[u32] {
+    pub fn row(&self, row_of_tiles: usize) -> &[Entry] {
         let row = row_of_tiles - self.first_row;
-        &self.slots[self.starts[row] as usize..self.starts[row + 1] as usize]
+        &self.entries[self.starts[row] as usize..self.starts[row + 1] as usize]
     }
 }
 
 /// One row of tiles and the splats that touch each tile, in depth order.
 #[derive(Default)]
 pub struct TileRow {
-    spans: Vec<(u16, u16)>,
+    spans: Vec<[u16; 2]>,
     starts: Vec<u32>,
     slots: Vec<u32>,
     cursors: Vec<u32>,
@@ -69,28 +75,33 @@ pub struct TileRow {
 
 impl TileRow {
     /// Fills the row; `columns` is the number of tiles along it.
-    pub fn fill(&mut self, row_of_tiles: usize, columns: usize, slots: &[u32], records: &[Record]) {
-        let top = (row_of_tiles * TILE) as i32;
+    #[inline(always)]
+    pub fn fill(&mut self, row: usize, columns: usize, entries: &[Entry], records: &[Record]) {
+        // Narrower boxes are taken as they are: the exact border costs more than it saves.
+        const EXACT_FROM_COLUMNS: u16 = 3;
+        let top = (row * TILE) as i32;
         self.spans.clear();
         self.starts.clear();
         self.starts.resize(columns + 1, 0);
-        for &slot in slots {
-            let (first, end) = tiles_touched(&records[slot as usize], top, columns);
-            self.spans.push((first as u16, end as u16));
-            for column in first..end {
-                self.starts[column + 1] += 1;
+        for entry in entries {
+            let [first, last] = entry.columns;
+            let span = if last - first + 1 < EXACT_FROM_COLUMNS {
+                [first, last + 1]
+            } else {
+                tiles_touched(&records[entry.slot as usize], top, columns)
+            };
+            self.spans.push(span);
+            for count in &mut self.starts[usize::from(span[0]) + 1..=usize::from(span[1])] {
+                *count += 1;
             }
         }
-        for column in 0..columns {
-            self.starts[column + 1] += self.starts[column];
-        }
+        accumulate(&mut self.starts);
         self.cursors.clear();
         self.cursors.extend_from_slice(&self.starts[..columns]);
-        self.slots.clear();
         self.slots.resize(self.starts[columns] as usize, 0);
-        for (&slot, &(first, end)) in slots.iter().zip(&self.spans) {
-            for cursor in &mut self.cursors[first as usize..end as usize] {
-                self.slots[*cursor as usize] = slot;
+        for (entry, &[first, end]) in entries.iter().zip(&self.spans) {
+            for cursor in &mut self.cursors[usize::from(first)..usize::from(end)] {
+                self.slots[*cursor as usize] = entry.slot;
                 *cursor += 1;
             }
         }
@@ -102,9 +113,18 @@ impl TileRow {
     }
 }
 
+/// Turns counts, each one place late, into starts.
+fn accumulate(counts: &mut [u32]) {
+    let mut total = 0;
+    for count in counts {
+        total += *count;
+        *count = total;
+    }
+}
+
 /// Tiles [first, end) of a row that the alpha = 1/255 ellipse reaches, a hair generously.
 #[inline(always)]
-fn tiles_touched(record: &Record, top: i32, columns: usize) -> (usize, usize) {
+fn tiles_touched(record: &Record, top: i32, columns: usize) -> [u16; 2] {
     const SLACK_PX: f32 = 0.01;
     let power = power_of(record.log2_opacity);
     let first_dy = (top - record.base[1]) as f32 + 0.5 - record.offset[1];
@@ -116,14 +136,14 @@ fn tiles_touched(record: &Record, top: i32, columns: usize) -> (usize, usize) {
         let v = record.c * dy;
         slope * dy + sign * (power - v * v).max(0.0).sqrt() * record.inverse_a
     };
-    let right = border(record.right_dy.clamp(first_dy, last_dy), 1.0);
-    let left = border((-record.right_dy).clamp(first_dy, last_dy), -1.0);
-    let centre = record.base[0] as f32 + record.offset[0];
-    let first = ((centre + left - 0.5 - SLACK_PX) / TILE as f32).floor();
-    let last = ((centre + right - 0.5 + SLACK_PX) / TILE as f32).floor();
-    let first = first.max(0.0) as usize;
-    let end = (last.min(columns as f32 - 1.0) + 1.0).max(0.0) as usize;
-    (first.min(end), end)
+    let right = border(record.right_dy.max(first_dy).min(last_dy), 1.0);
+    let left = border((-record.right_dy).max(first_dy).min(last_dy), -1.0);
+    let centre = record.base[0] as f32 + record.offset[0] - 0.5;
+    let tiles = |pixels: f32| (pixels * (1.0 / TILE as f32)).clamp(0.0, columns as f32) as u16;
+    let first = tiles(centre + left - SLACK_PX);
+    // One tile is added before the cut at 0, so that a splat left of the picture ends at 0.
+    let end = tiles(centre + right + SLACK_PX + TILE as f32);
+    [first.min(end), end]
 }
 
 #[cfg(test)]
@@ -144,20 +164,24 @@ mod tests {
     #[test]
     fn a_circle_touches_the_tiles_it_overlaps() {
         let circle = round_record(24.0, 24.0, 20.0);
-        assert_eq!(tiles_touched(&circle, 16, 8), (0, 3));
-        assert_eq!(tiles_touched(&circle, 0, 8), (0, 3));
+        assert_eq!(tiles_touched(&circle, 16, 8), [0, 3]);
+        assert_eq!(tiles_touched(&circle, 0, 8), [0, 3]);
         let small = round_record(24.0, 24.0, 3.0);
-        assert_eq!(tiles_touched(&small, 16, 8), (1, 2));
-        assert_eq!(tiles_touched(&round_record(-90.0, 8.0, 20.0), 0, 8), (0, 0));
-        assert_eq!(tiles_touched(&round_record(500.0, 8.0, 20.0), 0, 8), (8, 8));
+        assert_eq!(tiles_touched(&small, 16, 8), [1, 2]);
+        assert_eq!(tiles_touched(&round_record(-90.0, 8.0, 20.0), 0, 8), [0, 0]);
+        assert_eq!(tiles_touched(&round_record(500.0, 8.0, 20.0), 0, 8), [8, 8]);
     }
 
     #[test]
     fn bands_keep_depth_order() {
-        let rows = [(0, 40), (20, 25), (0, 3)].map(|(first, last)| Rows { first, last });
+        let boxes = [[0, 2], [1, 1], [0, 0]].map(|rows| TileBox {
+            columns: [3, 4],
+            rows,
+        });
         let mut band = Band::default();
-        band.fill(1..3, &[5, 6, 7], &rows);
-        assert_eq!(band.row(1), [5, 6]);
-        assert_eq!(band.row(2), [5]);
+        band.fill(1..3, &[5, 6, 7], &boxes);
+        let slots = |row| band.row(row).iter().map(|e| e.slot).collect::<Vec<_>>();
+        assert_eq!(slots(1), [5, 6]);
+        assert_eq!(slots(2), [5]);
     }
 }

@@ -1,5 +1,6 @@
 //! One chunk of splats through one camera: EWA projection, visibility, colour, compact records.
 
+use crate::bin::TILE;
 use crate::camera::{Lens, LOW_PASS};
 use crate::scene::{Cloud, BLOCKS_PER_CHUNK, LANES, LOG2_255};
 use crate::sh;
@@ -30,11 +31,11 @@ pub struct Record {
     pub index: u32,
 }
 
-/// First and last pixel row that a splat touches.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Rows {
-    pub first: u16,
-    pub last: u16,
+/// First and last tile that a splat's bounding box touches.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TileBox {
+    pub columns: [u16; 2],
+    pub rows: [u16; 2],
 }
 
 /// One posed object as the projection sees it.
@@ -78,7 +79,7 @@ pub struct View {
 pub struct Slots<'a> {
     pub records: &'a mut [Record],
     pub keys: &'a mut [u32],
-    pub rows: &'a mut [Rows],
+    pub boxes: &'a mut [TileBox],
 }
 
 /// Eight splats on the picture plane, one per lane.
@@ -124,7 +125,7 @@ pub fn project_chunk<L: Lens>(
         }
         let colour = sh::colours(cloud.sh_of(index), sh_count, &directions(&block.mean, eye));
         for lane in 0..LANES {
-            let Some((rows, log2_opacity)) = visible[lane] else {
+            let Some((tiles, log2_opacity)) = visible[lane] else {
                 continue;
             };
             let mut record = record_of(&prints, lane);
@@ -135,7 +136,7 @@ pub fn project_chunk<L: Lens>(
             record.index = block.index[lane];
             slots.records[written] = record;
             slots.keys[written] = record.depth.to_bits();
-            slots.rows[written] = rows;
+            slots.boxes[written] = tiles;
             written += 1;
         }
     }
@@ -211,14 +212,14 @@ pub fn power_of(log2_opacity: f32) -> f32 {
     log2_opacity + LOG2_255
 }
 
-/// Rows touched by the alpha = 1/255 ellipse and the splat's log2 opacity; None if it is not seen.
+/// Tiles touched by the alpha = 1/255 ellipse and the splat's log2 opacity; None if it is not seen.
 #[inline(always)]
 fn extent_of(
     prints: &Footprints,
     lane: usize,
     log2_opacity: f32,
     view: &View,
-) -> Option<(Rows, f32)> {
+) -> Option<(TileBox, f32)> {
     let log2_opacity = log2_opacity + prints.log2_gain[lane] as f32;
     let power = power_of(log2_opacity);
     // Written so that a NaN anywhere also ends here.
@@ -239,11 +240,12 @@ fn extent_of(
     if !(first_column <= last_column && first_row <= last_row) {
         return None;
     }
-    let rows = Rows {
-        first: first_row as u16,
-        last: last_row as u16,
+    let tile_of = |pixel: f64| (pixel as usize / TILE) as u16;
+    let tiles = TileBox {
+        columns: [tile_of(first_column), tile_of(last_column)],
+        rows: [tile_of(first_row), tile_of(last_row)],
     };
-    Some((rows, log2_opacity))
+    Some((tiles, log2_opacity))
 }
 
 #[inline(always)]

@@ -8,7 +8,7 @@ use rayon::ThreadPool;
 use crate::bin::{Band, TileRow, TILE};
 use crate::blend::{Tile, TRANSMITTANCE_STOP};
 use crate::camera::Lens;
-use crate::project::{PosedCloud, Record, Rows, Slots, View};
+use crate::project::{project_chunk, PosedCloud, Record, Slots, TileBox, View};
 use crate::scene::CHUNK;
 use crate::simd::Simd;
 use crate::sort;
@@ -38,11 +38,11 @@ pub struct Job<'a> {
 struct Scratch {
     records: Vec<Record>,
     keys: Vec<u32>,
-    rows: Vec<Rows>,
+    boxes: Vec<TileBox>,
     pairs: Vec<u64>,
     spare: Vec<u64>,
     order: Vec<u32>,
-    ordered_rows: Vec<Rows>,
+    ordered_boxes: Vec<TileBox>,
     bands: Vec<Band>,
 }
 
@@ -82,7 +82,7 @@ impl Engine {
     }
 }
 
-/// Fills records, keys and rows; leaves (key, slot) pairs in scene order.
+/// Fills records, keys and boxes; leaves (key, slot) pairs in scene order.
 fn project_all<L: Lens>(objects: &[PosedCloud], lens: &L, job: &Job, scratch: &mut Scratch) {
     let seen: Vec<(&PosedCloud, usize)> = objects
         .iter()
@@ -99,26 +99,27 @@ fn project_all<L: Lens>(objects: &[PosedCloud], lens: &L, job: &Job, scratch: &m
     if scratch.records.len() < size {
         scratch.records.resize(size, Record::default());
         scratch.keys.resize(size, 0);
-        scratch.rows.resize(size, Rows::default());
+        scratch.boxes.resize(size, TileBox::default());
     }
     let mut counts = vec![0usize; seen.len()];
     (
         &mut counts,
         scratch.records[..size].par_chunks_mut(CHUNK),
         scratch.keys[..size].par_chunks_mut(CHUNK),
-        scratch.rows[..size].par_chunks_mut(CHUNK),
+        scratch.boxes[..size].par_chunks_mut(CHUNK),
         &seen,
     )
         .into_par_iter()
-        .for_each(|(count, records, keys, rows, &(posed, chunk))| {
+        .for_each(|(count, records, keys, boxes, &(posed, chunk))| {
             let mut slots = Slots {
                 records,
                 keys,
-                rows,
+                boxes,
             };
-            *count = job
-                .simd
-                .project_chunk(posed, lens, &job.view, chunk, &mut slots);
+            *count = job.simd.run(
+                #[inline(always)]
+                || project_chunk(posed, lens, &job.view, chunk, &mut slots),
+            );
         });
     scratch.pairs.clear();
     for (chunk, &count) in counts.iter().enumerate() {
@@ -141,12 +142,12 @@ fn sort_by_depth(scratch: &mut Scratch) {
     scratch
         .order
         .extend(scratch.pairs.iter().map(|&pair| pair as u32));
-    scratch.ordered_rows.clear();
-    scratch.ordered_rows.extend(
+    scratch.ordered_boxes.clear();
+    scratch.ordered_boxes.extend(
         scratch
             .order
             .iter()
-            .map(|&slot| scratch.rows[slot as usize]),
+            .map(|&slot| scratch.boxes[slot as usize]),
     );
 }
 
@@ -159,7 +160,7 @@ fn bin_into_rows(job: &Job, scratch: &mut Scratch) {
     scratch
         .bands
         .resize_with(rows_of_tiles.div_ceil(rows_per_band), Band::default);
-    let (order, rows) = (&scratch.order, &scratch.ordered_rows);
+    let (order, boxes) = (&scratch.order, &scratch.ordered_boxes);
     scratch
         .bands
         .par_iter_mut()
@@ -167,7 +168,10 @@ fn bin_into_rows(job: &Job, scratch: &mut Scratch) {
         .for_each(|(index, band)| {
             let first = index * rows_per_band;
             let end = (first + rows_per_band).min(rows_of_tiles);
-            band.fill(first..end, order, rows);
+            job.simd.run(
+                #[inline(always)]
+                || band.fill(first..end, order, boxes),
+            );
         });
 }
 
@@ -195,7 +199,10 @@ fn blend_all<L: Lens, const TRACK_OBJECTS: bool>(
             |lists, (row, (rgb, alpha, depth, ids))| {
                 let band = &scratch.bands[row / rows_per_band];
                 let columns = width.div_ceil(TILE);
-                lists.fill(row, columns, band.row(row), &scratch.records);
+                job.simd.run(
+                    #[inline(always)]
+                    || lists.fill(row, columns, band.row(row), &scratch.records),
+                );
                 let mut strip = Picture {
                     rgb,
                     alpha,
@@ -216,7 +223,18 @@ fn blend_all<L: Lens, const TRACK_OBJECTS: bool>(
                         top as i32,
                     );
                     mask.open_outside(&mut tile);
-                    write_tile::<TRACK_OBJECTS>(&tile, left, width, job.background, &mut strip);
+                    job.simd.run(
+                        #[inline(always)]
+                        || {
+                            write_tile::<TRACK_OBJECTS>(
+                                &tile,
+                                left,
+                                width,
+                                job.background,
+                                &mut strip,
+                            )
+                        },
+                    );
                 }
             },
         );
@@ -268,6 +286,7 @@ impl CircleMask {
 }
 
 /// Copies a tile to a strip of the picture (16 rows of `width` pixels, fewer at the bottom).
+#[inline(always)]
 fn write_tile<const TRACK_OBJECTS: bool>(
     tile: &Tile,
     left: usize,

@@ -9,7 +9,7 @@ pub const BLOCKS_PER_CHUNK: usize = 32;
 /// Splats that share one bounding sphere.
 pub const CHUNK: usize = LANES * BLOCKS_PER_CHUNK;
 /// Means and scales beyond this (metres) count as damaged; keeps every later product finite.
-pub const MAX_EXTENT: f32 = 1e9;
+pub const MAX_EXTENT: f32 = 1e6;
 /// log2(255): a splat is visible where `log2(alpha) >= -LOG2_255`.
 pub const LOG2_255: f32 = 7.994_353_4;
 

@@ -3,10 +3,9 @@
 use crate::blend::{self, Tile};
 #[cfg(target_arch = "x86_64")]
 use crate::blend_avx2;
-use crate::camera::Lens;
-use crate::project::{self, PosedCloud, Record, Slots, View};
+use crate::project::Record;
 
-/// An instruction set that this machine has; only `Simd::detect` makes other ones than `Scalar`.
+/// An instruction set that this machine has; only `Simd::detect` makes other ones than `SCALAR`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Simd(Level);
 
@@ -39,20 +38,16 @@ impl Simd {
         }
     }
 
-    /// `project::project_chunk` with these instructions; the result is the same to the bit.
-    pub fn project_chunk<L: Lens>(
-        self,
-        posed: &PosedCloud,
-        lens: &L,
-        view: &View,
-        chunk: usize,
-        slots: &mut Slots,
-    ) -> usize {
+    /// Runs portable code compiled for wider registers: the compiler vectorises the loops of what
+    /// is inlined into `work`. Results stay the same to the bit, since nothing is fused or
+    /// reordered.
+    #[inline(always)]
+    pub fn run<R>(self, work: impl FnOnce() -> R) -> R {
         match self.0 {
-            Level::Scalar => project::project_chunk(posed, lens, view, chunk, slots),
+            Level::Scalar => work(),
             #[cfg(target_arch = "x86_64")]
             // SAFETY: `detect` found AVX2 and FMA before it made this value.
-            Level::Avx2 => unsafe { project_chunk_avx2(posed, lens, view, chunk, slots) },
+            Level::Avx2 => unsafe { run_avx2(work) },
         }
     }
 
@@ -78,15 +73,8 @@ impl Simd {
     }
 }
 
-/// The portable code, compiled for wider registers: the compiler vectorises its loops over lanes.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn project_chunk_avx2<L: Lens>(
-    posed: &PosedCloud,
-    lens: &L,
-    view: &View,
-    chunk: usize,
-    slots: &mut Slots,
-) -> usize {
-    project::project_chunk(posed, lens, view, chunk, slots)
+fn run_avx2<R>(work: impl FnOnce() -> R) -> R {
+    work()
 }

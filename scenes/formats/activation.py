@@ -13,6 +13,9 @@ from scenes.splats import SplatCloud, validate
 UNIT_TOLERANCE = 1e-6
 """A quaternion this near to norm 1 is kept bit by bit, so that what was written is read back."""
 
+damaged_values_are_quiet = np.errstate(invalid="ignore", over="ignore", divide="ignore")
+"""Decorates readers: arithmetic on damaged numbers is silent, as they are refused by name later."""
+
 SMALLEST_NORM = 1e-6
 """A quaternion below this norm points nowhere."""
 

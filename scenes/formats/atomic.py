@@ -36,7 +36,8 @@ def write_file(path: Path, blocks: Iterable[bytes | memoryview]) -> int:
     except OSError as error:
         raise _write_error(path, error) from error
     finally:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):
+            part.unlink()
     return size
 
 
@@ -116,6 +117,7 @@ def _sync_folder(folder: Path) -> None:
 def _write_error(path: Path, error: OSError) -> WriteError:
     remedy = {
         errno.ENOENT: f"make the folder {path.parent} first",
+        errno.ENOTDIR: f"{path.parent} is a file, choose a folder",
         errno.EACCES: "choose a folder that you may write to",
         errno.EROFS: "choose a folder that you may write to",
     }.get(error.errno or 0, "free some space there or choose another folder")

@@ -14,7 +14,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.formats.activation import cloud_from_file, exponential, logarithm, logit, sigmoid
+from scenes.formats.activation import (
+    cloud_from_file,
+    damaged_values_are_quiet,
+    exponential,
+    logarithm,
+    logit,
+    sigmoid,
+)
 from scenes.formats.atomic import write_file
 from scenes.formats.compressed_ply import is_compressed, read_compressed_ply
 from scenes.formats.error import refusal
@@ -35,6 +42,7 @@ _SCALES = ("scale_0", "scale_1", "scale_2")
 _ROTATIONS = ("rot_0", "rot_1", "rot_2", "rot_3")
 
 
+@damaged_values_are_quiet
 def read_ply(path: Path) -> SplatCloud:
     """Read a Gaussian-splat PLY, plain or compressed, in the file's own frame and unit.
 
@@ -50,23 +58,22 @@ def read_ply(path: Path) -> SplatCloud:
         return read_compressed_ply(path, header)
     element = require_rows(path, header, "vertex")
     rest = _rest_columns(path, element)
-    columns = [*_MEANS, *_COLOURS, "opacity", *_scale_columns(element), *_ROTATIONS, *rest]
-    values = _read_columns(path, element, columns)
-    n, n_rest = len(values), len(rest)
-    scales = exponential(values[:, 7 : values.shape[1] - 4 - n_rest])
+    groups = (_MEANS, _COLOURS, ("opacity",), _scale_columns(element), _ROTATIONS, rest)
+    values = _read_columns(path, element, [name for group in groups for name in group])
+    ends = np.cumsum([len(group) for group in groups])[:-1]
+    means, colours, logits, logarithms, quaternions, channels = np.split(values, ends, axis=1)
+    scales = exponential(logarithms)
     if scales.shape[1] == 2:
         thickness = FLAT_SCALE * scales.min(axis=1, keepdims=True)
         scales = np.concatenate([scales, thickness], axis=1)
-    quaternion_end = values.shape[1] - n_rest
-    colours = values[:, 3:6].reshape(n, 1, 3)
-    higher = values[:, quaternion_end:].reshape(n, 3, n_rest // 3).swapaxes(1, 2)
+    higher = channels.reshape(len(values), 3, len(rest) // 3).swapaxes(1, 2)
     return cloud_from_file(
         path,
-        means=values[:, :3],
+        means=means,
         scales=scales,
-        quaternions=values[:, quaternion_end - 4 : quaternion_end],
-        opacities=sigmoid(values[:, 6]),
-        sh=np.concatenate([colours, higher], axis=1),
+        quaternions=quaternions,
+        opacities=sigmoid(logits[:, 0]),
+        sh=np.concatenate([colours[:, None, :], higher], axis=1),
     )
 
 

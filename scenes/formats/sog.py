@@ -22,7 +22,13 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from scenes.formats.activation import cloud_from_file, exponential, rotations_from_three, sigmoid
+from scenes.formats.activation import (
+    cloud_from_file,
+    damaged_values_are_quiet,
+    exponential,
+    rotations_from_three,
+    sigmoid,
+)
 from scenes.formats.error import FormatError, refusal
 from scenes.splats import SH_COUNTS, SplatCloud
 
@@ -47,6 +53,7 @@ def is_sog_folder(path: Path) -> bool:
     return isinstance(meta, dict) and isinstance(meta.get("means"), dict)
 
 
+@damaged_values_are_quiet
 def read_sog(path: Path) -> SplatCloud:
     """Read a SOG folder, its meta.json, or a `.sog` zip, in the file's own frame and unit.
 

@@ -12,7 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
-from scenes.formats.activation import cloud_from_file
+from scenes.formats.activation import (
+    cloud_from_file,
+    damaged_values_are_quiet,
+)
 from scenes.formats.atomic import write_file
 from scenes.formats.error import refusal
 from scenes.splats import SH_C0, SplatCloud
@@ -23,6 +26,7 @@ ROW = np.dtype(
 )
 
 
+@damaged_values_are_quiet
 def read_splat(path: Path) -> SplatCloud:
     """Read a `.splat` file in its own frame and unit; colour has degree 0.
 

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from scenes.formats.activation import (
     cloud_from_file,
+    damaged_values_are_quiet,
     exponential,
     logarithm,
     rotations_from_three,
@@ -75,6 +76,7 @@ class _Header:
         )
 
 
+@damaged_values_are_quiet
 def read_spz(path: Path) -> SplatCloud:
     """Read an SPZ file of version 2, 3 or 4; axes x right, y down, z forward, the file's unit.
 
@@ -96,7 +98,7 @@ def write_spz(path: Path, cloud: SplatCloud) -> int:
     """Write SPZ version 4, atomic; the cloud's axes are x right, y down, z forward.
 
     Lossy: positions to 2⁻¹² of the unit (coarser beyond ±2048), scales to 6 %, opacity and colour
-    to 8 bits, SH to 5 bits (degree 1) and 4 bits (above), as Niantic's own writer.
+    to 8 bits, SH to 5 bits (degree 1) and 4 bits (above) within ±1, as Niantic's own writer.
 
     Returns:
         The size of the file in bytes.
@@ -230,8 +232,7 @@ def _refuse_other_axes(path: Path, records: bytes) -> None:
     at = 0
     while at + _EXTENSION.size <= len(records):
         kind, size = _EXTENSION.unpack_from(records, at)
-        payload = records[at + _EXTENSION.size : at + _EXTENSION.size + size]
-        axes = int.from_bytes(payload, "little")
+        axes = int.from_bytes(records[at + _EXTENSION.size :][: min(size, 4)], "little")
         if kind == _AXES_EXTENSION and axes not in _AXES_UNSTATED_OR_RUB:
             raise refusal(
                 path,

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from scenes.mesh import TexturedMesh
 
@@ -81,9 +82,18 @@ def soup_of(meshes: Sequence[TexturedMesh]) -> Soup:
     )
 
 
-def scatter(soup: Soup, count: int, rng: np.random.Generator) -> SurfacePoints:
-    """`count` points spread evenly by area: systematic over triangles, low-discrepancy inside."""
-    cumulative = np.cumsum(soup.areas)
+def scatter(
+    soup: Soup, count: int, rng: np.random.Generator, *, pull: FloatArray | None = None
+) -> SurfacePoints:
+    """`count` points: systematic over triangles in proportion to `pull`, low-discrepancy inside.
+
+    Args:
+        soup: the triangles.
+        count: how many points.
+        rng: source of the sampling.
+        pull: (T,) weight per triangle; its area if not given.
+    """
+    cumulative = np.cumsum(soup.areas if pull is None else pull)
     ticks = (np.arange(count) + rng.random(count)) / count * cumulative[-1]
     triangle = np.searchsorted(cumulative, ticks).clip(0, len(cumulative) - 1)
     plastic = np.array([0.7548776662466927, 0.5698402909980532])
@@ -98,16 +108,20 @@ def positions(soup: Soup, points: SurfacePoints) -> FloatArray:
     return np.einsum("nk,nkd->nd", points.barycentric, soup.corners[points.triangle])
 
 
-def colours(
-    soup: Soup, points: SurfacePoints, pictures: Sequence[NDArray[np.uint8]] | None = None
+def colours(soup: Soup, points: SurfacePoints) -> NDArray[np.float32]:
+    """(N, 3) bilinear texture colours, 0..255."""
+    return lookup(soup, points, soup.textures)
+
+
+def lookup(
+    soup: Soup, points: SurfacePoints, pictures: Sequence[NDArray[np.uint8] | NDArray[np.float32]]
 ) -> NDArray[np.float32]:
-    """(N, C) bilinear lookups in the textures, or in other pictures laid out like them, 0..255."""
-    sources = soup.textures if pictures is None else pictures
+    """(N, C) bilinear lookups in pictures that are laid out like the textures, one per mesh."""
     uv = np.einsum("nk,nkd->nd", points.barycentric, soup.uv[points.triangle])
-    channels = 1 if sources[0].ndim == 2 else sources[0].shape[2]
+    channels = pictures[0].shape[2]
     out = np.empty((len(points), channels), dtype=np.float32)
     of = soup.mesh_of[points.triangle]
-    for number, source in enumerate(sources):
+    for number, source in enumerate(pictures):
         here = np.flatnonzero(of == number)
         height, width = source.shape[:2]
         x = (uv[here, 0] * width - 0.5).astype(np.float32)[:, None]
@@ -119,6 +133,21 @@ def colours(
             )
             out[here[part]] = looked_up.reshape(-1, channels)
     return out
+
+
+def pixel_axes(soup: Soup) -> FloatArray:
+    """(T, 2, 3) metres per texture pixel to the right and down, along each triangle."""
+    sizes = np.array([[t.shape[1], t.shape[0]] for t in soup.textures], dtype=np.float64)
+    pixels = soup.uv * sizes[soup.mesh_of][:, None, :] * np.array([1.0, -1.0])
+    in_pixels = np.stack([pixels[:, 1] - pixels[:, 0], pixels[:, 2] - pixels[:, 0]], axis=1)
+    in_metres = np.stack(
+        [soup.corners[:, 1] - soup.corners[:, 0], soup.corners[:, 2] - soup.corners[:, 0]], axis=1
+    )
+    (a, b), (c, d) = np.moveaxis(in_pixels, 0, 2)
+    det = a * d - b * c
+    det = np.where(np.abs(det) > 1e-9, det, 1e9)
+    inverse = np.stack([np.stack([d, -b], 1), np.stack([-c, a], 1)], 1) / det[:, None, None]
+    return inverse @ in_metres
 
 
 def nearby(
@@ -144,8 +173,25 @@ def nearby(
     return SurfacePoints(points.triangle, inside / inside.sum(axis=1, keepdims=True))
 
 
-def sharp_edges(soup: Soup, *, angle_rad: float, step_m: float) -> FloatArray:
-    """(M, 3) points along the free edges and those where faces meet at more than `angle_rad`."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Edges:
+    """Points along edges of a surface.
+
+    Attributes:
+        tree: search tree of the points, metres.
+        directions: (M, 3) unit vectors along the edges.
+    """
+
+    tree: cKDTree
+    directions: FloatArray
+
+
+def find_edges(soup: Soup, *, angle_rad: float, step_m: float) -> Edges:
+    """Free edges and those where the surface bends back by more than `angle_rad`.
+
+    Inner corners, as between floor and wall, do not count: nothing can reach past them. Edges are
+    sampled every `step_m`. Where there are none, as on a sphere, one far away stands in for them.
+    """
     welded = np.unique(
         np.round(soup.corners.reshape(-1, 3) / 1e-5).astype(np.int64), axis=0, return_inverse=True
     )[1].reshape(-1, 3)
@@ -157,18 +203,16 @@ def sharp_edges(soup: Soup, *, angle_rad: float, step_m: float) -> FloatArray:
     _, first, count = np.unique(key[order], return_index=True, return_counts=True)
     a, b = owner[order[first]], owner[order[np.minimum(first + 1, len(order) - 1)]]
     bent = np.einsum("nd,nd->n", soup.normals[a], soup.normals[b]) < np.cos(angle_rad)
+    beside = soup.corners[b].mean(axis=1) - soup.corners[a].mean(axis=1)
+    bent &= np.einsum("nd,nd->n", soup.normals[a], beside) < 0
     chosen = ends[order[first[(count != 2) | bent]]]
-    lengths = np.linalg.norm(chosen[:, 1] - chosen[:, 0], axis=1)
+    if not len(chosen):
+        return Edges(cKDTree(np.full((1, 3), 1e6)), np.array([[1.0, 0.0, 0.0]]))
+    spans = chosen[:, 1] - chosen[:, 0]
+    lengths = np.linalg.norm(spans, axis=1)
     per_edge = np.maximum(1, np.ceil(lengths / step_m)).astype(np.int64)
     index = np.repeat(np.arange(len(chosen)), per_edge)
     rank = np.arange(len(index)) - np.repeat(np.cumsum(per_edge) - per_edge, per_edge)
     fraction = ((rank + 0.5) / per_edge[index])[:, None]
-    return chosen[index, 0] * (1 - fraction) + chosen[index, 1] * fraction
-
-
-def texture_detail(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """(H, W) uint8: how much the picture varies within a few pixels, in grey levels."""
-    grey = cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY).astype(np.float32)
-    mean = cv2.blur(grey, (7, 7))
-    spread = np.sqrt(np.maximum(cv2.blur(grey * grey, (7, 7)) - mean * mean, 0))
-    return np.clip(spread, 0, 255).astype(np.uint8)
+    points = chosen[index, 0] * (1 - fraction) + chosen[index, 1] * fraction
+    return Edges(cKDTree(points), spans[index] / np.maximum(lengths[index, None], 1e-12))

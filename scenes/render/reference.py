@@ -12,7 +12,7 @@ pixel of its footprint, nearest first. It follows `scenes.render.renderer`, and 
 - The splat that takes a pixel's transmittance below the stop is the last one blended there.
 - `ids` holds the object of the single splat with the largest blend weight, the first of equals.
 - Damaged splats are left out: a value that is not finite, a scale that is not positive, a
-  quaternion of zeros, a mean or scale beyond 1e9 m.
+  quaternion of zeros, a mean or scale beyond 1e6 m.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.cameras import Fisheye, Pinhole
+from scenes.harmonics import basis
 from scenes.pose import Pose
 from scenes.render.renderer import (
     ALPHA_MAX,
@@ -43,7 +44,22 @@ BoolArray = NDArray[np.bool_]
 JACOBIAN_MARGIN = 0.15
 ANGLE_MARGIN = 1.15
 POLE_MARGIN_RAD = 0.05
-MAX_EXTENT_M = 1e9
+MAX_EXTENT_M = 1e6
+STEP_TOLERANCE = 2e-5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReferenceDrawing:
+    """A picture and how far it may be trusted as an oracle.
+
+    Attributes:
+        rendering: the picture.
+        on_step: (H, W) bool, pixels where some splat's alpha is within a relative 2e-5 of 1/255. A
+            renderer in float32 may fall on the other side of that step, worth up to 0.004.
+    """
+
+    rendering: Rendering
+    on_step: BoolArray
 
 
 class ReferenceRenderer:
@@ -57,6 +73,20 @@ class ReferenceRenderer:
         options: RenderOptions | None = None,
     ) -> Rendering:
         """Draw all objects in one global order; see `scenes.render.renderer` for the semantics.
+
+        Raises:
+            ValueError: names the argument, what it got and what it wants.
+        """
+        return self.draw(objects, camera, world_from_camera, options).rendering
+
+    def draw(
+        self,
+        objects: Sequence[PosedSplats],
+        camera: Pinhole | Fisheye,
+        world_from_camera: Pose,
+        options: RenderOptions | None = None,
+    ) -> ReferenceDrawing:
+        """As `render`, and also says which pixels another precision may draw differently.
 
         Raises:
             ValueError: names the argument, what it got and what it wants.
@@ -169,52 +199,23 @@ def _colours(cloud: SplatCloud, eye_in_object: FloatArray, degree: int) -> Float
     """(N, 3) colours seen from the eye, clamped below at 0."""
     directions = cloud.means.astype(np.float64) - eye_in_object
     lengths = np.linalg.norm(directions, axis=1, keepdims=True)
-    basis = sh_basis(directions / np.where(lengths > 0, lengths, 1.0))
-    count = min(cloud.sh.shape[1], (degree + 1) ** 2)
-    summed = np.einsum("nk,nkc->nc", basis[:, :count], cloud.sh[:, :count].astype(np.float64))
+    degree = min(cloud.sh_degree, degree)
+    values = basis(directions / np.where(lengths > 0, lengths, 1.0), degree)
+    coefficients = cloud.sh[:, : (degree + 1) ** 2].astype(np.float64)
+    summed = np.einsum("nk,nkc->nc", values, coefficients)
     return np.maximum(0.5 + summed, 0.0)
-
-
-def sh_basis(directions: FloatArray) -> FloatArray:
-    """(N, 16) real spherical harmonics to degree 3 of (N, 3) unit directions.
-
-    Order and signs are those of 3D Gaussian splatting (Kerbl et al. 2023) and its files.
-    """
-    x, y, z = np.moveaxis(np.asarray(directions, dtype=np.float64), -1, 0)
-    pi = np.pi
-    one = np.ones_like(x)
-    return np.stack(
-        [
-            np.sqrt(1 / (4 * pi)) * one,
-            -np.sqrt(3 / (4 * pi)) * y,
-            np.sqrt(3 / (4 * pi)) * z,
-            -np.sqrt(3 / (4 * pi)) * x,
-            np.sqrt(15 / (4 * pi)) * x * y,
-            -np.sqrt(15 / (4 * pi)) * y * z,
-            np.sqrt(5 / (16 * pi)) * (2 * z * z - x * x - y * y),
-            -np.sqrt(15 / (4 * pi)) * x * z,
-            np.sqrt(15 / (16 * pi)) * (x * x - y * y),
-            -np.sqrt(35 / (32 * pi)) * y * (3 * x * x - y * y),
-            np.sqrt(105 / (4 * pi)) * x * y * z,
-            -np.sqrt(21 / (32 * pi)) * y * (4 * z * z - x * x - y * y),
-            np.sqrt(7 / (16 * pi)) * z * (2 * z * z - 3 * x * x - 3 * y * y),
-            -np.sqrt(21 / (32 * pi)) * x * (4 * z * z - x * x - y * y),
-            np.sqrt(105 / (16 * pi)) * z * (x * x - y * y),
-            -np.sqrt(35 / (32 * pi)) * x * (x * x - 3 * y * y),
-        ],
-        axis=-1,
-    )
 
 
 def _blend(
     footprints: Sequence[_Footprints], camera: Pinhole | Fisheye, background: FloatArray
-) -> Rendering:
+) -> ReferenceDrawing:
     height, width = camera.height_px, camera.width_px
     transmittance = np.ones((height, width))
     rgb = np.zeros((height, width, 3))
     depth = np.zeros((height, width))
     ids = np.full((height, width), -1, dtype=np.int32)
     heaviest = np.zeros((height, width))
+    on_step = np.zeros((height, width), dtype=np.bool_)
     is_drawn = _inside_lens(camera)
 
     for object_id, i in _draw_order(footprints):
@@ -222,10 +223,12 @@ def _blend(
         window = _window(prints, i, height, width)
         if window is None:
             continue
-        alpha = _alpha(prints, i, window)
+        faded = _faded_opacity(prints, i, window)
+        alpha = np.where(faded >= ALPHA_MIN, np.minimum(faded, ALPHA_MAX), 0.0)
         through = transmittance[window]
         is_live = is_drawn[window] & (through >= TRANSMITTANCE_STOP)
         weight = np.where(is_live, alpha, 0.0) * through
+        on_step[window] |= is_live & (np.abs(faded / ALPHA_MIN - 1.0) < STEP_TOLERANCE)
         rgb[window] += weight[..., None] * prints.colours[i]
         depth[window] += weight * prints.depths[i]
         transmittance[window] = through - weight
@@ -235,12 +238,13 @@ def _blend(
 
     alpha = 1.0 - transmittance
     mean_depth = np.where(alpha > 0, depth / np.where(alpha > 0, alpha, 1.0), 0.0)
-    return Rendering(
+    rendering = Rendering(
         (rgb + transmittance[..., None] * background).astype(np.float32),
         alpha.astype(np.float32),
         mean_depth.astype(np.float32),
         ids,
     )
+    return ReferenceDrawing(rendering, on_step)
 
 
 def _draw_order(footprints: Sequence[_Footprints]) -> list[tuple[int, int]]:
@@ -263,10 +267,12 @@ def _inside_lens(camera: Pinhole | Fisheye) -> BoolArray:
 
 
 def _window(prints: _Footprints, i: int, height: int, width: int) -> tuple[slice, slice] | None:
-    """Rows and columns of the box around the splat's alpha = 1/255 ellipse; None outside."""
+    """Rows and columns of a box that holds the splat's alpha = 1/255 ellipse; None outside."""
     if prints.opacities[i] < ALPHA_MIN:
         return None
-    reach = np.sqrt(2 * np.log(prints.opacities[i] / ALPHA_MIN) * np.diag(prints.covariances[i]))
+    reach = 1.0 + np.sqrt(
+        2 * np.log(prints.opacities[i] / ALPHA_MIN) * np.diag(prints.covariances[i])
+    )
     first = np.maximum(np.ceil(prints.pixels[i] - reach - 0.5), 0)
     last = np.minimum(np.floor(prints.pixels[i] + reach - 0.5), [width - 1, height - 1])
     if not (first <= last).all():
@@ -275,12 +281,11 @@ def _window(prints: _Footprints, i: int, height: int, width: int) -> tuple[slice
     return rows, columns
 
 
-def _alpha(prints: _Footprints, i: int, window: tuple[slice, slice]) -> FloatArray:
-    """Alpha of one splat at the window's pixel centres, 0 where it is below the limit."""
+def _faded_opacity(prints: _Footprints, i: int, window: tuple[slice, slice]) -> FloatArray:
+    """Opacity of one splat at the window's pixel centres, before the limits."""
     rows, columns = window
     dx = np.arange(columns.start, columns.stop) + 0.5 - prints.pixels[i, 0]
     dy = (np.arange(rows.start, rows.stop) + 0.5 - prints.pixels[i, 1])[:, None]
     (xx, xy), (_, yy) = prints.covariances[i]
     squared_distance = (yy * dx * dx - 2 * xy * dx * dy + xx * dy * dy) / (xx * yy - xy * xy)
-    alpha = prints.opacities[i] * np.exp(-0.5 * squared_distance)
-    return np.where(alpha >= ALPHA_MIN, np.minimum(alpha, ALPHA_MAX), 0.0)
+    return prints.opacities[i] * np.exp(-0.5 * squared_distance)

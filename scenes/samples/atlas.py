@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scenes.mesh import TexturedMesh
 from scenes.samples.shapes import Picture, Surface
 
-GUTTER_PX = 2
+GUTTER_PX = 4
 """Border around every picture, so that bilinear lookups never see a neighbour."""
 
 MAX_HEIGHT_PX = 8192

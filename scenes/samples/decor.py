@@ -94,8 +94,8 @@ def window(
     for x0, x1 in ((-w - 0.42, -w - 0.02), (w + 0.02, w + 0.42)):
         parts.append(_curtain(x0, x1, -h - 0.75, h + 0.17, cloth))
     parts += bar(
-        (-w - 0.5, h + 0.17, 0.1), (w + 0.5, h + 0.17, 0.1), width=0.025, depth=0.025,
-        material=plain((90, 92, 96)), radius=0.0125, cell_m=STATIC_CELL_M,
+        (-w - 0.5, h + 0.17, 0.1), (w + 0.5, h + 0.17, 0.1), width=0.022, depth=0.022,
+        material=plain((90, 92, 96)), cell_m=STATIC_CELL_M,
     )  # fmt: skip
     room.add(*placed(parts, wall))
     corner = wall @ np.array([-w, -h, 0.012])
@@ -105,13 +105,13 @@ def window(
 
 def _curtain(x0: float, x1: float, y0: float, y1: float, cloth: Material) -> Surface:
     """A hanging cloth with folds."""
-    columns = 22
+    columns = 19
     s = np.linspace(0, 1, columns)
-    t = np.linspace(0, 1, math.ceil((y1 - y0) / STATIC_CELL_M) + 1)
+    t = np.linspace(0, 1, math.ceil((y1 - y0) / 0.11) + 1)
     points = np.empty((len(t), columns, 3))
     points[..., 0] = x0 + (x1 - x0) * s
     points[..., 1] = (y1 + (y0 - y1) * t)[:, None]
-    points[..., 2] = 0.1 + 0.022 * np.cos(2 * np.pi * 5 * s) * (0.7 + 0.3 * t[:, None])
+    points[..., 2] = 0.1 + 0.022 * np.cos(2 * np.pi * 4 * s) * (0.7 + 0.3 * t[:, None])
     return Surface(points, cloth(x1 - x0, y1 - y0))
 
 
@@ -189,20 +189,22 @@ def books_on_board(
     """A row of books between `x0` and `x1` on a board at `z`, spines towards -Y."""
     colours = [(176, 60, 48), (40, 84, 120), (222, 188, 96), (60, 110, 84), (70, 62, 92),
                (214, 206, 190), (50, 50, 56), (196, 120, 64)]  # fmt: skip
-    x = x0
+    x, gap, before = x0, True, (0.0, 0.0)
     while x < x1 - 0.05:
         w, h, d = rng.uniform(0.018, 0.048), rng.uniform(0.19, 0.27), rng.uniform(0.15, 0.21)
         if rng.random() < 0.08:
-            x += rng.uniform(0.04, 0.1)
+            x, gap = x + rng.uniform(0.04, 0.1), True
             continue
         cover = mixed(colours, rng)
         low, high = (x, y_back - d, z), (x + w, y_back, z + h)
         room.add(
-            *box(low, high, material=plain(cover), faces="+x-x"),
             *box(low, high, material=plain((222, 214, 196)), faces="+z"),
             *box(low, high, material=picture(graphics.spine(rng, cover, (w, h))), faces="-y"),
         )
-        x += w + 0.002
+        hidden_left = not gap and h <= before[0] and d <= before[1]
+        sides = "+x" if hidden_left else "+x-x"
+        room.add(*box(low, high, material=plain(cover), faces=sides))
+        x, gap, before = x + w + 0.002, False, (h, d)
 
 
 def storage_box(
@@ -240,7 +242,7 @@ def plant(room: Set, at: tuple[float, float], rng: np.random.Generator) -> None:
 
 def _leaf(length: float, rise: float, rng: np.random.Generator) -> Surface:
     """A leaf that starts upwards and bends over, along +X."""
-    t = np.linspace(0, 1, 10)
+    t = np.linspace(0, 1, 8)
     pitch = np.clip(rise, 0.3, 1.45) - 1.5 * t**1.4
     step = length / (len(t) - 1)
     x = np.concatenate([[0.0], np.cumsum(step * np.cos(pitch[:-1]))])
@@ -269,7 +271,8 @@ def sofa(room: Set, at: tuple[float, float], rng: np.random.Generator) -> None:
         solid = prism(outline, profile, side=cloth, caps="+", cell_m=STATIC_CELL_M)
         room.add(*placed(solid, foot @ Pose.from_yaw(0.0, (x, y, 0.0))))
 
-    cushion(0.875, 0.4, (1.74, 0.8), (0.12, 0.30))
+    base = box((0.14, 0.1, 0.12), (1.61, 0.78, 0.28), material=cloth, faces="+y-z")
+    room.add(*placed(base, foot))
     for x in (0.505, 1.245):
         cushion(x, 0.47, (0.725, 0.62), (0.28, 0.46))
         cushion(x, 0.21, (0.70, 0.17), (0.40, 0.84))

@@ -22,12 +22,13 @@ Float32Array = NDArray[np.float32]
 
 BOUNCES = 5
 TRIANGLE_RAYS = 48
-TEXEL_RAYS = 32
+TEXEL_RAYS = 40
 WALL_TEXEL_M = 0.04
 SMALL_TEXEL_M = 0.014
 SMALL_AREA_M2 = 1.5
 """Surfaces below this area get the finer light texels: they are furniture."""
 OFF_SURFACE_M = 2e-3
+GOLDEN = 0.6180339887498949
 MISS = -1
 BRIGHTEST = 4.0
 """Bounced light is limited to this multiple of its median: a few bright triangles next to a light
@@ -151,11 +152,11 @@ def _texels(surfaces: Sequence[Surface]) -> _Texels:
             _interpolation(n, k) for n, k in zip(shape, points.shape[:2], strict=True)
         )
         grid = [
-            np.einsum("ir,rcd,jc->ijd", a, points, b).reshape(-1, 3)
+            (np.tensordot(a, points, (1, 0)).transpose(0, 2, 1) @ b.T).transpose(0, 2, 1)
             for a, b in ((at_t, at_s), (slope_t, at_s), (at_t, slope_s))
         ]
-        normal = np.cross(grid[1], grid[2])
-        where.append(grid[0])
+        normal = np.cross(grid[1], grid[2]).reshape(-1, 3)
+        where.append(grid[0].reshape(-1, 3))
         normals.append(normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12))
         shapes.append(shape)
     return _Texels(np.concatenate(where), np.concatenate(normals), shapes)
@@ -215,27 +216,29 @@ def _hemisphere(
     """Per cosine-weighted ray: triangle seen by each point (-1: none) and whether from behind."""
     import open3d as o3d  # noqa: PLC0415
 
-    origins = where + OFF_SURFACE_M * normals
-    spin = rng.random(len(where))
-    tilt = rng.random(len(where))
-    hint = np.where(np.abs(normals[:, 2:]) < 0.9, [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0]])
-    first = np.cross(hint, normals)
+    normals = normals.astype(np.float32)
+    origins = where.astype(np.float32) + np.float32(OFF_SURFACE_M) * normals
+    spin = rng.random(len(where), dtype=np.float32)
+    tilt = rng.random(len(where), dtype=np.float32)
+    up_axis, x_axis = np.eye(3, dtype=np.float32)[[2, 0]]
+    first = np.cross(np.where(np.abs(normals[:, 2:]) < 0.9, up_axis, x_axis), normals)
     first /= np.linalg.norm(first, axis=1, keepdims=True)
     second = np.cross(normals, first)
     result = []
+    bundle = np.empty((len(where), 6), dtype=np.float32)
+    bundle[:, :3] = origins
     for k in range(rays):
         r2 = (k + tilt) / rays
-        angle = 2 * np.pi * (spin + k * 0.6180339887498949)
+        angle = np.float32(2 * np.pi) * (spin + np.float32(k * GOLDEN % 1.0))
         r, up = np.sqrt(r2), np.sqrt(1 - r2)
         ray = (r * np.cos(angle))[:, None] * first + (r * np.sin(angle))[:, None] * second
-        ray += up[:, None] * normals
-        hits = world.scene.cast_rays(
-            o3d.core.Tensor(np.concatenate([origins, ray], axis=1).astype(np.float32))
-        )
-        ids = hits["primitive_ids"].numpy().astype(np.int64)
+        bundle[:, 3:] = ray + up[:, None] * normals
+        hits = world.scene.cast_rays(o3d.core.Tensor(bundle))
+        ids = hits["primitive_ids"].numpy()
         seen = ids < len(world.albedo)
         ids = np.where(seen, ids, 0)
-        behind = seen & (np.einsum("nd,nd->n", ray, world.normals[ids]) > 0)
+        facing = np.einsum("nd,nd->n", bundle[:, 3:], hits["primitive_normals"].numpy())
+        behind = seen & (facing > 0)
         result.append((np.where(seen & ~behind, ids, MISS).astype(np.int32), behind))
     return result
 
@@ -250,24 +253,26 @@ def _direct(
     """(N, 3) light straight from the lights, per unit of albedo."""
     import open3d as o3d  # noqa: PLC0415
 
-    origins = where + OFF_SURFACE_M * normals
+    normals = normals.astype(np.float32)
+    origins = where.astype(np.float32) + np.float32(OFF_SURFACE_M) * normals
     light = np.zeros((len(where), 3), dtype=np.float32)
     for lamp in lights:
-        facing = np.cross(lamp.u, lamp.v)
+        corner, u, v = (e.astype(np.float32) for e in (lamp.corner, lamp.u, lamp.v))
+        facing = np.cross(u, v)
         area = float(np.linalg.norm(facing))
-        facing = facing / area
+        facing = facing / np.float32(area)
         count = lamp.samples[0] * lamp.samples[1]
         radiance = np.asarray(lamp.radiance, dtype=np.float32)
         for i, j in np.ndindex(*lamp.samples):
-            a = (i + rng.random(len(where)))[:, None] / lamp.samples[0]
-            b = (j + rng.random(len(where)))[:, None] / lamp.samples[1]
-            ray = lamp.corner + a * lamp.u + b * lamp.v - origins
+            a, b = rng.random((2, len(where), 1), dtype=np.float32)
+            a, b = (i + a) / lamp.samples[0], (j + b) / lamp.samples[1]
+            ray = corner + a * u + b * v - origins
             square = np.einsum("nd,nd->n", ray, ray)
             cosines = np.maximum(np.einsum("nd,nd->n", ray, normals), 0) * np.maximum(
                 -ray @ facing, 0
             )
             useful = np.flatnonzero(cosines > 0)
-            rays = np.concatenate([origins[useful], ray[useful]], axis=1).astype(np.float32)
+            rays = np.concatenate([origins[useful], ray[useful]], axis=1)
             blocked = world.scene.test_occlusions(
                 o3d.core.Tensor(rays), tnear=0.0, tfar=0.998
             ).numpy()

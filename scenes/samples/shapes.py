@@ -21,7 +21,7 @@ Picture = NDArray[np.uint8]
 Material = Callable[[float, float], Picture]
 """Width and height in metres -> (H, W, 3) uint8 sRGB albedo that covers them."""
 
-STATIC_CELL_M = 0.082
+STATIC_CELL_M = 0.084
 """Grid pitch of what never moves: diagonals stay below 0.12 m, so a fisheye bends them smoothly."""
 
 OBJECT_CELL_M = 0.03
@@ -66,8 +66,8 @@ def quad(
     """A parallelogram from its top-left corner and its two edge vectors (metres), seen from outside."""
     corner, across, along = (np.asarray(v, dtype=np.float64) for v in (top_left, right, down))
     width, height = float(np.linalg.norm(across)), float(np.linalg.norm(along))
-    s = np.linspace(0.0, 1.0, cells(width, cell_m) + 1)
-    t = np.linspace(0.0, 1.0, cells(height, cell_m) + 1)
+    columns, rows = _grid_cells(width, height, cell_m)
+    s, t = np.linspace(0.0, 1.0, columns + 1), np.linspace(0.0, 1.0, rows + 1)
     points = corner + s[None, :, None] * across + t[:, None, None] * along
     return Surface(points, material(width, height), glow)
 
@@ -220,6 +220,17 @@ def lathe(
     points[:, :, 2] = steps[:, 1:]
     height = float(np.linalg.norm(np.diff(steps, axis=0), axis=1).sum())
     return Surface(points, material(2 * math.pi * float(steps[:, 0].max()), height))
+
+
+def _grid_cells(width: float, height: float, cell_m: float) -> tuple[int, int]:
+    """(columns, rows) whose diagonals stay below that of a square cell; strips get longer cells."""
+    columns, rows = cells(width, cell_m), cells(height, cell_m)
+    diagonal = cell_m * math.sqrt(2.0)
+    if columns == 1:
+        rows = cells(height, math.sqrt(diagonal**2 - width**2))
+    elif rows == 1:
+        columns = cells(width, math.sqrt(diagonal**2 - height**2))
+    return columns, rows
 
 
 def _axes_along(direction: FloatArray) -> FloatArray:

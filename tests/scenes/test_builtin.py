@@ -3,7 +3,9 @@ import pytest
 
 import scenes.builtin
 from scenes.builtin import open_builtin
+from scenes.mesh import PhysicalRoom
 from scenes.package import load_package, open_scene
+from scenes.pose import Pose
 
 
 @pytest.fixture
@@ -17,6 +19,16 @@ def bakes(monkeypatch, random_cloud):
 
     monkeypatch.setattr(scenes.builtin, "bake", quick)
     return calls
+
+
+@pytest.fixture(autouse=True)
+def _bare_rooms(monkeypatch):
+    """Physical rooms without meshes, since drawing textures takes seconds."""
+
+    def bare(name):
+        return PhysicalRoom(name, (), (), (), np.array([0.0, 0.0, 1.0]), Pose.identity())
+
+    monkeypatch.setattr(scenes.builtin, "sample_room", bare)
 
 
 def test_a_built_in_room_is_baked_once_and_is_the_same_afterwards(bakes, tmp_path):
@@ -48,7 +60,6 @@ def test_a_damaged_cache_is_made_again(bakes, tmp_path):
 
 def test_another_process_that_was_faster_is_respected(bakes, tmp_path, monkeypatch, random_cloud):
     def overtaken(room, *, rng):
-        monkeypatch.undo()
         monkeypatch.setattr(scenes.builtin, "bake", lambda room, *, rng: (random_cloud(7), ()))
         open_builtin("lab", tmp_path)
         return random_cloud(9), ()

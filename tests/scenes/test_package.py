@@ -21,7 +21,7 @@ from scenes.package import (
     open_scene,
     save_package,
 )
-from scenes.package_files import PackageError
+from scenes.package_files import PackageError, fingerprint
 from scenes.pose import Pose
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel
@@ -115,7 +115,7 @@ def test_a_package_is_replaced_and_a_foreign_folder_is_not(package, saved, tmp_p
     foreign = tmp_path / "thesis"
     foreign.mkdir()
     (foreign / "chapter.tex").write_text("years of work")
-    with pytest.raises(PackageError, match="thesis.*not a scene package"):
+    with pytest.raises(PackageError, match=r"thesis.*not a scene package"):
         save_package(package, foreign)
     assert [p.name for p in foreign.iterdir()] == ["chapter.tex"]
     (tmp_path / "file").write_text("x")
@@ -189,11 +189,51 @@ def edit(saved, change):
         (lambda s: s["files"].update({"anchors.json": 3}), "anchors.json"),
         (lambda s: s.pop("name"), "'name' is missing"),
         (lambda s: s.update(footprint_m=[1, 2]), "footprint_m"),
-        (lambda s: s.update(stages=[{"colour": 1}]), "stages|colour"),
+        (lambda s: s.update(footprint_m=[[0, 0], [0, 10**400]]), "footprint_m"),
+        (lambda s: s.update(footprint_m=7), "not iterable"),
+        (lambda s: s.update(up="y"), "up 'y'"),
+        (lambda s: s.update(name=None), "name None"),
+        (lambda s: s.update(physical=3), "physical 3"),
+        (lambda s: s.update(stages=[{"colour": 1}]), "'seconds' is missing"),
+        (lambda s: s["stages"][0].update(seconds=True), "stage seconds"),
+        (lambda s: s["files"].pop("splats/objects/chair-1.ply"), "does not list.*chair-1"),
     ],
 )
 def test_a_bad_scene_file_is_refused_in_one_line(saved, change, said):
     edit(saved, change)
+    with pytest.raises(PackageError, match=said) as caught:
+        load_package(saved)
+    assert "\n" not in str(caught.value)
+    assert "room.gnx" in str(caught.value)
+
+
+def reseal(saved, name, values):
+    """Change a JSON file and its size and checksum with it."""
+    (saved / name).write_text(json.dumps(values))
+    edit(saved, lambda s: s["files"].update({name: fingerprint(saved / name)}))
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "said"),
+    [
+        ("id", "../x", "object id"),
+        ("id", "sofa", "does not list splats/objects/sofa.ply"),
+        ("id", 3, "object id"),
+        ("id", "chair-2", "twice"),
+        ("kind", None, "kind None"),
+        ("box_m", [1, 2], "box_m"),
+        ("box_m", [1, 2, -1], "box_m"),
+        ("box_m", [1, 2, "3"], "box_m"),
+        ("support_z_m", 1e300, "support_z_m"),
+        ("world_from_object", {"wxyz": [2, 0, 0, 0], "translation_m": [0, 0, 0]}, "norm 2"),
+        ("world_from_object", {"wxyz": [1, 0, 0, 0]}, "'translation_m' is missing"),
+        ("world_from_object", [1], "indices"),
+    ],
+)
+def test_bad_objects_are_refused_in_one_line(saved, field, value, said):
+    values = json.loads((saved / "objects.json").read_text())
+    values["items"][0][field] = value
+    reseal(saved, "objects.json", values)
     with pytest.raises(PackageError, match=said) as caught:
         load_package(saved)
     assert "\n" not in str(caught.value)

@@ -41,6 +41,9 @@ def test_any_other_failure_leaves_nothing_either(tmp_path):
 def test_a_missing_folder_is_named(tmp_path):
     with pytest.raises(WriteError, match=r"make the folder .*gone first"):
         write_file(tmp_path / "gone" / "a.bin", [b"x"])
+    (tmp_path / "file").write_bytes(b"x")
+    with pytest.raises(WriteError, match="is a file, choose a folder"):
+        write_file(tmp_path / "file" / "a.bin", [b"x"])
 
 
 FULL = """

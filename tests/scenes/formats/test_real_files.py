@@ -1,4 +1,4 @@
-"""Real public files, against each other and against Open3D's reader. Skipped where they are absent."""
+"""Real public files, against each other and against Open3D's reader; skipped where absent."""
 
 import numpy as np
 import pytest

@@ -158,7 +158,7 @@ def test_damage_is_named_in_one_line(tmp_path, changes, said):
 
 def test_a_meta_file_that_is_not_json(tmp_path):
     files = {**sog_files(), "meta.json": b"{"}
-    with pytest.raises(FormatError, match="meta.json"):
+    with pytest.raises(FormatError, match=r"meta\.json"):
         read_sog(write_folder(tmp_path / "room", files))
 
 

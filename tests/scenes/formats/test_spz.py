@@ -37,7 +37,9 @@ def version_4(
 ):
     packed = [zstandard.compress(stream) for stream in streams]
     offset = 32 + len(extensions)
-    head = struct.pack("<4sII4BI12x", b"NGSP", version, count, degree, 12, flags, len(packed), offset)
+    head = struct.pack(
+        "<4sII4BI12x", b"NGSP", version, count, degree, 12, flags, len(packed), offset
+    )
     sizes = sizes or [len(s) for s in streams]
     table = b"".join(struct.pack("<QQ", len(p), n) for p, n in zip(packed, sizes, strict=True))
     return head + extensions + table + b"".join(packed)

@@ -1,0 +1,222 @@
+"""A whole simulated session: physics, people, camera, sensor and video, frame by frame."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.messages import EncodedFrame, Event, Frame
+from devices.video import H264Decoder, H264Encoder
+from scenes.cameras import Rig
+from scenes.frames import WORLD_FROM_FORWARD_CAMERA
+from scenes.mesh import PhysicalRoom
+from scenes.pose import Pose, rotation_from_vector
+from scenes.state import Avatar
+from sim.actors import TICK_NS, Actor
+from sim.bodies import Placement, body_of_object
+from sim.camera360 import Camera360, CameraView, default_rig
+from sim.figure import person_body
+from sim.posture import PART_NAMES, part_poses
+from sim.remote import remote_avatar
+from sim.scenario import Faults, Scenario, validate_scenario
+from sim.sensor import Sensor
+from sim.truth import IdMasks, TruthFrame
+from sim.world import World
+
+STREAM_ID = "camera-360"
+MOVED_M = 0.01
+MOVED_RAD = math.radians(2.0)
+NANOSECONDS = 1_000_000_000
+HEAD = PART_NAMES.index("head")
+FACE_IN_HEAD = np.array([0.06, 0.0, 0.13])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SimulatedStep:
+    """One camera frame and all that belongs to it.
+
+    Attributes:
+        frame: decoded pictures and the camera's pose as a marker would give it.
+        packet: the same pictures as they left the encoder.
+        truth: what really was the case.
+        avatars: local and remote people.
+        events: what has happened since the frame before.
+    """
+
+    frame: Frame
+    packet: EncodedFrame
+    truth: TruthFrame
+    avatars: tuple[Avatar, ...]
+    events: tuple[Event, ...]
+
+
+def simulate(room: PhysicalRoom, scenario: Scenario, *, seed: int) -> Iterator[SimulatedStep]:
+    """Play a scenario. Frames come in time order; those lost on the way don't come.
+
+    Args:
+        room: the physical room.
+        scenario: what happens.
+        seed: decides everything random; the same one gives the same bytes.
+
+    Raises:
+        ScenarioError: the scenario doesn't fit the room.
+    """
+    validate_scenario(scenario, room)
+    return _Session(room, scenario, seed).steps()
+
+
+class _Session:
+    def __init__(self, room: PhysicalRoom, scenario: Scenario, seed: int) -> None:
+        streams = np.random.default_rng(seed).spawn(4)
+        pose_rng, sensor_rng, self._fault_rng, people_rng = streams
+        self._room = room
+        self._scenario = scenario
+        settings = scenario.camera
+        self._rig: Rig = default_rig(settings.lens_size_px)
+        self._true_rig = room.world_from_rig
+        self._known_rig = _with_error(
+            self._true_rig, pose_rng, settings.pose_error_deg, settings.pose_error_cm
+        )
+        camera_xy = room.world_from_rig.translation[:2]
+        self._actors = [
+            Actor(
+                person.person_id,
+                room,
+                start=person.start,
+                yaw=math.radians(person.facing_deg),
+                actions=person.actions,
+                camera_xy=camera_xy,
+            )
+            for person in scenario.people
+        ]
+        self._world = World(room, {actor.person_id: actor.target() for actor in self._actors})
+        figures = [person_body(actor.person_id, people_rng) for actor in self._actors]
+        bodies = [*(body_of_object(thing) for thing in room.objects), *figures]
+        self._camera = Camera360(room, self._rig, self._true_rig, bodies)
+        self._sensor = Sensor(self._rig, sensor_rng)
+        self._encoder = H264Encoder(
+            2 * settings.lens_size_px,
+            settings.lens_size_px,
+            settings.fps,
+            round(settings.bitrate_mbps * 1e6),
+        )
+        self._decoder = H264Decoder()
+        self._first_poses = self._world.object_poses()
+
+    def steps(self) -> Iterator[SimulatedStep]:
+        settings, faults = self._scenario.camera, self._scenario.faults
+        events: list[Event] = []
+        count = math.floor(self._scenario.duration_s * settings.fps + 1e-9)
+        for seq in range(count):
+            t_ns = round(seq * NANOSECONDS / settings.fps)
+            events += self._advance(t_ns)
+            lost = _is_lost(seq, faults, self._fault_rng)
+            delay_ms = max(0.0, self._fault_rng.normal(faults.delay_ms, faults.jitter_ms))
+            view = self._camera.view(self._placements())
+            images = self._sensor.expose([lens.rgb for lens in view.lenses], 1.0 / settings.fps)
+            if lost:
+                events.append(Event(t_ns, STREAM_ID, "dropped", f"frame {seq} lost on the way"))
+                continue
+            packet, decoded = self._transmit(images, seq, t_ns)
+            frame = Frame(
+                STREAM_ID,
+                seq,
+                t_ns,
+                t_ns + round(delay_ms * 1e6),
+                decoded,
+                self._rig,
+                self._known_rig,
+            )
+            yield SimulatedStep(
+                frame, packet, self._truth(seq, t_ns, view), self._avatars(t_ns), tuple(events)
+            )
+            events = []
+
+    def _advance(self, t_ns: int) -> list[Event]:
+        """Let people and physics go on until `t_ns`."""
+        events = []
+        while self._world.t_ns < t_ns:
+            for actor in self._actors:
+                said = actor.tick(self._world)
+                if said is not None:
+                    events.append(Event(self._world.t_ns, actor.person_id, "action", said))
+            self._world.move_people({actor.person_id: actor.target() for actor in self._actors})
+            self._world.step(TICK_NS)
+        return events
+
+    def _placements(self) -> Mapping[str, Placement]:
+        placements = {
+            object_id: Placement((pose,), self._world.support_height(pose.translation))
+            for object_id, pose in self._world.object_poses().items()
+        }
+        for actor in self._actors:
+            poses = part_poses(actor.posture(self._world))
+            placements[actor.person_id] = Placement(poses, 0.0)
+        return placements
+
+    def _transmit(
+        self, images: tuple[NDArray[np.uint8], ...], seq: int, t_ns: int
+    ) -> tuple[EncodedFrame, tuple[NDArray[np.uint8], ...]]:
+        packet = self._encoder.encode(np.hstack(images), seq, t_ns)[0]
+        packet = replace(packet, stream_id=STREAM_ID)
+        picture = self._decoder.decode(packet)
+        if picture is None:
+            raise ValueError(f"{STREAM_ID} frame {seq}: the decoder returned no picture")
+        return packet, tuple(np.hsplit(picture, len(images)))
+
+    def _truth(self, seq: int, t_ns: int, view: CameraView) -> TruthFrame:
+        poses = self._world.object_poses()
+        names = {name: 1 + k for k, name in enumerate(self._camera.body_ids)}
+        numbers = {object_id: names[object_id] for object_id in poses}
+        return TruthFrame(
+            seq,
+            t_ns,
+            poses,
+            {object_id: view.visible_fraction[object_id] for object_id in poses},
+            frozenset(n for n, pose in poses.items() if _has_moved(self._first_poses[n], pose)),
+            self._true_rig,
+            IdMasks([lens.ids for lens in view.lenses], numbers),
+        )
+
+    def _avatars(self, t_ns: int) -> tuple[Avatar, ...]:
+        avatars = []
+        for actor in self._actors:
+            posture = actor.posture(self._world)
+            head = part_poses(posture)[HEAD]
+            hands = (posture.left_hand[None, :], posture.right_hand[None, :])
+            avatars.append(Avatar(actor.person_id, "local", _head_camera(head), hands))
+        fraction = t_ns / (self._scenario.duration_s * NANOSECONDS)
+        poses = self._world.object_poses()
+        for remote in self._scenario.remote:
+            avatars.append(remote_avatar(remote, fraction, poses, self._true_rig))
+        return tuple(avatars)
+
+
+def _head_camera(world_from_head: Pose) -> Pose:
+    """The head as a camera (x right, y down, z forward); its own x is forward and z up."""
+    level = Pose.from_yaw(-0.5 * math.pi) @ WORLD_FROM_FORWARD_CAMERA
+    return world_from_head @ Pose(level.rotation, FACE_IN_HEAD)
+
+
+def _with_error(pose: Pose, rng: np.random.Generator, error_deg: float, error_cm: float) -> Pose:
+    """A pose off by `error_deg` about a random axis and `error_cm` in a random direction."""
+    axis, direction = rng.standard_normal((2, 3))
+    axis /= np.linalg.norm(axis)
+    direction /= np.linalg.norm(direction)
+    rotation = rotation_from_vector(math.radians(error_deg) * axis) @ pose.rotation
+    return Pose(rotation, pose.translation + 0.01 * error_cm * direction)
+
+
+def _is_lost(seq: int, faults: Faults, rng: np.random.Generator) -> bool:
+    return bool(rng.random() < faults.drop_share) or seq in faults.dropped_frames
+
+
+def _has_moved(first: Pose, now: Pose) -> bool:
+    turned = math.acos(np.clip(0.5 * (np.trace(first.rotation.T @ now.rotation) - 1.0), -1.0, 1.0))
+    return (
+        float(np.linalg.norm(now.translation - first.translation)) > MOVED_M or turned > MOVED_RAD
+    )

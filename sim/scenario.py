@@ -1,0 +1,298 @@
+"""Scenario files: what happens in a rehearsal. TOML in, checked values out.
+
+Everything that can be wrong with a file is one `ScenarioError` line: file, key, value, what is allowed.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from scenes.mesh import PhysicalRoom
+from sim.actions import Action, Carry, Hide, Push, Stand, Turn, Walk
+from sim.tables import ScenarioError, Table
+
+SCENARIO_FOLDER = Path(__file__).parent / "scenarios"
+DEFAULT_SCENARIOS = {"lab": "lab-rearrange", "desk": "desk-reading"}
+"""Which built-in scenario belongs to which built-in room."""
+
+ROOM_MARGIN_M = 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class CameraSettings:
+    """The 360° camera of a scenario.
+
+    Attributes:
+        fps: frames per second.
+        lens_size_px: side of each lens's square picture, even.
+        pose_error_deg: size of the error of the known camera pose, about a random axis.
+        pose_error_cm: size of its error in position, in a random direction.
+        bitrate_mbps: of the H.264 stream of both lenses.
+    """
+
+    fps: float = 10.0
+    lens_size_px: int = 1440
+    pose_error_deg: float = 0.2
+    pose_error_cm: float = 0.5
+    bitrate_mbps: float = 24.0
+
+
+@dataclass(frozen=True, slots=True)
+class PersonSettings:
+    """A person in the room.
+
+    Attributes:
+        person_id: unique.
+        start: (x, y) on the floor, metres.
+        facing_deg: from world x, anticlockwise.
+        actions: done in order.
+    """
+
+    person_id: str
+    start: tuple[float, float]
+    facing_deg: float
+    actions: tuple[Action, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class RemoteSettings:
+    """A remote user's avatar.
+
+    Attributes:
+        user_id: unique.
+        path: (x, y, z) of the head, metres, passed at a steady pace over the scenario.
+        points_at: ids of objects pointed at, one after the other, for equal times.
+    """
+
+    user_id: str
+    path: tuple[tuple[float, float, float], ...]
+    points_at: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Faults:
+    """What goes wrong on the way from the camera.
+
+    Attributes:
+        dropped_frames: sequence numbers that never arrive.
+        drop_share: chance of any other frame not to arrive, 0..1.
+        delay_ms: from capture to arrival.
+        jitter_ms: standard deviation of the delay.
+    """
+
+    dropped_frames: frozenset[int] = frozenset()
+    drop_share: float = 0.0
+    delay_ms: float = 60.0
+    jitter_ms: float = 6.0
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """One rehearsal.
+
+    Attributes:
+        name: file name without ending.
+        source: where it was read from, for messages.
+        room: built-in room it is written for.
+        duration_s: how long it lasts.
+        camera: the 360° camera.
+        people: who moves things.
+        remote: who watches from elsewhere.
+        faults: what goes wrong.
+    """
+
+    name: str
+    source: str
+    room: str
+    duration_s: float
+    camera: CameraSettings = field(default_factory=CameraSettings)
+    people: tuple[PersonSettings, ...] = ()
+    remote: tuple[RemoteSettings, ...] = ()
+    faults: Faults = field(default_factory=Faults)
+
+
+def scenario_names() -> tuple[str, ...]:
+    """Names of the built-in scenarios."""
+    return tuple(sorted(path.stem for path in SCENARIO_FOLDER.glob("*.toml")))
+
+
+def load_scenario(name_or_path: str | Path) -> Scenario:
+    """Read a built-in scenario by name, or a TOML file by path.
+
+    Raises:
+        ScenarioError: there is none, it is no TOML, or a value in it is wrong.
+    """
+    path = Path(name_or_path)
+    if str(name_or_path) in scenario_names():
+        path = SCENARIO_FOLDER / f"{name_or_path}.toml"
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        known = ", ".join(scenario_names())
+        raise ScenarioError(
+            f"scenario {str(name_or_path)!r}: cannot be read ({_reason(error)}); "
+            f"wanted a TOML file or one of {known}"
+        ) from None
+    return parse_scenario(text, source=str(path))
+
+
+def parse_scenario(text: str, *, source: str) -> Scenario:
+    """A scenario from TOML text.
+
+    Args:
+        text: the file's content.
+        source: its name, for messages.
+
+    Raises:
+        ScenarioError: the text is no TOML, or a key or value is wrong.
+    """
+    try:
+        values = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ScenarioError(f"{source}: not TOML: {error}") from None
+    table = Table(values, source, "")
+    scenario = Scenario(
+        name=Path(source).stem,
+        source=source,
+        room=table.text("room"),
+        duration_s=table.number("duration_s", low=0.1, high=3600.0),
+        camera=_camera(table.table("camera")),
+        people=tuple(_person(person) for person in table.tables("people")),
+        remote=tuple(_remote(remote) for remote in table.tables("remote")),
+        faults=_faults(table.table("faults")),
+    )
+    table.done()
+    _check_unique([p.person_id for p in scenario.people], f"{source}: people.id")
+    _check_unique([r.user_id for r in scenario.remote], f"{source}: remote.id")
+    return scenario
+
+
+def validate_scenario(scenario: Scenario, room: PhysicalRoom) -> None:
+    """Check that a scenario fits a room.
+
+    Raises:
+        ScenarioError: it is written for another room, names an object that isn't there, or sends
+            someone or something out of the room.
+    """
+    where = scenario.source
+    if scenario.room != room.name:
+        raise ScenarioError(f"{where}: room = {scenario.room!r}, wanted {room.name!r}")
+    known = sorted(thing.object_id for thing in room.objects)
+    low, high = room.footprint_m
+
+    def check_point(key: str, point: Sequence[float]) -> None:
+        if not (low + ROOM_MARGIN_M < point[:2]).all() or not (
+            point[:2] < high - ROOM_MARGIN_M
+        ).all():
+            raise ScenarioError(
+                f"{where}: {key} = {list(point)}, wanted a place inside the room: "
+                f"x {low[0]:g}..{high[0]:g}, y {low[1]:g}..{high[1]:g}"
+            )
+
+    def check_object(key: str, object_id: str) -> None:
+        if object_id not in known:
+            raise ScenarioError(f"{where}: {key} = {object_id!r}, wanted one of {', '.join(known)}")
+
+    for i, person in enumerate(scenario.people):
+        check_point(f"people[{i}].start", person.start)
+        for k, action in enumerate(person.actions):
+            key = f"people[{i}].actions[{k}]"
+            if not isinstance(action, Walk | Stand):
+                check_object(f"{key}.object", action.object)
+            if isinstance(action, Walk | Push | Carry):
+                check_point(f"{key}.to", action.to)
+    for i, remote in enumerate(scenario.remote):
+        for object_id in remote.points_at:
+            check_object(f"remote[{i}].points_at", object_id)
+
+
+def _camera(table: Table) -> CameraSettings:
+    default = CameraSettings()
+    camera = CameraSettings(
+        fps=table.number("fps", default.fps, low=0.5, high=120.0),
+        lens_size_px=table.integer("lens_size_px", default.lens_size_px, low=64, high=4096),
+        pose_error_deg=table.number("pose_error_deg", default.pose_error_deg, low=0.0, high=45.0),
+        pose_error_cm=table.number("pose_error_cm", default.pose_error_cm, low=0.0, high=100.0),
+        bitrate_mbps=table.number("bitrate_mbps", default.bitrate_mbps, low=0.1, high=400.0),
+    )
+    if camera.lens_size_px % 2:
+        raise table.error("lens_size_px", camera.lens_size_px, "an even number of pixels")
+    table.done()
+    return camera
+
+
+def _person(table: Table) -> PersonSettings:
+    person = PersonSettings(
+        person_id=table.text("id"),
+        start=table.point("start"),
+        facing_deg=table.number("facing_deg", 0.0, low=-360.0, high=360.0),
+        actions=tuple(_action(action) for action in table.tables("actions")),
+    )
+    table.done()
+    return person
+
+
+def _action(table: Table) -> Action:
+    kind = table.text("do")
+    action: Action
+    match kind:
+        case "walk":
+            action = Walk(table.point("to"), table.optional_number("face_deg", -360.0, 360.0))
+        case "stand":
+            action = Stand(table.number("seconds", low=0.0, high=600.0))
+        case "push":
+            action = Push(
+                table.text("object"),
+                table.point("to"),
+                table.number("speed_m_s", Push("", (0.0, 0.0)).speed_m_s, low=0.05, high=1.5),
+            )
+        case "turn":
+            action = Turn(table.text("object"), table.number("by_deg", low=-180.0, high=180.0))
+        case "carry":
+            action = Carry(
+                table.text("object"),
+                table.point("to"),
+                table.number("turn_deg", 0.0, low=-180.0, high=180.0),
+            )
+        case "hide":
+            action = Hide(table.text("object"), table.number("seconds", low=0.0, high=600.0))
+        case _:
+            raise table.error("do", kind, "walk, stand, push, turn, carry or hide")
+    table.done()
+    return action
+
+
+def _remote(table: Table) -> RemoteSettings:
+    remote = RemoteSettings(
+        user_id=table.text("id"),
+        path=table.points("path"),
+        points_at=table.texts("points_at"),
+    )
+    table.done()
+    return remote
+
+
+def _faults(table: Table) -> Faults:
+    default = Faults()
+    faults = Faults(
+        dropped_frames=frozenset(table.integers("dropped_frames")),
+        drop_share=table.number("drop_share", default.drop_share, low=0.0, high=0.9),
+        delay_ms=table.number("delay_ms", default.delay_ms, low=0.0, high=10_000.0),
+        jitter_ms=table.number("jitter_ms", default.jitter_ms, low=0.0, high=1_000.0),
+    )
+    table.done()
+    return faults
+
+
+def _check_unique(names: Sequence[str], key: str) -> None:
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise ScenarioError(f"{key} = {twice[0]!r} twice, wanted a different id for each")
+
+
+def _reason(error: Any) -> str:
+    return error.strerror if isinstance(error, OSError) and error.strerror else type(error).__name__

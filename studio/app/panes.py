@@ -1,0 +1,142 @@
+"""The window's two pictures: the twin, which can be orbited, and the camera."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import (
+    QColor,
+    QImage,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QResizeEvent,
+    QWheelEvent,
+)
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from studio.app.orbit import Orbit
+
+BACKDROP = QColor(14, 16, 20)
+CAPTION = QColor(154, 160, 170)
+STEP_M, FAST, SLOW = 0.12, 4.0, 0.25
+WHEEL_STEP = 120.0
+FLIGHT = {
+    Qt.Key.Key_W: (0, 0, 1),
+    Qt.Key.Key_S: (0, 0, -1),
+    Qt.Key.Key_A: (-1, 0, 0),
+    Qt.Key.Key_D: (1, 0, 0),
+    Qt.Key.Key_E: (0, 1, 0),
+    Qt.Key.Key_Q: (0, -1, 0),
+}
+
+
+class PicturePane(QWidget):
+    """Shows a picture as large as it fits, with a caption."""
+
+    def __init__(self, caption: str) -> None:
+        super().__init__()
+        self._caption = caption
+        self._image: QImage | None = None
+        self.setMinimumSize(240, 180)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setAccessibleName(caption)
+
+    def sizeHint(self) -> QSize:
+        """See Qt."""
+        return QSize(640, 480)
+
+    def show_picture(self, picture: NDArray[np.uint8]) -> None:
+        """Take an (H, W, 3) RGB picture."""
+        rgb = np.ascontiguousarray(picture)
+        height, width = rgb.shape[:2]
+        image = QImage(rgb.data, width, height, 3 * width, QImage.Format.Format_RGB888)
+        self._image = image.copy()  # the array may go before the image does
+        self.update()
+
+    @property
+    def has_picture(self) -> bool:
+        """Whether anything was shown yet."""
+        return self._image is not None
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """See Qt."""
+        painter = QPainter(self)
+        painter.fillRect(self.rect(), BACKDROP)
+        if self._image is not None:
+            painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+            scale = min(self.width() / self._image.width(), self.height() / self._image.height())
+            width, height = scale * self._image.width(), scale * self._image.height()
+            left, top = (self.width() - width) / 2, (self.height() - height) / 2
+            painter.drawImage(QRectF(left, top, width, height), self._image)
+        painter.setPen(CAPTION)
+        painter.drawText(10, 20, self._caption)
+        painter.end()
+
+
+class TwinPane(PicturePane):
+    """The twin: left drag turns, right or middle drag pans, wheel zooms, WASD and QE fly, F frames.
+
+    Args:
+        changed: called when another picture is wanted.
+    """
+
+    def __init__(self, changed: Callable[[], None]) -> None:
+        super().__init__("twin · drag to turn, wheel to zoom, WASD to fly, F to see all")
+        self.orbit: Orbit | None = None
+        self._home: Orbit | None = None
+        self._changed = changed
+        self._last = QPointF()
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+
+    def look_from(self, home: Orbit) -> None:
+        """Start at this view; F comes back to it."""
+        self._home = home
+        self._set(home)
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """See Qt."""
+        self._last = event.position()
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """See Qt."""
+        moved = event.position() - self._last
+        self._last = event.position()
+        if self.orbit is None:
+            return
+        if event.buttons() & Qt.MouseButton.LeftButton:
+            self._set(self.orbit.turned(moved.x(), moved.y()))
+        elif event.buttons() & (Qt.MouseButton.RightButton | Qt.MouseButton.MiddleButton):
+            self._set(self.orbit.panned(moved.x(), moved.y(), focal_px=0.8 * self.width()))
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """See Qt."""
+        if self.orbit is not None:
+            self._set(self.orbit.zoomed(event.angleDelta().y() / WHEEL_STEP))
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """See Qt."""
+        key = Qt.Key(event.key())
+        if self.orbit is not None and key in FLIGHT:
+            fast = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
+            slow = event.modifiers() & Qt.KeyboardModifier.AltModifier
+            step = STEP_M * (FAST if fast else SLOW if slow else 1.0)
+            right, up, forward = (step * v for v in FLIGHT[key])
+            self._set(self.orbit.flown(right, up, forward))
+        elif self._home is not None and key == Qt.Key.Key_F:
+            self._set(self._home)
+        else:
+            super().keyPressEvent(event)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """See Qt."""
+        super().resizeEvent(event)
+        self._changed()
+
+    def _set(self, orbit: Orbit) -> None:
+        self.orbit = orbit
+        self._changed()

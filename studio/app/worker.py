@@ -1,0 +1,169 @@
+"""The window's two helpers: a thread that plays the session and one that draws the twin."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.streams import Slot, StreamClosedError
+from scenes.cameras import Pinhole
+from scenes.package import ScenePackage, open_scene
+from scenes.pose import Pose
+from scenes.render.native import NativeRenderer
+from scenes.state import SceneState, TrackState
+from studio.overlay import STATE_COLOURS, draw_avatar, draw_footprint
+from studio.pipeline import CancelledError
+from studio.progress import Progress
+from studio.rehearsal import Performance, perform
+from studio.session import Session, SessionOutput, SessionPlan, open_session
+from studio.twin import Twin
+
+Watch = Callable[[SessionOutput], None]
+
+
+class SceneJob:
+    """Opens a scene, and plays a session in it if a plan is given, on a thread of its own.
+
+    The window polls; nothing here touches a widget.
+
+    Args:
+        scene: name or path.
+        plan: what to play, or None to look at the scene only.
+        out: folder for the results; None plays without leaving any.
+        watch: sees every result on the job's thread.
+    """
+
+    def __init__(
+        self,
+        scene: str,
+        plan: SessionPlan | None = None,
+        out: Path | None = None,
+        watch: Watch | None = None,
+    ) -> None:
+        self.outputs: Slot[SessionOutput] = Slot()
+        self.lines: Slot[str] = Slot()
+        self.opened: ScenePackage | None = None
+        self.session: Session | None = None
+        self.performance: Performance | None = None
+        self.failure: BaseException | None = None
+        self._plan, self._out, self._watch = plan, out, watch
+        self._scene = scene
+        self._cancelled = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="session", daemon=True)
+
+    def start(self) -> None:
+        """Begin."""
+        self._thread.start()
+
+    @property
+    def running(self) -> bool:
+        """Whether it is still at work."""
+        return self._thread.is_alive()
+
+    def cancel(self) -> None:
+        """Ask it to stop and wait until it has."""
+        self._cancelled.set()
+        if self._thread.is_alive():
+            self._thread.join()
+
+    def _run(self) -> None:
+        progress = Progress(lambda text, _final: self.lines.put(text))
+        try:
+            if self._plan is None:
+                progress.begin("opening the scene")
+                self.opened = open_scene(self._scene)
+                progress.finish()
+            elif self._out is not None:
+                self.performance = perform(
+                    self._plan,
+                    self._out,
+                    progress=progress,
+                    opened=self._see_session,
+                    watch=self._see,
+                    cancelled=self._cancelled,
+                )
+            else:
+                progress.begin("replaying")
+                session = open_session(self._plan)
+                self._see_session(session)
+                session.run(self._see, cancelled=self._cancelled)
+                progress.finish()
+        except (CancelledError, ValueError, OSError) as error:
+            self.failure = error
+        except Exception as error:  # noqa: BLE001 - raised again where the window is closed
+            self.failure = error
+
+    def _see_session(self, session: Session) -> None:
+        self.session = session
+        self.opened = session.scene
+
+    def _see(self, output: SessionOutput) -> None:
+        self.outputs.put(output)
+        if self._watch is not None:
+            self._watch(output)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class View:
+    """What to draw: the state of the room, seen from somewhere."""
+
+    state: SceneState
+    camera: Pinhole
+    world_from_camera: Pose
+
+
+class TwinPainter:
+    """Draws the twin on a thread of its own; always the latest view that was asked for.
+
+    Args:
+        scene: the scan.
+    """
+
+    def __init__(self, scene: ScenePackage) -> None:
+        self.pictures: Slot[NDArray[np.uint8]] = Slot()
+        self._twin = Twin(scene, NativeRenderer())
+        self._boxes: Mapping[str, tuple[float, float, float]] = {
+            item.object_id: item.box_m for item in scene.objects
+        }
+        self._views: Slot[View] = Slot()
+        self._thread = threading.Thread(target=self._run, name="twin painter", daemon=True)
+        self._thread.start()
+
+    def show(self, view: View) -> None:
+        """Ask for a picture; an older request that was not begun is forgotten."""
+        self._views.put(view)
+
+    def stop(self) -> None:
+        """Finish the picture in hand and end."""
+        self._views.close()
+        self._thread.join()
+
+    def _run(self) -> None:
+        while (view := self._views.take(timeout_s=None)) is not None:
+            try:
+                self.pictures.put(self._draw(view))
+            except StreamClosedError:
+                return
+
+    def _draw(self, view: View) -> NDArray[np.uint8]:
+        poses = {key: track.world_from_object for key, track in view.state.objects.items()}
+        drawn = self._twin.picture(poses, view.camera, view.world_from_camera)
+        for key, track in view.state.objects.items():
+            if track.state is not TrackState.STATIC and key in self._boxes:
+                draw_footprint(
+                    drawn,
+                    view.camera,
+                    view.world_from_camera,
+                    track.world_from_object,
+                    self._boxes[key],
+                    colour=STATE_COLOURS[track.state],
+                    dashed=track.state is TrackState.OCCLUDED,
+                )
+        for avatar in view.state.avatars.values():
+            draw_avatar(drawn, view.camera, view.world_from_camera, avatar)
+        return drawn

@@ -1,0 +1,94 @@
+"""Both renderers, cameras of both kinds, and clouds that are hard to draw."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from scenes.cameras import Fisheye, Pinhole
+from scenes.pose import Pose
+from scenes.render.native import NativeRenderer
+from scenes.render.reference import ReferenceRenderer
+from scenes.render.renderer import PosedSplats
+from scenes.splats import SH_C0, SplatCloud
+
+CAMERAS = {
+    "pinhole": Pinhole.from_fov(97, 71, np.radians(70)),
+    "pinhole off centre": Pinhole(90, 101, 50.0, 65.0, 20.5, 71.3),
+    "telephoto": Pinhole.from_fov(64, 64, np.radians(8)),
+    "fisheye 200°": Fisheye.from_fov(96, np.radians(200)),
+    "fisheye 300°": Fisheye.from_fov(96, np.radians(300)),
+    "fisheye cropped": Fisheye(80, 70, 45.0, 22.0, 51.0, np.radians(110)),
+}
+
+
+@pytest.fixture(scope="session", params=["native", "native portable", "reference"])
+def renderer(request):
+    """Every renderer, for what they must all do."""
+    if request.param == "reference":
+        return ReferenceRenderer()
+    return NativeRenderer(portable=request.param == "native portable")
+
+
+@pytest.fixture(scope="session", params=["vector", "portable"])
+def native(request):
+    """The native renderer with the machine's instructions, and with portable ones only."""
+    return NativeRenderer(portable=request.param == "portable")
+
+
+@pytest.fixture(scope="session")
+def reference():
+    """The oracle."""
+    return ReferenceRenderer()
+
+
+@pytest.fixture(scope="session", params=list(CAMERAS))
+def camera(request):
+    """Cameras of both kinds, none of them a whole number of tiles."""
+    return CAMERAS[request.param]
+
+
+@pytest.fixture(scope="session")
+def wild_cloud() -> Callable[..., SplatCloud]:
+    """make(count, degree, seed, spread_m) -> splats of 1 mm to 1 m about the origin."""
+
+    def make(count: int, *, degree: int = 0, seed: int = 0, spread_m: float = 1.0) -> SplatCloud:
+        rng = np.random.default_rng(seed)
+        rotations = rng.normal(size=(count, 4))
+        rotations /= np.linalg.norm(rotations, axis=1, keepdims=True)
+        return SplatCloud(
+            (rng.normal(size=(count, 3)) * spread_m).astype(np.float32),
+            np.exp(rng.uniform(np.log(1e-3), 0.0, (count, 3))).astype(np.float32),
+            rotations.astype(np.float32),
+            rng.uniform(0.01, 1.0, count).astype(np.float32),
+            (rng.normal(size=(count, (degree + 1) ** 2, 3)) * 0.25).astype(np.float32),
+        )
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def ball() -> Callable[..., SplatCloud]:
+    """make(mean, sigma_m, opacity, colour) -> one round splat of one colour."""
+
+    def make(mean, *, sigma_m=0.02, opacity=0.8, colour=(1.0, 0.5, 0.25)) -> SplatCloud:
+        sh = (np.array(colour) - 0.5) / SH_C0
+        return SplatCloud(
+            np.array([mean], dtype=np.float32),
+            np.full((1, 3), sigma_m, dtype=np.float32),
+            np.array([[1, 0, 0, 0]], dtype=np.float32),
+            np.array([opacity], dtype=np.float32),
+            sh.reshape(1, 1, 3).astype(np.float32),
+        )
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def at_origin() -> Callable[..., tuple[PosedSplats, ...]]:
+    """make(*clouds) -> the clouds, each posed at the identity."""
+
+    def make(*clouds: SplatCloud) -> tuple[PosedSplats, ...]:
+        return tuple(PosedSplats(cloud, Pose.identity()) for cloud in clouds)
+
+    return make

@@ -1,0 +1,192 @@
+"""The native renderer against the reference, and what is its own: threads, cache, damage."""
+
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from scenes.cameras import Fisheye, Pinhole
+from scenes.pose import Pose
+from scenes.render import native as native_module
+from scenes.render.native import NativeRenderer
+from scenes.render.reference import ReferenceRenderer
+from scenes.render.renderer import PosedSplats, RenderOptions
+from scenes.splats import SplatCloud
+
+HERE = Pose.identity()
+
+
+def assert_agrees(rendering, drawing):
+    """Within 2e-4 where no splat is on the 1/255 step, and a step's worth anywhere."""
+    oracle = drawing.rendering
+    firm = ~drawing.on_step
+    assert firm.mean() > 0.97
+    for name in ("rgb", "alpha"):
+        error = np.abs(getattr(rendering, name) - getattr(oracle, name)).reshape(*firm.shape, -1)
+        assert error[firm].max(initial=0.0) <= 2e-4, name
+        assert error.max() <= 5e-3, name
+    hit = firm & (oracle.alpha > 0)
+    relative = np.abs(rendering.depth[hit] / oracle.depth[hit] - 1)
+    assert relative.max(initial=0.0) <= 1e-3
+    assert (rendering.depth[oracle.alpha == 0] == 0).all()
+    assert np.mean(rendering.ids[firm] != oracle.ids[firm]) <= 1e-3
+
+
+@pytest.mark.parametrize("degree", [0, 1, 2, 3])
+@pytest.mark.parametrize("antialias", [False, True])
+def test_agrees_with_the_reference(native, reference, wild_cloud, camera, degree, antialias):
+    objects = [
+        PosedSplats(wild_cloud(150, degree=degree, seed=1), Pose.from_yaw(0.3, (0.1, 0.2, 1.5))),
+        PosedSplats(
+            wild_cloud(100, degree=3, seed=2),
+            Pose.from_quaternion(np.array([0.5, 0.5, -0.5, 0.5]), (0.5, 0.0, 0.5)),
+        ),
+        PosedSplats(wild_cloud(50, degree=1, seed=3, spread_m=0.2), Pose.identity()),
+    ]
+    pose = Pose.from_yaw(-0.2, (0.0, 0.0, -0.7))
+    options = RenderOptions(background=(0.2, 0.4, 0.6), sh_degree=degree, antialias=antialias)
+    rendering = native.render(objects, camera, pose, options)
+    drawing = reference.draw(objects, camera, pose, options)
+    assert_agrees(rendering, drawing)
+    assert drawing.rendering.alpha.mean() > 0.2
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_agrees_inside_a_cloud_of_near_splats(native, reference, wild_cloud, camera, seed):
+    cloud = wild_cloud(200, degree=1, seed=seed, spread_m=0.15)
+    objects = [PosedSplats(cloud, Pose.identity())]
+    options = RenderOptions(near_m=0.01)
+    assert_agrees(
+        native.render(objects, camera, HERE, options),
+        reference.draw(objects, camera, HERE, options),
+    )
+
+
+def test_agrees_on_a_large_picture(native, reference, wild_cloud):
+    objects = [PosedSplats(wild_cloud(60, seed=9, spread_m=0.7), Pose.identity())]
+    pose = Pose(np.eye(3), [0.0, 0.0, -3.0])
+    for camera in (Pinhole.from_fov(1000, 620, 0.8), Fisheye.from_fov(900, np.radians(200))):
+        assert_agrees(native.render(objects, camera, pose), reference.draw(objects, camera, pose))
+
+
+def test_agrees_where_tiles_saturate(native, reference, wild_cloud):
+    cloud = wild_cloud(1500, seed=11, spread_m=0.3)
+    objects = [PosedSplats(cloud, Pose.identity())]
+    camera = Pinhole.from_fov(60, 60, 0.3)
+    pose = Pose(np.eye(3), [0.0, 0.0, -2.0])
+    drawing = reference.draw(objects, camera, pose)
+    assert drawing.rendering.alpha.min() > 0.9998
+    rendering = native.render(objects, camera, pose)
+    assert np.abs(rendering.alpha - drawing.rendering.alpha).max() <= 2e-4
+    firm = ~drawing.on_step
+    assert np.abs(rendering.rgb - drawing.rendering.rgb)[firm].max() <= 2e-4
+
+
+def test_the_number_of_threads_changes_nothing(native, wild_cloud, camera):
+    objects = [PosedSplats(wild_cloud(3000, degree=2, seed=k), Pose.from_yaw(k)) for k in range(2)]
+    pose = Pose(np.eye(3), [0.0, 0.0, -1.0])
+    one = native.render(objects, camera, pose, RenderOptions(threads=1))
+    for threads in (0, 2, 3, 8):
+        many = native.render(objects, camera, pose, RenderOptions(threads=threads))
+        for name in ("rgb", "alpha", "depth", "ids"):
+            np.testing.assert_array_equal(getattr(many, name), getattr(one, name))
+
+
+def test_several_callers_at_once(native, wild_cloud, at_origin, camera):
+    scenes = [at_origin(wild_cloud(500, seed=seed)) for seed in range(6)]
+    pose = Pose(np.eye(3), [0.0, 0.0, -2.0])
+    alone = [native.render(objects, camera, pose).rgb for objects in scenes]
+    with ThreadPoolExecutor(4) as callers:
+        together = list(callers.map(lambda objects: native.render(objects, camera, pose), scenes))
+    for before, after in zip(alone, together, strict=True):
+        np.testing.assert_array_equal(after.rgb, before)
+
+
+BAD_FLOATS = st.sampled_from(
+    [np.nan, np.inf, -np.inf, 0.0, -0.0, -1.0, 1e-45, 1e-38, 3e38, -3e38, 1e9, 1e3, 1e-9, 2.0]
+)
+DAMAGE = st.lists(
+    st.tuples(
+        st.sampled_from(["means", "scales", "rotations", "opacities", "sh"]),
+        st.integers(0, 39),
+        st.integers(0, 11),
+        BAD_FLOATS,
+    ),
+    max_size=25,
+)
+
+
+@settings(max_examples=60, deadline=None, derandomize=True, database=None)
+@given(damage=DAMAGE, kind=st.sampled_from(["pinhole", "fisheye"]), antialias=st.booleans())
+def test_damaged_splats_are_left_out(wild_cloud, damage, kind, antialias):
+    arrays = {
+        name: getattr(wild_cloud(40, degree=1, seed=4, spread_m=0.5), name).copy()
+        for name in ("means", "scales", "rotations", "opacities", "sh")
+    }
+    for name, splat, place, value in damage:
+        row = arrays[name].reshape(40, -1)
+        row[splat, place % row.shape[1]] = value
+    objects = [PosedSplats(SplatCloud(**arrays), Pose(np.eye(3), [0.0, 0.0, 1.0]))]
+    camera = Pinhole.from_fov(40, 30, 1.2) if kind == "pinhole" else Fisheye.from_fov(40, 3.6)
+    options = RenderOptions(antialias=antialias)
+    drawing = ReferenceRenderer().draw(objects, camera, HERE, options)
+    for portable in (False, True):
+        rendering = NativeRenderer(portable=portable).render(objects, camera, HERE, options)
+        assert np.isfinite(rendering.rgb).all()
+        firm = ~drawing.on_step
+        assert np.abs(rendering.alpha - drawing.rendering.alpha)[firm].max() <= 2e-4
+
+
+def test_non_unit_quaternions_count_as_their_direction(native, wild_cloud, at_origin, camera):
+    cloud = wild_cloud(50, seed=6)
+    scaled = SplatCloud(
+        cloud.means, cloud.scales, cloud.rotations * 64.0, cloud.opacities, cloud.sh
+    )
+    pose = Pose(np.eye(3), [0.0, 0.0, -2.0])
+    np.testing.assert_array_equal(
+        native.render(at_origin(scaled), camera, pose).rgb,
+        native.render(at_origin(cloud), camera, pose).rgb,
+    )
+
+
+def test_prepare_counts_the_damaged(native, wild_cloud):
+    cloud = wild_cloud(20)
+    scales = cloud.scales.copy()
+    scales[3, 1] = 0.0
+    scales[7, 2] = np.nan
+    damaged = SplatCloud(cloud.means, scales, cloud.rotations, cloud.opacities, cloud.sh)
+    assert native.prepare(cloud) == 0
+    assert native.prepare(damaged) == 2
+
+
+def test_a_cloud_is_prepared_once_and_old_ones_are_forgotten(wild_cloud, at_origin, monkeypatch):
+    renderer = NativeRenderer()
+    prepared = []
+    prepare = renderer._prepare
+    monkeypatch.setattr(renderer, "_prepare", lambda *a: (prepared.append(1), prepare(*a))[1])
+    monkeypatch.setattr(native_module, "KEPT_CLOUDS", 3)
+    camera = Pinhole.from_fov(8, 8, 1.0)
+    clouds = [wild_cloud(5, seed=seed) for seed in range(4)]
+    for cloud in (clouds[0], clouds[0], clouds[1], clouds[2], clouds[0]):
+        renderer.render(at_origin(cloud), camera, HERE)
+    assert len(prepared) == 3
+    renderer.render(at_origin(clouds[3]), camera, HERE)
+    renderer.render(at_origin(clouds[0]), camera, HERE)
+    assert len(prepared) == 4
+    renderer.render(at_origin(clouds[1]), camera, HERE)
+    assert len(prepared) == 5
+
+
+def test_a_missing_crate_says_what_to_do(monkeypatch):
+    monkeypatch.setitem(sys.modules, "scenes._native", None)
+    monkeypatch.delattr("scenes._native", raising=False)
+    with pytest.raises(ImportError, match=r"\./nexus"):
+        NativeRenderer()
+
+
+def test_too_large_a_picture_is_refused(native):
+    with pytest.raises(ValueError, match=r"camera: 40000×1 px, wanted at most 32768"):
+        native.render([], Pinhole(40000, 1, 1.0, 1.0, 0.0, 0.0), HERE)

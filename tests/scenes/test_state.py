@@ -1,0 +1,89 @@
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from scenes.pose import Pose
+from scenes.state import (
+    Annotation,
+    Avatar,
+    LiveSurface,
+    SceneState,
+    TrackedObject,
+    TrackState,
+    reduce_state,
+)
+
+
+def tracked(object_id: str, t_ns: int) -> TrackedObject:
+    pose = Pose.from_yaw(0.0, (t_ns, 0, 0))
+    return TrackedObject(object_id, t_ns, pose, np.eye(4), 1.0, TrackState.TRACKED, 1.0, t_ns)
+
+
+CHANGES = [
+    (tracked("a", 1), "objects"),
+    (LiveSurface("a", np.zeros((4, 3)), (4, 3), "cam"), "surfaces"),
+    (Avatar("a", "remote", Pose.identity()), "avatars"),
+    (Annotation("a", "u", np.zeros((2, 3)), (1, 0, 0)), "annotations"),
+]
+
+
+@pytest.mark.parametrize(("change", "where"), CHANGES, ids=[w for _, w in CHANGES])
+def test_a_change_makes_a_new_state_and_leaves_the_old(change, where):
+    old = SceneState()
+    new = reduce_state(old, change, 5)
+    assert getattr(new, where) == {"a": change}
+    assert (new.version, new.t_ns) == (1, 5)
+    assert (old.version, old.t_ns) == (0, 0)
+    assert not getattr(old, where)
+    for other in ("objects", "surfaces", "avatars", "annotations"):
+        if other != where:
+            assert getattr(new, other) is getattr(old, other)
+
+
+def test_states_cannot_be_changed_in_place():
+    state = reduce_state(SceneState(), tracked("a", 1), 1)
+    with pytest.raises(TypeError):
+        state.objects["b"] = tracked("b", 1)  # type: ignore[index]
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        state.version = 7  # type: ignore[misc]
+
+
+def test_an_older_pose_is_ignored_and_an_equal_one_is_not():
+    state = reduce_state(SceneState(), tracked("a", 10), 10)
+    assert reduce_state(state, tracked("a", 9), 11) is state
+    assert reduce_state(state, tracked("a", 10), 11).version == 2
+    assert reduce_state(state, tracked("b", 9), 11).version == 2
+
+
+@given(st.permutations(range(8)))
+def test_whatever_the_order_of_arrival_the_newest_pose_wins(order):
+    state, accepted = SceneState(), 0
+    for t_ns in order:
+        before = state
+        state = reduce_state(state, tracked("a", t_ns), t_ns)
+        accepted += state is not before
+    assert state.objects["a"].t_ns == 7
+    assert state.version == accepted
+    assert state.t_ns == 7
+
+
+@given(st.lists(st.tuples(st.sampled_from("abc"), st.integers(0, 50)), max_size=30))
+def test_versions_grow_by_one_and_time_never_runs_back(arrivals):
+    state = SceneState()
+    for object_id, t_ns in arrivals:
+        new = reduce_state(state, tracked(object_id, t_ns), t_ns)
+        assert new.version in (state.version, state.version + 1)
+        assert new.t_ns >= state.t_ns
+        for key, item in state.objects.items():
+            assert new.objects[key].t_ns >= item.t_ns
+        state = new
+
+
+def test_avatars_replace_the_one_with_their_id():
+    one = Avatar("u", "local", Pose.identity())
+    two = Avatar("u", "local", Pose.from_yaw(1.0))
+    state = reduce_state(reduce_state(SceneState(), one, 1), two, 2)
+    assert state.avatars == {"u": two}

@@ -1,0 +1,60 @@
+"""The renderer's figures: all there, and the error within its bar."""
+
+import json
+
+import numpy as np
+import pytest
+
+from studio.bench import raster
+from studio.bench.splat_scenes import bench_object, bench_room, dual_fisheye, room_camera
+from studio.cli import main
+
+
+def test_quick_figures(capsys, monkeypatch):
+    monkeypatch.setattr(raster, "QUICK_REPEATS", 2)
+    assert main(["bench", "raster", "--quick", "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["verb"] == "bench raster"
+    rows = {row["name"]: row for row in report["rows"]}
+    assert rows["raster.error.max"]["bar"] == 2e-4
+    assert rows["raster.error.max"]["passed"]
+    assert 0 < rows["raster.error.max"]["value"] <= rows["raster.error.worst_pixel"]["value"]
+    assert rows["raster.object_20k.2t.ms"]["value"] > 0
+    assert rows["raster.object_20k.2t.ms"]["spread"] >= 0
+    assert rows["raster.vs_reference"]["value"] > 1
+
+
+def test_a_wrong_picture_fails(monkeypatch):
+    """An error of one part in a thousand in the colours must not pass the bar."""
+    native = raster.NativeRenderer()
+    exact = raster.ReferenceRenderer
+
+    class Off(exact):
+        def draw(self, *args):
+            drawing = super().draw(*args)
+            drawing.rendering.rgb[3, 4] += 1e-3
+            return drawing
+
+    monkeypatch.setattr(raster, "ReferenceRenderer", Off)
+    error, worst, _ = raster._error_rows(native, seeds=1)
+    assert error.passed is False
+    assert worst.value == pytest.approx(1e-3, rel=0.01)
+
+
+def test_the_room_has_the_size_it_says_and_surrounds_the_cameras():
+    room = bench_room(5_000, np.random.default_rng(0))
+    assert len(room) == 5_000
+    assert (room.means.min(axis=0) < [-2.9, -2.4, 0.1]).all()
+    assert (room.means.max(axis=0) > [2.9, 2.4, 2.6]).all()
+    camera, pose = room_camera(64, 48)
+    views = [(camera, pose), *dual_fisheye(64)]
+    seen = [camera.project(pose.inverse() @ room.means)[1].mean() for camera, pose in views]
+    assert 0.05 < seen[0] < 0.4
+    assert seen[1] + seen[2] > 0.95
+
+
+def test_the_chair_stands_on_the_floor():
+    chair = bench_object(2_000, np.random.default_rng(0))
+    assert len(chair) == 2_000
+    assert abs(chair.means[:, 2].min()) < 0.01
+    assert 0.85 < chair.means[:, 2].max() < 0.95

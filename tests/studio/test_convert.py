@@ -1,0 +1,110 @@
+import json
+
+import numpy as np
+import pytest
+
+from scenes.formats.registry import is_in_world_frame, read_splats, write_splats
+from scenes.frames import WORLD_FROM_FORWARD_CAMERA
+from scenes.package import ScenePackage, open_scene, save_package
+from scenes.pose import Pose
+from scenes.splats import SplatCloud
+from scenes.state import ObjectModel
+from studio.cli import main
+
+
+def cloud_of(n: int, coefficients: int = 1) -> SplatCloud:
+    rng = np.random.default_rng(n)
+    rotations = rng.normal(size=(n, 4))
+    return SplatCloud(
+        rng.uniform(-1, 1, (n, 3)),
+        rng.uniform(0.01, 0.1, (n, 3)),
+        rotations / np.linalg.norm(rotations, axis=1, keepdims=True),
+        rng.uniform(0, 1, n),
+        rng.uniform(-0.5, 0.5, (n, coefficients, 3)),
+    )
+
+
+@pytest.fixture
+def convert(capsys):
+    """convert(*words) -> exit code, standard output, standard error."""
+
+    def call(*words):
+        code = main(["convert", *map(str, words)])
+        printed = capsys.readouterr()
+        return code, printed.out, printed.err
+
+    return call
+
+
+def test_one_line_with_counts_and_bytes(convert, tmp_path):
+    write_splats(tmp_path / "a.ply", cloud_of(1234, 4))
+    code, out, err = convert(tmp_path / "a.ply", tmp_path / "b.spz")
+    size = (tmp_path / "b.spz").stat().st_size
+    assert (code, err) == (0, "")
+    assert out.count("\n") == 1
+    assert "1,234 splats, degree 1" in out
+    assert f"{size:,} bytes" in out
+    assert len(read_splats(tmp_path / "b.spz")) == 1234
+
+
+def test_json_report(convert, tmp_path):
+    write_splats(tmp_path / "a.ply", cloud_of(5, 4))
+    code, out, _ = convert(tmp_path / "a.ply", tmp_path / "b.splat", "--json")
+    report = json.loads(out)
+    assert code == 0
+    assert (report["verb"], report["splats"]) == ("convert", 5)
+    assert (report["sh_degree"], report["written_sh_degree"]) == (1, 0)
+    assert report["target_bytes"] == 5 * 32
+
+
+def test_what_a_format_cannot_hold_is_said(convert, tmp_path):
+    write_splats(tmp_path / "a.ply", cloud_of(5, 4))
+    _, out, _ = convert(tmp_path / "a.ply", tmp_path / "b.splat")
+    assert "view-dependent colour left out" in out
+
+
+@pytest.mark.parametrize(
+    ("source", "target", "said"),
+    [
+        ("gone.ply", "b.spz", "No such file"),
+        ("a.ply", "b.xyz", "unknown ending"),
+        ("a.ply", "b.compressed.ply", "read only"),
+        ("a.ply", "a.ply", "is the file to read"),
+        ("a.ply", "gone/b.ply", "make the folder"),
+        ("cut.ply", "b.ply", "truncated"),
+        ("text.txt", "b.ply", "not a splat file"),
+        (".", "b.ply", "folder"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_3(convert, tmp_path, source, target, said):
+    write_splats(tmp_path / "a.ply", cloud_of(5))
+    whole = (tmp_path / "a.ply").read_bytes()
+    (tmp_path / "cut.ply").write_bytes(whole[:-1])
+    (tmp_path / "text.txt").write_text("hello")
+    before = sorted(p.name for p in tmp_path.iterdir())
+    code, out, err = convert(tmp_path / source, tmp_path / target)
+    assert (code, out) == (3, "")
+    assert err.count("\n") == 1
+    assert said in err
+    assert sorted(p.name for p in tmp_path.iterdir()) == before
+    assert (tmp_path / "a.ply").read_bytes() == whole
+
+
+def test_a_scene_becomes_one_file_in_place(convert, tmp_path):
+    room, chair = cloud_of(50, 4), cloud_of(20)
+    placed = Pose.from_yaw(1.0, (2.0, 0.0, 0.0))
+    item = ObjectModel("chair-1", "Chair", "chair", chair, (1, 1, 1), 0.0, placed)
+    package = ScenePackage(
+        "s", room, (item,), (), Pose.identity(), np.array([[-1, -1], [1, 1]]), None
+    )
+    save_package(package, tmp_path / "scene")
+    where = placed @ chair.means.astype(float)
+    for name in ("a.ply", "a.spz"):
+        assert convert(tmp_path / "scene", tmp_path / name)[0] == 0
+        opened = open_scene(tmp_path / name).room
+        assert len(opened) == 70
+        np.testing.assert_allclose(opened.means[:50], room.means, atol=2e-4)
+        np.testing.assert_allclose(opened.means[50:], where, atol=2e-4)
+    assert is_in_world_frame(tmp_path / "a.ply")
+    in_file = read_splats(tmp_path / "a.spz").means.astype(float)
+    np.testing.assert_allclose(WORLD_FROM_FORWARD_CAMERA @ in_file[:50], room.means, atol=2e-4)

@@ -1,0 +1,148 @@
+import threading
+
+import numpy as np
+import pytest
+
+from devices.recording import read_recording
+from devices.recording_codec import RecordedTrack
+from studio.pipeline import CancelledError, ExactExecutor, PacedExecutor
+from studio.replay import Comparison
+from studio.session import METHODS, Pace, SessionPlan, open_session
+from studio.sources import recorded_inputs
+
+
+def run(tiny, plan, **options):
+    outputs = []
+    result = tiny.session(plan, **options).run(outputs.append)
+    return outputs, result
+
+
+def test_exact_sees_every_frame_and_reduces_the_state(tiny):
+    outputs, result = run(tiny, SessionPlan())
+    assert [o.input.frame.seq for o in outputs] == list(range(tiny.frames))
+    assert (result.frames, result.dropped, result.lost) == (tiny.frames, 0, 0)
+    last = outputs[-1].state
+    assert set(last.objects) == {"chair-1", "stool-1"}
+    assert set(last.avatars) == {"maya"}
+    shown = outputs[-1].tracks["own"].objects[0]
+    assert last.objects["chair-1"] is shown
+
+
+def test_stages_of_the_shown_tracker_have_plain_names(tiny):
+    _outputs, result = run(tiny, SessionPlan())
+    stages = {stage.name: stage for stage in result.latencies.stages()}
+    assert {"source", "detect", "pose", "track", "paper.detect", "paper.track"} <= set(stages)
+    assert stages["pose"].p50_ms == pytest.approx(5.0)
+    names = [row.name for row in result.latencies.rows()]
+    assert "stage.pose.ms.p95" in names
+
+
+@pytest.mark.parametrize("pace", list(Pace))
+def test_what_is_recorded_comes_back(tiny, tmp_path, pace):
+    path = tmp_path / "recording.mcap"
+    plan = SessionPlan(pace=pace, record_to=path)
+    session = tiny.session(plan)
+    outputs = []
+    result = session.run(outputs.append)
+    inputs = list(recorded_inputs(path, session.info))
+    assert len(inputs) == tiny.frames
+    assert result.frames + result.dropped == tiny.frames
+    assert [e.text for i in inputs for e in i.events] == ["pushes chair 1"]
+    assert all(i.truth is not None and len(i.avatars) == 1 for i in inputs)
+    tracks = [v for v in read_recording(path) if isinstance(v, RecordedTrack)]
+    assert len(tracks) == 2 * 2 * result.frames
+
+
+def test_replay_of_an_exact_recording_gives_the_same_tracks(tiny, tmp_path):
+    path = tmp_path / "recording.mcap"
+    recorded = tiny.session(SessionPlan(record_to=path))
+    recorded.run(lambda _output: None)
+    comparison = Comparison()
+    again = tiny.session(SessionPlan(), inputs=lambda: recorded_inputs(path, recorded.info))
+    again.run(comparison.add)
+    assert comparison.compared == 2 * 2 * tiny.frames
+    assert comparison.different == comparison.missing == 0
+    assert not comparison.first
+
+
+def test_replay_with_another_tracker_is_noticed(tiny, tmp_path):
+    path = tmp_path / "recording.mcap"
+    recorded = tiny.session(SessionPlan(methods=("own",), record_to=path))
+    recorded.run(lambda _output: None)
+    comparison = Comparison()
+    again = tiny.session(
+        SessionPlan(methods=("own",)),
+        inputs=lambda: recorded_inputs(path, recorded.info),
+        offset_m=0.05,
+    )
+    again.run(comparison.add)
+    assert comparison.different == 2 * tiny.frames
+    assert comparison.largest_cm == pytest.approx(2.0)
+    assert "chair-1 (own) at frame 0" in comparison.first
+    assert {r.name for r in comparison.rows() if r.passed is False} == {"replay.tracks.different"}
+
+
+@pytest.mark.parametrize("pace", list(Pace))
+def test_cancelling_stops_and_leaves_only_the_part_file(tiny, tmp_path, pace):
+    path = tmp_path / "recording.mcap"
+    cancelled = threading.Event()
+    session = tiny.session(SessionPlan(pace=pace, record_to=path))
+    with pytest.raises(CancelledError):
+        session.run(lambda _output: cancelled.set(), cancelled=cancelled)
+    assert not path.exists()
+    assert path.with_name("recording.mcap.part").exists()
+
+
+@pytest.mark.parametrize("pace", list(Pace))
+def test_an_error_of_the_source_reaches_the_caller(tiny, pace):
+    def broken():
+        yield next(tiny.inputs())
+        raise ValueError("camera fell over")
+
+    with pytest.raises(ValueError, match="camera fell over"):
+        tiny.session(SessionPlan(pace=pace), inputs=broken).run(lambda _output: None)
+
+
+def test_a_slow_tracker_drops_frames_when_paced_and_they_are_counted(tiny):
+    turn = threading.Event()
+    slow = tiny.tracker(0.0)
+    step = slow.step
+
+    def wait_for_the_end(state, frame, now_ns):
+        if frame.seq == 0:
+            assert turn.wait(timeout=30)
+        return step(state, frame, now_ns)
+
+    slow.step = wait_for_the_end
+
+    def inputs():
+        yield from tiny.inputs()
+        turn.set()
+
+    outputs, result = run(
+        tiny,
+        SessionPlan(pace=Pace.PACED, methods=("own",)),
+        inputs=inputs,
+        methods={"own": slow},
+    )
+    assert result.dropped > 0
+    assert result.frames + result.dropped == tiny.frames
+    assert outputs[-1].input.frame.seq == tiny.frames - 1
+
+
+def test_executors_are_chosen_by_pace(tiny):
+    exact = tiny.session(SessionPlan())
+    paced = tiny.session(SessionPlan(pace=Pace.PACED))
+    assert isinstance(exact._executor, ExactExecutor)
+    assert isinstance(paced._executor, PacedExecutor)
+
+
+def test_unknown_methods_are_refused():
+    with pytest.raises(ValueError, match=f"wanted some of {', '.join(METHODS)}"):
+        open_session(SessionPlan(methods=("magic",)))
+
+
+def test_poses_are_compared_to_the_last_bit(tiny):
+    outputs, _result = run(tiny, SessionPlan(methods=("own",)))
+    track = outputs[0].tracks["own"].objects[0]
+    assert np.array_equal(track.world_from_object.matrix(), track.world_from_object.matrix())
