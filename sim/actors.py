@@ -38,6 +38,12 @@ REACH_M = 0.42
 CAMERA_MARGIN_M = 0.25
 STUCK_M = 0.10
 PUSH_TIME_LIMIT_S = 12.0
+PRESS_M = 0.006
+"""How far below their height pushing hands aim: pressing down on the near edge keeps things upright,
+as people do without thinking."""
+
+STEER_RAD_S = 0.6
+MAX_LEAD_RAD = 0.15
 LIFT_M = 0.14
 GRASP_HEIGHT_M = 0.02
 RELEASE_GAP_M = 0.004
@@ -245,20 +251,25 @@ class Actor:
     ) -> Script:
         """Push like a car: forward along the heading, steering the object towards the goal."""
         goal = np.array(action.to)
-        speed = 0.0
+        speed, nearest = 0.0, math.inf
         for _ in range(round(PUSH_TIME_LIMIT_S / TICK_S)):
-            where = world.object_pose(action.object).translation[:2]
-            way = goal - where
+            pose = world.object_pose(action.object)
+            way = goal - pose.translation[:2]
+            distance = float(np.linalg.norm(way))
+            nearest = min(nearest, distance)
             ahead = float(way @ _direction(heading))
-            if ahead <= 0.01 or self._is_stuck(world):
+            if ahead <= 0.01 or distance > nearest + 0.05 or self._is_stuck(world):
                 return
             limit = min(action.speed_m_s, math.sqrt(1.2 * ahead) + 0.03)
             speed = min(limit, speed + 0.8 * TICK_S)
-            distance = max(float(np.linalg.norm(way)), 0.15)
             sine = math.sin(math.atan2(way[1], way[0]) - heading)
-            heading += float(np.clip(2.0 * speed * sine / distance, -0.9, 0.9)) * TICK_S
+            rate = 2.0 * speed * sine / max(distance, 0.15)
+            heading += float(np.clip(rate, -STEER_RAD_S, STEER_RAD_S)) * TICK_S
+            # Hands that turn faster than the object follows would slip off its side.
+            lead = wrap_angle(heading - pose.yaw() - grip.object_yaw)
+            heading += float(np.clip(lead, -MAX_LEAD_RAD, MAX_LEAD_RAD)) - lead
             centre = centre + speed * TICK_S * _direction(heading)
-            self._place_hands(centre, heading, grip.depth_m + HAND_RADIUS_M, grip)
+            self._place_hands(centre, heading, grip.depth_m + HAND_RADIUS_M, grip, PRESS_M)
             self._body.position = centre - (grip.depth_m + REACH_M) * _direction(heading)
             self._body.yaw = heading
             for hand in self._body.hands:
@@ -371,10 +382,12 @@ class Actor:
                 return
             yield None
 
-    def _place_hands(self, centre: Vector, heading: float, behind_m: float, grip: _Grip) -> None:
+    def _place_hands(
+        self, centre: Vector, heading: float, behind_m: float, grip: _Grip, press_m: float = 0.0
+    ) -> None:
         for hand, side in zip(self._body.hands, SIDES, strict=True):
             local = np.array([-behind_m, side * grip.half_spread_m])
-            hand.wanted = _level(centre + _turned(local, heading), grip.height_m)
+            hand.wanted = _level(centre + _turned(local, heading), grip.height_m - press_m)
 
     def _is_stuck(self, world: World) -> bool:
         """Whether a hand has been held back by something that does not give way."""

@@ -1,4 +1,4 @@
-"""What moves in front of the simulated camera: its surfaces, and the solids that cast its shadow."""
+"""What moves in front of the simulated camera: its surfaces, and solids that cast its shadow."""
 
 from __future__ import annotations
 

@@ -137,7 +137,7 @@ class Camera360:
         world_from_rig: Pose,
         bodies: Sequence[Body],
         *,
-        options: CameraOptions = CameraOptions(),  # noqa: B008  (frozen)
+        options: CameraOptions = CameraOptions(),
     ) -> None:
         names = [body.body_id for body in bodies]
         if len(bodies) > 255 or len(set(names)) != len(names):
@@ -187,7 +187,7 @@ class Camera360:
         return CameraView(tuple(views), fractions)
 
     def room_range(self, lens_index: int) -> NDArray[np.float32]:
-        """(H, W) float32 range in metres of the empty room on the fine grid; inf where nothing is."""
+        """(H, W) float32 range of the empty room on the fine grid, metres; inf where nothing is."""
         return self._lenses[lens_index].room.range_m
 
     def _state(self, name: str, placement: Placement) -> _BodyState:
@@ -310,9 +310,7 @@ class Camera360:
         eye = np.mean([pose.translation for _, pose in lenses], axis=0)
         numbers = [
             rasteriser.add(
-                refine_mesh(
-                    mesh, max_edge_m=ROOM_EDGE_M, eye=eye, max_edge_rad=ROOM_EDGE_RAD
-                )
+                refine_mesh(mesh, max_edge_m=ROOM_EDGE_M, eye=eye, max_edge_rad=ROOM_EDGE_RAD)
             )
             for mesh in static
         ]
@@ -336,9 +334,7 @@ class Camera360:
 
 def _outline(body: Body) -> tuple[NDArray[np.float64], ...]:
     """Per part, the vertices that span its picture."""
-    return tuple(
-        np.concatenate([mesh.vertices for mesh in part.meshes]) for part in body.parts
-    )
+    return tuple(np.concatenate([mesh.vertices for mesh in part.meshes]) for part in body.parts)
 
 
 def _is_still(a: Placement, b: Placement) -> bool:

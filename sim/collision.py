@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import mujoco
-
 from scenes.mesh import PhysicalRoom
+from sim.engine import Spec, mujoco
 
 STATIC_BIT = 1
 OBJECT_BIT = 2
@@ -15,10 +14,10 @@ TORSO_BIT = 8
 ROOM_FRICTION = (0.05, 0.001, 0.0001)
 FLOOR_HALF_SIZE_M = 20.0
 CONTACT_TIME_S = 0.008
-"""Time constant of a contact (four steps): stiff enough to sink a book by well under a millimetre."""
+"""Time constant of a contact (four steps): a book sinks by well under a millimetre."""
 
 
-def add_room(spec: mujoco.MjSpec, room: PhysicalRoom) -> None:
+def add_room(spec: Spec, room: PhysicalRoom) -> None:
     """Add the floor (z = 0) and the solids of the room to a model."""
     spec.worldbody.add_geom(
         name="floor",

@@ -13,7 +13,6 @@ from sim.posture import (
     FOREARM_M,
     PART_NAMES,
     SHIN_M,
-    SPINE_M,
     THIGH_M,
     UPPER_ARM_M,
 )

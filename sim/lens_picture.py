@@ -1,7 +1,7 @@
 """One lens's picture as layers: the empty room, then what rests in it, then what moves.
 
-Each layer holds colour, range and body numbers on a grid finer than the sensor. A frame redraws only
-rectangles around what moves; the depth test against the layer below decides what is hidden.
+Each layer holds colour, range and body numbers on a grid finer than the sensor. A frame redraws
+only rectangles around what moves; the depth test against the layer below decides what is hidden.
 """
 
 from __future__ import annotations
@@ -152,7 +152,7 @@ def compose(
     lens: Fisheye,
     lens_from_world: Pose,
 ) -> Layer:
-    """Put bodies and their shadows over a rectangle of a whole-lens layer; `below` stays as it is."""
+    """Put bodies and their shadows over a rectangle of a whole-lens layer, which stays as it is."""
     layer = below.part(rect).copy()
     for body in bodies:
         overlap = _overlap(rect, body.shadow_rect)
@@ -268,7 +268,7 @@ def _darken(
         borderMode=cv2.BORDER_CONSTANT,
         borderValue=1.0,
     )
-    fine_light = _between_nodes(light, rect)
+    fine_light = _between_nodes(np.asarray(light, dtype=np.float32), rect)
     fine_range = _between_nodes(plane_range.reshape(height, width).astype(np.float32), rect)
     on_plane = cv2.absdiff(fine_range, layer.range_m) < SHADOW_TOLERANCE_M
     on_plane &= layer.ids == ROOM_ID
@@ -278,13 +278,14 @@ def _darken(
 
 
 def _between_nodes(nodes: NDArray[np.float32], rect: PixelRect) -> NDArray[np.float32]:
-    """Bilinear values at the pixel centres of `rect` from values at every `SHADOW_STEP`-th corner."""
+    """Bilinear values at the pixel centres of `rect` from those at each `SHADOW_STEP`-th corner."""
     x = ((np.arange(rect.width_px) + 0.5) / SHADOW_STEP).astype(np.float32)
     y = ((np.arange(rect.height_px) + 0.5) / SHADOW_STEP).astype(np.float32)
     map_x, map_y = np.broadcast_arrays(x[None, :], y[:, None])
-    return cv2.remap(
+    between = cv2.remap(
         nodes, np.ascontiguousarray(map_x), np.ascontiguousarray(map_y), cv2.INTER_LINEAR
     )
+    return np.asarray(between, dtype=np.float32)
 
 
 def lens_circle(lens: Fisheye) -> NDArray[np.bool_]:

@@ -7,20 +7,13 @@ time: a moving chair costs a chair, not a lens.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-from scenes.cameras import Fisheye
-from scenes.pose import Pose
-from sim.tessellate import FineMesh
-
-os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
-
+from vtkmodules import vtkRenderingOpenGL2
 from vtkmodules.util.misc import calldata_type
 from vtkmodules.util.numpy_support import (
     numpy_to_vtk,
@@ -29,6 +22,7 @@ from vtkmodules.util.numpy_support import (
 )
 from vtkmodules.vtkCommonCore import (
     VTK_OBJECT,
+    vtkCommand,
     vtkFloatArray,
     vtkPoints,
     vtkUnsignedCharArray,
@@ -37,6 +31,10 @@ from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkImageData, vtkPolyDat
 from vtkmodules.vtkCommonMath import vtkMatrix4x4
 from vtkmodules.vtkRenderingCore import vtkActor, vtkRenderer, vtkRenderWindow, vtkTexture
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLPolyDataMapper
+
+from scenes.cameras import Fisheye
+from scenes.pose import Pose
+from sim.tessellate import FineMesh
 
 TILE_PX = 1024
 FAR_M = 40.0
@@ -150,7 +148,7 @@ class FisheyeRasteriser:
 
     def __init__(self, tile_px: int = TILE_PX) -> None:
         self._tile_px = tile_px
-        self._window = vtkRenderWindow()
+        self._window: Any = _offscreen_window()
         self._window.SetOffScreenRendering(1)
         self._window.SetMultiSamples(0)
         self._window.SetSize(tile_px, tile_px)
@@ -178,7 +176,7 @@ class FisheyeRasteriser:
         shaders.SetVertexShaderCode(VERTEX_SHADER)
         shaders.SetFragmentShaderCode(FRAGMENT_SHADER)
         uniforms = _Uniforms(vtkMatrix4x4())
-        mapper.AddObserver("UpdateShaderEvent", self._uniform_setter(uniforms))
+        mapper.AddObserver(vtkCommand.UpdateShaderEvent, self._uniform_setter(uniforms))
         self._renderer.AddActor(actor)
         self._actors.append(actor)
         self._uniforms.append(uniforms)
@@ -262,6 +260,12 @@ class FisheyeRasteriser:
             program.SetUniform2f("ambient_key", [light.ambient, light.key])
 
         return set_uniforms
+
+
+def _offscreen_window() -> vtkRenderWindow:
+    """A window that needs no display; EGL where there is one, whatever a desktop uses."""
+    window_class = getattr(vtkRenderingOpenGL2, "vtkEGLRenderWindow", vtkRenderWindow)
+    return window_class()
 
 
 def _poly_data(mesh: FineMesh) -> vtkPolyData:

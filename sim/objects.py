@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,6 +9,7 @@ from scenes.mesh import PhysicalObject
 from scenes.pose import Pose
 from sim.bodies import UNIT_BOX_CORNERS
 from sim.collision import CONTACT_TIME_S, HAND_BIT, OBJECT_BIT, STATIC_BIT, TORSO_BIT
+from sim.engine import Spec, mujoco
 
 LOW_MASS_SHARE = 0.5
 """Share of the height of the boxes' common centre at which the centre of mass is put: legs of real
@@ -19,7 +19,7 @@ DAMPING_PER_KG = 0.4
 """Resistance to motion in the air and in joints that squeak, N·s/m per kg."""
 
 
-def add_object(spec: mujoco.MjSpec, thing: PhysicalObject, world_from_object: Pose) -> None:
+def add_object(spec: Spec, thing: PhysicalObject, world_from_object: Pose) -> None:
     """Add an object as a free body named by its id, with its origin as the object's frame."""
     centre, inertia = mass_properties(thing)
     body = spec.worldbody.add_body(

@@ -1,4 +1,4 @@
-"""Where a person's limbs are: walking legs, bending knees and back, arms that reach for the hands."""
+"""Where a person's limbs are: walking legs, bent knees and back, arms that reach for things."""
 
 from __future__ import annotations
 
@@ -102,9 +102,7 @@ def resting_hand(posture: Posture, side: float) -> Vector:
     return Pose.from_yaw(posture.yaw, (*posture.position, 0.0)) @ local
 
 
-def bend_to_reach(
-    position: Vector, yaw: float, left: Vector, right: Vector
-) -> tuple[float, float]:
+def bend_to_reach(position: Vector, yaw: float, left: Vector, right: Vector) -> tuple[float, float]:
     """Lean and crouch (radians, metres) with which both hands are within reach."""
     person_from_world = Pose.from_yaw(yaw, (*position, 0.0)).inverse()
     hands = [person_from_world @ left, person_from_world @ right]
@@ -175,7 +173,7 @@ def _two_bones(
 
 
 def _along(upper: Vector, lower: Vector, forward: Vector) -> Pose:
-    """Frame at `upper` whose -z runs to `lower` and whose x is as near to `forward` as it can be."""
+    """Frame at `upper` whose -z runs to `lower` and whose x is as near to `forward` as may be."""
     z = (upper - lower) / np.linalg.norm(upper - lower)
     helper = forward if abs(float(forward @ z)) < 0.95 else np.array([0.0, 0.0, 1.0])
     x = helper - (helper @ z) * z

@@ -1,6 +1,6 @@
 """Scenario files: what happens in a rehearsal. TOML in, checked values out.
 
-Everything that can be wrong with a file is one `ScenarioError` line: file, key, value, what is allowed.
+Everything wrong with a file is one `ScenarioError` line: file, key, value, what is allowed.
 """
 
 from __future__ import annotations
@@ -185,9 +185,10 @@ def validate_scenario(scenario: Scenario, room: PhysicalRoom) -> None:
     low, high = room.footprint_m
 
     def check_point(key: str, point: Sequence[float]) -> None:
-        if not (low + ROOM_MARGIN_M < point[:2]).all() or not (
-            point[:2] < high - ROOM_MARGIN_M
-        ).all():
+        if (
+            not (low + ROOM_MARGIN_M < point[:2]).all()
+            or not (point[:2] < high - ROOM_MARGIN_M).all()
+        ):
             raise ScenarioError(
                 f"{where}: {key} = {list(point)}, wanted a place inside the room: "
                 f"x {low[0]:g}..{high[0]:g}, y {low[1]:g}..{high[1]:g}"

@@ -53,7 +53,7 @@ class Sensor:
         rig: Rig,
         rng: np.random.Generator,
         *,
-        options: SensorOptions = SensorOptions(),  # noqa: B008  (frozen)
+        options: SensorOptions = SensorOptions(),
     ) -> None:
         self._options = options
         self._rng = rng
@@ -98,10 +98,10 @@ class Sensor:
         row, column = self._rng.integers(0, NOISE_MARGIN_PX, size=2)
         noise = self._noise[row : row + height, column : column + width]
         sigma = cv2.LUT(lit, self._sigma)
-        scaled = cv2.multiply(
-            noise, sigma, scale=1.0 / NOISE_SCALE**2, dtype=cv2.CV_16S
-        )
-        return np.asarray(cv2.add(lit, scaled, dtype=cv2.CV_8U), dtype=np.uint8)
+        scaled = cv2.multiply(noise, sigma, scale=1.0 / NOISE_SCALE**2, dtype=cv2.CV_16S)
+        delivered = np.empty_like(picture)
+        cv2.add(lit, scaled, delivered, dtype=cv2.CV_8U)
+        return delivered
 
 
 def _falloff(lens: Fisheye, strength: float) -> NDArray[np.uint8]:

@@ -1,9 +1,9 @@
 """Soft shadows that a body casts on the flat surface it stands on.
 
 A point of the surface is darkened by the share of directions in which the body hides the light.
-For one direction the hidden points are the body's outline projected along it onto the surface, so a
-map is the mean of such outlines: over a cone about the window for the key light, over the hemisphere
-for the ambient light.
+For one direction the hidden points are the body's outline projected along it onto the surface, so
+a map is the mean of such outlines: over a cone about the window for the key light, over the
+hemisphere for the ambient light.
 """
 
 from __future__ import annotations
@@ -127,9 +127,7 @@ def _hemisphere(count: int) -> list[NDArray[np.float64]]:
         radius = math.sqrt((k + 0.5) / count)
         turn = k * math.pi * (3.0 - math.sqrt(5.0))
         rays.append(
-            np.array(
-                [radius * math.cos(turn), radius * math.sin(turn), math.sqrt(1.0 - radius**2)]
-            )
+            np.array([radius * math.cos(turn), radius * math.sin(turn), math.sqrt(1.0 - radius**2)])
         )
     return rays
 

@@ -20,15 +20,16 @@ SIDES = 10
 
 
 def camera_stand(world_from_rig: Pose, rig: Rig) -> TexturedMesh:
-    """Pole and feet below the middle of the lenses, in world coordinates, lit as static meshes are."""
+    """Pole and feet below the middle of the lenses, world coordinates, lit as static meshes are."""
     middle = np.mean([pose.translation for pose in rig.rig_from_lens], axis=0)
     x, y, z = world_from_rig @ middle
     foot = np.array([x, y, 0.0])
-    tubes = [_tube(foot + (0, 0, 0.05), np.array([x, y, z - GAP_BELOW_LENS_M]), POLE_RADIUS_M)]
+    up = np.array([0.0, 0.0, 1.0])
+    tubes = [_tube(foot + 0.05 * up, np.array([x, y, z - GAP_BELOW_LENS_M]), POLE_RADIUS_M)]
     for k in range(3):
         turn = 2.0 * math.pi * k / 3.0 + 0.4
         out = FOOT_LENGTH_M * np.array([math.cos(turn), math.sin(turn), 0.0])
-        tubes.append(_tube(foot + (0, 0, FOOT_RISE_M), foot + out + (0, 0, 0.01), FOOT_RADIUS_M))
+        tubes.append(_tube(foot + FOOT_RISE_M * up, foot + out + FOOT_RADIUS_M * up, FOOT_RADIUS_M))
     vertices, faces, uv = [], [], []
     count = 0
     for tube_vertices, tube_faces, tube_uv in tubes:
@@ -37,7 +38,7 @@ def camera_stand(world_from_rig: Pose, rig: Rig) -> TexturedMesh:
         uv.append(tube_uv)
         count += len(tube_vertices)
     shade = np.linspace(38, 96, 16).astype(np.uint8)
-    texture = np.repeat(np.broadcast_to(shade[None, :, None], (4, 16, 3)), 1, axis=0)
+    texture = np.broadcast_to(shade[None, :, None], (4, 16, 3))
     return TexturedMesh(
         np.concatenate(vertices), np.concatenate(faces), np.concatenate(uv), texture
     )

@@ -53,9 +53,7 @@ class Table:
             raise self.error(key, value, "a text that is not empty")
         return value
 
-    def number(
-        self, key: str, default: float = _REQUIRED, *, low: float, high: float
-    ) -> float:
+    def number(self, key: str, default: float = _REQUIRED, *, low: float, high: float) -> float:
         """A finite number within `low..high`."""
         value = self._get(key, default, f"a number {low:g}..{high:g}")
         if isinstance(value, bool) or not isinstance(value, int | float):

@@ -56,7 +56,8 @@ def refine_mesh(
     """
     faces = mesh.faces.astype(np.int64)
     normals = _corner_normals(mesh.vertices, faces, crease_rad)
-    attributes = np.concatenate([mesh.vertices[faces], normals, mesh.uv[faces]], axis=2)
+    uv = mesh.uv.astype(np.float64)
+    attributes = np.concatenate([mesh.vertices[faces], normals, uv[faces]], axis=2)
     for _ in range(MAX_ROUNDS):
         split = _edges_to_split(attributes[:, :, :3], max_edge_m, eye, max_edge_rad)
         if not split.any():

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from scenes.mesh import PhysicalObject, PhysicalRoom
 from scenes.pose import Pose
 from sim.collision import CONTACT_TIME_S, HAND_BIT, STATIC_BIT, TORSO_BIT, add_room
+from sim.engine import Spec, mujoco
 from sim.objects import add_object
 
 STEP_NS = 2_000_000
@@ -24,7 +24,7 @@ HAND_FORCE_LIMIT_N = 90.0
 HAND_YAW_STIFFNESS_NM = 60.0
 HAND_YAW_DAMPING_NMS = 2.0
 HAND_YAW_INERTIA = 0.01
-HAND_FRICTION = (1.0, 0.02, 0.0001)
+HAND_FRICTION = (1.5, 0.02, 0.0001)
 TORSO_RADIUS_M = 0.17
 TORSO_LOW_M = 0.75
 TORSO_HIGH_M = 1.45
@@ -182,7 +182,7 @@ class World:
 
 
 def _add_person(
-    spec: mujoco.MjSpec, person_id: str, target: PersonTarget, objects: Sequence[PhysicalObject]
+    spec: Spec, person_id: str, target: PersonTarget, objects: Sequence[PhysicalObject]
 ) -> None:
     torso = spec.worldbody.add_body(
         name=f"{person_id}:torso", mocap=True, pos=[*target.position.tolist(), 0.0]
@@ -208,7 +208,7 @@ def _add_person(
             )
 
 
-def _add_hand(spec: mujoco.MjSpec, name: str) -> None:
+def _add_hand(spec: Spec, name: str) -> None:
     body = spec.worldbody.add_body(
         name=name,
         gravcomp=1.0,
@@ -246,5 +246,3 @@ def _add_hand(spec: mujoco.MjSpec, name: str) -> None:
         name=f"{name}:yaw", trntype=mujoco.mjtTrn.mjTRN_JOINT, target=joint.name
     )
     actuator.set_to_position(kp=HAND_YAW_STIFFNESS_NM, kv=HAND_YAW_DAMPING_NMS)
-
-

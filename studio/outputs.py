@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from studio.pipeline import CancelledError
+
 REPORT_HTML, REPORT_JSON = "report.html", "report.json"
 TRACKS, FILM, RECORDING = "tracks.json", "rehearsal.mp4", "recording.mcap"
 OUTPUT_NAMES = frozenset({REPORT_HTML, REPORT_JSON, TRACKS, FILM, RECORDING})
@@ -30,12 +32,12 @@ def output_folder(target: Path) -> Iterator[Path]:
     part.mkdir(parents=True)
     try:
         yield part
-    except Exception:
-        if not any(part.iterdir()):
-            part.rmdir()
+    except (CancelledError, KeyboardInterrupt, SystemExit):
+        shutil.rmtree(part, ignore_errors=True)
         raise
     except BaseException:
-        shutil.rmtree(part, ignore_errors=True)
+        if not any(part.iterdir()):
+            part.rmdir()
         raise
     _swap(part, target)
 

@@ -17,13 +17,13 @@ AMBIENT, KEY = 0.55, 0.5
 
 @pytest.fixture(scope="session")
 def raycast():
-    """A function that takes a picture of textured meshes by ray casting, independent of any renderer.
+    """A function that takes a picture of textured meshes by ray casting: no renderer involved.
 
-    `raycast(meshes, camera, world_from_camera, *, shade, light_direction)` with `meshes` a sequence of
-    (TexturedMesh, world_from_mesh) returns (rgb uint8 (H, W, 3), range float32 (H, W) in metres, 0 where
-    nothing is hit, index int32 (H, W) into `meshes`, -1 where nothing is hit). `shade` (one bool, or one
-    per mesh) multiplies the texture by `ambient + key · max(0, n·l)`: for objects, whose textures are
-    albedo, not for static meshes, whose textures are lit.
+    `raycast(meshes, camera, world_from_camera, *, shade, light_direction)`, `meshes` being pairs
+    (TexturedMesh, world_from_mesh), returns rgb (H, W, 3) uint8, range (H, W) float32 in metres (0
+    where nothing is hit) and index (H, W) int32 into `meshes` (-1 where nothing is hit). `shade`,
+    one bool or one per mesh, multiplies the texture by `ambient + key · max(0, n·l)`: for objects,
+    whose textures are albedo, not for static meshes, whose textures are lit.
     """
     return raycast_picture
 

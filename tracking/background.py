@@ -31,8 +31,12 @@ NOISE_FLOOR = 0.022
 MISALIGNMENT_PX = 0.5
 """How far a plate's edges may be off: adds that many pixels of local gradient to the noise."""
 
-SHADOW_DARKEST = 0.5
-"""A shadow lets through at least this share of the light."""
+SHADOW_DARKEST = (0.5, 0.7)
+SHADOW_GONE = (1.1, 1.3)
+"""Shares of the light between which a place goes from another thing to a shadow, and back again."""
+
+SHADOW_HUE = 0.02
+"""Standard deviation of colour differences, of a 0..1 channel, between a place and its shadow."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -129,8 +133,8 @@ def fit_exposure(
     plate: FloatArray,
     coverage: FloatArray,
     *,
-    samples: int = 150,
-    iterations: int = 8,
+    samples: int = 64,
+    iterations: int = 6,
 ) -> Exposure:
     """Robust fit of a lens's gain, vignetting and offset, insensitive to people and objects.
 
@@ -147,8 +151,9 @@ def fit_exposure(
     used = coverage[rows, columns] > 0.95
     observed = live[rows, columns][used].astype(np.float64) / 255.0
     model = plate[rows, columns][used].astype(np.float64)
-    y, x = np.mgrid[0:height, 0:width][:, rows, columns]
-    radius2 = (((x + 0.5) / width - 0.5) ** 2 + ((y + 0.5) / height - 0.5) ** 2)[used] * 4.0
+    x = (np.arange(width)[columns] + 0.5) / width - 0.5
+    y = (np.arange(height)[rows] + 0.5) / height - 0.5
+    radius2 = (x[None, :] ** 2 + y[:, None] ** 2)[used] * 4.0
     neutral = Exposure(np.ones(3), np.zeros(3), np.zeros(3))
     if len(observed) < 50:
         return neutral
@@ -196,23 +201,25 @@ def difference(live: FloatArray, expected: FloatArray, noise: FloatArray) -> Dif
 
 
 def _shadow_likelihood(live: FloatArray, expected: FloatArray, noise: FloatArray) -> FloatArray:
-    """(H, W) 0..1: the pixel looks like the same surface with less light."""
+    """(H, W) 0..1: the pixel looks like the same surface in other light."""
     live = cv2.GaussianBlur(live, (5, 5), 1.2)
     expected = cv2.GaussianBlur(expected, (5, 5), 1.2)
     power = np.einsum("hwc,hwc->hw", expected, expected) + 1e-4
     ratio = np.einsum("hwc,hwc->hw", live, expected) / power
     hue = live - ratio[..., None] * expected
-    hue2 = np.einsum("hwc,hwc->hw", hue, hue) / (0.5 * noise * noise)
-    darkening = np.clip((ratio - SHADOW_DARKEST) / 0.08, 0.0, 1.0) * np.clip(
-        (1.02 - ratio) / 0.04, 0.0, 1.0
-    )
+    sigma2 = SHADOW_HUE**2 + 0.1 * noise * noise
+    hue2 = np.einsum("hwc,hwc->hw", hue, hue) / sigma2
+    dark, darker = SHADOW_DARKEST[1], SHADOW_DARKEST[0]
+    light, lighter = SHADOW_GONE
+    plausible = np.clip((ratio - darker) / (dark - darker), 0.0, 1.0)
+    plausible *= np.clip((lighter - ratio) / (lighter - light), 0.0, 1.0)
     grey_live = np.log(np.maximum(live.mean(axis=2), 0.02))
     grey_expected = np.log(np.maximum(expected.mean(axis=2), 0.02))
     detail = grey_live - grey_expected
     gx = cv2.Sobel(detail, cv2.CV_32F, 1, 0, ksize=3, scale=0.125)
     gy = cv2.Sobel(detail, cv2.CV_32F, 0, 1, ksize=3, scale=0.125)
     texture_change2 = cv2.blur(gx * gx + gy * gy, (3, 3)) / 0.05**2
-    return (darkening * np.exp(-0.5 * hue2) * np.exp(-0.5 * texture_change2)).astype(np.float32)
+    return (plausible * np.exp(-0.5 * hue2) * np.exp(-0.5 * texture_change2)).astype(np.float32)
 
 
 def _robust_linear(

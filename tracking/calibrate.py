@@ -25,13 +25,16 @@ from tracking.contour import sample
 FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]
 
-BLURS_PX = (5.0, 2.5, 1.2)
+BLURS_PX = (5.0, 3.5)
 """Smoothing of the rounds, in pixels of a lens with `BLUR_AT_F_PX` pixels per radian."""
 
 BLUR_AT_F_PX = 400.0
 POINTS_PER_LENS = 6000
 STEPS = 6
 RANGE_M = (0.3, 12.0)
+LEAST_FACING = 0.5
+"""Surfaces more slanted than this cosine are not looked at."""
+
 LARGEST_TURN_RAD = np.deg2rad(4.0)
 LARGEST_SHIFT_M = 0.15
 """A refinement beyond this is not believed."""
@@ -41,6 +44,12 @@ PRIOR_SHIFT_M = 0.01
 """Standard deviations of a marker's estimate."""
 
 COLOUR_SIGMA = 0.05
+CUTOFF = 3.0
+"""Tukey's constant: residuals beyond so many standard deviations say nothing."""
+
+DETAIL_RATIO = 5.0
+"""Structure this many times coarser than the blur is left out."""
+
 CORRELATION = 25.0
 """Neighbouring pixels share the scan's errors: so many of them count as one."""
 
@@ -71,6 +80,7 @@ class _Lens:
     points_in_world: Points
     values: FloatArray
     slopes: FloatArray
+    weights: Points
     live: FloatArray
 
 
@@ -130,24 +140,49 @@ def _prepare(
     exposure = fit_exposure(frame.images[index], plate, drawn.alpha)
     y, x = np.mgrid[0 : camera.height_px, 0 : camera.width_px].astype(np.float32)
     radius2 = ((x + 0.5) / camera.width_px * 2 - 1) ** 2 + ((y + 0.5) / camera.height_px * 2 - 1) ** 2
-    plate = cv2.GaussianBlur(expose(plate, exposure, radius2=radius2), (0, 0), blur)
-    live = cv2.GaussianBlur(frame.images[index].astype(np.float32) / 255.0, (0, 0), blur)
-    grey = cv2.cvtColor(plate, cv2.COLOR_RGB2GRAY)
+    plate = expose(plate, exposure, radius2=radius2)
+    grey = _detail(cv2.cvtColor(plate, cv2.COLOR_RGB2GRAY), blur)
+    live = cv2.cvtColor(frame.images[index], cv2.COLOR_RGB2GRAY).astype(np.float32) / 255.0
+    grey_live = _detail(live, blur)
     gx = cv2.Sobel(grey, cv2.CV_32F, 1, 0, ksize=3, scale=0.125)
     gy = cv2.Sobel(grey, cv2.CV_32F, 0, 1, ksize=3, scale=0.125)
     usable = (drawn.alpha > 0.95) & (drawn.depth > RANGE_M[0]) & (drawn.depth < RANGE_M[1])
     usable &= radius2 < (0.97 * camera.max_angle * camera.f_px * 2 / camera.width_px) ** 2
     usable &= _continuous(drawn.depth)
-    grey_live = cv2.cvtColor(live, cv2.COLOR_RGB2GRAY)
+    facing = _facing(drawn.depth, camera.f_px)
+    usable &= facing > LEAST_FACING
     live_x = cv2.Sobel(grey_live, cv2.CV_32F, 1, 0, ksize=3, scale=0.125)
     live_y = cv2.Sobel(grey_live, cv2.CV_32F, 0, 1, ksize=3, scale=0.125)
     # A scan's speckle is steep too; what counts is what is steep alike in both pictures.
     alike = np.sqrt(np.maximum(gx * live_x + gy * live_y, 0.0))
-    rows, columns = _steepest(alike, usable)
+    rows, columns = _steepest(alike * facing, usable)
     rays = camera.unproject(np.stack([columns + 0.5, rows + 0.5], axis=1))
     points = world_from_lens @ (rays * drawn.depth[rows, columns].astype(np.float64)[:, None])
     slopes = np.stack([gx + live_x, gy + live_y], axis=2)[rows, columns] * 0.5
-    return _Lens(camera, rig_from_lens, points, grey[rows, columns], slopes, grey_live)
+    weights = facing[rows, columns].astype(np.float64) ** 2
+    return _Lens(camera, rig_from_lens, points, grey[rows, columns], slopes, weights, grey_live)
+
+
+def _facing(range_m: FloatArray, f_px: float) -> FloatArray:
+    """(H, W) cosine between the line of sight and the surface's normal.
+
+    Splats that overlap on a slanted surface hide each other from behind, which slides its texture
+    away from the viewer; a surface seen face on has no such error.
+    """
+    smooth = cv2.GaussianBlur(range_m, (0, 0), 2.0)
+    gx = cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=3, scale=0.125)
+    gy = cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=3, scale=0.125)
+    slant = f_px * np.hypot(gx, gy) / np.maximum(smooth, 0.1)
+    return (1.0 / np.sqrt(1.0 + slant * slant)).astype(np.float32)
+
+
+def _detail(grey: FloatArray, blur_px: float) -> FloatArray:
+    """The picture without its finest and its coarsest structure: no noise, no shadows, no lamps."""
+    fine = cv2.GaussianBlur(grey, (0, 0), blur_px)
+    size = (grey.shape[1], grey.shape[0])
+    half = cv2.resize(fine, (size[0] // 4, size[1] // 4), interpolation=cv2.INTER_AREA)
+    coarse = cv2.GaussianBlur(half, (0, 0), DETAIL_RATIO * blur_px / 4)
+    return fine - cv2.resize(coarse, size, interpolation=cv2.INTER_LINEAR)
 
 
 def _continuous(depth: FloatArray) -> NDArray[np.bool_]:
@@ -177,14 +212,16 @@ def _steepest(
 def _step(lenses: list[_Lens], pose: Pose, nominal: Pose) -> tuple[Points, Points, float]:
     """One robust Gauss-Newton step (6,) in the rig's axes, its information, the inlier share."""
     jacobians, residuals = [], []
+    share = np.concatenate([lens.weights for lens in lenses])
     for lens in lenses:
         jacobian, residual = _linearise(lens, pose)
         jacobians.append(jacobian)
         residuals.append(residual)
     jacobian, residual = np.concatenate(jacobians), np.concatenate(residuals)
     residual = residual - np.median(residual)
-    scale = min(max(1.5 * float(np.median(np.abs(residual))), 0.008), COLOUR_SIGMA)
-    weight = np.clip(1.0 - (residual / (4.0 * scale)) ** 2, 0.0, None) ** 2
+    scale = min(max(1.5 * float(np.median(np.abs(residual))), 0.006), COLOUR_SIGMA)
+    agree = np.clip(1.0 - (residual / (CUTOFF * scale)) ** 2, 0.0, None) ** 2
+    weight = agree * share
     weighted = jacobian * (weight / (scale**2 * CORRELATION))[:, None]
     prior = np.diag([1 / PRIOR_TURN_RAD**2] * 3 + [1 / PRIOR_SHIFT_M**2] * 3)
     apart = pose.inverse() @ nominal
@@ -198,7 +235,7 @@ def _step(lenses: list[_Lens], pose: Pose, nominal: Pose) -> tuple[Points, Point
     information = weighted.T @ jacobian + prior
     right = -weighted.T @ residual + prior @ np.concatenate([turn, apart.translation])
     step = np.linalg.solve(information, right)
-    return step, information, float((weight > 0.3).mean())
+    return step, information, float((agree > 0.3).mean())
 
 
 def _linearise(lens: _Lens, pose: Pose) -> tuple[Points, Points]:

@@ -31,12 +31,14 @@ class Contour:
         normals: (N, 2) outward in the picture, unit.
         inner_px: (N,) width of the part inside the contour along the normal, at most `REACH_PX`.
         outer_px: (N,) width of the gap outside.
+        colours: (N, 3) float32 of the object a little inside.
     """
 
     points: Points
     normals: Points
     inner_px: Points
     outer_px: Points
+    colours: FloatArray
 
     def __len__(self) -> int:
         return len(self.points)
@@ -87,7 +89,10 @@ def contour_points(
     inner = _run_length(alpha, pixels, -normals, inside=True)
     outer = _run_length(alpha, pixels, normals, inside=False)
     points = object_from_camera @ lift(camera, pixels, depth)
-    return Contour(points, normals, inner, outer)
+    deep = pixels - normals * np.minimum(0.5 * inner, 2.0)[:, None]
+    covered = np.maximum(sample(alpha, deep), 0.3)
+    colours = sample(drawn.rgb, deep) / covered[:, None]
+    return Contour(points, normals, inner, outer, colours.astype(np.float32))
 
 
 def texture_points(

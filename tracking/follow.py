@@ -167,7 +167,7 @@ def first_look(task: Task) -> bool:
     live = np.asarray(live, dtype=np.float32) * np.float32(1 / 255.0)
     apart = cv2.GaussianBlur(live - rest.picture, (5, 5), 1.2)
     # Exposure drifts alike everywhere; what has changed is what differs from that.
-    apart = np.abs(apart - np.median(apart.reshape(-1, 3), axis=0))
+    apart = np.abs(apart - np.median(apart[::4, ::4].reshape(-1, 3), axis=0))
     changed = apart.max(axis=2)[rest.silhouette] > CHANGED_LEVEL
     return bool(changed.mean() < CHANGED_SHARE) if changed.size else False
 
@@ -244,10 +244,10 @@ def _measure(task: Task, evidence: Evidence, predicted: Pose) -> Fit:
         reaches_px=TRACKING_REACHES if track.missed_frames == 0 else COLD_REACHES,
         use_texture=task.use_texture,
     )
-    if fit.agreement >= 0.6 or fit.covered_fraction > 0.5 or fit.visible_fraction < LEAST_VISIBLE:
+    if _believable(fit) or fit.covered_fraction > 0.5 or fit.visible_fraction < LEAST_VISIBLE:
         return fit
-    starts = [(0.0, 0.0)] if task.model.symmetry == ROUND else [(0.0, 0.0), (0.3, 0.0), (-0.3, 0.0)]
-    for turn, _ in starts:
+    turns = (0.0,) if task.model.symmetry == ROUND else (0.0, 0.35, -0.35)
+    for turn in turns:
         start = vector_pose(pose_vector(predicted) + np.array([0.0, 0.0, 0.0, turn]))
         wide = replace(prior, sigma=prior.sigma * np.array([2.0, 2.0, 1.0, 2.0]))
         other = solve(

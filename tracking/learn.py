@@ -26,8 +26,15 @@ COHERENT_SIDE = 1 / 110
 COHERENT_LEVEL = 0.07
 """A mean difference above this, of a 0..1 channel, is a thing and not the scan's roughness."""
 
-KEEP_AWAY_SIDE = 1 / 180
+RELIT_RATIO = (0.35, 1.9)
+RELIT_HUE = 0.022
+"""Brightness ratios, and the left-over difference of colour, of a place that is only relit."""
+
+KEEP_AWAY_SIDE = 1 / 360
 """Distance kept from known objects, as a share of the lens picture's side."""
+
+SHRINK = 4
+"""What is coherent is told in a picture this much smaller."""
 
 BLEND = 0.25
 """Share of the live picture in a pixel that was learned before."""
@@ -90,25 +97,41 @@ def _learn_lens(
     gain = exposure.gain.astype(np.float32) + radius2 * exposure.falloff.astype(np.float32)
     neutral = (live.astype(np.float32) / 255.0 - exposure.offset.astype(np.float32)) / gain
     residual = neutral - plate
-    side = max(3, round(COHERENT_SIDE * width)) | 1
-    coherent = np.abs(cv2.blur(residual, (side, side))).max(axis=2)
-    take = usable & (coherent < COHERENT_LEVEL)
+    small = (width // SHRINK, height // SHRINK)
+    small_residual = cv2.resize(residual, small, interpolation=cv2.INTER_AREA)
+    small_plate = cv2.resize(plate, small, interpolation=cv2.INTER_AREA)
+    side = max(3, round(COHERENT_SIDE * width / SHRINK)) | 1
+    mean_residual = cv2.blur(small_residual, (side, side))
+    coherent = np.abs(mean_residual).max(axis=2) < COHERENT_LEVEL
+    shows_room = coherent | _relit(cv2.blur(small_plate, (side, side)), mean_residual)
+    take = usable & (cv2.resize(shows_room.astype(np.uint8), (width, height)) > 0)
     share = np.where(learned, np.float32(BLEND), np.float32(1.0)) * take
     plate = plate + residual * share[..., None]
     known = learned | take
-    rough = _roughness(np.abs(residual).mean(axis=2), take)
+    speckle = np.abs(small_residual - mean_residual).mean(axis=2)
+    taken = cv2.resize(take.astype(np.uint8), small, interpolation=cv2.INTER_NEAREST) > 0
+    rough = cv2.resize(_roughness(speckle, taken), (width, height))
     noise = plate_noise(plate)
     noise = np.where(known, noise, np.maximum(noise, rough))
     return plate, noise.astype(np.float32), known
 
 
+def _relit(plate: FloatArray, residual: FloatArray) -> NDArray[np.bool_]:
+    """Where the same colour is only lighter or darker: a shadow has come or gone."""
+    live = plate + residual
+    power = np.einsum("hwc,hwc->hw", plate, plate) + 1e-4
+    ratio = np.einsum("hwc,hwc->hw", live, plate) / power
+    hue = np.abs(live - ratio[..., None] * plate).max(axis=2)
+    return (ratio > RELIT_RATIO[0]) & (ratio < RELIT_RATIO[1]) & (hue < RELIT_HUE)
+
+
 def _roughness(residual: FloatArray, take: NDArray[np.bool_]) -> FloatArray:
     """Typical difference between scan and live picture in the surroundings that were taken over."""
     height, width = residual.shape
-    small_size = (max(width // 8, 8), max(height // 8, 8))
+    small_size = (max(width // SHRINK, 8), max(height // SHRINK, 8))
     weight = take.astype(np.float32)
     total = cv2.resize(residual * weight, small_size, interpolation=cv2.INTER_AREA)
     count = cv2.resize(weight, small_size, interpolation=cv2.INTER_AREA)
     side = max(3, round(ROUGH_SIDE * small_size[0]) * 2 + 1)
     mean = cv2.blur(total, (side, side)) / np.maximum(cv2.blur(count, (side, side)), 1e-3)
-    return np.asarray(cv2.resize(mean, (width, height)), dtype=np.float32)
+    return np.asarray(mean, dtype=np.float32)

@@ -32,6 +32,15 @@ DISTANCE_PENALTY = 0.25
 FOREIGN = 0.5
 """Foreground of other colours than the object's above this share: something is in the way."""
 
+LIGHT_RANGE = (0.55, 1.6)
+"""An object's side may be this much darker or lighter than in its scan."""
+
+ALIKE_SIGMA = 0.10
+"""Colour difference beyond light, of 0..1 channels, at which a colour becomes another one."""
+
+CUT_PX = 1.2
+"""A stranger's edge this far inside the drawn contour belongs to somebody in front."""
+
 EDGE_SIGMA_PX = 0.4
 COARSE_SIGMA_PX = 1.2
 FAINT_CONTRAST = 0.07
@@ -169,10 +178,12 @@ def _coarse_edges(
     count = int(np.ceil((reach_px + side) / SAMPLE_STEP_PX))
     steps = np.arange(-count, count + 1) * SAMPLE_STEP_PX
     path = pixels[:, None, :] + steps[None, :, None] * contour.normals[:, None, :]
-    own = sample(evidence.own, path).astype(np.float64)
+    palette = sample(evidence.own, path).astype(np.float64)
+    own = palette * _alike(sample(evidence.live, path), contour.colours[:, None, :])
     foreground = sample(evidence.foreground, path).astype(np.float64)
     total = np.concatenate([np.zeros((len(own), 1)), np.cumsum(own, axis=1)], axis=1)
-    total_any = np.concatenate([np.zeros((len(own), 1)), np.cumsum(foreground, axis=1)], axis=1)
+    stranger = np.maximum(foreground - palette, 0.0)
+    total_strange = np.concatenate([np.zeros((len(own), 1)), np.cumsum(stranger, axis=1)], axis=1)
     first, last = int(side / SAMPLE_STEP_PX), len(steps) - int(side / SAMPLE_STEP_PX)
     candidates = np.arange(first, last)
     inner = np.clip(np.round(np.minimum(contour.inner_px, SIDE_PX) / SAMPLE_STEP_PX), 2, None)
@@ -188,14 +199,21 @@ def _coarse_edges(
     best = np.argmax(clear - cost, axis=1)
     picked = np.arange(len(own))
     place = candidates[best]
-    outside_any = total_any[picked, place + 1 + outer[:, 0]] - total_any[picked, place + 1]
-    inside_any = total_any[picked, place] - total_any[picked, place - inner[:, 0]]
-    inside_own = total[picked, place] - total[picked, place - inner[:, 0]]
-    outside_own = total[picked, place + 1 + outer[:, 0]] - total[picked, place + 1]
-    foreign_out = (outside_any - outside_own) / outer[:, 0]
-    foreign_in = (inside_any - inside_own) / inner[:, 0]
-    foreign = (foreign_out > FOREIGN) | (foreign_in > FOREIGN)
+    strange_out = total_strange[picked, place + 1 + outer[:, 0]] - total_strange[picked, place + 1]
+    strange_in = total_strange[picked, place] - total_strange[picked, place - inner[:, 0]]
+    # Someone behind the object shows outside its contour; someone in front cuts into it.
+    cuts_in = (strange_out / outer[:, 0] > FOREIGN) & (steps[place] < -CUT_PX)
+    foreign = cuts_in | (strange_in / inner[:, 0] > FOREIGN)
     return steps[place], clear[picked, best] > LEAST_STEP, foreign
+
+
+def _alike(seen: FloatArray, drawn: FloatArray) -> FloatArray:
+    """(..., ) 0..1: a seen colour is the drawn one in another light."""
+    power = np.einsum("...c,...c->...", drawn, drawn) + 1e-4
+    ratio = np.einsum("...c,...c->...", seen, drawn) / power
+    ratio = np.clip(ratio, *LIGHT_RANGE)
+    apart = seen - ratio[..., None] * drawn
+    return np.exp(-0.5 * np.einsum("...c,...c->...", apart, apart) / ALIKE_SIGMA**2)
 
 
 def _fine_edges(

@@ -30,8 +30,11 @@ RIG_MOVED_M = 0.02
 RIG_TURNED_RAD = np.deg2rad(0.6)
 """A marker that moved more than this means that the camera was moved, not that the marker shook."""
 
-LEARN_PERIOD = 10
+LEARN_PERIOD = 15
 """Frames between two looks at what has become of the room, one lens at a time."""
+
+TURN_PERIOD = 4
+"""Frames between two fresh measurements of resting objects, one object at a time."""
 
 FLOOR_M = 0.0
 
@@ -212,14 +215,14 @@ class Tracker:
     def _task(
         self, scene: Scene, model: TrackModel, tracks: Mapping[str, Track], frames: int
     ) -> Task:
-        turn = self._models[frames % len(self._models)].object_id
+        turn = self._models[frames // TURN_PERIOD % len(self._models)].object_id
         return Task(
             scene=scene,
             model=model,
             track=tracks[model.object_id],
             neighbours=self._neighbours(model, tracks),
             supports_m=self._supports,
-            is_turn=turn == model.object_id,
+            is_turn=turn == model.object_id and frames % TURN_PERIOD == 0,
             is_first=frames == 0,
             may_search=self._options.recover,
             use_texture=self._options.texture,

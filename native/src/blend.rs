@@ -1,7 +1,8 @@
 //! Front-to-back blending of one tile: the state of its pixels and the portable kernel.
 
 use crate::bin::TILE;
-use crate::project::{power_of, Record};
+use crate::ewa::Judge;
+use crate::project::{power_of, Needle, Record, STEP_DOUBT};
 use crate::scene::LOG2_255;
 
 pub const ALPHA_MAX: f32 = 0.99;
@@ -74,13 +75,18 @@ pub struct TileSplat {
 
 impl TileSplat {
     #[inline(always)]
-    pub fn new(record: &Record, left: i32, top: i32) -> TileSplat {
-        let x = (record.base[0] - left) as f32 + (record.offset[0] - 0.5);
-        let y = (record.base[1] - top) as f32 + (record.offset[1] - 0.5);
+    pub fn new(work: &TileWork, slot: u32) -> TileSplat {
+        let record = &work.records[slot as usize];
+        let x = (record.base[0] - work.left) as f32 + (record.offset[0] - 0.5);
+        let y = (record.base[1] - work.top) as f32 + (record.offset[1] - 0.5);
         TileSplat {
             a: record.a,
             b: record.b,
-            u0: -(record.a * x + record.b * y),
+            u0: if record.is_needle() {
+                needle_u0(work, slot)
+            } else {
+                -(record.a * x + record.b * y)
+            },
             c: record.c,
             v0: -(record.c * y),
             log2_opacity: record.log2_opacity,
@@ -92,54 +98,81 @@ impl TileSplat {
     }
 }
 
-/// Blends the splats `slots`, nearest first, into the tile whose first pixel is (left, top).
+#[cold]
+fn needle_u0(work: &TileWork, slot: u32) -> f32 {
+    let needle = &work.needles[slot as usize];
+    let x = needle.centre[0] - f64::from(work.left) - 0.5;
+    let y = needle.centre[1] - f64::from(work.top) - 0.5;
+    -(needle.a * x + needle.b * y) as f32
+}
+
+/// Where a tile lies and what may touch it.
+#[derive(Clone, Copy)]
+pub struct TileWork<'a> {
+    pub records: &'a [Record],
+    /// For those records that are needles.
+    pub needles: &'a [Needle],
+    /// Records of the tile's splats, nearest first.
+    pub slots: &'a [u32],
+    /// First pixel.
+    pub left: i32,
+    pub top: i32,
+    pub judge: &'a dyn Judge,
+}
+
+impl TileWork<'_> {
+    /// Asks the judge about a pixel given in the tile's own coordinates.
+    #[inline(always)]
+    pub fn is_drawn(&self, slot: u32, x: usize, y: usize) -> bool {
+        let record = &self.records[slot as usize];
+        self.judge
+            .is_drawn(record, self.left + x as i32, self.top + y as i32)
+    }
+}
+
+/// Blends a tile's splats, nearest first.
 ///
 /// `TRACK_OBJECTS`: also keep the object with the largest blend weight.
-pub fn blend_tile<const TRACK_OBJECTS: bool>(
-    tile: &mut Tile,
-    records: &[Record],
-    slots: &[u32],
-    left: i32,
-    top: i32,
-) {
+pub fn blend_tile<const TRACK_OBJECTS: bool>(tile: &mut Tile, work: &TileWork) {
     const SPLATS_PER_CHECK: usize = 32;
-    for batch in slots.chunks(SPLATS_PER_CHECK) {
+    for batch in work.slots.chunks(SPLATS_PER_CHECK) {
         let mut live = tile.blocks.iter().flat_map(|block| &block.transmittance);
         if !live.any(|&t| t >= TRANSMITTANCE_STOP) {
             return;
         }
         for &slot in batch {
-            let splat = TileSplat::new(&records[slot as usize], left, top);
-            blend_splat::<TRACK_OBJECTS>(tile, &splat);
+            blend_splat::<TRACK_OBJECTS>(tile, work, slot);
         }
     }
 }
 
 #[inline(always)]
-fn blend_splat<const TRACK_OBJECTS: bool>(tile: &mut Tile, splat: &TileSplat) {
+fn blend_splat<const TRACK_OBJECTS: bool>(tile: &mut Tile, work: &TileWork, slot: u32) {
+    let splat = TileSplat::new(work, slot);
     for y in 0..TILE {
         let v = splat.c * y as f32 + splat.v0;
         let row = splat.b * y as f32 + splat.u0;
-        let Some((first, last)) = columns_touched(splat, row, v) else {
+        let Some((first, last)) = columns_touched(&splat, row, v) else {
             continue;
         };
         for x in first..=last {
             let u = splat.a * x as f32 + row;
             let log2_alpha = splat.log2_opacity - u * u - v * v;
-            if log2_alpha < LOG2_ALPHA_MIN {
-                continue;
-            }
+            let margin = log2_alpha - LOG2_ALPHA_MIN;
             let (block, lane) = Tile::place(x, y);
             let pixel = &mut tile.blocks[block];
             let transmittance = pixel.transmittance[lane];
-            if transmittance < TRANSMITTANCE_STOP {
+            if margin <= -STEP_DOUBT || transmittance < TRANSMITTANCE_STOP {
+                continue;
+            }
+            if margin < STEP_DOUBT && !work.is_drawn(slot, x, y) {
                 continue;
             }
             let alpha = exp2(log2_alpha).min(ALPHA_MAX);
             let weight = alpha * transmittance;
             pixel.transmittance[lane] = transmittance - weight;
-            for channel in 0..3 {
-                pixel.colour[channel][lane] += weight * splat.colour[channel];
+            for (sum, colour) in pixel.colour.iter_mut().zip(splat.colour) {
+                sum[lane] += weight * colour;
             }
             pixel.depth[lane] += weight * splat.depth;
             if TRACK_OBJECTS && weight > pixel.weight[lane] {

@@ -8,10 +8,10 @@ use std::arch::x86_64::*;
 
 use crate::bin::TILE;
 use crate::blend::{
-    PixelBlock, Tile, TileSplat, ALPHA_MAX, BLOCKS, BLOCKS_ACROSS, BLOCK_HEIGHT, BLOCK_WIDTH, EXP2,
-    LOG2_ALPHA_MIN, TRANSMITTANCE_STOP,
+    PixelBlock, Tile, TileSplat, TileWork, ALPHA_MAX, BLOCKS, BLOCKS_ACROSS, BLOCK_HEIGHT,
+    BLOCK_WIDTH, EXP2, LOG2_ALPHA_MIN, TRANSMITTANCE_STOP,
 };
-use crate::project::{power_of, Record};
+use crate::project::{power_of, STEP_DOUBT};
 
 /// Splats listed at a time; their constants stay in the first-level cache.
 const BATCH: usize = 128;
@@ -54,26 +54,20 @@ struct Batch {
 
 /// As `blend::blend_tile`.
 #[target_feature(enable = "avx2,fma")]
-pub fn blend_tile<const TRACK_OBJECTS: bool>(
-    tile: &mut Tile,
-    records: &[Record],
-    slots: &[u32],
-    left: i32,
-    top: i32,
-) {
+pub fn blend_tile<const TRACK_OBJECTS: bool>(tile: &mut Tile, work: &TileWork) {
     let mut batch = Batch {
         splats: [TileSplat::default(); BATCH],
         masks: [[0; BATCH]; MASK_BYTES],
         lists: [[0; BATCH + 8]; BLOCKS],
         lengths: [0; BLOCKS],
     };
-    for chosen in slots.chunks(BATCH) {
+    for chosen in work.slots.chunks(BATCH) {
         let live = live_blocks(tile);
         if live == 0 {
             return;
         }
         for (place, &slot) in chosen.iter().enumerate() {
-            let splat = TileSplat::new(&records[slot as usize], left, top);
+            let splat = TileSplat::new(work, slot);
             let mask = block_mask(&splat) & live;
             for (bytes, byte) in batch.masks.iter_mut().zip(mask.to_le_bytes()) {
                 bytes[place] = byte;
@@ -86,7 +80,12 @@ pub fn blend_tile<const TRACK_OBJECTS: bool>(
         list_by_block(&mut batch, chosen.len());
         for (index, block) in tile.blocks.iter_mut().enumerate() {
             let list = &batch.lists[index][..batch.lengths[index]];
-            blend_block::<TRACK_OBJECTS>(block, index, list, &batch.splats);
+            let chosen = Chosen {
+                splats: &batch.splats,
+                slots: chosen,
+                work,
+            };
+            blend_block::<TRACK_OBJECTS>(block, index, list, &chosen);
         }
     }
 }
@@ -190,6 +189,30 @@ fn list_by_block(batch: &mut Batch, count: usize) {
     }
 }
 
+/// A batch as the inner loop sees it.
+#[derive(Clone, Copy)]
+struct Chosen<'a> {
+    splats: &'a [TileSplat; BATCH],
+    /// Record of each splat of the batch.
+    slots: &'a [u32],
+    work: &'a TileWork<'a>,
+}
+
+impl Chosen<'_> {
+    /// Takes the lanes of `doubtful` (one bit each) to the judge; the others keep their verdict.
+    #[cold]
+    #[inline(never)]
+    fn settle(&self, place: usize, block: usize, mut verdict: u32, doubtful: u32) -> [u32; 8] {
+        for lane in (0..8).filter(|lane| doubtful >> lane & 1 == 1) {
+            let x = block % BLOCKS_ACROSS * BLOCK_WIDTH + lane % BLOCK_WIDTH;
+            let y = block / BLOCKS_ACROSS * BLOCK_HEIGHT + lane / BLOCK_WIDTH;
+            let is_drawn = self.work.is_drawn(self.slots[place], x, y);
+            verdict = verdict & !(1 << lane) | u32::from(is_drawn) << lane;
+        }
+        std::array::from_fn(|lane| 0u32.wrapping_sub(verdict >> lane & 1))
+    }
+}
+
 /// The state of a block in registers.
 #[derive(Clone, Copy)]
 struct Pixels {
@@ -205,7 +228,7 @@ fn blend_block<const TRACK_OBJECTS: bool>(
     block: &mut PixelBlock,
     index: usize,
     list: &[u8],
-    splats: &[TileSplat; BATCH],
+    chosen: &Chosen,
 ) {
     if list.is_empty() {
         return;
@@ -223,8 +246,21 @@ fn blend_block<const TRACK_OBJECTS: bool>(
     let mut pixels = load_pixels(block);
     for run in list.chunks(RUN) {
         for &place in run {
-            let splat = &splats[place as usize % BATCH];
-            blend_one::<TRACK_OBJECTS>(&mut pixels, splat, x, y);
+            let place = place as usize % BATCH;
+            let splat = &chosen.splats[place];
+            let log2_alpha = log2_alpha(splat, x, y);
+            let margin = _mm256_sub_ps(log2_alpha, _mm256_set1_ps(LOG2_ALPHA_MIN));
+            let size = _mm256_andnot_ps(_mm256_set1_ps(-0.0), margin);
+            let is_doubtful = _mm256_cmp_ps::<_CMP_LT_OQ>(size, _mm256_set1_ps(STEP_DOUBT));
+            let mut is_drawn = _mm256_cmp_ps::<_CMP_GE_OQ>(margin, _mm256_setzero_ps());
+            let doubtful = _mm256_movemask_ps(is_doubtful) as u32;
+            if doubtful != 0 {
+                let verdict = _mm256_movemask_ps(is_drawn) as u32;
+                let lanes = chosen.settle(place, index, verdict, doubtful);
+                // SAFETY: `lanes` is an array of eight 4-byte values; the load needs no alignment.
+                is_drawn = unsafe { _mm256_loadu_ps(lanes.as_ptr().cast()) };
+            }
+            blend_one::<TRACK_OBJECTS>(&mut pixels, splat, log2_alpha, is_drawn);
         }
         let stop = _mm256_set1_ps(TRANSMITTANCE_STOP);
         let is_live = _mm256_cmp_ps::<_CMP_GE_OQ>(pixels.transmittance, stop);
@@ -235,15 +271,9 @@ fn blend_block<const TRACK_OBJECTS: bool>(
     store_pixels(block, &pixels);
 }
 
-/// Blends one splat into eight pixels; see `blend::blend_splat` for the same in plain code.
 #[target_feature(enable = "avx2,fma")]
 #[inline]
-fn blend_one<const TRACK_OBJECTS: bool>(
-    pixels: &mut Pixels,
-    splat: &TileSplat,
-    x: __m256,
-    y: __m256,
-) {
+fn log2_alpha(splat: &TileSplat, x: __m256, y: __m256) -> __m256 {
     let u = _mm256_fmadd_ps(
         _mm256_set1_ps(splat.a),
         x,
@@ -251,11 +281,21 @@ fn blend_one<const TRACK_OBJECTS: bool>(
     );
     let v = _mm256_fmadd_ps(_mm256_set1_ps(splat.c), y, _mm256_set1_ps(splat.v0));
     let log2_alpha = _mm256_fnmadd_ps(v, v, _mm256_set1_ps(splat.log2_opacity));
-    let log2_alpha = _mm256_fnmadd_ps(u, u, log2_alpha);
-    let is_drawn = _mm256_and_ps(
-        _mm256_cmp_ps::<_CMP_GE_OQ>(log2_alpha, _mm256_set1_ps(LOG2_ALPHA_MIN)),
-        _mm256_cmp_ps::<_CMP_GE_OQ>(pixels.transmittance, _mm256_set1_ps(TRANSMITTANCE_STOP)),
-    );
+    _mm256_fnmadd_ps(u, u, log2_alpha)
+}
+
+/// Blends one splat into eight pixels; see `blend::blend_splat` for the same in plain code.
+#[target_feature(enable = "avx2,fma")]
+#[inline]
+fn blend_one<const TRACK_OBJECTS: bool>(
+    pixels: &mut Pixels,
+    splat: &TileSplat,
+    log2_alpha: __m256,
+    is_drawn: __m256,
+) {
+    let stop = _mm256_set1_ps(TRANSMITTANCE_STOP);
+    let is_live = _mm256_cmp_ps::<_CMP_GE_OQ>(pixels.transmittance, stop);
+    let is_drawn = _mm256_and_ps(is_drawn, is_live);
     let alpha = _mm256_min_ps(exp2(log2_alpha), _mm256_set1_ps(ALPHA_MAX));
     let alpha = _mm256_and_ps(alpha, is_drawn);
     let weight = _mm256_mul_ps(alpha, pixels.transmittance);
@@ -324,6 +364,17 @@ fn store_pixels(block: &mut PixelBlock, pixels: &Pixels) {
 mod tests {
     use super::*;
     use crate::blend;
+    use crate::ewa::Judge;
+    use crate::project::{Needle, Record};
+
+    /// Any judge will do, as long as both kernels ask the same one.
+    struct Coin;
+
+    impl Judge for Coin {
+        fn is_drawn(&self, _: &Record, x: i32, y: i32) -> bool {
+            (x + y) % 2 == 0
+        }
+    }
 
     fn random_records(count: usize) -> Vec<Record> {
         let mut state = 7u64;
@@ -353,6 +404,16 @@ mod tests {
             .collect()
     }
 
+    fn needle_of(record: &Record) -> Needle {
+        Needle {
+            centre: std::array::from_fn(|axis| {
+                f64::from(record.base[axis]) + f64::from(record.offset[axis])
+            }),
+            a: f64::from(record.a),
+            b: f64::from(record.b),
+        }
+    }
+
     #[test]
     fn agrees_with_the_portable_kernel() {
         if !(is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")) {
@@ -361,12 +422,21 @@ mod tests {
         for count in [0, 1, 31, 128, 129, 1000] {
             let records = random_records(count);
             let slots: Vec<u32> = (0..count as u32).collect();
+            let needles: Vec<Needle> = records.iter().map(needle_of).collect();
             for (left, top) in [(0, 0), (16, 32), (48, 16)] {
                 let mut plain = Tile::EMPTY;
                 let mut vector = Tile::EMPTY;
-                blend::blend_tile::<true>(&mut plain, &records, &slots, left, top);
+                let work = TileWork {
+                    records: &records,
+                    needles: &needles,
+                    slots: &slots,
+                    left,
+                    top,
+                    judge: &Coin,
+                };
+                blend::blend_tile::<true>(&mut plain, &work);
                 // SAFETY: AVX2 and FMA were found above.
-                unsafe { blend_tile::<true>(&mut vector, &records, &slots, left, top) };
+                unsafe { blend_tile::<true>(&mut vector, &work) };
                 for (a, b) in plain.blocks.iter().zip(&vector.blocks) {
                     for lane in 0..8 {
                         assert!((a.transmittance[lane] - b.transmittance[lane]).abs() < 1e-5);

@@ -5,6 +5,7 @@ pub mod blend;
 #[cfg(target_arch = "x86_64")]
 mod blend_avx2;
 pub mod camera;
+pub mod ewa;
 pub mod pool;
 pub mod project;
 mod python;

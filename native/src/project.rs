@@ -1,12 +1,18 @@
 //! One chunk of splats through one camera: EWA projection, visibility, colour, compact records.
 
 use crate::bin::TILE;
-use crate::camera::{Lens, LOW_PASS};
+use crate::camera::Lens;
+use crate::ewa;
 use crate::scene::{Cloud, BLOCKS_PER_CHUNK, LANES, LOG2_255};
 use crate::sh;
 
 /// log2(e) / 2: turns half a squared Mahalanobis distance into a power of two.
 const HALF_LOG2_E: f64 = std::f64::consts::LOG2_E / 2.0;
+
+/// Added to every reach, so that rounding never hides a pixel from the blend, which decides.
+const SLACK_PX: f64 = 0.01;
+/// Samples whose log2(alpha) is this near to the limit are decided in double precision.
+pub const STEP_DOUBT: f32 = 1e-4;
 
 /// Everything the tile stages need of a splat; one cache line.
 ///
@@ -29,6 +35,24 @@ pub struct Record {
     pub right_dy: f32,
     pub object: u32,
     pub index: u32,
+}
+
+/// What a needle's record cannot hold: at 1000 pixels from its centre single precision would put it
+/// a hundredth of its width aside.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Needle {
+    pub centre: [f64; 2],
+    pub a: f64,
+    pub b: f64,
+}
+
+impl Record {
+    /// Whether the splat is so thin and slanted that its tiles take their terms from a `Needle`.
+    #[inline(always)]
+    pub fn is_needle(&self) -> bool {
+        // b / c is the slant of the ellipse in units of its own thickness.
+        self.b.abs() > 32.0 * self.c
+    }
 }
 
 /// First and last tile that a splat's bounding box touches.
@@ -80,6 +104,7 @@ pub struct Slots<'a> {
     pub records: &'a mut [Record],
     pub keys: &'a mut [u32],
     pub boxes: &'a mut [TileBox],
+    pub needles: &'a mut [Needle],
 }
 
 /// Eight splats on the picture plane, one per lane.
@@ -130,10 +155,13 @@ pub fn project_chunk<L: Lens>(
             };
             let mut record = record_of(&prints, lane);
             record.log2_opacity = log2_opacity;
-            record.right_dy *= (power_of(log2_opacity) / HALF_LOG2_E as f32).sqrt();
+            record.right_dy *= (power_of(log2_opacity).max(0.0) / HALF_LOG2_E as f32).sqrt();
             record.colour = std::array::from_fn(|channel| colour[channel][lane]);
             record.object = posed.object;
             record.index = block.index[lane];
+            if record.is_needle() {
+                slots.needles[written] = needle_of(&prints, lane);
+            }
             slots.records[written] = record;
             slots.keys[written] = record.depth.to_bits();
             slots.boxes[written] = tiles;
@@ -143,7 +171,7 @@ pub fn project_chunk<L: Lens>(
     written
 }
 
-/// EWA projection of one block in double precision: 2D covariance = (J R F)(J R F)ᵀ + 0.3 px².
+/// EWA projection of one block.
 #[inline(always)]
 fn footprints<L: Lens>(posed: &PosedCloud, lens: &L, view: &View, index: usize) -> Footprints {
     let block = &posed.cloud.blocks[index];
@@ -164,39 +192,20 @@ fn footprints<L: Lens>(posed: &PosedCloud, lens: &L, view: &View, index: usize) 
     let mut soft = [0.0; LANES];
     for lane in 0..LANES {
         let mean = std::array::from_fn(|axis| f64::from(block.mean[axis][lane]));
-        let seen = lens.project(posed.to_camera(mean));
-        let [top, bottom] = seen.jacobian.map(|row| {
-            let turned: [f64; 3] = std::array::from_fn(|k| {
-                let r = &posed.rotation;
-                row[0] * r[0][k] + row[1] * r[1][k] + row[2] * r[2][k]
-            });
-            let m: [f64; 3] = std::array::from_fn(|k| {
-                let factor = |row: usize| f64::from(block.factor[3 * row + k][lane]);
-                turned[0] * factor(0) + turned[1] * factor(1) + turned[2] * factor(2)
-            });
-            m
-        });
-        let dot = |p: &[f64; 3], q: &[f64; 3]| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
-        let (xx, xy, yy) = (dot(&top, &top), dot(&top, &bottom), dot(&bottom, &bottom));
-        // |top × bottom|² equals xx·yy - xy² without its cancellation (Binet-Cauchy).
-        let cross = [
-            top[1] * bottom[2] - top[2] * bottom[1],
-            top[2] * bottom[0] - top[0] * bottom[2],
-            top[0] * bottom[1] - top[1] * bottom[0],
-        ];
-        sharp[lane] = dot(&cross, &cross);
-        soft[lane] = sharp[lane] + LOW_PASS * (xx + yy) + LOW_PASS * LOW_PASS;
-        let (xx, yy) = (xx + LOW_PASS, yy + LOW_PASS);
-        out.u[lane] = seen.u;
-        out.v[lane] = seen.v;
-        out.a[lane] = (HALF_LOG2_E * yy / soft[lane]).sqrt();
-        out.slope[lane] = xy / yy;
-        out.c[lane] = (HALF_LOG2_E / yy).sqrt();
-        out.sigma_x[lane] = xx.sqrt();
-        out.sigma_y[lane] = yy.sqrt();
-        out.right_dy[lane] = xy / xx.sqrt();
+        let factor = std::array::from_fn(|entry| f64::from(block.factor[entry][lane]));
+        let seen = ewa::footprint(posed, lens, mean, factor);
+        out.u[lane] = seen.centre[0];
+        out.v[lane] = seen.centre[1];
+        out.a[lane] = (HALF_LOG2_E * seen.yy / seen.soft).sqrt();
+        out.slope[lane] = seen.xy / seen.yy;
+        out.c[lane] = (HALF_LOG2_E / seen.yy).sqrt();
+        out.sigma_x[lane] = seen.xx.sqrt();
+        out.sigma_y[lane] = seen.yy.sqrt();
+        out.right_dy[lane] = seen.xy / seen.xx.sqrt();
         out.depth[lane] = seen.depth;
         out.drawable[lane] = seen.drawable & (seen.depth >= view.near);
+        sharp[lane] = seen.sharp;
+        soft[lane] = seen.soft;
     }
     if view.antialias {
         for lane in 0..LANES {
@@ -223,12 +232,12 @@ fn extent_of(
     let log2_opacity = log2_opacity + prints.log2_gain[lane] as f32;
     let power = power_of(log2_opacity);
     // Written so that a NaN anywhere also ends here.
-    if !(prints.drawable[lane] && power >= 0.0) {
+    if !(prints.drawable[lane] && power >= -STEP_DOUBT) {
         return None;
     }
-    let sigmas = (f64::from(power) / HALF_LOG2_E).sqrt();
-    let reach_x = sigmas * prints.sigma_x[lane];
-    let reach_y = sigmas * prints.sigma_y[lane];
+    let sigmas = (f64::from(power.max(0.0)) / HALF_LOG2_E).sqrt();
+    let reach_x = sigmas * prints.sigma_x[lane] + SLACK_PX;
+    let reach_y = sigmas * prints.sigma_y[lane] + SLACK_PX;
     let first_column = (prints.u[lane] - reach_x - 0.5).ceil().max(0.0);
     let last_column = (prints.u[lane] + reach_x - 0.5)
         .floor()
@@ -266,6 +275,15 @@ fn record_of(prints: &Footprints, lane: usize) -> Record {
         right_dy: prints.right_dy[lane] as f32,
         depth: prints.depth[lane] as f32,
         ..Record::default()
+    }
+}
+
+#[inline(always)]
+fn needle_of(prints: &Footprints, lane: usize) -> Needle {
+    Needle {
+        centre: [prints.u[lane], prints.v[lane]],
+        a: prints.a[lane],
+        b: -prints.a[lane] * prints.slope[lane],
     }
 }
 

@@ -6,9 +6,10 @@ use rayon::prelude::*;
 use rayon::ThreadPool;
 
 use crate::bin::{Band, TileRow, TILE};
-use crate::blend::{Tile, TRANSMITTANCE_STOP};
+use crate::blend::{Tile, TileWork, TRANSMITTANCE_STOP};
 use crate::camera::Lens;
-use crate::project::{project_chunk, PosedCloud, Record, Slots, TileBox, View};
+use crate::ewa::ExactJudge;
+use crate::project::{project_chunk, Needle, PosedCloud, Record, Slots, TileBox, View};
 use crate::scene::CHUNK;
 use crate::simd::Simd;
 use crate::sort;
@@ -39,6 +40,7 @@ struct Scratch {
     records: Vec<Record>,
     keys: Vec<u32>,
     boxes: Vec<TileBox>,
+    needles: Vec<Needle>,
     pairs: Vec<u64>,
     spare: Vec<u64>,
     order: Vec<u32>,
@@ -67,9 +69,9 @@ impl Engine {
             sort_by_depth(&mut scratch);
             bin_into_rows(job, &mut scratch);
             if objects.len() > 1 {
-                blend_all::<L, true>(lens, job, &scratch, picture);
+                blend_all::<L, true>(objects, lens, job, &scratch, picture);
             } else {
-                blend_all::<L, false>(lens, job, &scratch, picture);
+                blend_all::<L, false>(objects, lens, job, &scratch, picture);
             }
         });
         let mut idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner);
@@ -82,7 +84,7 @@ impl Engine {
     }
 }
 
-/// Fills records, keys and boxes; leaves (key, slot) pairs in scene order.
+/// Fills records, keys, boxes and needles; leaves (key, slot) pairs in scene order.
 fn project_all<L: Lens>(objects: &[PosedCloud], lens: &L, job: &Job, scratch: &mut Scratch) {
     let seen: Vec<(&PosedCloud, usize)> = objects
         .iter()
@@ -100,6 +102,7 @@ fn project_all<L: Lens>(objects: &[PosedCloud], lens: &L, job: &Job, scratch: &m
         scratch.records.resize(size, Record::default());
         scratch.keys.resize(size, 0);
         scratch.boxes.resize(size, TileBox::default());
+        scratch.needles.resize(size, Needle::default());
     }
     let mut counts = vec![0usize; seen.len()];
     (
@@ -107,14 +110,16 @@ fn project_all<L: Lens>(objects: &[PosedCloud], lens: &L, job: &Job, scratch: &m
         scratch.records[..size].par_chunks_mut(CHUNK),
         scratch.keys[..size].par_chunks_mut(CHUNK),
         scratch.boxes[..size].par_chunks_mut(CHUNK),
+        scratch.needles[..size].par_chunks_mut(CHUNK),
         &seen,
     )
         .into_par_iter()
-        .for_each(|(count, records, keys, boxes, &(posed, chunk))| {
+        .for_each(|(count, records, keys, boxes, needles, &(posed, chunk))| {
             let mut slots = Slots {
                 records,
                 keys,
                 boxes,
+                needles,
             };
             *count = job.simd.run(
                 #[inline(always)]
@@ -177,6 +182,7 @@ fn bin_into_rows(job: &Job, scratch: &mut Scratch) {
 
 /// Blends every tile; a task is a row of tiles, whose pixels lie together in the picture.
 fn blend_all<L: Lens, const TRACK_OBJECTS: bool>(
+    objects: &[PosedCloud],
     lens: &L,
     job: &Job,
     scratch: &Scratch,
@@ -185,6 +191,11 @@ fn blend_all<L: Lens, const TRACK_OBJECTS: bool>(
     let View { width, height, .. } = job.view;
     let rows_per_band = height.div_ceil(TILE).div_ceil(scratch.bands.len());
     let strip = width * TILE;
+    let judge = ExactJudge {
+        objects,
+        lens,
+        antialias: job.view.antialias,
+    };
     (
         picture.rgb.par_chunks_mut(3 * strip),
         picture.alpha.par_chunks_mut(strip),
@@ -214,14 +225,15 @@ fn blend_all<L: Lens, const TRACK_OBJECTS: bool>(
                     let mask = CircleMask::new(lens, left, top);
                     let mut tile = Tile::EMPTY;
                     mask.close_outside(&mut tile);
-                    let slots = lists.tile(column);
-                    job.simd.blend_tile::<TRACK_OBJECTS>(
-                        &mut tile,
-                        &scratch.records,
-                        slots,
-                        left as i32,
-                        top as i32,
-                    );
+                    let work = TileWork {
+                        records: &scratch.records,
+                        needles: &scratch.needles,
+                        slots: lists.tile(column),
+                        left: left as i32,
+                        top: top as i32,
+                        judge: &judge,
+                    };
+                    job.simd.blend_tile::<TRACK_OBJECTS>(&mut tile, &work);
                     mask.open_outside(&mut tile);
                     job.simd.run(
                         #[inline(always)]

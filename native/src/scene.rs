@@ -8,8 +8,10 @@ pub const LANES: usize = 8;
 pub const BLOCKS_PER_CHUNK: usize = 32;
 /// Splats that share one bounding sphere.
 pub const CHUNK: usize = LANES * BLOCKS_PER_CHUNK;
-/// Means and scales beyond this (metres) count as damaged; keeps every later product finite.
-pub const MAX_EXTENT: f32 = 1e6;
+/// Means further out than this (metres) count as damaged; keeps every later product finite.
+pub const MAX_MEAN: f32 = 1e6;
+/// Scales larger than this (metres) count as damaged: a rounded factor cannot hold thin ones.
+pub const MAX_SCALE: f32 = 1e4;
 /// log2(255): a splat is visible where `log2(alpha) >= -LOG2_255`.
 pub const LOG2_255: f32 = 7.994_353_4;
 
@@ -28,6 +30,32 @@ pub struct SplatArrays<'a> {
     pub sh: &'a [f32],
     /// K: 1, 4, 9 or 16.
     pub sh_count: usize,
+}
+
+/// A splat as given, for the few samples that need it exactly.
+#[derive(Clone, Copy)]
+pub struct Original {
+    pub mean: [f32; 3],
+    pub scale: [f32; 3],
+    pub rotation: [f32; 4],
+    pub opacity: f32,
+}
+
+impl Original {
+    fn new(arrays: &SplatArrays, i: usize) -> Original {
+        Original {
+            mean: std::array::from_fn(|k| arrays.means[3 * i + k]),
+            scale: std::array::from_fn(|k| arrays.scales[3 * i + k]),
+            rotation: std::array::from_fn(|k| arrays.rotations[4 * i + k]),
+            opacity: arrays.opacities[i],
+        }
+    }
+
+    /// R·S row by row: the covariance is `factor · factorᵀ`.
+    pub fn factor(&self) -> [f64; 9] {
+        let rotation = rotation_from_quaternion(&self.rotation);
+        std::array::from_fn(|entry| rotation[entry] * f64::from(self.scale[entry % 3]))
+    }
 }
 
 /// Eight splats, one per lane. Unused lanes have `log2_opacity` = -inf and are never visible.
@@ -57,6 +85,8 @@ pub struct Cloud {
     pub sh: Vec<[f32; LANES]>,
     pub sh_count: usize,
     pub chunks: Vec<Chunk>,
+    /// In the order given; `Block::index` points here.
+    pub originals: Vec<Original>,
     /// Splats kept.
     pub count: usize,
     /// Splats dropped because a value was not finite, a scale not positive or a quaternion zero.
@@ -96,6 +126,7 @@ impl Cloud {
             sh,
             sh_count: arrays.sh_count,
             chunks,
+            originals: (0..total).map(|i| Original::new(&arrays, i)).collect(),
             count: kept.len(),
             dropped,
         }
@@ -113,8 +144,8 @@ fn is_sound(arrays: &SplatArrays, i: usize) -> bool {
     let scale = &arrays.scales[3 * i..][..3];
     let quaternion = &arrays.rotations[4 * i..][..4];
     let sh = &arrays.sh[3 * arrays.sh_count * i..][..3 * arrays.sh_count];
-    mean.iter().all(|v| v.abs() <= MAX_EXTENT)
-        && scale.iter().all(|&v| v > 0.0 && v <= MAX_EXTENT)
+    mean.iter().all(|v| v.abs() <= MAX_MEAN)
+        && scale.iter().all(|&v| v > 0.0 && v <= MAX_SCALE)
         && quaternion.iter().all(|v| v.is_finite())
         && quaternion.iter().any(|&v| v != 0.0)
         && arrays.opacities[i].is_finite()
@@ -130,16 +161,14 @@ fn block_of(arrays: &SplatArrays, ids: &[u32]) -> Block {
     };
     for (lane, &id) in ids.iter().enumerate() {
         let i = id as usize;
-        for axis in 0..3 {
-            block.mean[axis][lane] = arrays.means[3 * i + axis];
+        let original = Original::new(arrays, i);
+        for (row, value) in block.mean.iter_mut().zip(original.mean) {
+            row[lane] = value;
         }
-        let rotation = rotation_from_quaternion(&arrays.rotations[4 * i..][..4]);
-        for (entry, r) in rotation.iter().enumerate() {
-            let scale = f64::from(arrays.scales[3 * i + entry % 3]);
-            block.factor[entry][lane] = (r * scale) as f32;
+        for (row, value) in block.factor.iter_mut().zip(original.factor()) {
+            row[lane] = value as f32;
         }
-        let opacity = arrays.opacities[i].min(1.0);
-        block.log2_opacity[lane] = f64::from(opacity).log2() as f32;
+        block.log2_opacity[lane] = f64::from(original.opacity.min(1.0)).log2() as f32;
         block.index[lane] = id;
     }
     block

@@ -1,9 +1,8 @@
 //! Which instructions to use: chosen at run time, never at build time.
 
-use crate::blend::{self, Tile};
+use crate::blend::{self, Tile, TileWork};
 #[cfg(target_arch = "x86_64")]
 use crate::blend_avx2;
-use crate::project::Record;
 
 /// An instruction set that this machine has; only `Simd::detect` makes other ones than `SCALAR`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,22 +51,15 @@ impl Simd {
     }
 
     /// `blend::blend_tile` with these instructions.
-    pub fn blend_tile<const TRACK_OBJECTS: bool>(
-        self,
-        tile: &mut Tile,
-        records: &[Record],
-        slots: &[u32],
-        left: i32,
-        top: i32,
-    ) {
+    pub fn blend_tile<const TRACK_OBJECTS: bool>(self, tile: &mut Tile, work: &TileWork) {
         match self.0 {
             Level::Scalar => {
-                blend::blend_tile::<TRACK_OBJECTS>(tile, records, slots, left, top);
+                blend::blend_tile::<TRACK_OBJECTS>(tile, work);
             }
             #[cfg(target_arch = "x86_64")]
             // SAFETY: `detect` found AVX2 and FMA before it made this value.
             Level::Avx2 => unsafe {
-                blend_avx2::blend_tile::<TRACK_OBJECTS>(tile, records, slots, left, top);
+                blend_avx2::blend_tile::<TRACK_OBJECTS>(tile, work);
             },
         }
     }

@@ -17,6 +17,7 @@ from scenes.pose import Pose
 from scenes.prepare.discs import Discs, cover
 from scenes.prepare.spacing import Limits
 from scenes.prepare.surface import soup_of
+from scenes.rays import RayScene
 from scenes.splats import SH_C0, SplatCloud, concatenate
 from scenes.state import ObjectModel
 
@@ -47,7 +48,7 @@ class ScanImperfections:
     spread: float = 0.08
     blur_m: float = 0.001
     scale_error: float = 0.002
-    floaters: int = 60
+    floaters: int = 40
     halo_m: float = 0.002
 
 
@@ -63,8 +64,8 @@ def bake(
 
     Flat discs lie on the surfaces, denser where the texture has detail and near edges, and narrower
     across edges and bends so that they hardly reach past the surface. Static textures hold the
-    room's light already; objects are lit as they stand: albedo · (ambient · open + key · free · n·l)
-    with ray-cast occlusion, so the scan of an object keeps the light of the place it was scanned at.
+    room's light already; objects are lit as they stand, `albedo · (ambient · open + key · free ·
+    n·l)` with ray-cast occlusion, so an object's scan keeps the light of where it was scanned.
 
     Args:
         room: the physical world.
@@ -86,9 +87,7 @@ def bake(
     flaws = imperfections or ScanImperfections()
     scale = 1.0 + flaws.scale_error * float(rng.choice([-1.0, 1.0]))
     surroundings = _Surroundings.of(room)
-    static = cover(
-        soup_of(room.static), room_splats, rng, halo_m=flaws.halo_m, limits=ROOM_LIMITS
-    )
+    static = cover(soup_of(room.static), room_splats, rng, halo_m=flaws.halo_m, limits=ROOM_LIMITS)
     cloud = _flawed(static, flaws, rng, scale)
     if flaws.floaters:
         cloud = concatenate([cloud, _floaters(room, cloud, flaws.floaters, rng)])
@@ -135,7 +134,9 @@ def _flawed(
     n = len(discs.means)
     off = rng.normal(0, flaws.along_normal_m, (n, 1)) * discs.frames[:, 2]
     sizes = discs.spread_m.copy()
-    sizes[:, :2] = np.hypot(sizes[:, :2], flaws.blur_m) * np.exp(rng.normal(0, flaws.spread, (n, 2)))
+    sizes[:, :2] = np.hypot(sizes[:, :2], flaws.blur_m) * np.exp(
+        rng.normal(0, flaws.spread, (n, 2))
+    )
     colour = discs.colours * (1 + rng.normal(0, flaws.exposure)) + rng.normal(
         0, flaws.colour, (n, 3)
     )
@@ -176,22 +177,15 @@ class _Surroundings:
         moving = tuple((m, o.world_from_object) for o in room.objects for m in o.meshes)
         return _Surroundings(room, tuple((m, Pose.identity()) for m in room.static) + moving)
 
-    def light(
-        self, where: FloatArray, normals: FloatArray, rng: np.random.Generator
-    ) -> FloatArray:
+    def light(self, where: FloatArray, normals: FloatArray, rng: np.random.Generator) -> FloatArray:
         """(N,) light at world points: ambient · openness + key · free part of the window · n·l."""
-        import open3d as o3d  # noqa: PLC0415
-
-        scene = o3d.t.geometry.RaycastingScene()
-        for mesh, pose in self.meshes:
-            scene.add_triangles(
-                (pose @ mesh.vertices).astype(np.float32), mesh.faces.astype(np.uint32)
-            )
+        scene = RayScene(
+            np.concatenate([(pose @ mesh.vertices)[mesh.faces] for mesh, pose in self.meshes])
+        )
+        origins = where + 2e-3 * normals
 
         def seen(directions: FloatArray, reach_m: float) -> FloatArray:
-            rays = np.concatenate([where + 2e-3 * normals, directions], axis=1).astype(np.float32)
-            distance = scene.cast_rays(o3d.core.Tensor(rays))["t_hit"].numpy()
-            return np.minimum(distance / reach_m, 1.0)
+            return np.minimum(scene.cast(origins, directions).distance / reach_m, 1.0)
 
         openness = np.zeros(len(where))
         taps = 48

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from scenes.prepare.spacing import (
     Limits,
@@ -16,8 +16,10 @@ from scenes.prepare.spacing import (
     choose_sites,
     distance_from,
     neighbour_distances,
+    tangent_frames,
 )
 from scenes.prepare.surface import Edges, Soup, SurfacePoints, colours, find_edges
+from scenes.rays import RayScene
 
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.int64]
@@ -28,7 +30,9 @@ COVER = 0.8
 """Deviation of a disc over the local spacing: neighbours overlap without a gap, and blur little."""
 EDGE_ANGLE_RAD = 0.6
 FOLD_ANGLE_RAD = 0.12
-HALO_REACH = 1.5
+HIDDEN_M = 0.04
+LOOKS = 10
+HALO_REACH = 1.9
 """A disc is narrowed until points this many deviations out are near the surface."""
 SHRINK = (1.0, 0.75, 0.56, 0.42, 0.31, 0.24, 0.17)
 FILL_SHARE = 0.1
@@ -71,17 +75,21 @@ def cover(
         halo_m: how far a disc's visible part may reach past the surface.
         limits: finest and widest spacing.
     """
+    scene = RayScene(soup.corners)
+    soup = _exposed_part(soup, scene, rng)
     edges = find_edges(soup, angle_rad=EDGE_ANGLE_RAD, step_m=0.008)
     wanted = max(1, round((1 - FILL_SHARE) * count))
     sites, pool, areas = choose_sites(soup, edges, wanted, limits, rng)
+    sites = sites.select(np.flatnonzero(_exposed(scene, sites.where, sites.frames[:, 2])))
     looseness = np.ones(len(sites))
     if len(sites) > NEIGHBOURS:
         distance = np.sort(neighbour_distances(sites, 10)[1], axis=1)
         looseness = np.clip(distance[:, 1:5].mean(axis=1) / 1.2, 0.75, 1.5)
-    fitter = _Fitter.of(soup, halo_m)
+    fitter = _Fitter(scene, find_edges(soup, angle_rad=FOLD_ANGLE_RAD, step_m=0.008), halo_m)
     sites = fitter.fitted(replace(sites, spacing=COVER * sites.spacing * looseness[:, None]))
     keep = min(1.0, CHECKS_PER_SPLAT * count / len(pool))
     kept = np.flatnonzero(rng.random(len(pool)) < keep)
+    kept = kept[_exposed(scene, pool.where[kept], pool.frames[kept, 2])]
     checks, areas = pool.select(kept), areas[kept]
     for _ in range(FILL_ROUNDS):
         missing = _holes(sites, checks, count - len(sites))
@@ -98,23 +106,40 @@ def cover(
     )
 
 
+def _exposed_part(soup: Soup, scene: RayScene, rng: np.random.Generator) -> Soup:
+    """The triangles of which at least a part can be seen."""
+    triangles = len(soup.areas)
+    owner = np.repeat(np.arange(triangles), 4)
+    weights = rng.dirichlet(np.ones(3), len(owner))
+    where = np.einsum("nk,nkd->nd", weights, soup.corners[owner])
+    seen = _exposed(scene, where, soup.normals[owner]).reshape(triangles, 4).any(axis=1)
+    return soup.select(np.flatnonzero(seen)) if seen.any() else soup
+
+
+def _exposed(scene: RayScene, where: FloatArray, normals: FloatArray) -> NDArray[np.bool_]:
+    """Whether points can be seen from higher than `HIDDEN_M` above them, in a few directions.
+
+    Without this the wall behind a picture, black as no light gets there, would be scanned too, and
+    its wide discs would shine through in slanting views.
+    """
+    frames = tangent_frames(normals)
+    seen = np.zeros(len(where), dtype=np.bool_)
+    for k in range(LOOKS):
+        tilt, turn = np.arcsin(np.sqrt((k + 0.5) / LOOKS)), 2.399963 * k
+        local = np.array([np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), np.cos(tilt)])
+        left = np.flatnonzero(~seen)
+        hits = scene.cast(where[left] + 1e-3 * normals[left], local @ frames[left])
+        seen[left] = hits.distance * np.cos(tilt) > HIDDEN_M
+    return seen
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class _Fitter:
     """Turns and narrows discs near edges and bends so that they hardly reach past the surface."""
 
-    scene: Any
+    scene: RayScene
     folds: Edges
     halo_m: float
-
-    @staticmethod
-    def of(soup: Soup, halo_m: float) -> _Fitter:
-        import open3d as o3d  # noqa: PLC0415  (heavy; only the bake needs it)
-
-        scene = o3d.t.geometry.RaycastingScene()
-        corners = soup.corners.reshape(-1, 3).astype(np.float32)
-        scene.add_triangles(corners, np.arange(len(corners), dtype=np.uint32).reshape(-1, 3))
-        folds = find_edges(soup, angle_rad=FOLD_ANGLE_RAD, step_m=0.008)
-        return _Fitter(scene, folds, halo_m)
 
     def fitted(self, sites: Sites) -> Sites:
         """The sites with `spacing` read, and returned, as deviations."""
@@ -129,9 +154,7 @@ class _Fitter:
         where, frames = sites.where[doubtful], sites.frames[doubtful]
         reach = reach[doubtful]
         frames = self._along_the_surface(where, frames, reach)
-        factors = np.stack(
-            [self._shrink(where, frames[:, k], reach[:, k]) for k in (0, 1)], axis=1
-        )
+        factors = np.stack([self._shrink(where, frames[:, k], reach[:, k]) for k in (0, 1)], axis=1)
         all_frames, spacing = sites.frames.copy(), sites.spacing.copy()
         all_frames[doubtful] = frames
         spacing[doubtful] = np.maximum(spacing[doubtful] * factors, THIN_M)
@@ -139,11 +162,8 @@ class _Fitter:
 
     def _past(self, where: FloatArray, step: FloatArray) -> FloatArray:
         """How far from the surface the farther of two opposite points is."""
-        import open3d as o3d  # noqa: PLC0415
-
-        ends = np.concatenate([where + step, where - step]).astype(np.float32)
-        distance = self.scene.compute_distance(o3d.core.Tensor(ends)).numpy()
-        return np.maximum(*np.split(distance, 2)).astype(np.float64)
+        distance = self.scene.distance(np.concatenate([where + step, where - step]))
+        return np.maximum(*np.split(distance, 2))
 
     def _along_the_surface(
         self, where: FloatArray, frames: FloatArray, reach: FloatArray
@@ -180,7 +200,7 @@ class _Fitter:
 def _alphas(sites: Sites, checks: Sites) -> tuple[IndexArray, NDArray[np.float32]]:
     """(M, K) discs around each check point and their alpha there, seen straight on."""
     k = min(NEIGHBOURS, len(sites))
-    index = cKDTree(sites.where).query(checks.where, k=k, workers=-1)[1].reshape(len(checks), k)
+    index = KDTree(sites.where).query(checks.where, k=k, workers=-1)[1].reshape(len(checks), k)
     distance = distance_from(sites, index, checks.where)
     normals = sites.frames[:, 2].astype(np.float32)
     facing = (normals[index] @ checks.frames[:, 2, :, None].astype(np.float32))[..., 0]

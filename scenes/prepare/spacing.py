@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from scenes.prepare.surface import (
     Edges,
@@ -32,8 +32,8 @@ CHUNK = 40_000
 SAME_SURFACE_M = 0.004
 """Sites farther apart along the normal belong to different surfaces."""
 GROWTH = 0.6
-"""How fast spacing may grow with distance: a wide disc beside fine ones would cover them in slanting
-views, where the nearer of two discs wins."""
+"""How fast spacing may grow with distance: a wide disc beside fine ones would cover them in
+slanting views, where the nearer of two discs wins."""
 CROWD = 1.5
 """Splats chosen first, per splat wanted; the most crowded are then left out."""
 GRADIENT_NOISE = 3.0
@@ -100,8 +100,12 @@ class _Wishes:
 def choose_sites(
     soup: Soup, edges: Edges, count: int, limits: Limits, rng: np.random.Generator
 ) -> tuple[Sites, Sites, FloatArray]:
-    """About `count` well-spread sites, the larger pool of candidates that they come from, and the
-    share of the surface that each candidate stands for."""
+    """About `count` well-spread sites.
+
+    Returns:
+        The sites, the larger pool of candidates that they come from, and the share of the surface
+        that each candidate stands for.
+    """
     structure = tuple(texture_structure(t) for t in soup.textures)
     triangles = len(soup.areas)
     probes = SurfacePoints(
@@ -131,7 +135,8 @@ def texture_structure(picture: NDArray[np.uint8]) -> NDArray[np.float32]:
     slope = np.sqrt(dx * dx + dy * dy)
     kept = np.maximum(slope - GRADIENT_NOISE, 0.0) / np.maximum(slope, 1e-6)
     dx, dy = dx * kept, dy * kept
-    return cv2.GaussianBlur(np.stack([dx * dx, dx * dy, dy * dy], axis=2), (0, 0), 3.5)
+    tensor = np.stack([dx * dx, dx * dy, dy * dy], axis=2)
+    return np.asarray(cv2.GaussianBlur(tensor, (0, 0), 3.5), dtype=np.float32)
 
 
 def tangent_frames(normals: FloatArray) -> FloatArray:
@@ -139,22 +144,21 @@ def tangent_frames(normals: FloatArray) -> FloatArray:
     hint = np.where(np.abs(normals[:, 2:]) < 0.9, [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0]])
     first = np.cross(hint, normals)
     first /= np.linalg.norm(first, axis=1, keepdims=True)
-    return np.stack([first, np.cross(normals, first), normals], axis=1)
+    return np.stack([first, np.cross(normals, first), normals], axis=1).astype(np.float64)
 
 
 def neighbour_distances(sites: Sites, k: int) -> tuple[IndexArray, FloatArray]:
     """(N, k) nearest other sites and their distances in units of each site's own spacing."""
     k = min(k, len(sites) - 1)
-    index = cKDTree(sites.where).query(sites.where, k=k + 1, workers=-1)[1][:, 1:]
+    found = KDTree(sites.where).query(sites.where, k=k + 1, workers=-1)[1]
+    index = np.asarray(found, dtype=np.int64)[:, 1:]
     where = sites.where.astype(np.float32)
     local = (where[index] - where[:, None, :]) @ np.swapaxes(_in_units(sites), 1, 2)
     return index, np.sqrt(np.einsum("nka,nka->nk", local, local)).astype(np.float64)
 
 
-def distance_from(
-    sites: Sites, index: IndexArray, where: FloatArray
-) -> NDArray[np.float32]:
-    """Distances (M, k) of points (M, 3) from sites `index` (M, k), in units of the sites' spacings."""
+def distance_from(sites: Sites, index: IndexArray, where: FloatArray) -> NDArray[np.float32]:
+    """Distances (M, k) of points from sites `index` (M, k), in units of the sites' spacings."""
     units = _in_units(sites)
     centres, points = sites.where.astype(np.float32), where.astype(np.float32)
     distance = np.empty(index.shape, dtype=np.float32)

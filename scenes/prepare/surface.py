@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from scenes.mesh import TexturedMesh
 
@@ -36,6 +36,17 @@ class Soup:
     areas: FloatArray
     textures: tuple[NDArray[np.uint8], ...]
     mesh_of: NDArray[np.int64]
+
+    def select(self, index: NDArray[np.int64]) -> Soup:
+        """The triangles with these indices."""
+        return Soup(
+            self.corners[index],
+            self.uv[index],
+            self.normals[index],
+            self.areas[index],
+            self.textures,
+            self.mesh_of[index],
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -182,7 +193,7 @@ class Edges:
         directions: (M, 3) unit vectors along the edges.
     """
 
-    tree: cKDTree
+    tree: KDTree
     directions: FloatArray
 
 
@@ -207,7 +218,7 @@ def find_edges(soup: Soup, *, angle_rad: float, step_m: float) -> Edges:
     bent &= np.einsum("nd,nd->n", soup.normals[a], beside) < 0
     chosen = ends[order[first[(count != 2) | bent]]]
     if not len(chosen):
-        return Edges(cKDTree(np.full((1, 3), 1e6)), np.array([[1.0, 0.0, 0.0]]))
+        return Edges(KDTree(np.full((1, 3), 1e6)), np.array([[1.0, 0.0, 0.0]]))
     spans = chosen[:, 1] - chosen[:, 0]
     lengths = np.linalg.norm(spans, axis=1)
     per_edge = np.maximum(1, np.ceil(lengths / step_m)).astype(np.int64)
@@ -215,4 +226,4 @@ def find_edges(soup: Soup, *, angle_rad: float, step_m: float) -> Edges:
     rank = np.arange(len(index)) - np.repeat(np.cumsum(per_edge) - per_edge, per_edge)
     fraction = ((rank + 0.5) / per_edge[index])[:, None]
     points = chosen[index, 0] * (1 - fraction) + chosen[index, 1] * fraction
-    return Edges(cKDTree(points), spans[index] / np.maximum(lengths[index, None], 1e-12))
+    return Edges(KDTree(points), spans[index] / np.maximum(lengths[index, None], 1e-12))

@@ -12,7 +12,7 @@ pixel of its footprint, nearest first. It follows `scenes.render.renderer`, and 
 - The splat that takes a pixel's transmittance below the stop is the last one blended there.
 - `ids` holds the object of the single splat with the largest blend weight, the first of equals.
 - Damaged splats are left out: a value that is not finite, a scale that is not positive, a
-  quaternion of zeros, a mean or scale beyond 1e6 m.
+  quaternion of zeros, a mean beyond 1000 km or a scale beyond 10 km.
 """
 
 from __future__ import annotations
@@ -44,22 +44,8 @@ BoolArray = NDArray[np.bool_]
 JACOBIAN_MARGIN = 0.15
 ANGLE_MARGIN = 1.15
 POLE_MARGIN_RAD = 0.05
-MAX_EXTENT_M = 1e6
-STEP_TOLERANCE = 2e-5
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class ReferenceDrawing:
-    """A picture and how far it may be trusted as an oracle.
-
-    Attributes:
-        rendering: the picture.
-        on_step: (H, W) bool, pixels where some splat's alpha is within a relative 2e-5 of 1/255. A
-            renderer in float32 may fall on the other side of that step, worth up to 0.004.
-    """
-
-    rendering: Rendering
-    on_step: BoolArray
+MAX_MEAN_M = 1e6
+MAX_SCALE_M = 1e4
 
 
 class ReferenceRenderer:
@@ -73,20 +59,6 @@ class ReferenceRenderer:
         options: RenderOptions | None = None,
     ) -> Rendering:
         """Draw all objects in one global order; see `scenes.render.renderer` for the semantics.
-
-        Raises:
-            ValueError: names the argument, what it got and what it wants.
-        """
-        return self.draw(objects, camera, world_from_camera, options).rendering
-
-    def draw(
-        self,
-        objects: Sequence[PosedSplats],
-        camera: Pinhole | Fisheye,
-        world_from_camera: Pose,
-        options: RenderOptions | None = None,
-    ) -> ReferenceDrawing:
-        """As `render`, and also says which pixels another precision may draw differently.
 
         Raises:
             ValueError: names the argument, what it got and what it wants.
@@ -141,8 +113,8 @@ def _is_sound(cloud: SplatCloud) -> BoolArray:
         finite &= np.isfinite(array).all(axis=tuple(range(1, array.ndim)))
     return (
         finite
-        & (np.abs(cloud.means) <= MAX_EXTENT_M).all(axis=1)
-        & ((cloud.scales > 0) & (cloud.scales <= MAX_EXTENT_M)).all(axis=1)
+        & (np.abs(cloud.means) <= MAX_MEAN_M).all(axis=1)
+        & ((cloud.scales > 0) & (cloud.scales <= MAX_SCALE_M)).all(axis=1)
         & (cloud.rotations != 0).any(axis=1)
     )
 
@@ -208,14 +180,13 @@ def _colours(cloud: SplatCloud, eye_in_object: FloatArray, degree: int) -> Float
 
 def _blend(
     footprints: Sequence[_Footprints], camera: Pinhole | Fisheye, background: FloatArray
-) -> ReferenceDrawing:
+) -> Rendering:
     height, width = camera.height_px, camera.width_px
     transmittance = np.ones((height, width))
     rgb = np.zeros((height, width, 3))
     depth = np.zeros((height, width))
     ids = np.full((height, width), -1, dtype=np.int32)
     heaviest = np.zeros((height, width))
-    on_step = np.zeros((height, width), dtype=np.bool_)
     is_drawn = _inside_lens(camera)
 
     for object_id, i in _draw_order(footprints):
@@ -223,12 +194,10 @@ def _blend(
         window = _window(prints, i, height, width)
         if window is None:
             continue
-        faded = _faded_opacity(prints, i, window)
-        alpha = np.where(faded >= ALPHA_MIN, np.minimum(faded, ALPHA_MAX), 0.0)
+        alpha = _alpha(prints, i, window)
         through = transmittance[window]
         is_live = is_drawn[window] & (through >= TRANSMITTANCE_STOP)
         weight = np.where(is_live, alpha, 0.0) * through
-        on_step[window] |= is_live & (np.abs(faded / ALPHA_MIN - 1.0) < STEP_TOLERANCE)
         rgb[window] += weight[..., None] * prints.colours[i]
         depth[window] += weight * prints.depths[i]
         transmittance[window] = through - weight
@@ -238,13 +207,12 @@ def _blend(
 
     alpha = 1.0 - transmittance
     mean_depth = np.where(alpha > 0, depth / np.where(alpha > 0, alpha, 1.0), 0.0)
-    rendering = Rendering(
+    return Rendering(
         (rgb + transmittance[..., None] * background).astype(np.float32),
         alpha.astype(np.float32),
         mean_depth.astype(np.float32),
         ids,
     )
-    return ReferenceDrawing(rendering, on_step)
 
 
 def _draw_order(footprints: Sequence[_Footprints]) -> list[tuple[int, int]]:
@@ -281,11 +249,12 @@ def _window(prints: _Footprints, i: int, height: int, width: int) -> tuple[slice
     return rows, columns
 
 
-def _faded_opacity(prints: _Footprints, i: int, window: tuple[slice, slice]) -> FloatArray:
-    """Opacity of one splat at the window's pixel centres, before the limits."""
+def _alpha(prints: _Footprints, i: int, window: tuple[slice, slice]) -> FloatArray:
+    """Alpha of one splat at the window's pixel centres, 0 where it is below the limit."""
     rows, columns = window
     dx = np.arange(columns.start, columns.stop) + 0.5 - prints.pixels[i, 0]
     dy = (np.arange(rows.start, rows.stop) + 0.5 - prints.pixels[i, 1])[:, None]
     (xx, xy), (_, yy) = prints.covariances[i]
     squared_distance = (yy * dx * dx - 2 * xy * dx * dy + xx * dy * dy) / (xx * yy - xy * xy)
-    return prints.opacities[i] * np.exp(-0.5 * squared_distance)
+    alpha = prints.opacities[i] * np.exp(-0.5 * squared_distance)
+    return np.where(alpha >= ALPHA_MIN, np.minimum(alpha, ALPHA_MAX), 0.0)

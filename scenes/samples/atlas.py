@@ -62,10 +62,8 @@ def grid_faces(rows: int, columns: int) -> NDArray[np.int64]:
     return np.concatenate([lower, upper])
 
 
-def _packed(
-    sizes: Sequence[tuple[int, int]], width_px: int
-) -> tuple[list[tuple[int, int]], int]:
-    """Top-left pixels of (height, width) pictures on shelves, tallest first, and the total height."""
+def _packed(sizes: Sequence[tuple[int, int]], width_px: int) -> tuple[list[tuple[int, int]], int]:
+    """Top-left pixels of (height, width) pictures on shelves, and the total height."""
     corners: list[tuple[int, int]] = [(0, 0)] * len(sizes)
     x = y = shelf = 0
     for index in sorted(range(len(sizes)), key=lambda i: (-sizes[i][0], -sizes[i][1], i)):

@@ -34,9 +34,7 @@ class StaticPart:
     codes: tuple[QrCode, ...]
 
 
-def cached(
-    name: str, build: Callable[[], StaticPart], *, folder: Path | None = None
-) -> StaticPart:
+def cached(name: str, build: Callable[[], StaticPart], *, folder: Path | None = None) -> StaticPart:
     """The static part from the cache, or built and kept there.
 
     A missing, damaged or unwritable cache costs time, never the result.

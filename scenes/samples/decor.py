@@ -1,4 +1,4 @@
-"""What makes a room lived in: window, door, boards on walls, shelf contents, plant, sofa, desk things.
+"""What makes a room lived in: window, door, pictures, shelf contents, plant, sofa, desk things.
 
 Wall things are built in the wall's frame (x right, y up, z out of the wall) and placed by its pose.
 """
@@ -46,7 +46,9 @@ def board(
     """A picture on a board, centred on a wall pose, with a raised frame if `frame_m` > 0."""
     w, h = size[0] / 2, size[1] / 2
     rim = plain(edge)
-    face = quad((-w, h, thickness), (2 * w, 0, 0), (0, -2 * h, 0), material=picture(front), glow=glow)
+    face = quad(
+        (-w, h, thickness), (2 * w, 0, 0), (0, -2 * h, 0), material=picture(front), glow=glow
+    )
     sides = box((-w, -h, 0), (w, h, thickness), material=rim, faces="+x-x+y-y")
     if frame_m:
         t, f = thickness + 0.01, frame_m
@@ -105,9 +107,9 @@ def window(
 
 def _curtain(x0: float, x1: float, y0: float, y1: float, cloth: Material) -> Surface:
     """A hanging cloth with folds."""
-    columns = 19
+    columns = 17
     s = np.linspace(0, 1, columns)
-    t = np.linspace(0, 1, math.ceil((y1 - y0) / 0.11) + 1)
+    t = np.linspace(0, 1, math.ceil((y1 - y0) / 0.1) + 1)
     points = np.empty((len(t), columns, 3))
     points[..., 0] = x0 + (x1 - x0) * s
     points[..., 1] = (y1 + (y0 - y1) * t)[:, None]
@@ -191,7 +193,7 @@ def books_on_board(
                (214, 206, 190), (50, 50, 56), (196, 120, 64)]  # fmt: skip
     x, gap, before = x0, True, (0.0, 0.0)
     while x < x1 - 0.05:
-        w, h, d = rng.uniform(0.018, 0.048), rng.uniform(0.19, 0.27), rng.uniform(0.15, 0.21)
+        w, h, d = rng.uniform(0.018, 0.048), rng.uniform(0.19, 0.27), rng.uniform(0.13, 0.166)
         if rng.random() < 0.08:
             x, gap = x + rng.uniform(0.04, 0.1), True
             continue
@@ -232,9 +234,13 @@ def plant(room: Set, at: tuple[float, float], rng: np.random.Generator) -> None:
     pot = [(0.15, 0.30), (0.175, 0.30), (0.14, 0.0)]
     clay = fabric(rng, (206, 198, 184), mm_per_px=4.0)
     soil = plain((64, 48, 38))
-    room.add(*placed([lathe(pot, material=clay), lathe([(0.0, 0.27), (0.15, 0.27)], material=soil)], foot))
+    room.add(
+        *placed(
+            [lathe(pot, material=clay), lathe([(0.0, 0.27), (0.15, 0.27)], material=soil)], foot
+        )
+    )
     room.solid((at[0] - 0.17, at[1] - 0.17, 0.0), (at[0] + 0.17, at[1] + 0.17, 0.9))
-    for k in range(34):
+    for k in range(30):
         turn = 2.399963 * k + float(rng.normal(0, 0.2))
         length, rise = float(rng.uniform(0.45, 0.8)), float(rng.uniform(0.45, 1.35))
         room.add(*placed([_leaf(length, rise, rng)], foot @ Pose.from_yaw(turn, (0.0, 0.0, 0.28))))
@@ -319,8 +325,8 @@ def desk_lamp(room: Set, at: tuple[float, float, float]) -> None:
     """A small lamp with a cone shade, unlit."""
     foot = Pose.from_yaw(0.0, at)
     steel, shade = plain((60, 62, 66)), plain((214, 170, 70))
-    parts = prism(rounded_outline(0.16, 0.16, radius=0.08, cell_m=0.04), [(0, 0.02), (0, 0)], side=steel,
-                  caps="+")  # fmt: skip
+    disc = rounded_outline(0.16, 0.16, radius=0.08, cell_m=0.04)
+    parts = prism(disc, [(0, 0.02), (0, 0)], side=steel, caps="+")
     parts += bar((0.03, 0, 0.02), (0.02, 0, 0.36), width=0.014, depth=0.014, material=steel,
                  radius=0.007, caps="")  # fmt: skip
     parts += bar((0.02, 0, 0.36), (-0.12, 0, 0.45), width=0.014, depth=0.014, material=steel,

@@ -1,4 +1,4 @@
-"""The built-in room `desk`: the paper's table set-up (paper section 5.1, table 2) in a small room."""
+"""The built-in room `desk`: the table set-up (paper section 5, table 2) in a small room."""
 
 from __future__ import annotations
 
@@ -57,9 +57,7 @@ def _static_part() -> StaticPart:
     shell(room, BOX, rng, floor=floor, walls={"+y": (214, 204, 186)})
     lights = [
         decor.window(room, BOX.wall("-x", 0.5, 1.55), (1.5, 1.3), rng, power=12.0),
-        *decor.ceiling_lamp(
-            room, (-0.14, -0.5), (0.14, 0.7), ceiling_m=BOX.high[2], power=5.5
-        ),
+        *decor.ceiling_lamp(room, (-0.14, -0.5), (0.14, 0.7), ceiling_m=BOX.high[2], power=5.5),
     ]
     top = wood(rng, (214, 182, 140), mm_per_px=2.0)
     table(room, TABLE_LOW, TABLE_HIGH, top=top, legs=plain((226, 226, 222)))

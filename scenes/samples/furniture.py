@@ -33,9 +33,7 @@ class Set:
         a, b = np.asarray(low, dtype=np.float64), np.asarray(high, dtype=np.float64)
         half = (b - a) / 2
         self.solids.append(
-            BoxPart(
-                Pose(np.eye(3), (a + b) / 2), (float(half[0]), float(half[1]), float(half[2]))
-            )
+            BoxPart(Pose(np.eye(3), (a + b) / 2), (float(half[0]), float(half[1]), float(half[2])))
         )
 
     def block(
@@ -85,7 +83,7 @@ def shelf_unit(
     open_side: str,
     thickness: float = 0.022,
 ) -> list[float]:
-    """A case with boards, open to one side ("-y", "+y" or "-x"); returns the board tops' heights."""
+    """A case with boards, open to "-y", "+y" or "-x"; returns the heights of the boards' tops."""
     (x0, y0, z0), (x1, y1, z1) = low, high
     t = thickness
     room.solid(low, high)

@@ -14,14 +14,14 @@ from scenes.samples.textures import Rgb, noise, tinted
 
 def font(size_px: int, *, bold: bool = False) -> ImageFont.FreeTypeFont:
     """A sans-serif face of so many pixels."""
-    import matplotlib as mpl  # noqa: PLC0415  (only for the typeface it brings along)
+    import matplotlib as mpl
 
     name = "DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf"
     return ImageFont.truetype(Path(mpl.get_data_path()) / "fonts" / "ttf" / name, size_px)
 
 
 def qr_symbol(payload: str, *, module_px: int = 12) -> Picture:
-    """A QR code whose dark modules reach the edge of the picture; paper around it is the caller's."""
+    """A QR code without its quiet zone: the outermost dark modules touch the edge."""
     symbol = cv2.QRCodeEncoder.create().encode(payload)
     inked = np.argwhere(symbol < 128)
     (top, left), (bottom, right) = inked.min(axis=0), inked.max(axis=0) + 1
@@ -119,7 +119,16 @@ def spine(rng: np.random.Generator, cover: Rgb, size_m: tuple[float, float]) -> 
     band = int(rng.integers(4, 12))
     draw.rectangle((0, 0, band, w), fill=ink)
     draw.rectangle((h - band - 3, 0, h - band, w), fill=ink)
-    words = ("Atlas", "Light", "Of Rooms", "Kinds of Wood", "Maps", "North", "The Window", "Signals")
+    words = (
+        "Atlas",
+        "Light",
+        "Of Rooms",
+        "Kinds of Wood",
+        "Maps",
+        "North",
+        "The Window",
+        "Signals",
+    )
     title = words[int(rng.integers(len(words)))]
     draw.text(
         (h / 2, w / 2), title, font=font(max(9, round(0.62 * w)), bold=True), fill=ink, anchor="mm"

@@ -63,9 +63,7 @@ def _static_part() -> StaticPart:
     _along_the_far_wall(room, rng)
     _desk(room, rng)
     decor.sofa(room, (0.55, -2.46), rng)
-    surfaces = lit(
-        room.surfaces, lights, reference=np.array([0.0, 0.6, 0.01]), level=0.92, rng=rng
-    )
+    surfaces = lit(room.surfaces, lights, reference=np.array([0.0, 0.6, 0.01]), level=0.92, rng=rng)
     mesh = mesh_from_surfaces(surfaces, width_px=4096)
     return StaticPart(mesh, tuple(room.solids), codes)
 
@@ -99,11 +97,8 @@ def _on_the_walls(room: Set, rng: np.random.Generator) -> tuple[QrCode, ...]:
                      frame_m=0.02),
         *decor.door(BOX.wall("-y", -1.9, 0.0), rng),
     )  # fmt: skip
-    tray = BOX.wall("+y", -1.05, 0.86) @ Pose.identity()
-    room.block(
-        tray.translation - [0.5, 0.07, 0.0], tray.translation + [0.5, 0.0, 0.02],
-        plain((176, 180, 184)), faces="+x-x-y+z-z",
-    )  # fmt: skip
+    tray = plain((176, 180, 184))
+    room.block((-1.55, 2.43, 0.86), (-0.55, 2.5, 0.88), tray, faces="+x-x-y+z-z")
     codes = []
     for number, (side, along, z) in enumerate(
         (("+y", 0.24, 1.5), ("+x", -1.25, 1.45), ("-y", -0.75, 1.5)), start=1
@@ -124,7 +119,10 @@ def _along_the_far_wall(room: Set, rng: np.random.Generator) -> None:
     for x in (0.52, 1.11):
         room.block((x, 2.085, 0.08), (x + 0.57, 2.1, 0.48), birch, faces="-y+x-x+z-z")
         room.block(
-            (x + 0.24, 2.07, 0.40), (x + 0.33, 2.085, 0.415), plain((90, 92, 96)), faces="-y+x-x+z-z"
+            (x + 0.24, 2.07, 0.40),
+            (x + 0.33, 2.085, 0.415),
+            plain((90, 92, 96)),
+            faces="-y+x-x+z-z",
         )
     room.add(
         *decor.board(BOX.wall("+y", 1.1, 1.22), (1.12, 0.65), wall_art.call_screen(748, 434),
@@ -137,7 +135,9 @@ def _along_the_far_wall(room: Set, rng: np.random.Generator) -> None:
         decor.books_on_board(room, 1.92, float(rng.uniform(2.55, 2.84)), 2.45, z, rng)
     for x in (1.95, 2.28, 2.6):
         colour = mixed([(150, 126, 100), (96, 116, 126), (176, 166, 150)], rng)
-        decor.storage_box(room, (x, 2.2, boards[0]), (x + 0.24, 2.44, boards[0] + 0.22), rng, colour)
+        decor.storage_box(
+            room, (x, 2.2, boards[0]), (x + 0.24, 2.44, boards[0] + 0.22), rng, colour
+        )
     decor.storage_box(
         room, (1.98, 2.2, boards[4]), (2.3, 2.44, boards[4] + 0.2), rng, (196, 150, 96)
     )

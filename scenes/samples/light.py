@@ -1,7 +1,7 @@
 """Puts the room's light into its pictures: soft window and lamp light, bounced about by radiosity.
 
-Direct light is sampled over the lights' areas with shadow rays. Bounced light is solved per triangle
-(Goral et al. 1984, with ray-cast form factors), then gathered once more per light texel.
+Direct light is sampled over the lights' areas with shadow rays. Bounced light is solved per
+triangle (Goral et al. 1984, with ray-cast form factors), then gathered once more per light texel.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from scenes.rays import RayScene
 from scenes.samples.atlas import grid_faces
 from scenes.samples.shapes import Picture, Surface, cells
 
@@ -69,7 +70,7 @@ class _Texels:
 class _World:
     """The triangles that block and bounce light."""
 
-    scene: Any
+    scene: RayScene
     centres: FloatArray
     normals: FloatArray
     albedo: Float32Array
@@ -88,7 +89,7 @@ def lit(
     Args:
         surfaces: everything that blocks, bounces or receives light.
         lights: at least one.
-        reference: (3,) point in metres; the exposure and white balance are set for level ground there.
+        reference: (3,) point in metres; exposure and white balance are set for level ground there.
         level: light at `reference` after exposure, as a factor on sRGB values, 0..1.
         rng: source of the sampling.
     """
@@ -96,7 +97,9 @@ def lit(
     bounced = _radiosity(world, lights, rng)
     texels = _texels(surfaces)
     light, valid = _gathered(world, bounced, lights, texels.where, texels.normals, TEXEL_RAYS, rng)
-    around = reference + np.concatenate([rng.uniform(-0.4, 0.4, (64, 2)), np.zeros((64, 1))], axis=1)
+    around = reference + np.concatenate(
+        [rng.uniform(-0.4, 0.4, (64, 2)), np.zeros((64, 1))], axis=1
+    )
     up = np.broadcast_to(np.array([0.0, 0.0, 1.0]), around.shape)
     white = _gathered(world, bounced, lights, around, up, TEXEL_RAYS, rng)[0].mean(axis=0)
     balanced = 0.35 * white + 0.65 * white.mean()
@@ -114,8 +117,6 @@ def lit(
 
 
 def _world(surfaces: Sequence[Surface]) -> _World:
-    import open3d as o3d  # noqa: PLC0415  (heavy; only the bake needs it)
-
     corners, albedo = [], []
     for surface in surfaces:
         rows, columns = surface.points.shape[:2]
@@ -129,11 +130,8 @@ def _world(surfaces: Sequence[Surface]) -> _World:
     cross = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     length = np.linalg.norm(cross, axis=1)
     real = length > 1e-12
-    scene = o3d.t.geometry.RaycastingScene()
-    flat = triangles[real].reshape(-1, 3).astype(np.float32)
-    scene.add_triangles(flat, np.arange(len(flat), dtype=np.uint32).reshape(-1, 3))
     return _World(
-        scene,
+        RayScene(triangles[real]),
         triangles[real].mean(axis=1),
         cross[real] / length[real, None],
         np.concatenate(albedo)[real].astype(np.float32),
@@ -214,32 +212,25 @@ def _hemisphere(
     world: _World, where: FloatArray, normals: FloatArray, rays: int, rng: np.random.Generator
 ) -> list[tuple[NDArray[np.int32], NDArray[np.bool_]]]:
     """Per cosine-weighted ray: triangle seen by each point (-1: none) and whether from behind."""
-    import open3d as o3d  # noqa: PLC0415
-
-    normals = normals.astype(np.float32)
-    origins = where.astype(np.float32) + np.float32(OFF_SURFACE_M) * normals
+    facing = normals.astype(np.float32)
+    origins = where.astype(np.float32) + np.float32(OFF_SURFACE_M) * facing
     spin = rng.random(len(where), dtype=np.float32)
     tilt = rng.random(len(where), dtype=np.float32)
     up_axis, x_axis = np.eye(3, dtype=np.float32)[[2, 0]]
-    first = np.cross(np.where(np.abs(normals[:, 2:]) < 0.9, up_axis, x_axis), normals)
+    first = np.cross(np.where(np.abs(facing[:, 2:]) < 0.9, up_axis, x_axis), facing)
     first /= np.linalg.norm(first, axis=1, keepdims=True)
-    second = np.cross(normals, first)
+    second = np.cross(facing, first)
     result = []
-    bundle = np.empty((len(where), 6), dtype=np.float32)
-    bundle[:, :3] = origins
     for k in range(rays):
         r2 = (k + tilt) / rays
         angle = np.float32(2 * np.pi) * (spin + np.float32(k * GOLDEN % 1.0))
         r, up = np.sqrt(r2), np.sqrt(1 - r2)
         ray = (r * np.cos(angle))[:, None] * first + (r * np.sin(angle))[:, None] * second
-        bundle[:, 3:] = ray + up[:, None] * normals
-        hits = world.scene.cast_rays(o3d.core.Tensor(bundle))
-        ids = hits["primitive_ids"].numpy()
-        seen = ids < len(world.albedo)
-        ids = np.where(seen, ids, 0)
-        facing = np.einsum("nd,nd->n", bundle[:, 3:], hits["primitive_normals"].numpy())
-        behind = seen & (facing > 0)
-        result.append((np.where(seen & ~behind, ids, MISS).astype(np.int32), behind))
+        ray += up[:, None] * facing
+        hits = world.scene.cast(origins, ray)
+        behind = np.einsum("nd,nd->n", ray, hits.normals) > 0
+        behind &= hits.triangle >= 0
+        result.append((np.where(behind, MISS, hits.triangle).astype(np.int32), behind))
     return result
 
 
@@ -251,10 +242,8 @@ def _direct(
     rng: np.random.Generator,
 ) -> Float32Array:
     """(N, 3) light straight from the lights, per unit of albedo."""
-    import open3d as o3d  # noqa: PLC0415
-
-    normals = normals.astype(np.float32)
-    origins = where.astype(np.float32) + np.float32(OFF_SURFACE_M) * normals
+    upright = normals.astype(np.float32)
+    origins = where.astype(np.float32) + np.float32(OFF_SURFACE_M) * upright
     light = np.zeros((len(where), 3), dtype=np.float32)
     for lamp in lights:
         corner, u, v = (e.astype(np.float32) for e in (lamp.corner, lamp.u, lamp.v))
@@ -268,14 +257,11 @@ def _direct(
             a, b = (i + a) / lamp.samples[0], (j + b) / lamp.samples[1]
             ray = corner + a * u + b * v - origins
             square = np.einsum("nd,nd->n", ray, ray)
-            cosines = np.maximum(np.einsum("nd,nd->n", ray, normals), 0) * np.maximum(
+            cosines = np.maximum(np.einsum("nd,nd->n", ray, upright), 0) * np.maximum(
                 -ray @ facing, 0
             )
             useful = np.flatnonzero(cosines > 0)
-            rays = np.concatenate([origins[useful], ray[useful]], axis=1)
-            blocked = world.scene.test_occlusions(
-                o3d.core.Tensor(rays), tnear=0.0, tfar=0.998
-            ).numpy()
+            blocked = world.scene.blocked(origins[useful], ray[useful])
             free = useful[~blocked]
             amount = cosines[free] * area / (np.pi * np.square(square[free]) * count)
             light[free] += np.minimum(amount, 4.0).astype(np.float32)[:, None] * radiance
@@ -295,20 +281,21 @@ def _smoothed(light: Float32Array, valid: NDArray[np.bool_]) -> Float32Array:
 
 
 def _exposed(albedo: Picture, light: Float32Array) -> Picture:
-    """sRGB picture of an sRGB albedo under linear light; highlights roll off softly."""
+    """An sRGB albedo under linear light, as sRGB; highlights roll off softly."""
     h, w = albedo.shape[:2]
     full = cv2.resize(light, (w, h), interpolation=cv2.INTER_LINEAR).reshape(h, w, 3)
     bright = _linear(albedo) * full
     over = np.maximum(bright - SHOULDER, 0.0)
     room = 1.0 - SHOULDER
     bright = np.minimum(bright, SHOULDER) + room * (1.0 - np.exp(-over / room))
-    return _encoded(bright)
+    return _encoded(bright.astype(np.float32))
 
 
 def _linear(srgb: NDArray[Any]) -> Float32Array:
-    """sRGB 0..255 to linear light 0..1."""
+    """Linear light 0..1 of sRGB 0..255."""
     value = np.asarray(srgb, dtype=np.float32) / 255.0
-    return np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
+    curve = ((value + 0.055) / 1.055) ** 2.4
+    return np.where(value <= 0.04045, value / 12.92, curve).astype(np.float32)
 
 
 def _encoded(linear: Float32Array) -> Picture:

@@ -43,7 +43,11 @@ def chair(object_id: str, world_from_object: Pose) -> PhysicalObject:
         for a, b in pairwise(post):
             surfaces += bar(a, b, width=0.032, depth=0.032, material=frame, radius=0.016)
         surfaces += bar(
-            (0.197 * x, -0.187, 0.2), (0.196 * x, 0.186, 0.2), width=0.02, depth=0.02, material=frame
+            (0.197 * x, -0.187, 0.2),
+            (0.196 * x, 0.186, 0.2),
+            width=0.02,
+            depth=0.02,
+            material=frame,
         )
     seat = rounded_outline(0.45, 0.42, radius=0.06, cell_m=OBJECT_CELL_M)
     cushion = [(0.02, 0.475), (0.006, 0.468), (0.0, 0.455), (0.004, 0.438), (0.02, 0.432)]

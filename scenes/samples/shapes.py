@@ -1,8 +1,8 @@
 """Surfaces as point grids with a picture each: the bricks of the built-in rooms.
 
-Every face of every thing is a grid of points that a picture is stretched over. That one shape serves
-the triangles, the texture atlas and the light bake alike. Seen from outside, columns run to the right
-and rows run down, like the picture.
+Every face of every thing is a grid of points that a picture is stretched over. That one shape
+serves the triangles, the texture atlas and the light bake alike. Seen from outside, columns run to
+the right and rows run down, like the picture.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,7 +22,7 @@ Picture = NDArray[np.uint8]
 Material = Callable[[float, float], Picture]
 """Width and height in metres -> (H, W, 3) uint8 sRGB albedo that covers them."""
 
-STATIC_CELL_M = 0.084
+STATIC_CELL_M = 0.0848
 """Grid pitch of what never moves: diagonals stay below 0.12 m, so a fisheye bends them smoothly."""
 
 OBJECT_CELL_M = 0.03
@@ -63,7 +64,7 @@ def quad(
     cell_m: float = STATIC_CELL_M,
     glow: float = 0.0,
 ) -> Surface:
-    """A parallelogram from its top-left corner and its two edge vectors (metres), seen from outside."""
+    """A parallelogram from its top-left corner and two edge vectors (metres), seen from outside."""
     corner, across, along = (np.asarray(v, dtype=np.float64) for v in (top_left, right, down))
     width, height = float(np.linalg.norm(across)), float(np.linalg.norm(along))
     columns, rows = _grid_cells(width, height, cell_m)
@@ -208,9 +209,9 @@ def lathe(
     around: int = 20,
     cell_m: float = OBJECT_CELL_M,
 ) -> Surface:
-    """A surface of revolution about Z from (radius, z) pairs; outside is left of the way down.
+    """A surface of revolution about Z from (radius, z) pairs in metres.
 
-    From the top down a profile shows its outer side; from the bottom up its inner side (a mug).
+    A profile from the top down shows its outer side, one from the bottom up its inner side.
     """
     steps = _resampled_profile(np.asarray(profile, dtype=np.float64), cell_m)
     angle = np.linspace(0.0, 2 * math.pi, around + 1)
@@ -251,7 +252,7 @@ def _resampled(line: FloatArray, count: int) -> FloatArray:
 def _resampled_profile(profile: FloatArray, cell_m: float) -> FloatArray:
     """The profile with points added so that no step exceeds `cell_m`; its corners stay."""
     parts = []
-    for a, b in zip(profile[:-1], profile[1:], strict=True):
+    for a, b in pairwise(profile):
         n = cells(float(np.linalg.norm(b - a)), cell_m)
         parts.append(a + (b - a) * (np.arange(n) / n)[:, None])
     return np.concatenate([*parts, profile[-1:]])

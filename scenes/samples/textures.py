@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import cv2
 import numpy as np
@@ -25,7 +26,7 @@ def size_px(width_m: float, height_m: float, mm_per_px: float) -> tuple[int, int
 def noise(
     rng: np.random.Generator, shape: tuple[int, int], *, cell_px: tuple[float, float]
 ) -> FloatArray:
-    """Smooth noise of mean 0 and deviation about 1; `cell_px` is the (vertical, horizontal) grain."""
+    """Smooth noise, mean 0, deviation about 1; `cell_px` is the (vertical, horizontal) grain."""
     h, w = shape
     coarse = rng.standard_normal((round(h / cell_px[0]) + 4, round(w / cell_px[1]) + 4))
     scaled = cv2.resize(
@@ -39,7 +40,7 @@ def noise(
     return np.asarray(scaled[:h, :w], dtype=np.float32)
 
 
-def tinted(base: Rgb, shade: FloatArray) -> Picture:
+def tinted(base: Rgb, shade: NDArray[np.floating[Any]]) -> Picture:
     """A colour times (1 + shade), as a picture."""
     colour = np.asarray(base, dtype=np.float32)
     return np.clip(colour * (1.0 + shade[..., None]) + 0.5, 0, 255).astype(np.uint8)
@@ -84,7 +85,7 @@ def wood(
 
 def _grain(rng: np.random.Generator, shape: tuple[int, int], mm_per_px: float) -> FloatArray:
     """Wavy rings stretched along the rows, plus fine pores."""
-    h, w = shape
+    h = shape[0]
     k = 3.0 / mm_per_px
     bend = noise(rng, shape, cell_px=(40 * k, 160 * k))
     rows = np.arange(h, dtype=np.float32)[:, None] / (9.0 * k)

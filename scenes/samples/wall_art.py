@@ -111,9 +111,7 @@ def whiteboard(rng: np.random.Generator, width_px: int, height_px: int) -> Pictu
     for x, y in ((0.13, 0.70), (0.24, 0.76)):
         draw.ellipse(_round(x * w, y * h, 0.02 * w), outline=red, width=pen)
     draw.line((0.19 * w, 0.54 * h, 0.25 * w, 0.70 * h), fill=black, width=pen)
-    draw.polygon(
-        [(0.25 * w, 0.70 * h), (0.238 * w, 0.685 * h), (0.253 * w, 0.67 * h)], fill=black
-    )
+    draw.polygon([(0.25 * w, 0.70 * h), (0.238 * w, 0.685 * h), (0.253 * w, 0.67 * h)], fill=black)
     for k, line in enumerate(("move chair to window", "two stools → corner", "book: other end",
                               "check the view", "call at 3 pm")):  # fmt: skip
         y = (0.25 + 0.105 * k) * h + float(rng.normal(0, 0.004)) * h
@@ -184,8 +182,10 @@ def window_view(rng: np.random.Generator, width_px: int, height_px: int) -> Pict
     for base, rough, colour in (
         (0.60, 0.03, (196, 210, 206)), (0.68, 0.07, (164, 186, 158)), (0.84, 0.04, (136, 164, 124))
     ):  # fmt: skip
-        line = base + rough * noise(rng, (1, w), cell_px=(1, 70)) + 0.4 * rough * noise(
-            rng, (1, w), cell_px=(1, 16)
+        line = (
+            base
+            + rough * noise(rng, (1, w), cell_px=(1, 70))
+            + 0.4 * rough * noise(rng, (1, w), cell_px=(1, 16))
         )
         leaf = 1 + 0.07 * noise(rng, (h, w), cell_px=(10, 12))
         inside = np.clip((rows - line) * h / 8, 0, 1)[..., None]
@@ -198,7 +198,9 @@ def rug(rng: np.random.Generator, height_px: int, width_px: int) -> FloatArray:
     """(H, W, 3) colours of a woven rug with borders and a field of diamonds."""
     y, x = np.mgrid[0:height_px, 0:width_px].astype(np.float32)
     inset = np.minimum.reduce([x, y, width_px - 1 - x, height_px - 1 - y]) / height_px
-    cream, blue, rust = (np.array(c, np.float32) for c in ((214, 204, 184), (74, 96, 122), (176, 104, 78)))
+    cream, blue, rust = (
+        np.array(c, np.float32) for c in ((214, 204, 184), (74, 96, 122), (176, 104, 78))
+    )
     field = np.abs((x / height_px * 7) % 1 - 0.5) + np.abs((y / height_px * 7) % 1 - 0.5)
     picture = np.broadcast_to(cream, (height_px, width_px, 3)).copy()
     picture[(field > 0.42) & (field < 0.5)] = 0.6 * cream + 0.4 * blue
@@ -233,4 +235,6 @@ def _round(x: float, y: float, radius: float) -> tuple[float, float, float, floa
 
 
 def _averaged(image: Image.Image, width_px: int, height_px: int) -> Picture:
-    return cv2.resize(np.asarray(image), (width_px, height_px), interpolation=cv2.INTER_AREA)
+    full = np.asarray(image, dtype=np.uint8)
+    small = cv2.resize(full, (width_px, height_px), interpolation=cv2.INTER_AREA)
+    return np.asarray(small, dtype=np.uint8)

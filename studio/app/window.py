@@ -71,6 +71,11 @@ class StudioWindow(QMainWindow):
         """What is running or ran last."""
         return self._job
 
+    @property
+    def line(self) -> str:
+        """What the status bar says."""
+        return self._line.text()
+
     def _make_toolbar(self) -> tuple[QAction, QAction, QAction]:
         bar = QToolBar("session")
         bar.setMovable(False)

@@ -39,9 +39,7 @@ def test_table_says_state_in_words_and_gives_the_remedy() -> None:
     assert table.count("→") == 1
 
 
-def test_json_lists_every_finding_and_exit_status_follows_missing_ones(
-    capsys, monkeypatch
-) -> None:
+def test_json_lists_every_finding_and_exit_status_follows_missing_ones(capsys, monkeypatch) -> None:
     findings = [
         doctor.Finding("a", "ok", "fine"),
         doctor.Finding("b", "optional", "none", "maybe"),

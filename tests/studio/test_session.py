@@ -1,11 +1,10 @@
 import threading
 
-import numpy as np
 import pytest
 
 from devices.recording import read_recording
 from devices.recording_codec import RecordedTrack
-from studio.pipeline import CancelledError, ExactExecutor, PacedExecutor
+from studio.pipeline import CancelledError
 from studio.replay import Comparison
 from studio.session import METHODS, Pace, SessionPlan, open_session
 from studio.sources import recorded_inputs
@@ -130,19 +129,6 @@ def test_a_slow_tracker_drops_frames_when_paced_and_they_are_counted(tiny):
     assert outputs[-1].input.frame.seq == tiny.frames - 1
 
 
-def test_executors_are_chosen_by_pace(tiny):
-    exact = tiny.session(SessionPlan())
-    paced = tiny.session(SessionPlan(pace=Pace.PACED))
-    assert isinstance(exact._executor, ExactExecutor)
-    assert isinstance(paced._executor, PacedExecutor)
-
-
 def test_unknown_methods_are_refused():
     with pytest.raises(ValueError, match=f"wanted some of {', '.join(METHODS)}"):
         open_session(SessionPlan(methods=("magic",)))
-
-
-def test_poses_are_compared_to_the_last_bit(tiny):
-    outputs, _result = run(tiny, SessionPlan(methods=("own",)))
-    track = outputs[0].tracks["own"].objects[0]
-    assert np.array_equal(track.world_from_object.matrix(), track.world_from_object.matrix())

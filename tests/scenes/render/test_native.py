@@ -19,20 +19,17 @@ from scenes.splats import SplatCloud
 HERE = Pose.identity()
 
 
-def assert_agrees(rendering, drawing):
-    """Within 2e-4 where no splat is on the 1/255 step, and a step's worth anywhere."""
-    oracle = drawing.rendering
-    firm = ~drawing.on_step
-    assert firm.mean() > 0.97
+def assert_agrees(rendering, oracle):
+    """Within 2e-4 at every pixel; the 1/255 step included, since doubtful samples are judged."""
     for name in ("rgb", "alpha"):
-        error = np.abs(getattr(rendering, name) - getattr(oracle, name)).reshape(*firm.shape, -1)
-        assert error[firm].max(initial=0.0) <= 2e-4, name
-        assert error.max() <= 5e-3, name
-    hit = firm & (oracle.alpha > 0)
+        error = np.abs(getattr(rendering, name) - getattr(oracle, name))
+        assert error.max() <= 2e-4, name
+    hit = oracle.alpha > 0
     relative = np.abs(rendering.depth[hit] / oracle.depth[hit] - 1)
     assert relative.max(initial=0.0) <= 1e-3
-    assert (rendering.depth[oracle.alpha == 0] == 0).all()
-    assert np.mean(rendering.ids[firm] != oracle.ids[firm]) <= 1e-3
+    assert not rendering.depth[~hit].any()
+    # Two objects of almost equal weight may change places.
+    assert np.mean(rendering.ids != oracle.ids) <= 1e-3
 
 
 @pytest.mark.parametrize("degree", [0, 1, 2, 3])
@@ -49,9 +46,9 @@ def test_agrees_with_the_reference(native, reference, wild_cloud, camera, degree
     pose = Pose.from_yaw(-0.2, (0.0, 0.0, -0.7))
     options = RenderOptions(background=(0.2, 0.4, 0.6), sh_degree=degree, antialias=antialias)
     rendering = native.render(objects, camera, pose, options)
-    drawing = reference.draw(objects, camera, pose, options)
-    assert_agrees(rendering, drawing)
-    assert drawing.rendering.alpha.mean() > 0.2
+    oracle = reference.render(objects, camera, pose, options)
+    assert_agrees(rendering, oracle)
+    assert oracle.alpha.mean() > 0.2
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -61,7 +58,7 @@ def test_agrees_inside_a_cloud_of_near_splats(native, reference, wild_cloud, cam
     options = RenderOptions(near_m=0.01)
     assert_agrees(
         native.render(objects, camera, HERE, options),
-        reference.draw(objects, camera, HERE, options),
+        reference.render(objects, camera, HERE, options),
     )
 
 
@@ -69,7 +66,7 @@ def test_agrees_on_a_large_picture(native, reference, wild_cloud):
     objects = [PosedSplats(wild_cloud(60, seed=9, spread_m=0.7), Pose.identity())]
     pose = Pose(np.eye(3), [0.0, 0.0, -3.0])
     for camera in (Pinhole.from_fov(1000, 620, 0.8), Fisheye.from_fov(900, np.radians(200))):
-        assert_agrees(native.render(objects, camera, pose), reference.draw(objects, camera, pose))
+        assert_agrees(native.render(objects, camera, pose), reference.render(objects, camera, pose))
 
 
 def test_agrees_where_tiles_saturate(native, reference, wild_cloud):
@@ -77,12 +74,11 @@ def test_agrees_where_tiles_saturate(native, reference, wild_cloud):
     objects = [PosedSplats(cloud, Pose.identity())]
     camera = Pinhole.from_fov(60, 60, 0.3)
     pose = Pose(np.eye(3), [0.0, 0.0, -2.0])
-    drawing = reference.draw(objects, camera, pose)
-    assert drawing.rendering.alpha.min() > 0.9998
+    oracle = reference.render(objects, camera, pose)
+    assert oracle.alpha.min() > 0.9998
     rendering = native.render(objects, camera, pose)
-    assert np.abs(rendering.alpha - drawing.rendering.alpha).max() <= 2e-4
-    firm = ~drawing.on_step
-    assert np.abs(rendering.rgb - drawing.rendering.rgb)[firm].max() <= 2e-4
+    assert np.abs(rendering.alpha - oracle.alpha).max() <= 2e-4
+    assert np.abs(rendering.rgb - oracle.rgb).max() <= 2e-4
 
 
 def test_the_number_of_threads_changes_nothing(native, wild_cloud, camera):
@@ -132,12 +128,11 @@ def test_damaged_splats_are_left_out(wild_cloud, damage, kind, antialias):
     objects = [PosedSplats(SplatCloud(**arrays), Pose(np.eye(3), [0.0, 0.0, 1.0]))]
     camera = Pinhole.from_fov(40, 30, 1.2) if kind == "pinhole" else Fisheye.from_fov(40, 3.6)
     options = RenderOptions(antialias=antialias)
-    drawing = ReferenceRenderer().draw(objects, camera, HERE, options)
+    oracle = ReferenceRenderer().render(objects, camera, HERE, options)
     for portable in (False, True):
         rendering = NativeRenderer(portable=portable).render(objects, camera, HERE, options)
         assert np.isfinite(rendering.rgb).all()
-        firm = ~drawing.on_step
-        assert np.abs(rendering.alpha - drawing.rendering.alpha)[firm].max() <= 2e-4
+        assert np.abs(rendering.alpha - oracle.alpha).max() <= 2e-4
 
 
 def test_non_unit_quaternions_count_as_their_direction(native, wild_cloud, at_origin, camera):

@@ -6,7 +6,6 @@ import pytest
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
 from scenes.render import reference as module
-from scenes.render.renderer import PosedSplats
 from scenes.splats import SplatCloud
 
 PINHOLE = Pinhole(200, 150, 180.0, 170.0, 90.0, 80.0)
@@ -56,7 +55,7 @@ def test_the_pinhole_jacobian_is_frozen_outside_the_margin():
     np.testing.assert_allclose(jacobians[1], jacobians[0])
 
 
-def test_a_small_splat_covers_what_its_points_cover(reference):
+def test_a_small_splat_covers_what_its_points_cover():
     """EWA's covariance is that of many points drawn from the splat and projected one by one."""
     rng = np.random.default_rng(2)
     quaternion = rng.normal(size=4)
@@ -75,25 +74,3 @@ def test_a_small_splat_covers_what_its_points_cover(reference):
     pixels, _ = camera.project(pose @ points)
     wanted = np.cov(pixels.T) + 0.3 * np.eye(2)
     np.testing.assert_allclose(prints.covariances[0], wanted, rtol=0.02, atol=0.02)
-
-
-def test_pixels_on_the_step_are_named(reference):
-    """A splat that fades to exactly 1/255 at three pixels from its centre."""
-    variance_px2 = 3.0**2 / (2 * np.log(0.8 * 255))
-    sigma_m = np.sqrt(variance_px2 - 0.3) / 100.0
-    cloud = SplatCloud(
-        np.array([[0.0, 0.0, 1.0]], dtype=np.float32),
-        np.full((1, 3), sigma_m, dtype=np.float32),
-        np.array([[1, 0, 0, 0]], dtype=np.float32),
-        np.array([0.8], dtype=np.float32),
-        np.zeros((1, 1, 3), dtype=np.float32),
-    )
-    camera = Pinhole(21, 21, 100.0, 100.0, 10.5, 10.5)
-    drawing = reference.draw([PosedSplats(cloud, Pose.identity())], camera, Pose.identity())
-    rows, columns = np.nonzero(drawing.on_step)
-    assert sorted(zip(rows.tolist(), columns.tolist(), strict=True)) == [
-        (7, 10),
-        (10, 7),
-        (10, 13),
-        (13, 10),
-    ]

@@ -18,7 +18,7 @@ def test_quick_figures(capsys, monkeypatch):
     rows = {row["name"]: row for row in report["rows"]}
     assert rows["raster.error.max"]["bar"] == 2e-4
     assert rows["raster.error.max"]["passed"]
-    assert 0 < rows["raster.error.max"]["value"] <= rows["raster.error.worst_pixel"]["value"]
+    assert rows["raster.error.max"]["value"] > 0
     assert rows["raster.object_20k.2t.ms"]["value"] > 0
     assert rows["raster.object_20k.2t.ms"]["spread"] >= 0
     assert rows["raster.vs_reference"]["value"] > 1
@@ -30,15 +30,15 @@ def test_a_wrong_picture_fails(monkeypatch):
     exact = raster.ReferenceRenderer
 
     class Off(exact):
-        def draw(self, *args):
-            drawing = super().draw(*args)
-            drawing.rendering.rgb[3, 4] += 1e-3
-            return drawing
+        def render(self, *args):
+            picture = super().render(*args)
+            picture.rgb[3, 4] += 1e-3
+            return picture
 
     monkeypatch.setattr(raster, "ReferenceRenderer", Off)
-    error, worst, _ = raster._error_rows(native, seeds=1)
+    error = raster._error_row(native, seeds=1)
     assert error.passed is False
-    assert worst.value == pytest.approx(1e-3, rel=0.01)
+    assert error.value == pytest.approx(1e-3, rel=0.05)
 
 
 def test_the_room_has_the_size_it_says_and_surrounds_the_cameras():

@@ -1,0 +1,33 @@
+"""The project's rule: a picture given to the tracker is never drawn from splats."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+FORBIDDEN = ("scenes.splats", "scenes.render", "scenes._native", "scenes.prepare", "tracking")
+SCRIPT = """
+import sys
+before = set(sys.modules)
+import sim.camera360, sim.lens_picture, sim.lens_raster, sim.shadows, sim.sensor, sim.bodies
+print("\\n".join(sorted(set(sys.modules) - before)))
+"""
+
+
+def test_the_camera_loads_nothing_that_knows_splats():
+    loaded = subprocess.run(
+        [sys.executable, "-c", SCRIPT], cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout.split()
+    assert "sim.camera360" in loaded
+    guilty = [m for m in loaded if any(m == f or m.startswith(f + ".") for f in FORBIDDEN)]
+    assert guilty == []
+
+
+def test_the_simulator_draws_with_no_splat_renderer():
+    for path in sorted((ROOT / "sim").glob("*.py")):
+        source = path.read_text(encoding="utf-8")
+        for name in ("scenes.render", "scenes.splats", "scenes._native", "SplatCloud", "tracking"):
+            assert f"from {name}" not in source, f"{path.name} imports {name}"
+            assert f"import {name}" not in source, f"{path.name} imports {name}"

@@ -1,0 +1,113 @@
+"""A whole small session: same seed, same bytes; truth, faults and pose error as the file says."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from scenes.pose import rotation_angle
+from sim.rehearsal import simulate
+from sim.scenario import parse_scenario
+from sim.tables import ScenarioError
+
+SCENARIO = """
+room = "small"
+duration_s = 1.2
+[camera]
+fps = 10
+lens_size_px = 128
+bitrate_mbps = 2.0
+[[people]]
+id = "ann"
+start = [-1.05, 1.58]
+facing_deg = -60.0
+actions = [{ do = "push", object = "chair-1", to = [-0.3, 0.2] }]
+[[remote]]
+id = "ben"
+path = [[0.5, -1.5, 1.6], [0.8, -1.0, 1.6]]
+points_at = ["chair-1", "book-1"]
+[faults]
+dropped_frames = [4, 5]
+"""
+
+
+@pytest.fixture(scope="module")
+def scenario():
+    return parse_scenario(SCENARIO, source="small.toml")
+
+
+@pytest.fixture(scope="module")
+def steps(small_room, scenario):
+    return list(simulate(small_room, scenario, seed=7))
+
+
+def test_the_same_seed_gives_the_same_bytes(small_room, scenario, steps):
+    again = list(simulate(small_room, scenario, seed=7))
+    other = next(iter(simulate(small_room, scenario, seed=8)))
+    assert len(again) == len(steps)
+    for a, b in zip(steps, again, strict=True):
+        assert a.packet.data == b.packet.data
+        assert all(
+            np.array_equal(x, y) for x, y in zip(a.frame.images, b.frame.images, strict=True)
+        )
+        assert a.frame.received_ns == b.frame.received_ns
+        assert a.events == b.events
+        for name, pose in a.truth.world_from_object.items():
+            assert np.array_equal(pose.matrix(), b.truth.world_from_object[name].matrix())
+    assert other.packet.data != steps[0].packet.data
+
+
+def test_frames_come_in_order_and_lost_ones_leave_a_gap(steps):
+    assert [s.frame.seq for s in steps] == [0, 1, 2, 3, 6, 7, 8, 9, 10, 11]
+    for s in steps:
+        assert s.frame.t_ns == s.frame.seq * 100_000_000 == s.packet.t_ns == s.truth.t_ns
+        assert s.frame.received_ns > s.frame.t_ns
+        assert [image.shape for image in s.frame.images] == [(128, 128, 3)] * 2
+        assert s.packet.stream_id == s.frame.stream_id
+    assert steps[0].packet.keyframe
+    dropped = [e.text for s in steps for e in s.events if e.kind == "dropped"]
+    assert dropped == ["frame 4 lost on the way", "frame 5 lost on the way"]
+
+
+def test_the_known_camera_pose_is_off_by_what_the_scenario_says(steps):
+    known, true = steps[0].frame.world_from_rig, steps[0].truth.world_from_rig
+    assert known is not None
+    error = rotation_angle(known.rotation @ true.rotation.T)
+    assert math.degrees(error) == pytest.approx(0.2, abs=1e-6)
+    assert np.linalg.norm(known.translation - true.translation) == pytest.approx(0.005)
+
+
+def test_truth_says_what_moved_and_where_it_is_seen(small_room, steps):
+    first, last = steps[0].truth, steps[-1].truth
+    assert first.moved == frozenset()
+    assert last.moved == {"chair-1"}
+    assert set(last.visible_fraction) == {"chair-1", "book-1"}
+    assert all(0.0 <= share <= 1.0 for share in last.visible_fraction.values())
+    assert last.masks is not None
+    front, back = last.masks["chair-1"]
+    assert front.shape == (128, 128)
+    assert front.any()
+    assert not back.any()
+    lens = steps[-1].frame.rig.lenses[0]
+    seat = last.world_from_object["chair-1"] @ np.array([[0.0, 0.0, 0.45]])
+    (pixel,), _ = lens.project(last.world_from_rig.inverse() @ seat)
+    rows, columns = np.nonzero(front)
+    assert np.abs(pixel - [columns.mean(), rows.mean()]).max() < 8.0
+
+
+def test_avatars_have_heads_that_look_somewhere(steps):
+    local, remote = steps[-1].avatars
+    assert (local.user_id, local.role, len(local.hands)) == ("ann", "local", 2)
+    assert (remote.user_id, remote.role) == ("ben", "remote")
+    assert 1.2 < local.world_from_head.translation[2] < 1.85
+    assert abs(local.world_from_head.rotation[2, 0]) < 0.2
+    assert local.world_from_head.rotation[2, 1] < -0.5
+    assert steps[0].avatars[1].ray is not None
+
+
+def test_a_scenario_for_another_room_is_refused(small_room, scenario):
+    other = parse_scenario(SCENARIO.replace("small", "attic", 1), source="attic.toml")
+    with pytest.raises(ScenarioError, match="attic"):
+        simulate(small_room, other, seed=0)

@@ -1,0 +1,106 @@
+import threading
+import time
+
+import pytest
+
+from studio.app.worker import SceneJob
+from studio.display import why_no_window
+from studio.pipeline import CancelledError
+from studio.session import SessionPlan
+
+pytestmark = [
+    pytest.mark.gui,
+    pytest.mark.skipif(why_no_window() is not None, reason=f"no window here: {why_no_window()}"),
+]
+
+
+@pytest.fixture
+def application():
+    from PySide6.QtWidgets import QApplication
+
+    return QApplication.instance() or QApplication(["test"])
+
+
+@pytest.fixture
+def play(tiny, tmp_path, monkeypatch, application):
+    """Opens the window on a rehearsal in the tiny room; `until` waits while Qt works."""
+    from studio import rehearsal
+    from studio.app.window import StudioWindow
+
+    windows = []
+
+    def start(**options):
+        monkeypatch.setattr(rehearsal, "open_session", lambda plan: tiny.session(plan, **options))
+        out = tmp_path / "demo"
+        job = SceneJob("tiny", SessionPlan(methods=("own",)), out)
+        window = StudioWindow("tiny", job, rehearse_to=out)
+        window.show()
+        windows.append(window)
+        return window
+
+    def until(condition):
+        deadline = time.monotonic() + 30
+        while not condition():
+            assert time.monotonic() < deadline, "the window did not get there in 30 s"
+            application.processEvents()
+
+    start.until = until
+    yield start
+    for window in windows:
+        window.close()
+
+
+def test_shows_camera_and_twin_and_ends_with_the_verdict(play, tmp_path):
+    window = play()
+    play.until(lambda: window.camera.has_picture and window.twin.has_picture)
+    play.until(lambda: "every figure meets its bar" in window.line)
+    assert (tmp_path / "demo" / "report.html").exists()
+    picture = window.grab().toImage()
+    colours = {
+        picture.pixel(x, y)
+        for x in range(0, window.twin.width(), 5)
+        for y in range(60, window.height() - 60, 5)
+    }
+    assert len(colours) > 50
+
+
+def test_dragging_turns_the_view(play):
+    from PySide6.QtCore import QPoint, Qt
+    from PySide6.QtTest import QTest
+
+    window = play()
+    play.until(lambda: window.twin.orbit is not None)
+    before = window.twin.orbit
+    QTest.mousePress(window.twin, Qt.MouseButton.LeftButton, pos=QPoint(100, 100))
+    QTest.mouseMove(window.twin, QPoint(160, 100))
+    QTest.mouseRelease(window.twin, Qt.MouseButton.LeftButton, pos=QPoint(160, 100))
+    play.until(lambda: window.twin.orbit.yaw != before.yaw)
+    QTest.keyClick(window.twin, Qt.Key.Key_F)
+    play.until(lambda: window.twin.orbit == before)
+
+
+def test_closing_early_cancels_and_leaves_nothing(play, tiny, tmp_path):
+    hold = threading.Event()
+
+    def slow():
+        inputs = tiny.inputs()
+        yield next(inputs)
+        hold.wait(timeout=30)
+        yield from inputs
+
+    window = play(inputs=slow)
+    play.until(lambda: window.camera.has_picture)
+    threading.Timer(0.2, hold.set).start()
+    window.close()
+    assert isinstance(window.job.failure, CancelledError)
+    assert not window.job.running
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_error_is_shown_in_words(play):
+    def broken():
+        raise ValueError("the camera fell over")
+        yield
+
+    window = play(inputs=broken)
+    play.until(lambda: "the camera fell over" in window.line)
