@@ -149,7 +149,8 @@ class Fisheye:
         x, y = (p[:, 0] - self.cx) / self.f_px, (p[:, 1] - self.cy) / self.f_px
         theta = np.hypot(x, y)
         sine_per_theta = np.asarray(np.sinc(theta / np.pi), dtype=np.float64)
-        return np.stack([x * sine_per_theta, y * sine_per_theta, np.cos(theta)], axis=1)
+        rays = np.stack([x * sine_per_theta, y * sine_per_theta, np.cos(theta)], axis=1)
+        return rays.astype(np.float64, copy=False)
 
 
 @dataclass(frozen=True, slots=True)

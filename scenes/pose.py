@@ -171,7 +171,7 @@ def rotation_angle(rotation: NDArray[np.float64]) -> float:
 
 
 def interpolate(a: Pose, b: Pose, fraction: float) -> Pose:
-    """Pose between `a` (fraction 0) and `b` (fraction 1): linear translation, spherical rotation."""
+    """Between `a` (fraction 0) and `b` (fraction 1): linear translation, spherical rotation."""
     qa, qb = a.quaternion(), b.quaternion()
     if float(qa @ qb) < 0:
         qb = -qb

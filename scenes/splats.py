@@ -1,4 +1,4 @@
-"""Gaussian splats as plain arrays: what the formats read, the renderer draws, the tracker follows."""
+"""Gaussian splats as plain arrays: read by formats, drawn by renderers, followed by trackers."""
 
 from __future__ import annotations
 
@@ -163,7 +163,8 @@ def _refuse(bad: NDArray[np.bool_], values: FloatArray, what: str, wanted: str) 
         first = int(np.argmax(bad))
         raise ValueError(
             f"{what}: {int(bad.sum())} of {len(bad)} splats are bad; "
-            f"the first is number {first} with {np.asarray(values[first]).tolist()}, wanted {wanted}"
+            f"the first is number {first} with {np.asarray(values[first]).tolist()}, "
+            f"wanted {wanted}"
         )
 
 

@@ -44,9 +44,7 @@ def warp_table(source: Fisheye, target: Pinhole | Fisheye, source_from_target: P
     return WarpTable(np.ascontiguousarray(map_xy), valid.reshape(shape))
 
 
-def warp(
-    image: NDArray[np.uint8] | FloatArray, table: WarpTable
-) -> NDArray[np.uint8] | FloatArray:
+def warp(image: NDArray[np.uint8] | FloatArray, table: WarpTable) -> NDArray[np.uint8] | FloatArray:
     """The picture seen through the table: (H, W, C) or (H, W), same type; 0 where not visible."""
     return cv2.remap(  # pyright: ignore[reportReturnType]
         image,

@@ -45,6 +45,8 @@ as people do without thinking."""
 STEER_RAD_S = 0.6
 MAX_LEAD_RAD = 0.15
 LIFT_M = 0.14
+CARRIED_AT_M = np.array([0.36, -0.08, 1.08])
+COMFORTABLE_REACH_M = 0.8
 GRASP_HEIGHT_M = 0.02
 RELEASE_GAP_M = 0.004
 
@@ -341,20 +343,12 @@ class Actor:
         yield f"takes {action.object}"
         yield from self._reach(hand, pose.translation + hold + lift)
         stand = self._beside(world, goal[:2])
-        total = float(np.linalg.norm(stand - self._body.position))
-        turn = math.radians(action.turn_deg)
-        begin, facing = hand.position.copy(), self._body.yaw
-        ticks = max(1, round(max(total / 0.8, np.linalg.norm(goal[:2] - begin[:2]) / 0.6) / TICK_S))
-        walk_from = self._body.position.copy()
-        for k in range(1, ticks + 1):
-            t = k / ticks
-            eased = t * t * (3.0 - 2.0 * t)
-            hand.wanted = begin + eased * (goal + hold + lift - begin)
-            hand.yaw = eased * turn
-            self._body.position = walk_from + eased * (stand - walk_from)
-            end = _bearing(stand, goal[:2])
-            self._body.yaw = facing + eased * wrap_angle(end - facing)
-            yield None
+        over = goal + hold + lift
+        if self._floor(world, None).is_clear(self._body.position, stand):
+            yield from self._sidestep(hand, over, stand, math.radians(action.turn_deg))
+        else:
+            yield from self._bring(world, hand, stand, _bearing(stand, goal[:2]))
+            yield from self._sidestep(hand, over, stand, math.radians(action.turn_deg))
         yield from self._reach(hand, goal + hold + (0.0, 0.0, RELEASE_GAP_M), speed=0.35)
         yield from self._stand(0.1)
         hand.holds = None
@@ -363,6 +357,36 @@ class Actor:
         hand.wanted = None
         hand.yaw = 0.0
         yield from self._stand(0.3)
+
+    def _sidestep(self, hand: _Hand, over: Vector, stand: Vector, turn: float) -> Script:
+        """Move what is held straight to `over` while the feet go straight to `stand`."""
+        b = self._body
+        from_hand, from_feet, from_yaw, from_turn = hand.position, b.position, b.yaw, hand.yaw
+        face = wrap_angle(_bearing(stand, over[:2]) - from_yaw)
+        seconds = max(
+            float(np.linalg.norm(stand - from_feet)) / 0.8,
+            float(np.linalg.norm(over - from_hand)) / 0.6,
+        )
+        ticks = max(1, round(seconds / TICK_S))
+        for k in range(1, ticks + 1):
+            t = k / ticks
+            eased = t * t * (3.0 - 2.0 * t)
+            hand.wanted = from_hand + eased * (over - from_hand)
+            hand.yaw = from_turn + eased * (turn - from_turn)
+            b.position = from_feet + eased * (stand - from_feet)
+            b.yaw = from_yaw + eased * face
+            yield None
+
+    def _bring(self, world: World, hand: _Hand, stand: Vector, face: float) -> Script:
+        """Walk to `stand` with what is held in front of the chest."""
+        b = self._body
+        turned_at_start = b.yaw - hand.yaw
+        way = self._walk(world, stand, math.degrees(face))
+        for said in way:
+            chest = Pose.from_yaw(b.yaw, (*b.position, 0.0)) @ CARRIED_AT_M
+            hand.wanted = chest
+            hand.yaw = b.yaw - turned_at_start
+            yield said
 
     def _reach(self, hand: _Hand, point: Vector, speed: float = 0.7) -> Script:
         hand.wanted = hand.position if hand.wanted is None else hand.wanted
@@ -398,11 +422,12 @@ class Actor:
         )
 
     def _beside(self, world: World, point: Vector) -> Vector:
-        """Free floor from which `point` is nearest; ties go to where the person already is."""
+        """Free floor near `point`, and near where the person already is if that is in reach."""
         floor = self._floor(world, None)
         centres = floor.centres()[floor.free.ravel()]
-        cost = np.linalg.norm(centres - point, axis=1)
-        cost += 0.02 * np.linalg.norm(centres - self._body.position, axis=1)
+        reach = np.linalg.norm(centres - point, axis=1)
+        way = np.linalg.norm(centres - self._body.position, axis=1)
+        cost = reach + 0.5 * way + 10.0 * np.maximum(reach - COMFORTABLE_REACH_M, 0.0)
         return centres[int(np.argmin(cost))]
 
     def _floor(self, world: World, ignore: str | None) -> FreeFloor:

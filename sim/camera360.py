@@ -39,7 +39,7 @@ STILL_RAD = 4e-4
 ROOM_EDGE_M = 0.02
 ROOM_EDGE_RAD = 0.035
 BODY_EDGE_M = 0.045
-BLUR_MARGIN_PX = 6
+BLUR_MARGIN_PX = 4
 
 
 def default_rig(lens_size_px: int = 1440, fov_deg: float = 200.0) -> Rig:
@@ -249,18 +249,21 @@ class Camera360:
         rgb = lens.rest_rgb.copy()
         ids = np.ascontiguousarray(lens.rest.ids[s // 2 :: s, s // 2 :: s])
         counts = lens.rest_counts.copy()
-        bound = PixelRect(0, 0, lens.fine.width_px, lens.fine.height_px)
-        rects = [
-            _grown(rect, s * BLUR_MARGIN_PX, bound) for body in moving for rect in body.touched
-        ]
-        for rect in clusters(rects, s):
+        whole = PixelRect(0, 0, lens.fine.width_px, lens.fine.height_px)
+        for rect in clusters([r for body in moving for r in body.touched], s):
+            # The blur at the border of the rectangle needs what lies beyond.
+            grown = _grown(rect, s * BLUR_MARGIN_PX, whole)
             layer = compose(
-                lens.rest, rect, moving, lens=lens.fine, lens_from_world=lens.lens_from_world
+                lens.rest, grown, moving, lens=lens.fine, lens_from_world=lens.lens_from_world
             )
-            counts += self._count(layer.ids) - self._count(lens.rest.ids[rect.rows_columns])
-            small = PixelRect(rect.x0 // s, rect.y0 // s, rect.x1 // s, rect.y1 // s)
-            rgb[small.rows_columns] = self._to_sensor(layer.rgb)
-            ids[small.rows_columns] = layer.ids[s // 2 :: s, s // 2 :: s]
+            inner = PixelRect(
+                rect.x0 - grown.x0, rect.y0 - grown.y0, rect.x1 - grown.x0, rect.y1 - grown.y0
+            )
+            changed = layer.part(inner)
+            counts += self._count(changed.ids) - self._count(lens.rest.ids[rect.rows_columns])
+            target = _divided(rect, s).rows_columns
+            rgb[target] = self._to_sensor(layer.rgb)[_divided(inner, s).rows_columns]
+            ids[target] = changed.ids[s // 2 :: s, s // 2 :: s]
         return LensView(rgb, ids), counts
 
     def _rebuild_rest(self, index: int, lens: _Lens, dirty: Sequence[DrawnBody]) -> None:
@@ -346,6 +349,10 @@ def _is_still(a: Placement, b: Placement) -> bool:
         and float(np.abs(p.rotation - q.rotation).max()) < STILL_RAD
         for p, q in zip(a.world_from_part, b.world_from_part, strict=True)
     )
+
+
+def _divided(rect: PixelRect, by: int) -> PixelRect:
+    return PixelRect(rect.x0 // by, rect.y0 // by, rect.x1 // by, rect.y1 // by)
 
 
 def _grown(rect: PixelRect, margin: int, bound: PixelRect) -> PixelRect:

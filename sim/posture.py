@@ -75,7 +75,7 @@ def part_poses(posture: Posture) -> tuple[Pose, ...]:
     person_from_world = world_from_person.inverse()
     bob = 0.018 * posture.stride_m * math.cos(4.0 * math.pi * posture.stride_phase)
     hips = np.array([0.0, 0.0, PELVIS_M - posture.crouch_m - 0.02 * posture.stride_m + bob])
-    hips[0] -= 0.25 * math.sin(posture.lean_rad)
+    hips[0] -= 0.12 * math.sin(posture.lean_rad)
     sway = 0.12 * posture.stride_m * math.sin(2.0 * math.pi * posture.stride_phase)
     pelvis = Pose.from_yaw(0.5 * sway, hips)
     torso = Pose(_pitched(posture.lean_rad) @ Pose.from_yaw(-0.5 * sway).rotation, hips)
@@ -110,7 +110,7 @@ def bend_to_reach(position: Vector, yaw: float, left: Vector, right: Vector) -> 
     for effort in np.linspace(0.0, 1.0, 33):
         lean = MAX_LEAN_RAD * float(effort)
         crouch = MAX_CROUCH_M * float(max(0.0, effort - 0.35) / 0.65)
-        hips = np.array([-0.25 * math.sin(lean), 0.0, PELVIS_M - crouch])
+        hips = np.array([-0.12 * math.sin(lean), 0.0, PELVIS_M - crouch])
         distances = [
             np.linalg.norm(
                 hips + _pitched(lean) @ np.array([0.0, s * SHOULDER_HALF_M, SPINE_M - 0.045]) - hand

@@ -179,11 +179,13 @@ def _offscreen_drawing() -> Finding:
 
 def _h264() -> Finding:
     import av
+    from av.codec import Codec
+    from av.error import FFmpegError
 
     try:
-        av.codec.Codec("libx264", "w")
-        av.codec.Codec("h264", "r")
-    except av.FFmpegError as error:
+        Codec("libx264", "w")
+        Codec("h264", "r")
+    except FFmpegError as error:
         return Finding("H.264 video", "missing", str(error), "./nexus setup")
     return Finding("H.264 video", "ok", f"PyAV {av.__version__}, libx264")
 

@@ -35,6 +35,9 @@ SHADOW_DARKEST = (0.5, 0.7)
 SHADOW_GONE = (1.1, 1.3)
 """Shares of the light between which a place goes from another thing to a shadow, and back again."""
 
+SHADOW_DISCOUNT = 0.97
+"""Share of a difference that a certain shadow explains."""
+
 SHADOW_HUE = 0.02
 """Standard deviation of colour differences, of a 0..1 channel, between a place and its shadow."""
 
@@ -195,7 +198,7 @@ def difference(live: FloatArray, expected: FloatArray, noise: FloatArray) -> Dif
     residual = cv2.GaussianBlur(live - expected, (3, 3), 0.8)
     distance2 = np.einsum("hwc,hwc->hw", residual, residual) / (noise * noise)
     shadow = _shadow_likelihood(live, expected, noise)
-    weighed = distance2 * (1.0 - 0.92 * shadow)
+    weighed = distance2 * (1.0 - SHADOW_DISCOUNT * shadow)
     probability = 1.0 - np.exp(-0.5 * weighed / 9.0)
     return Difference(probability.astype(np.float32), expected, live)
 

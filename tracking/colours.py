@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 BINS = 24
 """Bins per channel."""
 
-LIGHT_FACTORS = (0.45, 0.55, 0.66, 0.78, 0.9, 1.0, 1.1, 1.22)
+LIGHT_FACTORS = (0.6, 0.68, 0.76, 0.84, 0.92, 1.0, 1.1, 1.2)
 """An object may be this much darker or lighter than in its scan: turned from the light, shaded."""
 
 OWN_SHARE = 0.15

@@ -25,6 +25,9 @@ FloatArray = NDArray[np.float32]
 HOLD_BELOW = 0.42
 """The pose is held while fewer contour points than this share agree."""
 
+CONVINCING = 0.55
+"""Below this share, other places and yaws are tried as well."""
+
 LEAST_VISIBLE = 0.15
 """Below this visible fraction nothing is measured."""
 
@@ -244,22 +247,23 @@ def _measure(task: Task, evidence: Evidence, predicted: Pose) -> Fit:
         reaches_px=TRACKING_REACHES if track.missed_frames == 0 else COLD_REACHES,
         use_texture=task.use_texture,
     )
-    if _believable(fit) or fit.covered_fraction > 0.5 or fit.visible_fraction < LEAST_VISIBLE:
+    if fit.agreement >= CONVINCING or fit.covered_fraction > 0.5:
         return fit
-    turns = (0.0,) if task.model.symmetry == ROUND else (0.0, 0.35, -0.35)
+    # Not where it was expected: slide it first, then try other yaws too.
+    turns = (0.0,) if task.model.symmetry == ROUND or _believable(fit) else (0.0, 0.35, -0.35)
+    wide = replace(prior, sigma=prior.sigma * np.array([2.0, 2.0, 1.0, 2.0]))
     for turn in turns:
-        start = vector_pose(pose_vector(predicted) + np.array([0.0, 0.0, 0.0, turn]))
-        wide = replace(prior, sigma=prior.sigma * np.array([2.0, 2.0, 1.0, 2.0]))
         other = solve(
             evidence,
             task.model,
-            start,
+            vector_pose(pose_vector(predicted) + np.array([0.0, 0.0, 0.0, turn])),
             wide,
             renderer,
             reaches_px=COLD_REACHES,
-                use_texture=task.use_texture,
+            use_texture=task.use_texture,
+            slide_first=True,
         )
-        if other.quality > fit.quality + 0.02:
+        if other.quality > fit.quality + 0.03:
             fit = other
     return fit
 

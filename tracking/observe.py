@@ -41,13 +41,19 @@ ALIKE_SIGMA = 0.10
 CUT_PX = 1.2
 """A stranger's edge this far inside the drawn contour belongs to somebody in front."""
 
+WEAK_REACH_PX = 4.5
+WEAK_SLOPE = 0.05
+WEAK_SIGMA_PX = 0.9
+"""Where foreground tells nothing (wood before wood), a steep place in the live picture close to the
+drawn contour is taken for the edge, with little trust."""
+
 EDGE_SIGMA_PX = 0.4
 COARSE_SIGMA_PX = 1.2
 FAINT_CONTRAST = 0.07
 """Colour steps fainter than this leave an edge where the foreground put it."""
 
-TEXTURE_SIGMA = 0.09
-TEXTURE_CORRELATION = 4.0
+TEXTURE_SIGMA = 0.07
+TEXTURE_CORRELATION = 2.0
 CONTOUR_CORRELATION = 2.0
 """Neighbouring points share their noise: so many of them count as one."""
 
@@ -130,11 +136,18 @@ def measure_contour(
     normals = contour.normals
     by_pose_along = np.einsum("ni,nij->nj", normals, by_pose)
     coarse, found, foreign = _coarse_edges(evidence, contour, pixels, reach_px=reach_px)
+    weak = np.zeros(len(found), dtype=np.bool_)
+    if reach_px <= WEAK_REACH_PX:
+        steepest, slope = _steepest_edges(evidence.live, contour, pixels, reach_px=reach_px)
+        weak = ~found & ~foreign & (slope > WEAK_SLOPE)
+        coarse = np.where(weak, steepest, coarse)
     fine, contrast = _fine_edges(evidence.live, contour, pixels, coarse)
     sharp = np.clip(contrast / FAINT_CONTRAST - 0.5, 0.0, 1.0)
     position = np.where(sharp > 0, sharp * fine + (1 - sharp) * coarse, coarse)
     offset = position + offset_px
     sigma = EDGE_SIGMA_PX * sharp + COARSE_SIGMA_PX * (1 - sharp)
+    sigma = np.where(weak, WEAK_SIGMA_PX, sigma)
+    found = found | weak
     covered = sample(evidence.hidden, pixels - 1.5 * normals) > 0.5
     weight = (found & ~covered & ~foreign).astype(np.float64) / CONTOUR_CORRELATION
     rows = Rows(by_pose_along / sigma[:, None], offset / sigma, weight)
@@ -205,6 +218,22 @@ def _coarse_edges(
     cuts_in = (strange_out / outer[:, 0] > FOREIGN) & (steps[place] < -CUT_PX)
     foreign = cuts_in | (strange_in / inner[:, 0] > FOREIGN)
     return steps[place], clear[picked, best] > LEAST_STEP, foreign
+
+
+def _steepest_edges(
+    picture: FloatArray, contour: Contour, pixels: Points, *, reach_px: float
+) -> tuple[Points, Points]:
+    """Where the live picture changes most along each normal, near the drawn contour, and how much."""
+    count = int(np.ceil((reach_px + 1.0) / SAMPLE_STEP_PX))
+    steps = np.arange(-count, count + 1) * SAMPLE_STEP_PX
+    path = pixels[:, None, :] + steps[None, :, None] * contour.normals[:, None, :]
+    colours = sample(picture, path)
+    apart = int(1.0 / SAMPLE_STEP_PX)
+    change = np.linalg.norm(colours[:, 2 * apart :] - colours[:, : -2 * apart], axis=2)
+    middle = steps[apart:-apart]
+    cost = 0.5 * (middle / reach_px) ** 2
+    best = np.argmax(change * (1.0 - cost), axis=1)
+    return middle[best], change[np.arange(len(best)), best].astype(np.float64)
 
 
 def _alike(seen: FloatArray, drawn: FloatArray) -> FloatArray:

@@ -124,9 +124,17 @@ def find(
     tried.sort(key=lambda item: -item[0])
     best: Fit | None = None
     for _, pose, evidence in tried[:REFINED]:
-        sigma = np.array([0.25, 0.25, 0.006, 0.6])
+        sigma = np.array([0.25, 0.25, 0.003, 0.6])
         prior = Prior(pose_vector(pose), sigma)
-        fit = solve(evidence, model, pose, prior, scene.renderer, reaches_px=COLD_REACHES)
+        fit = solve(
+            evidence,
+            model,
+            pose,
+            prior,
+            scene.renderer,
+            reaches_px=COLD_REACHES,
+            slide_first=True,
+        )
         if best is None or fit.quality > best.quality:
             best = fit
     if best is None or best.agreement < ACCEPTED_AGREEMENT or best.quality < ACCEPTED_QUALITY:

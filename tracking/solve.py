@@ -113,6 +113,7 @@ def solve(
     *,
     reaches_px: Sequence[float] = TRACKING_REACHES,
     use_texture: bool = True,
+    slide_first: bool = False,
 ) -> Fit:
     """Refine a pose: each round draws the object once and takes a few steps.
 
@@ -124,6 +125,7 @@ def solve(
         renderer: draws the object.
         reaches_px: how far from the drawn contour edges are looked for, one per round.
         use_texture: whether the object's inner colours take part.
+        slide_first: begin by sliding the silhouette to where it covers most.
     """
     pose, halo_m = start, prior.halo_m
     information = np.diag(1.0 / np.append(prior.sigma, prior.halo_sigma_m) ** 2)
@@ -132,7 +134,7 @@ def solve(
         drawn = draw(model, pose, evidence, renderer)
         if float(drawn.alpha.max()) < 0.5:
             break
-        if reach == reaches_px[0]:
+        if slide_first and reach == reaches_px[0]:
             shift = silhouette_shift(evidence, drawn.alpha)
             if shift is not None:
                 pose = shifted(pose, shift, evidence, model, grounded=prior.sigma[2] < GROUNDED_M)

@@ -3,13 +3,10 @@
 use crate::bin::TILE;
 use crate::ewa::Judge;
 use crate::project::{power_of, Needle, Record, STEP_DOUBT};
-use crate::scene::LOG2_255;
 
 pub const ALPHA_MAX: f32 = 0.99;
 /// A pixel takes no more splats once less light than this passes through it.
 pub const TRANSMITTANCE_STOP: f32 = 1e-4;
-/// log2 of the smallest alpha that is drawn, 1/255.
-pub const LOG2_ALPHA_MIN: f32 = -LOG2_255;
 
 /// Pixels of a block: 4 wide, 2 high, the width of an AVX2 register.
 pub const BLOCK_PIXELS: usize = 8;
@@ -66,7 +63,8 @@ pub struct TileSplat {
     pub u0: f32,
     pub c: f32,
     pub v0: f32,
-    pub log2_opacity: f32,
+    /// log2(255 · opacity): `log2(255 · alpha) = power - u² - v²`, drawn where it is not negative.
+    pub power: f32,
     pub colour: [f32; 3],
     pub depth: f32,
     pub object: i32,
@@ -89,7 +87,7 @@ impl TileSplat {
             },
             c: record.c,
             v0: -(record.c * y),
-            log2_opacity: record.log2_opacity,
+            power: power_of(record.log2_opacity),
             colour: record.colour,
             depth: record.depth,
             object: record.object as i32,
@@ -157,18 +155,17 @@ fn blend_splat<const TRACK_OBJECTS: bool>(tile: &mut Tile, work: &TileWork, slot
         };
         for x in first..=last {
             let u = splat.a * x as f32 + row;
-            let log2_alpha = splat.log2_opacity - u * u - v * v;
-            let margin = log2_alpha - LOG2_ALPHA_MIN;
+            let power = splat.power - u * u - v * v;
             let (block, lane) = Tile::place(x, y);
             let pixel = &mut tile.blocks[block];
             let transmittance = pixel.transmittance[lane];
-            if margin <= -STEP_DOUBT || transmittance < TRANSMITTANCE_STOP {
+            if power <= -STEP_DOUBT || transmittance < TRANSMITTANCE_STOP {
                 continue;
             }
-            if margin < STEP_DOUBT && !work.is_drawn(slot, x, y) {
+            if power < STEP_DOUBT && !work.is_drawn(slot, x, y) {
                 continue;
             }
-            let alpha = exp2(log2_alpha).min(ALPHA_MAX);
+            let alpha = alpha_of(power).min(ALPHA_MAX);
             let weight = alpha * transmittance;
             pixel.transmittance[lane] = transmittance - weight;
             for (sum, colour) in pixel.colour.iter_mut().zip(splat.colour) {
@@ -187,7 +184,7 @@ fn blend_splat<const TRACK_OBJECTS: bool>(tile: &mut Tile, work: &TileWork, slot
 #[inline(always)]
 fn columns_touched(splat: &TileSplat, row: f32, v: f32) -> Option<(usize, usize)> {
     const SLACK_PX: f32 = 0.01;
-    let left_over = power_of(splat.log2_opacity) - v * v;
+    let left_over = splat.power - v * v;
     if left_over < -1e-3 {
         return None;
     }
@@ -198,26 +195,26 @@ fn columns_touched(splat: &TileSplat, row: f32, v: f32) -> Option<(usize, usize)
     (first <= last).then_some((first as usize, last as usize))
 }
 
-/// 2^p for -126 < p < 127; relative error 1e-7 (own minimax fit of degree 5 on ±½).
+/// 2^power / 255 for -118 < power < 127; relative error 2e-7.
 #[inline(always)]
-fn exp2(p: f32) -> f32 {
-    let whole = p.round_ties_even();
-    let part = p - whole;
-    let mut sum = EXP2[5];
+fn alpha_of(power: f32) -> f32 {
+    let whole = power.round_ties_even();
+    let part = power - whole;
+    let mut sum = ALPHA_OF[5];
     for k in (0..5).rev() {
-        sum = sum * part + EXP2[k];
+        sum = sum * part + ALPHA_OF[k];
     }
     f32::from_bits(sum.to_bits().wrapping_add_signed((whole as i32) << 23))
 }
 
-/// Coefficients of 2^f on -½..½, constant term first.
-pub const EXP2: [f32; 6] = [
-    1.000_000_1,
-    0.693_146_97,
-    0.240_221_2,
-    0.055_507_13,
-    0.009_675_541,
-    0.001_327_647_2,
+/// Coefficients of 2^f / 255 on -½..½, constant term first (own minimax fit of 2^f).
+pub const ALPHA_OF: [f32; 6] = [
+    (1.000_000_072_0_f64 / 255.0) as f32,
+    (0.693_146_967_1 / 255.0) as f32,
+    (0.240_221_197_2 / 255.0) as f32,
+    (0.055_507_132_74 / 255.0) as f32,
+    (0.009_675_541_334 / 255.0) as f32,
+    (0.001_327_647_198 / 255.0) as f32,
 ];
 
 #[cfg(test)]
@@ -225,11 +222,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn exp2_is_close() {
-        for i in -1000..=10 {
-            let p = i as f32 * 0.0101;
-            let error = f64::from(exp2(p)) / f64::from(p).exp2() - 1.0;
-            assert!(error.abs() < 3e-7, "{p}: {error}");
+    fn alpha_is_close() {
+        for i in -100..=800 {
+            let power = i as f32 * 0.01;
+            let wanted = f64::from(power).exp2() / 255.0;
+            let error = f64::from(alpha_of(power)) / wanted - 1.0;
+            assert!(error.abs() < 3e-7, "{power}: {error}");
         }
     }
 

@@ -8,10 +8,10 @@ use std::arch::x86_64::*;
 
 use crate::bin::TILE;
 use crate::blend::{
-    PixelBlock, Tile, TileSplat, TileWork, ALPHA_MAX, BLOCKS, BLOCKS_ACROSS, BLOCK_HEIGHT,
-    BLOCK_WIDTH, EXP2, LOG2_ALPHA_MIN, TRANSMITTANCE_STOP,
+    PixelBlock, Tile, TileSplat, TileWork, ALPHA_MAX, ALPHA_OF, BLOCKS, BLOCKS_ACROSS,
+    BLOCK_HEIGHT, BLOCK_WIDTH, TRANSMITTANCE_STOP,
 };
-use crate::project::{power_of, STEP_DOUBT};
+use crate::project::STEP_DOUBT;
 
 /// Splats listed at a time; their constants stay in the first-level cache.
 const BATCH: usize = 128;
@@ -111,7 +111,7 @@ fn block_mask(splat: &TileSplat) -> u32 {
     let u0 = _mm256_set1_ps(splat.u0);
     let v0 = _mm256_set1_ps(splat.v0);
     let inverse_a = _mm256_set1_ps(splat.inverse_a);
-    let power = _mm256_set1_ps(power_of(splat.log2_opacity) + SLACK_POWER);
+    let power = _mm256_set1_ps(splat.power + SLACK_POWER);
     let slack = _mm256_set1_ps(SLACK_PX);
     let zero = _mm256_setzero_ps();
     let mut rows = _mm256_setr_ps(0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0);
@@ -233,6 +233,38 @@ fn blend_block<const TRACK_OBJECTS: bool>(
     if list.is_empty() {
         return;
     }
+    let before = load_pixels(block);
+    let (mut after, nearest) = blend_list::<TRACK_OBJECTS, false>(before, index, list, chosen);
+    let is_doubtful = _mm256_cmp_ps::<_CMP_LT_OQ>(nearest, _mm256_set1_ps(STEP_DOUBT));
+    if _mm256_movemask_ps(is_doubtful) != 0 {
+        after = blend_carefully::<TRACK_OBJECTS>(before, index, list, chosen);
+    }
+    store_pixels(block, &after);
+}
+
+/// The rare second pass, in which doubtful samples go to the judge. Kept apart so that the call
+/// costs the first pass no registers.
+#[cold]
+#[inline(never)]
+#[target_feature(enable = "avx2,fma")]
+fn blend_carefully<const TRACK_OBJECTS: bool>(
+    before: Pixels,
+    index: usize,
+    list: &[u8],
+    chosen: &Chosen,
+) -> Pixels {
+    blend_list::<TRACK_OBJECTS, true>(before, index, list, chosen).0
+}
+
+/// Blends a list of splats; also returns how near any sample came to the 1/255 step, per lane.
+#[target_feature(enable = "avx2,fma")]
+#[inline]
+fn blend_list<const TRACK_OBJECTS: bool, const CAREFUL: bool>(
+    mut pixels: Pixels,
+    index: usize,
+    list: &[u8],
+    chosen: &Chosen,
+) -> (Pixels, __m256) {
     let left = (index % BLOCKS_ACROSS * BLOCK_WIDTH) as f32;
     let top = (index / BLOCKS_ACROSS * BLOCK_HEIGHT) as f32;
     let x = _mm256_add_ps(
@@ -243,24 +275,24 @@ fn blend_block<const TRACK_OBJECTS: bool>(
         _mm256_set1_ps(top),
         _mm256_setr_ps(0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0),
     );
-    let mut pixels = load_pixels(block);
+    let mut nearest = _mm256_set1_ps(f32::INFINITY);
     for run in list.chunks(RUN) {
         for &place in run {
             let place = place as usize % BATCH;
             let splat = &chosen.splats[place];
-            let log2_alpha = log2_alpha(splat, x, y);
-            let margin = _mm256_sub_ps(log2_alpha, _mm256_set1_ps(LOG2_ALPHA_MIN));
-            let size = _mm256_andnot_ps(_mm256_set1_ps(-0.0), margin);
-            let is_doubtful = _mm256_cmp_ps::<_CMP_LT_OQ>(size, _mm256_set1_ps(STEP_DOUBT));
-            let mut is_drawn = _mm256_cmp_ps::<_CMP_GE_OQ>(margin, _mm256_setzero_ps());
-            let doubtful = _mm256_movemask_ps(is_doubtful) as u32;
-            if doubtful != 0 {
+            let power = power_at(splat, x, y);
+            let distance = _mm256_andnot_ps(_mm256_set1_ps(-0.0), power);
+            nearest = _mm256_min_ps(nearest, distance);
+            let mut is_drawn = _mm256_cmp_ps::<_CMP_GE_OQ>(power, _mm256_setzero_ps());
+            if CAREFUL {
+                let is_doubtful = _mm256_cmp_ps::<_CMP_LT_OQ>(distance, _mm256_set1_ps(STEP_DOUBT));
                 let verdict = _mm256_movemask_ps(is_drawn) as u32;
+                let doubtful = _mm256_movemask_ps(is_doubtful) as u32;
                 let lanes = chosen.settle(place, index, verdict, doubtful);
                 // SAFETY: `lanes` is an array of eight 4-byte values; the load needs no alignment.
                 is_drawn = unsafe { _mm256_loadu_ps(lanes.as_ptr().cast()) };
             }
-            blend_one::<TRACK_OBJECTS>(&mut pixels, splat, log2_alpha, is_drawn);
+            blend_one::<TRACK_OBJECTS>(&mut pixels, splat, power, is_drawn);
         }
         let stop = _mm256_set1_ps(TRANSMITTANCE_STOP);
         let is_live = _mm256_cmp_ps::<_CMP_GE_OQ>(pixels.transmittance, stop);
@@ -268,20 +300,21 @@ fn blend_block<const TRACK_OBJECTS: bool>(
             break;
         }
     }
-    store_pixels(block, &pixels);
+    (pixels, nearest)
 }
 
+/// log2(255 · alpha) of a splat at eight pixels.
 #[target_feature(enable = "avx2,fma")]
 #[inline]
-fn log2_alpha(splat: &TileSplat, x: __m256, y: __m256) -> __m256 {
+fn power_at(splat: &TileSplat, x: __m256, y: __m256) -> __m256 {
     let u = _mm256_fmadd_ps(
         _mm256_set1_ps(splat.a),
         x,
         _mm256_fmadd_ps(_mm256_set1_ps(splat.b), y, _mm256_set1_ps(splat.u0)),
     );
     let v = _mm256_fmadd_ps(_mm256_set1_ps(splat.c), y, _mm256_set1_ps(splat.v0));
-    let log2_alpha = _mm256_fnmadd_ps(v, v, _mm256_set1_ps(splat.log2_opacity));
-    _mm256_fnmadd_ps(u, u, log2_alpha)
+    let power = _mm256_fnmadd_ps(v, v, _mm256_set1_ps(splat.power));
+    _mm256_fnmadd_ps(u, u, power)
 }
 
 /// Blends one splat into eight pixels; see `blend::blend_splat` for the same in plain code.
@@ -290,13 +323,13 @@ fn log2_alpha(splat: &TileSplat, x: __m256, y: __m256) -> __m256 {
 fn blend_one<const TRACK_OBJECTS: bool>(
     pixels: &mut Pixels,
     splat: &TileSplat,
-    log2_alpha: __m256,
+    power: __m256,
     is_drawn: __m256,
 ) {
     let stop = _mm256_set1_ps(TRANSMITTANCE_STOP);
     let is_live = _mm256_cmp_ps::<_CMP_GE_OQ>(pixels.transmittance, stop);
     let is_drawn = _mm256_and_ps(is_drawn, is_live);
-    let alpha = _mm256_min_ps(exp2(log2_alpha), _mm256_set1_ps(ALPHA_MAX));
+    let alpha = _mm256_min_ps(alpha_of(power), _mm256_set1_ps(ALPHA_MAX));
     let alpha = _mm256_and_ps(alpha, is_drawn);
     let weight = _mm256_mul_ps(alpha, pixels.transmittance);
     pixels.transmittance = _mm256_fnmadd_ps(alpha, pixels.transmittance, pixels.transmittance);
@@ -312,17 +345,17 @@ fn blend_one<const TRACK_OBJECTS: bool>(
     }
 }
 
-/// 2^p for -126 < p < 127; anything else gives bits that the caller masks.
+/// 2^power / 255 for -118 < power < 127; anything else gives bits that the caller masks.
 #[target_feature(enable = "avx2,fma")]
 #[inline]
-fn exp2(p: __m256) -> __m256 {
+fn alpha_of(power: __m256) -> __m256 {
     // Adding 1.5·2²³ rounds to a whole number and leaves it in the low bits.
     let magic = _mm256_set1_ps(12_582_912.0);
-    let shifted = _mm256_add_ps(p, magic);
-    let part = _mm256_sub_ps(p, _mm256_sub_ps(shifted, magic));
-    let mut sum = _mm256_set1_ps(EXP2[5]);
+    let shifted = _mm256_add_ps(power, magic);
+    let part = _mm256_sub_ps(power, _mm256_sub_ps(shifted, magic));
+    let mut sum = _mm256_set1_ps(ALPHA_OF[5]);
     for k in (0..5).rev() {
-        sum = _mm256_fmadd_ps(sum, part, _mm256_set1_ps(EXP2[k]));
+        sum = _mm256_fmadd_ps(sum, part, _mm256_set1_ps(ALPHA_OF[k]));
     }
     let exponent = _mm256_slli_epi32::<23>(_mm256_castps_si256(shifted));
     _mm256_castsi256_ps(_mm256_add_epi32(_mm256_castps_si256(sum), exponent))

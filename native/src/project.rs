@@ -11,7 +11,7 @@ const HALF_LOG2_E: f64 = std::f64::consts::LOG2_E / 2.0;
 
 /// Added to every reach, so that rounding never hides a pixel from the blend, which decides.
 const SLACK_PX: f64 = 0.01;
-/// Samples whose log2(alpha) is this near to the limit are decided in double precision.
+/// Samples whose log2(255 · alpha) is this near to 0 are decided in double precision.
 pub const STEP_DOUBT: f32 = 1e-4;
 
 /// Everything the tile stages need of a splat; one cache line.

@@ -23,8 +23,10 @@ from scenes.state import ObjectModel
 
 FloatArray = NDArray[np.float64]
 
-ROOM_LIMITS = Limits(finest_m=0.004, widest_m=0.07, edge_m=0.007)
-OBJECT_LIMITS = Limits(finest_m=0.0015, widest_m=0.012, edge_m=0.002)
+ROOM_LIMITS = Limits(finest_m=0.004, widest_m=0.07, edge_m=0.007, fold_m=0.02)
+ROOM_HALO = 4.0
+"""The room may reach farther past its surfaces than an object, whose outline is tracked."""
+OBJECT_LIMITS = Limits(finest_m=0.0015, widest_m=0.012, edge_m=0.002, fold_m=0.005)
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,17 +41,17 @@ class ScanImperfections:
         blur_m: added to every tangential deviation (in quadrature).
         scale_error: error of the whole scan's scale, as a fraction; its sign is random.
         floaters: how many stray splats hang in the room.
-        halo_m: how far a splat's visible part may reach past the true surface; not noise.
+        halo_m: how far splats of an object may reach past its true surface; not noise.
     """
 
-    along_normal_m: float = 0.0015
+    along_normal_m: float = 0.001
     colour: float = 0.012
     exposure: float = 0.015
     spread: float = 0.08
     blur_m: float = 0.001
     scale_error: float = 0.002
     floaters: int = 40
-    halo_m: float = 0.002
+    halo_m: float = 0.001
 
 
 def bake(
@@ -87,7 +89,9 @@ def bake(
     flaws = imperfections or ScanImperfections()
     scale = 1.0 + flaws.scale_error * float(rng.choice([-1.0, 1.0]))
     surroundings = _Surroundings.of(room)
-    static = cover(soup_of(room.static), room_splats, rng, halo_m=flaws.halo_m, limits=ROOM_LIMITS)
+    static = cover(
+        soup_of(room.static), room_splats, rng, halo_m=ROOM_HALO * flaws.halo_m, limits=ROOM_LIMITS
+    )
     cloud = _flawed(static, flaws, rng, scale)
     if flaws.floaters:
         cloud = concatenate([cloud, _floaters(room, cloud, flaws.floaters, rng)])
@@ -155,7 +159,7 @@ def _floaters(
 ) -> SplatCloud:
     """Faint stray splats with colours of the room, hanging in it."""
     low = np.array([*room.footprint_m[0], 0.1])
-    high = np.array([*room.footprint_m[1], float(cloud.means[:, 2].max()) - 0.1])
+    high = np.array([*room.footprint_m[1], max(0.2, float(cloud.means[:, 2].max()) - 0.1)])
     return SplatCloud(
         rng.uniform(low, high, (count, 3)).astype(np.float32),
         rng.uniform(0.003, 0.02, (count, 3)).astype(np.float32),

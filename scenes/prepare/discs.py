@@ -24,7 +24,7 @@ from scenes.rays import RayScene
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.int64]
 
-THIN_M = 0.0012
+THIN_M = 0.0007
 """Deviation of a disc along its normal."""
 COVER = 0.8
 """Deviation of a disc over the local spacing: neighbours overlap without a gap, and blur little."""
@@ -32,10 +32,10 @@ EDGE_ANGLE_RAD = 0.6
 FOLD_ANGLE_RAD = 0.12
 HIDDEN_M = 0.04
 LOOKS = 10
-HALO_REACH = 1.9
+HALO_REACH = 2.6
 """A disc is narrowed until points this many deviations out are near the surface."""
-SHRINK = (1.0, 0.75, 0.56, 0.42, 0.31, 0.24, 0.17)
-FILL_SHARE = 0.1
+SHRINK = (1.0, 0.8, 0.64, 0.51, 0.41, 0.33, 0.26, 0.2, 0.15)
+FILL_SHARE = 0.15
 FILL_ROUNDS = 2
 CHECKS_PER_SPLAT = 2.5
 NEIGHBOURS = 10
@@ -78,24 +78,26 @@ def cover(
     scene = RayScene(soup.corners)
     soup = _exposed_part(soup, scene, rng)
     edges = find_edges(soup, angle_rad=EDGE_ANGLE_RAD, step_m=0.008)
+    folds = find_edges(soup, angle_rad=FOLD_ANGLE_RAD, step_m=0.008)
     wanted = max(1, round((1 - FILL_SHARE) * count))
-    sites, pool, areas = choose_sites(soup, edges, wanted, limits, rng)
+    sites, pool, areas = choose_sites(soup, edges, folds, wanted, limits=limits, rng=rng)
     sites = sites.select(np.flatnonzero(_exposed(scene, sites.where, sites.frames[:, 2])))
     looseness = np.ones(len(sites))
     if len(sites) > NEIGHBOURS:
         distance = np.sort(neighbour_distances(sites, 10)[1], axis=1)
         looseness = np.clip(distance[:, 1:5].mean(axis=1) / 1.2, 0.75, 1.5)
-    fitter = _Fitter(scene, find_edges(soup, angle_rad=FOLD_ANGLE_RAD, step_m=0.008), halo_m)
+    fitter = _Fitter(scene, folds, halo_m)
     sites = fitter.fitted(replace(sites, spacing=COVER * sites.spacing * looseness[:, None]))
     keep = min(1.0, CHECKS_PER_SPLAT * count / len(pool))
     kept = np.flatnonzero(rng.random(len(pool)) < keep)
     kept = kept[_exposed(scene, pool.where[kept], pool.frames[kept, 2])]
     checks, areas = pool.select(kept), areas[kept]
+    doubted = checks
     for _ in range(FILL_ROUNDS):
-        missing = _holes(sites, checks, count - len(sites))
+        bare, missing = _holes(sites, doubted, count - len(sites))
         if not len(missing):
             break
-        more = checks.select(missing)
+        more, doubted = doubted.select(missing), doubted.select(bare)
         sites = _joined(sites, fitter.fitted(replace(more, spacing=COVER * more.spacing)))
     thickness = np.full((len(sites), 1), THIN_M)
     return Discs(
@@ -174,7 +176,7 @@ class _Fitter:
         best = np.full(len(sticking), np.inf)
         long_axis = frames[sticking, 1].copy()
         farthest = reach[sticking].max(axis=1, keepdims=True)
-        for angle in np.linspace(0.0, np.pi, 6, endpoint=False):
+        for angle in np.linspace(0.0, np.pi, 4, endpoint=False):
             axis = np.sin(angle) * frames[sticking, 0] + np.cos(angle) * frames[sticking, 1]
             past = self._past(where[sticking], axis * farthest)
             better = past < best - 2e-4
@@ -208,10 +210,8 @@ def _alphas(sites: Sites, checks: Sites) -> tuple[IndexArray, NDArray[np.float32
     return index, np.where(facing > 0.5, alpha, 0.0)
 
 
-def _holes(sites: Sites, checks: Sites, allowed: int) -> IndexArray:
-    """Check points that nothing covers, thinned so that discs put there do not pile up."""
-    if allowed < 1:
-        return np.zeros(0, dtype=np.int64)
+def _holes(sites: Sites, checks: Sites, allowed: int) -> tuple[IndexArray, IndexArray]:
+    """Check points that nothing covers, and those of them where discs would not pile up."""
     passing = np.prod(1.0 - _alphas(sites, checks)[1], axis=1)
     bare = np.flatnonzero(passing > HOLE)
     bare = bare[np.argsort(-passing[bare], kind="stable")]
@@ -219,7 +219,7 @@ def _holes(sites: Sites, checks: Sites, allowed: int) -> IndexArray:
     cell = np.floor(checks.where[bare] / np.exp2(level)[:, None])
     side = np.round(checks.frames[bare, 2] * 2)
     first = np.unique(np.column_stack([level, cell, side]), axis=0, return_index=True)[1]
-    return bare[np.sort(first)][:allowed]
+    return bare, bare[np.sort(first)][: max(0, allowed)]
 
 
 def _colours(soup: Soup, sites: Sites, checks: Sites, areas: FloatArray) -> FloatArray:

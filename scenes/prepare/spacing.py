@@ -51,11 +51,12 @@ EDGE_SHARE = 0.9
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Finest and widest spacing in metres, and the finest across edges."""
+    """Spacings in metres: finest, widest, finest across edges, and across gentle bends."""
 
     finest_m: float
     widest_m: float
     edge_m: float
+    fold_m: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,14 +94,28 @@ class _Wishes:
 
     turned: FloatArray
     slopes: FloatArray
-    to_edge: FloatArray
+    edge_limit: FloatArray
     edge_axis: FloatArray
 
 
 def choose_sites(
-    soup: Soup, edges: Edges, count: int, limits: Limits, rng: np.random.Generator
+    soup: Soup,
+    edges: Edges,
+    folds: Edges,
+    count: int,
+    *,
+    limits: Limits,
+    rng: np.random.Generator,
 ) -> tuple[Sites, Sites, FloatArray]:
     """About `count` well-spread sites.
+
+    Args:
+        soup: the surface.
+        edges: its sharp edges.
+        folds: where it bends gently, as on a round leg.
+        count: how many sites.
+        limits: of the spacing.
+        rng: source of the sampling.
 
     Returns:
         The sites, the larger pool of candidates that they come from, and the share of the surface
@@ -112,14 +127,16 @@ def choose_sites(
         np.repeat(np.arange(triangles), PER_TRIANGLE),
         rng.dirichlet(np.ones(3), triangles * PER_TRIANGLE),
     )
-    wishes = _wishes(soup, structure, edges, probes, limits)
+    wishes = _wishes(soup, structure, edges, folds, points=probes, limits=limits)
     share = np.repeat(soup.areas / PER_TRIANGLE, PER_TRIANGLE)
     scale = _solved_scale(wishes, share, count, limits)
     _, spacing = _spacing(wishes, scale, limits)
     density = (1.0 / spacing.prod(axis=1)).reshape(triangles, PER_TRIANGLE).mean(axis=1)
     pull = soup.areas * (density + 0.2 * np.average(density, weights=soup.areas))
     points = scatter(soup, count * CANDIDATES_PER_SPLAT, rng, pull=pull)
-    frames, spacing = _spacing(_wishes(soup, structure, edges, points, limits), scale, limits)
+    frames, spacing = _spacing(
+        _wishes(soup, structure, edges, folds, points=points, limits=limits), scale, limits
+    )
     pool = Sites(points, positions(soup, points), frames, spacing)
     stands_for = (soup.areas / pull)[points.triangle]
     chosen = _systematic(pool, stands_for / spacing.prod(axis=1), round(CROWD * count), rng)
@@ -181,6 +198,8 @@ def _wishes(
     soup: Soup,
     structure: tuple[NDArray[np.float32], ...],
     edges: Edges,
+    folds: Edges,
+    *,
     points: SurfacePoints,
     limits: Limits,
 ) -> _Wishes:
@@ -202,14 +221,27 @@ def _wishes(
         np.maximum(np.stack([half_trace + spread, half_trace - spread], axis=1), 0.0)
     )
     where = positions(soup, points)
-    to_edge, nearest = edges.tree.query(
-        where, distance_upper_bound=limits.widest_m / EDGE_SHARE, workers=-1
+    limit = np.full(len(where), np.inf)
+    axis = frames[:, 0].copy()
+    for bends, floor_m in ((edges, limits.edge_m), (folds, limits.fold_m)):
+        across, wanted = _across(bends, where, frames, floor_m=floor_m, widest_m=limits.widest_m)
+        nearer = wanted < limit
+        limit[nearer], axis[nearer] = wanted[nearer], across[nearer]
+    return _Wishes(_turned(frames, angle), slopes, limit, axis)
+
+
+def _across(
+    edges: Edges, where: FloatArray, frames: FloatArray, *, floor_m: float, widest_m: float
+) -> tuple[FloatArray, FloatArray]:
+    """Unit tangents across the nearest edge, and the spacing wanted that way (inf: none)."""
+    distance, nearest = edges.tree.query(
+        where, distance_upper_bound=widest_m / EDGE_SHARE, workers=-1
     )
     direction = edges.directions[np.minimum(nearest, len(edges.directions) - 1)]
     across = np.cross(frames[:, 2], direction)
     length = np.linalg.norm(across, axis=1, keepdims=True)
     across = np.where(length > 0.3, across / np.maximum(length, 1e-9), frames[:, 0])
-    return _Wishes(_turned(frames, angle), slopes, to_edge, across)
+    return across, np.maximum(EDGE_SHARE * distance, floor_m)
 
 
 def _turned(frames: FloatArray, angle: FloatArray) -> FloatArray:
@@ -222,7 +254,7 @@ def _solved_scale(wishes: _Wishes, areas: FloatArray, count: int, limits: Limits
     """The factor on the spacings at which the surface takes `count` sites."""
     step = max(1, len(areas) // 60_000)
     few = _Wishes(
-        *(a[::step] for a in (wishes.turned, wishes.slopes, wishes.to_edge, wishes.edge_axis))
+        *(a[::step] for a in (wishes.turned, wishes.slopes, wishes.edge_limit, wishes.edge_axis))
     )
     stand_in = areas[::step] * (areas.sum() / areas[::step].sum())
     low, high = 1e-3, 1e4
@@ -242,7 +274,7 @@ def _spacing(wishes: _Wishes, scale: float, limits: Limits) -> tuple[FloatArray,
     s = np.einsum("nd,nd->n", wishes.edge_axis, frames[:, 1])
     across = 1.0 / np.hypot(c / wanted[:, 0], s / wanted[:, 1])
     along = 1.0 / np.hypot(s / wanted[:, 0], c / wanted[:, 1])
-    limit = np.maximum(EDGE_SHARE * wishes.to_edge, limits.edge_m)
+    limit = wishes.edge_limit
     tight = limit < across
     frames[tight, 0] = wishes.edge_axis[tight]
     frames[tight, 1] = np.cross(frames[tight, 2], frames[tight, 0])

@@ -2,8 +2,8 @@
 
 A splat's alpha at a pixel is `min(0.99, opacity · exp(-½ dᵀ Σ⁻¹ d))`, skipped below 1/255, with Σ
 the EWA-projected covariance plus 0.3 px² (pinhole and equidistant Jacobians). Splats of all objects
-are blended front to back in one global order of depth: z for a pinhole, range for a fisheye. A pixel
-stops when its transmittance falls below 1e-4.
+are blended front to back in one global order of depth: z for a pinhole, range for a fisheye. A
+pixel stops when its transmittance falls below 1e-4.
 """
 
 from __future__ import annotations
@@ -66,7 +66,8 @@ class Rendering:
         alpha: (H, W) float32, 0..1.
         depth: (H, W) float32, metres; alpha-weighted mean of z (pinhole) or range (fisheye) over
             what was hit; 0 where alpha is 0.
-        ids: (H, W) int32 index of the object with the largest blend weight; -1 where none; optional.
+        ids: (H, W) int32 index of the object with the largest blend weight, -1 where none;
+            optional.
     """
 
     rgb: NDArray[np.float32]

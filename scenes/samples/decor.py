@@ -242,13 +242,13 @@ def plant(room: Set, at: tuple[float, float], rng: np.random.Generator) -> None:
     room.solid((at[0] - 0.17, at[1] - 0.17, 0.0), (at[0] + 0.17, at[1] + 0.17, 0.9))
     for k in range(30):
         turn = 2.399963 * k + float(rng.normal(0, 0.2))
-        length, rise = float(rng.uniform(0.45, 0.8)), float(rng.uniform(0.45, 1.35))
+        length, rise = float(rng.uniform(0.45, 0.76)), float(rng.uniform(0.45, 1.35))
         room.add(*placed([_leaf(length, rise, rng)], foot @ Pose.from_yaw(turn, (0.0, 0.0, 0.28))))
 
 
 def _leaf(length: float, rise: float, rng: np.random.Generator) -> Surface:
     """A leaf that starts upwards and bends over, along +X."""
-    t = np.linspace(0, 1, 8)
+    t = np.linspace(0, 1, 9)
     pitch = np.clip(rise, 0.3, 1.45) - 1.5 * t**1.4
     step = length / (len(t) - 1)
     x = np.concatenate([[0.0], np.cumsum(step * np.cos(pitch[:-1]))])

@@ -69,6 +69,46 @@ def test_agrees_on_a_large_picture(native, reference, wild_cloud):
         assert_agrees(native.render(objects, camera, pose), reference.render(objects, camera, pose))
 
 
+def test_agrees_far_along_needles(native, reference):
+    """Slanted threads across a large picture: their terms cancel to a thousandth there."""
+    rng = np.random.default_rng(8)
+    count = 12
+    angles = rng.uniform(0.2, 1.3, count)
+    rotations = np.zeros((count, 4))
+    rotations[:, 0], rotations[:, 3] = np.cos(angles / 2), np.sin(angles / 2)
+    cloud = SplatCloud(
+        np.concatenate([rng.uniform(-1, 1, (count, 2)), np.full((count, 1), 2.0)], axis=1).astype(
+            np.float32
+        ),
+        np.tile(np.array([[3.0, 1e-4, 1e-4]], dtype=np.float32), (count, 1)),
+        rotations.astype(np.float32),
+        np.full(count, 0.9, dtype=np.float32),
+        np.zeros((count, 1, 3), dtype=np.float32),
+    )
+    camera = Pinhole(1500, 1200, 1500.0, 1500.0, 700.0, 650.0)
+    objects = [PosedSplats(cloud, Pose.identity())]
+    rendering = native.render(objects, camera, HERE)
+    oracle = reference.render(objects, camera, HERE)
+    assert np.abs(rendering.alpha - oracle.alpha).max() <= 2e-5
+
+
+def test_no_sample_falls_on_the_wrong_side_of_the_step(native, reference, wild_cloud):
+    """Thousands of samples lie so near to 1/255 that float32 alone would misplace some."""
+    cloud = wild_cloud(150, seed=21, spread_m=0.6)
+    faint = SplatCloud(
+        cloud.means,
+        np.maximum(cloud.scales, 0.3),
+        cloud.rotations,
+        np.linspace(0.0045, 0.02, 150, dtype=np.float32),
+        cloud.sh,
+    )
+    objects = [PosedSplats(faint, Pose.identity())]
+    pose = Pose(np.eye(3), [0.0, 0.0, -3.0])
+    camera = Pinhole.from_fov(700, 500, 1.0)
+    rendering = native.render(objects, camera, pose)
+    assert np.abs(rendering.alpha - reference.render(objects, camera, pose).alpha).max() <= 2e-5
+
+
 def test_agrees_where_tiles_saturate(native, reference, wild_cloud):
     cloud = wild_cloud(1500, seed=11, spread_m=0.3)
     objects = [PosedSplats(cloud, Pose.identity())]
