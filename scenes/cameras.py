@@ -150,7 +150,7 @@ class Fisheye:
         theta = np.hypot(x, y)
         sine_per_theta = np.asarray(np.sinc(theta / np.pi), dtype=np.float64)
         rays = np.stack([x * sine_per_theta, y * sine_per_theta, np.cos(theta)], axis=1)
-        return rays.astype(np.float64, copy=False)
+        return np.asarray(rays, dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True)

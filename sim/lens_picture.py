@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from cv2.typing import MatLike
 from numpy.typing import NDArray
 
 from scenes.cameras import Fisheye, pixel_centres
@@ -248,44 +249,49 @@ def _darken(
     layer: Layer, rect: PixelRect, shadow: ShadowMap, lens: Fisheye, lens_from_world: Pose
 ) -> None:
     """Multiply the surface under a body by the light its shadow leaves, in place."""
-    width, height = -(-rect.width_px // SHADOW_STEP) + 1, -(-rect.height_px // SHADOW_STEP) + 1
-    x, y = np.meshgrid(
-        rect.x0 + SHADOW_STEP * np.arange(width), rect.y0 + SHADOW_STEP * np.arange(height)
-    )
-    rays = lens.unproject(np.stack([x.ravel(), y.ravel()], axis=1))
+    rays, shape = _node_rays(rect, lens)
     world_from_lens = lens_from_world.inverse()
     rays = rays @ world_from_lens.rotation.T
     eye = world_from_lens.translation
-    down = np.minimum(rays[:, 2], -1e-3)
-    plane_range = (shadow.plane_z_m - eye[2]) / down
+    plane_range = (shadow.plane_z_m - eye[2]) / np.minimum(rays[:, 2], -1e-3)
     hit = eye[:2] + plane_range[:, None] * rays[:, :2]
     cells = ((hit - shadow.low_xy) / shadow.cell_m - 0.5).astype(np.float32)
     light = cv2.remap(
-        shadow.light,
-        np.ascontiguousarray(cells[:, 0].reshape(height, width)),
-        np.ascontiguousarray(cells[:, 1].reshape(height, width)),
+        shadow.light * np.float32(SHADOW_LEVELS),
+        np.ascontiguousarray(cells[:, 0].reshape(shape)),
+        np.ascontiguousarray(cells[:, 1].reshape(shape)),
         cv2.INTER_LINEAR,
         borderMode=cv2.BORDER_CONSTANT,
-        borderValue=1.0,
+        borderValue=SHADOW_LEVELS,
     )
-    fine_light = _between_nodes(np.asarray(light, dtype=np.float32), rect)
-    fine_range = _between_nodes(plane_range.reshape(height, width).astype(np.float32), rect)
-    on_plane = cv2.absdiff(fine_range, layer.range_m) < SHADOW_TOLERANCE_M
-    on_plane &= layer.ids == ROOM_ID
-    factor = np.where(on_plane, fine_light * np.float32(SHADOW_LEVELS), np.float32(SHADOW_LEVELS))
-    factor8 = cv2.merge([np.clip(factor + 0.5, 0, SHADOW_LEVELS).astype(np.uint8)] * 3)
-    cv2.multiply(np.ascontiguousarray(layer.rgb), factor8, layer.rgb, 1.0 / SHADOW_LEVELS)
+    factor = _between_nodes(light, rect)
+    distance = _between_nodes(plane_range.reshape(shape).astype(np.float32), rect)
+    off_plane = cv2.absdiff(distance, layer.range_m) > SHADOW_TOLERANCE_M
+    off_plane |= layer.ids != ROOM_ID
+    factor[off_plane] = SHADOW_LEVELS
+    factor8 = cv2.convertScaleAbs(factor)
+    cv2.multiply(
+        np.ascontiguousarray(layer.rgb), cv2.merge([factor8] * 3), layer.rgb, 1.0 / SHADOW_LEVELS
+    )
 
 
-def _between_nodes(nodes: NDArray[np.float32], rect: PixelRect) -> NDArray[np.float32]:
-    """Bilinear values at the pixel centres of `rect` from those at each `SHADOW_STEP`-th corner."""
-    x = ((np.arange(rect.width_px) + 0.5) / SHADOW_STEP).astype(np.float32)
-    y = ((np.arange(rect.height_px) + 0.5) / SHADOW_STEP).astype(np.float32)
-    map_x, map_y = np.broadcast_arrays(x[None, :], y[:, None])
-    between = cv2.remap(
-        nodes, np.ascontiguousarray(map_x), np.ascontiguousarray(map_y), cv2.INTER_LINEAR
-    )
-    return np.asarray(between, dtype=np.float32)
+def _node_rays(rect: PixelRect, lens: Fisheye) -> tuple[NDArray[np.float64], tuple[int, int]]:
+    """Rays through the middles of blocks of pixels, one block more than `rect` on every side."""
+    columns = -(-rect.width_px // SHADOW_STEP) + 2
+    rows = -(-rect.height_px // SHADOW_STEP) + 2
+    x = rect.x0 + SHADOW_STEP * (np.arange(columns) - 0.5)
+    y = rect.y0 + SHADOW_STEP * (np.arange(rows) - 0.5)
+    grid_x, grid_y = np.meshgrid(x, y)
+    return lens.unproject(np.stack([grid_x.ravel(), grid_y.ravel()], axis=1)), (rows, columns)
+
+
+def _between_nodes(nodes: MatLike, rect: PixelRect) -> MatLike:
+    """Bilinear values at the pixel centres of `rect` from those at the nodes of `_node_rays`."""
+    rows, columns = nodes.shape[:2]
+    size = (columns * SHADOW_STEP, rows * SHADOW_STEP)
+    fine = cv2.resize(nodes, size, interpolation=cv2.INTER_LINEAR)
+    inner = slice(SHADOW_STEP, SHADOW_STEP + rect.height_px)
+    return np.ascontiguousarray(fine[inner, SHADOW_STEP : SHADOW_STEP + rect.width_px])
 
 
 def lens_circle(lens: Fisheye) -> NDArray[np.bool_]:

@@ -18,7 +18,8 @@ ANKLE_M = 0.075
 THIGH_M = 0.43
 SHIN_M = 0.435
 SPINE_M = 0.50
-SHOULDER_HALF_M = 0.185
+SHOULDER_DROP_M = 0.06
+SHOULDER_HALF_M = 0.178
 UPPER_ARM_M = 0.29
 FOREARM_M = 0.26
 NECK_TO_HEAD_M = 0.20
@@ -82,7 +83,7 @@ def part_poses(posture: Posture) -> tuple[Pose, ...]:
     head = Pose(_pitched(0.55 * posture.lean_rad), torso @ np.array([0.0, 0.0, SPINE_M + 0.035]))
     poses = [pelvis, torso, head]
     for side, hand in zip(SIDES, (posture.left_hand, posture.right_hand), strict=True):
-        shoulder = torso @ np.array([0.0, side * SHOULDER_HALF_M, SPINE_M - 0.045])
+        shoulder = torso @ np.array([0.0, side * SHOULDER_HALF_M, SPINE_M - SHOULDER_DROP_M])
         poses += _arm(shoulder, person_from_world @ hand, side)
     for side in SIDES:
         poses += _leg(pelvis @ np.array([0.0, side * HIP_HALF_M, -0.02]), posture, side)
@@ -113,7 +114,9 @@ def bend_to_reach(position: Vector, yaw: float, left: Vector, right: Vector) -> 
         hips = np.array([-0.12 * math.sin(lean), 0.0, PELVIS_M - crouch])
         distances = [
             np.linalg.norm(
-                hips + _pitched(lean) @ np.array([0.0, s * SHOULDER_HALF_M, SPINE_M - 0.045]) - hand
+                hips
+                + _pitched(lean) @ np.array([0.0, s * SHOULDER_HALF_M, SPINE_M - SHOULDER_DROP_M])
+                - hand
             )
             for s, hand in zip(SIDES, hands, strict=True)
         ]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,7 +23,7 @@ from sim.camera360 import Camera360, CameraView, default_rig
 from sim.figure import person_body
 from sim.posture import PART_NAMES, part_poses
 from sim.remote import remote_avatar
-from sim.scenario import Faults, Scenario, validate_scenario
+from sim.scenario import Scenario, validate_scenario
 from sim.sensor import Sensor
 from sim.truth import IdMasks, TruthFrame
 from sim.world import World
@@ -108,33 +109,64 @@ class _Session:
         self._first_poses = self._world.object_poses()
 
     def steps(self) -> Iterator[SimulatedStep]:
-        settings, faults = self._scenario.camera, self._scenario.faults
+        """Frame by frame; one is in the encoder while the next one is drawn."""
+        waiting: Callable[[], SimulatedStep] | None = None
         events: list[Event] = []
-        count = math.floor(self._scenario.duration_s * settings.fps + 1e-9)
-        for seq in range(count):
-            t_ns = round(seq * NANOSECONDS / settings.fps)
-            events += self._advance(t_ns)
-            lost = _is_lost(seq, faults, self._fault_rng)
-            delay_ms = max(0.0, self._fault_rng.normal(faults.delay_ms, faults.jitter_ms))
-            view = self._camera.view(self._placements())
-            images = self._sensor.expose([lens.rgb for lens in view.lenses], 1.0 / settings.fps)
-            if lost:
-                events.append(Event(t_ns, STREAM_ID, "dropped", f"frame {seq} lost on the way"))
-                continue
-            packet, decoded = self._transmit(images, seq, t_ns)
-            frame = Frame(
-                STREAM_ID,
-                seq,
-                t_ns,
-                t_ns + round(delay_ms * 1e6),
-                decoded,
-                self._rig,
-                self._known_rig,
-            )
-            yield SimulatedStep(
-                frame, packet, self._truth(seq, t_ns, view), self._avatars(t_ns), tuple(events)
-            )
-            events = []
+        with ThreadPoolExecutor(max_workers=1) as codec:
+            for seq in range(self._frame_count()):
+                t_ns = round(seq * NANOSECONDS / self._scenario.camera.fps)
+                events += self._advance(t_ns)
+                images, view = self._picture()
+                delay_ns, lost = self._fate(seq)
+                if lost:
+                    text = f"frame {seq} lost on the way"
+                    events.append(Event(t_ns, STREAM_ID, "dropped", text))
+                    continue
+                sent = codec.submit(self._transmit, images, seq, t_ns)
+                ready, waiting = (
+                    waiting,
+                    self._step(sent, t_ns + delay_ns, view, (seq, t_ns), tuple(events)),
+                )
+                events = []
+                if ready is not None:
+                    yield ready()
+            if waiting is not None:
+                yield waiting()
+
+    def _frame_count(self) -> int:
+        return math.floor(self._scenario.duration_s * self._scenario.camera.fps + 1e-9)
+
+    def _picture(self) -> tuple[tuple[NDArray[np.uint8], ...], CameraView]:
+        """What the camera delivers now, and what it would without a sensor."""
+        view = self._camera.view(self._placements())
+        dt_s = 1.0 / self._scenario.camera.fps
+        return self._sensor.expose([lens.rgb for lens in view.lenses], dt_s), view
+
+    def _fate(self, seq: int) -> tuple[int, bool]:
+        """How long a frame is under way (ns), and whether it is lost there."""
+        faults = self._scenario.faults
+        lost = bool(self._fault_rng.random() < faults.drop_share) or seq in faults.dropped_frames
+        delay_ms = max(0.0, self._fault_rng.normal(faults.delay_ms, faults.jitter_ms))
+        return round(delay_ms * 1e6), lost
+
+    def _step(
+        self,
+        sent: Future[tuple[EncodedFrame, tuple[NDArray[np.uint8], ...]]],
+        received_ns: int,
+        view: CameraView,
+        stamp: tuple[int, int],
+        events: tuple[Event, ...],
+    ) -> Callable[[], SimulatedStep]:
+        """Everything of a frame as it is now; call the result when its pictures are wanted."""
+        seq, t_ns = stamp
+        truth, avatars = self._truth(seq, t_ns, view), self._avatars(t_ns)
+
+        def finish() -> SimulatedStep:
+            packet, images = sent.result()
+            frame = Frame(STREAM_ID, seq, t_ns, received_ns, images, self._rig, self._known_rig)
+            return SimulatedStep(frame, packet, truth, avatars, events)
+
+        return finish
 
     def _advance(self, t_ns: int) -> list[Event]:
         """Let people and physics go on until `t_ns`."""
@@ -209,10 +241,6 @@ def _with_error(pose: Pose, rng: np.random.Generator, error_deg: float, error_cm
     direction /= np.linalg.norm(direction)
     rotation = rotation_from_vector(math.radians(error_deg) * axis) @ pose.rotation
     return Pose(rotation, pose.translation + 0.01 * error_cm * direction)
-
-
-def _is_lost(seq: int, faults: Faults, rng: np.random.Generator) -> bool:
-    return bool(rng.random() < faults.drop_share) or seq in faults.dropped_frames
 
 
 def _has_moved(first: Pose, now: Pose) -> bool:

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 MAP_CELLS = 112
 SUBCELL_BITS = 4
 KEY_CONE_RAD = 0.16
-KEY_DIRECTIONS = 14
-AMBIENT_DIRECTIONS = 40
+KEY_DIRECTIONS = 12
+AMBIENT_DIRECTIONS = 28
 MIN_ELEVATION_SINE = 0.2
 MAX_DARKNESS = 0.8
 """Light that walls and the body itself send back into the shadow keeps it from being black."""
@@ -89,13 +89,14 @@ def _hidden_share(
     hidden = np.zeros((MAP_CELLS, MAP_CELLS), np.float32)
     outline = np.zeros((MAP_CELLS, MAP_CELLS), np.uint8)
     scale = (1 << SUBCELL_BITS) / cell_m
+    ends = np.cumsum([len(solid) for solid in solids])[:-1]
+    points = np.concatenate(solids)
+    above = np.maximum(points[:, 2:] - plane_z_m, 0.0)
     for ray in rays:
         outline[:] = 0
-        for solid in solids:
-            above = np.maximum(solid[:, 2:] - plane_z_m, 0.0)
-            cells = (solid[:, :2] - above * _slope(ray) - low_xy) * scale - (1 << SUBCELL_BITS) / 2
-            hull = cv2.convexHull(np.round(cells).astype(np.int32))
-            cv2.fillConvexPoly(outline, hull, 1, cv2.LINE_8, SUBCELL_BITS)
+        cells = (points[:, :2] - above * _slope(ray) - low_xy) * scale - (1 << SUBCELL_BITS) / 2
+        for corners in np.split(np.round(cells).astype(np.int32), ends):
+            cv2.fillConvexPoly(outline, cv2.convexHull(corners), 1, cv2.LINE_8, SUBCELL_BITS)
         hidden += outline
     return hidden / np.float32(len(rays))
 

@@ -11,7 +11,9 @@ import errno
 import importlib
 import os
 import re
+import signal
 import sys
+import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NoReturn
@@ -125,7 +127,11 @@ def _dispatch(words: list[str]) -> int:
         allow_abbrev=False,
     )
     module.add_arguments(parser)
-    return int(module.run(parser.parse_args(rest)))
+    args = parser.parse_args(rest)
+    if threading.current_thread() is threading.main_thread():
+        # Being told to end is a cancellation like Ctrl+C: what is half done is tidied away.
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
+    return int(module.run(args))
 
 
 def _find_verb(words: list[str]) -> tuple[Verb, list[str]]:

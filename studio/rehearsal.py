@@ -84,7 +84,7 @@ def perform(
     """
     cancelled = cancelled or threading.Event()
     with output_folder(target) as part:
-        progress.begin("opening the scene")
+        progress.begin("opening the scene (a built-in one is scanned the first time)")
         if plan.recording is None:
             plan = replace(plan, record_to=part / RECORDING)
         session = open_session(plan)

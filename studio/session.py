@@ -259,21 +259,24 @@ Made = tuple[ScenePackage, SessionInfo, Callable[[], Iterator[SessionInput]], in
 
 def _simulated(plan: SessionPlan) -> Made:
     from scenes.package import open_scene
-    from scenes.samples import sample_room
+    from scenes.samples import SAMPLE_NAMES, sample_room
     from sim.camera360 import default_rig
     from sim.rehearsal import simulate
     from sim.scenario import DEFAULT_SCENARIOS, load_scenario, validate_scenario
     from studio.provenance import library_versions
 
-    scene = open_scene(plan.scene)
-    if scene.physical is None:
+    # The first opening of a built-in scene takes a minute; a bad scenario is told before it.
+    scene = None if plan.scene in SAMPLE_NAMES else open_scene(plan.scene)
+    physical = plan.scene if scene is None else scene.physical
+    if physical is None:
         raise ValueError(
-            f"scene {scene.name!r} is a scan of a real room, which cannot be simulated; "
-            "rehearse a built-in scene"
+            f"{plan.scene}: a scan of a real room, which cannot be simulated; "
+            f"rehearse a built-in scene ({', '.join(SAMPLE_NAMES)})"
         )
-    room = sample_room(scene.physical)
+    room = sample_room(physical)
     scenario = load_scenario(plan.scenario or DEFAULT_SCENARIOS[room.name])
     validate_scenario(scenario, room)
+    scene = scene or open_scene(plan.scene)
     info = SessionInfo(
         scene=plan.scene,
         scene_hash=scene_hash(scene),

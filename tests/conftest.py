@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import cv2
 import numpy as np
@@ -36,7 +37,7 @@ def raycast_picture(
     shade: bool | Sequence[bool],
     light_direction: Sequence[float] | np.ndarray = (-0.8, 0.18, 0.57),
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    import open3d as o3d
+    o3d: Any = pytest.importorskip("open3d")
 
     scene = o3d.t.geometry.RaycastingScene()
     for mesh, world_from_mesh in meshes:

@@ -28,6 +28,10 @@ HOLD_BELOW = 0.42
 CONVINCING = 0.55
 """Below this share, other places and yaws are tried as well."""
 
+CONVINCING_LIKENESS = 0.3
+LEAST_LIKENESS = 0.2
+"""What the likeness of a textured object must reach to convince, and to be believed at all."""
+
 LEAST_VISIBLE = 0.15
 """Below this visible fraction nothing is measured."""
 
@@ -42,6 +46,9 @@ MOVED_M = 0.010
 MOVED_RAD = math.radians(2.0)
 """A resting object has moved when a solve puts it farther away than this."""
 
+SIGNIFICANT = 2.5
+"""A resting object has moved only if it did so by this many standard deviations of the solve."""
+
 RESTING_STEP_M = 0.005
 RESTING_STEP_RAD = math.radians(0.7)
 RESTING_FRAMES = 6
@@ -54,9 +61,17 @@ HEAVY_HEIGHT_M = 0.3
 """Objects at least this tall stay on the floor; smaller ones may be carried."""
 
 CONTACT_SIGMA_M = 0.003
-CARRIED_SIGMA_M = 0.03
-SNAP_M = 0.025
-"""A carried object nearer than this to a support is taken to stand on it."""
+CARRIED_SIGMA_M = 0.08
+SNAP_M = 0.03
+REACHABLE_M = 0.15
+"""A small object nearer than the first to a support is first taken to stand on it, nearer than the
+second perhaps."""
+
+RESTING_SIGMA_M = 0.012
+RESTING_SIGMA_RAD = math.radians(1.5)
+MOVING_SIGMA_M = 0.10
+MOVING_SIGMA_RAD = math.radians(14)
+"""How far an object may be from its prediction, as standard deviations."""
 
 SEARCH_PERIOD_NS = 600_000_000
 """A lost object is searched for at most this often."""
@@ -213,63 +228,98 @@ def report(model: TrackModel, track: Track, frame: Frame) -> TrackedObject:
     )
 
 
-def support_prior(task: Task, predicted: Pose, *, spread: float) -> Prior:
-    """What is known before looking: near the prediction, standing on something.
+def priors(task: Task, predicted: Pose) -> list[Prior]:
+    """What may be known before looking, the likeliest first: standing on something, or carried.
 
     Args:
         task: the object.
         predicted: where it is expected.
-        spread: factor on how far it may be from there.
     """
+    track, source = task.track, task.model.source
     mean = pose_vector(predicted)
-    heights = np.array(task.supports_m)
-    if task.model.source.box_m[2] >= HEAVY_HEIGHT_M:
-        mean[2], sigma_z = task.model.source.support_z_m, CONTACT_SIGMA_M
+    if track.state is TrackState.STATIC and track.missed_frames == 0:
+        sigma = np.array([RESTING_SIGMA_M, RESTING_SIGMA_M, 0.0, RESTING_SIGMA_RAD])
     else:
-        nearest = float(heights[np.argmin(np.abs(heights - mean[2]))])
-        stands = abs(nearest - mean[2]) < SNAP_M
-        mean[2], sigma_z = (nearest, CONTACT_SIGMA_M) if stands else (mean[2], CARRIED_SIGMA_M)
-    sigma = np.array([0.10 * spread, 0.10 * spread, sigma_z, math.radians(14) * spread])
-    return Prior(mean, sigma, task.track.halo_m, task.track.halo_sigma_m)
+        spread = 1.0 + 0.5 * min(track.missed_frames, 8)
+        sigma = np.array([MOVING_SIGMA_M, MOVING_SIGMA_M, 0.0, MOVING_SIGMA_RAD]) * spread
+    known = (track.halo_m, track.halo_sigma_m)
+    if source.box_m[2] >= HEAVY_HEIGHT_M:
+        return [_standing(mean, source.support_z_m, sigma, known)]
+    carried = sigma + np.array([0.0, 0.0, CARRIED_SIGMA_M, 0.0])
+    free = Prior(mean, np.maximum(carried, [0.05, 0.05, 0.0, math.radians(8)]), *known)
+    heights = np.array(task.supports_m)
+    nearest = float(heights[np.argmin(np.abs(heights - mean[2]))])
+    if abs(nearest - mean[2]) > REACHABLE_M:
+        return [free]
+    standing = _standing(mean, nearest, sigma, known)
+    return [standing, free] if abs(nearest - mean[2]) < SNAP_M else [free, standing]
+
+
+def _standing(
+    mean: NDArray[np.float64],
+    height_m: float,
+    sigma: NDArray[np.float64],
+    known: tuple[float, float],
+) -> Prior:
+    mean, sigma = mean.copy(), sigma.copy()
+    mean[2], sigma[2] = height_m, CONTACT_SIGMA_M
+    return Prior(mean, sigma, *known)
 
 
 def _measure(task: Task, evidence: Evidence, predicted: Pose) -> Fit:
     """Solve from the prediction, and from farther off if that does not convince."""
-    track, renderer = task.track, task.scene.renderer
-    spread = 1.0 + 0.5 * min(track.missed_frames, 8)
-    prior = support_prior(task, predicted, spread=spread)
-    fit = solve(
+    beliefs = priors(task, predicted)
+    quick = TRACKING_REACHES if task.track.missed_frames == 0 else COLD_REACHES
+    best = _try(task, evidence, predicted, beliefs[0], reaches_px=quick)
+    if _convincing(best) or best.covered_fraction > 0.5:
+        return best
+    # Not where it was expected: slide it there first, then try other yaws too.
+    turns = (0.0,) if task.model.symmetry == ROUND or _believable(best) else (0.0, 0.35, -0.35)
+    for belief in beliefs:
+        wide = replace(belief, sigma=belief.sigma * np.array([2.0, 2.0, 1.0, 2.0]))
+        for turn in turns:
+            start = vector_pose(pose_vector(predicted) + np.array([0.0, 0.0, 0.0, turn]))
+            other = _try(task, evidence, start, wide, reaches_px=COLD_REACHES, slide=True)
+            if other.quality > best.quality + 0.03:
+                best = other
+            if _convincing(best):
+                return best
+    return best
+
+
+def _try(
+    task: Task,
+    evidence: Evidence,
+    start: Pose,
+    prior: Prior,
+    *,
+    reaches_px: tuple[float, ...],
+    slide: bool = False,
+) -> Fit:
+    """One solve; the start is put on the height that the prior is sure of."""
+    vector = pose_vector(start)
+    if prior.sigma[2] <= CONTACT_SIGMA_M:
+        vector[2] = prior.mean[2]
+    return solve(
         evidence,
         task.model,
-        predicted,
+        vector_pose(vector),
         prior,
-        renderer,
-        reaches_px=TRACKING_REACHES if track.missed_frames == 0 else COLD_REACHES,
+        task.scene.renderer,
+        reaches_px=reaches_px,
         use_texture=task.use_texture,
+        slide_first=slide,
     )
-    if fit.agreement >= CONVINCING or fit.covered_fraction > 0.5:
-        return fit
-    # Not where it was expected: slide it first, then try other yaws too.
-    turns = (0.0,) if task.model.symmetry == ROUND or _believable(fit) else (0.0, 0.35, -0.35)
-    wide = replace(prior, sigma=prior.sigma * np.array([2.0, 2.0, 1.0, 2.0]))
-    for turn in turns:
-        other = solve(
-            evidence,
-            task.model,
-            vector_pose(pose_vector(predicted) + np.array([0.0, 0.0, 0.0, turn])),
-            wide,
-            renderer,
-            reaches_px=COLD_REACHES,
-            use_texture=task.use_texture,
-            slide_first=True,
-        )
-        if other.quality > fit.quality + 0.03:
-            fit = other
-    return fit
+
+
+def _convincing(fit: Fit) -> bool:
+    alike = not fit.textured or fit.likeness >= CONVINCING_LIKENESS
+    return fit.agreement >= CONVINCING and alike
 
 
 def _believable(fit: Fit) -> bool:
-    return fit.agreement >= HOLD_BELOW and fit.visible_fraction >= LEAST_VISIBLE
+    alike = not fit.textured or fit.likeness >= LEAST_LIKENESS
+    return fit.agreement >= HOLD_BELOW and fit.visible_fraction >= LEAST_VISIBLE and alike
 
 
 def _accept(task: Task, evidence: Evidence, fit: Fit) -> Track:
@@ -287,7 +337,10 @@ def _accept(task: Task, evidence: Evidence, fit: Fit) -> Track:
         confidence=min(1.0, fit.agreement / 0.9),
         missed_frames=0,
     )
-    if track.state is TrackState.STATIC and distance < MOVED_M and turn < MOVED_RAD:
+    sigma = np.sqrt(np.diag(fit.covariance))
+    far = max(MOVED_M, SIGNIFICANT * float(np.linalg.norm(sigma[:2])))
+    turned = max(MOVED_RAD, SIGNIFICANT * float(sigma[3]))
+    if track.state is TrackState.STATIC and distance < far and turn < turned:
         blend = REST_BLEND if fit.visible_fraction > 0.85 and track.rest is not None else 0.0
         pose = vector_pose(pose_vector(track.pose) + blend * step)
         return replace(seen, pose=pose, motion=Motion.rest(now), rest=_rest(task, evidence, fit))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,6 +22,9 @@ RENDER_OPTIONS = RenderOptions(threads=1, antialias=True)
 
 SYMMETRY_YAWS = 24
 SYMMETRY_SIZE_PX = 96
+TEXTURED_VARIATION = 0.08
+"""Standard deviation of fine inner colour structure, 0..1, above which an object is textured."""
+
 ROUND_DIFFERENCE = 0.04
 """Mean picture difference between yaws below which an object counts as round, of its silhouette."""
 
@@ -35,6 +39,7 @@ class TrackModel:
         centre_m: (3,) centre of its box in its own frame.
         radius_m: of the sphere around that centre which holds it.
         symmetry: yaws in a turn that look alike: 1 none, n-fold, or `ROUND`.
+        textured: whether its inner picture is rich enough to tell it from anything else.
     """
 
     source: ObjectModel
@@ -42,6 +47,7 @@ class TrackModel:
     centre_m: NDArray[np.float64]
     radius_m: float
     symmetry: int
+    textured: bool
 
     @property
     def object_id(self) -> str:
@@ -62,7 +68,9 @@ def make_model(source: ObjectModel, renderer: Renderer) -> TrackModel:
     centre = np.array([0.0, 0.0, 0.5 * source.box_m[2]])
     radius = 0.5 * float(np.linalg.norm(source.box_m))
     pictures = _around(source, renderer, centre, radius)
-    return TrackModel(source, colours_of(pictures), centre, radius, _symmetry(pictures))
+    return TrackModel(
+        source, colours_of(pictures), centre, radius, _symmetry(pictures), _is_textured(pictures)
+    )
 
 
 def colours_of(pictures: NDArray[np.float32]) -> ColourModel:
@@ -88,6 +96,17 @@ def _around(
         )
         pictures.append(np.concatenate([drawn.rgb, drawn.alpha[..., None]], axis=2))
     return np.stack(pictures)
+
+
+def _is_textured(pictures: NDArray[np.float32]) -> bool:
+    """Whether colours vary a lot inside the silhouette, from one place to the next."""
+    variations = []
+    for picture in pictures[::4]:
+        inner = cv2.erode((picture[..., 3] > 0.95).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+        if inner.sum() > 20:
+            detail = picture[..., :3] - cv2.GaussianBlur(picture[..., :3], (0, 0), 4.0)
+            variations.append(float(np.sqrt((detail[inner] ** 2).mean())))
+    return bool(variations) and float(np.mean(variations)) > TEXTURED_VARIATION
 
 
 def _symmetry(pictures: NDArray[np.float32]) -> int:

@@ -53,7 +53,7 @@ FAINT_CONTRAST = 0.07
 """Colour steps fainter than this leave an edge where the foreground put it."""
 
 TEXTURE_SIGMA = 0.07
-TEXTURE_CORRELATION = 2.0
+TEXTURE_CORRELATION = 1.0
 CONTOUR_CORRELATION = 2.0
 """Neighbouring points share their noise: so many of them count as one."""
 

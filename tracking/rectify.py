@@ -20,7 +20,7 @@ FRONT_SIZE_PX = 640
 CROP_MARGIN = 1.55
 """Side of a crop over the angular size of the object in it."""
 
-CROP_SIZES_PX = (64, 320)
+CROP_SIZES_PX = (120, 320)
 """Smallest and largest side of a crop."""
 
 
@@ -116,8 +116,6 @@ def crop_around(
     size = int(min(max(wanted, low), high)) // 2 * 2
     if wanted > high:
         focal *= high / wanted
-    elif wanted < low:
-        focal *= min(low / wanted, 1.5)
     return view_towards(
         rig, world_from_rig, centre, size_px=(size, size), focal_px=focal, lens=lens
     )

@@ -48,6 +48,11 @@ ROUND_YAW_SIGMA = 3.0
 """Radians: what is reported for the yaw of a round object."""
 
 
+TEXTURED_SHARE = 0.8
+PLAIN_SHARE = 0.3
+"""How much of a pose's quality is likeness, the rest being the contour's agreement."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Prior:
     """What is known before looking.
@@ -78,6 +83,7 @@ class Fit:
         halo_m: how far the drawn contour lies outside the seen one, at the object's distance.
         halo_sigma_m: standard deviation of that.
         likeness: -1..1, correlation of the drawn colours with the live ones.
+        textured: whether that likeness must be high.
         drawn: the object at the pose.
     """
 
@@ -89,12 +95,14 @@ class Fit:
     halo_m: float
     halo_sigma_m: float
     likeness: float
+    textured: bool
     drawn: Rendering
 
     @property
     def quality(self) -> float:
         """0..1: ranks poses of one object in one picture against each other."""
-        return max(0.0, self.agreement) * (0.6 + 0.4 * max(self.likeness, 0.0))
+        share = TEXTURED_SHARE if self.textured else PLAIN_SHARE
+        return self.agreement * (1.0 - share + share * max(self.likeness, 0.0))
 
 
 TRACKING_REACHES = (9.0, 4.0, 2.5)
@@ -195,7 +203,7 @@ def judge(
     silhouette = drawn.alpha > 0.5
     area = int(silhouette.sum())
     if area < 12:
-        return Fit(pose, covariance, 0.0, 0.0, 0.0, halo_m, halo_sigma_m, 0.0, drawn)
+        return Fit(pose, covariance, 0.0, 0.0, 0.0, halo_m, halo_sigma_m, 0.0, model.textured, drawn)
     contour, _ = _features(drawn, evidence, pose, use_texture=False)
     offset_px = LOW_PASS_PX + halo_m * _px_per_m(evidence, model, pose)
     edges = measure_contour(evidence, contour, pose, reach_px=4.0, offset_px=offset_px)
@@ -211,6 +219,7 @@ def judge(
         halo_m,
         halo_sigma_m,
         _correlation(drawn, evidence, silhouette),
+        model.textured,
         drawn,
     )
 

@@ -290,4 +290,49 @@ mod tests {
         assert!(FISHEYE.can_see([1.0, 0.0, -0.1], 0.1, 0.01, 0.05));
         assert!(!FISHEYE.can_see([0.3, 0.0, -2.0], 0.1, 0.01, 0.05));
     }
+
+    /// Whether the 1/255 box of a round splat of opacity 1 holds a pixel that may be drawn.
+    fn touches(lens: &impl Lens, p: [f64; 3], scale: f64, size: [f64; 2]) -> bool {
+        let seen = lens.project(p);
+        let reach = seen.jacobian.map(|row| {
+            let variance = row.iter().map(|v| v * v).sum::<f64>() * scale * scale + LOW_PASS;
+            (2.0 * 255f64.ln() * variance).sqrt()
+        });
+        let inside = |at: f64, reach: f64, size: f64| at + reach >= 0.5 && at - reach <= size - 0.5;
+        let in_circle = lens.circle().is_none_or(|(radius, centre)| {
+            // Measured against the box's nearest side only: a lower bound of the true distance.
+            let off = ((seen.u - centre[0]).powi(2) + (seen.v - centre[1]).powi(2)).sqrt();
+            off - reach[0].min(reach[1]) <= radius
+        });
+        seen.drawable
+            && seen.depth >= 0.05
+            && inside(seen.u, reach[0], size[0])
+            && inside(seen.v, reach[1], size[1])
+            && in_circle
+    }
+
+    fn check_culling(lens: &impl Lens, size: [f64; 2]) {
+        let mut state = 3u64;
+        let mut next = move || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        };
+        let mut culled = 0;
+        for _ in 0..200_000 {
+            let p = [8.0 * next() - 4.0, 8.0 * next() - 4.0, 6.0 * next() - 3.0];
+            let scale = 10f64.powf(3.0 * next() - 3.0);
+            let is_kept = lens.can_see(p, 0.0, scale, 0.05);
+            assert!(is_kept || !touches(lens, p, scale, size), "{p:?} {scale}");
+            culled += usize::from(!is_kept);
+        }
+        assert!(culled > 20_000, "{culled}");
+    }
+
+    #[test]
+    fn nothing_that_touches_the_picture_is_culled() {
+        check_culling(&PINHOLE, [640.0, 480.0]);
+        check_culling(&FISHEYE, [720.0, 720.0]);
+    }
 }

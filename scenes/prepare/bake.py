@@ -68,6 +68,7 @@ def bake(
     across edges and bends so that they hardly reach past the surface. Static textures hold the
     room's light already; objects are lit as they stand, `albedo · (ambient · open + key · free ·
     n·l)` with ray-cast occlusion, so an object's scan keeps the light of where it was scanned.
+    Identical twins get the same discs, each with its own light and its own imperfections.
 
     Args:
         room: the physical world.
@@ -95,23 +96,31 @@ def bake(
     cloud = _flawed(static, flaws, rng, scale)
     if flaws.floaters:
         cloud = concatenate([cloud, _floaters(room, cloud, flaws.floaters, rng)])
-    models = tuple(
-        _model(thing, surroundings, object_splats, rng=rng, flaws=flaws, scale=scale)
-        for thing in room.objects
-    )
-    return cloud, models
+    models = []
+    covered: dict[str, Discs] = {}
+    for thing in room.objects:
+        if thing.kind not in covered:
+            covered[thing.kind] = cover(
+                soup_of(thing.meshes),
+                object_splats,
+                rng,
+                halo_m=flaws.halo_m,
+                limits=OBJECT_LIMITS,
+            )
+        discs = covered[thing.kind]
+        models.append(_model(thing, discs, surroundings, rng=rng, flaws=flaws, scale=scale))
+    return cloud, tuple(models)
 
 
 def _model(
     thing: PhysicalObject,
+    discs: Discs,
     surroundings: _Surroundings,
-    count: int,
     *,
     rng: np.random.Generator,
     flaws: ScanImperfections,
     scale: float,
 ) -> ObjectModel:
-    discs = cover(soup_of(thing.meshes), count, rng, halo_m=flaws.halo_m, limits=OBJECT_LIMITS)
     light = surroundings.light(
         thing.world_from_object @ discs.means,
         discs.frames[:, 2] @ thing.world_from_object.rotation.T,

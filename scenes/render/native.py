@@ -28,7 +28,8 @@ class NativeRenderer:
 
     A cloud is prepared (sorted along a Z curve, factors of its covariances) the first time it is
     drawn; the same `SplatCloud` object is found again by identity, so keep it instead of making an
-    equal one per frame. The interpreter lock is free while a picture is drawn.
+    equal one per frame. The interpreter lock is free while a picture is drawn. Worker threads do
+    not survive a fork: start other processes by spawning, or give them a renderer of their own.
 
     Args:
         portable: use no vector instructions beyond the platform's minimum (tests, comparisons).

@@ -13,7 +13,7 @@ import numpy as np
 from scenes.mesh import QrCode
 from scenes.pose import Pose
 from scenes.samples import graphics, wall_art
-from scenes.samples.furniture import Set
+from scenes.samples.furniture import RoomSet
 from scenes.samples.light import AreaLight
 from scenes.samples.shapes import (
     STATIC_CELL_M,
@@ -74,7 +74,7 @@ def code(wall: Pose, payload: str, side_m: float) -> tuple[list[Surface], QrCode
 
 
 def window(
-    room: Set, wall: Pose, size: tuple[float, float], rng: np.random.Generator, *, power: float
+    room: RoomSet, wall: Pose, size: tuple[float, float], rng: np.random.Generator, *, power: float
 ) -> AreaLight:
     """A two-leaf window with a sill and curtains; its light shines into the room."""
     w, h = size[0] / 2, size[1] / 2
@@ -118,7 +118,7 @@ def _curtain(x0: float, x1: float, y0: float, y1: float, cloth: Material) -> Sur
 
 
 def ceiling_lamp(
-    room: Set,
+    room: RoomSet,
     low: tuple[float, float],
     high: tuple[float, float],
     *,
@@ -172,7 +172,7 @@ def door(wall: Pose, rng: np.random.Generator) -> list[Surface]:
     return parts
 
 
-def radiator(room: Set, wall: Pose, size: tuple[float, float]) -> None:
+def radiator(room: RoomSet, wall: Pose, size: tuple[float, float]) -> None:
     """A ribbed panel radiator, centred on the wall pose."""
     w, h = size[0] / 2, size[1] / 2
     columns = np.arange(round(size[0] * 400))
@@ -186,7 +186,7 @@ def radiator(room: Set, wall: Pose, size: tuple[float, float]) -> None:
 
 
 def books_on_board(
-    room: Set, x0: float, x1: float, y_back: float, z: float, rng: np.random.Generator
+    room: RoomSet, x0: float, x1: float, y_back: float, z: float, rng: np.random.Generator
 ) -> None:
     """A row of books between `x0` and `x1` on a board at `z`, spines towards -Y."""
     colours = [(176, 60, 48), (40, 84, 120), (222, 188, 96), (60, 110, 84), (70, 62, 92),
@@ -210,7 +210,7 @@ def books_on_board(
 
 
 def storage_box(
-    room: Set, low: tuple[float, float, float], high: tuple[float, float, float],
+    room: RoomSet, low: tuple[float, float, float], high: tuple[float, float, float],
     rng: np.random.Generator, colour: Rgb,
 ) -> None:  # fmt: skip
     """A lidded box with a label towards -Y."""
@@ -228,7 +228,7 @@ def storage_box(
     )  # fmt: skip
 
 
-def plant(room: Set, at: tuple[float, float], rng: np.random.Generator) -> None:
+def plant(room: RoomSet, at: tuple[float, float], rng: np.random.Generator) -> None:
     """A potted plant with long bent leaves, about 1.2 m high."""
     foot = Pose.from_yaw(0.0, (*at, 0.0))
     pot = [(0.15, 0.30), (0.175, 0.30), (0.14, 0.0)]
@@ -265,7 +265,7 @@ def _leaf(length: float, rise: float, rng: np.random.Generator) -> Surface:
     return Surface(points, tinted(green, shade + float(rng.normal(0, 0.08))))
 
 
-def sofa(room: Set, at: tuple[float, float], rng: np.random.Generator) -> None:
+def sofa(room: RoomSet, at: tuple[float, float], rng: np.random.Generator) -> None:
     """A two-seat sofa, 1.75 × 0.8 m, its back along y = `at[1]`, facing +Y from x = `at[0]`."""
     foot = Pose.from_yaw(0.0, (*at, 0.0))
     cloth, legs = fabric(rng, (86, 120, 124), mm_per_px=5.0), wood(rng, (150, 110, 74))
@@ -293,7 +293,7 @@ def sofa(room: Set, at: tuple[float, float], rng: np.random.Generator) -> None:
     room.solid((at[0], at[1], 0.5), (at[0] + 1.75, at[1] + 0.2, 0.85))
 
 
-def monitor(room: Set, stand: Pose, rng: np.random.Generator) -> None:
+def monitor(room: RoomSet, stand: Pose, rng: np.random.Generator) -> None:
     """A desktop monitor and keyboard; the pose is on the desk under the screen, facing its +X."""
     dark = plain((38, 40, 44))
     upright = Pose(
@@ -311,17 +311,12 @@ def monitor(room: Set, stand: Pose, rng: np.random.Generator) -> None:
     for row in range(5):
         for column in range(15):
             keys[5 + 11 * row : 14 + 11 * row, 6 + 12 * column : 16 + 12 * column] = 84
-    board_low, board_high = (0.26, -0.2, 0.0), (0.40, 0.2, 0.016)
-    top = quad(
-        (board_low[0], board_low[1], 0.016), (0, 0.4, 0), (0.14, 0, 0),
-        material=picture(keys[:, ::-1]),
-    )  # fmt: skip
-    side = box(board_low, board_high, material=dark, faces="+x-x+y-y")
-    del board_high
+    top = quad((0.26, -0.2, 0.016), (0, 0.4, 0), (0.14, 0, 0), material=picture(keys[:, ::-1]))
+    side = box((0.26, -0.2, 0.0), (0.40, 0.2, 0.016), material=dark, faces="+x-x+y-y")
     room.add(*screen, *placed([*back, *neck, *plate, top, *side], stand))
 
 
-def desk_lamp(room: Set, at: tuple[float, float, float]) -> None:
+def desk_lamp(room: RoomSet, at: tuple[float, float, float]) -> None:
     """A small lamp with a cone shade, unlit."""
     foot = Pose.from_yaw(0.0, at)
     steel, shade = plain((60, 62, 66)), plain((214, 170, 70))
@@ -336,7 +331,7 @@ def desk_lamp(room: Set, at: tuple[float, float, float]) -> None:
     room.add(*placed(parts, foot))
 
 
-def papers(room: Set, at: Pose, rng: np.random.Generator) -> None:
+def papers(room: RoomSet, at: Pose, rng: np.random.Generator) -> None:
     """A small pile of printed sheets, 6 mm high."""
     sheet = np.full((*size_px(0.21, 0.297, 1.5), 3), 240, dtype=np.uint8)
     for row in range(12):

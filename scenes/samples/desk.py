@@ -12,7 +12,7 @@ from scenes.pose import Pose
 from scenes.samples import decor, wall_art
 from scenes.samples.atlas import mesh_from_surfaces
 from scenes.samples.cache import StaticPart, cached
-from scenes.samples.furniture import Set, shelf_unit, table
+from scenes.samples.furniture import RoomSet, shelf_unit, table
 from scenes.samples.light import lit
 from scenes.samples.movables import book, mug, parcel
 from scenes.samples.shapes import STATIC_CELL_M
@@ -52,7 +52,7 @@ def _objects() -> tuple[PhysicalObject, ...]:
 
 def _static_part() -> StaticPart:
     rng = np.random.default_rng(2026)
-    room = Set()
+    room = RoomSet()
     floor = parquet(rng, (186, 150, 110), mm_per_px=4.0)(*(BOX.high - BOX.low)[:2].tolist())
     shell(room, BOX, rng, floor=floor, walls={"+y": (214, 204, 186)})
     lights = [

@@ -13,7 +13,7 @@ from scenes.samples.shapes import Material, Surface, box
 
 
 @dataclass(slots=True)
-class Set:
+class RoomSet:
     """What a room is put together from while it is built.
 
     Attributes:
@@ -53,7 +53,7 @@ class Set:
 
 
 def table(
-    room: Set,
+    room: RoomSet,
     low: Sequence[float],
     high: Sequence[float],
     *,
@@ -74,7 +74,7 @@ def table(
 
 
 def shelf_unit(
-    room: Set,
+    room: RoomSet,
     low: Sequence[float],
     high: Sequence[float],
     *,

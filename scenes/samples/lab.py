@@ -12,7 +12,7 @@ from scenes.pose import Pose
 from scenes.samples import decor, wall_art
 from scenes.samples.atlas import mesh_from_surfaces
 from scenes.samples.cache import StaticPart, cached
-from scenes.samples.furniture import Set, shelf_unit, table
+from scenes.samples.furniture import RoomSet, shelf_unit, table
 from scenes.samples.light import AreaLight, lit
 from scenes.samples.movables import book, chair, stool
 from scenes.samples.shapes import Picture
@@ -54,7 +54,7 @@ def _objects() -> tuple[PhysicalObject, ...]:
 
 def _static_part() -> StaticPart:
     rng = np.random.default_rng(2025)
-    room = Set()
+    room = RoomSet()
     boards = parquet(rng, (196, 158, 114), mm_per_px=3.0)
     floor = floor_with_rug(BOX, boards, RUG_LOW, RUG_HIGH, wall_art.rug, rng)
     shell(room, BOX, rng, floor=floor, walls={"+y": (196, 208, 204)})
@@ -68,7 +68,7 @@ def _static_part() -> StaticPart:
     return StaticPart(mesh, tuple(room.solids), codes)
 
 
-def _window_and_lamps(room: Set, rng: np.random.Generator) -> list[AreaLight]:
+def _window_and_lamps(room: RoomSet, rng: np.random.Generator) -> list[AreaLight]:
     daylight = decor.window(room, BOX.wall("-x", 0.55, 1.62), (1.9, 1.35), rng, power=14.0)
     decor.radiator(room, BOX.wall("-x", 0.55, 0.40), (1.3, 0.5))
     lamps = [
@@ -81,7 +81,7 @@ def _window_and_lamps(room: Set, rng: np.random.Generator) -> list[AreaLight]:
     return [daylight, *lamps]
 
 
-def _on_the_walls(room: Set, rng: np.random.Generator) -> tuple[QrCode, ...]:
+def _on_the_walls(room: RoomSet, rng: np.random.Generator) -> tuple[QrCode, ...]:
     def poster(side: str, along: float, z: float, size: tuple[float, float], art: Picture) -> None:
         room.add(
             *decor.board(BOX.wall(side, along, z), size, art, edge=(52, 50, 48), frame_m=0.025)
@@ -109,7 +109,7 @@ def _on_the_walls(room: Set, rng: np.random.Generator) -> tuple[QrCode, ...]:
     return tuple(codes)
 
 
-def _along_the_far_wall(room: Set, rng: np.random.Generator) -> None:
+def _along_the_far_wall(room: RoomSet, rng: np.random.Generator) -> None:
     birch = wood(rng, (226, 208, 176))
     decor.plant(room, (-2.6, 2.1), rng)
     low, high = (0.5, 2.1, 0.0), (1.7, 2.48, 0.5)
@@ -144,7 +144,7 @@ def _along_the_far_wall(room: Set, rng: np.random.Generator) -> None:
     decor.books_on_board(room, 2.4, 2.84, 2.45, boards[4], rng)
 
 
-def _desk(room: Set, rng: np.random.Generator) -> None:
+def _desk(room: RoomSet, rng: np.random.Generator) -> None:
     table(room, DESK_LOW, DESK_HIGH, top=wood(rng, (206, 168, 122)), legs=plain((64, 66, 70)))
     top = DESK_HIGH[2]
     decor.monitor(room, Pose.from_yaw(math.radians(172), (2.80, -0.27, top)), rng)

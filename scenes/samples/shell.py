@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.pose import Pose
-from scenes.samples.furniture import Set
+from scenes.samples.furniture import RoomSet
 from scenes.samples.shapes import Material, Picture, quad
 from scenes.samples.textures import FloatArray, Rgb, picture, plain, plaster
 
@@ -41,7 +41,7 @@ class Shell:
 
 
 def shell(
-    room: Set,
+    room: RoomSet,
     inside: Shell,
     rng: np.random.Generator,
     *,

@@ -22,7 +22,8 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from studio.app.orbit import Orbit
 
 BACKDROP = QColor(14, 16, 20)
-CAPTION = QColor(154, 160, 170)
+CAPTION = QColor(214, 218, 224)
+CAPTION_GROUND = QColor(14, 16, 20, 170)
 STEP_M, FAST, SLOW = 0.12, 4.0, 0.25
 WHEEL_STEP = 120.0
 FLIGHT = {
@@ -73,8 +74,10 @@ class PicturePane(QWidget):
             width, height = scale * self._image.width(), scale * self._image.height()
             left, top = (self.width() - width) / 2, (self.height() - height) / 2
             painter.drawImage(QRectF(left, top, width, height), self._image)
+        width = painter.fontMetrics().horizontalAdvance(self._caption)
+        painter.fillRect(0, 0, width + 20, 28, CAPTION_GROUND)
         painter.setPen(CAPTION)
-        painter.drawText(10, 20, self._caption)
+        painter.drawText(10, 19, self._caption)
         painter.end()
 
 

@@ -170,6 +170,7 @@ class StudioWindow(QMainWindow):
     def closeEvent(self, event: QCloseEvent) -> None:
         """Cancel, wait for the threads, close."""
         self._timer.stop()
+        self.hide()  # at once, also where the session takes a while to stop
         self._job.cancel()
         if self._painter is not None:
             self._painter.stop()

@@ -17,7 +17,6 @@ from scenes.pose import Pose
 from scenes.render.native import NativeRenderer
 from scenes.state import SceneState, TrackState
 from studio.overlay import STATE_COLOURS, draw_avatar, draw_footprint
-from studio.pipeline import CancelledError
 from studio.progress import Progress
 from studio.rehearsal import Performance, perform
 from studio.session import Session, SessionOutput, SessionPlan, open_session
@@ -93,8 +92,6 @@ class SceneJob:
                 self._see_session(session)
                 session.run(self._see, cancelled=self._cancelled)
                 progress.finish()
-        except (CancelledError, ValueError, OSError) as error:
-            self.failure = error
         except Exception as error:  # noqa: BLE001 - raised again where the window is closed
             self.failure = error
 

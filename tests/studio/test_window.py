@@ -104,3 +104,65 @@ def test_an_error_is_shown_in_words(play):
 
     window = play(inputs=broken)
     play.until(lambda: "the camera fell over" in window.line)
+
+
+@pytest.fixture
+def close_when(application):
+    """Closes every window as soon as a condition on the open one holds, or after 30 s."""
+    from PySide6.QtCore import QTimer
+
+    timer, started = QTimer(), time.monotonic()
+
+    def arm(condition):
+        def look():
+            windows = [w for w in application.topLevelWidgets() if hasattr(w, "job")]
+            late = time.monotonic() - started > 30
+            for window in windows:
+                if window.isVisible() and (late or condition(window)):
+                    window.close()
+
+        timer.timeout.connect(look)
+        timer.start(20)
+
+    yield arm
+    timer.stop()
+
+
+def test_a_replay_in_a_window_is_compared_to_its_end(tiny, monkeypatch, close_when):
+    from studio.app import window, worker
+
+    monkeypatch.setattr(worker, "open_session", tiny.session)
+    close_when(lambda w: w.line == "ready")
+    seen = []
+    window.replay_in_window(SessionPlan(methods=("own",)), seen.append)
+    assert [output.input.frame.seq for output in seen] == list(range(tiny.frames))
+
+
+def test_closing_a_rehearsal_early_is_a_cancellation(tiny, tmp_path, monkeypatch, close_when):
+    from studio import rehearsal
+    from studio.app import window
+
+    monkeypatch.setattr(rehearsal, "open_session", tiny.session)
+    close_when(lambda w: w.camera.has_picture)
+    with pytest.raises(KeyboardInterrupt):
+        window.rehearse_in_window(SessionPlan(), tmp_path / "demo")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_scene_opens_and_can_be_looked_at(tiny, tmp_path, close_when):
+    from scenes.package import save_package
+    from studio.app.window import open_window
+
+    save_package(tiny.scene, tmp_path / "room")
+    looked = []
+    close_when(lambda w: w.twin.has_picture and not looked.append(w.line))
+    assert open_window(str(tmp_path / "room"), rehearse_to=tmp_path / "out") == 0
+    assert looked
+
+
+def test_a_missing_scene_is_an_error_of_the_caller(tmp_path, close_when):
+    from studio.app.window import open_window
+
+    close_when(lambda w: w.line.startswith("✗"))
+    with pytest.raises(ValueError, match="nowhere"):
+        open_window(str(tmp_path / "nowhere"), rehearse_to=tmp_path / "out")

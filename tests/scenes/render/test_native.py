@@ -109,6 +109,36 @@ def test_no_sample_falls_on_the_wrong_side_of_the_step(native, reference, wild_c
     assert np.abs(rendering.alpha - reference.render(objects, camera, pose).alpha).max() <= 2e-5
 
 
+def test_agrees_on_splats_of_equal_depth(native, reference, wild_cloud):
+    def sheet(seed):
+        cloud = wild_cloud(80, seed=seed, spread_m=0.4)
+        means = cloud.means.copy()
+        means[:, 2] = 2.0
+        return SplatCloud(
+            means, np.maximum(cloud.scales, 0.1), cloud.rotations, cloud.opacities, cloud.sh
+        )
+
+    objects = [PosedSplats(sheet(seed), Pose.identity()) for seed in (1, 2)]
+    camera = Pinhole.from_fov(60, 50, 0.6)
+    assert_agrees(native.render(objects, camera, HERE), reference.render(objects, camera, HERE))
+
+
+def test_agrees_where_only_tails_reach_the_picture(native, reference, wild_cloud, camera):
+    """Many chunks, most of them outside: none that still touches the border may be dropped."""
+    cloud = wild_cloud(4000, seed=13, spread_m=1.5)
+    rng = np.random.default_rng(5)
+    fuzzy = SplatCloud(
+        cloud.means,
+        rng.uniform(0.05, 0.15, (4000, 3)).astype(np.float32),
+        cloud.rotations,
+        np.full(4000, 0.02, dtype=np.float32),
+        cloud.sh,
+    )
+    objects = [PosedSplats(fuzzy, Pose.identity())]
+    pose = Pose(np.eye(3), [0.0, 0.0, -1.5])
+    assert_agrees(native.render(objects, camera, pose), reference.render(objects, camera, pose))
+
+
 def test_agrees_where_tiles_saturate(native, reference, wild_cloud):
     cloud = wild_cloud(1500, seed=11, spread_m=0.3)
     objects = [PosedSplats(cloud, Pose.identity())]
