@@ -175,8 +175,10 @@ class Rig:
 
 def pixel_centres(camera: Camera) -> FloatArray:
     """(H·W, 2) pixel centres in row-major order."""
-    x, y = np.meshgrid(np.arange(camera.width_px) + 0.5, np.arange(camera.height_px) + 0.5)
-    return np.stack([x.ravel(), y.ravel()], axis=1)
+    columns = np.arange(camera.width_px, dtype=np.float64) + 0.5
+    rows = np.arange(camera.height_px, dtype=np.float64) + 0.5
+    x, y = np.meshgrid(columns, rows)
+    return np.asarray(np.stack([x.ravel(), y.ravel()], axis=1), dtype=np.float64)
 
 
 def camera_to_json(camera: Pinhole | Fisheye) -> dict[str, Any]:

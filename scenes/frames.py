@@ -27,6 +27,9 @@ RDF_FROM_RUB = _axes((1, 0, 0), (0, -1, 0), (0, 0, -1))
 WORLD_FROM_FORWARD_CAMERA = _axes((1, 0, 0), (0, 0, 1), (0, -1, 0))
 """Orientation of a level camera that looks along world +Y with its x axis along world +X."""
 
+WORLD_FROM_BOARD_FACING_X = _axes((0, 0, 1), (1, 0, 0), (0, 1, 0))
+"""A board (x right, y up, z out of it) that stands upright and faces world +X."""
+
 FRONT_FROM_BACK_LENS = _axes((-1, 0, 0), (0, 1, 0), (0, 0, -1))
 """The back lens of a 360° camera looks the other way: half a turn about the camera's y axis."""
 

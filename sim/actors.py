@@ -9,11 +9,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.mesh import PhysicalObject, PhysicalRoom
+from scenes.mesh import PhysicalRoom
 from scenes.pose import Pose, wrap_angle
 from sim.actions import Action, Carry, Hide, Push, Stand, Turn, Walk
-from sim.bodies import UNIT_BOX_CORNERS
+from sim.grip import Grip, side_extent, side_to_push
 from sim.paths import FreeFloor, free_floor, walking_path
+from sim.planar import bearing, direction, level, towards, turned
 from sim.posture import (
     FULL_STRIDE_M,
     SIDES,
@@ -39,8 +40,8 @@ CAMERA_MARGIN_M = 0.25
 STUCK_M = 0.10
 PUSH_TIME_LIMIT_S = 12.0
 PRESS_M = 0.006
-"""How far below their height pushing hands aim: pressing down on the near edge keeps things upright,
-as people do without thinking."""
+"""How far below their height pushing hands aim: pressing down on the near edge keeps things
+upright, as people do without thinking."""
 
 STEER_RAD_S = 0.6
 MAX_LEAD_RAD = 0.15
@@ -170,7 +171,7 @@ class Actor:
         rest = self.posture_at_rest()
         for hand, side in zip(b.hands, SIDES, strict=True):
             goal = resting_hand(rest, side) if hand.wanted is None else hand.wanted
-            hand.position = _towards(hand.position, goal, HAND_SPEED_M_S * TICK_S + walked_m)
+            hand.position = towards(hand.position, goal, HAND_SPEED_M_S * TICK_S + walked_m)
         if all(hand.wanted is None for hand in b.hands):
             lean, crouch = 0.03 + 0.06 * stride, 0.0
         else:
@@ -206,7 +207,7 @@ class Actor:
         if slow_at_end:
             limit = min(limit, math.sqrt(2.0 * ACCELERATION_M_S2 * distance) + 0.05)
         b.speed_m_s = min(limit, b.speed_m_s + ACCELERATION_M_S2 * TICK_S)
-        b.position = _towards(b.position, corner, b.speed_m_s * TICK_S)
+        b.position = towards(b.position, corner, b.speed_m_s * TICK_S)
 
     def _face(self, yaw: float) -> Script:
         b = self._body
@@ -229,11 +230,11 @@ class Actor:
 
     def _push(self, world: World, action: Push) -> Script:
         thing = self._room.object_by_id(action.object)
-        grip = _side_to_push(thing, world.object_pose(action.object), np.array(action.to))
+        grip = side_to_push(thing, world.object_pose(action.object), np.array(action.to))
         heading = world.object_pose(action.object).yaw() + grip.object_yaw
         centre = world.object_pose(action.object).translation[:2]
         back_off = grip.depth_m + REACH_M
-        yield from self._walk(world, centre - back_off * _direction(heading), None, action.object)
+        yield from self._walk(world, centre - back_off * direction(heading), None, action.object)
         yield from self._face(heading)
         ready = grip.depth_m + HAND_RADIUS_M + 0.04
         self._place_hands(centre, heading, ready, grip)
@@ -241,7 +242,7 @@ class Actor:
         for hand in self._body.hands:
             hand.solid = True
         yield f"pushes {action.object}"
-        yield from self._drive(world, action, grip, centre - 0.04 * _direction(heading), heading)
+        yield from self._drive(world, action, grip, centre - 0.04 * direction(heading), heading)
         yield f"lets go of {action.object}"
         for hand in self._body.hands:
             hand.solid = False
@@ -249,7 +250,7 @@ class Actor:
         yield from self._stand(0.25)
 
     def _drive(
-        self, world: World, action: Push, grip: _Grip, centre: Vector, heading: float
+        self, world: World, action: Push, grip: Grip, centre: Vector, heading: float
     ) -> Script:
         """Push like a car: forward along the heading, steering the object towards the goal."""
         goal = np.array(action.to)
@@ -259,7 +260,7 @@ class Actor:
             way = goal - pose.translation[:2]
             distance = float(np.linalg.norm(way))
             nearest = min(nearest, distance)
-            ahead = float(way @ _direction(heading))
+            ahead = float(way @ direction(heading))
             if ahead <= 0.01 or distance > nearest + 0.05 or self._is_stuck(world):
                 return
             limit = min(action.speed_m_s, math.sqrt(1.2 * ahead) + 0.03)
@@ -270,9 +271,9 @@ class Actor:
             # Hands that turn faster than the object follows would slip off its side.
             lead = wrap_angle(heading - pose.yaw() - grip.object_yaw)
             heading += float(np.clip(lead, -MAX_LEAD_RAD, MAX_LEAD_RAD)) - lead
-            centre = centre + speed * TICK_S * _direction(heading)
+            centre = centre + speed * TICK_S * direction(heading)
             self._place_hands(centre, heading, grip.depth_m + HAND_RADIUS_M, grip, PRESS_M)
-            self._body.position = centre - (grip.depth_m + REACH_M) * _direction(heading)
+            self._body.position = centre - (grip.depth_m + REACH_M) * direction(heading)
             self._body.yaw = heading
             for hand in self._body.hands:
                 if hand.wanted is not None:
@@ -283,13 +284,13 @@ class Actor:
         thing = self._room.object_by_id(action.object)
         pose = world.object_pose(action.object)
         away = pose.translation[:2] - self._body.position
-        grip = _side_to_push(thing, pose, pose.translation[:2] + away)
+        grip = side_to_push(thing, pose, pose.translation[:2] + away)
         heading = pose.yaw() + grip.object_yaw
         centre = pose.translation[:2].copy()
-        stand = centre - (grip.depth_m + REACH_M) * _direction(heading)
+        stand = centre - (grip.depth_m + REACH_M) * direction(heading)
         yield from self._walk(world, stand, None, action.object)
         yield from self._face(heading)
-        flank = _side_extent(thing, grip.object_yaw + 0.5 * math.pi, grip.height_m)
+        flank = side_extent(thing, grip.object_yaw + 0.5 * math.pi, grip.height_m)
         radius = flank + HAND_RADIUS_M
         gap = 0.04
         total = math.radians(action.by_deg)
@@ -297,8 +298,8 @@ class Actor:
         # The left hand pushes on the far left corner or the near one, the right hand opposite.
         lever = 0.6 * grip.depth_m
         for hand, side in zip(self._body.hands, SIDES, strict=True):
-            hand.wanted = _level(
-                centre + _turned(np.array([-side * sign * lever, side * (radius + gap)]), heading),
+            hand.wanted = level(
+                centre + turned(np.array([-side * sign * lever, side * (radius + gap)]), heading),
                 grip.height_m,
             )
         yield from self._wait_for_hands()
@@ -320,11 +321,11 @@ class Actor:
         sign = math.copysign(1.0, total)
         ticks = max(1, round(abs(total) / 1.1 / TICK_S))
         for k in range(ticks + 1):
-            turned = heading + total * k / ticks
+            angle = heading + total * k / ticks
             pressed = radius + 0.04 - 0.055 * min(1.0, k * TICK_S / 0.15)
             for hand, side in zip(self._body.hands, SIDES, strict=True):
                 local = np.array([-side * sign * lever, side * pressed])
-                hand.wanted = _level(centre + _turned(local, turned), height)
+                hand.wanted = level(centre + turned(local, angle), height)
                 hand.position = hand.wanted
             yield None
 
@@ -333,7 +334,7 @@ class Actor:
         thickness = self._room.object_by_id(action.object).box_m[2]
         goal = np.array([*action.to, pose.translation[2]])
         yield from self._walk(world, self._beside(world, pose.translation[:2]), None)
-        yield from self._face(_bearing(self._body.position, pose.translation[:2]))
+        yield from self._face(bearing(self._body.position, pose.translation[:2]))
         hand = self._body.hands[1]
         hold = np.array([0.0, 0.0, thickness + GRASP_HEIGHT_M])
         lift = np.array([0.0, 0.0, LIFT_M])
@@ -347,7 +348,7 @@ class Actor:
         if self._floor(world, None).is_clear(self._body.position, stand):
             yield from self._sidestep(hand, over, stand, math.radians(action.turn_deg))
         else:
-            yield from self._bring(world, hand, stand, _bearing(stand, goal[:2]))
+            yield from self._bring(world, hand, stand, bearing(stand, goal[:2]))
             yield from self._sidestep(hand, over, stand, math.radians(action.turn_deg))
         yield from self._reach(hand, goal + hold + (0.0, 0.0, RELEASE_GAP_M), speed=0.35)
         yield from self._stand(0.1)
@@ -362,7 +363,7 @@ class Actor:
         """Move what is held straight to `over` while the feet go straight to `stand`."""
         b = self._body
         from_hand, from_feet, from_yaw, from_turn = hand.position, b.position, b.yaw, hand.yaw
-        face = wrap_angle(_bearing(stand, over[:2]) - from_yaw)
+        face = wrap_angle(bearing(stand, over[:2]) - from_yaw)
         seconds = max(
             float(np.linalg.norm(stand - from_feet)) / 0.8,
             float(np.linalg.norm(over - from_hand)) / 0.6,
@@ -391,7 +392,7 @@ class Actor:
     def _reach(self, hand: _Hand, point: Vector, speed: float = 0.7) -> Script:
         hand.wanted = hand.position if hand.wanted is None else hand.wanted
         while float(np.linalg.norm(point - hand.wanted)) > 1e-6:
-            hand.wanted = _towards(hand.wanted, point, speed * TICK_S)
+            hand.wanted = towards(hand.wanted, point, speed * TICK_S)
             yield None
         while float(np.linalg.norm(point - hand.position)) > 1e-3:
             yield None
@@ -407,11 +408,11 @@ class Actor:
             yield None
 
     def _place_hands(
-        self, centre: Vector, heading: float, behind_m: float, grip: _Grip, press_m: float = 0.0
+        self, centre: Vector, heading: float, behind_m: float, grip: Grip, press_m: float = 0.0
     ) -> None:
         for hand, side in zip(self._body.hands, SIDES, strict=True):
             local = np.array([-behind_m, side * grip.half_spread_m])
-            hand.wanted = _level(centre + _turned(local, heading), grip.height_m - press_m)
+            hand.wanted = level(centre + turned(local, heading), grip.height_m - press_m)
 
     def _is_stuck(self, world: World) -> bool:
         """Whether a hand has been held back by something that does not give way."""
@@ -441,71 +442,3 @@ class Actor:
             radius = 0.5 * min(thing.box_m[:2])
             obstacles.append((world.object_pose(ignore).translation[:2], radius))
         return free_floor(self._room, obstacles)
-
-
-@dataclass(frozen=True, slots=True)
-class _Grip:
-    """How an object is pushed.
-
-    Attributes:
-        object_yaw: heading of the push in the object's frame, radians; a multiple of 90°.
-        depth_m: from the centre back to the surface the hands touch.
-        half_spread_m: half the distance between the hands.
-        height_m: of the hands above the floor.
-    """
-
-    object_yaw: float
-    depth_m: float
-    half_spread_m: float
-    height_m: float
-
-
-def _side_to_push(thing: PhysicalObject, world_from_object: Pose, goal: Vector) -> _Grip:
-    """The side from which the goal lies most nearly straight ahead."""
-    bearing = _bearing(world_from_object.translation[:2], goal)
-    quarter = 0.5 * math.pi
-    object_yaw = quarter * round((bearing - world_from_object.yaw()) / quarter)
-    height = min(0.455, 0.965 * thing.box_m[2])
-    width = thing.box_m[1] if round(object_yaw / quarter) % 2 == 0 else thing.box_m[0]
-    return _Grip(
-        wrap_angle(object_yaw),
-        _side_extent(thing, object_yaw + math.pi, height),
-        0.28 * width,
-        float(world_from_object.translation[2]) + height,
-    )
-
-
-def _side_extent(thing: PhysicalObject, object_yaw: float, height_m: float) -> float:
-    """How far the boxes at hand height reach from the centre in a direction, metres."""
-    direction = _direction(object_yaw)
-    reaches = []
-    for part in thing.parts:
-        corners = part.object_from_box @ (UNIT_BOX_CORNERS * np.asarray(part.half_size_m))
-        low, high = corners[:, 2].min(), corners[:, 2].max()
-        if low < height_m + 0.7 * HAND_RADIUS_M and high > height_m - 0.7 * HAND_RADIUS_M:
-            reaches.append(float((corners[:, :2] @ direction).max()))
-    return max(reaches) if reaches else 0.5 * max(thing.box_m[:2])
-
-
-def _direction(yaw: float) -> Vector:
-    return np.array([math.cos(yaw), math.sin(yaw)])
-
-
-def _bearing(from_xy: Vector, to_xy: Vector) -> float:
-    way = to_xy - from_xy
-    return math.atan2(float(way[1]), float(way[0]))
-
-
-def _turned(local: Vector, yaw: float) -> Vector:
-    c, s = math.cos(yaw), math.sin(yaw)
-    return np.array([c * local[0] - s * local[1], s * local[0] + c * local[1]])
-
-
-def _level(xy: Vector, height_m: float) -> Vector:
-    return np.array([xy[0], xy[1], height_m])
-
-
-def _towards(here: Vector, goal: Vector, step_m: float) -> Vector:
-    way = goal - here
-    distance = float(np.linalg.norm(way))
-    return goal.copy() if distance <= step_m else here + way * (step_m / distance)

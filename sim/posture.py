@@ -83,7 +83,7 @@ def part_poses(posture: Posture) -> tuple[Pose, ...]:
     head = Pose(_pitched(0.55 * posture.lean_rad), torso @ np.array([0.0, 0.0, SPINE_M + 0.035]))
     poses = [pelvis, torso, head]
     for side, hand in zip(SIDES, (posture.left_hand, posture.right_hand), strict=True):
-        shoulder = torso @ np.array([0.0, side * SHOULDER_HALF_M, SPINE_M - SHOULDER_DROP_M])
+        shoulder = torso @ _shoulder_on_spine(side)
         poses += _arm(shoulder, person_from_world @ hand, side)
     for side in SIDES:
         poses += _leg(pelvis @ np.array([0.0, side * HIP_HALF_M, -0.02]), posture, side)
@@ -112,17 +112,18 @@ def bend_to_reach(position: Vector, yaw: float, left: Vector, right: Vector) -> 
         lean = MAX_LEAN_RAD * float(effort)
         crouch = MAX_CROUCH_M * float(max(0.0, effort - 0.35) / 0.65)
         hips = np.array([-0.12 * math.sin(lean), 0.0, PELVIS_M - crouch])
+        bent = Pose(_pitched(lean), hips)
         distances = [
-            np.linalg.norm(
-                hips
-                + _pitched(lean) @ np.array([0.0, s * SHOULDER_HALF_M, SPINE_M - SHOULDER_DROP_M])
-                - hand
-            )
-            for s, hand in zip(SIDES, hands, strict=True)
+            np.linalg.norm(bent @ _shoulder_on_spine(side) - hand)
+            for side, hand in zip(SIDES, hands, strict=True)
         ]
         if max(distances) <= reach:
             return lean, crouch
     return MAX_LEAN_RAD, MAX_CROUCH_M
+
+
+def _shoulder_on_spine(side: float) -> Vector:
+    return np.array([0.0, side * SHOULDER_HALF_M, SPINE_M - SHOULDER_DROP_M])
 
 
 def _arm(shoulder: Vector, hand: Vector, side: float) -> list[Pose]:

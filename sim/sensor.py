@@ -111,4 +111,5 @@ def _falloff(lens: Fisheye, strength: float) -> NDArray[np.uint8]:
     share = 1.0 - strength * np.clip(radius, 0.0, 1.0) ** 2.5
     edge = np.clip((1.0 - radius) * 220.0, 0.0, 1.0)
     light = np.where(lens_circle(lens), share * edge, 0.0)
-    return cv2.merge([np.round(255.0 * light).astype(np.uint8)] * 3)
+    grey = np.round(255.0 * light).astype(np.uint8)
+    return np.ascontiguousarray(np.repeat(grey[:, :, None], 3, axis=2))

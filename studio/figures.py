@@ -26,6 +26,9 @@ INK = "#010203"
 COLOURS = ("#1f88d1", "#d98a00", "#12a37c", "#c96fa4", "#d9601f", "#56b4e9", "#8a78ba")
 """One per object: Okabe and Ito's hues, which colour-blind eyes tell apart, for light and dark."""
 
+SMALLEST_SHOWN = 0.05
+"""Centimetres or degrees: lower end of the error charts, whose scale is logarithmic."""
+
 OWN, OTHER = "#1f88d1", "#d9601f"
 _STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",
@@ -167,22 +170,25 @@ def _draw_errors(
     column: str,
     bar: float,
 ) -> None:
-    top = 2.0 * bar
+    top = 3.0 * bar
     styles = ((OWN, 1.6), (OTHER, 1.0), (INK, 0.8))
     for (name, board), (colour, width) in zip(boards.items(), styles, strict=False):
         samples = [s for s in board.samples(model.object_id) if s.counted]
         times = np.array([s.t_ns / 1e9 for s in samples])
-        values = np.array([getattr(s.error, column) for s in samples])
+        values = np.array([getattr(s.error, column) for s in samples]).clip(SMALLEST_SHOWN)
         axes.plot(times, values, color=colour, linewidth=width, label=name)
+        top = max(top, 1.3 * float(values.max(initial=0.0)))
         if name == next(iter(boards)):
-            top = max(top, 1.1 * float(values.max(initial=0.0)))
             hidden = np.array([s.visible < VISIBLE_FRACTION for s in samples], dtype=bool)
             axes.fill_between(
                 times, 0, 1, where=hidden, transform=axes.get_xaxis_transform(),
                 color=INK, alpha=0.1, linewidth=0, step="mid",
             )  # fmt: skip
     axes.axhline(bar, color=INK, linewidth=0.8, linestyle="--")
-    axes.set_ylim(0, top)
+    axes.set_yscale("log")
+    axes.set_ylim(SMALLEST_SHOWN, top)
+    axes.yaxis.set_major_formatter("{x:g}")
+    axes.minorticks_off()
     axes.grid(visible=True, axis="y")
     axes.margins(x=0)
 
@@ -193,6 +199,7 @@ def _style() -> AbstractContextManager[None]:
 
 def _say(axes: Axes, text: str) -> None:
     axes.set_yticks([])
+    axes.tick_params(bottom=False)
     axes.spines[:].set_visible(False)
     axes.text(0.5, 0.5, text, ha="center", va="center", transform=axes.transAxes, fontsize=9)
 

@@ -14,6 +14,7 @@ import numpy as np
 from PIL import Image
 
 from scenes.render.native import NativeRenderer
+from scenes.state import ObjectModel
 from studio import figures
 from studio.evaluate.scores import ROOM_BAR_CM, ROOM_BAR_DEG, VISIBLE_FRACTION, Score, ScoreBoard
 from studio.film import Picture
@@ -106,7 +107,7 @@ def verdict(report: Report) -> Verdict:
     things = "object" if count == 1 else "objects"
     detail = (
         f"{count} moved {things} followed within {every.world_cm.mean:.1f} cm on average "
-        f"over {frames}, hidden spans included."
+        f"over {frames}, hidden spans included{_worst(board)}."
     )
     if missed:
         names = ", ".join(_plain_name(row) for row in missed)
@@ -114,6 +115,20 @@ def verdict(report: Report) -> Verdict:
         headline = "One figure misses its bar" if one else f"{len(missed)} figures miss their bars"
         return Verdict("fail", headline, f"{detail} Missed: {names}.")
     return Verdict("pass", "The rehearsal went well", detail)
+
+
+def _worst(board: ScoreBoard) -> str:
+    """The object that was followed worst, where there are several."""
+    means = {m.name: score.world_cm.mean for m, score in _moved_scores(board)}
+    if len(means) < 2:
+        return ""
+    name = max(means, key=lambda key: means[key])
+    return f"; worst is {name} with {means[name]:.1f} cm"
+
+
+def _moved_scores(board: ScoreBoard) -> list[tuple[ObjectModel, Score]]:
+    scores = [(model, board.object_score(model.object_id)) for model in board.moved()]
+    return [(model, score) for model, score in scores if score is not None]
 
 
 def _plain_name(row: Row) -> str:

@@ -1,4 +1,7 @@
-"""A first, coarse step: slide the drawn silhouette over the picture to where it covers most."""
+"""A first, coarse step: slide the drawn object over the picture to where it fits best.
+
+A plain object is slid by its silhouette, a textured one by its picture.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.pose import Pose
+from scenes.render.renderer import Rendering
 from tracking.evidence import Evidence
 from tracking.model import TrackModel
 
@@ -20,6 +24,11 @@ REACH_SHARE = 0.22
 
 LEAST_GAIN = 0.12
 """A slide must cover this much more of the silhouette to be worth it."""
+
+TEMPLATE_BLUR_PX = 0.8
+DETAIL_PX = 3.0
+LEAST_CORRELATION = 0.3
+"""A textured object's picture must correlate this well with the live one to be slid there."""
 
 LEAST_SHIFT_PX = 3.0
 STEEPEST_M = 0.6
@@ -40,9 +49,7 @@ def silhouette_shift(evidence: Evidence, alpha: FloatArray) -> NDArray[np.float6
     vote = cv2.resize(vote, size, interpolation=cv2.INTER_AREA)
     drawn = cv2.resize(alpha, size, interpolation=cv2.INTER_AREA)
     reach = max(2, int(REACH_SHARE * size[0]))
-    framed = cv2.copyMakeBorder(
-        vote, reach, reach, reach, reach, cv2.BORDER_CONSTANT, value=-0.35
-    )
+    framed = cv2.copyMakeBorder(vote, reach, reach, reach, reach, cv2.BORDER_CONSTANT, value=-0.35)
     covered = cv2.matchTemplate(framed, drawn, cv2.TM_CCORR)
     covered = np.asarray(covered, dtype=np.float64) / max(float(drawn.sum()), 1.0)
     offsets = np.arange(-reach, reach + 1) / reach
@@ -53,6 +60,62 @@ def silhouette_shift(evidence: Evidence, alpha: FloatArray) -> NDArray[np.float6
     if gain < LEAST_GAIN or float(np.linalg.norm(shift)) < LEAST_SHIFT_PX:
         return None
     return shift
+
+
+def detail(picture: FloatArray, inside: NDArray[np.bool_]) -> FloatArray:
+    """(H, W, 3) fine structure of a picture, as if nothing were outside: what a pattern is known by."""
+    share = inside.astype(np.float32)[..., None]
+    around = cv2.GaussianBlur(share, (0, 0), DETAIL_PX)[..., None] + np.float32(1e-3)
+    coarse = cv2.GaussianBlur(picture * share, (0, 0), DETAIL_PX) / around
+    fine = cv2.GaussianBlur(picture, (0, 0), TEMPLATE_BLUR_PX)
+    return np.asarray((fine - coarse) * share, dtype=np.float32)
+
+
+def texture_shift(evidence: Evidence, drawn: Rendering) -> tuple[NDArray[np.float64], float] | None:
+    """(2,) pixels by which the drawn picture should be slid, and its correlation there, -1..1.
+
+    Args:
+        evidence: the crop.
+        drawn: the object alone; None is returned if nothing of it is in the crop.
+    """
+    rows = np.flatnonzero((drawn.alpha > 0.5).any(axis=1))
+    columns = np.flatnonzero((drawn.alpha > 0.5).any(axis=0))
+    if len(rows) < 4 or len(columns) < 4:
+        return None
+    part = (slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1))
+    inside = drawn.alpha > 0.5
+    picture = detail(drawn.rgb, inside)[part]
+    live = detail(evidence.live, np.ones_like(inside))
+    mask = np.repeat(inside[part].astype(np.float32)[..., None], 3, axis=2)
+    match = cv2.matchTemplate(live, picture, cv2.TM_CCOEFF_NORMED, mask=mask)
+    match = np.where(np.isfinite(match) & (np.abs(match) <= 1.0), match, -1.0)
+    y, x = np.mgrid[0 : match.shape[0], 0 : match.shape[1]].astype(np.float64)
+    apart = np.hypot(x - columns[0], y - rows[0]) / max(match.shape)
+    row, column = np.unravel_index(np.argmax(match - 0.1 * apart**2), match.shape)
+    shift = np.array([column - columns[0], row - rows[0]], dtype=np.float64)
+    return shift, float(match[row, column])
+
+
+def slide(
+    pose: Pose, drawn: Rendering, evidence: Evidence, model: TrackModel, *, grounded: bool
+) -> Pose:
+    """The pose whose picture fits the crop best without turning or scaling it.
+
+    Args:
+        pose: before.
+        drawn: the object at that pose.
+        evidence: the crop.
+        model: the object.
+        grounded: slide along the support plane; otherwise at the same distance from the camera.
+    """
+    if model.textured:
+        found = texture_shift(evidence, drawn)
+        if found is not None and found[1] > LEAST_CORRELATION:
+            return shifted(pose, found[0], evidence, model, grounded=grounded)
+    shift = silhouette_shift(evidence, drawn.alpha)
+    if shift is None:
+        return pose
+    return shifted(pose, shift, evidence, model, grounded=grounded)
 
 
 def shifted(

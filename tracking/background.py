@@ -238,4 +238,3 @@ def _robust_linear(
         weighted = a * weight[:, None]
         x = np.linalg.solve(weighted.T @ a + 1e-9 * np.eye(3), weighted.T @ b)
     return x
-

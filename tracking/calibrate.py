@@ -139,7 +139,9 @@ def _prepare(
     plate = np.clip(drawn.rgb, 0, 1)
     exposure = fit_exposure(frame.images[index], plate, drawn.alpha)
     y, x = np.mgrid[0 : camera.height_px, 0 : camera.width_px].astype(np.float32)
-    radius2 = ((x + 0.5) / camera.width_px * 2 - 1) ** 2 + ((y + 0.5) / camera.height_px * 2 - 1) ** 2
+    radius2 = ((x + 0.5) / camera.width_px * 2 - 1) ** 2 + (
+        (y + 0.5) / camera.height_px * 2 - 1
+    ) ** 2
     plate = expose(plate, exposure, radius2=radius2)
     grey = _detail(cv2.cvtColor(plate, cv2.COLOR_RGB2GRAY), blur)
     live = cv2.cvtColor(frame.images[index], cv2.COLOR_RGB2GRAY).astype(np.float32) / 255.0

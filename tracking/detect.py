@@ -104,9 +104,7 @@ class BackgroundDetector:
         return tuple(found)
 
 
-def _claim(
-    view: RectifiedView, foreground: BoolArray, candidate: Expected
-) -> NDArray[np.float32]:
+def _claim(view: RectifiedView, foreground: BoolArray, candidate: Expected) -> NDArray[np.float32]:
     """(H, W) how strongly an object claims each pixel: colour likeness times nearness."""
     claim = np.zeros(foreground.shape, np.float32)
     height, width = foreground.shape

@@ -23,6 +23,9 @@ FloatArray = NDArray[np.float32]
 NEIGHBOUR_NOISE = 0.06
 """Standard deviation between a drawn neighbour and its live picture, of a 0..1 channel."""
 
+OUTSIDE_M = 0.02
+"""How far outside the room's walls an object's origin may be measured."""
+
 LIKENESS_GAIN = 3.0
 """Colours with a third of the full likeness already count as the object's own."""
 
@@ -66,6 +69,7 @@ class Scene:
         plates: the empty room.
         exposures: one per lens.
         renderer: draws splats.
+        bounds_m: (2, 3) lowest and highest corner of the room.
     """
 
     frame: Frame
@@ -73,6 +77,13 @@ class Scene:
     plates: Plates
     exposures: tuple[Exposure, ...]
     renderer: Renderer
+    bounds_m: NDArray[np.float64]
+
+    def holds(self, pose: Pose) -> bool:
+        """Whether something at a pose is inside the room."""
+        place = pose.translation
+        low, high = self.bounds_m[0] - OUTSIDE_M, self.bounds_m[1] + OUTSIDE_M
+        return bool((place >= low).all() and (place <= high).all())
 
 
 Neighbour = tuple[TrackModel, Pose]
@@ -156,4 +167,3 @@ def _with_neighbours(
     own_depth = float((view.world_from_camera.inverse() @ view.target)[2])
     nearer = drawn.alpha * ((drawn.depth > 0) & (drawn.depth < own_depth))
     return expected.astype(np.float32), noise.astype(np.float32), nearer.astype(np.float32)
-

@@ -18,7 +18,16 @@ from tracking.metrics import ROUND
 from tracking.model import TrackModel
 from tracking.recover import find, overview
 from tracking.smooth import Motion, pose_vector, vector_pose
-from tracking.solve import COLD_REACHES, HALO_M, HALO_SIGMA_M, TRACKING_REACHES, Fit, Prior, solve
+from tracking.solve import (
+    COLD_REACHES,
+    HALO_M,
+    HALO_SIGMA_M,
+    SLID_REACHES,
+    TRACKING_REACHES,
+    Fit,
+    Prior,
+    solve,
+)
 
 FloatArray = NDArray[np.float32]
 
@@ -28,9 +37,12 @@ HOLD_BELOW = 0.42
 CONVINCING = 0.55
 """Below this share, other places and yaws are tried as well."""
 
-CONVINCING_LIKENESS = 0.3
-LEAST_LIKENESS = 0.2
+CONVINCING_LIKENESS = 0.38
+LEAST_LIKENESS = 0.35
 """What the likeness of a textured object must reach to convince, and to be believed at all."""
+
+FAR_PRICE = 0.012
+"""Quality that a pose costs per squared standard deviation from its prediction."""
 
 LEAST_VISIBLE = 0.15
 """Below this visible fraction nothing is measured."""
@@ -64,6 +76,7 @@ CONTACT_SIGMA_M = 0.003
 CARRIED_SIGMA_M = 0.08
 SNAP_M = 0.03
 REACHABLE_M = 0.15
+LIFTED_M = 0.015
 """A small object nearer than the first to a support is first taken to stand on it, nearer than the
 second perhaps."""
 
@@ -207,7 +220,7 @@ def follow(task: Task, unchanged: bool) -> Track:
         task.scene, task.model, view_of(task.scene, task.model, predicted), task.neighbours
     )
     fit = _measure(task, evidence, predicted)
-    if _believable(fit):
+    if _believable(fit) and not _is_doubtful(task, fit):
         return _accept(task, evidence, fit)
     if task.is_first and fit.covered_fraction < 0.5:
         return _search(task)
@@ -276,15 +289,44 @@ def _measure(task: Task, evidence: Evidence, predicted: Pose) -> Fit:
     # Not where it was expected: slide it there first, then try other yaws too.
     turns = (0.0,) if task.model.symmetry == ROUND or _believable(best) else (0.0, 0.35, -0.35)
     for belief in beliefs:
+        free = belief.sigma[2] > CONTACT_SIGMA_M
         wide = replace(belief, sigma=belief.sigma * np.array([2.0, 2.0, 1.0, 2.0]))
         for turn in turns:
             start = vector_pose(pose_vector(predicted) + np.array([0.0, 0.0, 0.0, turn]))
-            other = _try(task, evidence, start, wide, reaches_px=COLD_REACHES, slide=True)
-            if other.quality > best.quality + 0.03:
+            reaches = SLID_REACHES if task.model.textured else COLD_REACHES
+            other = _try(task, evidence, start, wide, reaches_px=reaches, slide=True)
+            if free and not _is_lifted(task, other.pose):
+                continue
+            margin = 0.06 if _believable(best) else 0.02
+            if _worth(other, belief) > _worth(best, beliefs[0]) + margin:
                 best = other
-            if _convincing(best):
-                return best
     return best
+
+
+def _is_doubtful(task: Task, fit: Fit) -> bool:
+    """Whether a believable fit is still too weak for where it is: in the air, or after a gap."""
+    if not task.scene.holds(fit.pose):
+        return True
+    small = task.model.source.box_m[2] < HEAVY_HEIGHT_M
+    if not (small and task.model.textured):
+        return False
+    unsure = task.track.missed_frames > 0
+    lifted = _is_lifted(task, fit.pose)
+    wanted = LEAST_LIKENESS + 0.05 * lifted + 0.05 * unsure
+    return fit.likeness < wanted or (unsure and fit.agreement < CONVINCING)
+
+
+def _is_lifted(task: Task, pose: Pose) -> bool:
+    """Whether an object hangs clearly above every support it is near to: things do not sink in."""
+    height = float(pose.translation[2])
+    return all(height - z > LIFTED_M or z - height > REACHABLE_M for z in task.supports_m)
+
+
+def _worth(fit: Fit, belief: Prior) -> float:
+    """Quality less the price of being far from what was expected."""
+    apart = pose_vector(fit.pose) - belief.mean
+    apart[3] = wrap_angle(float(apart[3]))
+    return fit.quality - FAR_PRICE * min(float(((apart / belief.sigma) ** 2).sum()), 9.0)
 
 
 def _try(
@@ -399,7 +441,12 @@ def _search(task: Task) -> Track:
     if task.model.source.box_m[2] >= HEAVY_HEIGHT_M:
         heights = (task.model.source.support_z_m,)
     fit = find(
-        task.scene, overview(task.scene), task.model, task.neighbours, supports_m=heights
+        task.scene,
+        overview(task.scene),
+        task.model,
+        task.neighbours,
+        supports_m=heights,
+        last=track.pose.translation,
     )
     searched = replace(track, searched_ns=now, rest=None)
     if fit is None:

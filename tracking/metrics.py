@@ -60,7 +60,11 @@ class Spread:
 
 
 def pose_error(
-    estimated: Pose, true: Pose, *, symmetry: int = 1, centre_m: tuple[float, float, float] = (0, 0, 0)
+    estimated: Pose,
+    true: Pose,
+    *,
+    symmetry: int = 1,
+    centre_m: tuple[float, float, float] = (0, 0, 0),
 ) -> PoseError:
     """Compare two `world_from_object` poses.
 

@@ -22,7 +22,7 @@ RENDER_OPTIONS = RenderOptions(threads=1, antialias=True)
 
 SYMMETRY_YAWS = 24
 SYMMETRY_SIZE_PX = 96
-TEXTURED_VARIATION = 0.08
+TEXTURED_VARIATION = 0.1
 """Standard deviation of fine inner colour structure, 0..1, above which an object is textured."""
 
 ROUND_DIFFERENCE = 0.04

@@ -157,9 +157,7 @@ class PaperTracker:
         }
         return PaperState(MappingProxyType({}), MappingProxyType(tracks), None, None)
 
-    def step(
-        self, state: PaperState, frame: Frame, now_ns: int
-    ) -> tuple[PaperState, TrackOutput]:
+    def step(self, state: PaperState, frame: Frame, now_ns: int) -> tuple[PaperState, TrackOutput]:
         """Detect in one frame; estimate the poses that are due.
 
         Raises:
@@ -179,7 +177,9 @@ class PaperTracker:
         for source in self._objects:
             track_2d = tracks_2d.get(source.object_id)
             if track_2d is not None and _due(track_2d, tracks[source.object_id], frame.t_ns):
-                track, done = self._estimate(source, tracks[source.object_id], track_2d, view, frame)
+                track, done = self._estimate(
+                    source, tracks[source.object_id], track_2d, view, frame
+                )
                 tracks[source.object_id] = track
                 if done:
                     tracks_2d[source.object_id] = settle(track_2d)
@@ -296,9 +296,7 @@ class PaperTracker:
             np.array([*place, yaw]), observed, lambda vector: draw(pose_of(vector))[1]
         )
         kalman = track.kalman.update(pose_of(best))
-        glide = Glide(
-            track.glide.at(frame.t_ns), kalman.pose(), frame.t_ns, frame.t_ns + UPDATE_NS
-        )
+        glide = Glide(track.glide.at(frame.t_ns), kalman.pose(), frame.t_ns, frame.t_ns + UPDATE_NS)
         return PaperTrack(kalman, glide, frame.t_ns), True
 
 

@@ -17,12 +17,13 @@ from numpy.typing import NDArray
 
 from scenes.cameras import Fisheye
 from scenes.pose import Pose
+from tracking.align import shifted, texture_shift
 from tracking.background import difference, expose
 from tracking.evidence import Evidence, Neighbour, Scene, gather, view_of
 from tracking.metrics import ROUND
 from tracking.model import TrackModel
 from tracking.smooth import pose_vector
-from tracking.solve import COLD_REACHES, Fit, Prior, draw, solve
+from tracking.solve import COLD_REACHES, SLID_REACHES, Fit, Prior, draw, solve
 
 FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]
@@ -33,14 +34,20 @@ SEARCH_SIZE_PX = 480
 GRID_M = 0.12
 REACH_M = 4.5
 PLACES = 5
+BESIDE_M = 0.35
+TRUSTED_PX = 600
 YAWS = 12
 REFINED = 3
+REFINED_TEXTURED = 12
+"""How many of the tried poses are refined; patterns match in many places at first."""
+
 
 LEAST_DENSITY = 0.25
 """A place is proposed if at least this share of its box looks like the object."""
 
 ACCEPTED_AGREEMENT = 0.5
 ACCEPTED_QUALITY = 0.35
+ACCEPTED_LIKENESS = 0.45
 """What a refined pose must reach to be believed."""
 
 
@@ -98,7 +105,7 @@ def find(
     neighbours: Sequence[Neighbour],
     *,
     supports_m: Sequence[float],
-    around: Points | None = None,
+    last: Points,
     reach_m: float = REACH_M,
 ) -> Fit | None:
     """The best pose of an object anywhere on the given heights, or None if none is convincing.
@@ -109,21 +116,25 @@ def find(
         model: the object.
         neighbours: other objects, whose places are taken.
         supports_m: heights of the planes it may stand on.
-        around: (2,) centre of the search on the floor plan; the camera by default.
-        reach_m: how far from there.
+        last: (3,) where it was seen last; tried as well.
+        reach_m: how far from the camera to search.
     """
-    centre = scene.world_from_rig.translation[:2] if around is None else around
+    centre = scene.world_from_rig.translation[:2]
     places = propose_places(
         scene, look, model, neighbours, supports_m=supports_m, around=centre, reach_m=reach_m
     )
+    if model.textured:
+        places += _beside(last, supports_m)
     tried: list[tuple[float, Pose, Evidence]] = []
     for place in places:
         rough = Pose.from_yaw(0.0, place)
         evidence = gather(scene, model, view_of(scene, model, rough), neighbours)
-        tried += [(score, pose, evidence) for score, pose in _try_yaws(scene, model, evidence, place)]
+        tried += [
+            (score, pose, evidence) for score, pose in _try_yaws(scene, model, evidence, place)
+        ]
     tried.sort(key=lambda item: -item[0])
     best: Fit | None = None
-    for _, pose, evidence in tried[:REFINED]:
+    for _, pose, evidence in tried[: REFINED_TEXTURED if model.textured else REFINED]:
         sigma = np.array([0.25, 0.25, 0.003, 0.6])
         prior = Prior(pose_vector(pose), sigma)
         fit = solve(
@@ -132,14 +143,22 @@ def find(
             pose,
             prior,
             scene.renderer,
-            reaches_px=COLD_REACHES,
+            reaches_px=SLID_REACHES if model.textured else COLD_REACHES,
             slide_first=True,
         )
         if best is None or fit.quality > best.quality:
             best = fit
     if best is None or best.agreement < ACCEPTED_AGREEMENT or best.quality < ACCEPTED_QUALITY:
         return None
-    return best
+    alike = not model.textured or best.likeness >= ACCEPTED_LIKENESS
+    return best if alike and scene.holds(best.pose) else None
+
+
+def _beside(last: Points, supports_m: Sequence[float]) -> list[Points]:
+    """The last place and four around it, on the nearest support: a crop there shows them all."""
+    height = min(supports_m, key=lambda z: abs(z - last[2]))
+    steps = [(0.0, 0.0)] + [(a, b) for a in (-BESIDE_M, BESIDE_M) for b in (-BESIDE_M, BESIDE_M)]
+    return [np.array([last[0] + a, last[1] + b, height]) for a, b in steps]
 
 
 def propose_places(
@@ -156,7 +175,9 @@ def propose_places(
     steps = np.arange(-reach_m, reach_m + 1e-9, GRID_M)
     x, y = np.meshgrid(around[0] + steps, around[1] + steps)
     flat = np.stack([x.ravel(), y.ravel()], axis=1)
-    flat = flat[np.hypot(*(flat - around).T) <= reach_m]
+    low, high = scene.bounds_m[:, :2]
+    inside = (flat > low).all(axis=1) & (flat < high).all(axis=1)
+    flat = flat[inside & (np.hypot(*(flat - around).T) <= reach_m)]
     places = np.concatenate(
         [np.column_stack([flat, np.full(len(flat), z)]) for z in sorted(set(supports_m))]
     )
@@ -209,7 +230,20 @@ def _try_yaws(
     scene: Scene, model: TrackModel, evidence: Evidence, place: Points
 ) -> list[tuple[float, Pose]]:
     poses = [Pose.from_yaw(float(yaw), place) for yaw in yaw_starts(model)]
-    return [(silhouette_score(evidence, model, pose, scene), pose) for pose in poses]
+    if not model.textured:
+        return [(silhouette_score(evidence, model, pose, scene), pose) for pose in poses]
+    tried = []
+    for pose in poses:
+        drawn = draw(model, pose, evidence, scene.renderer)
+        found = texture_shift(evidence, drawn)
+        if found is None:
+            continue
+        # A few pixels match anything: a correlation counts by what it is made of.
+        trust = min(1.0, math.sqrt(float((drawn.alpha > 0.5).sum()) / TRUSTED_PX))
+        moved = shifted(pose, found[0], evidence, model, grounded=True)
+        if scene.holds(moved):
+            tried.append((found[1] * trust, moved))
+    return tried
 
 
 def _own(look: Overview, index: int, model: TrackModel) -> FloatArray:

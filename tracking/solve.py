@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scenes.pose import Pose, wrap_angle
 from scenes.render.renderer import Rendering, Renderer
 from tracking.contour import Contour, Texture, contour_points, texture_points
-from tracking.align import shifted, silhouette_shift
+from tracking.align import detail, slide
 from tracking.metrics import ROUND
 from tracking.model import RENDER_OPTIONS, TrackModel
 from tracking.evidence import Evidence
@@ -108,6 +108,9 @@ class Fit:
 TRACKING_REACHES = (9.0, 4.0, 2.5)
 """Search distances in pixels of the rounds of a frame-to-frame solve."""
 
+SLID_REACHES = (4.5, 3.0, 2.5)
+"""The same after a textured object was slid onto its picture."""
+
 COLD_REACHES = (16.0, 10.0, 5.0, 2.5)
 """The same for a pose that is only roughly known."""
 
@@ -143,10 +146,8 @@ def solve(
         if float(drawn.alpha.max()) < 0.5:
             break
         if slide_first and reach == reaches_px[0]:
-            shift = silhouette_shift(evidence, drawn.alpha)
-            if shift is not None:
-                pose = shifted(pose, shift, evidence, model, grounded=prior.sigma[2] < GROUNDED_M)
-                drawn = draw(model, pose, evidence, renderer)
+            pose = slide(pose, drawn, evidence, model, grounded=prior.sigma[2] < GROUNDED_M)
+            drawn = draw(model, pose, evidence, renderer)
         contour, texture = _features(drawn, evidence, pose, use_texture=use_texture)
         for _ in range(3 if reach <= 4 else 2):
             px_per_m = _px_per_m(evidence, model, pose)
@@ -203,7 +204,9 @@ def judge(
     silhouette = drawn.alpha > 0.5
     area = int(silhouette.sum())
     if area < 12:
-        return Fit(pose, covariance, 0.0, 0.0, 0.0, halo_m, halo_sigma_m, 0.0, model.textured, drawn)
+        return Fit(
+            pose, covariance, 0.0, 0.0, 0.0, halo_m, halo_sigma_m, 0.0, model.textured, drawn
+        )
     contour, _ = _features(drawn, evidence, pose, use_texture=False)
     offset_px = LOW_PASS_PX + halo_m * _px_per_m(evidence, model, pose)
     edges = measure_contour(evidence, contour, pose, reach_px=4.0, offset_px=offset_px)
@@ -218,7 +221,7 @@ def judge(
         float((foreign[silhouette] > 0.5).mean()),
         halo_m,
         halo_sigma_m,
-        _correlation(drawn, evidence, silhouette),
+        _correlation(model, drawn, evidence, silhouette),
         model.textured,
         drawn,
     )
@@ -292,14 +295,22 @@ def _with_symmetry(covariance: Points, model: TrackModel) -> Points:
 
 
 def _correlation(
-    drawn: Rendering, evidence: Evidence, silhouette: NDArray[np.bool_]
+    model: TrackModel, drawn: Rendering, evidence: Evidence, silhouette: NDArray[np.bool_]
 ) -> float:
-    """Correlation of drawn and live colours over the part of the silhouette that is shown."""
+    """Correlation of drawn and live colours over the part of the silhouette that is shown.
+
+    A pattern is known by its detail; of a plain object only the shading can be compared.
+    """
     shown = silhouette & (evidence.own > 0.35) & (evidence.hidden < 0.5)
     if shown.sum() < 20:
         return 0.0
-    a = cv2.GaussianBlur(drawn.rgb, (0, 0), 1.0)[shown].astype(np.float64)
-    b = cv2.GaussianBlur(evidence.live, (0, 0), 1.0)[shown].astype(np.float64)
+    if model.textured:
+        inside = drawn.alpha > 0.5
+        first, second = detail(drawn.rgb, inside), detail(evidence.live, inside)
+    else:
+        first = cv2.GaussianBlur(drawn.rgb, (0, 0), 1.0)
+        second = cv2.GaussianBlur(evidence.live, (0, 0), 1.0)
+    a, b = first[shown].astype(np.float64), second[shown].astype(np.float64)
     a, b = a - a.mean(axis=0), b - b.mean(axis=0)
     norm = float(np.sqrt((a * a).sum() * (b * b).sum()))
     return float((a * b).sum()) / norm if norm > 1e-9 else 0.0

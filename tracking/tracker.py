@@ -115,6 +115,12 @@ class Tracker:
         self._options = options or TrackerOptions()
         self._stopwatch = stopwatch
         self._models: tuple[TrackModel, ...] = tuple(make_model(o, renderer) for o in objects)
+        # A few stray splats hang outside every scan.
+        self._bounds_m = (
+            np.percentile(room.means.astype(np.float64), [0.2, 99.8], axis=0)
+            if len(room)
+            else np.array([[-np.inf] * 3, [np.inf] * 3])
+        )
         self._supports = tuple(sorted({FLOOR_M, *(o.support_z_m for o in objects)}))
 
     def start(self) -> TrackerState:
@@ -202,15 +208,20 @@ class Tracker:
         lenses: Sequence[int],
     ) -> Plates:
         """Plates with what this frame shows of the room, away from all objects."""
-        standing = [
-            PosedSplats(m.source.splats, tracks[m.object_id].pose) for m in self._models
-        ]
+        standing = [PosedSplats(m.source.splats, tracks[m.object_id].pose) for m in self._models]
         exposures = _exposures(frame, plates)
         return learn(plates, frame, exposures, standing, self._renderer, lenses=lenses)
 
     def _scene(self, frame: Frame, rig: RigState) -> Scene:
         exposures = _exposures(frame, rig.plates)
-        return Scene(frame, rig.calibration.world_from_rig, rig.plates, exposures, self._renderer)
+        return Scene(
+            frame,
+            rig.calibration.world_from_rig,
+            rig.plates,
+            exposures,
+            self._renderer,
+            self._bounds_m,
+        )
 
     def _task(
         self, scene: Scene, model: TrackModel, tracks: Mapping[str, Track], frames: int
@@ -228,9 +239,7 @@ class Tracker:
             use_texture=self._options.texture,
         )
 
-    def _neighbours(
-        self, model: TrackModel, tracks: Mapping[str, Track]
-    ) -> tuple[Neighbour, ...]:
+    def _neighbours(self, model: TrackModel, tracks: Mapping[str, Track]) -> tuple[Neighbour, ...]:
         """Where the other objects are, without those that are lost."""
         return tuple(
             (other, tracks[other.object_id].pose)
@@ -251,5 +260,10 @@ def _most_certain_first(
     models: Sequence[TrackModel], tracks: Mapping[str, Track]
 ) -> list[TrackModel]:
     """Resting objects before moving ones before lost ones, so that each sees settled neighbours."""
-    order = {TrackState.STATIC: 0, TrackState.TRACKED: 1, TrackState.OCCLUDED: 2, TrackState.LOST: 3}
+    order = {
+        TrackState.STATIC: 0,
+        TrackState.TRACKED: 1,
+        TrackState.OCCLUDED: 2,
+        TrackState.LOST: 3,
+    }
     return sorted(models, key=lambda m: order[tracks[m.object_id].state])

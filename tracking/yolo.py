@@ -126,15 +126,15 @@ def decode(
     found = []
     for i in left_over:
         row = kept[i]
-        mask, clipped = _mask(rows[row, -MASK_CHANNELS:], prototypes, corners[i], box, picture_size_px)
+        mask, clipped = _mask(
+            rows[row, -MASK_CHANNELS:], prototypes, corners[i], box, picture_size_px
+        )
         if mask.any():
             found.append(Detection(names[int(best[row])], float(score[row]), clipped, mask))
     return tuple(found)
 
 
-def suppress(
-    corners: FloatArray, scores: FloatArray, classes: NDArray[np.integer]
-) -> list[int]:
+def suppress(corners: FloatArray, scores: FloatArray, classes: NDArray[np.integer]) -> list[int]:
     """Non-maximum suppression per class: indices of the boxes to keep, best first."""
     order = list(np.argsort(-scores, kind="stable"))
     keep: list[int] = []
@@ -144,7 +144,8 @@ def suppress(
         order = [
             i
             for i in order
-            if classes[i] != classes[first] or _overlap(corners[i], corners[first]) <= LARGEST_OVERLAP
+            if classes[i] != classes[first]
+            or _overlap(corners[i], corners[first]) <= LARGEST_OVERLAP
         ]
     return keep
 
@@ -171,9 +172,7 @@ def _mask(
     x = ((np.arange(width) + 0.5) * box.scale + box.pad_x) * shrink - 0.5
     y = ((np.arange(height) + 0.5) * box.scale + box.pad_y) * shrink - 0.5
     map_x, map_y = np.meshgrid(x.astype(np.float32), y.astype(np.float32))
-    upsampled = cv2.remap(
-        logits, map_x, map_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
-    )
+    upsampled = cv2.remap(logits, map_x, map_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     pad = np.array([box.pad_x, box.pad_y, box.pad_x, box.pad_y])
     clipped = (corners.astype(np.float64) - pad) / box.scale
     clipped = np.clip(clipped, 0, [width, height, width, height])

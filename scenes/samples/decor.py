@@ -10,6 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from scenes import frames
 from scenes.mesh import QrCode
 from scenes.pose import Pose
 from scenes.samples import graphics, wall_art
@@ -34,7 +35,7 @@ WHITE: Rgb = (238, 238, 234)
 
 
 def board(
-    wall: Pose,
+    world_from_wall: Pose,
     size: tuple[float, float],
     front: Picture,
     *,
@@ -59,22 +60,29 @@ def board(
             ((w, -h, 0), (w + f, h, t)),
         ):
             sides += box(low, high, material=rim, faces="+x-x+y-y+z")
-    return placed([face, *sides], wall)
+    return placed([face, *sides], world_from_wall)
 
 
-def code(wall: Pose, payload: str, side_m: float) -> tuple[list[Surface], QrCode]:
+def code(world_from_wall: Pose, payload: str, side_m: float) -> tuple[list[Surface], QrCode]:
     """A printed QR code on card, with its quiet zone."""
     symbol = graphics.qr_symbol(payload, module_px=6)
     quiet = 4 * 6
     card = np.pad(symbol, ((quiet, quiet), (quiet, quiet), (0, 0)), constant_values=236)
     outer = side_m * card.shape[0] / symbol.shape[0]
     thickness = 0.006
-    face = wall @ Pose.from_yaw(0.0, (0.0, 0.0, thickness))
-    return board(wall, (outer, outer), card, thickness=thickness), QrCode(payload, side_m, face)
+    face = world_from_wall @ Pose.from_yaw(0.0, (0.0, 0.0, thickness))
+    return board(world_from_wall, (outer, outer), card, thickness=thickness), QrCode(
+        payload, side_m, face
+    )
 
 
 def window(
-    room: RoomSet, wall: Pose, size: tuple[float, float], rng: np.random.Generator, *, power: float
+    room: RoomSet,
+    world_from_wall: Pose,
+    size: tuple[float, float],
+    rng: np.random.Generator,
+    *,
+    power: float,
 ) -> AreaLight:
     """A two-leaf window with a sill and curtains; its light shines into the room."""
     w, h = size[0] / 2, size[1] / 2
@@ -99,9 +107,12 @@ def window(
         (-w - 0.5, h + 0.17, 0.1), (w + 0.5, h + 0.17, 0.1), width=0.022, depth=0.022,
         material=plain((90, 92, 96)), cell_m=STATIC_CELL_M,
     )  # fmt: skip
-    room.add(*placed(parts, wall))
-    corner = wall @ np.array([-w, -h, 0.012])
-    across, up = wall.rotation @ np.array([2 * w, 0, 0]), wall.rotation @ np.array([0, 2 * h, 0])
+    room.add(*placed(parts, world_from_wall))
+    corner = world_from_wall @ np.array([-w, -h, 0.012])
+    across, up = (
+        world_from_wall.rotation @ np.array([2 * w, 0, 0]),
+        world_from_wall.rotation @ np.array([0, 2 * h, 0]),
+    )
     return AreaLight(corner, across, up, (0.93 * power, power, 1.09 * power), (4, 4))
 
 
@@ -152,7 +163,7 @@ def ceiling_lamp(
     ]
 
 
-def door(wall: Pose, rng: np.random.Generator) -> list[Surface]:
+def door(world_from_wall: Pose, rng: np.random.Generator) -> list[Surface]:
     """A panelled door, 0.9 × 2.05 m; the wall pose is at its middle, on the floor."""
     h, w = 410, 180
     grey = np.full((h, w), 0.0, dtype=np.float32)
@@ -163,16 +174,20 @@ def door(wall: Pose, rng: np.random.Generator) -> list[Surface]:
             grey[top:bottom, left : left + 3] -= 0.10
             grey[bottom - 3 : bottom, left:right] += 0.05
     leaf = tinted((226, 220, 206), grey + rng.normal(0, 0.006, (h, w)).astype(np.float32))
-    at = wall @ Pose.from_yaw(0.0, (0.0, 1.025, 0.0))
-    parts = board(at, (0.9, 2.05), leaf, thickness=0.02, edge=(206, 200, 186), frame_m=0.07)
+    world_from_middle = world_from_wall @ Pose.from_yaw(0.0, (0.0, 1.025, 0.0))
+    parts = board(
+        world_from_middle, (0.9, 2.05), leaf, thickness=0.02, edge=(206, 200, 186), frame_m=0.07
+    )
     steel = plain((150, 152, 156))
     handle = [(0.37, 1.03, 0.02), (0.37, 1.03, 0.065), (0.26, 1.03, 0.065)]
     for a, b in pairwise(handle):
-        parts += placed(bar(a, b, width=0.018, depth=0.018, material=steel, radius=0.009), wall)
+        parts += placed(
+            bar(a, b, width=0.018, depth=0.018, material=steel, radius=0.009), world_from_wall
+        )
     return parts
 
 
-def radiator(room: RoomSet, wall: Pose, size: tuple[float, float]) -> None:
+def radiator(room: RoomSet, world_from_wall: Pose, size: tuple[float, float]) -> None:
     """A ribbed panel radiator, centred on the wall pose."""
     w, h = size[0] / 2, size[1] / 2
     columns = np.arange(round(size[0] * 400))
@@ -180,8 +195,10 @@ def radiator(room: RoomSet, wall: Pose, size: tuple[float, float]) -> None:
     front = tinted((232, 232, 228), np.broadcast_to(ribs, (12, len(columns))).astype(np.float32))
     faces = [quad((-w, h, 0.1), (2 * w, 0, 0), (0, -2 * h, 0), material=picture(front))]
     faces += box((-w, -h, 0.03), (w, h, 0.1), material=plain((206, 206, 202)), faces="+x-x+y-y")
-    room.add(*placed(faces, wall))
-    corners = np.stack([wall @ np.array([-w, -h, 0.0]), wall @ np.array([w, h, 0.1])])
+    room.add(*placed(faces, world_from_wall))
+    corners = np.stack(
+        [world_from_wall @ np.array([-w, -h, 0.0]), world_from_wall @ np.array([w, h, 0.1])]
+    )
     room.solid(corners.min(axis=0), corners.max(axis=0))
 
 
@@ -293,14 +310,13 @@ def sofa(room: RoomSet, at: tuple[float, float], rng: np.random.Generator) -> No
     room.solid((at[0], at[1], 0.5), (at[0] + 1.75, at[1] + 0.2, 0.85))
 
 
-def monitor(room: RoomSet, stand: Pose, rng: np.random.Generator) -> None:
+def monitor(room: RoomSet, world_from_stand: Pose, rng: np.random.Generator) -> None:
     """A desktop monitor and keyboard; the pose is on the desk under the screen, facing its +X."""
     dark = plain((38, 40, 44))
-    upright = Pose(
-        np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]), np.array([0.0, 0.0, 0.31])
-    )
+    stand_from_screen = Pose(frames.WORLD_FROM_BOARD_FACING_X.rotation, np.array([0.0, 0.0, 0.31]))
     screen = board(
-        stand @ upright, (0.58, 0.33), wall_art.editor_screen(rng, 464, 264), edge=(38, 40, 44),
+        world_from_stand @ stand_from_screen, (0.58, 0.33),
+        wall_art.editor_screen(rng, 464, 264), edge=(38, 40, 44),
         thickness=0.02, frame_m=0.012, glow=1.0,
     )  # fmt: skip
     back = box((-0.02, -0.30, 0.13), (0.0, 0.30, 0.49), material=dark, faces="-x+y-y+z-z")
@@ -313,7 +329,7 @@ def monitor(room: RoomSet, stand: Pose, rng: np.random.Generator) -> None:
             keys[5 + 11 * row : 14 + 11 * row, 6 + 12 * column : 16 + 12 * column] = 84
     top = quad((0.26, -0.2, 0.016), (0, 0.4, 0), (0.14, 0, 0), material=picture(keys[:, ::-1]))
     side = box((0.26, -0.2, 0.0), (0.40, 0.2, 0.016), material=dark, faces="+x-x+y-y")
-    room.add(*screen, *placed([*back, *neck, *plate, top, *side], stand))
+    room.add(*screen, *placed([*back, *neck, *plate, top, *side], world_from_stand))
 
 
 def desk_lamp(room: RoomSet, at: tuple[float, float, float]) -> None:
@@ -331,7 +347,7 @@ def desk_lamp(room: RoomSet, at: tuple[float, float, float]) -> None:
     room.add(*placed(parts, foot))
 
 
-def papers(room: RoomSet, at: Pose, rng: np.random.Generator) -> None:
+def papers(room: RoomSet, world_from_pile: Pose, rng: np.random.Generator) -> None:
     """A small pile of printed sheets, 6 mm high."""
     sheet = np.full((*size_px(0.21, 0.297, 1.5), 3), 240, dtype=np.uint8)
     for row in range(12):
@@ -342,6 +358,6 @@ def papers(room: RoomSet, at: Pose, rng: np.random.Generator) -> None:
             box((-0.105, -0.148, 0.0), (0.105, 0.148, 0.006), material=picture(sheet), faces="+z")
             + box((-0.105, -0.148, 0.0), (0.105, 0.148, 0.006), material=plain((226, 224, 218)),
                   faces="+x-x+y-y"),
-            at,
+            world_from_pile,
         )
     )  # fmt: skip

@@ -41,7 +41,9 @@ def test_exposure_is_found_in_spite_of_a_person(plate):
 
 
 def test_a_picture_of_nothing_keeps_the_plate(plate):
-    fit = fit_exposure(np.zeros((SIZE, SIZE, 3), np.uint8), plate, np.zeros((SIZE, SIZE), np.float32))
+    fit = fit_exposure(
+        np.zeros((SIZE, SIZE, 3), np.uint8), plate, np.zeros((SIZE, SIZE), np.float32)
+    )
     np.testing.assert_array_equal(fit.gain, np.ones(3))
 
 

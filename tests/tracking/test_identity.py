@@ -33,7 +33,11 @@ def test_gate(distance, found):
 
 @pytest.mark.parametrize(
     ("width", "visibility"),
-    [(40 * 1.19, Visibility.VISIBLE), (40 * 1.21, Visibility.PARTIAL), (40 * 0.79, Visibility.PARTIAL)],
+    [
+        (40 * 1.19, Visibility.VISIBLE),
+        (40 * 1.21, Visibility.PARTIAL),
+        (40 * 0.79, Visibility.PARTIAL),
+    ],
 )
 def test_size_change_means_partly_hidden(width, visibility):
     tracks = {"a": begin_track("a", detection(200, 200))}
@@ -41,14 +45,20 @@ def test_size_change_means_partly_hidden(width, visibility):
 
 
 def test_two_objects_keep_their_identity_whatever_the_order_of_the_detections():
-    tracks = {"a": begin_track("a", detection(100, 100)), "b": begin_track("b", detection(160, 100))}
+    tracks = {
+        "a": begin_track("a", detection(100, 100)),
+        "b": begin_track("b", detection(160, 100)),
+    }
     updated = update_tracks(tracks, [detection(150, 100), detection(115, 100)])
     assert updated["a"].centre_px[0] == 115
     assert updated["b"].centre_px[0] == 150
 
 
 def test_one_detection_serves_one_object_only():
-    tracks = {"a": begin_track("a", detection(100, 100)), "b": begin_track("b", detection(130, 100))}
+    tracks = {
+        "a": begin_track("a", detection(100, 100)),
+        "b": begin_track("b", detection(130, 100)),
+    }
     updated = update_tracks(tracks, [detection(105, 100)])
     assert updated["a"].visibility is Visibility.VISIBLE
     assert updated["b"].visibility is Visibility.HIDDEN

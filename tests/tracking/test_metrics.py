@@ -46,7 +46,9 @@ def test_spread_and_table():
     values = spread([1.0, 2.0, 3.0, 4.0])
     assert (values.mean, values.max, values.count) == (2.5, 4.0, 4)
     assert values.std == pytest.approx(math.sqrt(1.25))
-    table = error_table([pose_error(Pose.from_yaw(0.0, (x, 0, 0)), Pose.identity()) for x in (0.01, 0.03)])
+    table = error_table(
+        [pose_error(Pose.from_yaw(0.0, (x, 0, 0)), Pose.identity()) for x in (0.01, 0.03)]
+    )
     assert table["world_cm"].mean == pytest.approx(2.0)
     assert table["yaw_deg"].max == 0.0
 

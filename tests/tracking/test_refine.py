@@ -73,6 +73,8 @@ def test_powell_stays_in_its_bounds_and_gets_closer():
     best, loss = minimise_chamfer(start, observed, draw)
     assert loss < 0.3 * before
     bound = np.array([XY_BOUND_M, XY_BOUND_M, Z_BOUND_M, YAW_BOUND])
-    assert (np.abs(np.array(calls[2:]) - start) <= np.maximum(bound, np.abs(truth - start)) + 1e-9).all()
+    assert (
+        np.abs(np.array(calls[2:]) - start) <= np.maximum(bound, np.abs(truth - start)) + 1e-9
+    ).all()
     assert (np.abs(best - start) <= bound + 1e-9).all()
     assert len(calls) < 1.2 * MOST_DRAWINGS + 20

@@ -24,7 +24,9 @@ def rig_pictures(world_from_rig):
     return [picture_of_directions(LENS, world_from_rig @ pose) for pose in RIG.rig_from_lens]
 
 
-@pytest.mark.parametrize("target", [(3.0, 1.0, 0.5), (-2.0, -2.0, 0.2), (0.3, 2.0, 2.4), (0.0, -3.0, 1.0)])
+@pytest.mark.parametrize(
+    "target", [(3.0, 1.0, 0.5), (-2.0, -2.0, 0.2), (0.3, 2.0, 2.4), (0.0, -3.0, 1.0)]
+)
 def test_a_view_towards_a_point_shows_what_lies_there(target):
     world_from_rig = look_at(np.array([0.2, -0.1, 1.3]), np.array([1.0, 2.0, 1.3]))
     view = view_towards(RIG, world_from_rig, target, size_px=(64, 48))
@@ -63,7 +65,11 @@ def test_front_view_looks_along_the_front_lens():
 
 def test_directions_outside_the_lens_are_marked_and_black():
     narrow = Fisheye.from_fov(200, math.radians(90))
-    table = warp_table(narrow, view_towards(RIG, Pose.identity(), (0, 0, 1), size_px=(200, 200), focal_px=60.0).camera, Pose.identity())
+    table = warp_table(
+        narrow,
+        view_towards(RIG, Pose.identity(), (0, 0, 1), size_px=(200, 200), focal_px=60.0).camera,
+        Pose.identity(),
+    )
     assert table.valid[100, 100]
     assert not table.valid[0, 0]
     white = np.full((200, 200), 255, np.uint8)

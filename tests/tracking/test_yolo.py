@@ -96,7 +96,9 @@ def test_upright_pictures_are_padded_at_the_sides():
 
 
 def test_suppression_is_per_class_and_keeps_the_best():
-    corners = np.array([[0, 0, 10, 10], [1, 0, 11, 10], [20, 0, 30, 10], [0, 0, 10, 10]], np.float32)
+    corners = np.array(
+        [[0, 0, 10, 10], [1, 0, 11, 10], [20, 0, 30, 10], [0, 0, 10, 10]], np.float32
+    )
     scores = np.array([0.5, 0.9, 0.3, 0.4], np.float32)
     assert suppress(corners, scores, np.array([0, 0, 0, 1])) == [1, 3, 2]
 
