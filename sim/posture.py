@@ -32,7 +32,7 @@ MAX_CROUCH_M = 0.30
 SIDES = (1.0, -1.0)
 """Left, right: signs of the person's y axis (x forward, y left, z up)."""
 
-PART_NAMES = (
+PART_NAMES: tuple[str, ...] = (
     "pelvis", "torso", "head",
     "left-upper-arm", "left-forearm", "left-hand",
     "right-upper-arm", "right-forearm", "right-hand",

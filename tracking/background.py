@@ -17,6 +17,7 @@ from scenes.cameras import Rig
 from scenes.pose import Pose, rotation_angle
 from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
 from scenes.splats import SplatCloud
+from tracking.pictures import blurred, box_blurred, grey, slopes
 
 FloatArray = NDArray[np.float32]
 BoolArray = NDArray[np.bool_]
@@ -124,10 +125,8 @@ def render_plates(
 
 def plate_noise(image: FloatArray) -> FloatArray:
     """(H, W) standard deviation expected between a plate and a live picture of the same room."""
-    grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
-    gx = cv2.Sobel(grey, cv2.CV_32F, 1, 0, ksize=3, scale=0.125)
-    gy = cv2.Sobel(grey, cv2.CV_32F, 0, 1, ksize=3, scale=0.125)
-    slope = cv2.blur(np.hypot(gx, gy), (5, 5))
+    gx, gy = slopes(grey(image))
+    slope = box_blurred(np.hypot(gx, gy).astype(np.float32), 5)
     return np.sqrt(NOISE_FLOOR**2 + (MISALIGNMENT_PX * slope) ** 2).astype(np.float32)
 
 
@@ -184,7 +183,7 @@ def expose(plate: FloatArray, exposure: Exposure, *, radius2: FloatArray) -> Flo
     """
     falloff = exposure.falloff.astype(np.float32)
     gain = exposure.gain.astype(np.float32) + radius2[..., None].astype(np.float32) * falloff
-    return plate * gain + exposure.offset.astype(np.float32)
+    return np.asarray(plate * gain + exposure.offset.astype(np.float32), dtype=np.float32)
 
 
 def difference(live: FloatArray, expected: FloatArray, noise: FloatArray) -> Difference:
@@ -195,7 +194,7 @@ def difference(live: FloatArray, expected: FloatArray, noise: FloatArray) -> Dif
         expected: (H, W, 3) float32, the empty room at the same exposure.
         noise: (H, W) float32 standard deviation per channel.
     """
-    residual = cv2.GaussianBlur(live - expected, (3, 3), 0.8)
+    residual = np.asarray(cv2.GaussianBlur(live - expected, (3, 3), 0.8), dtype=np.float32)
     distance2 = np.einsum("hwc,hwc->hw", residual, residual) / (noise * noise)
     shadow = _shadow_likelihood(live, expected, noise)
     weighed = distance2 * (1.0 - SHADOW_DISCOUNT * shadow)
@@ -205,8 +204,7 @@ def difference(live: FloatArray, expected: FloatArray, noise: FloatArray) -> Dif
 
 def _shadow_likelihood(live: FloatArray, expected: FloatArray, noise: FloatArray) -> FloatArray:
     """(H, W) 0..1: the pixel looks like the same surface in other light."""
-    live = cv2.GaussianBlur(live, (5, 5), 1.2)
-    expected = cv2.GaussianBlur(expected, (5, 5), 1.2)
+    live, expected = blurred(live, 1.2), blurred(expected, 1.2)
     power = np.einsum("hwc,hwc->hw", expected, expected) + 1e-4
     ratio = np.einsum("hwc,hwc->hw", live, expected) / power
     hue = live - ratio[..., None] * expected
@@ -219,9 +217,8 @@ def _shadow_likelihood(live: FloatArray, expected: FloatArray, noise: FloatArray
     grey_live = np.log(np.maximum(live.mean(axis=2), 0.02))
     grey_expected = np.log(np.maximum(expected.mean(axis=2), 0.02))
     detail = grey_live - grey_expected
-    gx = cv2.Sobel(detail, cv2.CV_32F, 1, 0, ksize=3, scale=0.125)
-    gy = cv2.Sobel(detail, cv2.CV_32F, 0, 1, ksize=3, scale=0.125)
-    texture_change2 = cv2.blur(gx * gx + gy * gy, (3, 3)) / 0.05**2
+    gx, gy = slopes(detail)
+    texture_change2 = box_blurred((gx * gx + gy * gy).astype(np.float32), 3) / 0.05**2
     return (plausible * np.exp(-0.5 * hue2) * np.exp(-0.5 * texture_change2)).astype(np.float32)
 
 
@@ -236,5 +233,5 @@ def _robust_linear(
         scale = max(1.5 * float(np.median(np.abs(residual))), 0.01)
         weight = 1.0 / (1.0 + (residual / scale) ** 2) ** 2
         weighted = a * weight[:, None]
-        x = np.linalg.solve(weighted.T @ a + 1e-9 * np.eye(3), weighted.T @ b)
+        x[:] = np.linalg.solve(weighted.T @ a + 1e-9 * np.eye(3), weighted.T @ b)
     return x

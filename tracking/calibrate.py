@@ -21,6 +21,7 @@ from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
 from scenes.splats import SplatCloud
 from tracking.background import expose, fit_exposure
 from tracking.contour import sample
+from tracking.pictures import blurred, grey, resized, slopes
 
 FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]
@@ -143,26 +144,25 @@ def _prepare(
         (y + 0.5) / camera.height_px * 2 - 1
     ) ** 2
     plate = expose(plate, exposure, radius2=radius2)
-    grey = _detail(cv2.cvtColor(plate, cv2.COLOR_RGB2GRAY), blur)
+    drawn_detail = _detail(grey(plate), blur)
     live = cv2.cvtColor(frame.images[index], cv2.COLOR_RGB2GRAY).astype(np.float32) / 255.0
-    grey_live = _detail(live, blur)
-    gx = cv2.Sobel(grey, cv2.CV_32F, 1, 0, ksize=3, scale=0.125)
-    gy = cv2.Sobel(grey, cv2.CV_32F, 0, 1, ksize=3, scale=0.125)
+    live_detail = _detail(np.asarray(live, dtype=np.float32), blur)
+    gx, gy = slopes(drawn_detail)
     usable = (drawn.alpha > 0.95) & (drawn.depth > RANGE_M[0]) & (drawn.depth < RANGE_M[1])
     usable &= radius2 < (0.97 * camera.max_angle * camera.f_px * 2 / camera.width_px) ** 2
     usable &= _continuous(drawn.depth)
     facing = _facing(drawn.depth, camera.f_px)
     usable &= facing > LEAST_FACING
-    live_x = cv2.Sobel(grey_live, cv2.CV_32F, 1, 0, ksize=3, scale=0.125)
-    live_y = cv2.Sobel(grey_live, cv2.CV_32F, 0, 1, ksize=3, scale=0.125)
+    live_x, live_y = slopes(live_detail)
     # A scan's speckle is steep too; what counts is what is steep alike in both pictures.
     alike = np.sqrt(np.maximum(gx * live_x + gy * live_y, 0.0))
     rows, columns = _steepest(alike * facing, usable)
     rays = camera.unproject(np.stack([columns + 0.5, rows + 0.5], axis=1))
     points = world_from_lens @ (rays * drawn.depth[rows, columns].astype(np.float64)[:, None])
-    slopes = np.stack([gx + live_x, gy + live_y], axis=2)[rows, columns] * 0.5
+    steepness = np.stack([gx + live_x, gy + live_y], axis=2)[rows, columns] * np.float32(0.5)
     weights = facing[rows, columns].astype(np.float64) ** 2
-    return _Lens(camera, rig_from_lens, points, grey[rows, columns], slopes, weights, grey_live)
+    values = drawn_detail[rows, columns]
+    return _Lens(camera, rig_from_lens, points, values, steepness, weights, live_detail)
 
 
 def _facing(range_m: FloatArray, f_px: float) -> FloatArray:
@@ -171,20 +171,18 @@ def _facing(range_m: FloatArray, f_px: float) -> FloatArray:
     Splats that overlap on a slanted surface hide each other from behind, which slides its texture
     away from the viewer; a surface seen face on has no such error.
     """
-    smooth = cv2.GaussianBlur(range_m, (0, 0), 2.0)
-    gx = cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=3, scale=0.125)
-    gy = cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=3, scale=0.125)
+    smooth = blurred(range_m, 2.0)
+    gx, gy = slopes(smooth)
     slant = f_px * np.hypot(gx, gy) / np.maximum(smooth, 0.1)
     return (1.0 / np.sqrt(1.0 + slant * slant)).astype(np.float32)
 
 
-def _detail(grey: FloatArray, blur_px: float) -> FloatArray:
+def _detail(picture: FloatArray, blur_px: float) -> FloatArray:
     """The picture without its finest and its coarsest structure: no noise, no shadows, no lamps."""
-    fine = cv2.GaussianBlur(grey, (0, 0), blur_px)
-    size = (grey.shape[1], grey.shape[0])
-    half = cv2.resize(fine, (size[0] // 4, size[1] // 4), interpolation=cv2.INTER_AREA)
-    coarse = cv2.GaussianBlur(half, (0, 0), DETAIL_RATIO * blur_px / 4)
-    return fine - cv2.resize(coarse, size, interpolation=cv2.INTER_LINEAR)
+    fine = blurred(picture, blur_px)
+    size = (picture.shape[1], picture.shape[0])
+    coarse = blurred(resized(fine, (size[0] // 4, size[1] // 4)), DETAIL_RATIO * blur_px / 4)
+    return fine - resized(coarse, size)
 
 
 def _continuous(depth: FloatArray) -> NDArray[np.bool_]:

@@ -60,4 +60,4 @@ def _blur(table: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
     shape = moved.shape
     flat = np.ascontiguousarray(moved.reshape(-1, shape[-1]))
     blurred = cv2.GaussianBlur(flat, (5, 1), 0.8, borderType=cv2.BORDER_REPLICATE)
-    return np.moveaxis(blurred.reshape(shape), -1, axis)
+    return np.moveaxis(np.asarray(blurred, dtype=np.float64).reshape(shape), -1, axis)

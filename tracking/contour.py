@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scenes.cameras import Pinhole
 from scenes.pose import Pose
 from scenes.render.renderer import Rendering
+from tracking.pictures import blurred, slopes
 
 FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]
@@ -74,9 +75,7 @@ def contour_points(
         limit: keep about this many points, evenly.
     """
     alpha = drawn.alpha
-    smooth = cv2.GaussianBlur(alpha, (5, 5), 1.0)
-    slope_x = cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=3)
-    slope_y = cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=3)
+    slope_x, slope_y = slopes(blurred(alpha, 1.0))
     parts = [_crossings(alpha, slope_x, slope_y, axis) for axis in (0, 1)]
     pixels = np.concatenate([p[0] for p in parts])
     inside = np.concatenate([p[1] for p in parts])
@@ -114,19 +113,18 @@ def texture_points(
         limit: keep at most this many.
         least_slope: change per pixel, of a 0..1 channel, below which a pixel says nothing.
     """
-    slope_x = cv2.Sobel(picture, cv2.CV_32F, 1, 0, ksize=3, scale=0.125)
-    slope_y = cv2.Sobel(picture, cv2.CV_32F, 0, 1, ksize=3, scale=0.125)
+    slope_x, slope_y = slopes(picture)
     steep = np.sqrt((slope_x**2 + slope_y**2).sum(axis=2))
     inner = cv2.erode((drawn.alpha > 0.9).astype(np.uint8), np.ones((5, 5), np.uint8))
     rows, columns = np.nonzero((inner > 0) & (steep > least_slope))
     if len(rows) > limit:
         chosen = np.linspace(0, len(rows) - 1, limit).astype(int)
         rows, columns = rows[chosen], columns[chosen]
-    pixels = np.stack([columns + 0.5, rows + 0.5], axis=1)
+    pixels = np.stack([columns, rows], axis=1).astype(np.float64) + 0.5
     depth = drawn.depth[rows, columns].astype(np.float64)
-    slopes = np.stack([slope_x[rows, columns], slope_y[rows, columns]], axis=2)
+    steepness = np.stack([slope_x[rows, columns], slope_y[rows, columns]], axis=2)
     points = object_from_camera @ lift(camera, pixels, depth)
-    return Texture(points, picture[rows, columns], slopes)
+    return Texture(points, picture[rows, columns], steepness)
 
 
 def lift(camera: Pinhole, pixels: Points, depth_m: Points) -> Points:
@@ -151,7 +149,8 @@ def sample(image: FloatArray, pixels: Points) -> FloatArray:
         image, table[..., 0], table[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
     )
     channels = image.shape[2:]
-    return np.asarray(values.reshape(rows * width, *channels)[:count]).reshape(*shape, *channels)
+    flat = np.asarray(values, dtype=np.float32).reshape(rows * width, *channels)[:count]
+    return flat.reshape(*shape, *channels)
 
 
 def _crossings(
@@ -175,7 +174,7 @@ def _crossings(
     steeper = np.abs(gradient[:, axis]) >= np.abs(gradient[:, 1 - axis])
     if axis == 1:
         steeper = np.abs(gradient[:, 1]) > np.abs(gradient[:, 0])
-    good = (length > 1e-3) & steeper
+    good = (length > 1e-4) & steeper
     normals = -gradient[good] / length[good, None]
     return pixels[good], inside[good], normals
 

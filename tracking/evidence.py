@@ -160,10 +160,10 @@ def _with_neighbours(
     gain = exposure.gain.astype(np.float32)
     colours = drawn.rgb * gain + exposure.offset.astype(np.float32) * drawn.alpha[..., None]
     alpha = drawn.alpha[..., None]
-    expected = expected * (1 - alpha) + colours
+    behind = expected * (1 - alpha) + colours
     edge = cv2.dilate(drawn.alpha, np.ones((3, 3), np.uint8))
-    noise = np.maximum(noise, NEIGHBOUR_NOISE * edge)
+    rough = np.maximum(noise, NEIGHBOUR_NOISE * edge)
     # The crop is aimed at the object's centre: what is drawn nearer than that is in front of it.
     own_depth = float((view.world_from_camera.inverse() @ view.target)[2])
     nearer = drawn.alpha * ((drawn.depth > 0) & (drawn.depth < own_depth))
-    return expected.astype(np.float32), noise.astype(np.float32), nearer.astype(np.float32)
+    return behind.astype(np.float32), rough.astype(np.float32), nearer.astype(np.float32)

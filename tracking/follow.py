@@ -86,7 +86,7 @@ MOVING_SIGMA_M = 0.10
 MOVING_SIGMA_RAD = math.radians(14)
 """How far an object may be from its prediction, as standard deviations."""
 
-SEARCH_PERIOD_NS = 600_000_000
+SEARCH_PERIOD_NS = 800_000_000
 """A lost object is searched for at most this often."""
 
 LOST_AFTER = 12
@@ -312,7 +312,7 @@ def _is_doubtful(task: Task, fit: Fit) -> bool:
         return False
     unsure = task.track.missed_frames > 0
     lifted = _is_lifted(task, fit.pose)
-    wanted = LEAST_LIKENESS + 0.05 * lifted + 0.05 * unsure
+    wanted = LEAST_LIKENESS + 0.05 * lifted + 0.12 * unsure
     return fit.likeness < wanted or (unsure and fit.agreement < CONVINCING)
 
 

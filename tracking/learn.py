@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from devices.messages import Frame
 from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
 from tracking.background import Exposure, Plates, plate_noise
+from tracking.pictures import box_blurred, resized
 
 FloatArray = NDArray[np.float32]
 
@@ -98,12 +99,11 @@ def _learn_lens(
     neutral = (live.astype(np.float32) / 255.0 - exposure.offset.astype(np.float32)) / gain
     residual = neutral - plate
     small = (width // SHRINK, height // SHRINK)
-    small_residual = cv2.resize(residual, small, interpolation=cv2.INTER_AREA)
-    small_plate = cv2.resize(plate, small, interpolation=cv2.INTER_AREA)
+    small_residual, small_plate = resized(residual, small), resized(plate, small)
     side = max(3, round(COHERENT_SIDE * width / SHRINK)) | 1
-    mean_residual = cv2.blur(small_residual, (side, side))
+    mean_residual = box_blurred(small_residual, side)
     coherent = np.abs(mean_residual).max(axis=2) < COHERENT_LEVEL
-    shows_room = coherent | _relit(cv2.blur(small_plate, (side, side)), mean_residual)
+    shows_room = coherent | _relit(box_blurred(small_plate, side), mean_residual)
     take = usable & (cv2.resize(shows_room.astype(np.uint8), (width, height)) > 0)
     share = np.where(learned, np.float32(BLEND), np.float32(1.0)) * take
     plate = plate + residual * share[..., None]
@@ -127,11 +127,7 @@ def _relit(plate: FloatArray, residual: FloatArray) -> NDArray[np.bool_]:
 
 def _roughness(residual: FloatArray, take: NDArray[np.bool_]) -> FloatArray:
     """Typical difference between scan and live picture in the surroundings that were taken over."""
-    height, width = residual.shape
-    small_size = (max(width // SHRINK, 8), max(height // SHRINK, 8))
     weight = take.astype(np.float32)
-    total = cv2.resize(residual * weight, small_size, interpolation=cv2.INTER_AREA)
-    count = cv2.resize(weight, small_size, interpolation=cv2.INTER_AREA)
-    side = max(3, round(ROUGH_SIDE * small_size[0]) * 2 + 1)
-    mean = cv2.blur(total, (side, side)) / np.maximum(cv2.blur(count, (side, side)), 1e-3)
-    return np.asarray(mean, dtype=np.float32)
+    side = max(3, round(ROUGH_SIDE * residual.shape[1]) * 2 + 1)
+    total, count = box_blurred(residual * weight, side), box_blurred(weight, side)
+    return (total / np.maximum(count, 1e-3)).astype(np.float32)

@@ -54,6 +54,7 @@ FAINT_CONTRAST = 0.07
 
 TEXTURE_SIGMA = 0.07
 TEXTURE_CORRELATION = 1.0
+PLAIN_CORRELATION = 4.0
 CONTOUR_CORRELATION = 2.0
 """Neighbouring points share their noise: so many of them count as one."""
 
@@ -155,7 +156,7 @@ def measure_contour(
 
 
 def measure_texture(
-    evidence: Evidence, smooth_live: FloatArray, texture: Texture, pose: Pose
+    evidence: Evidence, smooth_live: FloatArray, texture: Texture, pose: Pose, *, textured: bool
 ) -> Rows:
     """Compare the object's own picture with the live one, after a fit of gain and offset.
 
@@ -164,6 +165,7 @@ def measure_texture(
         smooth_live: (H, W, 3) its live picture, smoothed like the texture's values.
         texture: points drawn at a pose near `pose`.
         pose: where to compare.
+        textured: whether the object has a pattern; shading alone is trusted less.
     """
     pixels, by_pose = projection(
         texture.points, pose, evidence.camera, evidence.world_from_camera.inverse()
@@ -177,7 +179,8 @@ def measure_texture(
     residual = seen - (gain * model + level)
     slopes = gain * texture.slopes.astype(np.float64)
     jacobian = np.einsum("nci,nij->ncj", slopes, by_pose)
-    weight = np.repeat(usable.astype(np.float64), 3) / (3.0 * TEXTURE_CORRELATION)
+    shared = TEXTURE_CORRELATION if textured else PLAIN_CORRELATION
+    weight = np.repeat(usable.astype(np.float64), 3) / (3.0 * shared)
     return Rows(
         jacobian.reshape(-1, 4) / TEXTURE_SIGMA, -residual.reshape(-1) / TEXTURE_SIGMA, weight
     )
@@ -217,7 +220,7 @@ def _coarse_edges(
     # Someone behind the object shows outside its contour; someone in front cuts into it.
     cuts_in = (strange_out / outer[:, 0] > FOREIGN) & (steps[place] < -CUT_PX)
     foreign = cuts_in | (strange_in / inner[:, 0] > FOREIGN)
-    return steps[place], clear[picked, best] > LEAST_STEP, foreign
+    return steps[place].astype(np.float64), clear[picked, best] > LEAST_STEP, foreign
 
 
 def _steepest_edges(
@@ -233,7 +236,8 @@ def _steepest_edges(
     middle = steps[apart:-apart]
     cost = 0.5 * (middle / reach_px) ** 2
     best = np.argmax(change * (1.0 - cost), axis=1)
-    return middle[best], change[np.arange(len(best)), best].astype(np.float64)
+    picked = np.arange(len(best))
+    return middle[best].astype(np.float64), change[picked, best].astype(np.float64)
 
 
 def _alike(seen: FloatArray, drawn: FloatArray) -> FloatArray:

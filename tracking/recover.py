@@ -34,11 +34,13 @@ SEARCH_SIZE_PX = 480
 GRID_M = 0.12
 REACH_M = 4.5
 PLACES = 5
-BESIDE_M = 0.35
+PLACES_TEXTURED = 2
+BESIDE_M = 0.3
 TRUSTED_PX = 600
 YAWS = 12
+YAWS_TEXTURED = 24
 REFINED = 3
-REFINED_TEXTURED = 12
+REFINED_TEXTURED = 6
 """How many of the tried poses are refined; patterns match in many places at first."""
 
 
@@ -123,8 +125,8 @@ def find(
     places = propose_places(
         scene, look, model, neighbours, supports_m=supports_m, around=centre, reach_m=reach_m
     )
-    if model.textured:
-        places += _beside(last, supports_m)
+    beside = _beside(last, supports_m)
+    places = beside + places[:PLACES_TEXTURED] if model.textured else beside[:1] + places
     tried: list[tuple[float, Pose, Evidence]] = []
     for place in places:
         rough = Pose.from_yaw(0.0, place)
@@ -204,7 +206,7 @@ def yaw_starts(model: TrackModel) -> Points:
     if model.symmetry == ROUND:
         return np.zeros(1)
     turn = 2 * math.pi / model.symmetry
-    count = max(3, round(YAWS / model.symmetry))
+    count = max(3, round((YAWS_TEXTURED if model.textured else YAWS) / model.symmetry))
     return np.arange(count) * turn / count
 
 
@@ -242,8 +244,21 @@ def _try_yaws(
         trust = min(1.0, math.sqrt(float((drawn.alpha > 0.5).sum()) / TRUSTED_PX))
         moved = shifted(pose, found[0], evidence, model, grounded=True)
         if scene.holds(moved):
-            tried.append((found[1] * trust, moved))
+            tried.append((found[1] * trust * _standing_out(evidence, drawn.alpha, found[0]), moved))
     return tried
+
+
+def _standing_out(evidence: Evidence, alpha: FloatArray, shift_px: Points) -> float:
+    """0..1: how much of a slid silhouette is the object's own foreground, and its surroundings not."""
+    matrix = np.array([[1.0, 0.0, shift_px[0]], [0.0, 1.0, shift_px[1]]])
+    size = (alpha.shape[1], alpha.shape[0])
+    slid = (cv2.warpAffine(alpha, matrix, size) > 0.5).astype(np.uint8)
+    ring = cv2.dilate(slid, np.ones((9, 9), np.uint8)) - cv2.dilate(slid, np.ones((3, 3), np.uint8))
+    if not slid.any() or not ring.any():
+        return 0.0
+    inside = float(evidence.own[slid > 0].mean())
+    around = float(evidence.own[ring > 0].mean())
+    return max(0.0, inside - 0.6 * around)
 
 
 def _own(look: Overview, index: int, model: TrackModel) -> FloatArray:
@@ -272,7 +287,7 @@ def _box_density(
 ) -> Points:
     """(N,) own share inside each place's box, less that in the frame around it."""
     low, high, seen = _boxes(camera, world_from_lens, model, places)
-    total = cv2.integral(own)
+    total = np.asarray(cv2.integral(own), dtype=np.float64)
     margin = 0.35 * (high - low)
     inside, area = _sum(total, low, high)
     outside, whole = _sum(total, low - margin, high + margin)
@@ -293,7 +308,8 @@ def _boxes(
     points = (places[:, None, :] + corners[None]).reshape(-1, 3)
     pixels, valid = camera.project(world_from_lens.inverse() @ points)
     pixels = pixels.reshape(len(places), 8, 2)
-    return pixels.min(axis=1), pixels.max(axis=1), valid.reshape(len(places), 8).all(axis=1)
+    seen = np.asarray(valid.reshape(len(places), 8).all(axis=1), dtype=np.bool_)
+    return pixels.min(axis=1), pixels.max(axis=1), seen
 
 
 def _sum(total: NDArray[np.float64], low: Points, high: Points) -> tuple[Points, Points]:

@@ -56,7 +56,7 @@ class SiftMatcher:
         key_b, b = sift.detectAndCompute(_grey(second, scale), None)  # pyright: ignore
         if a is None or b is None or len(a) < 2 or len(b) < 2:
             return Matches(np.zeros((0, 2)), np.zeros((0, 2)))
-        apart = 2.0 - 2.0 * _unit(a) @ _unit(b).T
+        apart = 2.0 - 2.0 * _unit(np.asarray(a, np.float32)) @ _unit(np.asarray(b, np.float32)).T
         nearest = np.argmin(apart, axis=1)
         rows = np.arange(len(a))
         second_best = np.partition(apart, 1, axis=1)[:, 1]

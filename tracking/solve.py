@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from scenes.pose import Pose, wrap_angle
-from scenes.render.renderer import Rendering, Renderer
-from tracking.contour import Contour, Texture, contour_points, texture_points
+from scenes.render.renderer import Renderer, Rendering
 from tracking.align import detail, slide
+from tracking.contour import Contour, Texture, contour_points, texture_points
+from tracking.evidence import Evidence
 from tracking.metrics import ROUND
 from tracking.model import RENDER_OPTIONS, TrackModel
-from tracking.evidence import Evidence
 from tracking.observe import Edges, Rows, measure_contour, measure_texture
+from tracking.pictures import blurred
 from tracking.smooth import pose_vector, vector_pose
 
 Points = NDArray[np.float64]
@@ -140,7 +140,7 @@ def solve(
     """
     pose, halo_m = start, prior.halo_m
     information = np.diag(1.0 / np.append(prior.sigma, prior.halo_sigma_m) ** 2)
-    smooth_live = cv2.GaussianBlur(evidence.live, (0, 0), TEXTURE_BLUR_PX)
+    smooth_live = blurred(evidence.live, TEXTURE_BLUR_PX)
     for reach in reaches_px:
         drawn = draw(model, pose, evidence, renderer)
         if float(drawn.alpha.max()) < 0.5:
@@ -160,7 +160,9 @@ def solve(
             )
             inner = None
             if texture is not None and len(texture) >= 12 and reach <= FINE_REACH_PX:
-                inner = measure_texture(evidence, smooth_live, texture, pose)
+                inner = measure_texture(
+                    evidence, smooth_live, texture, pose, textured=model.textured
+                )
             step, information = _step(edges, inner, reach, prior, pose, halo_m, px_per_m)
             if model.symmetry == ROUND:
                 step[3] = 0.0
@@ -198,7 +200,7 @@ def judge(
         halo_m: how far the drawn contour lies outside the real one.
     """
     drawn = draw(model, pose, evidence, renderer)
-    covariance = np.linalg.inv(information + 1e-9 * np.eye(5))
+    covariance = np.asarray(np.linalg.inv(information + 1e-9 * np.eye(5)), dtype=np.float64)
     halo_sigma_m = float(np.sqrt(covariance[4, 4]))
     covariance = covariance[:4, :4]
     silhouette = drawn.alpha > 0.5
@@ -234,10 +236,10 @@ def _features(
     contour = contour_points(drawn, evidence.camera, object_from_camera, limit=CONTOUR_POINTS)
     if not use_texture:
         return contour, None
-    picture = cv2.GaussianBlur(drawn.rgb, (0, 0), TEXTURE_BLUR_PX)
+    picture = blurred(drawn.rgb, TEXTURE_BLUR_PX)
     texture = texture_points(
         drawn,
-        np.asarray(picture, dtype=np.float32),
+        picture,
         evidence.camera,
         object_from_camera,
         limit=TEXTURE_POINTS,
@@ -263,7 +265,7 @@ def _step(
     px_per_m: float,
 ) -> tuple[Points, Points]:
     """One robust Gauss-Newton step in (x, y, z, yaw, halo) and the information (5, 5) behind it."""
-    information = np.diag(1.0 / np.append(prior.sigma, prior.halo_sigma_m) ** 2)
+    information: Points = np.diag(1.0 / np.append(prior.sigma, prior.halo_sigma_m) ** 2)
     apart = np.append(prior.mean - pose_vector(pose), prior.halo_m - halo_m)
     apart[3] = wrap_angle(float(apart[3]))
     right = information @ apart
@@ -280,7 +282,7 @@ def _step(
         weighted = jacobian * weight[:, None]
         information = information + weighted.T @ jacobian
         right = right + weighted.T @ rows.residual
-    step = np.linalg.solve(information + 1e-9 * np.eye(5), right)
+    step = np.asarray(np.linalg.solve(information + 1e-9 * np.eye(5), right), dtype=np.float64)
     longest = max(float(np.abs(step[:3]).max()) / 0.15, abs(float(step[3])) / 0.35, 1.0)
     return step / longest, information
 
@@ -308,8 +310,7 @@ def _correlation(
         inside = drawn.alpha > 0.5
         first, second = detail(drawn.rgb, inside), detail(evidence.live, inside)
     else:
-        first = cv2.GaussianBlur(drawn.rgb, (0, 0), 1.0)
-        second = cv2.GaussianBlur(evidence.live, (0, 0), 1.0)
+        first, second = blurred(drawn.rgb, 1.0), blurred(evidence.live, 1.0)
     a, b = first[shown].astype(np.float64), second[shown].astype(np.float64)
     a, b = a - a.mean(axis=0), b - b.mean(axis=0)
     norm = float(np.sqrt((a * a).sum() * (b * b).sum()))

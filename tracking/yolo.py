@@ -62,7 +62,7 @@ class YoloSegDetector:
             session = onnxruntime.InferenceSession(
                 str(file), options, providers=["CPUExecutionProvider"]
             )
-        except Exception as error:  # noqa: BLE001  # the runtime has a dozen unrelated classes
+        except Exception as error:  # the runtime has a dozen unrelated classes
             reason = str(error).splitlines()[0]
             raise ValueError(f"YOLO model {file}: not a readable ONNX network: {reason}") from error
         self._session = session
@@ -122,6 +122,7 @@ def decode(
         return ()
     centre, size = rows[kept, :2], rows[kept, 2:4]
     corners = np.concatenate([centre - 0.5 * size, centre + 0.5 * size], axis=1)
+    corners = corners.astype(np.float32)
     left_over = suppress(corners, score[kept], best[kept])
     found = []
     for i in left_over:
