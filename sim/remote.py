@@ -19,7 +19,10 @@ POINT_ON_OBJECT_M = np.array([0.0, 0.0, 0.2])
 
 
 def remote_avatar(
-    settings: RemoteSettings, fraction: float, objects: Mapping[str, Pose], default_look: Pose
+    settings: RemoteSettings,
+    fraction: float,
+    objects: Mapping[str, Pose],
+    world_from_default_look: Pose,
 ) -> Avatar:
     """The avatar at one moment.
 
@@ -27,14 +30,14 @@ def remote_avatar(
         settings: path and what is pointed at.
         fraction: 0..1 of the scenario.
         objects: `world_from_object` by id, to look and point at.
-        default_look: looked at when there is nothing to point at.
+        world_from_default_look: looked at when there is nothing to point at.
     """
     path = np.array(settings.path)
     along = np.clip(fraction, 0.0, 1.0) * (len(path) - 1)
     index = min(int(along), max(len(path) - 2, 0))
     following = path[min(index + 1, len(path) - 1)]
     eye = path[index] + (along - index) * (following - path[index])
-    target, ray = default_look.translation, None
+    target, ray = world_from_default_look.translation, None
     if settings.points_at:
         turn = min(fraction, 1.0 - 1e-9) * len(settings.points_at)
         target = objects[settings.points_at[int(turn)]] @ POINT_ON_OBJECT_M

@@ -40,6 +40,9 @@ LARGEST_TURN_RAD = np.deg2rad(4.0)
 LARGEST_SHIFT_M = 0.15
 """A refinement beyond this is not believed."""
 
+LEAST_LIKENESS = 0.5
+"""Details of the room must correlate this well with the live ones."""
+
 PRIOR_TURN_RAD = np.deg2rad(0.5)
 PRIOR_SHIFT_M = 0.01
 """Standard deviations of a marker's estimate."""
@@ -62,13 +65,13 @@ class Calibration:
     Attributes:
         world_from_rig: the pose.
         sigma: (6,) standard deviations: rotation in radians, translation in metres, rig axes.
-        inliers: 0..1, share of the looked-at pixels that agree.
+        likeness: -1..1, correlation of the drawn details with the live ones.
         trusted: whether the refinement stayed within what a marker may be off.
     """
 
     world_from_rig: Pose
     sigma: NDArray[np.float64]
-    inliers: float
+    likeness: float
     trusted: bool
 
 
@@ -104,23 +107,25 @@ def calibrate(
     """
     pose = nominal
     posed = (PosedSplats(room, Pose.identity()), *objects)
-    information, inliers = np.eye(6), 0.0
+    information = np.eye(6)
+    lenses: list[_Lens] = []
     for blur in BLURS_PX:
         lenses = [
             _prepare(frame, index, pose, posed, renderer, blur_px=blur)
             for index in range(len(frame.images))
         ]
         for _ in range(STEPS):
-            step, information, inliers = _step(lenses, pose, nominal)
+            step, information = _step(lenses, pose, nominal)
             pose = pose @ Pose(rotation_from_vector(step[:3]), step[3:])
             if np.abs(step[:3]).max() < 2e-6 and np.abs(step[3:]).max() < 1e-5:
                 break
+    alike = _likeness(lenses, pose)
     moved = nominal.inverse() @ pose
     turn = np.arccos(np.clip((np.trace(moved.rotation) - 1) / 2, -1, 1))
     shift = float(np.linalg.norm(moved.translation))
-    trusted = bool(turn < LARGEST_TURN_RAD and shift < LARGEST_SHIFT_M and inliers > 0.3)
+    trusted = bool(turn < LARGEST_TURN_RAD and shift < LARGEST_SHIFT_M and alike > LEAST_LIKENESS)
     sigma = np.sqrt(np.diag(np.linalg.inv(information)))
-    return Calibration(pose if trusted else nominal, sigma, inliers, trusted)
+    return Calibration(pose if trusted else nominal, sigma, alike, trusted)
 
 
 def _prepare(
@@ -209,8 +214,16 @@ def _steepest(
     return row, column
 
 
-def _step(lenses: list[_Lens], pose: Pose, nominal: Pose) -> tuple[Points, Points, float]:
-    """One robust Gauss-Newton step (6,) in the rig's axes, its information, the inlier share."""
+def _likeness(lenses: list[_Lens], pose: Pose) -> float:
+    """Correlation of drawn and live details at a pose."""
+    drawn = np.concatenate([lens.values for lens in lenses]).astype(np.float64)
+    live = drawn + np.concatenate([_linearise(lens, pose)[1] for lens in lenses])
+    norm = float(np.sqrt((drawn @ drawn) * (live @ live)))
+    return float(drawn @ live) / norm if norm > 1e-9 else 0.0
+
+
+def _step(lenses: list[_Lens], pose: Pose, nominal: Pose) -> tuple[Points, Points]:
+    """One robust Gauss-Newton step (6,) in the rig's axes and its information."""
     jacobians, residuals = [], []
     share = np.concatenate([lens.weights for lens in lenses])
     for lens in lenses:
@@ -235,7 +248,7 @@ def _step(lenses: list[_Lens], pose: Pose, nominal: Pose) -> tuple[Points, Point
     information = weighted.T @ jacobian + prior
     right = -weighted.T @ residual + prior @ np.concatenate([turn, apart.translation])
     step = np.linalg.solve(information, right)
-    return step, information, float((agree > 0.3).mean())
+    return step, information
 
 
 def _linearise(lens: _Lens, pose: Pose) -> tuple[Points, Points]:

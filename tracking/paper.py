@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.messages import Frame
-from scenes.cameras import Pinhole, Rig
+from scenes.cameras import Pinhole
 from scenes.pose import Pose
 from scenes.render.renderer import PosedSplats, Renderer
 from scenes.splats import SplatCloud
@@ -39,6 +39,7 @@ from tracking.identity import (
     settle,
     update_tracks,
 )
+from tracking.learn import learn
 from tracking.model import RENDER_OPTIONS, make_model
 from tracking.output import Stopwatch, TrackOutput, no_stopwatch
 from tracking.rectify import RectifiedView, front, rectify
@@ -167,7 +168,7 @@ class PaperTracker:
         if frame.world_from_rig is None:
             raise ValueError(f"frame {frame.seq} of {frame.stream_id!r} has no camera pose")
         began = self._stopwatch()
-        state = self._at_camera(state, frame.rig, frame.world_from_rig)
+        state = self._at_camera(state, frame, frame.world_from_rig)
         view = self._rectified(state, frame)
         rectified = self._stopwatch()
         tracks_2d = self._identify(state, view)
@@ -197,14 +198,20 @@ class PaperTracker:
         }
         return state, TrackOutput(objects, MappingProxyType(stages), frame.world_from_rig)
 
-    def _at_camera(self, state: PaperState, rig: Rig, world_from_rig: Pose) -> PaperState:
+    def _at_camera(self, state: PaperState, frame: Frame, world_from_rig: Pose) -> PaperState:
         """Plates and table for this camera pose, kept while it stands still."""
         if state.plates is not None and state.plates.stands_at(world_from_rig):
             return state
+        plates = render_plates(self._renderer, self._room, frame.rig, world_from_rig)
+        standing = [
+            PosedSplats(o.splats, state.tracks[o.object_id].kalman.pose()) for o in self._objects
+        ]
+        exposure = fit_exposure(frame.images[0], plates.images[0], plates.coverage[0])
+        plates = learn(plates, frame, (exposure,), standing, self._renderer, lenses=(0,))
         return replace(
             state,
-            plates=render_plates(self._renderer, self._room, rig, world_from_rig),
-            view=front(rig, world_from_rig, fov_deg=self._options.fov_deg),
+            plates=plates,
+            view=front(frame.rig, world_from_rig, fov_deg=self._options.fov_deg),
         )
 
     def _rectified(self, state: PaperState, frame: Frame) -> RectifiedView:

@@ -1,0 +1,214 @@
+"""The trackers on pictures of the physical meshes, cast ray by ray; splats serve as models only."""
+
+import math
+
+import cv2
+import numpy as np
+import pytest
+
+from devices.messages import Frame
+from scenes.cameras import Fisheye, Rig
+from scenes.frames import FRONT_FROM_BACK_LENS, look_at
+from scenes.mesh import PhysicalRoom
+from scenes.pose import Pose, rotation_angle, rotation_from_vector
+from scenes.prepare.bake import bake
+from scenes.render.native import NativeRenderer
+from scenes.render.renderer import PosedSplats
+from scenes.samples import sample_room
+from scenes.state import TrackState
+from tracking.calibrate import calibrate
+from tracking.metrics import pose_error
+from tracking.paper import PaperTracker
+from tracking.tracker import Tracker
+
+LENS = Fisheye.from_fov(1200, math.radians(200))
+RIG = Rig((LENS, LENS), (Pose.identity(), FRONT_FROM_BACK_LENS))
+FRAME_NS = 100_000_000
+
+
+@pytest.fixture(scope="module")
+def scene():
+    """The room `lab` with one chair and the book, its scan, and a camera that faces both."""
+    full = sample_room("lab")
+    chosen = (full.object_by_id("chair-1"), full.object_by_id("book-1"))
+    room = PhysicalRoom(
+        name="lab",
+        static=full.static,
+        objects=chosen,
+        solids=full.solids,
+        light_direction=full.light_direction,
+        world_from_rig=look_at(np.array([0.9, -0.4, 1.3]), np.array([1.0, 1.5, 0.9])),
+        footprint_m=full.footprint_m,
+    )
+    splats, models = bake(room, rng=np.random.default_rng(8))
+    return room, splats, models
+
+
+@pytest.fixture(scope="module")
+def picture(scene, raycast):
+    """A function that takes the picture of the room with objects at given poses."""
+    room = scene[0]
+
+    def take(poses, *, seq=0, marker=None, gain=1.0):
+        meshes = [(mesh, Pose.identity()) for mesh in room.static]
+        shade = [False] * len(meshes)
+        for thing in room.objects:
+            pose = poses.get(thing.object_id, thing.world_from_object)
+            meshes += [(mesh, pose) for mesh in thing.meshes]
+            shade += [True] * len(thing.meshes)
+        rng, images = np.random.default_rng(seq), []
+        for lens, rig_from_lens in zip(RIG.lenses, RIG.rig_from_lens, strict=True):
+            rgb, _, _ = raycast(
+                meshes,
+                lens,
+                room.world_from_rig @ rig_from_lens,
+                shade=shade,
+                light_direction=room.light_direction,
+            )
+            noise = rng.normal(0.0, 2.0, rgb.shape)
+            blurred = cv2.GaussianBlur(rgb, (0, 0), 0.7).astype(np.float64) * gain + noise
+            images.append(np.clip(blurred, 0, 255).astype(np.uint8))
+        t_ns = seq * FRAME_NS
+        known = room.world_from_rig if marker is None else marker
+        return Frame("camera", seq, t_ns, t_ns, tuple(images), RIG, known)
+
+    return take
+
+
+@pytest.fixture(scope="module")
+def renderer():
+    return NativeRenderer()
+
+
+def moved(pose, dx, dy, yaw_deg):
+    turned = Pose.from_yaw(pose.yaw() + math.radians(yaw_deg), pose.translation)
+    return Pose(turned.rotation, turned.translation + [dx, dy, 0.0])
+
+
+def by_id(output):
+    return {tracked.object_id: tracked for tracked in output.objects}
+
+
+def marker_off(pose, degrees, metres):
+    axis = np.array([0.5, -0.7, 0.51])
+    turn = rotation_from_vector(axis / np.linalg.norm(axis) * math.radians(degrees))
+    return pose @ Pose(turn, np.array([0.6, 0.64, -0.48]) * metres)
+
+
+def test_calibration_recovers_an_injected_error(scene, picture, renderer):
+    room, splats, models = scene
+    true = room.world_from_rig
+    marker = marker_off(true, 0.5, 0.01)
+    standing = tuple(PosedSplats(m.splats, m.world_from_object) for m in models)
+    found = calibrate(picture({}, marker=marker), marker, splats, renderer, objects=standing)
+    left = true.inverse() @ found.world_from_rig
+    assert found.trusted
+    assert math.degrees(rotation_angle(left.rotation)) < 0.15
+    assert float(np.linalg.norm(left.translation)) < 0.010
+
+
+def test_an_unbelievable_calibration_is_refused(scene, picture, renderer):
+    room, splats, _ = scene
+    marker = marker_off(room.world_from_rig, 25.0, 0.4)
+    found = calibrate(picture({}, marker=marker), marker, splats, renderer)
+    assert not found.trusted
+    np.testing.assert_array_equal(found.world_from_rig.translation, marker.translation)
+
+
+def test_resting_objects_stay_where_they_are_in_spite_of_exposure(scene, picture, renderer):
+    room, splats, models = scene
+    tracker = Tracker(splats, models, renderer)
+    state = tracker.start()
+    for seq, gain in enumerate((1.0, 1.04, 1.08)):
+        state, output = tracker.step(state, picture({}, seq=seq, gain=gain), seq * FRAME_NS)
+        for thing in room.objects:
+            tracked = by_id(output)[thing.object_id]
+            assert tracked.state is TrackState.STATIC
+            error = pose_error(tracked.world_from_object, thing.world_from_object)
+            assert error.world_cm < 1.5
+            assert error.yaw_deg < 2.0
+
+
+def test_follows_a_chair_and_a_book_with_a_marker_that_is_off(scene, picture, renderer):
+    room, splats, models = scene
+    marker = marker_off(room.world_from_rig, 0.3, 0.006)
+    tracker = Tracker(splats, models, renderer)
+    state = tracker.start()
+    start = {thing.object_id: thing.world_from_object for thing in room.objects}
+    errors = {"chair-1": [], "book-1": []}
+    for seq in range(5):
+        poses = {
+            "chair-1": moved(start["chair-1"], 0.05 * seq, -0.06 * seq, 6.0 * seq),
+            "book-1": moved(start["book-1"], 0.0, -0.02 * seq, 4.0 * seq),
+        }
+        state, output = tracker.step(state, picture(poses, seq=seq, marker=marker), seq * FRAME_NS)
+        for name, true in poses.items():
+            errors[name].append(pose_error(by_id(output)[name].world_from_object, true))
+    assert by_id(output)["chair-1"].state is TrackState.TRACKED
+    for name, most_cm, most_deg in (("chair-1", 2.0, 1.5), ("book-1", 3.5, 5.0)):
+        assert max(e.world_cm for e in errors[name]) < most_cm, name
+        assert max(e.yaw_deg for e in errors[name]) < most_deg, name
+
+
+def test_finds_a_chair_that_was_moved_between_sessions(scene, picture, renderer):
+    room, splats, models = scene
+    elsewhere = Pose.from_yaw(math.radians(75), (0.2, 0.7, 0.0))
+    tracker = Tracker(splats, models, renderer)
+    state, output = tracker.step(tracker.start(), picture({"chair-1": elsewhere}), 0)
+    chair = by_id(output)["chair-1"]
+    assert chair.state is TrackState.TRACKED
+    error = pose_error(chair.world_from_object, elsewhere)
+    assert error.world_cm < 2.5
+    assert error.yaw_deg < 3.0
+
+
+def test_the_same_frames_give_the_same_poses(scene, picture, renderer):
+    room, splats, models = scene
+    chair = room.object_by_id("chair-1").world_from_object
+    frames = [picture({"chair-1": moved(chair, 0.04 * k, 0.0, 0.0)}, seq=k) for k in range(2)]
+
+    def run():
+        tracker = Tracker(splats, models, renderer)
+        state = tracker.start()
+        outputs = []
+        for frame in frames:
+            state, output = tracker.step(state, frame, frame.t_ns)
+            outputs += [t.world_from_object.matrix() for t in output.objects]
+        return np.array(outputs)
+
+    np.testing.assert_array_equal(run(), run())
+
+
+def test_a_frame_without_a_camera_pose_is_refused(scene, picture, renderer):
+    _, splats, models = scene
+    frame = picture({})
+    blind = Frame("camera", 7, 0, 0, frame.images, RIG, None)
+    for tracker in (Tracker(splats, models, renderer), PaperTracker(splats, models, renderer)):
+        with pytest.raises(ValueError, match="frame 7 of 'camera' has no camera pose"):
+            tracker.step(tracker.start(), blind, 0)
+
+
+def test_twice_the_same_object_is_refused(scene, renderer):
+    _, splats, models = scene
+    with pytest.raises(ValueError, match="each once"):
+        Tracker(splats, (models[0], models[0]), renderer)
+
+
+def test_the_papers_tracker_updates_a_moved_chair_once_a_second(scene, picture, renderer):
+    room, splats, models = scene
+    start = room.object_by_id("chair-1").world_from_object
+    target = moved(start, 0.15, -0.2, 0.0)
+    tracker = PaperTracker(splats, models, renderer)
+    state, output = tracker.step(tracker.start(), picture({}), 0)
+    assert by_id(output)["chair-1"].state is not TrackState.LOST
+    state, output = tracker.step(state, picture({"chair-1": target}, seq=1), FRAME_NS)
+    first_update = state.tracks["chair-1"].updated_ns
+    assert first_update == FRAME_NS
+    estimate = state.tracks["chair-1"].kalman.pose()
+    before = pose_error(start, target).world_cm
+    assert pose_error(estimate, target).world_cm < 0.6 * before
+    # What is shown glides there and is only on its way yet.
+    assert pose_error(by_id(output)["chair-1"].world_from_object, start).world_cm < 0.5
+    farther = moved(target, 0.1, 0.0, 0.0)
+    state, _ = tracker.step(state, picture({"chair-1": farther}, seq=5), 5 * FRAME_NS)
+    assert state.tracks["chair-1"].updated_ns == first_update
