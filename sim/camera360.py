@@ -186,6 +186,10 @@ class Camera360:
         }
         return CameraView(tuple(views), fractions)
 
+    def close(self) -> None:
+        """Free the window; call on the thread that draws. The camera is of no use afterwards."""
+        self._rasteriser.close()
+
     def room_range(self, lens_index: int) -> NDArray[np.float32]:
         """(H, W) float32 range of the empty room on the fine grid, metres; inf where nothing is."""
         return self._lenses[lens_index].room.range_m

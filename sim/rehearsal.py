@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import closing
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -112,7 +113,8 @@ class _Session:
         """Frame by frame; one is in the encoder while the next one is drawn."""
         waiting: Callable[[], SimulatedStep] | None = None
         events: list[Event] = []
-        with ThreadPoolExecutor(max_workers=1) as codec:
+        # The window must go on the thread that drew in it, and a session may run on any.
+        with closing(self._camera), ThreadPoolExecutor(max_workers=1) as codec:
             for seq in range(self._frame_count()):
                 t_ns = round(seq * NANOSECONDS / self._scenario.camera.fps)
                 events += self._advance(t_ns)

@@ -63,7 +63,7 @@ def silhouette_shift(evidence: Evidence, alpha: FloatArray) -> NDArray[np.float6
 
 
 def detail(picture: FloatArray, inside: NDArray[np.bool_]) -> FloatArray:
-    """(H, W, 3) fine structure of a picture, as if nothing were outside: what a pattern is known by."""
+    """(H, W, 3) fine structure of a picture inside a mask: what a pattern is known by."""
     share = inside.astype(np.float32)[..., None]
     around = cv2.GaussianBlur(share, (0, 0), DETAIL_PX)[..., None] + np.float32(1e-3)
     coarse = cv2.GaussianBlur(picture * share, (0, 0), DETAIL_PX) / around

@@ -1,7 +1,7 @@
 """Refines the 360° camera's pose against the room's splats.
 
-A marker's estimate is off by tenths of a degree, which alone costs several centimetres on the floor.
-The room is drawn where the marker says; its steep pixels, lifted to 3D by their drawn depth, are
+A marker's estimate is off by tenths of a degree, which alone costs centimetres on the floor. The
+room is drawn where the marker says; its steep pixels, lifted to 3D by their drawn depth, are
 matched to the live pictures by robust Gauss-Newton over six degrees of freedom, coarse to fine,
 through all lenses at once. People and movable objects are outliers.
 """

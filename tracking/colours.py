@@ -31,7 +31,7 @@ class ColourModel:
 
     @staticmethod
     def of_pixels(colours: NDArray[np.floating]) -> ColourModel:
-        """From (N, 3) colours 0..1 of an object's pictures, mixed by blur as a camera mixes them."""
+        """From (N, 3) colours 0..1 of an object's pictures, mixed as a camera mixes them."""
         colours = np.clip(np.asarray(colours, dtype=np.float64), 0.0, 1.0)
         table = np.zeros((BINS, BINS, BINS))
         for factor in LIGHT_FACTORS:

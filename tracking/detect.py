@@ -18,8 +18,11 @@ BoolArray = NDArray[np.bool_]
 SMALLEST_BLOB_PX = 40
 """Smaller blobs are noise."""
 
-REACH = 0.9
+REACH = 0.25
 """A detection may lie this many box sides away from where its object was."""
+
+PART_GAP_PX = 11
+"""Parts of an object may be this far apart in its mask."""
 
 LEAST_LIKENESS = 0.08
 """Pixels whose colour is less like the object's than this belong to something else."""
@@ -139,8 +142,10 @@ def _largest_blob(
     largest = int(np.argmax(areas)) + 1
     if areas[largest - 1] < SMALLEST_BLOB_PX:
         return None
-    # Thin legs and arm rests often come apart from the seat: keep parts that are not specks.
-    parts = np.flatnonzero(areas >= max(0.08 * areas[largest - 1], 6)) + 1
+    # Thin legs and arm rests often come apart from the seat: keep what lies beside it.
+    grown = cv2.dilate((labels == largest).astype(np.uint8), np.ones((PART_GAP_PX, PART_GAP_PX)))
+    touching = np.unique(labels[(grown > 0) & (labels > 0)])
+    parts = [part for part in touching if areas[part - 1] >= 0.03 * areas[largest - 1]]
     blob = np.isin(labels, parts)
     rows, columns = np.flatnonzero(blob.any(axis=1)), np.flatnonzero(blob.any(axis=0))
     box = np.array([columns[0], rows[0], columns[-1] + 1, rows[-1] + 1], dtype=np.float64)

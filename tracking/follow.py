@@ -52,7 +52,7 @@ GONE_BELOW = 0.25
 
 CHANGED_LEVEL = 0.055
 CHANGED_SHARE = 0.02
-"""An object's crop has changed where colours differ by the level, in this share of its silhouette."""
+"""A crop has changed if colours differ by the level in this share of the silhouette."""
 
 MOVED_M = 0.010
 MOVED_RAD = math.radians(2.0)
@@ -411,7 +411,7 @@ def _accept(task: Task, evidence: Evidence, fit: Fit) -> Track:
 
 
 def _miss(task: Task, fit: Fit) -> Track:
-    """The track after a frame in which the object could not be measured: hold it, or look around."""
+    """The track after a frame without a measurement: hold it, or look around."""
     track, now = task.track, task.scene.frame.t_ns
     missed = track.missed_frames + 1
     grown = track.covariance + np.diag([0.03**2, 0.03**2, 0.002**2, math.radians(3) ** 2])

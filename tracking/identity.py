@@ -18,7 +18,7 @@ GATE_PX = 100.0
 SIZE_CHANGE = 0.20
 """A box that changes more than this between frames is partly hidden (paper)."""
 
-MOTION_PX = 2.0
+MOTION_PX = 3.0
 """A box centre that moved more than this since the last pose has moved (not given in the paper)."""
 
 

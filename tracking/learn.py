@@ -1,8 +1,9 @@
-"""Plates that learn: where the live picture agrees with the scan, the live picture is better than it.
+"""Plates that learn: where the live picture agrees with the scan, it is better than the scan.
 
-A scan is blurred, speckled and lit as on the day it was made. Pixels that show the room beyond doubt
-(outside every known object, and with no coherent difference over their surroundings) are taken over
-into the plate at the plate's exposure. People and unknown things differ coherently and are not.
+A scan is blurred, speckled and lit as on the day it was made. Pixels that show the room beyond
+doubt (outside every known object, and with no coherent difference over their surroundings) are
+taken over into the plate at the plate's exposure. People and unknown things differ coherently and
+are not.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.pose import Pose, wrap_angle
+from scenes.pose import Pose
 
 PAPER_ROOM = {
     "x_cm": (5.6, 6.3),
@@ -50,7 +50,7 @@ class PoseError:
 
 @dataclass(frozen=True, slots=True)
 class Spread:
-    """Mean, standard deviation (of the population), 95th percentile and maximum of `count` values."""
+    """Mean, population standard deviation, 95th percentile and maximum of `count` values."""
 
     mean: float
     std: float
@@ -116,8 +116,3 @@ def error_table(errors: Sequence[PoseError]) -> Mapping[str, Spread]:
         column: spread([getattr(error, column) for error in errors])
         for column in ("x_cm", "y_cm", "z_cm", "world_cm", "yaw_deg")
     }
-
-
-def angle_between_deg(a: float, b: float) -> float:
-    """Absolute difference of two angles in radians, in degrees, 0..180."""
-    return abs(math.degrees(wrap_angle(a - b)))

@@ -1,6 +1,6 @@
 """Where the live picture puts an object's contour and texture points.
 
-Along each contour normal the edge is found twice: first as the place where "this object's foreground"
+Along each contour normal the edge is found twice: first as the place where the object's foreground
 ends (robust, a pixel or so), then by a fit of a two-colour step to the live picture (sub-pixel).
 """
 
@@ -96,7 +96,7 @@ class Edges:
 def projection(
     points: Points, pose: Pose, camera: Pinhole, camera_from_world: Pose
 ) -> tuple[Points, Points]:
-    """Pixels (N, 2) of object points and their derivative (N, 2, 4) by (x, y, z, yaw) of the pose."""
+    """Pixels (N, 2) of object points; their derivative (N, 2, 4) by x, y, z, yaw of the pose."""
     turned = points @ pose.rotation.T
     in_camera = (turned + pose.translation) @ camera_from_world.rotation.T
     in_camera += camera_from_world.translation
@@ -189,7 +189,7 @@ def measure_texture(
 def _coarse_edges(
     evidence: Evidence, contour: Contour, pixels: Points, *, reach_px: float
 ) -> tuple[Points, NDArray[np.bool_], NDArray[np.bool_]]:
-    """Signed distance of the best inside-outside step, whether there is one, whether it's foreign."""
+    """Signed distance of the best step, whether there is one, whether it is foreign."""
     side = SIDE_PX + SAMPLE_STEP_PX
     count = int(np.ceil((reach_px + side) / SAMPLE_STEP_PX))
     steps = np.arange(-count, count + 1) * SAMPLE_STEP_PX
@@ -226,7 +226,7 @@ def _coarse_edges(
 def _steepest_edges(
     picture: FloatArray, contour: Contour, pixels: Points, *, reach_px: float
 ) -> tuple[Points, Points]:
-    """Where the live picture changes most along each normal, near the drawn contour, and how much."""
+    """Where the live picture changes most along each normal, and how much."""
     count = int(np.ceil((reach_px + 1.0) / SAMPLE_STEP_PX))
     steps = np.arange(-count, count + 1) * SAMPLE_STEP_PX
     path = pixels[:, None, :] + steps[None, :, None] * contour.normals[:, None, :]

@@ -33,7 +33,7 @@ SEARCH_SIZE_PX = 480
 
 GRID_M = 0.12
 REACH_M = 4.5
-PLACES = 5
+PLACES = 7
 PLACES_TEXTURED = 2
 BESIDE_M = 0.3
 TRUSTED_PX = 600
@@ -44,7 +44,7 @@ REFINED_TEXTURED = 6
 """How many of the tried poses are refined; patterns match in many places at first."""
 
 
-LEAST_DENSITY = 0.25
+LEAST_DENSITY = 0.1
 """A place is proposed if at least this share of its box looks like the object."""
 
 ACCEPTED_AGREEMENT = 0.5
@@ -249,7 +249,7 @@ def _try_yaws(
 
 
 def _standing_out(evidence: Evidence, alpha: FloatArray, shift_px: Points) -> float:
-    """0..1: how much of a slid silhouette is the object's own foreground, and its surroundings not."""
+    """0..1: how much of a slid silhouette, and not of its surroundings, is own foreground."""
     matrix = np.array([[1.0, 0.0, shift_px[0]], [0.0, 1.0, shift_px[1]]])
     size = (alpha.shape[1], alpha.shape[0])
     slid = (cv2.warpAffine(alpha, matrix, size) > 0.5).astype(np.uint8)
@@ -288,12 +288,13 @@ def _box_density(
     """(N,) own share inside each place's box, less that in the frame around it."""
     low, high, seen = _boxes(camera, world_from_lens, model, places)
     total = np.asarray(cv2.integral(own), dtype=np.float64)
-    margin = 0.35 * (high - low)
+    margin = 0.4 * (high - low)
     inside, area = _sum(total, low, high)
     outside, whole = _sum(total, low - margin, high + margin)
     ring = (outside - inside) / np.maximum(whole - area, 1.0)
     density = inside / np.maximum(area, 1.0)
-    return np.where(seen & (area >= 6), density - 0.5 * ring, -np.inf)
+    # A small box inside a large blob is full too, but so are its surroundings.
+    return np.where(seen & (area >= 6), density - ring, -np.inf)
 
 
 def _boxes(

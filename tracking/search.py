@@ -1,4 +1,4 @@
-"""Coarse yaw of the paper's optimiser: the candidate whose picture gives the best keypoint matches."""
+"""Coarse yaw of the paper's optimiser: the candidate with the best keypoint matches."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Matcher(Protocol):
 
 
 class SiftMatcher:
-    """SIFT with a ratio test and mutual nearest neighbours; stands in for SuperPoint + LightGlue."""
+    """SIFT with a ratio test and mutual neighbours; stands in for SuperPoint + LightGlue."""
 
     def match(self, first: NDArray[np.uint8], second: NDArray[np.uint8]) -> Matches:
         """Points of two (H, W, 3) RGB pictures."""

@@ -1,5 +1,5 @@
-"""The rule of the project: a picture given to the tracker is never rendered from the splats that the
-tracker models the object with. Otherwise every error it reports would be meaningless."""
+"""The rule of the project: a picture given to the tracker is never rendered from the splats that
+the tracker models the object with. Otherwise every error it reports would be meaningless."""
 
 import ast
 from pathlib import Path

@@ -10,7 +10,7 @@ from tracking.search import Matches, SiftMatcher, coarse_yaw, keypoint_loss
 def points(count, *, outliers=0, seed=0):
     rng = np.random.default_rng(seed)
     first = rng.uniform(0, 200, (count, 2))
-    second = first + [5.0, -3.0]
+    second = first + np.array([5.0, -3.0])
     second[:outliers] += rng.uniform(20, 60, (outliers, 2))
     return Matches(first, second)
 
