@@ -145,8 +145,8 @@ def visibility(board: ScoreBoard) -> str:
 
 
 def _draw_object(axes: Axes, model: ObjectModel, samples: Sequence[Sample], colour: str) -> None:
-    true = np.array([s.true.translation[:2] for s in samples])
-    tracked = np.array([s.estimated.translation[:2] for s in samples])
+    true = np.array([s.true_world_from_object.translation[:2] for s in samples])
+    tracked = np.array([s.estimated_world_from_object.translation[:2] for s in samples])
     axes.plot(*true.T, color=colour, linewidth=5, alpha=0.35, solid_capstyle="round")
     axes.plot(*tracked.T, color=colour, linewidth=1.5)
     axes.plot(*true[0], "o", color=colour, markerfacecolor="none", markersize=7)

@@ -49,7 +49,7 @@ class Comparison:
             for track in answer.objects
         }
         self.missing += len(recorded.keys() ^ found.keys())
-        for key in recorded.keys() & found.keys():
+        for key in sorted(recorded.keys() & found.keys()):
             self.compared += 1
             self.methods.add(key[0])
             old, new = recorded[key], found[key]

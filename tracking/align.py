@@ -97,12 +97,17 @@ def texture_shift(evidence: Evidence, drawn: Rendering) -> tuple[NDArray[np.floa
 
 
 def slide(
-    pose: Pose, drawn: Rendering, evidence: Evidence, model: TrackModel, *, grounded: bool
+    world_from_object: Pose,
+    drawn: Rendering,
+    evidence: Evidence,
+    model: TrackModel,
+    *,
+    grounded: bool,
 ) -> Pose:
     """The pose whose picture fits the crop best without turning or scaling it.
 
     Args:
-        pose: before.
+        world_from_object: before.
         drawn: the object at that pose.
         evidence: the crop.
         model: the object.
@@ -111,15 +116,15 @@ def slide(
     if model.textured:
         found = texture_shift(evidence, drawn)
         if found is not None and found[1] > LEAST_CORRELATION:
-            return shifted(pose, found[0], evidence, model, grounded=grounded)
+            return shifted(world_from_object, found[0], evidence, model, grounded=grounded)
     shift = silhouette_shift(evidence, drawn.alpha)
     if shift is None:
-        return pose
-    return shifted(pose, shift, evidence, model, grounded=grounded)
+        return world_from_object
+    return shifted(world_from_object, shift, evidence, model, grounded=grounded)
 
 
 def shifted(
-    pose: Pose,
+    world_from_object: Pose,
     shift_px: NDArray[np.float64],
     evidence: Evidence,
     model: TrackModel,
@@ -129,7 +134,7 @@ def shifted(
     """The pose whose picture is slid by `shift_px`.
 
     Args:
-        pose: before.
+        world_from_object: before.
         shift_px: (2,) pixels.
         evidence: the crop, for its camera.
         model: the object.
@@ -137,7 +142,7 @@ def shifted(
     """
     camera, world_from_camera = evidence.camera, evidence.world_from_camera
     camera_from_world = world_from_camera.inverse()
-    anchor = pose.translation if grounded else model.centre_at(pose)
+    anchor = world_from_object.translation if grounded else model.centre_at(world_from_object)
     pixel, _ = camera.project((camera_from_world @ anchor)[None])
     ray = world_from_camera.rotation @ camera.unproject(pixel + shift_px)[0]
     eye = world_from_camera.translation
@@ -151,4 +156,4 @@ def shifted(
     length = float(np.linalg.norm(step))
     if length > STEEPEST_M:
         step = step * (STEEPEST_M / length)
-    return Pose(pose.rotation, pose.translation + step)
+    return Pose(world_from_object.rotation, world_from_object.translation + step)

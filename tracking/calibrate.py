@@ -90,7 +90,7 @@ class _Lens:
 
 def calibrate(
     frame: Frame,
-    nominal: Pose,
+    nominal_world_from_rig: Pose,
     room: SplatCloud,
     renderer: Renderer,
     *,
@@ -100,12 +100,12 @@ def calibrate(
 
     Args:
         frame: live pictures of all lenses.
-        nominal: `world_from_rig` to start from.
+        nominal_world_from_rig: `world_from_rig` to start from.
         room: splats of what stands still.
         renderer: draws splats.
         objects: movable objects believed to stand where given; drawn with the room.
     """
-    pose = nominal
+    pose = nominal_world_from_rig
     posed = (PosedSplats(room, Pose.identity()), *objects)
     information = np.eye(6)
     lenses: list[_Lens] = []
@@ -115,17 +115,17 @@ def calibrate(
             for index in range(len(frame.images))
         ]
         for _ in range(STEPS):
-            step, information = _step(lenses, pose, nominal)
+            step, information = _step(lenses, pose, nominal_world_from_rig)
             pose = pose @ Pose(rotation_from_vector(step[:3]), step[3:])
             if np.abs(step[:3]).max() < 2e-6 and np.abs(step[3:]).max() < 1e-5:
                 break
     alike = _likeness(lenses, pose)
-    moved = nominal.inverse() @ pose
+    moved = nominal_world_from_rig.inverse() @ pose
     turn = np.arccos(np.clip((np.trace(moved.rotation) - 1) / 2, -1, 1))
     shift = float(np.linalg.norm(moved.translation))
     trusted = bool(turn < LARGEST_TURN_RAD and shift < LARGEST_SHIFT_M and alike > LEAST_LIKENESS)
     sigma = np.sqrt(np.diag(np.linalg.inv(information)))
-    return Calibration(pose if trusted else nominal, sigma, alike, trusted)
+    return Calibration(pose if trusted else nominal_world_from_rig, sigma, alike, trusted)
 
 
 def _prepare(
@@ -222,7 +222,7 @@ def _likeness(lenses: list[_Lens], pose: Pose) -> float:
     return float(drawn @ live) / norm if norm > 1e-9 else 0.0
 
 
-def _step(lenses: list[_Lens], pose: Pose, nominal: Pose) -> tuple[Points, Points]:
+def _step(lenses: list[_Lens], pose: Pose, nominal_world_from_rig: Pose) -> tuple[Points, Points]:
     """One robust Gauss-Newton step (6,) in the rig's axes and its information."""
     jacobians, residuals = [], []
     share = np.concatenate([lens.weights for lens in lenses])
@@ -237,7 +237,7 @@ def _step(lenses: list[_Lens], pose: Pose, nominal: Pose) -> tuple[Points, Point
     weight = agree * share
     weighted = jacobian * (weight / (scale**2 * CORRELATION))[:, None]
     prior = np.diag([1 / PRIOR_TURN_RAD**2] * 3 + [1 / PRIOR_SHIFT_M**2] * 3)
-    apart = pose.inverse() @ nominal
+    apart = pose.inverse() @ nominal_world_from_rig
     turn = 0.5 * np.array(
         [
             apart.rotation[2, 1] - apart.rotation[1, 2],

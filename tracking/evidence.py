@@ -79,9 +79,9 @@ class Scene:
     renderer: Renderer
     bounds_m: NDArray[np.float64]
 
-    def holds(self, pose: Pose) -> bool:
+    def holds(self, world_from_object: Pose) -> bool:
         """Whether something at a pose is inside the room."""
-        place = pose.translation
+        place = world_from_object.translation
         low, high = self.bounds_m[0] - OUTSIDE_M, self.bounds_m[1] + OUTSIDE_M
         return bool((place >= low).all() and (place <= high).all())
 
@@ -90,10 +90,13 @@ Neighbour = tuple[TrackModel, Pose]
 """Another tracked object and where it is."""
 
 
-def view_of(scene: Scene, model: TrackModel, pose: Pose) -> VirtualView:
+def view_of(scene: Scene, model: TrackModel, world_from_object: Pose) -> VirtualView:
     """The crop's camera for an object believed to be at a pose."""
     return crop_around(
-        scene.frame.rig, scene.world_from_rig, model.centre_at(pose), radius_m=model.radius_m
+        scene.frame.rig,
+        scene.world_from_rig,
+        model.centre_at(world_from_object),
+        radius_m=model.radius_m,
     )
 
 
@@ -132,8 +135,8 @@ def gather(
 
 def _in_view(neighbour: Neighbour, view: VirtualView) -> bool:
     """Whether a neighbour's sphere touches the crop's cone."""
-    model, pose = neighbour
-    centre = view.world_from_camera.inverse() @ model.centre_at(pose)
+    model, world_from_object = neighbour
+    centre = view.world_from_camera.inverse() @ model.centre_at(world_from_object)
     if centre[2] < 0.1:
         return False
     spread = model.radius_m / centre[2]

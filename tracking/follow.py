@@ -116,7 +116,7 @@ class Track:
     """What is remembered of one object.
 
     Attributes:
-        pose: `world_from_object`, latest.
+        world_from_object: `world_from_object`, latest.
         motion: its velocity.
         state: see `TrackState`.
         covariance: (4, 4) of x, y, z, yaw.
@@ -130,7 +130,7 @@ class Track:
         searched_ns: frame time of the last search over the whole scene.
     """
 
-    pose: Pose
+    world_from_object: Pose
     motion: Motion
     state: TrackState
     covariance: NDArray[np.float64]
@@ -174,7 +174,7 @@ class Task:
 def new_track(model: TrackModel) -> Track:
     """An object where the scene says, not yet seen."""
     return Track(
-        pose=model.source.world_from_object,
+        world_from_object=model.source.world_from_object,
         motion=Motion.rest(0),
         state=TrackState.STATIC,
         covariance=np.diag([0.02**2, 0.02**2, 0.01**2, math.radians(2) ** 2]),
@@ -215,11 +215,14 @@ def follow(task: Task, unchanged: bool) -> Track:
         return replace(track, motion=Motion.rest(now))
     if track.state is TrackState.LOST:
         return _search(task)
-    predicted = track.motion.predict(track.pose, now)
+    predicted_world_from_object = track.motion.predict(track.world_from_object, now)
     evidence = gather(
-        task.scene, task.model, view_of(task.scene, task.model, predicted), task.neighbours
+        task.scene,
+        task.model,
+        view_of(task.scene, task.model, predicted_world_from_object),
+        task.neighbours,
     )
-    fit = _measure(task, evidence, predicted)
+    fit = _measure(task, evidence, predicted_world_from_object)
     if _believable(fit) and not _is_doubtful(task, fit):
         return _accept(task, evidence, fit)
     if task.is_first and fit.covered_fraction < 0.5:
@@ -232,7 +235,7 @@ def report(model: TrackModel, track: Track, frame: Frame) -> TrackedObject:
     return TrackedObject(
         object_id=model.object_id,
         t_ns=frame.t_ns,
-        world_from_object=track.pose,
+        world_from_object=track.world_from_object,
         covariance=track.covariance,
         visible_fraction=track.visible_fraction,
         state=track.state,
@@ -241,15 +244,15 @@ def report(model: TrackModel, track: Track, frame: Frame) -> TrackedObject:
     )
 
 
-def priors(task: Task, predicted: Pose) -> list[Prior]:
+def priors(task: Task, predicted_world_from_object: Pose) -> list[Prior]:
     """What may be known before looking, the likeliest first: standing on something, or carried.
 
     Args:
         task: the object.
-        predicted: where it is expected.
+        predicted_world_from_object: where it is expected.
     """
     track, source = task.track, task.model.source
-    mean = pose_vector(predicted)
+    mean = pose_vector(predicted_world_from_object)
     if track.state is TrackState.STATIC and track.missed_frames == 0:
         sigma = np.array([RESTING_SIGMA_M, RESTING_SIGMA_M, 0.0, RESTING_SIGMA_RAD])
     else:
@@ -279,11 +282,11 @@ def _standing(
     return Prior(mean, sigma, *known)
 
 
-def _measure(task: Task, evidence: Evidence, predicted: Pose) -> Fit:
+def _measure(task: Task, evidence: Evidence, predicted_world_from_object: Pose) -> Fit:
     """Solve from the prediction, and from farther off if that does not convince."""
-    beliefs = priors(task, predicted)
+    beliefs = priors(task, predicted_world_from_object)
     quick = TRACKING_REACHES if task.track.missed_frames == 0 else COLD_REACHES
-    best = _try(task, evidence, predicted, beliefs[0], reaches_px=quick)
+    best = _try(task, evidence, predicted_world_from_object, beliefs[0], reaches_px=quick)
     if _convincing(best) or best.covered_fraction > 0.5:
         return best
     # Not where it was expected: slide it there first, then try other yaws too.
@@ -292,10 +295,12 @@ def _measure(task: Task, evidence: Evidence, predicted: Pose) -> Fit:
         free = belief.sigma[2] > CONTACT_SIGMA_M
         wide = replace(belief, sigma=belief.sigma * np.array([2.0, 2.0, 1.0, 2.0]))
         for turn in turns:
-            start = vector_pose(pose_vector(predicted) + np.array([0.0, 0.0, 0.0, turn]))
+            start = vector_pose(
+                pose_vector(predicted_world_from_object) + np.array([0.0, 0.0, 0.0, turn])
+            )
             reaches = SLID_REACHES if task.model.textured else COLD_REACHES
             other = _try(task, evidence, start, wide, reaches_px=reaches, slide=True)
-            if free and not _is_lifted(task, other.pose):
+            if free and not _is_lifted(task, other.world_from_object):
                 continue
             margin = 0.06 if _believable(best) else 0.02
             if _worth(other, belief) > _worth(best, beliefs[0]) + margin:
@@ -305,26 +310,26 @@ def _measure(task: Task, evidence: Evidence, predicted: Pose) -> Fit:
 
 def _is_doubtful(task: Task, fit: Fit) -> bool:
     """Whether a believable fit is still too weak for where it is: in the air, or after a gap."""
-    if not task.scene.holds(fit.pose):
+    if not task.scene.holds(fit.world_from_object):
         return True
     small = task.model.source.box_m[2] < HEAVY_HEIGHT_M
     if not (small and task.model.textured):
         return False
     unsure = task.track.missed_frames > 0
-    lifted = _is_lifted(task, fit.pose)
+    lifted = _is_lifted(task, fit.world_from_object)
     wanted = LEAST_LIKENESS + 0.05 * lifted + 0.12 * unsure
     return fit.likeness < wanted or (unsure and fit.agreement < CONVINCING)
 
 
-def _is_lifted(task: Task, pose: Pose) -> bool:
+def _is_lifted(task: Task, world_from_object: Pose) -> bool:
     """Whether an object hangs clearly above every support it is near to: things do not sink in."""
-    height = float(pose.translation[2])
+    height = float(world_from_object.translation[2])
     return all(height - z > LIFTED_M or z - height > REACHABLE_M for z in task.supports_m)
 
 
 def _worth(fit: Fit, belief: Prior) -> float:
     """Quality less the price of being far from what was expected."""
-    apart = pose_vector(fit.pose) - belief.mean
+    apart = pose_vector(fit.world_from_object) - belief.mean
     apart[3] = wrap_angle(float(apart[3]))
     return fit.quality - FAR_PRICE * min(float(((apart / belief.sigma) ** 2).sum()), 9.0)
 
@@ -367,7 +372,7 @@ def _believable(fit: Fit) -> bool:
 def _accept(task: Task, evidence: Evidence, fit: Fit) -> Track:
     """The track after a convincing measurement."""
     track, now = task.track, task.scene.frame.t_ns
-    step = pose_vector(fit.pose) - pose_vector(track.pose)
+    step = pose_vector(fit.world_from_object) - pose_vector(track.world_from_object)
     step[3] = wrap_angle(float(step[3]))
     if task.model.symmetry == ROUND:
         step[3] = 0.0
@@ -384,25 +389,30 @@ def _accept(task: Task, evidence: Evidence, fit: Fit) -> Track:
     turned = max(MOVED_RAD, SIGNIFICANT * float(sigma[3]))
     if track.state is TrackState.STATIC and distance < far and turn < turned:
         blend = REST_BLEND if fit.visible_fraction > 0.85 and track.rest is not None else 0.0
-        pose = vector_pose(pose_vector(track.pose) + blend * step)
-        return replace(seen, pose=pose, motion=Motion.rest(now), rest=_rest(task, evidence, fit))
+        world_from_object = vector_pose(pose_vector(track.world_from_object) + blend * step)
+        return replace(
+            seen,
+            world_from_object=world_from_object,
+            motion=Motion.rest(now),
+            rest=_rest(task, evidence, fit),
+        )
     still = distance < RESTING_STEP_M and turn < RESTING_STEP_RAD
     still_frames = track.still_frames + 1 if still else 0
     if still_frames >= RESTING_FRAMES:
         return replace(
             seen,
-            pose=fit.pose,
+            world_from_object=fit.world_from_object,
             motion=Motion.rest(now),
             state=TrackState.STATIC,
             still_frames=still_frames,
             rest=_rest(task, evidence, fit),
         )
-    motion = track.motion.measured(track.pose, fit.pose, now)
+    motion = track.motion.measured(track.world_from_object, fit.world_from_object, now)
     if task.is_first or track.missed_frames > 3:
         motion = Motion.rest(now)
     return replace(
         seen,
-        pose=fit.pose,
+        world_from_object=fit.world_from_object,
         motion=motion,
         state=TrackState.TRACKED,
         still_frames=still_frames,
@@ -446,7 +456,7 @@ def _search(task: Task) -> Track:
         task.model,
         task.neighbours,
         supports_m=heights,
-        last=track.pose.translation,
+        last=track.world_from_object.translation,
     )
     searched = replace(track, searched_ns=now, rest=None)
     if fit is None:
@@ -455,7 +465,7 @@ def _search(task: Task) -> Track:
         )
     return replace(
         searched,
-        pose=fit.pose,
+        world_from_object=fit.world_from_object,
         motion=Motion.rest(now),
         state=TrackState.TRACKED,
         covariance=fit.covariance + FLOOR_COVARIANCE,

@@ -94,11 +94,11 @@ class Edges:
 
 
 def projection(
-    points: Points, pose: Pose, camera: Pinhole, camera_from_world: Pose
+    points: Points, world_from_object: Pose, camera: Pinhole, camera_from_world: Pose
 ) -> tuple[Points, Points]:
     """Pixels (N, 2) of object points; their derivative (N, 2, 4) by x, y, z, yaw of the pose."""
-    turned = points @ pose.rotation.T
-    in_camera = (turned + pose.translation) @ camera_from_world.rotation.T
+    turned = points @ world_from_object.rotation.T
+    in_camera = (turned + world_from_object.translation) @ camera_from_world.rotation.T
     in_camera += camera_from_world.translation
     x, y = in_camera[:, 0], in_camera[:, 1]
     z = np.maximum(in_camera[:, 2], 0.05)
@@ -117,7 +117,7 @@ def projection(
 def measure_contour(
     evidence: Evidence,
     contour: Contour,
-    pose: Pose,
+    world_from_object: Pose,
     *,
     reach_px: float,
     offset_px: float,
@@ -126,13 +126,13 @@ def measure_contour(
 
     Args:
         evidence: the crop.
-        contour: points drawn at a pose near `pose`.
-        pose: where to look from.
+        contour: points drawn at a pose near `world_from_object`.
+        world_from_object: where to look from.
         reach_px: how far to look, either way.
         offset_px: by how much the drawn contour is known to lie outside the real one.
     """
     pixels, by_pose = projection(
-        contour.points, pose, evidence.camera, evidence.world_from_camera.inverse()
+        contour.points, world_from_object, evidence.camera, evidence.world_from_camera.inverse()
     )
     normals = contour.normals
     by_pose_along = np.einsum("ni,nij->nj", normals, by_pose)
@@ -156,19 +156,24 @@ def measure_contour(
 
 
 def measure_texture(
-    evidence: Evidence, smooth_live: FloatArray, texture: Texture, pose: Pose, *, textured: bool
+    evidence: Evidence,
+    smooth_live: FloatArray,
+    texture: Texture,
+    world_from_object: Pose,
+    *,
+    textured: bool,
 ) -> Rows:
     """Compare the object's own picture with the live one, after a fit of gain and offset.
 
     Args:
         evidence: the crop.
         smooth_live: (H, W, 3) its live picture, smoothed like the texture's values.
-        texture: points drawn at a pose near `pose`.
-        pose: where to compare.
+        texture: points drawn at a pose near `world_from_object`.
+        world_from_object: where to compare.
         textured: whether the object has a pattern; shading alone is trusted less.
     """
     pixels, by_pose = projection(
-        texture.points, pose, evidence.camera, evidence.world_from_camera.inverse()
+        texture.points, world_from_object, evidence.camera, evidence.world_from_camera.inverse()
     )
     seen = sample(smooth_live, pixels).astype(np.float64)
     usable = sample(evidence.own, pixels) * (1 - sample(evidence.hidden, pixels)) > 0.25

@@ -277,9 +277,9 @@ class PaperTracker:
             middle = window.world_from_camera @ vector[:3]
             return Pose.from_yaw(float(vector[3]), middle - centre)
 
-        def draw(pose: Pose) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
+        def draw(world_from_object: Pose) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
             drawn = self._renderer.render(
-                (PosedSplats(source.splats, pose),),
+                (PosedSplats(source.splats, world_from_object),),
                 window.camera,
                 window.world_from_camera,
                 RENDER_OPTIONS,

@@ -132,17 +132,18 @@ def find(
         rough = Pose.from_yaw(0.0, place)
         evidence = gather(scene, model, view_of(scene, model, rough), neighbours)
         tried += [
-            (score, pose, evidence) for score, pose in _try_yaws(scene, model, evidence, place)
+            (score, world_from_object, evidence)
+            for score, world_from_object in _try_yaws(scene, model, evidence, place)
         ]
     tried.sort(key=lambda item: -item[0])
     best: Fit | None = None
-    for _, pose, evidence in tried[: REFINED_TEXTURED if model.textured else REFINED]:
+    for _, world_from_object, evidence in tried[: REFINED_TEXTURED if model.textured else REFINED]:
         sigma = np.array([0.25, 0.25, 0.003, 0.6])
-        prior = Prior(pose_vector(pose), sigma)
+        prior = Prior(pose_vector(world_from_object), sigma)
         fit = solve(
             evidence,
             model,
-            pose,
+            world_from_object,
             prior,
             scene.renderer,
             reaches_px=SLID_REACHES if model.textured else COLD_REACHES,
@@ -153,7 +154,7 @@ def find(
     if best is None or best.agreement < ACCEPTED_AGREEMENT or best.quality < ACCEPTED_QUALITY:
         return None
     alike = not model.textured or best.likeness >= ACCEPTED_LIKENESS
-    return best if alike and scene.holds(best.pose) else None
+    return best if alike and scene.holds(best.world_from_object) else None
 
 
 def _beside(last: Points, supports_m: Sequence[float]) -> list[Points]:
@@ -186,8 +187,8 @@ def propose_places(
     scores = np.full(len(places), -np.inf)
     for index, camera in enumerate(look.cameras):
         own = _own(look, index, model)
-        for other, pose in neighbours:
-            _erase(own, camera, scene, index, other, pose)
+        for other, world_from_object in neighbours:
+            _erase(own, camera, scene, index, other, world_from_object)
         world_from_lens = scene.world_from_rig @ scene.frame.rig.rig_from_lens[index]
         density = _box_density(own, camera, world_from_lens, model, places)
         scores = np.maximum(scores, density)
@@ -210,9 +211,11 @@ def yaw_starts(model: TrackModel) -> Points:
     return np.arange(count) * turn / count
 
 
-def silhouette_score(evidence: Evidence, model: TrackModel, pose: Pose, scene: Scene) -> float:
+def silhouette_score(
+    evidence: Evidence, model: TrackModel, world_from_object: Pose, scene: Scene
+) -> float:
     """Overlap of the drawn silhouette with the object's own foreground, times colour agreement."""
-    drawn = draw(model, pose, evidence, scene.renderer)
+    drawn = draw(model, world_from_object, evidence, scene.renderer)
     alpha = drawn.alpha
     free = 1.0 - np.maximum(evidence.hidden, np.maximum(evidence.foreground - evidence.own, 0.0))
     shared = float((np.minimum(alpha, evidence.own) * free).sum())
@@ -233,16 +236,19 @@ def _try_yaws(
 ) -> list[tuple[float, Pose]]:
     poses = [Pose.from_yaw(float(yaw), place) for yaw in yaw_starts(model)]
     if not model.textured:
-        return [(silhouette_score(evidence, model, pose, scene), pose) for pose in poses]
+        return [
+            (silhouette_score(evidence, model, world_from_object, scene), world_from_object)
+            for world_from_object in poses
+        ]
     tried = []
-    for pose in poses:
-        drawn = draw(model, pose, evidence, scene.renderer)
+    for world_from_object in poses:
+        drawn = draw(model, world_from_object, evidence, scene.renderer)
         found = texture_shift(evidence, drawn)
         if found is None:
             continue
         # A few pixels match anything: a correlation counts by what it is made of.
         trust = min(1.0, math.sqrt(float((drawn.alpha > 0.5).sum()) / TRUSTED_PX))
-        moved = shifted(pose, found[0], evidence, model, grounded=True)
+        moved = shifted(world_from_object, found[0], evidence, model, grounded=True)
         if scene.holds(moved):
             tried.append((found[1] * trust * _standing_out(evidence, drawn.alpha, found[0]), moved))
     return tried
@@ -267,11 +273,16 @@ def _own(look: Overview, index: int, model: TrackModel) -> FloatArray:
 
 
 def _erase(
-    own: FloatArray, camera: Fisheye, scene: Scene, index: int, other: TrackModel, pose: Pose
+    own: FloatArray,
+    camera: Fisheye,
+    scene: Scene,
+    index: int,
+    other: TrackModel,
+    world_from_object: Pose,
 ) -> None:
     """Blank the box of an object whose place is known, in an array that is ours."""
     world_from_lens = scene.world_from_rig @ scene.frame.rig.rig_from_lens[index]
-    low, high, seen = _boxes(camera, world_from_lens, other, pose.translation[None])
+    low, high, seen = _boxes(camera, world_from_lens, other, world_from_object.translation[None])
     if seen[0]:
         left, top = np.maximum(np.floor(low[0]), 0).astype(int)
         right, bottom = np.maximum(np.ceil(high[0]), 0).astype(int)

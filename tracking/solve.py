@@ -75,7 +75,7 @@ class Fit:
     """A pose and how well the picture supports it.
 
     Attributes:
-        pose: `world_from_object`.
+        world_from_object: `world_from_object`.
         covariance: (4, 4) of x, y, z, yaw.
         agreement: 0..1, share of the contour whose edge was seen where it was drawn.
         visible_fraction: 0..1, share of the drawn silhouette that shows the object.
@@ -87,7 +87,7 @@ class Fit:
         drawn: the object at the pose.
     """
 
-    pose: Pose
+    world_from_object: Pose
     covariance: Points
     agreement: float
     visible_fraction: float
@@ -118,7 +118,7 @@ COLD_REACHES = (16.0, 10.0, 5.0, 2.5)
 def solve(
     evidence: Evidence,
     model: TrackModel,
-    start: Pose,
+    start_world_from_object: Pose,
     prior: Prior,
     renderer: Renderer,
     *,
@@ -131,59 +131,68 @@ def solve(
     Args:
         evidence: what the crop shows.
         model: the object.
-        start: pose to begin with.
+        start_world_from_object: pose to begin with.
         prior: soft knowledge, such as the support plane.
         renderer: draws the object.
         reaches_px: how far from the drawn contour edges are looked for, one per round.
         use_texture: whether the object's inner colours take part.
         slide_first: begin by sliding the silhouette to where it covers most.
     """
-    pose, halo_m = start, prior.halo_m
+    world_from_object, halo_m = start_world_from_object, prior.halo_m
     information = np.diag(1.0 / np.append(prior.sigma, prior.halo_sigma_m) ** 2)
     smooth_live = blurred(evidence.live, TEXTURE_BLUR_PX)
     for reach in reaches_px:
-        drawn = draw(model, pose, evidence, renderer)
+        drawn = draw(model, world_from_object, evidence, renderer)
         if float(drawn.alpha.max()) < 0.5:
             break
         if slide_first and reach == reaches_px[0]:
-            pose = slide(pose, drawn, evidence, model, grounded=prior.sigma[2] < GROUNDED_M)
-            drawn = draw(model, pose, evidence, renderer)
-        contour, texture = _features(drawn, evidence, pose, use_texture=use_texture)
+            world_from_object = slide(
+                world_from_object, drawn, evidence, model, grounded=prior.sigma[2] < GROUNDED_M
+            )
+            drawn = draw(model, world_from_object, evidence, renderer)
+        contour, texture = _features(drawn, evidence, world_from_object, use_texture=use_texture)
         for _ in range(3 if reach <= 4 else 2):
-            px_per_m = _px_per_m(evidence, model, pose)
+            px_per_m = _px_per_m(evidence, model, world_from_object)
             edges = measure_contour(
                 evidence,
                 contour,
-                pose,
+                world_from_object,
                 reach_px=reach,
                 offset_px=LOW_PASS_PX + halo_m * px_per_m,
             )
             inner = None
             if texture is not None and len(texture) >= 12 and reach <= FINE_REACH_PX:
                 inner = measure_texture(
-                    evidence, smooth_live, texture, pose, textured=model.textured
+                    evidence, smooth_live, texture, world_from_object, textured=model.textured
                 )
-            step, information = _step(edges, inner, reach, prior, pose, halo_m, px_per_m)
+            step, information = _step(
+                edges, inner, reach, prior, world_from_object, halo_m, px_per_m
+            )
             if model.symmetry == ROUND:
                 step[3] = 0.0
-            pose = vector_pose(pose_vector(pose) + step[:4])
+            world_from_object = vector_pose(pose_vector(world_from_object) + step[:4])
             halo_m += float(step[4])
             if np.abs(step[:3]).max() < 2e-4 and abs(step[3]) < 5e-4:
                 break
-    return judge(evidence, model, pose, information, renderer, halo_m=halo_m)
+    return judge(evidence, model, world_from_object, information, renderer, halo_m=halo_m)
 
 
-def draw(model: TrackModel, pose: Pose, evidence: Evidence, renderer: Renderer) -> Rendering:
+def draw(
+    model: TrackModel, world_from_object: Pose, evidence: Evidence, renderer: Renderer
+) -> Rendering:
     """The object alone, as the crop's camera would see it."""
     return renderer.render(
-        (model.splats_at(pose),), evidence.camera, evidence.world_from_camera, RENDER_OPTIONS
+        (model.splats_at(world_from_object),),
+        evidence.camera,
+        evidence.world_from_camera,
+        RENDER_OPTIONS,
     )
 
 
 def judge(
     evidence: Evidence,
     model: TrackModel,
-    pose: Pose,
+    world_from_object: Pose,
     information: Points,
     renderer: Renderer,
     *,
@@ -194,12 +203,12 @@ def judge(
     Args:
         evidence: what the crop shows.
         model: the object.
-        pose: to be judged.
+        world_from_object: to be judged.
         information: (5, 5) of x, y, z, yaw and halo.
         renderer: draws the object.
         halo_m: how far the drawn contour lies outside the real one.
     """
-    drawn = draw(model, pose, evidence, renderer)
+    drawn = draw(model, world_from_object, evidence, renderer)
     covariance = np.asarray(np.linalg.inv(information + 1e-9 * np.eye(5)), dtype=np.float64)
     halo_sigma_m = float(np.sqrt(covariance[4, 4]))
     covariance = covariance[:4, :4]
@@ -207,16 +216,25 @@ def judge(
     area = int(silhouette.sum())
     if area < 12:
         return Fit(
-            pose, covariance, 0.0, 0.0, 0.0, halo_m, halo_sigma_m, 0.0, model.textured, drawn
+            world_from_object,
+            covariance,
+            0.0,
+            0.0,
+            0.0,
+            halo_m,
+            halo_sigma_m,
+            0.0,
+            model.textured,
+            drawn,
         )
-    contour, _ = _features(drawn, evidence, pose, use_texture=False)
-    offset_px = LOW_PASS_PX + halo_m * _px_per_m(evidence, model, pose)
-    edges = measure_contour(evidence, contour, pose, reach_px=4.0, offset_px=offset_px)
+    contour, _ = _features(drawn, evidence, world_from_object, use_texture=False)
+    offset_px = LOW_PASS_PX + halo_m * _px_per_m(evidence, model, world_from_object)
+    edges = measure_contour(evidence, contour, world_from_object, reach_px=4.0, offset_px=offset_px)
     agrees = edges.found & (np.abs(edges.offset_px) < AGREE_PX) & ~edges.hidden
     shown = evidence.own * (1 - evidence.hidden)
     foreign = np.maximum(evidence.foreground - evidence.own, evidence.hidden)
     return Fit(
-        pose,
+        world_from_object,
         _with_symmetry(covariance, model),
         float(agrees.mean()) if len(agrees) else 0.0,
         float((shown[silhouette] > 0.35).mean()),
@@ -230,9 +248,9 @@ def judge(
 
 
 def _features(
-    drawn: Rendering, evidence: Evidence, pose: Pose, *, use_texture: bool
+    drawn: Rendering, evidence: Evidence, world_from_object: Pose, *, use_texture: bool
 ) -> tuple[Contour, Texture | None]:
-    object_from_camera = pose.inverse() @ evidence.world_from_camera
+    object_from_camera = world_from_object.inverse() @ evidence.world_from_camera
     contour = contour_points(drawn, evidence.camera, object_from_camera, limit=CONTOUR_POINTS)
     if not use_texture:
         return contour, None
@@ -248,10 +266,10 @@ def _features(
     return contour, texture
 
 
-def _px_per_m(evidence: Evidence, model: TrackModel, pose: Pose) -> float:
+def _px_per_m(evidence: Evidence, model: TrackModel, world_from_object: Pose) -> float:
     """Pixels that a metre across the view takes at the object's distance."""
     camera_from_world = evidence.world_from_camera.inverse()
-    depth = float((camera_from_world @ model.centre_at(pose))[2])
+    depth = float((camera_from_world @ model.centre_at(world_from_object))[2])
     return evidence.camera.fx / max(depth, 0.1)
 
 
@@ -260,13 +278,13 @@ def _step(
     inner: Rows | None,
     reach_px: float,
     prior: Prior,
-    pose: Pose,
+    world_from_object: Pose,
     halo_m: float,
     px_per_m: float,
 ) -> tuple[Points, Points]:
     """One robust Gauss-Newton step in (x, y, z, yaw, halo) and the information (5, 5) behind it."""
     information: Points = np.diag(1.0 / np.append(prior.sigma, prior.halo_sigma_m) ** 2)
-    apart = np.append(prior.mean - pose_vector(pose), prior.halo_m - halo_m)
+    apart = np.append(prior.mean - pose_vector(world_from_object), prior.halo_m - halo_m)
     apart[3] = wrap_angle(float(apart[3]))
     right = information @ apart
     # Tukey's cut-off shrinks with the reach, from half of it down to about 2.5 σ.

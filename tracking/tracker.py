@@ -59,12 +59,12 @@ class RigState:
     """Where the camera stands.
 
     Attributes:
-        marker: `world_from_rig` that the marker said when the camera was last refined.
+        marker_world_from_rig: what the marker said when the camera was last refined.
         calibration: the refined pose.
         plates: the empty room from there.
     """
 
-    marker: Pose
+    marker_world_from_rig: Pose
     calibration: Calibration
     plates: Plates
 
@@ -173,11 +173,11 @@ class Tracker:
         output = TrackOutput(objects, MappingProxyType(stages), scene.world_from_rig)
         return following, output
 
-    def _locate(self, state: TrackerState, frame: Frame, marker: Pose) -> RigState:
+    def _locate(self, state: TrackerState, frame: Frame, marker_world_from_rig: Pose) -> RigState:
         """The refined camera pose and its plates; both kept while the camera stands still."""
         known = state.rig
         if known is not None:
-            moved = known.marker.inverse() @ marker
+            moved = known.marker_world_from_rig.inverse() @ marker_world_from_rig
             stands = (
                 float(np.linalg.norm(moved.translation)) < RIG_MOVED_M
                 and rotation_angle(moved.rotation) < RIG_TURNED_RAD
@@ -185,19 +185,24 @@ class Tracker:
             if stands:
                 return known
             # Where the marker went, the refined camera went too: a better start than the marker.
-            nominal = marker @ known.marker.inverse() @ known.calibration.world_from_rig
+            nominal = (
+                marker_world_from_rig
+                @ known.marker_world_from_rig.inverse()
+                @ known.calibration.world_from_rig
+            )
         else:
-            nominal = marker
+            nominal = marker_world_from_rig
         if self._options.calibrate:
             standing = tuple(
-                PosedSplats(m.source.splats, state.tracks[m.object_id].pose) for m in self._models
+                PosedSplats(m.source.splats, state.tracks[m.object_id].world_from_object)
+                for m in self._models
             )
             calibration = calibrate(frame, nominal, self._room, self._renderer, objects=standing)
         else:
             calibration = Calibration(nominal, np.full(6, 1e-3), 1.0, True)
         plates = render_plates(self._renderer, self._room, frame.rig, calibration.world_from_rig)
         plates = self._learned(plates, frame, state.tracks, lenses=range(len(frame.images)))
-        return RigState(marker, calibration, plates)
+        return RigState(marker_world_from_rig, calibration, plates)
 
     def _learned(
         self,
@@ -208,7 +213,10 @@ class Tracker:
         lenses: Sequence[int],
     ) -> Plates:
         """Plates with what this frame shows of the room, away from all objects."""
-        standing = [PosedSplats(m.source.splats, tracks[m.object_id].pose) for m in self._models]
+        standing = [
+            PosedSplats(m.source.splats, tracks[m.object_id].world_from_object)
+            for m in self._models
+        ]
         exposures = _exposures(frame, plates)
         return learn(plates, frame, exposures, standing, self._renderer, lenses=lenses)
 
@@ -242,7 +250,7 @@ class Tracker:
     def _neighbours(self, model: TrackModel, tracks: Mapping[str, Track]) -> tuple[Neighbour, ...]:
         """Where the other objects are, without those that are lost."""
         return tuple(
-            (other, tracks[other.object_id].pose)
+            (other, tracks[other.object_id].world_from_object)
             for other in self._models
             if other is not model and tracks[other.object_id].state is not TrackState.LOST
         )

@@ -31,8 +31,8 @@ class Sample:
 
     Attributes:
         t_ns: capture time.
-        estimated: tracked `world_from_object`.
-        true: true `world_from_object`.
+        estimated_world_from_object: tracked `world_from_object`.
+        true_world_from_object: true `world_from_object`.
         visible: share of the object that the camera saw, 0..1.
         state: what the tracker knew.
         counted: whether the object has moved by now.
@@ -40,8 +40,8 @@ class Sample:
     """
 
     t_ns: int
-    estimated: Pose
-    true: Pose
+    estimated_world_from_object: Pose
+    true_world_from_object: Pose
     visible: float
     state: TrackState
     counted: bool
@@ -64,20 +64,22 @@ class ScoreBoard:
         """Take one frame."""
         self._moved |= truth.moved
         for track in tracks:
-            true = truth.world_from_object.get(track.object_id)
+            true_world_from_object = truth.world_from_object.get(track.object_id)
             model = self._models.get(track.object_id)
-            if true is None or model is None:
+            if true_world_from_object is None or model is None:
                 continue
             symmetry = SYMMETRY_OF_KIND.get(model.kind, 1)
             self._samples[track.object_id].append(
                 Sample(
                     t_ns=track.t_ns,
-                    estimated=track.world_from_object,
-                    true=true,
+                    estimated_world_from_object=track.world_from_object,
+                    true_world_from_object=true_world_from_object,
                     visible=truth.visible_fraction.get(track.object_id, 1.0),
                     state=track.state,
                     counted=track.object_id in self._moved,
-                    error=pose_error(track.world_from_object, true, symmetry=symmetry),
+                    error=pose_error(
+                        track.world_from_object, true_world_from_object, symmetry=symmetry
+                    ),
                 )
             )
 
