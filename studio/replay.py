@@ -1,4 +1,7 @@
-"""`nexus replay`: track a recording again; the same build gives the same tracks."""
+"""`nexus replay`: track a recording again; the same build gives the same tracks.
+
+Only the shown tracker plays: the paper's method works on masks that a recording does not hold.
+"""
 
 from __future__ import annotations
 
@@ -83,9 +86,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out", type=Path, metavar="DIR", help="also leave report, film and tracks"
     )
-    parser.add_argument(
-        "--no-paper", action="store_true", help="compare the shown tracker only (faster)"
-    )
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
 
 
@@ -104,8 +104,7 @@ def run(args: argparse.Namespace) -> int:
             f"{args.recording}: recorded in real time ({info.mode}): which frames the tracker "
             "missed depended on the machine, so its tracks cannot be reproduced"
         )
-    methods = info.methods[:1] if args.no_paper else info.methods
-    plan = SessionPlan(scene=info.scene, recording=args.recording, methods=methods)
+    plan = SessionPlan(scene=info.scene, recording=args.recording, methods=info.methods[:1])
     comparison = Comparison()
     progress = text_progress()
     rows: list[Row] = []

@@ -27,6 +27,7 @@ from devices.recording_codec import (
 )
 from scenes.package import ScenePackage
 from scenes.state import SceneState, reduce_state
+from studio.evaluate.perfect_detector import PerfectDetector
 from studio.latency import Latencies
 from studio.pipeline import ExactExecutor, Executor, PacedExecutor, RecorderThread
 from studio.sources import SessionInput, recorded_inputs, simulated_inputs
@@ -117,6 +118,7 @@ class Session:
         duration_ns: int,
         clock: Clock,
         executor: Executor,
+        perfect_detector: PerfectDetector | None = None,
     ) -> None:
         self.plan = plan
         self.scene = scene
@@ -125,6 +127,7 @@ class Session:
         self._inputs = inputs
         self._clock = clock
         self._executor = executor
+        self._perfect_detector = perfect_detector
         self._latencies = Latencies()
         self._methods = dict(methods)
         self._states: dict[str, Any] = {name: m.start() for name, m in self._methods.items()}
@@ -182,6 +185,8 @@ class Session:
 
     def _step(self, message: SessionInput) -> SessionOutput:
         outputs: dict[str, TrackOutput] = {}
+        if self._perfect_detector is not None and message.masks is not None:
+            self._perfect_detector.see(message.frame, message.masks)
         for place, (name, method) in enumerate(self._methods.items()):
             started = time.perf_counter_ns()
             self._states[name], output = method.step(
@@ -233,9 +238,18 @@ def open_session(plan: SessionPlan) -> Session:
     executor = ExactExecutor(clock) if plan.pace is Pace.EXACT else PacedExecutor(clock)
     made = _recorded(plan) if plan.recording is not None else _simulated(plan)
     scene, info, inputs, duration_ns = made
-    methods = {name: _make_method(name, scene) for name in plan.methods}
+    perfect_detector = PerfectDetector()
+    methods = {name: _make_method(name, scene, perfect_detector) for name in plan.methods}
     return Session(
-        plan, scene, info, inputs, methods, duration_ns=duration_ns, clock=clock, executor=executor
+        plan,
+        scene,
+        info,
+        inputs,
+        methods,
+        duration_ns=duration_ns,
+        clock=clock,
+        executor=executor,
+        perfect_detector=perfect_detector,
     )
 
 
@@ -298,6 +312,11 @@ def _recorded(plan: SessionPlan) -> Made:
 
     path = plan.recording
     assert path is not None
+    if "paper" in plan.methods:
+        raise ValueError(
+            f"{path}: the paper's method cannot be replayed: it works on the simulator's masks, "
+            "which a recording does not hold; rehearse again with the same seed"
+        )
     info = read_session(path)
     scene = open_scene(info.scene)
     found = scene_hash(scene)
@@ -309,13 +328,19 @@ def _recorded(plan: SessionPlan) -> Made:
     return scene, info, partial(recorded_inputs, path, info), 0
 
 
-def _make_method(name: str, scene: ScenePackage) -> TrackingMethod[Any]:
+def _make_method(
+    name: str, scene: ScenePackage, perfect_detector: PerfectDetector
+) -> TrackingMethod[Any]:
     from scenes.render.native import NativeRenderer
     from tracking.paper import PaperTracker
     from tracking.tracker import Tracker
 
-    makers = {"own": Tracker, "paper": PaperTracker}
-    return makers[name](scene.room, scene.objects, NativeRenderer(), stopwatch=time.perf_counter_ns)
+    renderer, stopwatch = NativeRenderer(), time.perf_counter_ns
+    if name == "own":
+        return Tracker(scene.room, scene.objects, renderer, stopwatch=stopwatch)
+    return PaperTracker(
+        scene.room, scene.objects, renderer, detector=perfect_detector, stopwatch=stopwatch
+    )
 
 
 def _discard(_value: RecordedValue) -> None:

@@ -18,6 +18,7 @@ from devices.recording_codec import (
 )
 from devices.replay import FrameAssembler
 from scenes.state import Avatar, TrackedObject
+from studio.evaluate.perfect_detector import Masks
 
 if TYPE_CHECKING:
     from sim.rehearsal import SimulatedStep
@@ -34,6 +35,8 @@ class SessionInput:
         events: what happened since the frame before.
         truth: where things really are; only the report looks at it.
         recorded: tracks found in a recording, with the name of their method.
+        masks: per body id, where each lens really sees it; only of a simulation, and only for
+            `PerfectDetector`.
     """
 
     frame: Frame
@@ -42,6 +45,7 @@ class SessionInput:
     events: tuple[Event, ...] = ()
     truth: RecordedTruth | None = None
     recorded: tuple[tuple[str, TrackedObject], ...] = ()
+    masks: Masks | None = None
 
     @property
     def t_ns(self) -> int:
@@ -60,7 +64,9 @@ def simulated_inputs(steps: Iterator[SimulatedStep]) -> Iterator[SessionInput]:
             moved=step.truth.moved,
             world_from_rig=step.truth.world_from_rig,
         )
-        yield SessionInput(step.frame, step.packet, step.avatars, step.events, truth)
+        yield SessionInput(
+            step.frame, step.packet, step.avatars, step.events, truth, masks=step.truth.masks
+        )
 
 
 def recorded_inputs(path: Path, session: SessionInfo) -> Iterator[SessionInput]:

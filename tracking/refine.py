@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 YAW_BOUND = math.radians(22.5)
 XY_BOUND_M = 0.05
 Z_BOUND_M = 0.5
-"""Bounds around the start, position in camera space (paper)."""
+"""Bounds around the start (paper): beside the ray to the object, along it, about up."""
 
 MOST_DRAWINGS = 200
 """The paper's budget of 1 s at 4 ms a drawing, less the keypoint stage."""
@@ -82,7 +82,7 @@ def minimise_chamfer(
     """SciPy's Powell within the paper's bounds.
 
     Args:
-        start: (4,) x, y, z of the object in the camera (metres) and yaw (radians).
+        start: (4,) metres right of and below the ray to the object, its depth, yaw in radians.
         observed: contour of the live object.
         draw_mask: draws the object's mask at such a vector.
 
