@@ -21,10 +21,11 @@ from scenes.state import ObjectModel, TrackState
 from tracking.background import Exposure, Plates, fit_exposure, render_plates
 from tracking.calibrate import Calibration, calibrate
 from tracking.evidence import Neighbour, Scene
-from tracking.follow import Task, Track, first_look, follow, new_track, report
+from tracking.follow import first_look, follow
 from tracking.learn import learn
 from tracking.model import TrackModel, make_model
 from tracking.output import Stopwatch, TrackOutput, no_stopwatch
+from tracking.track import Task, Track, new_track, report
 
 RIG_MOVED_M = 0.02
 RIG_TURNED_RAD = np.deg2rad(0.6)

@@ -1,0 +1,183 @@
+"""What is believed of an object before a frame is measured, and which measurement to believe."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.pose import Pose, wrap_angle
+from scenes.state import TrackState
+from tracking.evidence import Evidence
+from tracking.metrics import ROUND
+from tracking.smooth import pose_vector, vector_pose
+from tracking.solve import (
+    COLD_REACHES,
+    SLID_REACHES,
+    TRACKING_REACHES,
+    Fit,
+    Prior,
+    solve,
+)
+from tracking.track import Task
+
+HOLD_BELOW = 0.42
+"""The pose is held while fewer contour points than this share agree."""
+
+CONVINCING = 0.55
+"""Below this share, other places and yaws are tried as well."""
+
+CONVINCING_LIKENESS = 0.38
+LEAST_LIKENESS = 0.35
+"""What the likeness of a textured object must reach to convince, and to be believed at all."""
+
+FAR_PRICE = 0.012
+"""Quality that a pose costs per squared standard deviation from its prediction."""
+
+LEAST_VISIBLE = 0.15
+"""Below this visible fraction nothing is measured."""
+
+HEAVY_HEIGHT_M = 0.3
+"""Objects at least this tall stay on the floor; smaller ones may be carried."""
+
+CONTACT_SIGMA_M = 0.003
+CARRIED_SIGMA_M = 0.08
+SNAP_M = 0.03
+REACHABLE_M = 0.15
+LIFTED_M = 0.015
+"""A small object nearer than the first to a support is first taken to stand on it, nearer than the
+second perhaps."""
+
+RESTING_SIGMA_M = 0.012
+RESTING_SIGMA_RAD = math.radians(1.5)
+MOVING_SIGMA_M = 0.10
+MOVING_SIGMA_RAD = math.radians(14)
+"""How far an object may be from its prediction, as standard deviations."""
+
+
+def priors(task: Task, predicted_world_from_object: Pose) -> list[Prior]:
+    """What may be known before looking, the likeliest first: standing on something, or carried.
+
+    Args:
+        task: the object.
+        predicted_world_from_object: where it is expected.
+    """
+    track, source = task.track, task.model.source
+    mean = pose_vector(predicted_world_from_object)
+    if track.state is TrackState.STATIC and track.missed_frames == 0:
+        sigma = np.array([RESTING_SIGMA_M, RESTING_SIGMA_M, 0.0, RESTING_SIGMA_RAD])
+    else:
+        spread = 1.0 + 0.5 * min(track.missed_frames, 8)
+        sigma = np.array([MOVING_SIGMA_M, MOVING_SIGMA_M, 0.0, MOVING_SIGMA_RAD]) * spread
+    known = (track.halo_m, track.halo_sigma_m)
+    if source.box_m[2] >= HEAVY_HEIGHT_M:
+        return [_standing(mean, source.support_z_m, sigma, known)]
+    carried = sigma + np.array([0.0, 0.0, CARRIED_SIGMA_M, 0.0])
+    free = Prior(mean, np.maximum(carried, [0.05, 0.05, 0.0, math.radians(8)]), *known)
+    heights = np.array(task.supports_m)
+    nearest = float(heights[np.argmin(np.abs(heights - mean[2]))])
+    if abs(nearest - mean[2]) > REACHABLE_M:
+        return [free]
+    standing = _standing(mean, nearest, sigma, known)
+    return [standing, free] if abs(nearest - mean[2]) < SNAP_M else [free, standing]
+
+
+def _standing(
+    mean: NDArray[np.float64],
+    height_m: float,
+    sigma: NDArray[np.float64],
+    known: tuple[float, float],
+) -> Prior:
+    mean, sigma = mean.copy(), sigma.copy()
+    mean[2], sigma[2] = height_m, CONTACT_SIGMA_M
+    return Prior(mean, sigma, *known)
+
+
+def measure(task: Task, evidence: Evidence, predicted_world_from_object: Pose) -> Fit:
+    """Solve from the prediction, and from farther off if that does not convince."""
+    beliefs = priors(task, predicted_world_from_object)
+    quick = TRACKING_REACHES if task.track.missed_frames == 0 else COLD_REACHES
+    best = _try(task, evidence, predicted_world_from_object, beliefs[0], reaches_px=quick)
+    if _is_convincing(best) or best.covered_fraction > 0.5:
+        return best
+    # Not where it was expected: slide it there first, then try other yaws too.
+    turns = (0.0,) if task.model.symmetry == ROUND or is_believable(best) else (0.0, 0.35, -0.35)
+    for belief in beliefs:
+        free = belief.sigma[2] > CONTACT_SIGMA_M
+        wide = replace(belief, sigma=belief.sigma * np.array([2.0, 2.0, 1.0, 2.0]))
+        for turn in turns:
+            start = vector_pose(
+                pose_vector(predicted_world_from_object) + np.array([0.0, 0.0, 0.0, turn])
+            )
+            reaches = SLID_REACHES if task.model.textured else COLD_REACHES
+            other = _try(task, evidence, start, wide, reaches_px=reaches, slide=True)
+            if free and not _is_lifted(task, other.world_from_object):
+                continue
+            margin = 0.06 if is_believable(best) else 0.02
+            if _worth(other, belief) > _worth(best, beliefs[0]) + margin:
+                best = other
+    return best
+
+
+def is_doubtful(task: Task, fit: Fit) -> bool:
+    """Whether a believable fit is still too weak for where it is: in the air, or after a gap."""
+    if not task.scene.holds(fit.world_from_object):
+        return True
+    small = task.model.source.box_m[2] < HEAVY_HEIGHT_M
+    if not (small and task.model.textured):
+        return False
+    unsure = task.track.missed_frames > 0
+    lifted = _is_lifted(task, fit.world_from_object)
+    wanted = LEAST_LIKENESS + 0.05 * lifted + 0.12 * unsure
+    return fit.likeness < wanted or (unsure and fit.agreement < CONVINCING)
+
+
+def _is_lifted(task: Task, world_from_object: Pose) -> bool:
+    """Whether an object hangs clearly above every support it is near to: things do not sink in."""
+    height = float(world_from_object.translation[2])
+    return all(height - z > LIFTED_M or z - height > REACHABLE_M for z in task.supports_m)
+
+
+def _worth(fit: Fit, belief: Prior) -> float:
+    """Quality less the price of being far from what was expected."""
+    apart = pose_vector(fit.world_from_object) - belief.mean
+    apart[3] = wrap_angle(float(apart[3]))
+    return fit.quality - FAR_PRICE * min(float(((apart / belief.sigma) ** 2).sum()), 9.0)
+
+
+def _try(
+    task: Task,
+    evidence: Evidence,
+    start: Pose,
+    prior: Prior,
+    *,
+    reaches_px: tuple[float, ...],
+    slide: bool = False,
+) -> Fit:
+    """One solve; the start is put on the height that the prior is sure of."""
+    vector = pose_vector(start)
+    if prior.sigma[2] <= CONTACT_SIGMA_M:
+        vector[2] = prior.mean[2]
+    return solve(
+        evidence,
+        task.model,
+        vector_pose(vector),
+        prior,
+        task.scene.renderer,
+        reaches_px=reaches_px,
+        use_texture=task.use_texture,
+        slide_first=slide,
+    )
+
+
+def _is_convincing(fit: Fit) -> bool:
+    alike = not fit.textured or fit.likeness >= CONVINCING_LIKENESS
+    return fit.agreement >= CONVINCING and alike
+
+
+def is_believable(fit: Fit) -> bool:
+    """Whether enough of the object is seen, agrees and looks like it."""
+    alike = not fit.textured or fit.likeness >= LEAST_LIKENESS
+    return fit.agreement >= HOLD_BELOW and fit.visible_fraction >= LEAST_VISIBLE and alike

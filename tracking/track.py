@@ -1,0 +1,136 @@
+"""What is remembered of one object between frames, and what a frame asks of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.messages import Frame
+from scenes.pose import Pose
+from scenes.state import TrackedObject, TrackState
+from scenes.warp import VirtualView
+from tracking.evidence import Neighbour, Scene
+from tracking.model import TrackModel
+from tracking.smooth import Motion
+from tracking.solve import (
+    HALO_M,
+    HALO_SIGMA_M,
+)
+
+FloatArray = NDArray[np.float32]
+
+RESTING_FRAMES = 6
+"""An object rests after this many frames with hardly a step."""
+
+SEARCH_PERIOD_NS = 800_000_000
+"""A lost object is searched for at most this often."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rest:
+    """How a resting object looks, to see cheaply whether anything changed.
+
+    Attributes:
+        view: the crop it is looked at through.
+        picture: (H, W, 3) float32 the crop when its pose was last confirmed.
+        silhouette: (H, W) bool, a little widened.
+    """
+
+    view: VirtualView
+    picture: FloatArray
+    silhouette: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Track:
+    """What is remembered of one object.
+
+    Attributes:
+        world_from_object: the latest.
+        motion: its velocity.
+        state: see `TrackState`.
+        covariance: (4, 4) of x, y, z, yaw.
+        visible_fraction: 0..1.
+        confidence: 0..1.
+        halo_m: learned distance of the drawn surface outside the real one.
+        halo_sigma_m: how well that is known.
+        still_frames: frames in a row with hardly a step.
+        missed_frames: frames in a row without agreement.
+        rest: how it looks at rest; None while it isn't known to rest.
+        searched_ns: frame time of the last search over the whole scene.
+    """
+
+    world_from_object: Pose
+    motion: Motion
+    state: TrackState
+    covariance: NDArray[np.float64]
+    visible_fraction: float
+    confidence: float
+    halo_m: float
+    halo_sigma_m: float
+    still_frames: int
+    missed_frames: int
+    rest: Rest | None
+    searched_ns: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Task:
+    """One object in one frame.
+
+    Attributes:
+        scene: the frame.
+        model: the object.
+        track: what is remembered of it.
+        neighbours: the other objects.
+        supports_m: heights of planes things stand on.
+        is_turn: whether this resting object is measured anew in this frame.
+        is_first: whether this is the first frame of the session.
+        may_search: whether a search over the whole scene is allowed in this frame.
+        use_texture: whether inner colours take part.
+    """
+
+    scene: Scene
+    model: TrackModel
+    track: Track
+    neighbours: tuple[Neighbour, ...]
+    supports_m: tuple[float, ...]
+    is_turn: bool
+    is_first: bool
+    may_search: bool
+    use_texture: bool
+
+
+def new_track(model: TrackModel) -> Track:
+    """An object where the scene says, not yet seen."""
+    return Track(
+        world_from_object=model.source.world_from_object,
+        motion=Motion.rest(0),
+        state=TrackState.STATIC,
+        covariance=np.diag([0.02**2, 0.02**2, 0.01**2, math.radians(2) ** 2]),
+        visible_fraction=0.0,
+        confidence=0.0,
+        halo_m=HALO_M,
+        halo_sigma_m=HALO_SIGMA_M,
+        still_frames=RESTING_FRAMES,
+        missed_frames=0,
+        rest=None,
+        searched_ns=-SEARCH_PERIOD_NS,
+    )
+
+
+def report(model: TrackModel, track: Track, frame: Frame) -> TrackedObject:
+    """What the rest of the studio is told."""
+    return TrackedObject(
+        object_id=model.object_id,
+        t_ns=frame.t_ns,
+        world_from_object=track.world_from_object,
+        covariance=track.covariance,
+        visible_fraction=track.visible_fraction,
+        state=track.state,
+        confidence=track.confidence,
+        source_seq=frame.seq,
+    )
