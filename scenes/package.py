@@ -23,10 +23,6 @@ from numpy.typing import NDArray
 from scenes.formats.atomic import write_folder
 from scenes.formats.error import FormatError
 from scenes.formats.ply import WORLD_COMMENT, read_ply, write_ply
-from scenes.formats.registry import is_in_world_frame, read_splats
-from scenes.formats.sog import is_sog_folder
-from scenes.frames import WORLD_FROM_FORWARD_CAMERA
-from scenes.harmonics import turned
 from scenes.mesh import QrCode
 from scenes.package_files import (
     PackageError,
@@ -177,39 +173,6 @@ def load_package(folder: str | Path) -> ScenePackage:
         raise PackageError(f"{source}: {error}; save the scene again") from None
 
 
-def open_scene(name_or_path: str | Path, *, cache_dir: Path | None = None) -> ScenePackage:
-    """Open a built-in room, a scene package or a plain splat file.
-
-    A splat file becomes a scene without objects: axes are turned from the file's (x right, y down,
-    z forward, unless it was written in the world frame) to Z up; unit and origin are kept, since
-    the file does not tell them.
-
-    Args:
-        name_or_path: a name of `scenes.samples.SAMPLE_NAMES`, a package folder or a splat file.
-        cache_dir: where built-in rooms are kept; by default the user's cache folder.
-
-    Raises:
-        PackageError: there is nothing of that name, or it is foreign or damaged.
-        FormatError: a splat file is damaged.
-        WriteError: a built-in room cannot be kept because the cache folder is full or read-only.
-    """
-    # Imported here because these modules build packages and so import this one.
-    from scenes.builtin import open_builtin
-    from scenes.samples import SAMPLE_NAMES
-
-    if str(name_or_path) in SAMPLE_NAMES:
-        return open_builtin(str(name_or_path), cache_dir)
-    path = Path(name_or_path)
-    if not path.exists():
-        raise PackageError(
-            f"{path}: no such folder or file, nor a built-in scene; "
-            f"built-in are: {', '.join(SAMPLE_NAMES)}"
-        )
-    if path.is_dir() and not is_sog_folder(path):
-        return load_package(path)
-    return _package_of_splats(path)
-
-
 def is_package(folder: Path) -> bool:
     """Whether this folder says that it is a scene package, of whatever version."""
     try:
@@ -255,24 +218,6 @@ def _fill(part: Path, package: ScenePackage) -> None:
             ],
             "files": {path.relative_to(part).as_posix(): fingerprint(path) for path in files},
         },
-    )
-
-
-def _package_of_splats(path: Path) -> ScenePackage:
-    cloud = read_splats(path)
-    if not is_in_world_frame(path):
-        cloud = turned(cloud, WORLD_FROM_FORWARD_CAMERA)
-    low, high = np.percentile(cloud.means, (1.0, 99.0), axis=0) if len(cloud) else np.zeros((2, 3))
-    middle = 0.5 * (low + high).astype(np.float64)
-    return ScenePackage(
-        name=path.name,
-        room=cloud,
-        objects=(),
-        codes=(),
-        world_from_rig=Pose(WORLD_FROM_FORWARD_CAMERA.rotation, middle),
-        footprint_m=np.stack([low[:2], high[:2]]),
-        physical=None,
-        stages=(Stage("open", f"splat file {path.name}"),),
     )
 
 

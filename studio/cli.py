@@ -145,7 +145,7 @@ def _find_verb(words: list[str]) -> tuple[Verb, list[str]]:
         raise SystemExit(EXIT_DONE if len(words) > 1 else EXIT_USAGE)
     asked = " ".join(words[:2]) if below else words[0]
     names = [verb.name for verb in VERBS]
-    close = difflib.get_close_matches(asked, names, n=1, cutoff=0.4)
+    close = difflib.get_close_matches(asked, names, n=1, cutoff=0.6)
     hint = f"did you mean 'nexus {close[0]}'?" if close else "'nexus --help' lists the verbs"
     what = "flag" if asked.startswith("-") else "verb"
     print(f"nexus: unknown {what} {asked!r}; {hint}", file=sys.stderr)
@@ -163,7 +163,7 @@ def _overview() -> str:
             "",
             *lines,
             "",
-            "'nexus VERB --help' explains a verb.",
+            "'nexus VERB --help' explains a verb. From a checkout, './nexus test' runs every test.",
             "Exit codes: 0 done, 1 a check failed, 2 usage, 3 bad input file, 130 cancelled.",
             "",
             "example:",

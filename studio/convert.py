@@ -11,7 +11,8 @@ from scenes.formats.ply import WORLD_COMMENT, write_ply
 from scenes.formats.registry import is_in_world_frame, read_splats, require_writer
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA
 from scenes.harmonics import turned
-from scenes.package import is_package, open_scene
+from scenes.opening import open_scene
+from scenes.package import is_package
 from scenes.samples import SAMPLE_NAMES
 from scenes.splats import SplatCloud, concatenate
 

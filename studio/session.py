@@ -272,7 +272,7 @@ Made = tuple[ScenePackage, SessionInfo, Callable[[], Iterator[SessionInput]], in
 
 
 def _simulated(plan: SessionPlan) -> Made:
-    from scenes.package import open_scene
+    from scenes.opening import open_scene
     from scenes.samples import SAMPLE_NAMES, sample_room
     from sim.camera360 import default_rig
     from sim.rehearsal import simulate
@@ -308,7 +308,7 @@ def _simulated(plan: SessionPlan) -> Made:
 
 
 def _recorded(plan: SessionPlan) -> Made:
-    from scenes.package import open_scene
+    from scenes.opening import open_scene
 
     path = plan.recording
     assert path is not None

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from devices.streams import Slot, StreamClosedError
 from scenes.cameras import Pinhole
-from scenes.package import ScenePackage, open_scene
+from scenes.opening import open_scene
+from scenes.package import ScenePackage
 from scenes.pose import Pose
 from scenes.render.native import NativeRenderer
 from scenes.state import SceneState, TrackState

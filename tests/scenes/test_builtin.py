@@ -4,7 +4,8 @@ import pytest
 import scenes.builtin
 from scenes.builtin import open_builtin
 from scenes.mesh import PhysicalRoom
-from scenes.package import load_package, open_scene
+from scenes.opening import open_scene
+from scenes.package import load_package
 from scenes.pose import Pose
 
 

@@ -12,13 +12,13 @@ from scenes.formats.ply import WORLD_COMMENT, write_ply
 from scenes.formats.registry import write_splats
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA
 from scenes.mesh import QrCode
+from scenes.opening import open_scene
 from scenes.package import (
     FORMAT_VERSION,
     ScenePackage,
     Stage,
     is_package,
     load_package,
-    open_scene,
     save_package,
 )
 from scenes.package_files import PackageError, fingerprint

@@ -5,7 +5,8 @@ import pytest
 
 from scenes.formats.registry import is_in_world_frame, read_splats, write_splats
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA
-from scenes.package import ScenePackage, open_scene, save_package
+from scenes.opening import open_scene
+from scenes.package import ScenePackage, save_package
 from scenes.pose import Pose
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel
