@@ -8,10 +8,14 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+from hypothesis import settings
 
 from scenes.cameras import Camera, pixel_centres
 from scenes.mesh import TexturedMesh
 from scenes.pose import Pose
+
+settings.register_profile("ci", derandomize=True, deadline=None, max_examples=40, database=None)
+settings.load_profile("ci")
 
 AMBIENT, KEY = 0.55, 0.5
 

@@ -1,16 +1,12 @@
-"""Shared by the tests of scenes: one hypothesis profile, random clouds, real files."""
+"""Shared by the tests of scenes: random clouds, real files."""
 
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import settings
 
 from scenes.splats import SH_COUNTS, SplatCloud
-
-settings.register_profile("ci", derandomize=True, deadline=None, max_examples=40, database=None)
-settings.load_profile("ci")
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data" / "splats"
 
