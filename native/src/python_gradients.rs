@@ -1,0 +1,225 @@
+//! What Python sees of the gradients. As in `python`, shapes are checked on the other side; the
+//! checks here only keep a wrong call from reading out of bounds.
+
+use std::sync::Arc;
+
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use rayon::ThreadPool;
+
+use crate::camera::{Fisheye, Pinhole};
+use crate::pool::Pools;
+use crate::project::View;
+use crate::python::{posed_clouds, view_of, PictureArrays, PreparedCloud};
+use crate::render::{Job, Picture};
+use crate::simd::Simd;
+use crate::tape::{self, PictureGradients};
+
+/// Either lens, as Python names it.
+#[derive(Clone, Copy)]
+enum AnyLens {
+    Pinhole(Pinhole),
+    Fisheye(Fisheye),
+}
+
+impl AnyLens {
+    /// A fisheye if it has a largest angle.
+    fn new(view: &View, focal: [f64; 2], centre: [f64; 2], max_angle: Option<f64>) -> AnyLens {
+        match max_angle {
+            Some(max_angle) => AnyLens::Fisheye(Fisheye {
+                focal: focal[0],
+                centre,
+                max_angle,
+            }),
+            None => AnyLens::Pinhole(Pinhole {
+                width: view.width as f64,
+                height: view.height as f64,
+                focal,
+                centre,
+            }),
+        }
+    }
+}
+
+macro_rules! with_lens {
+    ($any:expr, $lens:ident => $work:expr) => {
+        match $any {
+            AnyLens::Pinhole($lens) => $work,
+            AnyLens::Fisheye($lens) => $work,
+        }
+    };
+}
+
+/// Flat gradients of one object: means, scales, rotations, opacities, sh, and its twist.
+type ObjectArrays<'py> = (
+    Bound<'py, PyArray1<f32>>,
+    Bound<'py, PyArray1<f32>>,
+    Bound<'py, PyArray1<f32>>,
+    Bound<'py, PyArray1<f32>>,
+    Bound<'py, PyArray1<f32>>,
+    [f64; 6],
+);
+
+/// Draws pictures that can be differentiated; keeps threads between them.
+#[pyclass(frozen, module = "scenes._native", name = "Differentiator")]
+pub struct Differentiator {
+    pools: Pools,
+    simd: Simd,
+}
+
+#[pymethods]
+impl Differentiator {
+    #[new]
+    #[pyo3(signature = (*, portable = false))]
+    fn new(portable: bool) -> Self {
+        Differentiator {
+            pools: Pools::default(),
+            simd: if portable {
+                Simd::SCALAR
+            } else {
+                Simd::detect()
+            },
+        }
+    }
+
+    /// Draws as `Engine` does, and remembers how.
+    #[pyo3(signature = (clouds, camera_from_object, *, size, focal, centre, max_angle, background,
+                        near, antialias, sh_degree, threads))]
+    #[allow(clippy::too_many_arguments)] // Python names them all
+    fn record<'py>(
+        &self,
+        py: Python<'py>,
+        clouds: Vec<Bound<'py, PreparedCloud>>,
+        camera_from_object: PyReadonlyArray2<'py, f64>,
+        size: (usize, usize),
+        focal: [f64; 2],
+        centre: [f64; 2],
+        max_angle: Option<f64>,
+        background: [f32; 3],
+        near: f64,
+        antialias: bool,
+        sh_degree: usize,
+        threads: usize,
+    ) -> PyResult<(PictureArrays<'py>, Tape)> {
+        let view = view_of(size, near, antialias, sh_degree)?;
+        let lens = AnyLens::new(&view, focal, centre, max_angle);
+        let poses = camera_from_object.as_slice()?.to_vec();
+        let objects = posed_clouds(&clouds, &poses)?;
+        let pixels = view.width * view.height;
+        let rgb = PyArray1::zeros(py, 3 * pixels, false);
+        let alpha = PyArray1::zeros(py, pixels, false);
+        let depth = PyArray1::zeros(py, pixels, false);
+        let ids = PyArray1::zeros(py, pixels, false);
+        let pool = pool_of(&self.pools, threads)?;
+        let tape = {
+            let mut rgb = rgb.readwrite();
+            let mut alpha = alpha.readwrite();
+            let mut depth = depth.readwrite();
+            let mut ids = ids.readwrite();
+            let mut picture = Picture {
+                rgb: rgb.as_slice_mut()?,
+                alpha: alpha.as_slice_mut()?,
+                depth: depth.as_slice_mut()?,
+                ids: ids.as_slice_mut()?,
+            };
+            let job = Job {
+                view,
+                background,
+                simd: self.simd,
+                pool: &pool,
+            };
+            py.detach(
+                || with_lens!(&lens, lens => tape::Tape::record(&objects, lens, &job, &mut picture)),
+            )
+        };
+        let tape = Tape {
+            tape,
+            clouds: clouds.into_iter().map(Bound::unbind).collect(),
+            poses,
+            lens,
+            view,
+            background,
+            simd: self.simd,
+            pool,
+        };
+        Ok(((rgb, alpha, depth, ids), tape))
+    }
+}
+
+/// A picture drawn by `Differentiator::record`, ready to be differentiated any number of times.
+#[pyclass(frozen, module = "scenes._native", name = "Tape")]
+pub struct Tape {
+    tape: tape::Tape,
+    clouds: Vec<Py<PreparedCloud>>,
+    poses: Vec<f64>,
+    lens: AnyLens,
+    view: View,
+    background: [f32; 3],
+    simd: Simd,
+    pool: Arc<ThreadPool>,
+}
+
+#[pymethods]
+impl Tape {
+    /// Gradients of a loss, given its gradients with respect to the picture (flat arrays).
+    #[pyo3(signature = (d_rgb, d_alpha, d_depth))]
+    fn gradients<'py>(
+        &self,
+        py: Python<'py>,
+        d_rgb: PyReadonlyArray1<'py, f32>,
+        d_alpha: PyReadonlyArray1<'py, f32>,
+        d_depth: PyReadonlyArray1<'py, f32>,
+    ) -> PyResult<Vec<ObjectArrays<'py>>> {
+        let pixels = self.view.width * self.view.height;
+        let d_picture = PictureGradients {
+            rgb: d_rgb.as_slice()?,
+            alpha: d_alpha.as_slice()?,
+            depth: d_depth.as_slice()?,
+        };
+        if d_picture.rgb.len() != 3 * pixels
+            || d_picture.alpha.len() != pixels
+            || d_picture.depth.len() != pixels
+        {
+            return Err(PyValueError::new_err(format!(
+                "d_rgb, d_alpha, d_depth: {}, {}, {} values, wanted {}, {pixels}, {pixels}",
+                d_picture.rgb.len(),
+                d_picture.alpha.len(),
+                d_picture.depth.len(),
+                3 * pixels
+            )));
+        }
+        let clouds: Vec<_> = self.clouds.iter().map(|cloud| cloud.bind(py).clone()).collect();
+        let objects = posed_clouds(&clouds, &self.poses)?;
+        let job = Job {
+            view: self.view,
+            background: self.background,
+            simd: self.simd,
+            pool: &self.pool,
+        };
+        let gradients = py.detach(|| {
+            with_lens!(&self.lens, lens => self.tape.gradients(&objects, lens, &job, &d_picture))
+        });
+        Ok(gradients
+            .into_iter()
+            .map(|object| {
+                let [a, b, c] = object.twist.shift;
+                let [d, e, f] = object.twist.turn;
+                (
+                    PyArray1::from_vec(py, object.means),
+                    PyArray1::from_vec(py, object.scales),
+                    PyArray1::from_vec(py, object.rotations),
+                    PyArray1::from_vec(py, object.opacities),
+                    PyArray1::from_vec(py, object.sh),
+                    [a, b, c, d, e, f],
+                )
+            })
+            .collect())
+    }
+}
+
+fn pool_of(pools: &Pools, threads: usize) -> PyResult<Arc<ThreadPool>> {
+    pools
+        .get(threads)
+        .map_err(|error| PyRuntimeError::new_err(format!("threads: {error}")))
+}
