@@ -26,11 +26,13 @@ pub type Sums = [f32; SUMS];
 /// Gradients with respect to what a tile's pixels have gathered.
 ///
 /// The loss is linear in the blend weights: a splat of colour c at depth d is worth
-/// `c · colour + d · depth + constant` at a pixel, per unit of weight.
+/// `c · colour + d · depth + constant` at a pixel, per unit of weight. On entry `depth` belongs to
+/// the mean depth; see `finish_depth`.
 pub struct PixelGradients {
     pub colour: [[Block; 3]; BLOCKS],
     pub depth: [Block; BLOCKS],
     pub constant: [Block; BLOCKS],
+    pub has_depth: bool,
 }
 
 impl PixelGradients {
@@ -38,6 +40,7 @@ impl PixelGradients {
         colour: [[[0.0; BLOCK_PIXELS]; 3]; BLOCKS],
         depth: [[0.0; BLOCK_PIXELS]; BLOCKS],
         constant: [[0.0; BLOCK_PIXELS]; BLOCKS],
+        has_depth: false,
     };
 }
 
@@ -55,7 +58,7 @@ pub struct BackwardTile<'a> {
     pub work: TileWork<'a>,
     /// 1 where the tile may be drawn, 0 outside the lens circle.
     pub transmittance: [Block; BLOCKS],
-    pub gradients: &'a PixelGradients,
+    pub gradients: &'a mut PixelGradients,
     pub samples: &'a mut Samples,
     /// One for each of the tile's splats; all zero on entry.
     pub sums: &'a mut [Sums],
@@ -67,6 +70,9 @@ impl LaneWork for BackwardTile<'_> {
     #[inline(always)]
     fn run<V: Lanes>(mut self) {
         self.sweep_forwards::<V>();
+        if self.gradients.has_depth {
+            self.finish_depth::<V>();
+        }
         self.sweep_backwards::<V>();
     }
 }
@@ -114,6 +120,43 @@ impl BackwardTile<'_> {
                 alpha.store(&mut sample[0]);
                 alpha.mul(transmittance).store(&mut sample[1]);
                 samples.values.push(sample);
+            }
+        }
+    }
+
+    /// Mean depth = sum of (weight · depth) / sum of weights. Both are summed here anew: one minus the
+    /// transmittance would lose a faint pixel's last digits.
+    #[inline(always)]
+    fn finish_depth<V: Lanes>(&mut self) {
+        let mut weights = [[0.0f32; BLOCK_PIXELS]; BLOCKS];
+        let mut depths = [[0.0f32; BLOCK_PIXELS]; BLOCKS];
+        let mut values = self.samples.values.iter();
+        for (_, mask, splat) in &self.samples.splats {
+            let depth = V::all(splat.depth);
+            let mut left = *mask;
+            while left != 0 {
+                let block = left.trailing_zeros() as usize % BLOCKS;
+                left &= left - 1;
+                let Some(sample) = values.next() else {
+                    return;
+                };
+                let weight = V::load(&sample[1]);
+                let (sum, mean) = (V::load(&weights[block]), V::load(&depths[block]));
+                sum.add(weight).store(&mut weights[block]);
+                weight.mul_add(depth, mean).store(&mut depths[block]);
+            }
+        }
+        for block in 0..BLOCKS {
+            for lane in 0..BLOCK_PIXELS {
+                let weight = weights[block][lane];
+                let d_depth = &mut self.gradients.depth[block][lane];
+                if weight > 0.0 {
+                    *d_depth /= weight;
+                    self.gradients.constant[block][lane] -=
+                        *d_depth * (depths[block][lane] / weight);
+                } else {
+                    *d_depth = 0.0;
+                }
             }
         }
     }

@@ -5,6 +5,8 @@ use crate::camera::{Fisheye, Lens, Pinhole};
 /// Second derivatives of a projection.
 #[derive(Clone, Copy, Debug)]
 pub struct Bend {
+    /// d (u, v) / d p; a pinhole's frozen Jacobian is not that.
+    pub centre: [[f64; 3]; 2],
     /// `jacobian[row][column][axis]` = d J[row][column] / d p[axis], px per m².
     pub jacobian: [[[f64; 3]; 3]; 2],
     /// d depth / d p.
@@ -22,17 +24,21 @@ impl Curved for Pinhole {
         let z = if p[2] > 1e-9 { p[2] } else { 1.0 };
         let inverse = 1.0 / z;
         let mut jacobian = [[[0.0; 3]; 3]; 2];
+        let mut centre = [[0.0; 3]; 2];
         for axis in 0..2 {
             let gain = self.focal[axis] * inverse * inverse;
             let tangent = p[axis] * inverse;
             let (low, high) = self.tangent_limits(axis);
             let frozen = tangent.max(low).min(high);
             let is_free = if frozen == tangent { 1.0 } else { 0.0 };
+            centre[axis][axis] = self.focal[axis] * inverse;
+            centre[axis][2] = -centre[axis][axis] * tangent;
             jacobian[axis][axis][2] = -gain;
             jacobian[axis][2][axis] = -gain * is_free;
             jacobian[axis][2][2] = gain * (frozen + is_free * tangent);
         }
         Bend {
+            centre,
             jacobian,
             depth: [0.0, 0.0, 1.0],
         }
@@ -46,7 +52,11 @@ impl Curved for Fisheye {
         let [x, y, z] = p;
         let square = x * x + y * y;
         let range_square = square + z * z;
-        let range_square = if range_square > 0.0 { range_square } else { 1.0 };
+        let range_square = if range_square > 0.0 {
+            range_square
+        } else {
+            1.0
+        };
         let first = self.project(p).jacobian;
         // Near the axis the closed forms cancel; the series of atan(s/z)/s does not.
         let is_near_axis = z > 0.0 && square < 1e-6 * z * z;
@@ -77,6 +87,7 @@ impl Curved for Fisheye {
         let yzz = f * y * z * h_z;
         let inverse_range = 1.0 / range_square.sqrt();
         Bend {
+            centre: first,
             jacobian: [
                 [[xxx, xxy, xxz], [xxy, xyy, xyz], [xxz, xyz, xzz]],
                 [[xxy, xyy, xyz], [xyy, yyy, yyz], [xyz, yyz, yzz]],
@@ -110,10 +121,11 @@ mod tests {
             before[axis] -= step;
             after[axis] += step;
             let (a, b) = (lens.project(before), lens.project(after));
+            let slopes = [(b.u - a.u) / (2.0 * step), (b.v - a.v) / (2.0 * step)];
             for row in 0..2 {
+                assert!((slopes[row] - analytic.centre[row][axis]).abs() < 1e-4);
                 for column in 0..3 {
-                    let slope =
-                        (b.jacobian[row][column] - a.jacobian[row][column]) / (2.0 * step);
+                    let slope = (b.jacobian[row][column] - a.jacobian[row][column]) / (2.0 * step);
                     let error = (slope - analytic.jacobian[row][column][axis]).abs();
                     assert!(error < 2e-4, "{p:?} {row} {column} {axis}: {error}");
                 }
@@ -141,7 +153,10 @@ mod tests {
             let bend = FISHEYE.bend([s, 0.0, 2.0]);
             let xxx = bend.jacobian[0][0][0] / FISHEYE.focal;
             let wanted = -2.0 * s / 8.0;
-            assert!((xxx - wanted).abs() <= 1e-3 * wanted.abs() + 1e-12, "{s}: {xxx}");
+            assert!(
+                (xxx - wanted).abs() <= 1e-3 * wanted.abs() + 1e-12,
+                "{s}: {xxx}"
+            );
             assert!((bend.jacobian[0][0][2] / FISHEYE.focal + 0.25).abs() < 1e-4);
         }
     }

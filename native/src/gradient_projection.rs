@@ -149,8 +149,8 @@ pub fn gradients_of_splat<L: Curved>(
     });
 
     let mut d_at: Vector = std::array::from_fn(|axis| {
-        let straight = d_centre[0] * seen.jacobian[0][axis]
-            + d_centre[1] * seen.jacobian[1][axis]
+        let straight = d_centre[0] * bend.centre[0][axis]
+            + d_centre[1] * bend.centre[1][axis]
             + sums[9] * bend.depth[axis];
         let bent: f64 = (0..2)
             .map(|row| {

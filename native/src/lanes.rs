@@ -135,7 +135,9 @@ impl Lanes for Portable {
     }
     #[inline(always)]
     fn at_least(self, other: Self) -> Self {
-        self.with(other, |a, b| f32::from_bits(0u32.wrapping_sub((a >= b) as u32)))
+        self.with(other, |a, b| {
+            f32::from_bits(0u32.wrapping_sub((a >= b) as u32))
+        })
     }
     #[inline(always)]
     fn and(self, mask: Self) -> Self {
@@ -143,7 +145,9 @@ impl Lanes for Portable {
     }
     #[inline(always)]
     fn bits(self) -> u32 {
-        (0..BLOCK_PIXELS).fold(0, |bits, lane| bits | (self.0[lane].to_bits() >> 31) << lane)
+        (0..BLOCK_PIXELS).fold(0, |bits, lane| {
+            bits | (self.0[lane].to_bits() >> 31) << lane
+        })
     }
     #[inline(always)]
     fn scale_by(self, shifted: Self) -> Self {

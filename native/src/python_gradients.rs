@@ -189,7 +189,11 @@ impl Tape {
                 3 * pixels
             )));
         }
-        let clouds: Vec<_> = self.clouds.iter().map(|cloud| cloud.bind(py).clone()).collect();
+        let clouds: Vec<_> = self
+            .clouds
+            .iter()
+            .map(|cloud| cloud.bind(py).clone())
+            .collect();
         let objects = posed_clouds(&clouds, &self.poses)?;
         let job = Job {
             view: self.view,

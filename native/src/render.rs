@@ -89,7 +89,12 @@ impl Engine {
 }
 
 /// Fills records, keys, boxes and needles; leaves (key, slot) pairs in scene order.
-pub(crate) fn project_all<L: Lens>(objects: &[PosedCloud], lens: &L, job: &Job, scratch: &mut Scratch) {
+pub(crate) fn project_all<L: Lens>(
+    objects: &[PosedCloud],
+    lens: &L,
+    job: &Job,
+    scratch: &mut Scratch,
+) {
     let seen: Vec<(&PosedCloud, usize)> = objects
         .iter()
         .flat_map(|posed| {

@@ -50,9 +50,18 @@ pub fn basis_and_slopes(d: [f64; 3]) -> ([f64; 16], [[f64; 3]; 16]) {
         scaled(C2[2], [2.0 * x, -2.0 * y, 0.0]),
         scaled(-C3[0], [6.0 * x * y, 3.0 * (xx - yy), 0.0]),
         scaled(C3[1], [y * z, x * z, x * y]),
-        scaled(-C3[2], [-2.0 * x * y, 4.0 * zz - xx - 3.0 * yy, 8.0 * y * z]),
-        scaled(C3[3], [-6.0 * x * z, -6.0 * y * z, 6.0 * zz - 3.0 * (xx + yy)]),
-        scaled(-C3[2], [4.0 * zz - 3.0 * xx - yy, -2.0 * x * y, 8.0 * x * z]),
+        scaled(
+            -C3[2],
+            [-2.0 * x * y, 4.0 * zz - xx - 3.0 * yy, 8.0 * y * z],
+        ),
+        scaled(
+            C3[3],
+            [-6.0 * x * z, -6.0 * y * z, 6.0 * zz - 3.0 * (xx + yy)],
+        ),
+        scaled(
+            -C3[2],
+            [4.0 * zz - 3.0 * xx - yy, -2.0 * x * y, 8.0 * x * z],
+        ),
         scaled(C3[4], [2.0 * x * z, -2.0 * y * z, xx - yy]),
         scaled(-C3[0], [3.0 * (xx - yy), -6.0 * x * y, 0.0]),
     ];
@@ -73,14 +82,17 @@ mod tests {
             let mut rows = [[0.0f32; LANES]; 48];
             rows[3 * k] = [0.1; LANES];
             let colour = sh::colours(&rows, 16, &d.map(|v| [v as f32; LANES]))[0][0];
-            assert!((f64::from(colour) - 0.5 - 0.1 * values[k]).abs() < 1e-6, "{k}");
+            assert!(
+                (f64::from(colour) - 0.5 - 0.1 * values[k]).abs() < 1e-6,
+                "{k}"
+            );
             for axis in 0..3 {
                 let step = 1e-6;
                 let (mut before, mut after) = (d, d);
                 before[axis] -= step;
                 after[axis] += step;
-                let numeric = (basis_and_slopes(after).0[k] - basis_and_slopes(before).0[k])
-                    / (2.0 * step);
+                let numeric =
+                    (basis_and_slopes(after).0[k] - basis_and_slopes(before).0[k]) / (2.0 * step);
                 assert!((numeric - slopes[k][axis]).abs() < 1e-8, "{k} {axis}");
             }
         }

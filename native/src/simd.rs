@@ -1,11 +1,11 @@
 //! Which instructions to use: chosen at run time, never at build time.
 
 use crate::blend::{self, Tile, TileWork};
+#[cfg(target_arch = "x86_64")]
+use crate::blend_avx2;
 use crate::lanes::{LaneWork, Portable};
 #[cfg(target_arch = "x86_64")]
 use crate::lanes_avx2;
-#[cfg(target_arch = "x86_64")]
-use crate::blend_avx2;
 
 /// An instruction set that this machine has; only `Simd::detect` makes other ones than `SCALAR`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -15,11 +15,9 @@ use crate::project::PosedCloud;
 use crate::render::{self, CircleMask, Job, Picture, Scratch};
 use crate::scene::CHUNK;
 
-/// The order in which a picture was drawn, and what its gradients need of its pixels.
+/// The order in which a picture was drawn.
 pub struct Tape {
     scratch: Scratch,
-    alpha: Vec<f32>,
-    depth: Vec<f32>,
 }
 
 /// Gradients of a loss with respect to a picture, laid out as the picture.
@@ -50,11 +48,7 @@ impl Tape {
             render::bin_into_rows(job, &mut scratch);
             render::blend_all::<L, true>(objects, lens, job, &scratch, picture);
         });
-        Tape {
-            scratch,
-            alpha: picture.alpha.to_vec(),
-            depth: picture.depth.to_vec(),
-        }
+        Tape { scratch }
     }
 
     /// Gradients of all splats and poses. `objects`, `lens` and `job` are those of the recording; the
@@ -110,8 +104,7 @@ impl Tape {
                         out.slots.extend_from_slice(slots);
                         out.sums.resize(first + slots.len(), [0.0; SUMS]);
                         let (left, top) = (column * TILE, row * TILE);
-                        let Some(gradients) = self.pixel_gradients(job, d_picture, left, top)
-                        else {
+                        let Some(mut gradients) = pixel_gradients(job, d_picture, left, top) else {
                             continue;
                         };
                         job.simd.run_lanes(BackwardTile {
@@ -124,7 +117,7 @@ impl Tape {
                                 judge: &judge,
                             },
                             transmittance: open_pixels(lens, left, top),
-                            gradients: &gradients,
+                            gradients: &mut gradients,
                             samples,
                             sums: &mut out.sums[first..],
                         });
@@ -133,44 +126,6 @@ impl Tape {
                 },
             )
             .collect()
-    }
-
-    /// None where no pixel of the tile matters.
-    fn pixel_gradients(
-        &self,
-        job: &Job,
-        d_picture: &PictureGradients,
-        left: usize,
-        top: usize,
-    ) -> Option<PixelGradients> {
-        let (width, height) = (job.view.width, job.view.height);
-        let mut gradients = PixelGradients::ZERO;
-        let mut matters = false;
-        for y in 0..TILE.min(height - top) {
-            for x in 0..TILE.min(width - left) {
-                let place = (top + y) * width + left + x;
-                let (block, lane) = Tile::place(x, y);
-                let mut constant = d_picture.alpha[place];
-                for channel in 0..3 {
-                    let d_colour = d_picture.rgb[3 * place + channel];
-                    gradients.colour[block][channel][lane] = d_colour;
-                    // What passes through a splat shows the background.
-                    constant -= job.background[channel] * d_colour;
-                    matters |= d_colour != 0.0;
-                }
-                let alpha = self.alpha[place];
-                if alpha > 0.0 {
-                    // depth = sum of (weight · depth) over alpha
-                    let d_sum = d_picture.depth[place] / alpha;
-                    gradients.depth[block][lane] = d_sum;
-                    constant -= d_sum * self.depth[place];
-                    matters |= d_sum != 0.0;
-                }
-                gradients.constant[block][lane] = constant;
-                matters |= constant != 0.0;
-            }
-        }
-        matters.then_some(gradients)
     }
 
     /// Adds up each splat's tiles, row by row and from left to right.
@@ -226,8 +181,10 @@ impl Tape {
                 (splats, twist)
             })
             .collect();
-        let mut out: Vec<ObjectGradients> =
-            objects.iter().map(|o| ObjectGradients::zero(o.cloud)).collect();
+        let mut out: Vec<ObjectGradients> = objects
+            .iter()
+            .map(|o| ObjectGradients::zero(o.cloud))
+            .collect();
         for (splats, twist) in groups {
             for splat in &splats {
                 out[splat.object as usize].put(splat);
@@ -252,4 +209,36 @@ pub fn open_pixels<L: Lens>(lens: &L, left: usize, top: usize) -> [[f32; BLOCK_P
         }
     }
     transmittance
+}
+
+/// None where no pixel of the tile matters.
+fn pixel_gradients(
+    job: &Job,
+    d_picture: &PictureGradients,
+    left: usize,
+    top: usize,
+) -> Option<PixelGradients> {
+    let (width, height) = (job.view.width, job.view.height);
+    let mut gradients = PixelGradients::ZERO;
+    let mut matters = false;
+    for y in 0..TILE.min(height - top) {
+        for x in 0..TILE.min(width - left) {
+            let place = (top + y) * width + left + x;
+            let (block, lane) = Tile::place(x, y);
+            let mut constant = d_picture.alpha[place];
+            for channel in 0..3 {
+                let d_colour = d_picture.rgb[3 * place + channel];
+                gradients.colour[block][channel][lane] = d_colour;
+                // What passes through a splat shows the background.
+                constant -= job.background[channel] * d_colour;
+                matters |= d_colour != 0.0;
+            }
+            let d_depth = d_picture.depth[place];
+            gradients.depth[block][lane] = d_depth;
+            gradients.has_depth |= d_depth != 0.0;
+            gradients.constant[block][lane] = constant;
+            matters |= constant != 0.0;
+        }
+    }
+    (matters || gradients.has_depth).then_some(gradients)
 }
