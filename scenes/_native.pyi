@@ -76,6 +76,10 @@ _ObjectGradients = tuple[
     tuple[float, float, float, float, float, float],
 ]
 
+PoseNormals = tuple[
+    list[float], list[float], tuple[float, float], NDArray[np.float32], NDArray[np.float32]
+]
+
 class Tape:
     """A picture drawn by `Differentiator.record`, ready to be differentiated."""
 
@@ -104,3 +108,27 @@ class Differentiator:
         threads: int,
     ) -> tuple[_Picture, Tape]:
         """As `Engine.render_pinhole`, or `render_fisheye` where `max_angle` is given; remembers how."""
+
+    def pose_normals(
+        self,
+        cloud: PreparedCloud,
+        camera_from_object: NDArray[np.float64],
+        twists: NDArray[np.float64],
+        target: Sequence[NDArray[np.float32]],
+        *,
+        size: tuple[int, int],
+        focal: tuple[float, float],
+        centre: tuple[float, float],
+        max_angle: float | None,
+        near: float,
+        antialias: bool,
+        sh_degree: int,
+        threads: int,
+        luma: tuple[float, float, float],
+        gain: float,
+        bias: float,
+    ) -> PoseNormals:
+        """Upper triangle of JᵀJ, Jᵀr, (grey, silhouette) cost, drawn grey and alpha.
+
+        `target` holds grey, its weight, background, silhouette, its weight and occluder depth.
+        """

@@ -6,6 +6,7 @@
 use crate::backward::SUMS;
 use crate::camera::LOW_PASS;
 use crate::curvature::Curved;
+use crate::ewa::{covariances, Covariances};
 use crate::project::{PosedCloud, Record, View};
 use crate::scene::Cloud;
 use crate::sh_slope::basis_and_slopes;
@@ -122,12 +123,14 @@ pub fn gradients_of_splat<L: Curved>(
     let factor: Matrix = std::array::from_fn(|r| std::array::from_fn(|k| factor[3 * r + k]));
     let to_picture = seen.jacobian.map(|row| row_times(&row, turn));
     let m = to_picture.map(|row| row_times(&row, &factor));
-    let sharp = [dot(&m[0], &m[0]), dot(&m[0], &m[1]), dot(&m[1], &m[1])];
-    let soft = [sharp[0] + LOW_PASS, sharp[1], sharp[2] + LOW_PASS];
-    let (d_centre, mut d_covariance) = picture_gradients(&soft, sums);
+    let print = covariances(&m);
+    let (d_centre, mut d_covariance) = picture_gradients(&print, sums);
     if view.antialias {
         // ln of the opacity's factor is half of ln det(sharp) - ln det(soft).
-        let (gain, loss) = (inverse(&sharp), inverse(&soft));
+        let [xx, xy, yy] = print.soft;
+        let sharp = [xx - LOW_PASS, xy, yy - LOW_PASS];
+        let gain = inverse(&sharp, print.sharp_determinant);
+        let loss = inverse(&print.soft, print.soft_determinant);
         for k in 0..3 {
             d_covariance[k] += 0.5 * sums[0] * (gain[k] - loss[k]);
         }
@@ -196,11 +199,10 @@ pub fn gradients_of_splat<L: Curved>(
 }
 
 /// Gradients of the centre and of the covariance (xx, xy, yy of a symmetric matrix).
-fn picture_gradients(soft: &[f64; 3], sums: &[f64; SUMS]) -> ([f64; 2], [f64; 3]) {
+fn picture_gradients(print: &Covariances, sums: &[f64; SUMS]) -> ([f64; 2], [f64; 3]) {
     use std::f64::consts::{LN_2, LOG2_E};
-    let [_, xy, yy] = *soft;
-    let determinant = soft[0] * yy - xy * xy;
-    let a = (0.5 * LOG2_E * yy / determinant).sqrt();
+    let [_, xy, yy] = print.soft;
+    let a = (0.5 * LOG2_E * yy / print.soft_determinant).sqrt();
     let b = -a * xy / yy;
     let c = (0.5 * LOG2_E / yy).sqrt();
     let [_, u, v, uu, uv, vv, ..] = *sums;
@@ -297,8 +299,7 @@ fn colour_gradients(
 }
 
 /// Inverse of a symmetric 2×2 matrix given as xx, xy, yy.
-fn inverse([xx, xy, yy]: &[f64; 3]) -> [f64; 3] {
-    let determinant = xx * yy - xy * xy;
+fn inverse([xx, xy, yy]: &[f64; 3], determinant: f64) -> [f64; 3] {
     [yy / determinant, -xy / determinant, xx / determinant]
 }
 

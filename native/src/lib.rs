@@ -13,6 +13,8 @@ pub mod lanes;
 #[cfg(target_arch = "x86_64")]
 mod lanes_avx2;
 pub mod pool;
+pub mod pose_gn;
+pub mod pose_motion;
 
 pub mod project;
 mod python;

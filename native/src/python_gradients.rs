@@ -9,8 +9,11 @@ use pyo3::prelude::*;
 use rayon::ThreadPool;
 
 use crate::camera::{Fisheye, Pinhole};
+use crate::curvature::Curved;
 use crate::pool::Pools;
-use crate::project::View;
+use crate::pose_gn::{Drawn, NormalSums, PoseEngine, Target};
+use crate::pose_motion::{Directions, Twist};
+use crate::project::{PosedCloud, View};
 use crate::python::{posed_clouds, view_of, PictureArrays, PreparedCloud};
 use crate::render::{Job, Picture};
 use crate::simd::Simd;
@@ -61,11 +64,29 @@ type ObjectArrays<'py> = (
     [f64; 6],
 );
 
+/// Upper triangle of JᵀJ row by row, Jᵀr, squares, drawn grey and alpha.
+type NormalArrays<'py> = (
+    Vec<f64>,
+    Vec<f64>,
+    [f64; 2],
+    Bound<'py, PyArray1<f32>>,
+    Bound<'py, PyArray1<f32>>,
+);
+
+/// One engine for each number of degrees of freedom.
+#[derive(Default)]
+struct PoseEngines {
+    three: PoseEngine<3>,
+    four: PoseEngine<4>,
+    six: PoseEngine<6>,
+}
+
 /// Draws pictures that can be differentiated; keeps threads between them.
 #[pyclass(frozen, module = "scenes._native", name = "Differentiator")]
 pub struct Differentiator {
     pools: Pools,
     simd: Simd,
+    engines: PoseEngines,
 }
 
 #[pymethods]
@@ -80,6 +101,7 @@ impl Differentiator {
             } else {
                 Simd::detect()
             },
+            engines: PoseEngines::default(),
         }
     }
 
@@ -144,6 +166,108 @@ impl Differentiator {
             pool,
         };
         Ok(((rgb, alpha, depth, ids), tape))
+    }
+
+    /// Draws one cloud and sums the normal equations of its pose, gain and bias.
+    ///
+    /// `target` holds grey, its weight, background, silhouette, its weight and occluder depth, all
+    /// flat; `twists` is (D, 6).
+    #[pyo3(signature = (cloud, camera_from_object, twists, target, *, size, focal, centre, max_angle,
+                        near, antialias, sh_degree, threads, luma, gain, bias))]
+    #[allow(clippy::too_many_arguments)] // Python names them all
+    fn pose_normals<'py>(
+        &self,
+        py: Python<'py>,
+        cloud: Bound<'py, PreparedCloud>,
+        camera_from_object: PyReadonlyArray2<'py, f64>,
+        twists: PyReadonlyArray2<'py, f64>,
+        target: [PyReadonlyArray1<'py, f32>; 6],
+        size: (usize, usize),
+        focal: [f64; 2],
+        centre: [f64; 2],
+        max_angle: Option<f64>,
+        near: f64,
+        antialias: bool,
+        sh_degree: usize,
+        threads: usize,
+        luma: [f32; 3],
+        gain: f32,
+        bias: f32,
+    ) -> PyResult<NormalArrays<'py>> {
+        let view = view_of(size, near, antialias, sh_degree)?;
+        let lens = AnyLens::new(&view, focal, centre, max_angle);
+        let clouds = [cloud];
+        let objects = posed_clouds(&clouds, camera_from_object.as_slice()?)?;
+        let pixels = view.width * view.height;
+        for array in &target {
+            let got = array.as_slice()?.len();
+            if got != pixels {
+                return Err(PyValueError::new_err(format!(
+                    "target: {got} values, wanted {pixels}"
+                )));
+            }
+        }
+        let target = Target {
+            grey: target[0].as_slice()?,
+            grey_weight: target[1].as_slice()?,
+            background: target[2].as_slice()?,
+            silhouette: target[3].as_slice()?,
+            silhouette_weight: target[4].as_slice()?,
+            occluder: target[5].as_slice()?,
+            gain,
+            bias,
+        };
+        let grey = PyArray1::zeros(py, pixels, false);
+        let alpha = PyArray1::zeros(py, pixels, false);
+        let pool = pool_of(&self.pools, threads)?;
+        let job = Job {
+            view,
+            background: [0.0; 3],
+            simd: self.simd,
+            pool: &pool,
+        };
+        let twists: Vec<Twist> = twists
+            .as_slice()?
+            .chunks_exact(6)
+            .map(|row| Twist {
+                shift: std::array::from_fn(|axis| row[axis] as f32),
+                turn: std::array::from_fn(|axis| row[3 + axis] as f32),
+            })
+            .collect();
+        let unknowns = twists.len() + 2;
+        let sums = {
+            let mut grey = grey.readwrite();
+            let mut alpha = alpha.readwrite();
+            let mut drawn = Drawn {
+                grey: grey.as_slice_mut()?,
+                alpha: alpha.as_slice_mut()?,
+            };
+            let object = &objects[0];
+            py.detach(|| {
+                with_lens!(&lens, lens => {
+                    let mut call = Call { object, lens, job: &job, luma, target: &target, drawn: &mut drawn };
+                    match twists.len() {
+                        3 => call.run(&self.engines.three, &twists),
+                        4 => call.run(&self.engines.four, &twists),
+                        6 => call.run(&self.engines.six, &twists),
+                        _ => None,
+                    }
+                })
+            })
+        };
+        let Some(sums) = sums else {
+            return Err(PyValueError::new_err(format!(
+                "twists: {} rows, wanted 3, 4 or 6",
+                unknowns - 2
+            )));
+        };
+        Ok((
+            sums.pairs[..unknowns * (unknowns + 1) / 2].to_vec(),
+            sums.gradient[..unknowns].to_vec(),
+            sums.squares,
+            grey,
+            alpha,
+        ))
     }
 }
 
@@ -219,6 +343,37 @@ impl Tape {
                 )
             })
             .collect())
+    }
+}
+
+/// What does not depend on the number of degrees of freedom.
+struct Call<'a, 'b, L> {
+    object: &'a PosedCloud<'a>,
+    lens: &'a L,
+    job: &'a Job<'a>,
+    luma: [f32; 3],
+    target: &'a Target<'a>,
+    drawn: &'a mut Drawn<'b>,
+}
+
+impl<L: Curved> Call<'_, '_, L> {
+    fn run<const D: usize>(
+        &mut self,
+        engine: &PoseEngine<D>,
+        twists: &[Twist],
+    ) -> Option<NormalSums> {
+        let directions = Directions::<D> {
+            twists: twists.try_into().ok()?,
+            luma: self.luma,
+        };
+        Some(engine.normal_sums(
+            self.object,
+            self.lens,
+            self.job,
+            &directions,
+            self.target,
+            self.drawn,
+        ))
     }
 }
 

@@ -130,6 +130,35 @@ class NativeRenderer:
         )
         return _rendering(flat, camera.height_px, camera.width_px), tape
 
+    def pose_normals(
+        self,
+        posed: PosedSplats,
+        camera: Pinhole | Fisheye,
+        world_from_camera: Pose,
+        options: RenderOptions,
+        *,
+        twists: NDArray[np.float64],
+        target: tuple[NDArray[np.float32], ...],
+        luma: tuple[float, float, float],
+        brightness: tuple[float, float],
+    ) -> _native.PoseNormals:
+        """The part of `scenes.render.pose_newton.normal_equations` that is native."""
+        check_request([posed], camera, options)
+        return self._differentiator.pose_normals(
+            self._prepared(posed.cloud),
+            _camera_from_objects([posed], world_from_camera),
+            twists,
+            target,
+            **_lens(camera),
+            near=options.near_m,
+            antialias=options.antialias,
+            sh_degree=options.sh_degree,
+            threads=options.threads,
+            luma=luma,
+            gain=brightness[0],
+            bias=brightness[1],
+        )
+
     def _prepared(self, cloud: SplatCloud) -> _native.PreparedCloud:
         key = id(cloud)
         with self._lock:
