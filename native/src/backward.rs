@@ -11,7 +11,8 @@ use crate::blend::{
     TRANSMITTANCE_STOP,
 };
 use crate::lanes::{
-    alpha_of, live_blocks, mask_of, pixels_of, power_at, whitened, Block, LaneWork, Lanes,
+    all3, alpha_of, live_blocks, load3, mask_of, pixels_of, power_at, whitened, Block, LaneWork,
+    Lanes,
 };
 use crate::project::STEP_DOUBT;
 
@@ -167,7 +168,7 @@ impl BackwardTile<'_> {
         let zero = V::all(0.0);
         let mut values = self.samples.values.iter().rev();
         for (place, mask, splat) in self.samples.splats.iter().rev() {
-            let colour = splat.colour.map(|value| V::all(value));
+            let colour = all3::<V>(&splat.colour);
             let depth = V::all(splat.depth);
             let mut sums = [zero; SUMS];
             let mut left = *mask;
@@ -180,8 +181,7 @@ impl BackwardTile<'_> {
                 let (alpha, weight) = (V::load(&sample[0]), V::load(&sample[1]));
                 let (x, y) = pixels_of::<V>(block);
                 let (u, v) = whitened(splat, x, y);
-                let pixels = &self.gradients.colour[block];
-                let d_colour = [0, 1, 2].map(|channel| V::load(&pixels[channel]));
+                let d_colour = load3::<V>(&self.gradients.colour[block]);
                 let d_depth = V::load(&self.gradients.depth[block]);
                 let mut worth = V::load(&self.gradients.constant[block]);
                 for channel in 0..3 {

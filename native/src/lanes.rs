@@ -56,13 +56,27 @@ pub fn alpha_of<V: Lanes>(power: V) -> V {
     sum.scale_by(shifted)
 }
 
+const COLUMNS: Block = [0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0];
+const ROWS: Block = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
+
+/// Three values loaded, and three values everywhere. Kernels spell such things out instead of
+/// mapping closures over arrays: a closure is compiled without the vector instructions.
+#[inline(always)]
+pub fn load3<V: Lanes>(rows: &[Block; 3]) -> [V; 3] {
+    [V::load(&rows[0]), V::load(&rows[1]), V::load(&rows[2])]
+}
+
+#[inline(always)]
+pub fn all3<V: Lanes>(values: &[f32; 3]) -> [V; 3] {
+    [V::all(values[0]), V::all(values[1]), V::all(values[2])]
+}
+
 /// Columns and rows of a block's pixels in its tile.
 #[inline(always)]
 pub fn pixels_of<V: Lanes>(block: usize) -> (V, V) {
     let left = (block % BLOCKS_ACROSS * BLOCK_WIDTH) as f32;
     let top = (block / BLOCKS_ACROSS * BLOCK_HEIGHT) as f32;
-    let x = V::load(&std::array::from_fn(|lane| (lane % BLOCK_WIDTH) as f32));
-    let y = V::load(&std::array::from_fn(|lane| (lane / BLOCK_WIDTH) as f32));
+    let (x, y) = (V::load(&COLUMNS), V::load(&ROWS));
     (x.add(V::all(left)), y.add(V::all(top)))
 }
 

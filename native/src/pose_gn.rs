@@ -434,8 +434,12 @@ fn blend_block<V: Lanes, const D: usize, const ANTIALIAS: bool>(
     let limit = V::all(ALPHA_MAX);
     let mut transmittance = V::load(&state.transmittance);
     let mut grey = V::load(&state.grey);
-    let mut d_transmittance: [V; D] = std::array::from_fn(|k| V::load(&state.d_transmittance[k]));
-    let mut d_grey: [V; D] = std::array::from_fn(|k| V::load(&state.d_grey[k]));
+    let mut d_transmittance = [grey; D];
+    let mut d_grey = [grey; D];
+    for k in 0..D {
+        d_transmittance[k] = V::load(&state.d_transmittance[k]);
+        d_grey[k] = V::load(&state.d_grey[k]);
+    }
     for run in list.chunks(RUN) {
         for &place in run {
             let place = place as usize % BATCH;
@@ -465,8 +469,8 @@ fn blend_block<V: Lanes, const D: usize, const ANTIALIAS: bool>(
                     grey: d_value,
                 } = &motion.changes[k];
                 let mut d_weight = alpha.mul(d_transmittance[k]);
-                for (term, &factor) in terms.iter().zip(quadratic) {
-                    d_weight = term.mul_add(V::all(factor), d_weight);
+                for term in 0..5 {
+                    d_weight = terms[term].mul_add(V::all(quadratic[term]), d_weight);
                 }
                 if ANTIALIAS {
                     d_weight = free.mul_add(V::all(*constant), d_weight);
@@ -501,7 +505,8 @@ fn sum_pixels<V: Lanes, const D: usize>(
     let mut gradient = [zero; MAX_UNKNOWNS];
     let mut squares = [zero; 2];
     let (gain, bias) = (V::all(target.gain), V::all(target.bias));
-    for (block, pixels) in workspace.target.iter().enumerate() {
+    for block in 0..BLOCKS {
+        let pixels = &workspace.target[block];
         let state = &mut workspace.states[block];
         let open = V::load(&workspace.open[block]);
         let alpha = open.sub(V::load(&state.transmittance));
@@ -525,8 +530,14 @@ fn sum_pixels<V: Lanes, const D: usize>(
         }
         slopes[D] = grey;
         slopes[D + 1] = alpha;
-        let weighted = slopes.map(|slope| slope.mul(weight));
-        let outline_weighted = outline_slopes.map(|slope| slope.mul(outline_weight));
+        let mut weighted = slopes;
+        let mut outline_weighted = outline_slopes;
+        for k in 0..D + 2 {
+            weighted[k] = slopes[k].mul(weight);
+        }
+        for k in 0..D {
+            outline_weighted[k] = outline_slopes[k].mul(outline_weight);
+        }
         let mut place = 0;
         for i in 0..D + 2 {
             for j in i..D + 2 {
@@ -545,11 +556,17 @@ fn sum_pixels<V: Lanes, const D: usize>(
         squares[0] = weight.mul(residual).mul_add(residual, squares[0]);
         squares[1] = outline_weight.mul(outline).mul_add(outline, squares[1]);
     }
-    NormalSums {
-        pairs: pairs.map(total),
-        gradient: gradient.map(total),
-        squares: squares.map(total),
+    let mut sums = NormalSums::ZERO;
+    for (sum, pair) in sums.pairs.iter_mut().zip(pairs) {
+        *sum = total(pair);
     }
+    for (sum, value) in sums.gradient.iter_mut().zip(gradient) {
+        *sum = total(value);
+    }
+    for (sum, value) in sums.squares.iter_mut().zip(squares) {
+        *sum = total(value);
+    }
+    sums
 }
 
 /// Sum over the lanes.

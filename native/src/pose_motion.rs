@@ -5,7 +5,7 @@
 use crate::camera::LOW_PASS;
 use crate::curvature::Curved;
 use crate::ewa;
-use crate::lanes::{Block, Lanes};
+use crate::lanes::{all3, load3, Block, Lanes};
 use crate::project::{PosedCloud, Record, View};
 use crate::scene::{BLOCKS_PER_CHUNK, LANES};
 
@@ -58,7 +58,7 @@ struct Geometry {
     jacobian: [[Block; 3]; 2],
     bend: [[[Block; 3]; 3]; 2],
     /// Covariance in camera axes times the transposed Jacobian.
-    spread: [[Block; 2]; 3],
+    spread: [[Block; 3]; 2],
     whitening: [Block; 3],
     /// Half of inverse sharp minus inverse soft covariance (xx, xy, yy).
     gain: [Block; 3],
@@ -134,7 +134,7 @@ fn geometry_of<L: Curved>(posed: &PosedCloud, lens: &L, index: usize) -> Geometr
         centre: [[zero; 3]; 2],
         jacobian: [[zero; 3]; 2],
         bend: [[[zero; 3]; 3]; 2],
-        spread: [[zero; 2]; 3],
+        spread: [[zero; 3]; 2],
         whitening: [zero; 3],
         gain: [zero; 3],
     };
@@ -166,7 +166,7 @@ fn geometry_of<L: Curved>(posed: &PosedCloud, lens: &L, index: usize) -> Geometr
                     out.bend[row][axis][other][lane] = bend.jacobian[row][axis][other] as f32;
                 }
                 let t = &turned[axis];
-                out.spread[axis][row][lane] =
+                out.spread[row][axis][lane] =
                     (t[0] * m[row][0] + t[1] * m[row][1] + t[2] * m[row][2]) as f32;
             }
         }
@@ -199,7 +199,7 @@ fn grey_slope<V: Lanes, const D: usize>(
         return out;
     }
     let rotation = posed.rotation.map(|row| row.map(|v| v as f32));
-    let at = geometry.at.map(|row| V::load(&row));
+    let at = load3::<V>(&geometry.at);
     let mut inverse_length = [0.0; LANES];
     for lane in 0..LANES {
         let square: f32 = (0..3).map(|axis| geometry.at[axis][lane].powi(2)).sum();
@@ -210,47 +210,48 @@ fn grey_slope<V: Lanes, const D: usize>(
         };
     }
     let inverse_length = V::load(&inverse_length);
-    let in_camera = at.map(|v| v.mul(inverse_length));
-    let [x, y, z]: [V; 3] = std::array::from_fn(|axis| {
-        let column = [0, 1, 2].map(|row| V::all(rotation[row][axis]).mul(in_camera[row]));
-        column[0].add(column[1]).add(column[2])
-    });
+    let in_camera = [
+        at[0].mul(inverse_length),
+        at[1].mul(inverse_length),
+        at[2].mul(inverse_length),
+    ];
+    let [x, y, z] = [
+        dot(&column3(&rotation, 0), &in_camera),
+        dot(&column3(&rotation, 1), &in_camera),
+        dot(&column3(&rotation, 2), &in_camera),
+    ];
     // A colour clamped at 0 stays there.
-    let luma: [V; 3] = std::array::from_fn(|channel| {
-        let weights = colour[channel].map(|c| {
-            if c > 0.0 {
+    let mut luma = [[0.0; LANES]; 3];
+    for channel in 0..3 {
+        for lane in 0..LANES {
+            let is_free = colour[channel][lane] > 0.0;
+            luma[channel][lane] = if is_free {
                 directions.luma[channel]
             } else {
                 0.0
-            }
-        });
-        V::load(&weights)
-    });
-    let rows = posed.cloud.sh_of(index);
-    let grey = |k: usize, gain: f32| {
-        let row = |channel: usize| V::load(&rows[3 * k + channel]);
-        let sum = luma[0].mul(row(0));
-        let sum = luma[1].mul_add(row(1), sum);
-        luma[2].mul_add(row(2), sum).mul(V::all(gain))
+            };
+        }
+    }
+    let greys = Greys {
+        luma: load3::<V>(&luma),
+        rows: posed.cloud.sh_of(index),
     };
     const C1: f32 = 0.488_602_5;
-    let mut slope = [grey(3, -C1), grey(1, -C1), grey(2, C1)];
+    let mut slope = [greys.of(3, -C1), greys.of(1, -C1), greys.of(2, C1)];
     let (xx, yy, zz) = (x.mul(x), y.mul(y), z.mul(z));
-    let mut take = |k: usize, gain: f32, along: [V; 3]| {
-        let share = grey(k, gain);
-        for axis in 0..3 {
-            slope[axis] = share.mul_add(along[axis], slope[axis]);
-        }
-    };
     let zero = V::all(0.0);
-    let times = |factor: f32, value: V| V::all(factor).mul(value);
     if count >= 9 {
         const C2: [f32; 3] = [1.092_548_5, 0.315_391_57, 0.546_274_24];
-        take(4, C2[0], [y, x, zero]);
-        take(5, -C2[0], [zero, z, y]);
-        take(6, C2[1], [times(-2.0, x), times(-2.0, y), times(4.0, z)]);
-        take(7, -C2[0], [z, zero, x]);
-        take(8, C2[2], [times(2.0, x), times(-2.0, y), zero]);
+        greys.take(&mut slope, 4, C2[0], [y, x, zero]);
+        greys.take(&mut slope, 5, -C2[0], [zero, z, y]);
+        greys.take(
+            &mut slope,
+            6,
+            C2[1],
+            [times(-2.0, x), times(-2.0, y), times(4.0, z)],
+        );
+        greys.take(&mut slope, 7, -C2[0], [z, zero, x]);
+        greys.take(&mut slope, 8, C2[2], [times(2.0, x), times(-2.0, y), zero]);
     }
     if count >= 16 {
         const C3: [f32; 5] = [
@@ -262,22 +263,33 @@ fn grey_slope<V: Lanes, const D: usize>(
         ];
         let (xy, xz, yz) = (x.mul(y), x.mul(z), y.mul(z));
         let difference = times(3.0, xx.sub(yy));
-        take(9, -C3[0], [times(6.0, xy), difference, zero]);
-        take(10, C3[1], [yz, xz, xy]);
+        greys.take(&mut slope, 9, -C3[0], [times(6.0, xy), difference, zero]);
+        greys.take(&mut slope, 10, C3[1], [yz, xz, xy]);
         let (minus_xy, four_zz) = (times(-2.0, xy), times(4.0, zz));
         let inner = four_zz.sub(xx).sub(times(3.0, yy));
-        take(11, -C3[2], [minus_xy, inner, times(8.0, yz)]);
+        greys.take(&mut slope, 11, -C3[2], [minus_xy, inner, times(8.0, yz)]);
         let outer = times(6.0, zz).sub(times(3.0, xx.add(yy)));
-        take(12, C3[3], [times(-6.0, xz), times(-6.0, yz), outer]);
+        greys.take(
+            &mut slope,
+            12,
+            C3[3],
+            [times(-6.0, xz), times(-6.0, yz), outer],
+        );
         let inner = four_zz.sub(yy).sub(times(3.0, xx));
-        take(13, -C3[2], [inner, minus_xy, times(8.0, xz)]);
-        take(14, C3[4], [times(2.0, xz), times(-2.0, yz), xx.sub(yy)]);
-        take(15, -C3[0], [difference, times(-6.0, xy), zero]);
+        greys.take(&mut slope, 13, -C3[2], [inner, minus_xy, times(8.0, xz)]);
+        greys.take(
+            &mut slope,
+            14,
+            C3[4],
+            [times(2.0, xz), times(-2.0, yz), xx.sub(yy)],
+        );
+        greys.take(&mut slope, 15, -C3[0], [difference, times(-6.0, xy), zero]);
     }
-    let turned: [V; 3] = std::array::from_fn(|row| {
-        let part = [0, 1, 2].map(|k| V::all(rotation[row][k]).mul(slope[k]));
-        part[0].add(part[1]).add(part[2])
-    });
+    let turned = [
+        dot(&all3(&rotation[0]), &slope),
+        dot(&all3(&rotation[1]), &slope),
+        dot(&all3(&rotation[2]), &slope),
+    ];
     let radial = dot(&turned, &in_camera);
     for axis in 0..3 {
         in_camera[axis]
@@ -286,6 +298,45 @@ fn grey_slope<V: Lanes, const D: usize>(
             .store(&mut out[axis]);
     }
     out
+}
+
+/// Grey coefficients of eight splats.
+struct Greys<'a, V> {
+    luma: [V; 3],
+    rows: &'a [Block],
+}
+
+impl<V: Lanes> Greys<'_, V> {
+    #[inline(always)]
+    fn of(&self, k: usize, gain: f32) -> V {
+        let sum = self.luma[0].mul(V::load(&self.rows[3 * k]));
+        let sum = self.luma[1].mul_add(V::load(&self.rows[3 * k + 1]), sum);
+        let sum = self.luma[2].mul_add(V::load(&self.rows[3 * k + 2]), sum);
+        sum.mul(V::all(gain))
+    }
+
+    /// Adds coefficient `k` times the slope of its basis function.
+    #[inline(always)]
+    fn take(&self, slope: &mut [V; 3], k: usize, gain: f32, along: [V; 3]) {
+        let share = self.of(k, gain);
+        slope[0] = share.mul_add(along[0], slope[0]);
+        slope[1] = share.mul_add(along[1], slope[1]);
+        slope[2] = share.mul_add(along[2], slope[2]);
+    }
+}
+
+#[inline(always)]
+fn times<V: Lanes>(factor: f32, value: V) -> V {
+    V::all(factor).mul(value)
+}
+
+#[inline(always)]
+fn column3<V: Lanes>(matrix: &[[f32; 3]; 3], column: usize) -> [V; 3] {
+    [
+        V::all(matrix[0][column]),
+        V::all(matrix[1][column]),
+        V::all(matrix[2][column]),
+    ]
 }
 
 /// The five quadratic coefficients, the constant and the grey of eight splats.
@@ -297,27 +348,37 @@ fn changes<V: Lanes>(
     antialias: bool,
 ) -> [Block; 7] {
     const TWO_LN_2: f32 = 2.0 * std::f32::consts::LN_2;
-    let load = |rows: &[Block; 3]| -> [V; 3] { [0, 1, 2].map(|k| V::load(&rows[k])) };
-    let at = load(&geometry.at);
-    let turn = twist.turn.map(|v| V::all(v));
+    let at = load3::<V>(&geometry.at);
+    let turn = all3::<V>(&twist.turn);
+    let straight = all3::<V>(&twist.shift);
     let swing = cross(&turn, &at);
-    let shift: [V; 3] = std::array::from_fn(|axis| swing[axis].add(V::all(twist.shift[axis])));
-    let centre = [0, 1].map(|row| dot(&load(&geometry.centre[row]), &shift));
+    let shift = [
+        swing[0].add(straight[0]),
+        swing[1].add(straight[1]),
+        swing[2].add(straight[2]),
+    ];
+    let centre = [
+        dot(&load3(&geometry.centre[0]), &shift),
+        dot(&load3(&geometry.centre[1]), &shift),
+    ];
     // d Σ = sym of 2 (d J + J [turn]ₓ) Σ_camera Jᵀ
-    let product: [[V; 2]; 2] = std::array::from_fn(|row| {
-        let swung = cross(&load(&geometry.jacobian[row]), &turn);
-        let tilted: [V; 3] = std::array::from_fn(|column| {
-            dot(&load(&geometry.bend[row][column]), &shift).add(swung[column])
-        });
-        std::array::from_fn(|other| {
-            let spread = [0, 1, 2].map(|axis| V::load(&geometry.spread[axis][other]));
-            dot(&tilted, &spread)
-        })
-    });
+    let mut product = [[shift[0]; 2]; 2];
+    for row in 0..2 {
+        let swung = cross(&load3(&geometry.jacobian[row]), &turn);
+        let bend = &geometry.bend[row];
+        let tilted = [
+            dot(&load3(&bend[0]), &shift).add(swung[0]),
+            dot(&load3(&bend[1]), &shift).add(swung[1]),
+            dot(&load3(&bend[2]), &shift).add(swung[2]),
+        ];
+        for other in 0..2 {
+            product[row][other] = dot(&tilted, &load3(&geometry.spread[other]));
+        }
+    }
     let xx = product[0][0].add(product[0][0]);
     let xy = product[0][1].add(product[1][0]);
     let yy = product[1][1].add(product[1][1]);
-    let [a, b, c] = load(&geometry.whitening);
+    let [a, b, c] = load3::<V>(&geometry.whitening);
     // W d Σ Wᵀ with W = [a b; 0 c]
     let left = a.mul_add(xx, b.mul(xy));
     let right = a.mul_add(xy, b.mul(yy));
@@ -334,15 +395,13 @@ fn changes<V: Lanes>(
     e_xy.mul(double).store(&mut out[3]);
     e_yy.mul(scale).store(&mut out[4]);
     if antialias {
-        let gain = load(&geometry.gain);
+        let gain = load3::<V>(&geometry.gain);
         let mixed = gain[1].mul(xy);
         gain[0]
             .mul_add(xx, gain[2].mul_add(yy, mixed.add(mixed)))
             .store(&mut out[5]);
     }
-    let slope = load(grey_slope);
-    let straight = twist.shift.map(|v| V::all(v));
-    dot(&slope, &straight).store(&mut out[6]);
+    dot(&load3(grey_slope), &straight).store(&mut out[6]);
     out
 }
 
@@ -353,6 +412,9 @@ fn dot<V: Lanes>(p: &[V; 3], q: &[V; 3]) -> V {
 
 #[inline(always)]
 fn cross<V: Lanes>(p: &[V; 3], q: &[V; 3]) -> [V; 3] {
-    let term = |i: usize, j: usize| p[j].mul_sub_from(q[i], p[i].mul(q[j]));
-    [term(1, 2), term(2, 0), term(0, 1)]
+    [
+        p[2].mul_sub_from(q[1], p[1].mul(q[2])),
+        p[0].mul_sub_from(q[2], p[2].mul(q[0])),
+        p[1].mul_sub_from(q[0], p[0].mul(q[1])),
+    ]
 }
