@@ -32,6 +32,8 @@ pub trait Lanes: Copy {
     fn scale_by(self, shifted: Self) -> Self;
     /// Sums over the lanes of four values.
     fn sums(values: [Self; 4]) -> [f32; 4];
+    /// Asks for memory that will be read soon.
+    fn prefetch<T>(place: &T);
     /// One bit per block of a tile that the splat's alpha = 1/255 ellipse may touch.
     fn block_mask(splat: &TileSplat) -> u32;
 }
@@ -173,6 +175,8 @@ impl Lanes for Portable {
     fn sums(values: [Self; 4]) -> [f32; 4] {
         values.map(|v| v.0.iter().sum())
     }
+    #[inline(always)]
+    fn prefetch<T>(_: &T) {}
     #[inline(always)]
     fn block_mask(splat: &TileSplat) -> u32 {
         let mut mask = 0;

@@ -10,13 +10,11 @@ use rayon::prelude::*;
 use crate::backward::settle;
 use crate::bin::{TileRow, TILE};
 use crate::blend::{
-    Tile, TileSplat, TileWork, ALPHA_MAX, BLOCKS, BLOCK_PIXELS, TRANSMITTANCE_STOP,
+    Tile, TileSplat, TileWork, ALPHA_MAX, BLOCKS, BLOCK_PIXELS, BLOCK_WIDTH, TRANSMITTANCE_STOP,
 };
 use crate::curvature::Curved;
 use crate::ewa::ExactJudge;
-use crate::lanes::{
-    alpha_of, live_blocks, mask_of, pixels_of, power_at, whitened, Block, LaneWork, Lanes,
-};
+use crate::lanes::{alpha_of, mask_of, pixels_of, power_at, whitened, Block, LaneWork, Lanes};
 use crate::pose_motion::{fill_chunk, Change, Directions, Motion};
 use crate::project::{PosedCloud, STEP_DOUBT};
 use crate::render::{self, Job, Scratch};
@@ -29,6 +27,8 @@ pub const MAX_UNKNOWNS: usize = 8;
 pub const MAX_PAIRS: usize = MAX_UNKNOWNS * (MAX_UNKNOWNS + 1) / 2;
 /// Splats listed at a time.
 const BATCH: usize = 64;
+/// Splats whose motions are asked for before they are needed.
+const AHEAD: usize = 6;
 /// Splats blended into a block between two looks at whether it still takes light.
 const RUN: usize = 8;
 
@@ -258,9 +258,12 @@ fn write_tile<const D: usize>(
     for y in 0..grey.len() / width {
         for x in 0..TILE.min(width - left) {
             let (block, lane) = Tile::place(x, y);
-            let state = &workspace.states[block];
-            grey[y * width + left + x] = state.grey[lane];
-            alpha[y * width + left + x] = state.alpha[lane];
+            if workspace.touched >> block & 1 == 1 {
+                let state = &workspace.states[block];
+                grey[y * width + left + x] = state.grey[lane];
+                alpha[y * width + left + x] =
+                    workspace.open[block][lane] - state.transmittance[lane];
+            }
         }
     }
 }
@@ -272,8 +275,6 @@ struct State<const D: usize> {
     grey: Block,
     d_transmittance: [Block; D],
     d_grey: [Block; D],
-    /// Filled when all splats are in; 0 outside the lens.
-    alpha: Block,
 }
 
 /// The target's pixels of one block; weights are 0 outside the picture and the lens.
@@ -290,6 +291,8 @@ struct TargetBlock {
 /// Working memory of one tile.
 struct Workspace<const D: usize> {
     states: [State<D>; BLOCKS],
+    /// One bit per block that a splat may have touched: the others' states mean nothing.
+    touched: u32,
     open: [Block; BLOCKS],
     target: [TargetBlock; BLOCKS],
     splats: [TileSplat; BATCH],
@@ -304,7 +307,6 @@ impl<const D: usize> Workspace<D> {
         grey: [0.0; BLOCK_PIXELS],
         d_transmittance: [[0.0; BLOCK_PIXELS]; D],
         d_grey: [[0.0; BLOCK_PIXELS]; D],
-        alpha: [0.0; BLOCK_PIXELS],
     };
     const BLANK: TargetBlock = TargetBlock {
         grey: [0.0; BLOCK_PIXELS],
@@ -318,6 +320,7 @@ impl<const D: usize> Workspace<D> {
     fn new() -> Box<Workspace<D>> {
         Box::new(Workspace {
             states: [Self::EMPTY; BLOCKS],
+            touched: 0,
             open: [[1.0; BLOCK_PIXELS]; BLOCKS],
             target: [Self::BLANK; BLOCKS],
             splats: [TileSplat::default(); BATCH],
@@ -327,29 +330,80 @@ impl<const D: usize> Workspace<D> {
         })
     }
 
+    /// One bit per block that still takes light.
+    fn live(&self) -> u32 {
+        let mut live = 0;
+        for block in 0..BLOCKS {
+            let transmittance = if self.touched >> block & 1 == 1 {
+                &self.states[block].transmittance
+            } else {
+                &self.open[block]
+            };
+            let is_live = transmittance.iter().any(|&t| t >= TRANSMITTANCE_STOP);
+            live |= u32::from(is_live) << block;
+        }
+        live
+    }
+
+    /// Empties those of the blocks that are touched for the first time.
+    #[inline(always)]
+    fn touch(&mut self, blocks: u32) {
+        let mut fresh = blocks & !self.touched;
+        self.touched |= blocks;
+        while fresh != 0 {
+            let block = fresh.trailing_zeros() as usize % BLOCKS;
+            fresh &= fresh - 1;
+            self.states[block] = Self::EMPTY;
+            self.states[block].transmittance = self.open[block];
+        }
+    }
+
     /// Empties the tile and takes in its pixels of the target.
     fn open<L: Curved>(&mut self, lens: &L, target: &Target, job: &Job, left: usize, top: usize) {
         self.open = open_pixels(lens, left, top);
-        self.states = [Self::EMPTY; BLOCKS];
-        self.target = [Self::BLANK; BLOCKS];
-        for (state, open) in self.states.iter_mut().zip(&self.open) {
-            state.transmittance = *open;
-        }
+        self.touched = 0;
         let (width, height) = (job.view.width, job.view.height);
-        for y in 0..TILE.min(height - top) {
-            for x in 0..TILE.min(width - left) {
-                let place = (top + y) * width + left + x;
-                let (block, lane) = Tile::place(x, y);
-                let pixels = &mut self.target[block];
-                let open = self.open[block][lane];
-                pixels.grey[lane] = target.grey[place];
-                pixels.grey_weight[lane] = target.grey_weight[place] * open;
-                pixels.background[lane] = target.background[place];
-                pixels.silhouette[lane] = target.silhouette[place];
-                pixels.silhouette_weight[lane] = target.silhouette_weight[place] * open;
-                pixels.occluder[lane] = target.occluder[place];
-            }
+        let (columns, rows) = (TILE.min(width - left), TILE.min(height - top));
+        if columns < TILE || rows < TILE {
+            self.target = [Self::BLANK; BLOCKS];
         }
+        for y in 0..rows {
+            let first = (top + y) * width + left;
+            let row = first..first + columns;
+            let pixels = &mut self.target;
+            spread(pixels, y, &target.grey[row.clone()], |block| {
+                &mut block.grey
+            });
+            spread(pixels, y, &target.grey_weight[row.clone()], |block| {
+                &mut block.grey_weight
+            });
+            spread(pixels, y, &target.background[row.clone()], |block| {
+                &mut block.background
+            });
+            spread(pixels, y, &target.silhouette[row.clone()], |block| {
+                &mut block.silhouette
+            });
+            spread(pixels, y, &target.silhouette_weight[row.clone()], |block| {
+                &mut block.silhouette_weight
+            });
+            spread(pixels, y, &target.occluder[row], |block| {
+                &mut block.occluder
+            });
+        }
+    }
+}
+
+/// Copies a row of a picture's pixels into a tile's blocks.
+#[inline(always)]
+fn spread(
+    blocks: &mut [TargetBlock; BLOCKS],
+    y: usize,
+    row: &[f32],
+    field: impl Fn(&mut TargetBlock) -> &mut Block,
+) {
+    for (part, values) in row.chunks(BLOCK_WIDTH).enumerate() {
+        let (block, lane) = Tile::place(part * BLOCK_WIDTH, y);
+        field(&mut blocks[block])[lane..lane + values.len()].copy_from_slice(values);
     }
 }
 
@@ -372,13 +426,15 @@ impl<const D: usize, const ANTIALIAS: bool> LaneWork for PoseKernel<'_, D, ANTIA
         let tile = self.0;
         let workspace = tile.workspace;
         for slots in tile.work.slots.chunks(BATCH) {
-            let transmittance = workspace.states.map(|state| state.transmittance);
-            let live = live_blocks(&transmittance, TRANSMITTANCE_STOP);
+            let live = workspace.live();
             if live == 0 {
                 break;
             }
             workspace.lengths = [0; BLOCKS];
             for (place, &slot) in slots.iter().enumerate() {
+                if let Some(&soon) = slots.get(place + AHEAD) {
+                    V::prefetch(&tile.motions[soon as usize]);
+                }
                 let splat = TileSplat::new(&tile.work, slot);
                 let mut left = V::block_mask(&splat) & live;
                 if left == 0 {
@@ -386,6 +442,7 @@ impl<const D: usize, const ANTIALIAS: bool> LaneWork for PoseKernel<'_, D, ANTIA
                 }
                 workspace.splats[place] = splat;
                 workspace.motions[place] = tile.motions[slot as usize];
+                workspace.touch(left);
                 while left != 0 {
                     let block = left.trailing_zeros() as usize % BLOCKS;
                     left &= left - 1;
@@ -496,10 +553,7 @@ fn blend_block<V: Lanes, const D: usize, const ANTIALIAS: bool>(
 
 /// Residuals of a finished tile and their normal equations.
 #[inline(always)]
-fn sum_pixels<V: Lanes, const D: usize>(
-    workspace: &mut Workspace<D>,
-    target: &Target,
-) -> NormalSums {
+fn sum_pixels<V: Lanes, const D: usize>(workspace: &Workspace<D>, target: &Target) -> NormalSums {
     let zero = V::all(0.0);
     let mut pairs = [zero; MAX_PAIRS];
     let mut gradient = [zero; MAX_UNKNOWNS];
@@ -507,18 +561,27 @@ fn sum_pixels<V: Lanes, const D: usize>(
     let (gain, bias) = (V::all(target.gain), V::all(target.bias));
     for block in 0..BLOCKS {
         let pixels = &workspace.target[block];
-        let state = &mut workspace.states[block];
+        let state = &workspace.states[block];
         let open = V::load(&workspace.open[block]);
+        if workspace.touched >> block & 1 == 0 {
+            // Nothing drawn: constant residuals.
+            let bare = V::load(&pixels.background).sub(V::load(&pixels.grey));
+            let weight = V::load(&pixels.grey_weight).mul(open);
+            squares[0] = weight.mul(bare).mul_add(bare, squares[0]);
+            let outline = V::load(&pixels.silhouette);
+            let weight = V::load(&pixels.silhouette_weight).mul(open);
+            squares[1] = weight.mul(outline).mul_add(outline, squares[1]);
+            continue;
+        }
         let alpha = open.sub(V::load(&state.transmittance));
-        alpha.store(&mut state.alpha);
         let grey = V::load(&state.grey);
         let background = V::load(&pixels.background);
-        let weight = V::load(&pixels.grey_weight);
+        let weight = V::load(&pixels.grey_weight).mul(open);
         // gain · grey + bias · alpha + (1 - alpha) · background - target
         let lift = bias.sub(background);
         let over = background.sub(V::load(&pixels.grey));
         let residual = gain.mul_add(grey, lift.mul_add(alpha, over));
-        let outline_weight = V::load(&pixels.silhouette_weight);
+        let outline_weight = V::load(&pixels.silhouette_weight).mul(open);
         let outline = alpha.sub(V::load(&pixels.silhouette));
 
         let mut slopes = [zero; MAX_UNKNOWNS];
@@ -557,13 +620,16 @@ fn sum_pixels<V: Lanes, const D: usize>(
         squares[1] = outline_weight.mul(outline).mul_add(outline, squares[1]);
     }
     let mut sums = NormalSums::ZERO;
+    for (sum, value) in sums.squares.iter_mut().zip(squares) {
+        *sum = total(value);
+    }
+    if workspace.touched == 0 {
+        return sums;
+    }
     for (sum, pair) in sums.pairs.iter_mut().zip(pairs) {
         *sum = total(pair);
     }
     for (sum, value) in sums.gradient.iter_mut().zip(gradient) {
-        *sum = total(value);
-    }
-    for (sum, value) in sums.squares.iter_mut().zip(squares) {
         *sum = total(value);
     }
     sums
