@@ -403,7 +403,15 @@ fn spread(
 ) {
     for (part, values) in row.chunks(BLOCK_WIDTH).enumerate() {
         let (block, lane) = Tile::place(part * BLOCK_WIDTH, y);
-        field(&mut blocks[block])[lane..lane + values.len()].copy_from_slice(values);
+        let to = &mut field(&mut blocks[block])[lane..lane + values.len()];
+        // Whole parts by a copy of known size, which is one instruction.
+        match (
+            <&mut [f32; BLOCK_WIDTH]>::try_from(&mut *to),
+            values.try_into(),
+        ) {
+            (Ok(to), Ok(values)) => *to = values,
+            _ => to.copy_from_slice(values),
+        }
     }
 }
 
@@ -525,13 +533,15 @@ fn blend_block<V: Lanes, const D: usize, const ANTIALIAS: bool>(
                     constant,
                     grey: d_value,
                 } = &motion.changes[k];
-                let mut d_weight = alpha.mul(d_transmittance[k]);
-                for term in 0..5 {
+                // What depends on the splat before is added last: the next one waits for it.
+                let mut d_weight = terms[0].mul(V::all(quadratic[0]));
+                for term in 1..5 {
                     d_weight = terms[term].mul_add(V::all(quadratic[term]), d_weight);
                 }
                 if ANTIALIAS {
                     d_weight = free.mul_add(V::all(*constant), d_weight);
                 }
+                d_weight = alpha.mul_add(d_transmittance[k], d_weight);
                 d_transmittance[k] = d_transmittance[k].sub(d_weight);
                 d_grey[k] = d_weight.mul_add(value, d_grey[k]);
                 d_grey[k] = weight.mul_add(V::all(*d_value), d_grey[k]);

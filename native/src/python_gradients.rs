@@ -295,36 +295,10 @@ impl Tape {
         d_alpha: PyReadonlyArray1<'py, f32>,
         d_depth: PyReadonlyArray1<'py, f32>,
     ) -> PyResult<Vec<ObjectArrays<'py>>> {
-        let pixels = self.view.width * self.view.height;
-        let d_picture = PictureGradients {
-            rgb: d_rgb.as_slice()?,
-            alpha: d_alpha.as_slice()?,
-            depth: d_depth.as_slice()?,
-        };
-        if d_picture.rgb.len() != 3 * pixels
-            || d_picture.alpha.len() != pixels
-            || d_picture.depth.len() != pixels
-        {
-            return Err(PyValueError::new_err(format!(
-                "d_rgb, d_alpha, d_depth: {}, {}, {} values, wanted {}, {pixels}, {pixels}",
-                d_picture.rgb.len(),
-                d_picture.alpha.len(),
-                d_picture.depth.len(),
-                3 * pixels
-            )));
-        }
-        let clouds: Vec<_> = self
-            .clouds
-            .iter()
-            .map(|cloud| cloud.bind(py).clone())
-            .collect();
+        let d_picture = self.picture_gradients(&d_rgb, &d_alpha, &d_depth)?;
+        let clouds = self.bound_clouds(py);
         let objects = posed_clouds(&clouds, &self.poses)?;
-        let job = Job {
-            view: self.view,
-            background: self.background,
-            simd: self.simd,
-            pool: &self.pool,
-        };
+        let job = self.job();
         let gradients = py.detach(|| {
             with_lens!(&self.lens, lens => self.tape.gradients(&objects, lens, &job, &d_picture))
         });
@@ -374,6 +348,75 @@ impl<L: Curved> Call<'_, '_, L> {
             self.target,
             self.drawn,
         ))
+    }
+
+    /// Nanoseconds of one more forward blend and of the backward blend, for benchmarks.
+    #[pyo3(signature = (d_rgb, d_alpha, d_depth))]
+    fn blend_times(
+        &self,
+        py: Python<'_>,
+        d_rgb: PyReadonlyArray1<'_, f32>,
+        d_alpha: PyReadonlyArray1<'_, f32>,
+        d_depth: PyReadonlyArray1<'_, f32>,
+    ) -> PyResult<(u64, u64)> {
+        let d_picture = self.picture_gradients(&d_rgb, &d_alpha, &d_depth)?;
+        let clouds = self.bound_clouds(py);
+        let objects = posed_clouds(&clouds, &self.poses)?;
+        let job = self.job();
+        let pixels = self.view.width * self.view.height;
+        let [forward, backward] = py.detach(|| {
+            let mut values = vec![0.0; 5 * pixels];
+            let (rgb, rest) = values.split_at_mut(3 * pixels);
+            let (alpha, depth) = rest.split_at_mut(pixels);
+            let mut picture = Picture {
+                rgb,
+                alpha,
+                depth,
+                ids: &mut vec![0; pixels],
+            };
+            with_lens!(&self.lens, lens => {
+                self.tape.time_blends(&objects, lens, &job, &d_picture, &mut picture)
+            })
+        });
+        Ok((forward.as_nanos() as u64, backward.as_nanos() as u64))
+    }
+}
+
+impl Tape {
+    fn job(&self) -> Job<'_> {
+        Job {
+            view: self.view,
+            background: self.background,
+            simd: self.simd,
+            pool: &self.pool,
+        }
+    }
+
+    fn bound_clouds<'py>(&self, py: Python<'py>) -> Vec<Bound<'py, PreparedCloud>> {
+        self.clouds
+            .iter()
+            .map(|cloud| cloud.bind(py).clone())
+            .collect()
+    }
+
+    fn picture_gradients<'a>(
+        &self,
+        d_rgb: &'a PyReadonlyArray1<'_, f32>,
+        d_alpha: &'a PyReadonlyArray1<'_, f32>,
+        d_depth: &'a PyReadonlyArray1<'_, f32>,
+    ) -> PyResult<PictureGradients<'a>> {
+        let pixels = self.view.width * self.view.height;
+        let (rgb, alpha, depth) = (d_rgb.as_slice()?, d_alpha.as_slice()?, d_depth.as_slice()?);
+        if rgb.len() != 3 * pixels || alpha.len() != pixels || depth.len() != pixels {
+            return Err(PyValueError::new_err(format!(
+                "d_rgb, d_alpha, d_depth: {}, {}, {} values, wanted {}, {pixels}, {pixels}",
+                rgb.len(),
+                alpha.len(),
+                depth.len(),
+                3 * pixels
+            )));
+        }
+        Ok(PictureGradients { rgb, alpha, depth })
     }
 }
 

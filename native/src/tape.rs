@@ -1,5 +1,7 @@
 //! A picture that remembers how it was drawn, and the gradients of a loss of it.
 
+use std::time::{Duration, Instant};
+
 use rayon::prelude::*;
 
 use crate::backward::{BackwardTile, PixelGradients, Samples, Sums, SUMS};
@@ -65,6 +67,29 @@ impl Tape {
             let sums = self.sum_rows(&rows);
             drop(rows);
             self.project_back(objects, lens, job, &sums)
+        })
+    }
+
+    /// Time of blending the picture once more into `picture`, and of the sums over tiles that go the
+    /// other way; for benchmarks.
+    pub fn time_blends<L: Curved>(
+        &self,
+        objects: &[PosedCloud],
+        lens: &L,
+        job: &Job,
+        d_picture: &PictureGradients,
+        picture: &mut Picture,
+    ) -> [Duration; 2] {
+        job.pool.install(|| {
+            let start = Instant::now();
+            if objects.len() > 1 {
+                render::blend_all::<L, true>(objects, lens, job, &self.scratch, picture);
+            } else {
+                render::blend_all::<L, false>(objects, lens, job, &self.scratch, picture);
+            }
+            let blended = Instant::now();
+            std::hint::black_box(self.sum_tiles(objects, lens, job, d_picture));
+            [blended - start, blended.elapsed()]
         })
     }
 
