@@ -318,37 +318,6 @@ impl Tape {
             })
             .collect())
     }
-}
-
-/// What does not depend on the number of degrees of freedom.
-struct Call<'a, 'b, L> {
-    object: &'a PosedCloud<'a>,
-    lens: &'a L,
-    job: &'a Job<'a>,
-    luma: [f32; 3],
-    target: &'a Target<'a>,
-    drawn: &'a mut Drawn<'b>,
-}
-
-impl<L: Curved> Call<'_, '_, L> {
-    fn run<const D: usize>(
-        &mut self,
-        engine: &PoseEngine<D>,
-        twists: &[Twist],
-    ) -> Option<NormalSums> {
-        let directions = Directions::<D> {
-            twists: twists.try_into().ok()?,
-            luma: self.luma,
-        };
-        Some(engine.normal_sums(
-            self.object,
-            self.lens,
-            self.job,
-            &directions,
-            self.target,
-            self.drawn,
-        ))
-    }
 
     /// Nanoseconds of one more forward blend and of the backward blend, for benchmarks.
     #[pyo3(signature = (d_rgb, d_alpha, d_depth))]
@@ -379,6 +348,37 @@ impl<L: Curved> Call<'_, '_, L> {
             })
         });
         Ok((forward.as_nanos() as u64, backward.as_nanos() as u64))
+    }
+}
+
+/// What does not depend on the number of degrees of freedom.
+struct Call<'a, 'b, L> {
+    object: &'a PosedCloud<'a>,
+    lens: &'a L,
+    job: &'a Job<'a>,
+    luma: [f32; 3],
+    target: &'a Target<'a>,
+    drawn: &'a mut Drawn<'b>,
+}
+
+impl<L: Curved> Call<'_, '_, L> {
+    fn run<const D: usize>(
+        &mut self,
+        engine: &PoseEngine<D>,
+        twists: &[Twist],
+    ) -> Option<NormalSums> {
+        let directions = Directions::<D> {
+            twists: twists.try_into().ok()?,
+            luma: self.luma,
+        };
+        Some(engine.normal_sums(
+            self.object,
+            self.lens,
+            self.job,
+            &directions,
+            self.target,
+            self.drawn,
+        ))
     }
 }
 
