@@ -1,9 +1,9 @@
 """Gradients of a picture with respect to the splats and poses it was drawn from.
 
 The loss L is any function of a `Rendering`; what is given are its derivatives with respect to the
-picture's values. Which splat reaches which pixel (alpha above 1/255, transmittance above its stop) and
-the order of the splats are held fixed, as in 3D Gaussian splatting (Kerbl et al. 2023, section 4); a
-limit (alpha at 0.99, colour at 0, opacity above 1) lets no gradient through. `ids` has none.
+picture's values. Which splat reaches which pixel (alpha above 1/255, transmittance above its stop)
+and the order of the splats are held fixed, as in 3D Gaussian splatting (Kerbl et al. 2023, section
+4); a limit (alpha at 0.99, colour at 0, opacity above 1) lets no gradient through. `ids` has none.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from scenes.render.pose_step import twists_of_camera, twists_of_object
 from scenes.render.renderer import PosedSplats, Rendering, RenderOptions
 
 if TYPE_CHECKING:
-    from scenes import _native
+    from scenes.render.native import Tape
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,7 +72,7 @@ class Recording:
     def __init__(
         self,
         rendering: Rendering,
-        tape: _native.Tape,
+        tape: Tape,
         objects: Sequence[PosedSplats],
         world_from_camera: Pose,
     ) -> None:

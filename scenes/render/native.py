@@ -18,6 +18,7 @@ from scenes.splats import SplatCloud
 
 if TYPE_CHECKING:
     from scenes import _native
+    from scenes._native import PoseNormals, Tape
 
 KEPT_CLOUDS = 64
 """Prepared clouds a renderer keeps; the one not drawn for longest goes first."""
@@ -41,6 +42,7 @@ class NativeRenderer:
     def __init__(self, *, portable: bool = False) -> None:
         try:
             from scenes import _native
+    from scenes._native import PoseNormals, Tape
         except ImportError as error:
             raise ImportError(
                 f"the native renderer scenes._native cannot be loaded ({error}); "
@@ -115,7 +117,7 @@ class NativeRenderer:
         camera: Pinhole | Fisheye,
         world_from_camera: Pose,
         options: RenderOptions,
-    ) -> tuple[Rendering, _native.Tape]:
+    ) -> tuple[Rendering, Tape]:
         """Draw and remember how: the part of `scenes.render.gradients.record` that is native."""
         check_request(objects, camera, options)
         flat, tape = self._differentiator.record(
@@ -141,7 +143,7 @@ class NativeRenderer:
         target: tuple[NDArray[np.float32], ...],
         luma: tuple[float, float, float],
         brightness: tuple[float, float],
-    ) -> _native.PoseNormals:
+    ) -> PoseNormals:
         """The part of `scenes.render.pose_newton.normal_equations` that is native."""
         check_request([posed], camera, options)
         return self._differentiator.pose_normals(

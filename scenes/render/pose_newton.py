@@ -1,7 +1,7 @@
 """The pose of one splat object from one picture: exact Gauss-Newton steps on grey and silhouette.
 
-One native call draws the object at a pose and carries the derivatives with respect to the pose along
-(forward mode), so that JᵀJ and Jᵀr come with the picture. Residuals of a pixel with drawn grey G
+One native call draws the object at a pose and carries the derivatives with respect to the pose
+along (forward mode), so that JᵀJ and Jᵀr come with the picture. Residuals of a pixel with drawn grey G
 (over black), alpha A, background B, target grey Y and target silhouette S are
 
     gain · G + bias · A + (1 - A) · B - Y     and     A - S,
@@ -29,7 +29,7 @@ Picture = NDArray[np.float32]
 DegreesOfFreedom = Literal[3, 4, 6]
 
 STEP_ENTRIES: dict[int, tuple[int, ...]] = {3: (0, 1, 5), 4: (0, 1, 2, 5), 6: (0, 1, 2, 3, 4, 5)}
-"""Which entries of a step (x, y, z, rx, ry, rz; see `pose_step`) are free: x, y(, z), yaw or all."""
+"""Entries of a step (x, y, z, rx, ry, rz; see `pose_step`) that are free: x, y(, z), yaw or all."""
 
 LUMA = (0.299, 0.587, 0.114)
 """Grey of red, green and blue (ITU-R BT.601), as cameras and OpenCV make it."""
@@ -278,7 +278,7 @@ def _damped_step(equations: NormalEquations, damping: float) -> FloatArray:
 def _flat_target(
     target: PoseTarget, shape: tuple[int, int]
 ) -> tuple[Picture, Picture, Picture, Picture, Picture, Picture]:
-    """Grey, its weight, background, silhouette, its weight and occluder depth, as the kernel wants."""
+    """Grey, its weight, background, silhouette, its weight, occluder: as the kernel wants."""
     return (
         _flat("grey", target.grey, shape, 0.0),
         _flat("grey_weight", target.grey_weight, shape, 1.0),

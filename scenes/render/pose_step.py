@@ -1,8 +1,9 @@
 """Small motions of a pose as six numbers, and how they look from a camera.
 
 A step is (x, y, z, rx, ry, rz): metres and radians along and about the world's axes, the turn about
-the moved frame's own origin: `world_from_object` goes to exp([r]ₓ) · rotation, translation + (x, y, z).
-A twist is the same motion in camera axes, the turn about the camera's centre: x += shift + turn × x.
+the moved frame's own origin: the rotation goes to exp([r]ₓ) · rotation, the translation to itself
+plus (x, y, z). A twist is the same motion in camera axes, the turn about the camera's centre:
+p += shift + turn × p.
 """
 
 from __future__ import annotations

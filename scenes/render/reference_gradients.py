@@ -1,8 +1,8 @@
 """Gradients in readable float64: differences of a picture whose mask and order are frozen.
 
-Renderings jump where a splat's alpha crosses 1/255 and where two splats swap places, so differences of
-`ReferenceRenderer` say nothing about the gradients. `FrozenPicture` decides once, at a base point,
-which splat reaches which pixel and in which order; as a function of the values it is then smooth.
+Renderings jump where a splat's alpha crosses 1/255 and where two splats swap places, so differences
+of `ReferenceRenderer` say nothing about the gradients. `FrozenPicture` decides once, at a base
+point, which splat reaches which pixel and in which order; it is then smooth in the values.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose, rotation_from_quaternion
 from scenes.render.reference import (
     _draw_order,
-    _footprints,
     _Footprints,
+    _footprints,
     _inside_lens,
     _is_sound,
 )
@@ -179,7 +179,7 @@ def drawable(
     world_from_camera: Pose,
     options: RenderOptions,
 ) -> NDArray[np.bool_]:
-    """(N,) which splats a renderer does not leave out: sound, beyond the near limit, in the lens."""
+    """(N,) which splats a renderer keeps: sound, beyond the near limit, in the lens."""
     pose = world_from_camera.inverse() @ world_from_object
     sound = _is_sound(cloud)
     kept = [
@@ -191,5 +191,5 @@ def drawable(
 
 
 def difference(loss: Callable[[float], float], step: float = STEP) -> float:
-    """d loss / d t at 0, by a central difference."""
+    """Slope of the loss at 0, by a central difference."""
     return (loss(step) - loss(-step)) / (2.0 * step)

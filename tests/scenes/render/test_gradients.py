@@ -21,12 +21,21 @@ POSES = (
     Pose.from_quaternion(np.array([0.5, 0.5, -0.5, 0.5]), (0.3, 0.1, 1.0)),
 )
 TOLERANCE = 1e-4
-"""Of the norm of a splat's gradient, or of a thousandth of the largest splat's."""
+"""Of the norm of a splat's gradient, or of a hundredth of the largest splat's: ten roundings of it."""
 POSE_TOLERANCE = 5e-6
 
 
+def smooth(shape, rng):
+    """Waves of at least 8 px: white noise would cancel over a splat, down to the last digits."""
+    y, x = np.indices(shape[:2]).reshape(2, *shape[:2], *[1] * (len(shape) - 2))
+    fx, fy, phase = rng.uniform([[-0.75], [-0.75], [0]], [[0.75], [0.75], [6.28]], (3, shape[-1]))
+    if len(shape) == 2:
+        fx, fy, phase = fx[0], fy[0], phase[0]
+    return np.sin(fx * x + fy * y + phase).astype(np.float32)
+
+
 class Scene:
-    """Two objects, a random loss that is linear in the picture, and its gradients."""
+    """Two objects, a loss that is linear in the picture, and its gradients."""
 
     def __init__(self, native, drawn_cloud, camera, options, *, seed):
         rng = np.random.default_rng(seed)
@@ -35,9 +44,7 @@ class Scene:
             for k, pose in enumerate(POSES)
         ]
         shape = (camera.height_px, camera.width_px)
-        self.d_picture = [
-            rng.normal(size=size).astype(np.float32) for size in ((*shape, 3), shape, shape)
-        ]
+        self.d_picture = [smooth(size, rng) for size in ((*shape, 3), shape, shape)]
         self.frozen = FrozenPicture(objects, camera, CAMERA_POSE, options)
         self.recording = record(native, objects, camera, CAMERA_POSE, options)
         self.gradients = self.recording.gradients(*self.d_picture)
@@ -85,7 +92,7 @@ def test_gradients_of_values_agree_with_differences(
         assert largest > 0.1
         for wanted, got in pairs:
             error = np.linalg.norm(got - wanted)
-            assert error <= TOLERANCE * max(np.linalg.norm(wanted), 1e-3 * largest), name
+            assert error <= TOLERANCE * max(np.linalg.norm(wanted), 1e-2 * largest), name
 
 
 @pytest.mark.parametrize(("degree", "antialias"), [(0, False), (3, True)])

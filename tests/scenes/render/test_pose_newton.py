@@ -26,6 +26,8 @@ from scenes.splats import SH_C0, SplatCloud
 CAMERA_POSE = Pose(np.eye(3), [0.1, 0.2, -1.0])
 OBJECT_POSE = Pose.from_yaw(0.3, (0.1, 0.2, 1.5))
 STEP = 1e-6
+TOLERANCE = 3e-6
+"""The kernels place a splat to a ten-millionth of its tile; thin splats feel ten times that."""
 
 
 def random_target(camera, rng):
@@ -57,9 +59,9 @@ def residuals(picture, target, light, camera):
 def assert_equations(equations, wanted_rows, wanted_residuals):
     jtj, jtr = wanted_rows @ wanted_rows.T, wanted_rows @ wanted_residuals
     scale = np.sqrt(np.diag(jtj))
-    assert np.abs((equations.jtj - jtj) / np.outer(scale, scale)).max() <= 1e-6
+    assert np.abs((equations.jtj - jtj) / np.outer(scale, scale)).max() <= TOLERANCE
     norm = np.linalg.norm(wanted_residuals)
-    assert np.abs((equations.jtr - jtr) / (scale * norm)).max() <= 1e-6
+    assert np.abs((equations.jtr - jtr) / (scale * norm)).max() <= TOLERANCE
     assert equations.cost == pytest.approx(norm**2, rel=1e-6)
 
 
@@ -317,7 +319,7 @@ def test_wrong_numbers_are_refused(native, ball):
     target = PoseTarget(blank, blank)
     with pytest.raises(ValueError, match="degrees_of_freedom: got 5, wanted 3, 4 or 6"):
         normal_equations(*arguments, target, degrees_of_freedom=5)
-    with pytest.raises(ValueError, match="brightness: got .*nan.*, wanted finite"):
+    with pytest.raises(ValueError, match=r"brightness: got .*nan.*, wanted finite"):
         normal_equations(*arguments, target, brightness=Brightness(np.nan, 0.0))
-    with pytest.raises(ValueError, match="solver.max_steps: got 0, wanted at least 1"):
+    with pytest.raises(ValueError, match=r"solver\.max_steps: got 0, wanted at least 1"):
         solve_pose(*arguments, target, solver=SolverOptions(max_steps=0))
