@@ -42,7 +42,6 @@ class NativeRenderer:
     def __init__(self, *, portable: bool = False) -> None:
         try:
             from scenes import _native
-    from scenes._native import PoseNormals, Tape
         except ImportError as error:
             raise ImportError(
                 f"the native renderer scenes._native cannot be loaded ({error}); "

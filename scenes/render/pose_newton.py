@@ -1,8 +1,8 @@
 """The pose of one splat object from one picture: exact Gauss-Newton steps on grey and silhouette.
 
 One native call draws the object at a pose and carries the derivatives with respect to the pose
-along (forward mode), so that JᵀJ and Jᵀr come with the picture. Residuals of a pixel with drawn grey G
-(over black), alpha A, background B, target grey Y and target silhouette S are
+along (forward mode), so that JᵀJ and Jᵀr come with the picture. Residuals of a pixel with drawn
+grey G (over black), alpha A, background B, target grey Y and target silhouette S are
 
     gain · G + bias · A + (1 - A) · B - Y     and     A - S,
 

@@ -37,4 +37,6 @@ def twists_of_object(world_from_camera: Pose, world_from_object: Pose) -> FloatA
 
 def twists_of_camera(world_from_camera: Pose) -> FloatArray:
     """(6, 6): row k is the twist of everything seen that a unit of the camera's step k causes."""
-    return -np.kron(np.eye(2), world_from_camera.rotation)
+    twists = np.zeros((6, 6))
+    twists[:3, :3] = twists[3:, 3:] = -world_from_camera.rotation
+    return twists

@@ -150,7 +150,9 @@ class FrozenPicture:
         prints = []
         for cloud, world_from_object in zip(clouds, world_from_objects, strict=True):
             pose = camera_from_world @ world_from_object
-            prints.append(_footprints(cloud, pose, self._camera, self._options))
+            # An ExactCloud has everything that is asked of a SplatCloud there.
+            found = _footprints(cloud, pose, self._camera, self._options)  # type: ignore[arg-type]
+            prints.append(found)
             if len(prints[-1].depths) != len(cloud):
                 raise ValueError(
                     f"FrozenPicture: {len(prints[-1].depths)} of {len(cloud)} splats are drawn, "

@@ -21,7 +21,7 @@ POSES = (
     Pose.from_quaternion(np.array([0.5, 0.5, -0.5, 0.5]), (0.3, 0.1, 1.0)),
 )
 TOLERANCE = 1e-4
-"""Of the norm of a splat's gradient, or of a hundredth of the largest splat's: ten roundings of it."""
+"""Of the norm of a splat's gradient, or of a hundredth of the largest splat's (ten roundings)."""
 POSE_TOLERANCE = 5e-6
 
 
