@@ -165,8 +165,8 @@ pub fn gradients_of_splat<L: Curved>(
         straight + bent
     });
     let mut d_turn = cross(&at, &d_at);
-    for row in 0..2 {
-        let twist = cross(&seen.jacobian[row], &d_jacobian[row]);
+    for (row, d_row) in seen.jacobian.iter().zip(&d_jacobian) {
+        let twist = cross(row, d_row);
         // J [turn]ₓ is the row J × turn, so its gradient is d J × J.
         for axis in 0..3 {
             d_turn[axis] -= twist[axis];

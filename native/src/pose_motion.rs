@@ -2,6 +2,9 @@
 //!
 //! With whitened offsets (u, v), d ln(alpha) is `constant + [u, v, uu, uv, vv] · quadratic`, exactly.
 
+// The loops count: iterators over lanes are closures, which are compiled without vectors.
+#![allow(clippy::needless_range_loop)]
+
 use crate::camera::LOW_PASS;
 use crate::curvature::Curved;
 use crate::ewa;

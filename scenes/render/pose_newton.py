@@ -31,6 +31,9 @@ DegreesOfFreedom = Literal[3, 4, 6]
 STEP_ENTRIES: dict[int, tuple[int, ...]] = {3: (0, 1, 5), 4: (0, 1, 2, 5), 6: (0, 1, 2, 3, 4, 5)}
 """Entries of a step (x, y, z, rx, ry, rz; see `pose_step`) that are free: x, y(, z), yaw or all."""
 
+UPPER_TRIANGLE = {size: np.triu_indices(size) for size in (5, 6, 8)}
+"""Rows and columns of the upper triangle of JᵀJ, gain and bias included, row by row."""
+
 LUMA = (0.299, 0.587, 0.114)
 """Grey of red, green and blue (ITU-R BT.601), as cameras and OpenCV make it."""
 
@@ -178,7 +181,7 @@ def normal_equations(
         brightness=(brightness.gain, brightness.bias),
     )
     unknowns = len(entries) + 2
-    rows, columns = np.triu_indices(unknowns)
+    rows, columns = UPPER_TRIANGLE[unknowns]
     jtj = np.zeros((unknowns, unknowns))
     jtj[rows, columns] = jtj[columns, rows] = upper
     kept = unknowns if solve_brightness else len(entries)

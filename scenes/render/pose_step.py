@@ -29,8 +29,8 @@ def twists_of_object(world_from_camera: Pose, world_from_object: Pose) -> FloatA
     twists[:3, :3] = camera_from_world.T
     turns = camera_from_world.T
     # The turn is about the object's origin: what it does at the camera's centre is taken back.
-    arm = camera_from_world @ (world_from_camera.translation - world_from_object.translation)
-    twists[3:, :3] = np.cross(turns, arm)
+    x, y, z = camera_from_world @ (world_from_camera.translation - world_from_object.translation)
+    twists[3:, :3] = turns @ np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     twists[3:, 3:] = turns
     return twists
 
