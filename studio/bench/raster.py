@@ -74,7 +74,7 @@ def measure(args: argparse.Namespace) -> list[Row]:
         print(f"bench raster: {scene.name}", file=sys.stderr)
         rows += _time_rows(native, scene, repeats)
     print("bench raster: gradients", file=sys.stderr)
-    return rows + gradient_rows(native, SEED, repeats)
+    return rows + gradient_rows(native, SEED, repeats=repeats, quick=args.quick)
 
 
 def _scenes(rng: np.random.Generator, *, quick: bool) -> list[_Scene]:

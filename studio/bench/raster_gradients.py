@@ -48,14 +48,24 @@ CROP_PX = 160
 VALUES = ("means", "scales", "rotations", "opacities", "sh")
 
 
-def gradient_rows(native: NativeRenderer, seed: int, repeats: int) -> list[Row]:
-    """All figures that need derivatives; times are medians with quartile ranges."""
+def gradient_rows(
+    native: NativeRenderer, seed: int, *, repeats: int, quick: bool = False
+) -> list[Row]:
+    """All figures that need derivatives; times are medians with quartile ranges.
+
+    Args:
+        native: what is measured.
+        seed: of every scene.
+        repeats: of every time.
+        quick: only what does not depend on the machine: the error and the convergence.
+    """
     rng = np.random.default_rng([seed, 3])
-    rows = [_error_row(native, seed)]
+    rows = [_error_row(native, seed), _converged_row(native, rng)]
+    if quick:
+        return rows
     for count in (5_000, 20_000):
         rows += _step_rows(native, count, rng, repeats)
-    rows += [_converged_row(native, rng), _backward_row(native, rng, repeats)]
-    return rows
+    return [*rows, _backward_row(native, rng, repeats)]
 
 
 def _error_row(native: NativeRenderer, seed: int) -> Row:
