@@ -296,7 +296,6 @@ struct Workspace<const D: usize> {
     open: [Block; BLOCKS],
     target: [TargetBlock; BLOCKS],
     splats: [TileSplat; BATCH],
-    motions: [Motion<D>; BATCH],
     lists: [[u8; BATCH]; BLOCKS],
     lengths: [usize; BLOCKS],
 }
@@ -324,7 +323,6 @@ impl<const D: usize> Workspace<D> {
             open: [[1.0; BLOCK_PIXELS]; BLOCKS],
             target: [Self::BLANK; BLOCKS],
             splats: [TileSplat::default(); BATCH],
-            motions: [Motion::default(); BATCH],
             lists: [[0; BATCH]; BLOCKS],
             lengths: [0; BLOCKS],
         })
@@ -449,7 +447,6 @@ impl<const D: usize, const ANTIALIAS: bool> LaneWork for PoseKernel<'_, D, ANTIA
                     continue;
                 }
                 workspace.splats[place] = splat;
-                workspace.motions[place] = tile.motions[slot as usize];
                 workspace.touch(left);
                 while left != 0 {
                     let block = left.trailing_zeros() as usize % BLOCKS;
@@ -466,7 +463,7 @@ impl<const D: usize, const ANTIALIAS: bool> LaneWork for PoseKernel<'_, D, ANTIA
                 }
                 let batch = Batch {
                     splats: &workspace.splats,
-                    motions: &workspace.motions,
+                    motions: tile.motions,
                     slots,
                     work: &tile.work,
                 };
@@ -481,7 +478,7 @@ impl<const D: usize, const ANTIALIAS: bool> LaneWork for PoseKernel<'_, D, ANTIA
 
 struct Batch<'a, const D: usize> {
     splats: &'a [TileSplat; BATCH],
-    motions: &'a [Motion<D>; BATCH],
+    motions: &'a [Motion<D>],
     slots: &'a [u32],
     work: &'a TileWork<'a>,
 }
@@ -509,7 +506,7 @@ fn blend_block<V: Lanes, const D: usize, const ANTIALIAS: bool>(
         for &place in run {
             let place = place as usize % BATCH;
             let splat = &batch.splats[place];
-            let motion = &batch.motions[place];
+            let motion = &batch.motions[batch.slots[place] as usize];
             let (u, v) = whitened(splat, x, y);
             let power = power_at(splat, u, v);
             let mut is_drawn = power.at_least(V::all(0.0));
