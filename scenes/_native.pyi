@@ -66,3 +66,74 @@ class Engine:
         threads: int,
     ) -> _Picture:
         """As `render_pinhole`, through an equidistant fisheye."""
+
+_ObjectGradients = tuple[
+    NDArray[np.float32],
+    NDArray[np.float32],
+    NDArray[np.float32],
+    NDArray[np.float32],
+    NDArray[np.float32],
+    tuple[float, float, float, float, float, float],
+]
+
+PoseNormals = tuple[
+    list[float], list[float], tuple[float, float], NDArray[np.float32], NDArray[np.float32]
+]
+
+class Tape:
+    """A picture drawn by `Differentiator.record`, ready to be differentiated."""
+
+    def gradients(
+        self, d_rgb: NDArray[np.float32], d_alpha: NDArray[np.float32], d_depth: NDArray[np.float32]
+    ) -> list[_ObjectGradients]:
+        """Per object: flat gradients of means, scales, rotations, opacities and sh, and of a twist."""
+
+    def blend_times(
+        self, d_rgb: NDArray[np.float32], d_alpha: NDArray[np.float32], d_depth: NDArray[np.float32]
+    ) -> tuple[int, int]:
+        """Nanoseconds of one more forward blend and of the backward blend, for benchmarks."""
+
+class Differentiator:
+    """Draws pictures that can be differentiated; keeps threads between them."""
+
+    def __init__(self, *, portable: bool = False) -> None: ...
+    def record(
+        self,
+        clouds: Sequence[PreparedCloud],
+        camera_from_object: NDArray[np.float64],
+        *,
+        size: tuple[int, int],
+        focal: tuple[float, float],
+        centre: tuple[float, float],
+        max_angle: float | None,
+        background: tuple[float, float, float],
+        near: float,
+        antialias: bool,
+        sh_degree: int,
+        threads: int,
+    ) -> tuple[_Picture, Tape]:
+        """As `Engine.render_pinhole`, or `render_fisheye` where `max_angle` is given; remembers how."""
+
+    def pose_normals(
+        self,
+        cloud: PreparedCloud,
+        camera_from_object: NDArray[np.float64],
+        twists: NDArray[np.float64],
+        target: Sequence[NDArray[np.float32]],
+        *,
+        size: tuple[int, int],
+        focal: tuple[float, float],
+        centre: tuple[float, float],
+        max_angle: float | None,
+        near: float,
+        antialias: bool,
+        sh_degree: int,
+        threads: int,
+        luma: tuple[float, float, float],
+        gain: float,
+        bias: float,
+    ) -> PoseNormals:
+        """Upper triangle of JᵀJ, Jᵀr, (grey, silhouette) cost, drawn grey and alpha.
+
+        `target` holds grey, its weight, background, silhouette, its weight and occluder depth.
+        """

@@ -182,7 +182,7 @@ fn blend_splat<const TRACK_OBJECTS: bool>(tile: &mut Tile, work: &TileWork, slot
 
 /// First and last column of a row of pixels inside the alpha = 1/255 ellipse, a hair generously.
 #[inline(always)]
-fn columns_touched(splat: &TileSplat, row: f32, v: f32) -> Option<(usize, usize)> {
+pub(crate) fn columns_touched(splat: &TileSplat, row: f32, v: f32) -> Option<(usize, usize)> {
     const SLACK_PX: f32 = 0.01;
     let left_over = splat.power - v * v;
     if left_over < -1e-3 {

@@ -103,7 +103,7 @@ fn live_blocks(tile: &Tile) -> u32 {
 
 /// One bit per block that the alpha = 1/255 ellipse touches, from the span of every row of pixels.
 #[target_feature(enable = "avx2,fma")]
-fn block_mask(splat: &TileSplat) -> u32 {
+pub(crate) fn block_mask(splat: &TileSplat) -> u32 {
     const SLACK_PX: f32 = 0.01;
     const SLACK_POWER: f32 = 1e-3;
     let b = _mm256_set1_ps(splat.b);

@@ -49,7 +49,7 @@ pub struct Pinhole {
 impl Pinhole {
     /// Range of x/z (y/z) outside which the Jacobian is frozen.
     #[inline(always)]
-    fn tangent_limits(&self, axis: usize) -> (f64, f64) {
+    pub(crate) fn tangent_limits(&self, axis: usize) -> (f64, f64) {
         let size = if axis == 0 { self.width } else { self.height };
         let margin = JACOBIAN_MARGIN * size;
         (

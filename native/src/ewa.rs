@@ -37,8 +37,34 @@ pub fn footprint<L: Lens>(
         });
         m
     });
+    let print = covariances(&[top, bottom]);
+    let [xx, xy, yy] = print.soft;
+    Footprint {
+        centre: [seen.u, seen.v],
+        xx,
+        xy,
+        yy,
+        sharp: print.sharp_determinant,
+        soft: print.soft_determinant,
+        depth: seen.depth,
+        drawable: seen.drawable,
+    }
+}
+
+/// A covariance on the picture and what the Mip filter asks of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Covariances {
+    /// xx, xy, yy with the low pass.
+    pub soft: [f64; 3],
+    pub sharp_determinant: f64,
+    pub soft_determinant: f64,
+}
+
+/// From the rows of J R F.
+#[inline(always)]
+pub fn covariances([top, bottom]: &[[f64; 3]; 2]) -> Covariances {
     let dot = |p: &[f64; 3], q: &[f64; 3]| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
-    let (xx, xy, yy) = (dot(&top, &top), dot(&top, &bottom), dot(&bottom, &bottom));
+    let (xx, xy, yy) = (dot(top, top), dot(top, bottom), dot(bottom, bottom));
     // |top × bottom|² equals xx·yy - xy² without its cancellation (Binet-Cauchy).
     let cross = [
         top[1] * bottom[2] - top[2] * bottom[1],
@@ -46,15 +72,10 @@ pub fn footprint<L: Lens>(
         top[0] * bottom[1] - top[1] * bottom[0],
     ];
     let sharp = dot(&cross, &cross);
-    Footprint {
-        centre: [seen.u, seen.v],
-        xx: xx + LOW_PASS,
-        xy,
-        yy: yy + LOW_PASS,
-        sharp,
-        soft: sharp + LOW_PASS * (xx + yy) + LOW_PASS * LOW_PASS,
-        depth: seen.depth,
-        drawable: seen.drawable,
+    Covariances {
+        soft: [xx + LOW_PASS, xy, yy + LOW_PASS],
+        sharp_determinant: sharp,
+        soft_determinant: sharp + LOW_PASS * (xx + yy) + LOW_PASS * LOW_PASS,
     }
 }
 

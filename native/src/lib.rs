@@ -1,23 +1,37 @@
 //! Splat rendering kernels behind `scenes._native`; `scenes/render/reference.py` is their oracle.
 
+pub mod backward;
 pub mod bin;
 pub mod blend;
 #[cfg(target_arch = "x86_64")]
 mod blend_avx2;
 pub mod camera;
+pub mod curvature;
 pub mod ewa;
+pub mod gradient_projection;
+pub mod lanes;
+#[cfg(target_arch = "x86_64")]
+mod lanes_avx2;
 pub mod pool;
+pub mod pose_gn;
+pub mod pose_motion;
+
 pub mod project;
 mod python;
+mod python_gradients;
 pub mod render;
 pub mod scene;
 pub mod sh;
+pub mod sh_slope;
 pub mod simd;
 pub mod sort;
+pub mod tape;
 
 /// The Python module.
 #[pyo3::pymodule]
 mod _native {
     #[pymodule_export]
     use crate::python::{Engine, PreparedCloud};
+    #[pymodule_export]
+    use crate::python_gradients::{Differentiator, Tape};
 }

@@ -15,7 +15,7 @@ use crate::simd::Simd;
 /// A splat cloud prepared for drawing.
 #[pyclass(frozen, module = "scenes._native", name = "PreparedCloud")]
 pub struct PreparedCloud {
-    cloud: Cloud,
+    pub(crate) cloud: Cloud,
 }
 
 #[pymethods]
@@ -75,7 +75,7 @@ fn checked<'a>(name: &str, values: &'a [f32], wanted: usize) -> PyResult<&'a [f3
 }
 
 /// Flat arrays of a picture: rgb, alpha, depth, ids.
-type PictureArrays<'py> = (
+pub(crate) type PictureArrays<'py> = (
     Bound<'py, PyArray1<f32>>,
     Bound<'py, PyArray1<f32>>,
     Bound<'py, PyArray1<f32>>,
@@ -183,24 +183,7 @@ impl Engine {
         background: [f32; 3],
         threads: usize,
     ) -> PyResult<PictureArrays<'py>> {
-        if poses.len() != 12 * clouds.len() {
-            return Err(PyValueError::new_err(format!(
-                "camera_from_object: {} values, wanted 12 for each of {} clouds",
-                poses.len(),
-                clouds.len()
-            )));
-        }
-        let objects: Vec<PosedCloud> = clouds
-            .iter()
-            .zip(poses.chunks_exact(12))
-            .enumerate()
-            .map(|(index, (cloud, pose))| PosedCloud {
-                cloud: &cloud.get().cloud,
-                rotation: std::array::from_fn(|row| std::array::from_fn(|k| pose[4 * row + k])),
-                translation: std::array::from_fn(|row| pose[4 * row + 3]),
-                object: index as u32,
-            })
-            .collect();
+        let objects = posed_clouds(clouds, poses)?;
         let pixels = view.width * view.height;
         let rgb = PyArray1::zeros(py, 3 * pixels, false);
         let alpha = PyArray1::zeros(py, pixels, false);
@@ -233,7 +216,32 @@ impl Engine {
     }
 }
 
-fn view_of(
+/// Clouds with their poses, twelve values (3×4, row by row) each.
+pub(crate) fn posed_clouds<'a>(
+    clouds: &'a [Bound<'_, PreparedCloud>],
+    poses: &[f64],
+) -> PyResult<Vec<PosedCloud<'a>>> {
+    if poses.len() != 12 * clouds.len() {
+        return Err(PyValueError::new_err(format!(
+            "camera_from_object: {} values, wanted 12 for each of {} clouds",
+            poses.len(),
+            clouds.len()
+        )));
+    }
+    Ok(clouds
+        .iter()
+        .zip(poses.chunks_exact(12))
+        .enumerate()
+        .map(|(index, (cloud, pose))| PosedCloud {
+            cloud: &cloud.get().cloud,
+            rotation: std::array::from_fn(|row| std::array::from_fn(|k| pose[4 * row + k])),
+            translation: std::array::from_fn(|row| pose[4 * row + 3]),
+            object: index as u32,
+        })
+        .collect())
+}
+
+pub(crate) fn view_of(
     (width, height): (usize, usize),
     near: f64,
     antialias: bool,

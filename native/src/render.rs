@@ -36,16 +36,20 @@ pub struct Job<'a> {
 
 /// Buffers kept between pictures; their contents mean nothing.
 #[derive(Default)]
-struct Scratch {
-    records: Vec<Record>,
+pub(crate) struct Scratch {
+    pub(crate) records: Vec<Record>,
     keys: Vec<u32>,
     boxes: Vec<TileBox>,
-    needles: Vec<Needle>,
+    pub(crate) needles: Vec<Needle>,
+    /// Records of each group of `CHUNK` slots.
+    pub(crate) counts: Vec<usize>,
+    /// Which chunk of its cloud each of those groups came from.
+    pub(crate) chunks: Vec<usize>,
     pairs: Vec<u64>,
     spare: Vec<u64>,
     order: Vec<u32>,
     ordered_boxes: Vec<TileBox>,
-    bands: Vec<Band>,
+    pub(crate) bands: Vec<Band>,
 }
 
 /// Draws pictures, keeping buffers from one to the next.
@@ -85,7 +89,12 @@ impl Engine {
 }
 
 /// Fills records, keys, boxes and needles; leaves (key, slot) pairs in scene order.
-fn project_all<L: Lens>(objects: &[PosedCloud], lens: &L, job: &Job, scratch: &mut Scratch) {
+pub(crate) fn project_all<L: Lens>(
+    objects: &[PosedCloud],
+    lens: &L,
+    job: &Job,
+    scratch: &mut Scratch,
+) {
     let seen: Vec<(&PosedCloud, usize)> = objects
         .iter()
         .flat_map(|posed| {
@@ -104,9 +113,12 @@ fn project_all<L: Lens>(objects: &[PosedCloud], lens: &L, job: &Job, scratch: &m
         scratch.boxes.resize(size, TileBox::default());
         scratch.needles.resize(size, Needle::default());
     }
-    let mut counts = vec![0usize; seen.len()];
+    scratch.chunks.clear();
+    scratch.chunks.extend(seen.iter().map(|&(_, chunk)| chunk));
+    scratch.counts.clear();
+    scratch.counts.resize(seen.len(), 0);
     (
-        &mut counts,
+        &mut scratch.counts,
         scratch.records[..size].par_chunks_mut(CHUNK),
         scratch.keys[..size].par_chunks_mut(CHUNK),
         scratch.boxes[..size].par_chunks_mut(CHUNK),
@@ -127,7 +139,7 @@ fn project_all<L: Lens>(objects: &[PosedCloud], lens: &L, job: &Job, scratch: &m
             );
         });
     scratch.pairs.clear();
-    for (chunk, &count) in counts.iter().enumerate() {
+    for (chunk, &count) in scratch.counts.iter().enumerate() {
         let first = chunk * CHUNK;
         let pairs =
             (first..first + count).map(|slot| u64::from(scratch.keys[slot]) << 32 | slot as u64);
@@ -136,7 +148,7 @@ fn project_all<L: Lens>(objects: &[PosedCloud], lens: &L, job: &Job, scratch: &m
 }
 
 /// Orders the visible splats by depth; ties by object, then by place in the cloud.
-fn sort_by_depth(scratch: &mut Scratch) {
+pub(crate) fn sort_by_depth(scratch: &mut Scratch) {
     sort::sort_by_key(&mut scratch.pairs, &mut scratch.spare);
     let records = &scratch.records;
     sort::break_ties(&mut scratch.pairs, |slot| {
@@ -157,7 +169,7 @@ fn sort_by_depth(scratch: &mut Scratch) {
 }
 
 /// Lists the splats of every row of tiles, in depth order.
-fn bin_into_rows(job: &Job, scratch: &mut Scratch) {
+pub(crate) fn bin_into_rows(job: &Job, scratch: &mut Scratch) {
     const BANDS_PER_THREAD: usize = 3;
     let rows_of_tiles = job.view.height.div_ceil(TILE);
     let wanted = (rayon::current_num_threads() * BANDS_PER_THREAD).min(rows_of_tiles);
@@ -181,7 +193,7 @@ fn bin_into_rows(job: &Job, scratch: &mut Scratch) {
 }
 
 /// Blends every tile; a task is a row of tiles, whose pixels lie together in the picture.
-fn blend_all<L: Lens, const TRACK_OBJECTS: bool>(
+pub(crate) fn blend_all<L: Lens, const TRACK_OBJECTS: bool>(
     objects: &[PosedCloud],
     lens: &L,
     job: &Job,
@@ -253,12 +265,12 @@ fn blend_all<L: Lens, const TRACK_OBJECTS: bool>(
 }
 
 /// The pixels of a tile that lie outside the lens circle; nothing is drawn there.
-struct CircleMask {
-    outside: Option<[bool; TILE * TILE]>,
+pub(crate) struct CircleMask {
+    pub(crate) outside: Option<[bool; TILE * TILE]>,
 }
 
 impl CircleMask {
-    fn new<L: Lens>(lens: &L, left: usize, top: usize) -> CircleMask {
+    pub(crate) fn new<L: Lens>(lens: &L, left: usize, top: usize) -> CircleMask {
         let Some((radius, centre)) = lens.circle() else {
             return CircleMask { outside: None };
         };

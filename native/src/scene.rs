@@ -87,6 +87,8 @@ pub struct Cloud {
     pub chunks: Vec<Chunk>,
     /// In the order given; `Block::index` points here.
     pub originals: Vec<Original>,
+    /// Where each splat given went among the blocks; `u32::MAX` for those left out.
+    pub places: Vec<u32>,
     /// Splats kept.
     pub count: usize,
     /// Splats dropped because a value was not finite, a scale not positive or a quaternion zero.
@@ -110,7 +112,9 @@ impl Cloud {
             .collect();
         let rows = arrays.sh_count * 3;
         let mut sh = vec![[0.0; LANES]; blocks.len() * rows];
+        let mut places = vec![u32::MAX; total];
         for (position, &id) in kept.iter().enumerate() {
+            places[id as usize] = position as u32;
             let (block, lane) = (position / LANES, position % LANES);
             let source = &arrays.sh[id as usize * rows..][..rows];
             for (row, &value) in source.iter().enumerate() {
@@ -127,9 +131,17 @@ impl Cloud {
             sh_count: arrays.sh_count,
             chunks,
             originals: (0..total).map(|i| Original::new(&arrays, i)).collect(),
+            places,
             count: kept.len(),
             dropped,
         }
+    }
+
+    /// Red, green and blue of each coefficient of a splat, by its index in the cloud as given.
+    pub fn sh_of_splat(&self, index: usize) -> impl Iterator<Item = [f32; 3]> + '_ {
+        let place = self.places[index] as usize;
+        let rows = self.sh_of(place / LANES).chunks_exact(3);
+        rows.map(move |row| std::array::from_fn(|channel| row[channel][place % LANES]))
     }
 
     /// Spherical-harmonic rows of one block.

@@ -3,6 +3,9 @@
 use crate::blend::{self, Tile, TileWork};
 #[cfg(target_arch = "x86_64")]
 use crate::blend_avx2;
+use crate::lanes::{LaneWork, Portable};
+#[cfg(target_arch = "x86_64")]
+use crate::lanes_avx2;
 
 /// An instruction set that this machine has; only `Simd::detect` makes other ones than `SCALAR`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,6 +50,17 @@ impl Simd {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: `detect` found AVX2 and FMA before it made this value.
             Level::Avx2 => unsafe { run_avx2(work) },
+        }
+    }
+
+    /// Runs a kernel written for `Lanes` with these instructions.
+    #[inline(always)]
+    pub fn run_lanes<W: LaneWork>(self, work: W) -> W::Output {
+        match self.0 {
+            Level::Scalar => work.run::<Portable>(),
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: `detect` found AVX2 and FMA before it made this value.
+            Level::Avx2 => unsafe { lanes_avx2::run(work) },
         }
     }
 

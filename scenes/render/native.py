@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections import OrderedDict
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from scenes.splats import SplatCloud
 
 if TYPE_CHECKING:
     from scenes import _native
+    from scenes._native import PoseNormals, Tape
 
 KEPT_CLOUDS = 64
 """Prepared clouds a renderer keeps; the one not drawn for longest goes first."""
@@ -48,6 +49,7 @@ class NativeRenderer:
             ) from error
         self._prepare = _native.PreparedCloud
         self._engine = _native.Engine(portable=portable)
+        self._differentiator = _native.Differentiator(portable=portable)
         self._clouds: OrderedDict[int, tuple[SplatCloud, _native.PreparedCloud]] = OrderedDict()
         self._lock = threading.Lock()
 
@@ -78,11 +80,7 @@ class NativeRenderer:
         options = options or RenderOptions()
         check_request(objects, camera, options)
         clouds = [self._prepared(posed.cloud) for posed in objects]
-        camera_from_world = world_from_camera.inverse()
-        poses = np.zeros((len(objects), 12), dtype=np.float64)
-        for row, posed in zip(poses, objects, strict=True):
-            camera_from_object = camera_from_world @ posed.world_from_object
-            row[:] = camera_from_object.matrix()[:3].ravel()
+        poses = _camera_from_objects(objects, world_from_camera)
         if isinstance(camera, Pinhole):
             flat = self._engine.render_pinhole(
                 clouds,
@@ -112,6 +110,56 @@ class NativeRenderer:
             )
         return _rendering(flat, camera.height_px, camera.width_px)
 
+    def record(
+        self,
+        objects: Sequence[PosedSplats],
+        camera: Pinhole | Fisheye,
+        world_from_camera: Pose,
+        options: RenderOptions,
+    ) -> tuple[Rendering, Tape]:
+        """Draw and remember how: the part of `scenes.render.gradients.record` that is native."""
+        check_request(objects, camera, options)
+        flat, tape = self._differentiator.record(
+            [self._prepared(posed.cloud) for posed in objects],
+            _camera_from_objects(objects, world_from_camera),
+            **_lens(camera),
+            background=options.background,
+            near=options.near_m,
+            antialias=options.antialias,
+            sh_degree=options.sh_degree,
+            threads=options.threads,
+        )
+        return _rendering(flat, camera.height_px, camera.width_px), tape
+
+    def pose_normals(
+        self,
+        posed: PosedSplats,
+        camera: Pinhole | Fisheye,
+        world_from_camera: Pose,
+        options: RenderOptions,
+        *,
+        twists: NDArray[np.float64],
+        target: tuple[NDArray[np.float32], ...],
+        luma: tuple[float, float, float],
+        brightness: tuple[float, float],
+    ) -> PoseNormals:
+        """The part of `scenes.render.pose_newton.normal_equations` that is native."""
+        check_request([posed], camera, options)
+        return self._differentiator.pose_normals(
+            self._prepared(posed.cloud),
+            _camera_from_objects([posed], world_from_camera),
+            twists,
+            target,
+            **_lens(camera),
+            near=options.near_m,
+            antialias=options.antialias,
+            sh_degree=options.sh_degree,
+            threads=options.threads,
+            luma=luma,
+            gain=brightness[0],
+            bias=brightness[1],
+        )
+
     def _prepared(self, cloud: SplatCloud) -> _native.PreparedCloud:
         key = id(cloud)
         with self._lock:
@@ -131,6 +179,35 @@ class NativeRenderer:
             while len(self._clouds) > KEPT_CLOUDS:
                 self._clouds.popitem(last=False)
         return prepared
+
+
+def _camera_from_objects(
+    objects: Sequence[PosedSplats], world_from_camera: Pose
+) -> NDArray[np.float64]:
+    """(M, 12): row-major 3×4 each."""
+    camera_from_world = world_from_camera.inverse()
+    poses = np.zeros((len(objects), 12), dtype=np.float64)
+    for row, posed in zip(poses, objects, strict=True):
+        camera_from_object = camera_from_world @ posed.world_from_object
+        row[:] = camera_from_object.matrix()[:3].ravel()
+    return poses
+
+
+class _Lens(TypedDict):
+    size: tuple[int, int]
+    focal: tuple[float, float]
+    centre: tuple[float, float]
+    max_angle: float | None
+
+
+def _lens(camera: Pinhole | Fisheye) -> _Lens:
+    is_pinhole = isinstance(camera, Pinhole)
+    return {
+        "size": (camera.width_px, camera.height_px),
+        "focal": (camera.fx, camera.fy) if is_pinhole else (camera.f_px, camera.f_px),
+        "centre": (camera.cx, camera.cy),
+        "max_angle": None if is_pinhole else camera.max_angle,
+    }
 
 
 def _rendering(

@@ -9,7 +9,8 @@ from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
 from scenes.render.native import NativeRenderer
 from scenes.render.reference import ReferenceRenderer
-from scenes.render.renderer import PosedSplats
+from scenes.render.reference_gradients import drawable
+from scenes.render.renderer import PosedSplats, RenderOptions
 from scenes.splats import SH_C0, SplatCloud
 
 CAMERAS = {
@@ -90,5 +91,45 @@ def at_origin() -> Callable[..., tuple[PosedSplats, ...]]:
 
     def make(*clouds: SplatCloud) -> tuple[PosedSplats, ...]:
         return tuple(PosedSplats(cloud, Pose.identity()) for cloud in clouds)
+
+    return make
+
+
+@pytest.fixture(scope="session", params=["pinhole", "fisheye"])
+def small_lens(request):
+    """Lenses for scenes small enough to be differentiated by differences."""
+    if request.param == "pinhole":
+        return Pinhole.from_fov(48, 40, np.radians(70))
+    return Fisheye.from_fov(48, np.radians(220))
+
+
+@pytest.fixture(scope="session")
+def drawn_cloud(wild_cloud) -> Callable[..., PosedSplats]:
+    """make(pose, camera, world_from_camera, options, seed) -> posed splats, all of them drawn.
+
+    Sizes are 1 mm to 0.3 m, quaternions have any norm.
+    """
+
+    def make(
+        pose: Pose,
+        camera: Pinhole | Fisheye,
+        world_from_camera: Pose,
+        options: RenderOptions,
+        *,
+        seed: int,
+        count: int = 14,
+    ) -> PosedSplats:
+        cloud = wild_cloud(count, degree=3, seed=seed, spread_m=0.5)
+        norms = np.random.default_rng(seed).uniform(0.5, 2.0, (count, 1)).astype(np.float32)
+        cloud = SplatCloud(
+            cloud.means,
+            np.minimum(cloud.scales, 0.3),
+            cloud.rotations * norms,
+            cloud.opacities,
+            cloud.sh,
+        )
+        return PosedSplats(
+            cloud.select(drawable(cloud, pose, camera, world_from_camera, options)), pose
+        )
 
     return make

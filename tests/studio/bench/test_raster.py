@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from studio.bench import raster
+from studio.bench import raster, raster_gradients
 from studio.bench.splat_scenes import bench_object, bench_room, dual_fisheye, room_camera
 from studio.cli import main
 
@@ -22,6 +22,41 @@ def test_quick_figures(capsys, monkeypatch):
     assert rows["raster.object_20k.2t.ms"]["value"] > 0
     assert rows["raster.object_20k.2t.ms"]["spread"] >= 0
     assert rows["raster.vs_reference"]["value"] > 1
+    assert rows["raster.gradient.rel_error.max"]["bar"] == 1e-4
+    assert rows["raster.gradient.rel_error.max"]["passed"]
+    assert rows["raster.gradient.rel_error.max"]["value"] > 0
+    assert rows["raster.gauss_newton.converged"]["passed"]
+
+
+def test_a_wrong_gradient_fails(monkeypatch):
+    """An error of one part in a thousand in one array must not pass the bar."""
+    honest = raster_gradients.record
+
+    class Off:
+        def __init__(self, *args):
+            self._recording = honest(*args)
+
+        def gradients(self, d_rgb):
+            found = self._recording.gradients(d_rgb)
+            found.objects[0].scales[:] *= 1.001
+            return found
+
+    monkeypatch.setattr(raster_gradients, "record", Off)
+    error = raster_gradients._error_row(raster.NativeRenderer(), seed=1)
+    assert error.passed is False
+    assert error.value == pytest.approx(1e-3, rel=0.05)
+
+
+def test_times_have_their_bars():
+    rows = {
+        row.name: row
+        for row in raster_gradients.gradient_rows(raster.NativeRenderer(), 1, repeats=2)
+    }
+    for name in ("5k_4dof", "5k_6dof", "20k_4dof", "20k_6dof"):
+        row = rows[f"raster.gauss_newton_{name}.1t.ms"]
+        assert row.value > 0
+        assert row.passed is (row.value <= row.bar)
+    assert rows["raster.backward_vs_forward"].bar == 2.3
 
 
 def test_a_wrong_picture_fails(monkeypatch):

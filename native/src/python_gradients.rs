@@ -1,0 +1,427 @@
+//! What Python sees of the gradients. As in `python`, shapes are checked on the other side; the
+//! checks here only keep a wrong call from reading out of bounds.
+
+use std::sync::Arc;
+
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use rayon::ThreadPool;
+
+use crate::camera::{Fisheye, Pinhole};
+use crate::curvature::Curved;
+use crate::pool::Pools;
+use crate::pose_gn::{Drawn, NormalSums, PoseEngine, Target};
+use crate::pose_motion::{Directions, Twist};
+use crate::project::{PosedCloud, View};
+use crate::python::{posed_clouds, view_of, PictureArrays, PreparedCloud};
+use crate::render::{Job, Picture};
+use crate::simd::Simd;
+use crate::tape::{self, PictureGradients};
+
+/// Either lens, as Python names it.
+#[derive(Clone, Copy)]
+enum AnyLens {
+    Pinhole(Pinhole),
+    Fisheye(Fisheye),
+}
+
+impl AnyLens {
+    /// A fisheye if it has a largest angle.
+    fn new(view: &View, focal: [f64; 2], centre: [f64; 2], max_angle: Option<f64>) -> AnyLens {
+        match max_angle {
+            Some(max_angle) => AnyLens::Fisheye(Fisheye {
+                focal: focal[0],
+                centre,
+                max_angle,
+            }),
+            None => AnyLens::Pinhole(Pinhole {
+                width: view.width as f64,
+                height: view.height as f64,
+                focal,
+                centre,
+            }),
+        }
+    }
+}
+
+macro_rules! with_lens {
+    ($any:expr, $lens:ident => $work:expr) => {
+        match $any {
+            AnyLens::Pinhole($lens) => $work,
+            AnyLens::Fisheye($lens) => $work,
+        }
+    };
+}
+
+/// Flat gradients of one object: means, scales, rotations, opacities, sh, and its twist.
+type ObjectArrays<'py> = (
+    Bound<'py, PyArray1<f32>>,
+    Bound<'py, PyArray1<f32>>,
+    Bound<'py, PyArray1<f32>>,
+    Bound<'py, PyArray1<f32>>,
+    Bound<'py, PyArray1<f32>>,
+    [f64; 6],
+);
+
+/// Upper triangle of JᵀJ row by row, Jᵀr, squares, drawn grey and alpha.
+type NormalArrays<'py> = (
+    Vec<f64>,
+    Vec<f64>,
+    [f64; 2],
+    Bound<'py, PyArray1<f32>>,
+    Bound<'py, PyArray1<f32>>,
+);
+
+/// One engine for each number of degrees of freedom.
+#[derive(Default)]
+struct PoseEngines {
+    three: PoseEngine<3>,
+    four: PoseEngine<4>,
+    six: PoseEngine<6>,
+}
+
+/// Draws pictures that can be differentiated; keeps threads between them.
+#[pyclass(frozen, module = "scenes._native", name = "Differentiator")]
+pub struct Differentiator {
+    pools: Pools,
+    simd: Simd,
+    engines: PoseEngines,
+}
+
+#[pymethods]
+impl Differentiator {
+    #[new]
+    #[pyo3(signature = (*, portable = false))]
+    fn new(portable: bool) -> Self {
+        Differentiator {
+            pools: Pools::default(),
+            simd: if portable {
+                Simd::SCALAR
+            } else {
+                Simd::detect()
+            },
+            engines: PoseEngines::default(),
+        }
+    }
+
+    /// Draws as `Engine` does, and remembers how.
+    #[pyo3(signature = (clouds, camera_from_object, *, size, focal, centre, max_angle, background,
+                        near, antialias, sh_degree, threads))]
+    #[allow(clippy::too_many_arguments)] // Python names them all
+    fn record<'py>(
+        &self,
+        py: Python<'py>,
+        clouds: Vec<Bound<'py, PreparedCloud>>,
+        camera_from_object: PyReadonlyArray2<'py, f64>,
+        size: (usize, usize),
+        focal: [f64; 2],
+        centre: [f64; 2],
+        max_angle: Option<f64>,
+        background: [f32; 3],
+        near: f64,
+        antialias: bool,
+        sh_degree: usize,
+        threads: usize,
+    ) -> PyResult<(PictureArrays<'py>, Tape)> {
+        let view = view_of(size, near, antialias, sh_degree)?;
+        let lens = AnyLens::new(&view, focal, centre, max_angle);
+        let poses = camera_from_object.as_slice()?.to_vec();
+        let objects = posed_clouds(&clouds, &poses)?;
+        let pixels = view.width * view.height;
+        let rgb = PyArray1::zeros(py, 3 * pixels, false);
+        let alpha = PyArray1::zeros(py, pixels, false);
+        let depth = PyArray1::zeros(py, pixels, false);
+        let ids = PyArray1::zeros(py, pixels, false);
+        let pool = pool_of(&self.pools, threads)?;
+        let tape = {
+            let mut rgb = rgb.readwrite();
+            let mut alpha = alpha.readwrite();
+            let mut depth = depth.readwrite();
+            let mut ids = ids.readwrite();
+            let mut picture = Picture {
+                rgb: rgb.as_slice_mut()?,
+                alpha: alpha.as_slice_mut()?,
+                depth: depth.as_slice_mut()?,
+                ids: ids.as_slice_mut()?,
+            };
+            let job = Job {
+                view,
+                background,
+                simd: self.simd,
+                pool: &pool,
+            };
+            py.detach(
+                || with_lens!(&lens, lens => tape::Tape::record(&objects, lens, &job, &mut picture)),
+            )
+        };
+        let tape = Tape {
+            tape,
+            clouds: clouds.into_iter().map(Bound::unbind).collect(),
+            poses,
+            lens,
+            view,
+            background,
+            simd: self.simd,
+            pool,
+        };
+        Ok(((rgb, alpha, depth, ids), tape))
+    }
+
+    /// Draws one cloud and sums the normal equations of its pose, gain and bias.
+    ///
+    /// `target` holds grey, its weight, background, silhouette, its weight and occluder depth, all
+    /// flat; `twists` is (D, 6).
+    #[pyo3(signature = (cloud, camera_from_object, twists, target, *, size, focal, centre, max_angle,
+                        near, antialias, sh_degree, threads, luma, gain, bias))]
+    #[allow(clippy::too_many_arguments)] // Python names them all
+    fn pose_normals<'py>(
+        &self,
+        py: Python<'py>,
+        cloud: Bound<'py, PreparedCloud>,
+        camera_from_object: PyReadonlyArray2<'py, f64>,
+        twists: PyReadonlyArray2<'py, f64>,
+        target: [PyReadonlyArray1<'py, f32>; 6],
+        size: (usize, usize),
+        focal: [f64; 2],
+        centre: [f64; 2],
+        max_angle: Option<f64>,
+        near: f64,
+        antialias: bool,
+        sh_degree: usize,
+        threads: usize,
+        luma: [f32; 3],
+        gain: f32,
+        bias: f32,
+    ) -> PyResult<NormalArrays<'py>> {
+        let view = view_of(size, near, antialias, sh_degree)?;
+        let lens = AnyLens::new(&view, focal, centre, max_angle);
+        let clouds = [cloud];
+        let objects = posed_clouds(&clouds, camera_from_object.as_slice()?)?;
+        let pixels = view.width * view.height;
+        for array in &target {
+            let got = array.as_slice()?.len();
+            if got != pixels {
+                return Err(PyValueError::new_err(format!(
+                    "target: {got} values, wanted {pixels}"
+                )));
+            }
+        }
+        let target = Target {
+            grey: target[0].as_slice()?,
+            grey_weight: target[1].as_slice()?,
+            background: target[2].as_slice()?,
+            silhouette: target[3].as_slice()?,
+            silhouette_weight: target[4].as_slice()?,
+            occluder: target[5].as_slice()?,
+            gain,
+            bias,
+        };
+        let grey = PyArray1::zeros(py, pixels, false);
+        let alpha = PyArray1::zeros(py, pixels, false);
+        let pool = pool_of(&self.pools, threads)?;
+        let job = Job {
+            view,
+            background: [0.0; 3],
+            simd: self.simd,
+            pool: &pool,
+        };
+        let twists: Vec<Twist> = twists
+            .as_slice()?
+            .chunks_exact(6)
+            .map(|row| Twist {
+                shift: std::array::from_fn(|axis| row[axis] as f32),
+                turn: std::array::from_fn(|axis| row[3 + axis] as f32),
+            })
+            .collect();
+        let unknowns = twists.len() + 2;
+        let sums = {
+            let mut grey = grey.readwrite();
+            let mut alpha = alpha.readwrite();
+            let mut drawn = Drawn {
+                grey: grey.as_slice_mut()?,
+                alpha: alpha.as_slice_mut()?,
+            };
+            let object = &objects[0];
+            py.detach(|| {
+                with_lens!(&lens, lens => {
+                    let mut call = Call { object, lens, job: &job, luma, target: &target, drawn: &mut drawn };
+                    match twists.len() {
+                        3 => call.run(&self.engines.three, &twists),
+                        4 => call.run(&self.engines.four, &twists),
+                        6 => call.run(&self.engines.six, &twists),
+                        _ => None,
+                    }
+                })
+            })
+        };
+        let Some(sums) = sums else {
+            return Err(PyValueError::new_err(format!(
+                "twists: {} rows, wanted 3, 4 or 6",
+                unknowns - 2
+            )));
+        };
+        Ok((
+            sums.pairs[..unknowns * (unknowns + 1) / 2].to_vec(),
+            sums.gradient[..unknowns].to_vec(),
+            sums.squares,
+            grey,
+            alpha,
+        ))
+    }
+}
+
+/// A picture drawn by `Differentiator::record`, ready to be differentiated any number of times.
+#[pyclass(frozen, module = "scenes._native", name = "Tape")]
+pub struct Tape {
+    tape: tape::Tape,
+    clouds: Vec<Py<PreparedCloud>>,
+    poses: Vec<f64>,
+    lens: AnyLens,
+    view: View,
+    background: [f32; 3],
+    simd: Simd,
+    pool: Arc<ThreadPool>,
+}
+
+#[pymethods]
+impl Tape {
+    /// Gradients of a loss, given its gradients with respect to the picture (flat arrays).
+    #[pyo3(signature = (d_rgb, d_alpha, d_depth))]
+    fn gradients<'py>(
+        &self,
+        py: Python<'py>,
+        d_rgb: PyReadonlyArray1<'py, f32>,
+        d_alpha: PyReadonlyArray1<'py, f32>,
+        d_depth: PyReadonlyArray1<'py, f32>,
+    ) -> PyResult<Vec<ObjectArrays<'py>>> {
+        let d_picture = self.picture_gradients(&d_rgb, &d_alpha, &d_depth)?;
+        let clouds = self.bound_clouds(py);
+        let objects = posed_clouds(&clouds, &self.poses)?;
+        let job = self.job();
+        let gradients = py.detach(|| {
+            with_lens!(&self.lens, lens => self.tape.gradients(&objects, lens, &job, &d_picture))
+        });
+        Ok(gradients
+            .into_iter()
+            .map(|object| {
+                let [a, b, c] = object.twist.shift;
+                let [d, e, f] = object.twist.turn;
+                (
+                    PyArray1::from_vec(py, object.means),
+                    PyArray1::from_vec(py, object.scales),
+                    PyArray1::from_vec(py, object.rotations),
+                    PyArray1::from_vec(py, object.opacities),
+                    PyArray1::from_vec(py, object.sh),
+                    [a, b, c, d, e, f],
+                )
+            })
+            .collect())
+    }
+
+    /// Nanoseconds of one more forward blend and of the backward blend, for benchmarks.
+    #[pyo3(signature = (d_rgb, d_alpha, d_depth))]
+    fn blend_times(
+        &self,
+        py: Python<'_>,
+        d_rgb: PyReadonlyArray1<'_, f32>,
+        d_alpha: PyReadonlyArray1<'_, f32>,
+        d_depth: PyReadonlyArray1<'_, f32>,
+    ) -> PyResult<(u64, u64)> {
+        let d_picture = self.picture_gradients(&d_rgb, &d_alpha, &d_depth)?;
+        let clouds = self.bound_clouds(py);
+        let objects = posed_clouds(&clouds, &self.poses)?;
+        let job = self.job();
+        let pixels = self.view.width * self.view.height;
+        let [forward, backward] = py.detach(|| {
+            let mut values = vec![0.0; 5 * pixels];
+            let (rgb, rest) = values.split_at_mut(3 * pixels);
+            let (alpha, depth) = rest.split_at_mut(pixels);
+            let mut picture = Picture {
+                rgb,
+                alpha,
+                depth,
+                ids: &mut vec![0; pixels],
+            };
+            with_lens!(&self.lens, lens => {
+                self.tape.time_blends(&objects, lens, &job, &d_picture, &mut picture)
+            })
+        });
+        Ok((forward.as_nanos() as u64, backward.as_nanos() as u64))
+    }
+}
+
+/// What does not depend on the number of degrees of freedom.
+struct Call<'a, 'b, L> {
+    object: &'a PosedCloud<'a>,
+    lens: &'a L,
+    job: &'a Job<'a>,
+    luma: [f32; 3],
+    target: &'a Target<'a>,
+    drawn: &'a mut Drawn<'b>,
+}
+
+impl<L: Curved> Call<'_, '_, L> {
+    fn run<const D: usize>(
+        &mut self,
+        engine: &PoseEngine<D>,
+        twists: &[Twist],
+    ) -> Option<NormalSums> {
+        let directions = Directions::<D> {
+            twists: twists.try_into().ok()?,
+            luma: self.luma,
+        };
+        Some(engine.normal_sums(
+            self.object,
+            self.lens,
+            self.job,
+            &directions,
+            self.target,
+            self.drawn,
+        ))
+    }
+}
+
+impl Tape {
+    fn job(&self) -> Job<'_> {
+        Job {
+            view: self.view,
+            background: self.background,
+            simd: self.simd,
+            pool: &self.pool,
+        }
+    }
+
+    fn bound_clouds<'py>(&self, py: Python<'py>) -> Vec<Bound<'py, PreparedCloud>> {
+        self.clouds
+            .iter()
+            .map(|cloud| cloud.bind(py).clone())
+            .collect()
+    }
+
+    fn picture_gradients<'a>(
+        &self,
+        d_rgb: &'a PyReadonlyArray1<'_, f32>,
+        d_alpha: &'a PyReadonlyArray1<'_, f32>,
+        d_depth: &'a PyReadonlyArray1<'_, f32>,
+    ) -> PyResult<PictureGradients<'a>> {
+        let pixels = self.view.width * self.view.height;
+        let (rgb, alpha, depth) = (d_rgb.as_slice()?, d_alpha.as_slice()?, d_depth.as_slice()?);
+        if rgb.len() != 3 * pixels || alpha.len() != pixels || depth.len() != pixels {
+            return Err(PyValueError::new_err(format!(
+                "d_rgb, d_alpha, d_depth: {}, {}, {} values, wanted {}, {pixels}, {pixels}",
+                rgb.len(),
+                alpha.len(),
+                depth.len(),
+                3 * pixels
+            )));
+        }
+        Ok(PictureGradients { rgb, alpha, depth })
+    }
+}
+
+fn pool_of(pools: &Pools, threads: usize) -> PyResult<Arc<ThreadPool>> {
+    pools
+        .get(threads)
+        .map_err(|error| PyRuntimeError::new_err(format!("threads: {error}")))
+}

@@ -1,0 +1,269 @@
+//! A picture that remembers how it was drawn, and the gradients of a loss of it.
+
+use std::time::{Duration, Instant};
+
+use rayon::prelude::*;
+
+use crate::backward::{BackwardTile, PixelGradients, Samples, Sums, SUMS};
+use crate::bin::{TileRow, TILE};
+use crate::blend::{Tile, TileWork, BLOCKS, BLOCK_PIXELS};
+use crate::camera::Lens;
+use crate::curvature::Curved;
+use crate::ewa::ExactJudge;
+use crate::gradient_projection::{
+    gradients_of_splat, ObjectGradients, SplatGradient, TwistGradient,
+};
+use crate::project::PosedCloud;
+use crate::render::{self, CircleMask, Job, Picture, Scratch};
+use crate::scene::CHUNK;
+
+/// The order in which a picture was drawn.
+pub struct Tape {
+    scratch: Scratch,
+}
+
+/// Gradients of a loss with respect to a picture, laid out as the picture.
+pub struct PictureGradients<'a> {
+    pub rgb: &'a [f32],
+    pub alpha: &'a [f32],
+    pub depth: &'a [f32],
+}
+
+/// Sums per (splat, tile) of one row of tiles.
+struct RowSums {
+    slots: Vec<u32>,
+    sums: Vec<Sums>,
+}
+
+impl Tape {
+    /// Draws `objects` as `render::Engine` does, and remembers.
+    pub fn record<L: Lens>(
+        objects: &[PosedCloud],
+        lens: &L,
+        job: &Job,
+        picture: &mut Picture,
+    ) -> Tape {
+        let mut scratch = Scratch::default();
+        job.pool.install(|| {
+            render::project_all(objects, lens, job, &mut scratch);
+            render::sort_by_depth(&mut scratch);
+            render::bin_into_rows(job, &mut scratch);
+            render::blend_all::<L, true>(objects, lens, job, &scratch, picture);
+        });
+        Tape { scratch }
+    }
+
+    /// Gradients of all splats and poses. `objects`, `lens` and `job` are those of the recording; the
+    /// result is the same to the bit for any number of threads.
+    pub fn gradients<L: Curved>(
+        &self,
+        objects: &[PosedCloud],
+        lens: &L,
+        job: &Job,
+        d_picture: &PictureGradients,
+    ) -> Vec<ObjectGradients> {
+        job.pool.install(|| {
+            let rows = self.sum_tiles(objects, lens, job, d_picture);
+            let sums = self.sum_rows(&rows);
+            drop(rows);
+            self.project_back(objects, lens, job, &sums)
+        })
+    }
+
+    /// Time of blending the picture once more into `picture`, and of the sums over tiles that go the
+    /// other way; for benchmarks.
+    pub fn time_blends<L: Curved>(
+        &self,
+        objects: &[PosedCloud],
+        lens: &L,
+        job: &Job,
+        d_picture: &PictureGradients,
+        picture: &mut Picture,
+    ) -> [Duration; 2] {
+        job.pool.install(|| {
+            let start = Instant::now();
+            if objects.len() > 1 {
+                render::blend_all::<L, true>(objects, lens, job, &self.scratch, picture);
+            } else {
+                render::blend_all::<L, false>(objects, lens, job, &self.scratch, picture);
+            }
+            let blended = Instant::now();
+            std::hint::black_box(self.sum_tiles(objects, lens, job, d_picture));
+            [blended - start, blended.elapsed()]
+        })
+    }
+
+    /// The blend's part alone.
+    fn sum_tiles<L: Lens>(
+        &self,
+        objects: &[PosedCloud],
+        lens: &L,
+        job: &Job,
+        d_picture: &PictureGradients,
+    ) -> Vec<RowSums> {
+        let (width, height) = (job.view.width, job.view.height);
+        let bands = &self.scratch.bands;
+        let rows_of_tiles = height.div_ceil(TILE);
+        let rows_per_band = rows_of_tiles.div_ceil(bands.len());
+        let columns = width.div_ceil(TILE);
+        let judge = ExactJudge {
+            objects,
+            lens,
+            antialias: job.view.antialias,
+        };
+        (0..rows_of_tiles)
+            .into_par_iter()
+            .with_max_len(1)
+            .map_init(
+                || (TileRow::default(), Samples::default()),
+                |(lists, samples), row| {
+                    let entries = bands[row / rows_per_band].row(row);
+                    lists.fill(row, columns, entries, &self.scratch.records);
+                    let mut out = RowSums {
+                        slots: Vec::new(),
+                        sums: Vec::new(),
+                    };
+                    for column in 0..columns {
+                        let slots = lists.tile(column);
+                        let first = out.slots.len();
+                        out.slots.extend_from_slice(slots);
+                        out.sums.resize(first + slots.len(), [0.0; SUMS]);
+                        let (left, top) = (column * TILE, row * TILE);
+                        let Some(mut gradients) = pixel_gradients(job, d_picture, left, top) else {
+                            continue;
+                        };
+                        job.simd.run_lanes(BackwardTile {
+                            work: TileWork {
+                                records: &self.scratch.records,
+                                needles: &self.scratch.needles,
+                                slots,
+                                left: left as i32,
+                                top: top as i32,
+                                judge: &judge,
+                            },
+                            transmittance: open_pixels(lens, left, top),
+                            gradients: &mut gradients,
+                            samples,
+                            sums: &mut out.sums[first..],
+                        });
+                    }
+                    out
+                },
+            )
+            .collect()
+    }
+
+    /// Adds up each splat's tiles, row by row and from left to right.
+    fn sum_rows(&self, rows: &[RowSums]) -> Vec<[f64; SUMS]> {
+        let count = self.scratch.counts.len() * CHUNK;
+        let mut totals = vec![[0.0; SUMS]; count];
+        let share = count.div_ceil(rayon::current_num_threads()).max(1);
+        totals
+            .par_chunks_mut(share)
+            .enumerate()
+            .for_each(|(index, totals)| {
+                let first = index * share;
+                for row in rows {
+                    for (&slot, sums) in row.slots.iter().zip(&row.sums) {
+                        // A slot before `first` wraps around and is out of range too.
+                        let place = (slot as usize).wrapping_sub(first);
+                        if let Some(total) = totals.get_mut(place) {
+                            for (total, &sum) in total.iter_mut().zip(sums) {
+                                *total += f64::from(sum);
+                            }
+                        }
+                    }
+                }
+            });
+        totals
+    }
+
+    fn project_back<L: Curved>(
+        &self,
+        objects: &[PosedCloud],
+        lens: &L,
+        job: &Job,
+        sums: &[[f64; SUMS]],
+    ) -> Vec<ObjectGradients> {
+        let groups: Vec<(Vec<SplatGradient>, TwistGradient)> = self
+            .scratch
+            .counts
+            .par_iter()
+            .enumerate()
+            .map(|(group, &count)| {
+                let mut twist = TwistGradient::default();
+                let splats = (group * CHUNK..group * CHUNK + count)
+                    .filter(|&slot| sums[slot].iter().any(|&v| v != 0.0))
+                    .map(|slot| {
+                        let record = &self.scratch.records[slot];
+                        let posed = &objects[record.object as usize];
+                        let gradient =
+                            gradients_of_splat(posed, lens, &job.view, record, &sums[slot]);
+                        twist.add(&gradient.twist);
+                        gradient
+                    })
+                    .collect();
+                (splats, twist)
+            })
+            .collect();
+        let mut out: Vec<ObjectGradients> = objects
+            .iter()
+            .map(|o| ObjectGradients::zero(o.cloud))
+            .collect();
+        for (splats, twist) in groups {
+            for splat in &splats {
+                out[splat.object as usize].put(splat);
+            }
+            if let Some(splat) = splats.first() {
+                out[splat.object as usize].twist.add(&twist);
+            }
+        }
+        out
+    }
+}
+
+/// 1 for pixels that may be drawn, 0 for those outside the lens circle.
+pub fn open_pixels<L: Lens>(lens: &L, left: usize, top: usize) -> [[f32; BLOCK_PIXELS]; BLOCKS] {
+    let mut transmittance = [[1.0; BLOCK_PIXELS]; BLOCKS];
+    if let Some(outside) = &CircleMask::new(lens, left, top).outside {
+        for (pixel, &is_out) in outside.iter().enumerate() {
+            if is_out {
+                let (block, lane) = Tile::place(pixel % TILE, pixel / TILE);
+                transmittance[block][lane] = 0.0;
+            }
+        }
+    }
+    transmittance
+}
+
+/// None where no pixel of the tile matters.
+fn pixel_gradients(
+    job: &Job,
+    d_picture: &PictureGradients,
+    left: usize,
+    top: usize,
+) -> Option<PixelGradients> {
+    let (width, height) = (job.view.width, job.view.height);
+    let mut gradients = PixelGradients::ZERO;
+    let mut matters = false;
+    for y in 0..TILE.min(height - top) {
+        for x in 0..TILE.min(width - left) {
+            let place = (top + y) * width + left + x;
+            let (block, lane) = Tile::place(x, y);
+            let mut constant = d_picture.alpha[place];
+            for channel in 0..3 {
+                let d_colour = d_picture.rgb[3 * place + channel];
+                gradients.colour[block][channel][lane] = d_colour;
+                // What passes through a splat shows the background.
+                constant -= job.background[channel] * d_colour;
+                matters |= d_colour != 0.0;
+            }
+            let d_depth = d_picture.depth[place];
+            gradients.depth[block][lane] = d_depth;
+            gradients.has_depth |= d_depth != 0.0;
+            gradients.constant[block][lane] = constant;
+            matters |= constant != 0.0;
+        }
+    }
+    (matters || gradients.has_depth).then_some(gradients)
+}
