@@ -86,7 +86,7 @@ class Tape:
     def gradients(
         self, d_rgb: NDArray[np.float32], d_alpha: NDArray[np.float32], d_depth: NDArray[np.float32]
     ) -> list[_ObjectGradients]:
-        """Per object: flat gradients of means, scales, rotations, opacities and sh, and of a twist."""
+        """Per object: flat gradients of means, scales, rotations, opacities, sh, and a twist."""
 
     def blend_times(
         self, d_rgb: NDArray[np.float32], d_alpha: NDArray[np.float32], d_depth: NDArray[np.float32]
@@ -112,7 +112,7 @@ class Differentiator:
         sh_degree: int,
         threads: int,
     ) -> tuple[_Picture, Tape]:
-        """As `Engine.render_pinhole`, or `render_fisheye` where `max_angle` is given; remembers how."""
+        """As `Engine.render_pinhole` (`render_fisheye` if `max_angle` is given); remembers how."""
 
     def pose_normals(
         self,

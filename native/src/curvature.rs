@@ -122,8 +122,8 @@ mod tests {
             after[axis] += step;
             let (a, b) = (lens.project(before), lens.project(after));
             let slopes = [(b.u - a.u) / (2.0 * step), (b.v - a.v) / (2.0 * step)];
-            for row in 0..2 {
-                assert!((slopes[row] - analytic.centre[row][axis]).abs() < 1e-4);
+            for (row, slope) in slopes.into_iter().enumerate() {
+                assert!((slope - analytic.centre[row][axis]).abs() < 1e-4);
                 for column in 0..3 {
                     let slope = (b.jacobian[row][column] - a.jacobian[row][column]) / (2.0 * step);
                     let error = (slope - analytic.jacobian[row][column][axis]).abs();
