@@ -17,6 +17,7 @@ from scenes.render.native import NativeRenderer
 from scenes.render.reference import ReferenceRenderer
 from scenes.render.renderer import PosedSplats, RenderOptions
 from studio.bench.raster_gradients import gradient_rows
+from studio.bench.raster_peers import peer_rows
 from studio.bench.splat_scenes import (
     bench_object,
     bench_room,
@@ -73,6 +74,8 @@ def measure(args: argparse.Namespace) -> list[Row]:
     for scene in _scenes(rng, quick=args.quick):
         print(f"bench raster: {scene.name}", file=sys.stderr)
         rows += _time_rows(native, scene, repeats)
+    if not args.quick:
+        rows += peer_rows(native, rng)
     print("bench raster: gradients", file=sys.stderr)
     return rows + gradient_rows(native, SEED, repeats=repeats, quick=args.quick)
 
