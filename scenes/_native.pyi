@@ -66,3 +66,34 @@ class Engine:
         threads: int,
     ) -> _Picture:
         """As `render_pinhole`, through an equidistant fisheye."""
+
+class StillPicture:
+    """The picture of a camera that stands still, and what it was drawn from."""
+
+    def __init__(
+        self,
+        *,
+        size: tuple[int, int],
+        focal: tuple[float, float],
+        centre: tuple[float, float],
+        max_angle: float | None,
+        background: tuple[float, float, float],
+        near: float,
+        antialias: bool,
+        sh_degree: int,
+    ) -> None:
+        """A fisheye if `max_angle` is given (then the first focal length counts), else a pinhole."""
+
+    @property
+    def arrays(self) -> _Picture:
+        """Flat rgb, alpha, depth and ids; each update writes into these same arrays."""
+
+    def update(
+        self,
+        engine: Engine,
+        clouds: Sequence[PreparedCloud],
+        camera_from_object: NDArray[np.float64],
+        *,
+        threads: int,
+    ) -> NDArray[np.bool_]:
+        """Draw what changed since the last update; one flag per 16×16 tile, row by row."""

@@ -9,15 +9,19 @@ pub mod ewa;
 pub mod pool;
 pub mod project;
 mod python;
+mod python_still;
 pub mod render;
 pub mod scene;
 pub mod sh;
 pub mod simd;
 pub mod sort;
+pub mod still;
 
 /// The Python module.
 #[pyo3::pymodule]
 mod _native {
     #[pymodule_export]
     use crate::python::{Engine, PreparedCloud};
+    #[pymodule_export]
+    use crate::python_still::StillPicture;
 }

@@ -1,6 +1,8 @@
 //! What Python sees of the crate. Shapes and dtypes are checked by `scenes.render.native`; the checks
 //! here only keep a wrong call from reading out of bounds.
 
+use std::sync::Arc;
+
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -15,7 +17,7 @@ use crate::simd::Simd;
 /// A splat cloud prepared for drawing.
 #[pyclass(frozen, module = "scenes._native", name = "PreparedCloud")]
 pub struct PreparedCloud {
-    cloud: Cloud,
+    pub(crate) cloud: Arc<Cloud>,
 }
 
 #[pymethods]
@@ -48,7 +50,9 @@ impl PreparedCloud {
             )));
         }
         let cloud = py.detach(|| Cloud::new(arrays));
-        Ok(PreparedCloud { cloud })
+        Ok(PreparedCloud {
+            cloud: Arc::new(cloud),
+        })
     }
 
     /// Splats that can be drawn.
@@ -86,8 +90,8 @@ type PictureArrays<'py> = (
 #[pyclass(frozen, module = "scenes._native", name = "Engine")]
 pub struct Engine {
     engine: render::Engine,
-    pools: Pools,
-    simd: Simd,
+    pub(crate) pools: Pools,
+    pub(crate) simd: Simd,
 }
 
 #[pymethods]
@@ -233,7 +237,7 @@ impl Engine {
     }
 }
 
-fn view_of(
+pub(crate) fn view_of(
     (width, height): (usize, usize),
     near: f64,
     antialias: bool,

@@ -36,16 +36,36 @@ pub struct Job<'a> {
 
 /// Buffers kept between pictures; their contents mean nothing.
 #[derive(Default)]
-struct Scratch {
-    records: Vec<Record>,
+pub(crate) struct Scratch {
+    pub(crate) records: Vec<Record>,
     keys: Vec<u32>,
     boxes: Vec<TileBox>,
-    needles: Vec<Needle>,
+    pub(crate) needles: Vec<Needle>,
     pairs: Vec<u64>,
     spare: Vec<u64>,
     order: Vec<u32>,
     ordered_boxes: Vec<TileBox>,
     bands: Vec<Band>,
+}
+
+impl Scratch {
+    /// Projects `objects` and lists their splats for every row of tiles, in depth order.
+    pub(crate) fn list_splats<L: Lens>(&mut self, objects: &[PosedCloud], lens: &L, job: &Job) {
+        project_all(objects, lens, job, self);
+        sort_by_depth(self);
+        bin_into_rows(job, self);
+    }
+
+    /// Fills the lists of one row of tiles.
+    pub(crate) fn fill_row(&self, row: usize, job: &Job, lists: &mut TileRow) {
+        let rows_of_tiles = job.view.height.div_ceil(TILE);
+        let rows_per_band = rows_of_tiles.div_ceil(self.bands.len());
+        let entries = self.bands[row / rows_per_band].row(row);
+        job.simd.run(
+            #[inline(always)]
+            || lists.fill(row, job.view.width.div_ceil(TILE), entries, &self.records),
+        );
+    }
 }
 
 /// Draws pictures, keeping buffers from one to the next.
@@ -65,9 +85,7 @@ impl Engine {
     ) {
         let mut scratch = self.borrow_scratch();
         job.pool.install(|| {
-            project_all(objects, lens, job, &mut scratch);
-            sort_by_depth(&mut scratch);
-            bin_into_rows(job, &mut scratch);
+            scratch.list_splats(objects, lens, job);
             if objects.len() > 1 {
                 blend_all::<L, true>(objects, lens, job, &scratch, picture);
             } else {
@@ -188,8 +206,7 @@ fn blend_all<L: Lens, const TRACK_OBJECTS: bool>(
     scratch: &Scratch,
     picture: &mut Picture,
 ) {
-    let View { width, height, .. } = job.view;
-    let rows_per_band = height.div_ceil(TILE).div_ceil(scratch.bands.len());
+    let width = job.view.width;
     let strip = width * TILE;
     let judge = ExactJudge {
         objects,
@@ -208,48 +225,46 @@ fn blend_all<L: Lens, const TRACK_OBJECTS: bool>(
         .for_each_init(
             TileRow::default,
             |lists, (row, (rgb, alpha, depth, ids))| {
-                let band = &scratch.bands[row / rows_per_band];
-                let columns = width.div_ceil(TILE);
-                job.simd.run(
-                    #[inline(always)]
-                    || lists.fill(row, columns, band.row(row), &scratch.records),
-                );
+                scratch.fill_row(row, job, lists);
                 let mut strip = Picture {
                     rgb,
                     alpha,
                     depth,
                     ids,
                 };
-                for column in 0..columns {
-                    let (left, top) = (column * TILE, row * TILE);
-                    let mask = CircleMask::new(lens, left, top);
-                    let mut tile = Tile::EMPTY;
-                    mask.close_outside(&mut tile);
+                for column in 0..width.div_ceil(TILE) {
                     let work = TileWork {
                         records: &scratch.records,
                         needles: &scratch.needles,
                         slots: lists.tile(column),
-                        left: left as i32,
-                        top: top as i32,
+                        left: (column * TILE) as i32,
+                        top: (row * TILE) as i32,
                         judge: &judge,
                     };
-                    job.simd.blend_tile::<TRACK_OBJECTS>(&mut tile, &work);
-                    mask.open_outside(&mut tile);
-                    job.simd.run(
-                        #[inline(always)]
-                        || {
-                            write_tile::<TRACK_OBJECTS>(
-                                &tile,
-                                left,
-                                width,
-                                job.background,
-                                &mut strip,
-                            )
-                        },
-                    );
+                    draw_tile::<L, TRACK_OBJECTS>(lens, job, &work, &mut strip);
                 }
             },
         );
+}
+
+/// Blends one tile and writes it to its strip of the picture.
+pub(crate) fn draw_tile<L: Lens, const TRACK_OBJECTS: bool>(
+    lens: &L,
+    job: &Job,
+    work: &TileWork,
+    strip: &mut Picture,
+) {
+    let left = work.left as usize;
+    let mask = CircleMask::new(lens, left, work.top as usize);
+    let mut tile = Tile::EMPTY;
+    mask.close_outside(&mut tile);
+    job.simd.blend_tile::<TRACK_OBJECTS>(&mut tile, work);
+    mask.open_outside(&mut tile);
+    let (width, background) = (job.view.width, job.background);
+    job.simd.run(
+        #[inline(always)]
+        || write_tile::<TRACK_OBJECTS>(&tile, left, width, background, strip),
+    );
 }
 
 /// The pixels of a tile that lie outside the lens circle; nothing is drawn there.

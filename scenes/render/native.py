@@ -47,6 +47,7 @@ class NativeRenderer:
                 "run any command through ./nexus, which builds it"
             ) from error
         self._prepare = _native.PreparedCloud
+        self._still = _native.StillPicture
         self._engine = _native.Engine(portable=portable)
         self._clouds: OrderedDict[int, tuple[SplatCloud, _native.PreparedCloud]] = OrderedDict()
         self._lock = threading.Lock()
@@ -78,11 +79,7 @@ class NativeRenderer:
         options = options or RenderOptions()
         check_request(objects, camera, options)
         clouds = [self._prepared(posed.cloud) for posed in objects]
-        camera_from_world = world_from_camera.inverse()
-        poses = np.zeros((len(objects), 12), dtype=np.float64)
-        for row, posed in zip(poses, objects, strict=True):
-            camera_from_object = camera_from_world @ posed.world_from_object
-            row[:] = camera_from_object.matrix()[:3].ravel()
+        poses = _camera_from_objects(objects, world_from_camera)
         if isinstance(camera, Pinhole):
             flat = self._engine.render_pinhole(
                 clouds,
@@ -110,7 +107,7 @@ class NativeRenderer:
                 sh_degree=options.sh_degree,
                 threads=options.threads,
             )
-        return _rendering(flat, camera.height_px, camera.width_px)
+        return rendering_of(flat, camera.height_px, camera.width_px)
 
     def _prepared(self, cloud: SplatCloud) -> _native.PreparedCloud:
         key = id(cloud)
@@ -132,12 +129,56 @@ class NativeRenderer:
                 self._clouds.popitem(last=False)
         return prepared
 
+    def still_picture(
+        self, camera: Pinhole | Fisheye, options: RenderOptions
+    ) -> _native.StillPicture:
+        """An empty picture for `update_still`; `scenes.render.incremental` is the way to use it."""
+        check_request((), camera, options)
+        is_pinhole = isinstance(camera, Pinhole)
+        return self._still(
+            size=(camera.width_px, camera.height_px),
+            focal=(camera.fx, camera.fy) if is_pinhole else (camera.f_px, camera.f_px),
+            centre=(camera.cx, camera.cy),
+            max_angle=None if is_pinhole else camera.max_angle,
+            background=options.background,
+            near=options.near_m,
+            antialias=options.antialias,
+            sh_degree=options.sh_degree,
+        )
 
-def _rendering(
+    def update_still(
+        self,
+        picture: _native.StillPicture,
+        objects: Sequence[PosedSplats],
+        camera: Pinhole | Fisheye,
+        world_from_camera: Pose,
+        options: RenderOptions,
+    ) -> NDArray[np.bool_]:
+        """Draw into `picture` what changed; returns a flag per tile of 16 × 16 pixels, flat."""
+        check_request(objects, camera, options)
+        clouds = [self._prepared(posed.cloud) for posed in objects]
+        poses = _camera_from_objects(objects, world_from_camera)
+        return picture.update(self._engine, clouds, poses, threads=options.threads)
+
+
+def _camera_from_objects(
+    objects: Sequence[PosedSplats], world_from_camera: Pose
+) -> NDArray[np.float64]:
+    """(M, 12) row-major 3×4 matrices."""
+    camera_from_world = world_from_camera.inverse()
+    poses = np.zeros((len(objects), 12), dtype=np.float64)
+    for row, posed in zip(poses, objects, strict=True):
+        camera_from_object = camera_from_world @ posed.world_from_object
+        row[:] = camera_from_object.matrix()[:3].ravel()
+    return poses
+
+
+def rendering_of(
     flat: tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], NDArray[np.int32]],
     height: int,
     width: int,
 ) -> Rendering:
+    """The picture that flat rgb, alpha, depth and ids make; shares their memory."""
     rgb, alpha, depth, ids = flat
     return Rendering(
         rgb.reshape(height, width, 3),

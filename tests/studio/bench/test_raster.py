@@ -5,6 +5,8 @@ import json
 import numpy as np
 import pytest
 
+from scenes.pose import Pose
+from scenes.render.renderer import PosedSplats
 from studio.bench import raster
 from studio.bench.splat_scenes import bench_object, bench_room, dual_fisheye, room_camera
 from studio.cli import main
@@ -22,6 +24,17 @@ def test_quick_figures(capsys, monkeypatch):
     assert rows["raster.object_20k.2t.ms"]["value"] > 0
     assert rows["raster.object_20k.2t.ms"]["spread"] >= 0
     assert rows["raster.vs_reference"]["value"] > 1
+
+
+def test_the_moved_object_is_timed_on_every_still_view():
+    rng = np.random.default_rng(0)
+    room = (PosedSplats(bench_room(2_000, rng), Pose.identity()),)
+    scene = raster._Scene("dual_64", room, dual_fisheye(64), None)
+    row = raster._moved_row(raster.NativeRenderer(), scene, rng, 2)
+    assert row.name == "raster.dual_64_moved.2t.ms"
+    assert row.bar == 15.0
+    assert row.value is not None
+    assert row.value > 0
 
 
 def test_a_wrong_picture_fails(monkeypatch):
