@@ -29,7 +29,11 @@ class PreparedCloud:
 class Engine:
     """Draws prepared clouds; keeps threads and buffers between pictures."""
 
-    def __init__(self, *, portable: bool = False) -> None: ...
+    def __init__(self, *, portable: bool = False, instructions: str | None = None) -> None: ...
+    @staticmethod
+    def available() -> list[str]:
+        """Instruction sets this machine has, the narrowest first."""
+
     @property
     def simd(self) -> str:
         """Instruction set in use."""

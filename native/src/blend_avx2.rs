@@ -14,16 +14,16 @@ use crate::blend::{
 use crate::project::STEP_DOUBT;
 
 /// Splats listed at a time; their constants stay in the first-level cache.
-const BATCH: usize = 128;
+pub const BATCH: usize = 128;
 /// Splats whose masks are transposed together.
 const GROUP: usize = 32;
 /// Splats blended into a block between two looks at whether it still takes light.
-const RUN: usize = 8;
+pub const RUN: usize = 8;
 /// Bytes per splat's mask of blocks.
 const MASK_BYTES: usize = BLOCKS / 8;
 
 /// Bit positions of every byte value, packed to the front.
-static POSITIONS: [[u8; 8]; 256] = positions();
+pub static POSITIONS: [[u8; 8]; 256] = positions();
 
 const fn positions() -> [[u8; 8]; 256] {
     let mut table = [[0; 8]; 256];
@@ -390,97 +390,5 @@ fn store_pixels(block: &mut PixelBlock, pixels: &Pixels) {
         _mm256_storeu_ps(block.depth.as_mut_ptr(), pixels.depth);
         _mm256_storeu_ps(block.weight.as_mut_ptr(), pixels.weight);
         _mm256_storeu_ps(block.object.as_mut_ptr().cast(), pixels.object);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::blend;
-    use crate::ewa::Judge;
-    use crate::project::{Needle, Record};
-
-    /// Any judge will do, as long as both kernels ask the same one.
-    struct Coin;
-
-    impl Judge for Coin {
-        fn is_drawn(&self, _: &Record, x: i32, y: i32) -> bool {
-            (x + y) % 2 == 0
-        }
-    }
-
-    fn random_records(count: usize) -> Vec<Record> {
-        let mut state = 7u64;
-        let mut next = move || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            (state >> 40) as f32 / (1u64 << 24) as f32
-        };
-        (0..count)
-            .map(|i| {
-                let a = 0.02 + next();
-                Record {
-                    base: [(60.0 * next()) as i32, (60.0 * next()) as i32],
-                    offset: [next(), next()],
-                    a,
-                    b: next() - 0.5,
-                    c: 0.02 + next(),
-                    log2_opacity: -7.9 * next(),
-                    colour: [next(), next(), next()],
-                    depth: 1.0 + next(),
-                    inverse_a: 1.0 / a,
-                    object: (i % 3) as u32,
-                    ..Record::default()
-                }
-            })
-            .collect()
-    }
-
-    fn needle_of(record: &Record) -> Needle {
-        Needle {
-            centre: std::array::from_fn(|axis| {
-                f64::from(record.base[axis]) + f64::from(record.offset[axis])
-            }),
-            a: f64::from(record.a),
-            b: f64::from(record.b),
-        }
-    }
-
-    #[test]
-    fn agrees_with_the_portable_kernel() {
-        if !(is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")) {
-            return;
-        }
-        for count in [0, 1, 31, 128, 129, 1000] {
-            let records = random_records(count);
-            let slots: Vec<u32> = (0..count as u32).collect();
-            let needles: Vec<Needle> = records.iter().map(needle_of).collect();
-            for (left, top) in [(0, 0), (16, 32), (48, 16)] {
-                let mut plain = Tile::EMPTY;
-                let mut vector = Tile::EMPTY;
-                let work = TileWork {
-                    records: &records,
-                    needles: &needles,
-                    slots: &slots,
-                    left,
-                    top,
-                    judge: &Coin,
-                };
-                blend::blend_tile::<true>(&mut plain, &work);
-                // SAFETY: AVX2 and FMA were found above.
-                unsafe { blend_tile::<true>(&mut vector, &work) };
-                for (a, b) in plain.blocks.iter().zip(&vector.blocks) {
-                    for lane in 0..8 {
-                        assert!((a.transmittance[lane] - b.transmittance[lane]).abs() < 1e-5);
-                        for channel in 0..3 {
-                            let difference = a.colour[channel][lane] - b.colour[channel][lane];
-                            assert!(difference.abs() < 1e-5);
-                        }
-                        assert!((a.depth[lane] - b.depth[lane]).abs() < 2e-5);
-                    }
-                }
-            }
-        }
     }
 }

@@ -4,6 +4,8 @@ pub mod bin;
 pub mod blend;
 #[cfg(target_arch = "x86_64")]
 mod blend_avx2;
+#[cfg(target_arch = "x86_64")]
+mod blend_avx512;
 pub mod camera;
 pub mod ewa;
 pub mod pool;

@@ -97,17 +97,30 @@ pub struct Engine {
 #[pymethods]
 impl Engine {
     #[new]
-    #[pyo3(signature = (*, portable = false))]
-    fn new(portable: bool) -> Self {
-        Engine {
+    #[pyo3(signature = (*, portable = false, instructions = None))]
+    fn new(portable: bool, instructions: Option<&str>) -> PyResult<Self> {
+        let simd = match instructions {
+            None if portable => Simd::SCALAR,
+            None => Simd::detect(),
+            Some(name) => Simd::named(name).ok_or_else(|| {
+                let known: Vec<&str> = Simd::available().into_iter().map(Simd::name).collect();
+                let known = known.join(", ");
+                PyValueError::new_err(format!(
+                    "instructions: got {name:?}, wanted one this machine has: {known}"
+                ))
+            })?,
+        };
+        Ok(Engine {
             engine: render::Engine::default(),
             pools: Pools::default(),
-            simd: if portable {
-                Simd::SCALAR
-            } else {
-                Simd::detect()
-            },
-        }
+            simd,
+        })
+    }
+
+    /// Instruction sets this machine has, the narrowest first.
+    #[staticmethod]
+    fn available() -> Vec<&'static str> {
+        Simd::available().into_iter().map(Simd::name).collect()
     }
 
     /// Instruction set in use.

@@ -33,12 +33,15 @@ class NativeRenderer:
 
     Args:
         portable: use no vector instructions beyond the platform's minimum (tests, comparisons).
+        instructions: one of `available_instructions()`; None takes the widest, or "scalar" if
+            `portable`.
 
     Raises:
         ImportError: the native crate has not been built.
+        ValueError: this machine does not have those instructions.
     """
 
-    def __init__(self, *, portable: bool = False) -> None:
+    def __init__(self, *, portable: bool = False, instructions: str | None = None) -> None:
         try:
             from scenes import _native
         except ImportError as error:
@@ -48,14 +51,18 @@ class NativeRenderer:
             ) from error
         self._prepare = _native.PreparedCloud
         self._still = _native.StillPicture
-        self._engine = _native.Engine(portable=portable)
+        self._engine = _native.Engine(portable=portable, instructions=instructions)
         self._clouds: OrderedDict[int, tuple[SplatCloud, _native.PreparedCloud]] = OrderedDict()
         self._lock = threading.Lock()
 
     @property
     def instructions(self) -> str:
-        """Instruction set in use, such as "avx2" or "scalar"."""
+        """Instruction set in use: "avx512", "avx2" or "scalar"."""
         return self._engine.simd
+
+    def available_instructions(self) -> tuple[str, ...]:
+        """Instruction sets this machine has, the narrowest first."""
+        return tuple(self._engine.available())
 
     def prepare(self, cloud: SplatCloud) -> int:
         """Prepare a cloud ahead of its first picture; returns the number of damaged splats."""

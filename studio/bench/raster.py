@@ -42,7 +42,7 @@ WARM_UPS = 2
 
 @dataclass(frozen=True, slots=True)
 class _Scene:
-    """Pictures that are timed together, the name of their figures, and the limit for two threads."""
+    """Pictures timed together, the name of their figures, and the limit for two threads."""
 
     name: str
     objects: tuple[PosedSplats, ...]
