@@ -11,7 +11,7 @@ use crate::blend::{
     PixelBlock, Tile, TileSplat, TileWork, ALPHA_MAX, ALPHA_OF, BLOCKS, BLOCKS_ACROSS,
     BLOCK_HEIGHT, BLOCK_WIDTH, TRANSMITTANCE_STOP,
 };
-use crate::project::STEP_DOUBT;
+use crate::project::{Record, STEP_DOUBT};
 
 /// Splats listed at a time; their constants stay in the first-level cache.
 pub const BATCH: usize = 128;
@@ -23,7 +23,7 @@ pub const RUN: usize = 8;
 const MASK_BYTES: usize = BLOCKS / 8;
 
 /// Bit positions of every byte value, packed to the front.
-pub static POSITIONS: [[u8; 8]; 256] = positions();
+static POSITIONS: [[u8; 8]; 256] = positions();
 
 const fn positions() -> [[u8; 8]; 256] {
     let mut table = [[0; 8]; 256];
@@ -67,6 +67,7 @@ pub fn blend_tile<const TRACK_OBJECTS: bool>(tile: &mut Tile, work: &TileWork) {
             return;
         }
         for (place, &slot) in chosen.iter().enumerate() {
+            fetch_ahead(work, chosen, place);
             let splat = TileSplat::new(work, slot);
             let mask = block_mask(&splat) & live;
             for (bytes, byte) in batch.masks.iter_mut().zip(mask.to_le_bytes()) {
@@ -87,6 +88,18 @@ pub fn blend_tile<const TRACK_OBJECTS: bool>(tile: &mut Tile, work: &TileWork) {
             };
             blend_block::<TRACK_OBJECTS>(block, index, list, &chosen);
         }
+    }
+}
+
+/// Asks for the record of a splat a few places on: records lie in scene order, so that the machine
+/// cannot foresee which comes next.
+#[inline(always)]
+pub fn fetch_ahead(work: &TileWork, slots: &[u32], place: usize) {
+    const PLACES: usize = 12;
+    if let Some(&slot) = slots.get(place + PLACES) {
+        let record: *const Record = &work.records[slot as usize];
+        // SAFETY: a prefetch reads nothing the program can see; the pointer is a reference's.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(record.cast()) };
     }
 }
 
@@ -328,9 +341,9 @@ fn blend_one<const TRACK_OBJECTS: bool>(
 ) {
     let stop = _mm256_set1_ps(TRANSMITTANCE_STOP);
     let is_live = _mm256_cmp_ps::<_CMP_GE_OQ>(pixels.transmittance, stop);
-    let is_drawn = _mm256_and_ps(is_drawn, is_live);
+    // Only the last of these waits for the splat before: that chain sets the pace.
     let alpha = _mm256_min_ps(alpha_of(power), _mm256_set1_ps(ALPHA_MAX));
-    let alpha = _mm256_and_ps(alpha, is_drawn);
+    let alpha = _mm256_and_ps(_mm256_and_ps(alpha, is_drawn), is_live);
     let weight = _mm256_mul_ps(alpha, pixels.transmittance);
     pixels.transmittance = _mm256_fnmadd_ps(alpha, pixels.transmittance, pixels.transmittance);
     for (sum, &value) in pixels.colour.iter_mut().zip(&splat.colour) {

@@ -10,11 +10,11 @@ use crate::blend::{
     PixelBlock, Tile, TileSplat, TileWork, ALPHA_MAX, ALPHA_OF, BLOCKS, BLOCKS_ACROSS, BLOCK_WIDTH,
     TRANSMITTANCE_STOP,
 };
-use crate::blend_avx2::{BATCH, POSITIONS, RUN};
+use crate::blend_avx2::{fetch_ahead, BATCH, RUN};
 use crate::project::STEP_DOUBT;
 
 /// Splats whose masks are read together.
-const GROUP: usize = 32;
+const GROUP: usize = 64;
 const SQUARES: usize = BLOCKS / 2;
 const SQUARE_HEIGHT: usize = 4;
 
@@ -23,18 +23,18 @@ struct Batch {
     splats: [TileSplat; BATCH],
     /// One bit per square that the splat touches.
     masks: [u16; BATCH],
-    /// Splats of each square, in order; room for the eight bytes that each append stores.
-    lists: [[u8; BATCH + 8]; SQUARES],
+    /// Splats of each square, in order; room for the bytes that each append stores.
+    lists: [[u8; BATCH + GROUP]; SQUARES],
     lengths: [usize; SQUARES],
 }
 
 /// As `blend::blend_tile`.
-#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2")]
 pub fn blend_tile<const TRACK_OBJECTS: bool>(tile: &mut Tile, work: &TileWork) {
     let mut batch = Batch {
         splats: [TileSplat::default(); BATCH],
         masks: [0; BATCH],
-        lists: [[0; BATCH + 8]; SQUARES],
+        lists: [[0; BATCH + GROUP]; SQUARES],
         lengths: [0; SQUARES],
     };
     for chosen in work.slots.chunks(BATCH) {
@@ -43,6 +43,7 @@ pub fn blend_tile<const TRACK_OBJECTS: bool>(tile: &mut Tile, work: &TileWork) {
             return;
         }
         for (place, &slot) in chosen.iter().enumerate() {
+            fetch_ahead(work, chosen, place);
             let splat = TileSplat::new(work, slot);
             batch.masks[place] = square_mask(&splat) & live;
             batch.splats[place] = splat;
@@ -69,7 +70,7 @@ fn blocks_of(square: usize) -> [usize; 2] {
 }
 
 /// One bit per square that still takes light.
-#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2")]
 fn live_squares(tile: &Tile) -> u16 {
     let mut live = 0;
     for square in 0..SQUARES {
@@ -82,7 +83,7 @@ fn live_squares(tile: &Tile) -> u16 {
 }
 
 /// One bit per square that the alpha = 1/255 ellipse touches, from the span of every row of pixels.
-#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2")]
 #[inline]
 fn square_mask(splat: &TileSplat) -> u16 {
     const SLACK_PX: f32 = 0.01;
@@ -121,26 +122,32 @@ fn square_mask(splat: &TileSplat) -> u16 {
 }
 
 /// Turns a mask of squares per splat into a list of splats per square.
-#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2")]
 fn list_by_square(batch: &mut Batch, count: usize) {
     batch.lengths = [0; SQUARES];
+    let counting: [u8; GROUP] = std::array::from_fn(|k| k as u8);
+    // SAFETY: `counting` is 64 readable bytes; the load needs no alignment.
+    let counting = unsafe { _mm512_loadu_si512(counting.as_ptr().cast()) };
     for first in (0..count).step_by(GROUP) {
-        let group: &[u16; GROUP] = batch.masks[first..first + GROUP]
-            .try_into()
-            .expect("a batch is whole groups");
-        // SAFETY: `group` is 64 readable bytes; the load needs no alignment.
-        let masks = unsafe { _mm512_loadu_si512(group.as_ptr().cast()) };
+        let (low, high) = batch.masks[first..first + GROUP].split_at(GROUP / 2);
+        // SAFETY: both halves are 64 readable bytes; the loads need no alignment.
+        let (low, high) = unsafe {
+            (
+                _mm512_loadu_si512(low.as_ptr().cast()),
+                _mm512_loadu_si512(high.as_ptr().cast()),
+            )
+        };
+        let places = _mm512_add_epi8(counting, _mm512_set1_epi8(first as i8));
         for square in 0..SQUARES {
-            let splats = _mm512_test_epi16_mask(masks, _mm512_set1_epi16(1 << square));
-            let list = &mut batch.lists[square];
-            let mut length = batch.lengths[square];
-            for (eighth, value) in splats.to_le_bytes().into_iter().enumerate() {
-                let base = (first + 8 * eighth) as u64 * 0x0101_0101_0101_0101;
-                let packed = u64::from_le_bytes(POSITIONS[value as usize]) + base;
-                list[length..length + 8].copy_from_slice(&packed.to_le_bytes());
-                length += value.count_ones() as usize;
-            }
-            batch.lengths[square] = length;
+            let bit = _mm512_set1_epi16(1 << square);
+            let chosen = u64::from(_mm512_test_epi16_mask(low, bit))
+                | u64::from(_mm512_test_epi16_mask(high, bit)) << (GROUP / 2);
+            let length = batch.lengths[square];
+            let target = &mut batch.lists[square][length..length + GROUP];
+            let packed = _mm512_maskz_compress_epi8(chosen, places);
+            // SAFETY: `target` is 64 writable bytes; the store needs no alignment.
+            unsafe { _mm512_storeu_si512(target.as_mut_ptr().cast(), packed) };
+            batch.lengths[square] = length + chosen.count_ones() as usize;
         }
     }
 }
@@ -179,7 +186,7 @@ struct Pixels {
     object: __m512,
 }
 
-#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2")]
 fn blend_square<const TRACK_OBJECTS: bool>(
     tile: &mut Tile,
     square: usize,
@@ -204,7 +211,7 @@ fn blend_square<const TRACK_OBJECTS: bool>(
 /// costs the first pass no registers.
 #[cold]
 #[inline(never)]
-#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2")]
 fn blend_carefully<const TRACK_OBJECTS: bool>(
     before: Pixels,
     square: usize,
@@ -215,7 +222,7 @@ fn blend_carefully<const TRACK_OBJECTS: bool>(
 }
 
 /// Blends a list of splats; also returns how near any sample came to the 1/255 step, per lane.
-#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2")]
 #[inline]
 fn blend_list<const TRACK_OBJECTS: bool, const CAREFUL: bool>(
     mut pixels: Pixels,
@@ -260,7 +267,7 @@ fn blend_list<const TRACK_OBJECTS: bool, const CAREFUL: bool>(
 }
 
 /// log2(255 · alpha) of a splat at sixteen pixels.
-#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2")]
 #[inline]
 fn power_at(splat: &TileSplat, x: __m512, y: __m512) -> __m512 {
     let u = _mm512_fmadd_ps(
@@ -274,7 +281,7 @@ fn power_at(splat: &TileSplat, x: __m512, y: __m512) -> __m512 {
 }
 
 /// Blends one splat into sixteen pixels; see `blend::blend_splat` for the same in plain code.
-#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2")]
 #[inline]
 fn blend_one<const TRACK_OBJECTS: bool>(
     pixels: &mut Pixels,
@@ -283,10 +290,12 @@ fn blend_one<const TRACK_OBJECTS: bool>(
     is_drawn: __mmask16,
 ) {
     let stop = _mm512_set1_ps(TRANSMITTANCE_STOP);
-    let takes = _mm512_mask_cmp_ps_mask::<_CMP_GE_OQ>(is_drawn, pixels.transmittance, stop);
-    let alpha = _mm512_maskz_min_ps(takes, alpha_of(power), _mm512_set1_ps(ALPHA_MAX));
-    let weight = _mm512_mul_ps(alpha, pixels.transmittance);
-    pixels.transmittance = _mm512_fnmadd_ps(alpha, pixels.transmittance, pixels.transmittance);
+    // Only the masked operations wait for the splat before: that chain sets the pace.
+    let alpha = _mm512_min_ps(alpha_of(power), _mm512_set1_ps(ALPHA_MAX));
+    let before = pixels.transmittance;
+    let takes = _mm512_mask_cmp_ps_mask::<_CMP_GE_OQ>(is_drawn, before, stop);
+    let weight = _mm512_maskz_mul_ps(takes, alpha, before);
+    pixels.transmittance = _mm512_mask_fnmadd_ps(before, takes, alpha, before);
     for (sum, &value) in pixels.colour.iter_mut().zip(&splat.colour) {
         *sum = _mm512_fmadd_ps(weight, _mm512_set1_ps(value), *sum);
     }
@@ -300,7 +309,7 @@ fn blend_one<const TRACK_OBJECTS: bool>(
 }
 
 /// 2^power / 255 for -118 < power < 127; anything else gives bits that the caller masks.
-#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2")]
 #[inline]
 fn alpha_of(power: __m512) -> __m512 {
     // Adding 1.5·2²³ rounds to a whole number and leaves it in the low bits.
@@ -318,7 +327,7 @@ fn alpha_of(power: __m512) -> __m512 {
 /// The state of a block in registers: transmittance, three colours, depth, weight, object.
 type Half = [__m256; 7];
 
-#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2")]
 fn load_pixels(upper: &PixelBlock, lower: &PixelBlock) -> Pixels {
     let (low, high) = (load_half(upper), load_half(lower));
     let joined = |k: usize| _mm512_insertf32x8::<1>(_mm512_castps256_ps512(low[k]), high[k]);
@@ -331,7 +340,7 @@ fn load_pixels(upper: &PixelBlock, lower: &PixelBlock) -> Pixels {
     }
 }
 
-#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2")]
 fn load_half(block: &PixelBlock) -> Half {
     // SAFETY: every source is an array of eight 4-byte values; the loads need no alignment.
     unsafe {
@@ -348,7 +357,7 @@ fn load_half(block: &PixelBlock) -> Half {
 }
 
 /// The two blocks of a square.
-#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2")]
 fn halves(pixels: &Pixels) -> [Half; 2] {
     let all = [
         pixels.transmittance,
@@ -365,7 +374,7 @@ fn halves(pixels: &Pixels) -> [Half; 2] {
     ]
 }
 
-#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2")]
 fn store_pixels(block: &mut PixelBlock, half: &Half) {
     // SAFETY: every target is an array of eight 4-byte values; the stores need no alignment.
     unsafe {
