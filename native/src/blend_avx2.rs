@@ -11,7 +11,8 @@ use crate::blend::{
     PixelBlock, Tile, TileSplat, TileWork, ALPHA_MAX, ALPHA_OF, BLOCKS, BLOCKS_ACROSS,
     BLOCK_HEIGHT, BLOCK_WIDTH, TRANSMITTANCE_STOP,
 };
-use crate::project::{Record, STEP_DOUBT};
+use crate::project::STEP_DOUBT;
+use crate::simd::prefetch;
 
 /// Splats listed at a time; their constants stay in the first-level cache.
 pub const BATCH: usize = 128;
@@ -97,9 +98,7 @@ pub fn blend_tile<const TRACK_OBJECTS: bool>(tile: &mut Tile, work: &TileWork) {
 pub fn fetch_ahead(work: &TileWork, slots: &[u32], place: usize) {
     const PLACES: usize = 12;
     if let Some(&slot) = slots.get(place + PLACES) {
-        let record: *const Record = &work.records[slot as usize];
-        // SAFETY: a prefetch reads nothing the program can see; the pointer is a reference's.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(record.cast()) };
+        prefetch(&work.records[slot as usize]);
     }
 }
 

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use rayon::ThreadPool;
 
 use crate::bin::{Band, TileRow, TILE};
-use crate::blend::{Tile, TileWork, TRANSMITTANCE_STOP};
+use crate::blend::{Tile, TileWork, BLOCK_WIDTH, TRANSMITTANCE_STOP};
 use crate::camera::Lens;
 use crate::ewa::ExactJudge;
 use crate::project::{project_chunk, Needle, PosedCloud, Record, Slots, TileBox, View};
@@ -321,30 +321,48 @@ fn write_tile<const TRACK_OBJECTS: bool>(
     background: [f32; 3],
     strip: &mut Picture,
 ) {
+    const WIDTH: usize = BLOCK_WIDTH;
     let rows = strip.alpha.len() / width;
     for y in 0..rows {
-        for x in 0..TILE.min(width - left) {
+        for x in (0..TILE.min(width - left)).step_by(WIDTH) {
             let (block, lane) = Tile::place(x, y);
-            let pixel = &tile.blocks[block];
+            let pixels = &tile.blocks[block];
+            let at = |k: usize| lane + k;
+            let transmittance: [f32; WIDTH] = std::array::from_fn(|k| pixels.transmittance[at(k)]);
+            let rgb: [[f32; 3]; WIDTH] = std::array::from_fn(|k| {
+                std::array::from_fn(|channel| {
+                    pixels.colour[channel][at(k)] + transmittance[k] * background[channel]
+                })
+            });
+            let alpha = transmittance.map(|t| 1.0 - t);
+            let depth: [f32; WIDTH] = std::array::from_fn(|k| {
+                let mean = pixels.depth[at(k)] / alpha[k];
+                if alpha[k] > 0.0 {
+                    mean
+                } else {
+                    0.0
+                }
+            });
+            let ids: [i32; WIDTH] = std::array::from_fn(|k| match TRACK_OBJECTS {
+                true => pixels.object[at(k)],
+                false => i32::from(alpha[k] > 0.0) - 1,
+            });
             let place = y * width + left + x;
-            let transmittance = pixel.transmittance[lane];
-            for (channel, light) in background.iter().enumerate() {
-                strip.rgb[3 * place + channel] =
-                    pixel.colour[channel][lane] + transmittance * light;
-            }
-            let alpha = 1.0 - transmittance;
-            let is_hit = alpha > 0.0;
-            strip.alpha[place] = alpha;
-            strip.depth[place] = if is_hit {
-                pixel.depth[lane] / alpha
-            } else {
-                0.0
-            };
-            strip.ids[place] = match (TRACK_OBJECTS, is_hit) {
-                (true, _) => pixel.object[lane],
-                (false, true) => 0,
-                (false, false) => -1,
-            };
+            let count = WIDTH.min(width - left - x);
+            copy_some(&mut strip.rgb[3 * place..], rgb.as_flattened(), 3 * count);
+            copy_some(&mut strip.alpha[place..], &alpha, count);
+            copy_some(&mut strip.depth[place..], &depth, count);
+            copy_some(&mut strip.ids[place..], &ids, count);
         }
+    }
+}
+
+/// Copies the first `count` values; the usual case, all of them, has a length the compiler knows.
+#[inline(always)]
+fn copy_some<T: Copy>(target: &mut [T], source: &[T], count: usize) {
+    if count == source.len() {
+        target[..source.len()].copy_from_slice(source);
+    } else {
+        target[..count].copy_from_slice(&source[..count]);
     }
 }
