@@ -29,7 +29,11 @@ class PreparedCloud:
 class Engine:
     """Draws prepared clouds; keeps threads and buffers between pictures."""
 
-    def __init__(self, *, portable: bool = False) -> None: ...
+    def __init__(self, *, portable: bool = False, instructions: str | None = None) -> None: ...
+    @staticmethod
+    def available() -> list[str]:
+        """Instruction sets this machine has, the narrowest first."""
+
     @property
     def simd(self) -> str:
         """Instruction set in use."""
@@ -137,3 +141,34 @@ class Differentiator:
 
         `target` holds grey, its weight, background, silhouette, its weight and occluder depth.
         """
+
+class StillPicture:
+    """The picture of a camera that stands still, and what it was drawn from."""
+
+    def __init__(
+        self,
+        *,
+        size: tuple[int, int],
+        focal: tuple[float, float],
+        centre: tuple[float, float],
+        max_angle: float | None,
+        background: tuple[float, float, float],
+        near: float,
+        antialias: bool,
+        sh_degree: int,
+    ) -> None:
+        """A fisheye of the first focal length if `max_angle` is given, else a pinhole."""
+
+    @property
+    def arrays(self) -> _Picture:
+        """Flat rgb, alpha, depth and ids; each update writes into these same arrays."""
+
+    def update(
+        self,
+        engine: Engine,
+        clouds: Sequence[PreparedCloud],
+        camera_from_object: NDArray[np.float64],
+        *,
+        threads: int,
+    ) -> NDArray[np.bool_]:
+        """Draw what changed since the last update; one flag per 16×16 tile, row by row."""

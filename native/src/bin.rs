@@ -1,6 +1,7 @@
 //! Which splats touch which tile, in depth order: first by row of tiles, then along each row.
 
 use crate::project::{power_of, Record, TileBox};
+use crate::simd::prefetch;
 
 /// Pixels along a tile's side.
 pub const TILE: usize = 16;
@@ -79,13 +80,19 @@ impl TileRow {
     pub fn fill(&mut self, row: usize, columns: usize, entries: &[Entry], records: &[Record]) {
         // Narrower boxes are taken as they are: the exact border costs more than it saves.
         const EXACT_FROM_COLUMNS: u16 = 3;
+        const FETCH_AHEAD: usize = 16;
         let top = (row * TILE) as i32;
         self.spans.clear();
         self.starts.clear();
         self.starts.resize(columns + 1, 0);
-        for entry in entries {
+        let is_wide = |[first, last]: [u16; 2]| last - first + 1 >= EXACT_FROM_COLUMNS;
+        for (place, entry) in entries.iter().enumerate() {
             let [first, last] = entry.columns;
-            let span = if last - first + 1 < EXACT_FROM_COLUMNS {
+            let soon = entries.get(place + FETCH_AHEAD);
+            if let Some(soon) = soon.filter(|soon| is_wide(soon.columns)) {
+                prefetch(&records[soon.slot as usize]);
+            }
+            let span = if !is_wide(entry.columns) {
                 [first, last + 1]
             } else {
                 tiles_touched(&records[entry.slot as usize], top, columns)

@@ -5,6 +5,8 @@ pub mod bin;
 pub mod blend;
 #[cfg(target_arch = "x86_64")]
 mod blend_avx2;
+#[cfg(target_arch = "x86_64")]
+mod blend_avx512;
 pub mod camera;
 pub mod curvature;
 pub mod ewa;
@@ -15,16 +17,17 @@ mod lanes_avx2;
 pub mod pool;
 pub mod pose_gn;
 pub mod pose_motion;
-
 pub mod project;
 mod python;
 mod python_gradients;
+mod python_still;
 pub mod render;
 pub mod scene;
 pub mod sh;
 pub mod sh_slope;
 pub mod simd;
 pub mod sort;
+pub mod still;
 pub mod tape;
 
 /// The Python module.
@@ -34,4 +37,6 @@ mod _native {
     use crate::python::{Engine, PreparedCloud};
     #[pymodule_export]
     use crate::python_gradients::{Differentiator, Tape};
+    #[pymodule_export]
+    use crate::python_still::StillPicture;
 }

@@ -1,6 +1,8 @@
 //! What Python sees of the crate. Shapes and dtypes are checked by `scenes.render.native`; the checks
 //! here only keep a wrong call from reading out of bounds.
 
+use std::sync::Arc;
+
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -15,7 +17,7 @@ use crate::simd::Simd;
 /// A splat cloud prepared for drawing.
 #[pyclass(frozen, module = "scenes._native", name = "PreparedCloud")]
 pub struct PreparedCloud {
-    pub(crate) cloud: Cloud,
+    pub(crate) cloud: Arc<Cloud>,
 }
 
 #[pymethods]
@@ -48,7 +50,9 @@ impl PreparedCloud {
             )));
         }
         let cloud = py.detach(|| Cloud::new(arrays));
-        Ok(PreparedCloud { cloud })
+        Ok(PreparedCloud {
+            cloud: Arc::new(cloud),
+        })
     }
 
     /// Splats that can be drawn.
@@ -86,24 +90,37 @@ pub(crate) type PictureArrays<'py> = (
 #[pyclass(frozen, module = "scenes._native", name = "Engine")]
 pub struct Engine {
     engine: render::Engine,
-    pools: Pools,
-    simd: Simd,
+    pub(crate) pools: Pools,
+    pub(crate) simd: Simd,
 }
 
 #[pymethods]
 impl Engine {
     #[new]
-    #[pyo3(signature = (*, portable = false))]
-    fn new(portable: bool) -> Self {
-        Engine {
+    #[pyo3(signature = (*, portable = false, instructions = None))]
+    fn new(portable: bool, instructions: Option<&str>) -> PyResult<Self> {
+        let simd = match instructions {
+            None if portable => Simd::SCALAR,
+            None => Simd::detect(),
+            Some(name) => Simd::named(name).ok_or_else(|| {
+                let known: Vec<&str> = Simd::available().into_iter().map(Simd::name).collect();
+                let known = known.join(", ");
+                PyValueError::new_err(format!(
+                    "instructions: got {name:?}, wanted one this machine has: {known}"
+                ))
+            })?,
+        };
+        Ok(Engine {
             engine: render::Engine::default(),
             pools: Pools::default(),
-            simd: if portable {
-                Simd::SCALAR
-            } else {
-                Simd::detect()
-            },
-        }
+            simd,
+        })
+    }
+
+    /// Instruction sets this machine has, the narrowest first.
+    #[staticmethod]
+    fn available() -> Vec<&'static str> {
+        Simd::available().into_iter().map(Simd::name).collect()
     }
 
     /// Instruction set in use.

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use rayon::ThreadPool;
 
 use crate::bin::{Band, TileRow, TILE};
-use crate::blend::{Tile, TileWork, TRANSMITTANCE_STOP};
+use crate::blend::{Tile, TileWork, BLOCK_WIDTH, TRANSMITTANCE_STOP};
 use crate::camera::Lens;
 use crate::ewa::ExactJudge;
 use crate::project::{project_chunk, Needle, PosedCloud, Record, Slots, TileBox, View};
@@ -52,6 +52,26 @@ pub(crate) struct Scratch {
     pub(crate) bands: Vec<Band>,
 }
 
+impl Scratch {
+    /// Projects `objects` and lists their splats for every row of tiles, in depth order.
+    pub(crate) fn list_splats<L: Lens>(&mut self, objects: &[PosedCloud], lens: &L, job: &Job) {
+        project_all(objects, lens, job, self);
+        sort_by_depth(self);
+        bin_into_rows(job, self);
+    }
+
+    /// Fills the lists of one row of tiles.
+    pub(crate) fn fill_row(&self, row: usize, job: &Job, lists: &mut TileRow) {
+        let rows_of_tiles = job.view.height.div_ceil(TILE);
+        let rows_per_band = rows_of_tiles.div_ceil(self.bands.len());
+        let entries = self.bands[row / rows_per_band].row(row);
+        job.simd.run(
+            #[inline(always)]
+            || lists.fill(row, job.view.width.div_ceil(TILE), entries, &self.records),
+        );
+    }
+}
+
 /// Draws pictures, keeping buffers from one to the next.
 #[derive(Default)]
 pub struct Engine {
@@ -69,9 +89,7 @@ impl Engine {
     ) {
         let mut scratch = self.borrow_scratch();
         job.pool.install(|| {
-            project_all(objects, lens, job, &mut scratch);
-            sort_by_depth(&mut scratch);
-            bin_into_rows(job, &mut scratch);
+            scratch.list_splats(objects, lens, job);
             if objects.len() > 1 {
                 blend_all::<L, true>(objects, lens, job, &scratch, picture);
             } else {
@@ -200,8 +218,7 @@ pub(crate) fn blend_all<L: Lens, const TRACK_OBJECTS: bool>(
     scratch: &Scratch,
     picture: &mut Picture,
 ) {
-    let View { width, height, .. } = job.view;
-    let rows_per_band = height.div_ceil(TILE).div_ceil(scratch.bands.len());
+    let width = job.view.width;
     let strip = width * TILE;
     let judge = ExactJudge {
         objects,
@@ -220,48 +237,46 @@ pub(crate) fn blend_all<L: Lens, const TRACK_OBJECTS: bool>(
         .for_each_init(
             TileRow::default,
             |lists, (row, (rgb, alpha, depth, ids))| {
-                let band = &scratch.bands[row / rows_per_band];
-                let columns = width.div_ceil(TILE);
-                job.simd.run(
-                    #[inline(always)]
-                    || lists.fill(row, columns, band.row(row), &scratch.records),
-                );
+                scratch.fill_row(row, job, lists);
                 let mut strip = Picture {
                     rgb,
                     alpha,
                     depth,
                     ids,
                 };
-                for column in 0..columns {
-                    let (left, top) = (column * TILE, row * TILE);
-                    let mask = CircleMask::new(lens, left, top);
-                    let mut tile = Tile::EMPTY;
-                    mask.close_outside(&mut tile);
+                for column in 0..width.div_ceil(TILE) {
                     let work = TileWork {
                         records: &scratch.records,
                         needles: &scratch.needles,
                         slots: lists.tile(column),
-                        left: left as i32,
-                        top: top as i32,
+                        left: (column * TILE) as i32,
+                        top: (row * TILE) as i32,
                         judge: &judge,
                     };
-                    job.simd.blend_tile::<TRACK_OBJECTS>(&mut tile, &work);
-                    mask.open_outside(&mut tile);
-                    job.simd.run(
-                        #[inline(always)]
-                        || {
-                            write_tile::<TRACK_OBJECTS>(
-                                &tile,
-                                left,
-                                width,
-                                job.background,
-                                &mut strip,
-                            )
-                        },
-                    );
+                    draw_tile::<L, TRACK_OBJECTS>(lens, job, &work, &mut strip);
                 }
             },
         );
+}
+
+/// Blends one tile and writes it to its strip of the picture.
+pub(crate) fn draw_tile<L: Lens, const TRACK_OBJECTS: bool>(
+    lens: &L,
+    job: &Job,
+    work: &TileWork,
+    strip: &mut Picture,
+) {
+    let left = work.left as usize;
+    let mask = CircleMask::new(lens, left, work.top as usize);
+    let mut tile = Tile::EMPTY;
+    mask.close_outside(&mut tile);
+    job.simd.blend_tile::<TRACK_OBJECTS>(&mut tile, work);
+    mask.open_outside(&mut tile);
+    let (width, background) = (job.view.width, job.background);
+    job.simd.run(
+        #[inline(always)]
+        || write_tile::<TRACK_OBJECTS>(&tile, left, width, background, strip),
+    );
 }
 
 /// The pixels of a tile that lie outside the lens circle; nothing is drawn there.
@@ -318,30 +333,48 @@ fn write_tile<const TRACK_OBJECTS: bool>(
     background: [f32; 3],
     strip: &mut Picture,
 ) {
+    const WIDTH: usize = BLOCK_WIDTH;
     let rows = strip.alpha.len() / width;
     for y in 0..rows {
-        for x in 0..TILE.min(width - left) {
+        for x in (0..TILE.min(width - left)).step_by(WIDTH) {
             let (block, lane) = Tile::place(x, y);
-            let pixel = &tile.blocks[block];
+            let pixels = &tile.blocks[block];
+            let at = |k: usize| lane + k;
+            let transmittance: [f32; WIDTH] = std::array::from_fn(|k| pixels.transmittance[at(k)]);
+            let rgb: [[f32; 3]; WIDTH] = std::array::from_fn(|k| {
+                std::array::from_fn(|channel| {
+                    pixels.colour[channel][at(k)] + transmittance[k] * background[channel]
+                })
+            });
+            let alpha = transmittance.map(|t| 1.0 - t);
+            let depth: [f32; WIDTH] = std::array::from_fn(|k| {
+                let mean = pixels.depth[at(k)] / alpha[k];
+                if alpha[k] > 0.0 {
+                    mean
+                } else {
+                    0.0
+                }
+            });
+            let ids: [i32; WIDTH] = std::array::from_fn(|k| match TRACK_OBJECTS {
+                true => pixels.object[at(k)],
+                false => i32::from(alpha[k] > 0.0) - 1,
+            });
             let place = y * width + left + x;
-            let transmittance = pixel.transmittance[lane];
-            for (channel, light) in background.iter().enumerate() {
-                strip.rgb[3 * place + channel] =
-                    pixel.colour[channel][lane] + transmittance * light;
-            }
-            let alpha = 1.0 - transmittance;
-            let is_hit = alpha > 0.0;
-            strip.alpha[place] = alpha;
-            strip.depth[place] = if is_hit {
-                pixel.depth[lane] / alpha
-            } else {
-                0.0
-            };
-            strip.ids[place] = match (TRACK_OBJECTS, is_hit) {
-                (true, _) => pixel.object[lane],
-                (false, true) => 0,
-                (false, false) => -1,
-            };
+            let count = WIDTH.min(width - left - x);
+            copy_some(&mut strip.rgb[3 * place..], rgb.as_flattened(), 3 * count);
+            copy_some(&mut strip.alpha[place..], &alpha, count);
+            copy_some(&mut strip.depth[place..], &depth, count);
+            copy_some(&mut strip.ids[place..], &ids, count);
         }
+    }
+}
+
+/// Copies the first `count` values; the usual case, all of them, has a length the compiler knows.
+#[inline(always)]
+fn copy_some<T: Copy>(target: &mut [T], source: &[T], count: usize) {
+    if count == source.len() {
+        target[..source.len()].copy_from_slice(source);
+    } else {
+        target[..count].copy_from_slice(&source[..count]);
     }
 }

@@ -34,12 +34,15 @@ class NativeRenderer:
 
     Args:
         portable: use no vector instructions beyond the platform's minimum (tests, comparisons).
+        instructions: one of `available_instructions()`; None takes the widest, or "scalar" if
+            `portable`.
 
     Raises:
         ImportError: the native crate has not been built.
+        ValueError: this machine does not have those instructions.
     """
 
-    def __init__(self, *, portable: bool = False) -> None:
+    def __init__(self, *, portable: bool = False, instructions: str | None = None) -> None:
         try:
             from scenes import _native
         except ImportError as error:
@@ -48,15 +51,20 @@ class NativeRenderer:
                 "run any command through ./nexus, which builds it"
             ) from error
         self._prepare = _native.PreparedCloud
-        self._engine = _native.Engine(portable=portable)
-        self._differentiator = _native.Differentiator(portable=portable)
+        self._still = _native.StillPicture
+        self._engine = _native.Engine(portable=portable, instructions=instructions)
+        self._differentiator = _native.Differentiator(portable=self._engine.simd == "scalar")
         self._clouds: OrderedDict[int, tuple[SplatCloud, _native.PreparedCloud]] = OrderedDict()
         self._lock = threading.Lock()
 
     @property
     def instructions(self) -> str:
-        """Instruction set in use, such as "avx2" or "scalar"."""
+        """Instruction set in use: "avx512", "avx2" or "scalar"."""
         return self._engine.simd
+
+    def available_instructions(self) -> tuple[str, ...]:
+        """Instruction sets this machine has, the narrowest first."""
+        return tuple(self._engine.available())
 
     def prepare(self, cloud: SplatCloud) -> int:
         """Prepare a cloud ahead of its first picture; returns the number of damaged splats."""
@@ -108,7 +116,7 @@ class NativeRenderer:
                 sh_degree=options.sh_degree,
                 threads=options.threads,
             )
-        return _rendering(flat, camera.height_px, camera.width_px)
+        return rendering_of(flat, camera.height_px, camera.width_px)
 
     def record(
         self,
@@ -129,7 +137,7 @@ class NativeRenderer:
             sh_degree=options.sh_degree,
             threads=options.threads,
         )
-        return _rendering(flat, camera.height_px, camera.width_px), tape
+        return rendering_of(flat, camera.height_px, camera.width_px), tape
 
     def pose_normals(
         self,
@@ -180,11 +188,38 @@ class NativeRenderer:
                 self._clouds.popitem(last=False)
         return prepared
 
+    def still_picture(
+        self, camera: Pinhole | Fisheye, options: RenderOptions
+    ) -> _native.StillPicture:
+        """An empty picture for `update_still`; `scenes.render.incremental` is the way to use it."""
+        check_request((), camera, options)
+        return self._still(
+            **_lens(camera),
+            background=options.background,
+            near=options.near_m,
+            antialias=options.antialias,
+            sh_degree=options.sh_degree,
+        )
+
+    def update_still(
+        self,
+        picture: _native.StillPicture,
+        objects: Sequence[PosedSplats],
+        camera: Pinhole | Fisheye,
+        world_from_camera: Pose,
+        options: RenderOptions,
+    ) -> NDArray[np.bool_]:
+        """Draw into `picture` what changed; returns a flag per tile of 16 × 16 pixels, flat."""
+        check_request(objects, camera, options)
+        clouds = [self._prepared(posed.cloud) for posed in objects]
+        poses = _camera_from_objects(objects, world_from_camera)
+        return picture.update(self._engine, clouds, poses, threads=options.threads)
+
 
 def _camera_from_objects(
     objects: Sequence[PosedSplats], world_from_camera: Pose
 ) -> NDArray[np.float64]:
-    """(M, 12): row-major 3×4 each."""
+    """(M, 12) row-major 3×4 matrices."""
     camera_from_world = world_from_camera.inverse()
     poses = np.zeros((len(objects), 12), dtype=np.float64)
     for row, posed in zip(poses, objects, strict=True):
@@ -210,11 +245,12 @@ def _lens(camera: Pinhole | Fisheye) -> _Lens:
     }
 
 
-def _rendering(
+def rendering_of(
     flat: tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], NDArray[np.int32]],
     height: int,
     width: int,
 ) -> Rendering:
+    """The picture that flat rgb, alpha, depth and ids make; shares their memory."""
     rgb, alpha, depth, ids = flat
     return Rendering(
         rgb.reshape(height, width, 3),

@@ -6,13 +6,14 @@ import argparse
 import json
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
+from scenes.render.incremental import StillView
 from scenes.render.native import NativeRenderer
 from scenes.render.reference import ReferenceRenderer
 from scenes.render.renderer import PosedSplats, RenderOptions
@@ -25,13 +26,16 @@ from studio.bench.splat_scenes import (
     object_camera,
     random_cloud,
     room_camera,
+    shrunk,
 )
-from studio.rows import Row, as_json, as_table, at_most, exit_code
+from studio.rows import Row, as_json, as_table, at_least, at_most, exit_code
 
 View = tuple[Pinhole | Fisheye, Pose]
 
 ERROR_BAR = 2e-4
 SEED = 1
+SPEEDUP_BAR = 1.75
+MOVED_BAR_MS = 15.0
 ROOM_SPLATS = 300_000
 OBJECT_SPLATS = 20_000
 REPEATS, QUICK_REPEATS = 15, 5
@@ -40,11 +44,12 @@ WARM_UPS = 2
 
 @dataclass(frozen=True, slots=True)
 class _Scene:
-    """Pictures that are timed together, and the name of their figures."""
+    """Pictures timed together, the name of their figures, and the limit for two threads."""
 
     name: str
     objects: tuple[PosedSplats, ...]
     views: tuple[View, ...]
+    bar_2t_ms: float | None
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -71,10 +76,12 @@ def measure(args: argparse.Namespace) -> list[Row]:
     rng = np.random.default_rng(SEED)
     rows = [_error_row(native, seeds=2 if args.quick else 6), _reference_row(native, rng)]
     repeats = QUICK_REPEATS if args.quick else REPEATS
-    for scene in _scenes(rng, quick=args.quick):
+    scenes = _scenes(rng, quick=args.quick)
+    for scene in scenes:
         print(f"bench raster: {scene.name}", file=sys.stderr)
         rows += _time_rows(native, scene, repeats)
     if not args.quick:
+        rows.append(_moved_row(native, scenes[-1], rng, repeats))
         rows += peer_rows(native, rng)
     print("bench raster: gradients", file=sys.stderr)
     return rows + gradient_rows(native, SEED, repeats=repeats, quick=args.quick)
@@ -82,13 +89,16 @@ def measure(args: argparse.Namespace) -> list[Row]:
 
 def _scenes(rng: np.random.Generator, *, quick: bool) -> list[_Scene]:
     chair = (PosedSplats(bench_object(OBJECT_SPLATS, rng), Pose.identity()),)
-    scenes = [_Scene("object_20k", chair, (object_camera(260),))]
+    # Too few repeats to hold a time against.
+    bar = None if quick else 3.0
+    scenes = [_Scene("object_20k", chair, (object_camera(260),), bar)]
     if not quick:
         room = (PosedSplats(bench_room(ROOM_SPLATS, rng), Pose.identity()),)
         scenes += [
-            _Scene("room_300k_640", room, (room_camera(640, 640),)),
-            _Scene("room_300k_720p", room, (room_camera(1280, 720),)),
-            _Scene("dual_720", room, dual_fisheye(720)),
+            _Scene("room_300k_640", room, (room_camera(640, 640),), 20.0),
+            _Scene("room_300k_720p", room, (room_camera(1280, 720),), 35.0),
+            _Scene("dual_720", room, dual_fisheye(720), 55.0),
+            _Scene("dual_1440", room, dual_fisheye(1440), 120.0),
         ]
     return scenes
 
@@ -105,10 +115,41 @@ def _time_rows(native: NativeRenderer, scene: _Scene, repeats: int) -> list[Row]
 
         median, spread = _time_ms(draw, repeats)
         medians.append(median)
-        rows.append(Row(f"raster.{scene.name}.{threads}t.ms", median, "ms", spread=spread))
+        bar = scene.bar_2t_ms if threads == 2 else None
+        name = f"raster.{scene.name}.{threads}t.ms"
+        rows.append(at_most(name, median, "ms", bar=bar, spread=spread))
     if scene.name == "room_300k_640":
-        rows.append(Row("raster.speedup_2t", medians[0] / medians[1], "x"))
+        ratio = medians[0] / medians[1]
+        rows.append(at_least("raster.speedup_2t", ratio, "x", bar=SPEEDUP_BAR))
     return rows
+
+
+def _moved_row(
+    native: NativeRenderer, scene: _Scene, rng: np.random.Generator, repeats: int
+) -> Row:
+    """Time to refresh still pictures of a room when one object 0.4 m high moved in front of them.
+
+    The object passes the first camera at 1.5 m; the other camera looks the other way.
+    """
+    cloud = shrunk(bench_object(OBJECT_SPLATS, rng), 0.4 / 0.9)
+    options = RenderOptions(threads=2)
+    stills = [StillView(native, camera, pose, options) for camera, pose in scene.views]
+
+    def steps() -> Iterator[tuple[PosedSplats, ...]]:
+        for step in range(WARM_UPS + repeats):
+            pose = Pose.from_yaw(0.2 * step, (1.7, 0.02 * step - 0.3, 1.1))
+            yield (*scene.objects, PosedSplats(cloud, pose))
+
+    upcoming = steps()
+
+    def refresh() -> None:
+        objects = next(upcoming)
+        for still in stills:
+            still.update(objects)
+
+    median, spread = _time_ms(refresh, repeats)
+    name = f"raster.{scene.name}_moved.2t.ms"
+    return at_most(name, median, "ms", bar=MOVED_BAR_MS, spread=spread)
 
 
 def _time_ms(work: Callable[[], object], repeats: int) -> tuple[float, float]:

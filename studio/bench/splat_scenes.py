@@ -44,6 +44,17 @@ def bench_object(count: int, rng: np.random.Generator) -> SplatCloud:
     return _on_boxes(boxes, count, rng)
 
 
+def shrunk(cloud: SplatCloud, factor: float) -> SplatCloud:
+    """The cloud `factor` times as large about its origin."""
+    return SplatCloud(
+        cloud.means * np.float32(factor),
+        cloud.scales * np.float32(factor),
+        cloud.rotations,
+        cloud.opacities,
+        cloud.sh,
+    )
+
+
 def room_camera(width_px: int, height_px: int) -> tuple[Pinhole, Pose]:
     """A pinhole of 60° in the middle of the room; it sees about a fifth of the splats."""
     pose = _looking(from_m=(-0.3, -0.4, 1.5), at_m=(2.5, 1.0, 0.9))

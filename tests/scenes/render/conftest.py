@@ -23,18 +23,29 @@ CAMERAS = {
 }
 
 
-@pytest.fixture(scope="session", params=["native", "native portable", "reference"])
+INSTRUCTIONS = ["scalar", "avx2", "avx512"]
+
+
+def native_with(instructions: str) -> NativeRenderer:
+    """The native renderer with these instructions; skips the test where there are none such."""
+    available = NativeRenderer(portable=True).available_instructions()
+    if instructions not in available:
+        pytest.skip(f"this machine has {', '.join(available)} only")
+    return NativeRenderer(instructions=instructions)
+
+
+@pytest.fixture(scope="session", params=["reference", *INSTRUCTIONS])
 def renderer(request):
     """Every renderer, for what they must all do."""
     if request.param == "reference":
         return ReferenceRenderer()
-    return NativeRenderer(portable=request.param == "native portable")
+    return native_with(request.param)
 
 
-@pytest.fixture(scope="session", params=["vector", "portable"])
+@pytest.fixture(scope="session", params=INSTRUCTIONS)
 def native(request):
-    """The native renderer with the machine's instructions, and with portable ones only."""
-    return NativeRenderer(portable=request.param == "portable")
+    """The native renderer with each instruction set."""
+    return native_with(request.param)
 
 
 @pytest.fixture(scope="session")

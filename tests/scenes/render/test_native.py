@@ -161,6 +161,29 @@ def test_the_number_of_threads_changes_nothing(native, wild_cloud, camera):
             np.testing.assert_array_equal(getattr(many, name), getattr(one, name))
 
 
+def test_wider_vectors_change_nothing(wild_cloud, camera):
+    available = NativeRenderer().available_instructions()
+    if available[-2:] != ("avx2", "avx512"):
+        pytest.skip("this machine has vectors of one width only")
+    objects = [PosedSplats(wild_cloud(2000, degree=2, seed=k), Pose.from_yaw(k)) for k in range(2)]
+    pose = Pose(np.eye(3), [0.0, 0.0, -1.0])
+    narrow, wide = (
+        NativeRenderer(instructions=name).render(objects, camera, pose) for name in available[-2:]
+    )
+    for name in ("rgb", "alpha", "depth", "ids"):
+        np.testing.assert_array_equal(getattr(wide, name), getattr(narrow, name))
+
+
+def test_instructions_can_be_chosen():
+    available = NativeRenderer().available_instructions()
+    assert available[0] == NativeRenderer(portable=True).instructions == "scalar"
+    assert available[-1] == NativeRenderer().instructions
+    for name in available:
+        assert NativeRenderer(instructions=name).instructions == name
+    with pytest.raises(ValueError, match=r'instructions: got "abacus", wanted .*scalar'):
+        NativeRenderer(instructions="abacus")
+
+
 def test_several_callers_at_once(native, wild_cloud, at_origin, camera):
     scenes = [at_origin(wild_cloud(500, seed=seed)) for seed in range(6)]
     pose = Pose(np.eye(3), [0.0, 0.0, -2.0])
@@ -199,8 +222,9 @@ def test_damaged_splats_are_left_out(wild_cloud, damage, kind, antialias):
     camera = Pinhole.from_fov(40, 30, 1.2) if kind == "pinhole" else Fisheye.from_fov(40, 3.6)
     options = RenderOptions(antialias=antialias)
     oracle = ReferenceRenderer().render(objects, camera, HERE, options)
-    for portable in (False, True):
-        rendering = NativeRenderer(portable=portable).render(objects, camera, HERE, options)
+    for instructions in NativeRenderer().available_instructions():
+        renderer = NativeRenderer(instructions=instructions)
+        rendering = renderer.render(objects, camera, HERE, options)
         assert np.isfinite(rendering.rgb).all()
         assert np.abs(rendering.alpha - oracle.alpha).max() <= 2e-4
 

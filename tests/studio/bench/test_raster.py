@@ -5,6 +5,8 @@ import json
 import numpy as np
 import pytest
 
+from scenes.pose import Pose
+from scenes.render.renderer import PosedSplats
 from studio.bench import raster, raster_gradients
 from studio.bench.splat_scenes import bench_object, bench_room, dual_fisheye, room_camera
 from studio.cli import main
@@ -57,6 +59,17 @@ def test_times_have_their_bars():
         assert row.value > 0
         assert row.passed is (row.value <= row.bar)
     assert rows["raster.backward_vs_forward"].bar == 2.3
+
+
+def test_the_moved_object_is_timed_on_every_still_view():
+    rng = np.random.default_rng(0)
+    room = (PosedSplats(bench_room(2_000, rng), Pose.identity()),)
+    scene = raster._Scene("dual_64", room, dual_fisheye(64), None)
+    row = raster._moved_row(raster.NativeRenderer(), scene, rng, 2)
+    assert row.name == "raster.dual_64_moved.2t.ms"
+    assert row.bar == 15.0
+    assert row.value is not None
+    assert row.value > 0
 
 
 def test_a_wrong_picture_fails(monkeypatch):
