@@ -17,7 +17,12 @@ from scenes.samples import sample_room
 BAKE_SEED = 2026
 """Decides the imperfections of the scan, so that everyone's built-in room is the same."""
 
-_SOURCES = ("*.py", "samples/*.py", "prepare/*.py", "formats/*.py")
+_SOURCES = (
+    "*.py",
+    "samples/*.py",
+    "formats/*.py",
+    *(f"prepare/{part}.py" for part in ("bake", "discs", "spacing", "surface")),
+)
 
 
 def open_builtin(name: str, cache_dir: Path | None = None) -> ScenePackage:

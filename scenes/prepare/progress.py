@@ -1,0 +1,21 @@
+"""How long stages say how far they are, and how they are stopped."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+
+class Cancelled(Exception):  # noqa: N818 - it is a wish, not an error
+    """Whoever watches no longer wants the result. What is finished stays."""
+
+
+class Progress(Protocol):
+    """Told now and then how far a stage is; raising `Cancelled` from it ends the stage."""
+
+    def __call__(self, done: float, note: str) -> None:
+        """`done` from 0 to 1 of this stage; `note` says in words what is going on."""
+        ...
+
+
+def silent(done: float, note: str) -> None:
+    """A `Progress` that nobody watches."""

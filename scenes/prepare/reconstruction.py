@@ -1,0 +1,86 @@
+"""What structure from motion leaves: photos with cameras and poses, and a sparse coloured cloud."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.cameras import Fisheye, Pinhole
+from scenes.pose import Pose
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """One photo that found its place.
+
+    Attributes:
+        name: unique in its reconstruction: the photo's file name.
+        image: the picture on disk, free of distortion, of the camera's size.
+        camera: its lens.
+        world_from_camera: its pose; the world is the reconstruction's own until it is aligned.
+    """
+
+    name: str
+    image: Path
+    camera: Pinhole | Fisheye
+    world_from_camera: Pose
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reconstruction:
+    """Photos with poses and the points they share.
+
+    Attributes:
+        views: in the order the photos were taken.
+        points: (N, 3) float64, world.
+        colours: (N, 3) uint8 RGB.
+        errors_px: (N,) float32, mean reprojection error of each point.
+
+    Raises:
+        ValueError: two views share a name, or the arrays do not belong together.
+    """
+
+    views: tuple[View, ...]
+    points: NDArray[np.float64]
+    colours: NDArray[np.uint8]
+    errors_px: NDArray[np.float32]
+
+    def __post_init__(self) -> None:
+        names = [view.name for view in self.views]
+        if len(set(names)) < len(names):
+            twice = next(name for name in names if names.count(name) > 1)
+            raise ValueError(f"Reconstruction.views: {twice!r} appears twice, wanted unique names")
+        n = len(self.points)
+        shapes = {
+            "points": (self.points, (n, 3)),
+            "colours": (self.colours, (n, 3)),
+            "errors_px": (self.errors_px, (n,)),
+        }
+        for name, (array, wanted) in shapes.items():
+            if array.shape != wanted:
+                raise ValueError(f"Reconstruction.{name}: shape {array.shape}, wanted {wanted}")
+        if not np.isfinite(self.points).all():
+            raise ValueError("Reconstruction.points: a value is not finite, wanted finite metres")
+
+
+def read_picture(view: View) -> NDArray[np.uint8]:
+    """The view's photo, (H, W, 3) RGB.
+
+    Raises:
+        ValueError: the file is missing, no picture, or not of the camera's size.
+    """
+    picture = cv2.imread(str(view.image), cv2.IMREAD_COLOR)
+    if picture is None:
+        raise ValueError(f"{view.image}: not a picture that can be read; film or copy it again")
+    height, width = picture.shape[:2]
+    wanted = (view.camera.width_px, view.camera.height_px)
+    if (width, height) != wanted:
+        raise ValueError(
+            f"{view.image}: {width}×{height} px, but its camera has {wanted[0]}×{wanted[1]}; "
+            "give the picture that the poses were found with"
+        )
+    return np.ascontiguousarray(cv2.cvtColor(picture, cv2.COLOR_BGR2RGB), dtype=np.uint8)
