@@ -1,0 +1,198 @@
+"""The room's hidden mesh, from splats where no headset has scanned one, or a headset's, registered.
+
+Depth pictures of the splats are fused in a truncated signed distance volume (Curless and Levoy
+1996); the mesh is its zero surface, thinned.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.cameras import Pinhole
+from scenes.pose import Pose
+from scenes.prepare.progress import Progress, silent
+from scenes.prepare.surface_depth import surface_depth
+from scenes.render.native import NativeRenderer
+from scenes.splats import SplatCloud
+
+FloatArray = NDArray[np.float64]
+
+VOXEL_M = 0.025
+REACH_VOXELS = 4.0
+"""How far from a surface the signed distance is kept; things thinner than twice that may vanish."""
+FARTHEST_M = 12.0
+LEAST_VIEWS = 1.5
+"""A surface that fewer views have seen is left out."""
+PICTURE_PX = (320, 240)
+MOST_FACES = 60_000
+SMALLEST_BODY_FACES = 60
+ICP_POINTS = 40_000
+ICP_REACHES_M = (0.30, 0.10, 0.04)
+
+_NOTHING_SEEN = "the splats show no surface to any view; is the room trained?"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CollisionMesh:
+    """Triangles to collide with.
+
+    Attributes:
+        vertices: (V, 3) float64, world metres.
+        faces: (F, 3) int32, counter-clockwise seen from the free side.
+    """
+
+    vertices: FloatArray
+    faces: NDArray[np.int32]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Registration:
+    """How a headset's mesh lies in the room.
+
+    Attributes:
+        world_from_mesh: its pose.
+        rms_m: distance of its vertices to the splats' surface, where they overlap.
+        overlap: share of its vertices that have a partner there.
+    """
+
+    world_from_mesh: Pose
+    rms_m: float
+    overlap: float
+
+
+def mesh_of_splats(
+    cloud: SplatCloud,
+    views: Sequence[tuple[Pinhole, Pose]],
+    *,
+    renderer: NativeRenderer,
+    progress: Progress = silent,
+    voxel_m: float = VOXEL_M,
+) -> CollisionMesh:
+    """The surface that splats show to the given views.
+
+    Args:
+        cloud: the room, world metres.
+        views: cameras with `world_from_camera`, spread over the room.
+        renderer: draws the depth.
+        progress: told after every view.
+        voxel_m: finest detail.
+
+    Raises:
+        ValueError: no view, or nothing is seen in any of them.
+    """
+    import open3d as o3d
+
+    tensor: Any = o3d.core.Tensor
+    single = o3d.core.float32
+    grid: Any = o3d.t.geometry.VoxelBlockGrid
+    volume = grid(
+        attr_names=("tsdf", "weight"),
+        attr_dtypes=(single, single),
+        attr_channels=((1), (1)),
+        voxel_size=voxel_m,
+        block_resolution=16,
+        block_count=4096,
+    )
+    seen_any = False
+    for index, (camera, world_from_camera) in enumerate(views):
+        small = _shrunk(camera)
+        depth = surface_depth(cloud, small, world_from_camera, renderer=renderer)
+        progress((index + 1) / len(views), f"view {index + 1} of {len(views)}")
+        if not depth.any():
+            continue
+        seen_any = True
+        picture = o3d.t.geometry.Image(tensor(depth))
+        lens = tensor(
+            np.array(
+                [[small.fx, 0, small.cx - 0.5], [0, small.fy, small.cy - 0.5], [0, 0, 1]],
+                dtype=np.float64,
+            )
+        )
+        camera_from_world = tensor(world_from_camera.inverse().matrix())
+        # Depth in metres, farthest first seen, and the reach of the signed distance in voxels.
+        limits = (1.0, FARTHEST_M, REACH_VOXELS)
+        blocks = volume.compute_unique_block_coordinates(picture, lens, camera_from_world, *limits)
+        volume.integrate(blocks, picture, lens, camera_from_world, *limits)
+    if not seen_any:
+        raise ValueError(_NOTHING_SEEN)
+    return _tidied(volume.extract_triangle_mesh(LEAST_VIEWS).to_legacy())
+
+
+def register_mesh(mesh: CollisionMesh, room: CollisionMesh, world_from_guess: Pose) -> Registration:
+    """Fit a headset's mesh to the room's by point-to-plane ICP from a first guess.
+
+    Args:
+        mesh: the headset's, in its own frame, metres.
+        room: the room's, world.
+        world_from_guess: roughly the mesh's pose, within some 30 cm and 10°: from the shared code.
+
+    Raises:
+        ValueError: less than a fifth of the mesh finds a partner.
+    """
+    import open3d as o3d
+
+    moving, fixed = _as_points(mesh), _as_points(room)
+    matrix = world_from_guess.matrix()
+    fit = None
+    for reach_m in ICP_REACHES_M:
+        fit = o3d.pipelines.registration.registration_icp(
+            moving,
+            fixed,
+            reach_m,
+            matrix,
+            o3d.pipelines.registration.TransformationEstimationPointToPlane(),
+        )
+        matrix = fit.transformation
+    assert fit is not None
+    if fit.fitness < 0.2:
+        raise ValueError(
+            f"only {fit.fitness:.0%} of the headset's mesh lies on the room's surfaces, "
+            "wanted 20 %; is it a mesh of this room, and is the shared code the same?"
+        )
+    return Registration(Pose.from_matrix(matrix), float(fit.inlier_rmse), float(fit.fitness))
+
+
+def _shrunk(camera: Pinhole) -> Pinhole:
+    scale = min(1.0, PICTURE_PX[0] / camera.width_px, PICTURE_PX[1] / camera.height_px)
+    return Pinhole(
+        max(1, round(camera.width_px * scale)),
+        max(1, round(camera.height_px * scale)),
+        camera.fx * scale,
+        camera.fy * scale,
+        camera.cx * scale,
+        camera.cy * scale,
+    )
+
+
+def _tidied(mesh: Any) -> CollisionMesh:
+    """Without specks, thinned to what a collision needs."""
+    clusters, sizes, _ = mesh.cluster_connected_triangles()
+    small = np.asarray(sizes)[np.asarray(clusters)] < SMALLEST_BODY_FACES
+    mesh.remove_triangles_by_mask(small)
+    mesh.remove_unreferenced_vertices()
+    faces = np.asarray(mesh.triangles)
+    if not len(faces):
+        raise ValueError(_NOTHING_SEEN)
+    if len(faces) > MOST_FACES:
+        mesh = mesh.simplify_quadric_decimation(MOST_FACES)
+    return CollisionMesh(
+        np.asarray(mesh.vertices).copy(),
+        np.asarray(mesh.triangles).astype(np.int32),
+    )
+
+
+def _as_points(mesh: CollisionMesh) -> Any:
+    import open3d as o3d
+
+    surface = o3d.geometry.TriangleMesh(
+        o3d.utility.Vector3dVector(mesh.vertices), o3d.utility.Vector3iVector(mesh.faces)
+    )
+    surface.compute_vertex_normals()
+    # Open3D samples with its own generator; the same meshes shall give the same pose.
+    o3d.utility.random.seed(0)
+    return surface.sample_points_uniformly(ICP_POINTS)
