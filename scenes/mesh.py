@@ -63,6 +63,40 @@ class TexturedMesh:
         return np.stack([self.vertices.min(axis=0), self.vertices.max(axis=0)])
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class CollisionMesh:
+    """Triangles to collide with; nobody sees them.
+
+    Attributes:
+        vertices: (V, 3) float32, world metres.
+        faces: (F, 3) int32, counter-clockwise seen from the free side.
+
+    Raises:
+        ValueError: a shape is wrong, an index out of range or a vertex not finite.
+    """
+
+    vertices: NDArray[np.float32]
+    faces: NDArray[np.int32]
+
+    def __post_init__(self) -> None:
+        vertices = np.array(self.vertices, dtype=np.float32)
+        faces = np.array(self.faces, dtype=np.int32)
+        if vertices.ndim != 2 or vertices.shape[1] != 3 or not np.isfinite(vertices).all():
+            raise ValueError(
+                f"CollisionMesh.vertices: shape {vertices.shape}, wanted finite (V, 3)"
+            )
+        if faces.ndim != 2 or faces.shape[1] != 3:
+            raise ValueError(f"CollisionMesh.faces: shape {faces.shape}, wanted (F, 3)")
+        if len(faces) and not (faces.min() >= 0 and faces.max() < len(vertices)):
+            raise ValueError(
+                f"CollisionMesh.faces: index {faces.min()}..{faces.max()}, "
+                f"limits 0..{len(vertices) - 1} (vertices - 1)"
+            )
+        for name, array in (("vertices", vertices), ("faces", faces)):
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+
+
 @dataclass(frozen=True, slots=True)
 class BoxPart:
     """A solid box of an object, used for contact.

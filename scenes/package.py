@@ -1,17 +1,18 @@
 """The scene package: a folder that holds a prepared room and reopens to the same room.
 
-Layout, format version 1 (lengths in metres, world right-handed and Z up):
+Layout, format version 2 (lengths in metres, world right-handed and Z up):
     scene.json           format, version, name, creator, stages, footprint; size and hash per file
     splats/room.ply      everything that does not move, in the world frame
     splats/objects/*.ply one file per movable object, in the object's frame
     objects.json         id, name, kind, box, support height, last pose
     anchors.json         printed QR codes: payload, side, pose
-    cameras.json         where the 360° camera stands
+    cameras.json         where the 360° camera stands, and from where the room was photographed
+    collision/room.glb   what things bump into, if it is known
+Version 1 had no views and no collision mesh.
 """
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,8 +23,9 @@ from numpy.typing import NDArray
 
 from scenes.formats.atomic import write_folder
 from scenes.formats.error import FormatError
+from scenes.formats.mesh_glb import read_mesh, write_mesh
 from scenes.formats.ply import WORLD_COMMENT, read_ply, write_ply
-from scenes.mesh import QrCode
+from scenes.mesh import CollisionMesh, QrCode
 from scenes.package_files import (
     PackageError,
     fingerprint,
@@ -36,26 +38,32 @@ from scenes.package_files import (
     write_items,
     write_json,
 )
+from scenes.package_records import (
+    OBJECT_ID,
+    Stage,
+    ViewPoint,
+    code_from_json,
+    code_to_json,
+    object_from_json,
+    object_id_of,
+    object_to_json,
+    pose_from_json,
+    pose_to_json,
+    stage_from_json,
+    stage_to_json,
+    view_from_json,
+    view_to_json,
+)
 from scenes.pose import Pose
 from scenes.splats import SplatCloud, validate
 from scenes.state import ObjectModel
 
 FORMAT_NAME = "gaussiannexus scene"
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 DISTRIBUTION = "gaussiannexus-studio"
 
 _SCENE, _OBJECTS, _ANCHORS, _CAMERAS = "scene.json", "objects.json", "anchors.json", "cameras.json"
-_ROOM = "splats/room.ply"
-_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
-
-
-@dataclass(frozen=True, slots=True)
-class Stage:
-    """One step of a scene's making: what was done, in words, and how long it took in seconds."""
-
-    name: str
-    detail: str = ""
-    seconds: float | None = None
+_ROOM, _COLLISION = "splats/room.ply", "collision/room.glb"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,6 +79,8 @@ class ScenePackage:
         footprint_m: (2, 2) lowest and highest floor corner (x, y), metres.
         physical: name of the built-in physical room this is a scan of, or None for a real one.
         stages: how it was made, oldest first.
+        views: where it was photographed from.
+        collision: what things bump into, or None where nobody has measured it.
 
     Raises:
         ValueError: an object id is unfit for a file name or appears twice, or the footprint is
@@ -85,6 +95,8 @@ class ScenePackage:
     footprint_m: NDArray[np.float64]
     physical: str | None
     stages: tuple[Stage, ...] = ()
+    views: tuple[ViewPoint, ...] = ()
+    collision: CollisionMesh | None = None
 
     def __post_init__(self) -> None:
         footprint = np.array(self.footprint_m, dtype=np.float64)
@@ -96,7 +108,7 @@ class ScenePackage:
         object.__setattr__(self, "footprint_m", footprint)
         seen: set[str] = set()
         for item in self.objects:
-            if not _ID.fullmatch(item.object_id):
+            if not OBJECT_ID.fullmatch(item.object_id):
                 raise ValueError(
                     f"object id {item.object_id!r}: wanted 1 to 64 letters, digits, '-' or '_', "
                     "beginning with a letter or digit"
@@ -150,20 +162,23 @@ def load_package(folder: str | Path) -> ScenePackage:
     """
     source = Path(folder)
     scene = _read_scene(source)
-    verify_files(source / _SCENE, scene.get("files"), {_ROOM, _OBJECTS, _ANCHORS, _CAMERAS})
+    files = scene.get("files")
+    verify_files(source / _SCENE, files, {_ROOM, _OBJECTS, _ANCHORS, _CAMERAS})
     try:
+        cameras = read_json(source / _CAMERAS)
         return ScenePackage(
             name=text(scene["name"], "name"),
             room=_read_splats(source, _ROOM),
             objects=tuple(
-                _object_from_json(source, scene["files"], item)
-                for item in read_items(source / _OBJECTS)
+                _read_object(source, scene["files"], item) for item in read_items(source / _OBJECTS)
             ),
-            codes=tuple(_code_from_json(c) for c in read_items(source / _ANCHORS)),
-            world_from_rig=_pose_from_json(read_json(source / _CAMERAS)["world_from_rig"]),
+            codes=tuple(code_from_json(c) for c in read_items(source / _ANCHORS)),
+            world_from_rig=pose_from_json(cameras["world_from_rig"]),
             footprint_m=np.array([numbers(c, 2, "footprint_m") for c in scene["footprint_m"]]),
             physical=None if scene["physical"] is None else text(scene["physical"], "physical"),
-            stages=tuple(_stage_from_json(stage) for stage in scene["stages"]),
+            stages=tuple(stage_from_json(stage) for stage in scene["stages"]),
+            views=tuple(view_from_json(view) for view in cameras.get("views", [])),
+            collision=_read_collision(source) if _COLLISION in scene["files"] else None,
         )
     except PackageError:
         raise
@@ -198,9 +213,18 @@ def _fill(part: Path, package: ScenePackage) -> None:
     write_ply(part / _ROOM, package.room, comments=[WORLD_COMMENT])
     for item in package.objects:
         write_ply(part / _object_file(item.object_id), item.splats)
-    write_items(part / _OBJECTS, [_object_to_json(item) for item in package.objects])
-    write_items(part / _ANCHORS, [_code_to_json(code) for code in package.codes])
-    write_json(part / _CAMERAS, {"world_from_rig": _pose_to_json(package.world_from_rig)})
+    write_items(part / _OBJECTS, [object_to_json(item) for item in package.objects])
+    write_items(part / _ANCHORS, [code_to_json(code) for code in package.codes])
+    write_json(
+        part / _CAMERAS,
+        {
+            "world_from_rig": pose_to_json(package.world_from_rig),
+            "views": [view_to_json(view) for view in package.views],
+        },
+    )
+    if package.collision is not None:
+        (part / _COLLISION).parent.mkdir()
+        write_mesh(part / _COLLISION, package.collision)
     files = sorted(path for path in part.rglob("*") if path.is_file())
     write_json(
         part / _SCENE,
@@ -213,9 +237,7 @@ def _fill(part: Path, package: ScenePackage) -> None:
             "creator": program_version(),
             "physical": package.physical,
             "footprint_m": package.footprint_m.tolist(),
-            "stages": [
-                {"name": s.name, "detail": s.detail, "seconds": s.seconds} for s in package.stages
-            ],
+            "stages": [stage_to_json(stage) for stage in package.stages],
             "files": {path.relative_to(part).as_posix(): fingerprint(path) for path in files},
         },
     )
@@ -272,66 +294,15 @@ def _object_file(object_id: str) -> str:
     return f"splats/objects/{object_id}.ply"
 
 
-def _object_to_json(item: ObjectModel) -> dict[str, Any]:
-    return {
-        "id": item.object_id,
-        "name": item.name,
-        "kind": item.kind,
-        "box_m": list(item.box_m),
-        "support_z_m": item.support_z_m,
-        "world_from_object": _pose_to_json(item.world_from_object),
-    }
+def _read_object(source: Path, files: Mapping[str, Any], values: Mapping[str, Any]) -> ObjectModel:
+    name = _object_file(object_id_of(values))
+    if name not in files:
+        raise PackageError(f"{source / _SCENE}: does not list {name}; damaged")
+    return object_from_json(values, _read_splats(source, name))
 
 
-def _object_from_json(
-    source: Path, files: Mapping[str, Any], values: Mapping[str, Any]
-) -> ObjectModel:
-    object_id = values["id"]
-    if not isinstance(object_id, str) or not _ID.fullmatch(object_id):
-        raise PackageError(f"{source / _OBJECTS}: object id {object_id!r} is unfit for a file name")
-    if _object_file(object_id) not in files:
-        raise PackageError(f"{source / _SCENE}: does not list {_object_file(object_id)}; damaged")
-    x, y, z = numbers(values["box_m"], 3, "box_m", least=0.0)
-    return ObjectModel(
-        object_id=object_id,
-        name=text(values["name"], "name"),
-        kind=text(values["kind"], "kind"),
-        splats=_read_splats(source, _object_file(object_id)),
-        box_m=(x, y, z),
-        support_z_m=numbers([values["support_z_m"]], 1, "support_z_m")[0],
-        world_from_object=_pose_from_json(values["world_from_object"]),
-    )
-
-
-def _stage_from_json(values: Mapping[str, Any]) -> Stage:
-    seconds = values["seconds"]
-    return Stage(
-        text(values["name"], "stage name"),
-        text(values["detail"], "stage detail"),
-        None if seconds is None else numbers([seconds], 1, "stage seconds", least=0.0)[0],
-    )
-
-
-def _code_to_json(code: QrCode) -> dict[str, Any]:
-    pose = _pose_to_json(code.world_from_code)
-    return {"payload": code.payload, "side_m": code.side_m, "world_from_code": pose}
-
-
-def _code_from_json(values: Mapping[str, Any]) -> QrCode:
-    side_m = numbers([values["side_m"]], 1, "side_m", least=0.0)[0]
-    return QrCode(
-        text(values["payload"], "payload"), side_m, _pose_from_json(values["world_from_code"])
-    )
-
-
-def _pose_to_json(world_from_thing: Pose) -> dict[str, Any]:
-    return {
-        "wxyz": world_from_thing.quaternion().tolist(),
-        "translation_m": world_from_thing.translation.tolist(),
-    }
-
-
-def _pose_from_json(values: Mapping[str, Any]) -> Pose:
-    return Pose.from_quaternion(
-        numbers(values["wxyz"], 4, "wxyz"), numbers(values["translation_m"], 3, "translation_m")
-    )
+def _read_collision(source: Path) -> CollisionMesh:
+    try:
+        return read_mesh(inside(source / _SCENE, _COLLISION))
+    except FormatError as error:
+        raise PackageError(str(error)) from None

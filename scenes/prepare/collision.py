@@ -11,16 +11,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from scenes.cameras import Pinhole
+from scenes.mesh import CollisionMesh
 from scenes.pose import Pose
 from scenes.prepare.progress import Progress, silent
 from scenes.prepare.surface_depth import surface_depth
 from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud
-
-FloatArray = NDArray[np.float64]
 
 VOXEL_M = 0.025
 REACH_VOXELS = 4.0
@@ -35,19 +33,6 @@ ICP_POINTS = 40_000
 ICP_REACHES_M = (0.30, 0.10, 0.04)
 
 _NOTHING_SEEN = "the splats show no surface to any view; is the room trained?"
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class CollisionMesh:
-    """Triangles to collide with.
-
-    Attributes:
-        vertices: (V, 3) float64, world metres.
-        faces: (F, 3) int32, counter-clockwise seen from the free side.
-    """
-
-    vertices: FloatArray
-    faces: NDArray[np.int32]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -181,8 +166,8 @@ def _tidied(mesh: Any) -> CollisionMesh:
     if len(faces) > MOST_FACES:
         mesh = mesh.simplify_quadric_decimation(MOST_FACES)
     return CollisionMesh(
-        np.asarray(mesh.vertices).copy(),
-        np.asarray(mesh.triangles).astype(np.int32),
+        np.asarray(mesh.vertices),
+        np.asarray(mesh.triangles),
     )
 
 
@@ -190,7 +175,8 @@ def _as_points(mesh: CollisionMesh) -> Any:
     import open3d as o3d
 
     surface = o3d.geometry.TriangleMesh(
-        o3d.utility.Vector3dVector(mesh.vertices), o3d.utility.Vector3iVector(mesh.faces)
+        o3d.utility.Vector3dVector(mesh.vertices.astype(np.float64)),
+        o3d.utility.Vector3iVector(mesh.faces.copy()),
     )
     surface.compute_vertex_normals()
     # Open3D samples with its own generator; the same meshes shall give the same pose.

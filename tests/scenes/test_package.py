@@ -6,12 +6,13 @@ import sys
 import numpy as np
 import pytest
 
+from scenes.cameras import Fisheye, Pinhole
 from scenes.formats.atomic import WriteError
 from scenes.formats.error import FormatError
 from scenes.formats.ply import WORLD_COMMENT, write_ply
 from scenes.formats.registry import write_splats
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA
-from scenes.mesh import QrCode
+from scenes.mesh import CollisionMesh, QrCode
 from scenes.opening import open_scene
 from scenes.package import (
     FORMAT_VERSION,
@@ -22,6 +23,7 @@ from scenes.package import (
     save_package,
 )
 from scenes.package_files import PackageError, fingerprint
+from scenes.package_records import ViewPoint
 from scenes.pose import Pose
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel
@@ -49,6 +51,14 @@ def package(random_cloud) -> ScenePackage:
         footprint_m=np.array([[-3.0, -2.0], [3.0, 2.0]]),
         physical=None,
         stages=(Stage("bake", "a test", 1.5), Stage("cut")),
+        views=(
+            ViewPoint("a.jpg", Pinhole(64, 48, 50.5, 51.0, 32.0, 24.0), Pose.from_yaw(0.2)),
+            ViewPoint("b.jpg", Fisheye.from_fov(64, 3.5), Pose.from_yaw(1.2, (1, 2, 3))),
+        ),
+        collision=CollisionMesh(
+            np.array([[0, 0, 0.1], [1, 0, 0], [0, 1, 0], [1 / 3, 1, 2]], dtype=np.float32),
+            np.array([[0, 1, 2], [1, 3, 2]], dtype=np.int32),
+        ),
     )
 
 
@@ -78,6 +88,12 @@ def test_everything_reopens(package, saved):
     check_pose(back.world_from_rig, package.world_from_rig)
     np.testing.assert_array_equal(back.footprint_m, package.footprint_m)
     assert len(back.objects) == 2
+    assert [view.name for view in back.views] == ["a.jpg", "b.jpg"]
+    for view, wanted in zip(back.views, package.views, strict=True):
+        assert view.camera == wanted.camera
+        check_pose(view.world_from_camera, wanted.world_from_camera)
+    np.testing.assert_array_equal(back.collision.vertices, package.collision.vertices)
+    np.testing.assert_array_equal(back.collision.faces, package.collision.faces)
     for ours, theirs in zip(package.objects, back.objects, strict=True):
         assert (ours.object_id, ours.name, ours.kind) == (
             theirs.object_id,
@@ -242,7 +258,7 @@ def test_bad_objects_are_refused_in_one_line(saved, field, value, said):
 
 def test_every_file_is_protected_by_size_and_checksum(saved):
     originals = [p for p in saved.rglob("*") if p.is_file() and p.name != "scene.json"]
-    assert len(originals) == 6
+    assert len(originals) == 7
     for path in originals:
         good = path.read_bytes()
         path.write_bytes(good[:-1])

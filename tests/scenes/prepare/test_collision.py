@@ -3,8 +3,9 @@ import pytest
 
 from scenes.cameras import Pinhole
 from scenes.frames import look_at
+from scenes.mesh import CollisionMesh
 from scenes.pose import Pose, quaternion_from_rotation
-from scenes.prepare.collision import CollisionMesh, mesh_of_splats, register_mesh
+from scenes.prepare.collision import mesh_of_splats, register_mesh
 from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud, concatenate
 

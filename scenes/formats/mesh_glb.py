@@ -1,0 +1,54 @@
+"""Triangle meshes as binary glTF (.glb): what headsets, engines and modellers exchange."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from scenes.formats.atomic import write_file
+from scenes.formats.error import refusal
+from scenes.mesh import CollisionMesh
+
+
+def write_mesh(path: Path, mesh: CollisionMesh) -> int:
+    """Write the triangles; vertices keep their axes (Z up), which the file's name cannot say.
+
+    Returns:
+        The number of bytes.
+
+    Raises:
+        WriteError: the disk is full or the place not writable.
+    """
+    import trimesh
+
+    surface = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False, validate=False)
+    blob = surface.export(file_type="glb")
+    assert isinstance(blob, bytes)
+    return write_file(path, [blob])
+
+
+def read_mesh(path: Path) -> CollisionMesh:
+    """Read all triangles of a .glb, .gltf, .obj, .ply or .stl file as one mesh.
+
+    Raises:
+        FormatError: the file is missing, damaged, or holds no triangles.
+    """
+    import trimesh
+
+    if not path.is_file():
+        raise refusal(path, "", "there is no such file", "check the path")
+    try:
+        surface = trimesh.load_mesh(path, process=False)
+        return CollisionMesh(
+            np.asarray(surface.vertices, dtype=np.float32),
+            np.asarray(surface.faces, dtype=np.int32),
+        )
+    # What trimesh raises on damaged files is not documented, and files are hostile.
+    except Exception as error:  # noqa: BLE001
+        raise refusal(
+            path,
+            "",
+            f"is no mesh that can be read ({type(error).__name__}: {error})",
+            "export it again as .glb, .obj, .ply or .stl",
+        ) from None
