@@ -1,0 +1,220 @@
+"""A video as a capture: looked through once to choose, once more to take the chosen frames."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import av
+import cv2
+import numpy as np
+from av.error import FFmpegError
+from numpy.typing import NDArray
+
+from scenes.prepare.capture import (
+    Capture,
+    CaptureError,
+    CaptureKind,
+    CaptureOptions,
+    Frame,
+    Gap,
+    Rejected,
+    too_few,
+)
+from scenes.prepare.frame_choice import choose_frames
+from scenes.prepare.photos import fitted, write_jpeg
+from scenes.prepare.progress import Progress
+from scenes.prepare.sharpness import (
+    LOOK_PX,
+    Quality,
+    Reason,
+    displacement,
+    judge,
+    verdict,
+)
+
+LOOKS_PER_FRAME = 8
+"""Frames that are judged for each one that is taken."""
+LOOKING_SHARE = 0.7
+LITTLE_OVERLAP = 0.35
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """A judged frame.
+
+    Attributes:
+        index: its number in the video.
+        t_s: its time.
+        quality: of the single picture.
+        moved: since the look before, as a fraction of the width.
+    """
+
+    index: int
+    t_s: float
+    quality: Quality
+    moved: float
+
+
+def gather_video(
+    file: Path, folder: Path, *, options: CaptureOptions, progress: Progress
+) -> Capture:
+    """Choose frames of a video and write them into `folder`, upright JPEG.
+
+    Raises:
+        CaptureError: it is no video, or too few frames are usable.
+        OSError: a picture cannot be written.
+    """
+    looks = _looks(file, options, progress)
+    typical = float(np.median([look.quality.blur for look in looks])) if looks else 0.0
+    reasons = [verdict(look.quality, typical, options.quality) for look in looks]
+    chosen = choose_frames(
+        np.array([look.moved for look in looks]),
+        np.array([look.quality.blur for look in looks]),
+        np.array([reason is None for reason in reasons], dtype=np.bool_),
+        wanted=options.frames,
+        steps=options.steps,
+    )
+    taken = {int(i) for i in chosen}
+    rejected = [
+        Rejected(f"{file.name} at {clock(look.t_s)}", reasons[i] or Reason.ALIKE, look.t_s)
+        for i, look in enumerate(looks)
+        if i not in taken
+    ]
+    if len(taken) < options.least_frames:
+        raise too_few(file.name, len(taken), rejected, wanted=options.least_frames)
+    frames = _written(file, folder, [looks[i] for i in chosen], options, progress)
+    return Capture(
+        CaptureKind.VIDEO,
+        file.name,
+        folder,
+        frames,
+        tuple(rejected),
+        _gaps(frames, looks, chosen),
+    )
+
+
+def clock(t_s: float) -> str:
+    """A time in a video as people say it, such as 1:07.4."""
+    return f"{int(t_s // 60)}:{t_s % 60:04.1f}"
+
+
+def _looks(file: Path, options: CaptureOptions, progress: Progress) -> list[Look]:
+    looks: list[Look] = []
+    before: NDArray[np.uint8] | None = None
+    with _opened(file) as (container, stream):
+        total = _frame_count(container, stream)
+        stride = max(1, total // (LOOKS_PER_FRAME * options.frames)) if total else 3
+        for index, t_s, frame in _decoded(file, container, stream):
+            if index % stride:
+                continue
+            grey = _grey(frame)
+            moved = displacement(before, grey) if before is not None else 0.0
+            looks.append(Look(index, t_s, judge(grey), moved))
+            before = grey
+            if len(looks) % 8 == 1:
+                done = min(1.0, index / total) if total else 0.5
+                progress(LOOKING_SHARE * done, f"looking through {file.name}, {clock(t_s)}")
+    if not looks:
+        raise CaptureError(f"{file}: a video without a single readable picture; copy it again")
+    return looks
+
+
+def _written(
+    file: Path, folder: Path, looks: list[Look], options: CaptureOptions, progress: Progress
+) -> tuple[Frame, ...]:
+    wanted = {look.index: look for look in looks}
+    frames: list[Frame] = []
+    with _opened(file) as (container, stream):
+        for index, t_s, frame in _decoded(file, container, stream):
+            look = wanted.pop(index, None)
+            if look is None:
+                continue
+            picture = fitted(_upright(frame.to_ndarray(format="bgr24"), frame), options.longest_px)
+            name = f"{len(frames):04d}.jpg"
+            write_jpeg(folder / name, picture)
+            height, width = picture.shape[:2]
+            frames.append(
+                Frame(
+                    name=name,
+                    source=f"{file.name} at {clock(t_s)}",
+                    blur=look.quality.blur,
+                    lens=f"{width}×{height} video",
+                    t_s=t_s,
+                )
+            )
+            done = len(frames) / len(looks)
+            progress(LOOKING_SHARE + (1 - LOOKING_SHARE) * done, f"taking frame {clock(t_s)}")
+            if not wanted:
+                break
+    return tuple(frames)
+
+
+def _gaps(frames: tuple[Frame, ...], looks: list[Look], chosen: NDArray[np.int64]) -> tuple[Gap, ...]:
+    path = np.cumsum([look.moved for look in looks])
+    moved = np.diff(path[chosen])
+    return tuple(
+        Gap(frames[i].name, frames[i + 1].name, float(moved[i]))
+        for i in np.flatnonzero(moved > LITTLE_OVERLAP)
+    )
+
+
+@contextmanager
+def _opened(file: Path) -> Iterator[tuple[Any, Any]]:
+    try:
+        container = av.open(str(file))
+    except (FFmpegError, OSError) as error:
+        raise CaptureError(
+            f"{file}: no video that can be opened ({error.strerror or error}); export it as MP4"
+        ) from None
+    with container:
+        if not container.streams.video:
+            raise CaptureError(f"{file}: no picture track in it; give a video of the room")
+        stream = container.streams.video[0]
+        stream.thread_type = "AUTO"
+        stream.codec_context.thread_count = 2
+        yield container, stream
+
+
+def _decoded(file: Path, container: Any, stream: Any) -> Iterator[tuple[int, float, Any]]:
+    """(number, seconds, frame) of every readable frame; a damaged end is a shorter video."""
+    index = 0
+    try:
+        for frame in container.decode(stream):
+            yield index, float(frame.time or 0.0), frame
+            index += 1
+    except FFmpegError as error:
+        if index == 0:
+            raise CaptureError(
+                f"{file}: damaged before its first picture ({error.strerror or error}); "
+                "copy it from the camera again"
+            ) from None
+
+
+def _frame_count(container: Any, stream: Any) -> int:
+    if stream.frames:
+        return int(stream.frames)
+    if container.duration and stream.average_rate:
+        return int(container.duration / av.time_base * float(stream.average_rate))
+    return 0
+
+
+def _grey(frame: Any) -> NDArray[np.uint8]:
+    """The picture small and grey, upright."""
+    scale = min(1.0, LOOK_PX / max(frame.width, frame.height))
+    small = frame.reformat(
+        width=max(2, round(frame.width * scale)),
+        height=max(2, round(frame.height * scale)),
+        format="bgr24",
+        interpolation="AREA",
+    ).to_ndarray()
+    return np.asarray(cv2.cvtColor(_upright(small, frame), cv2.COLOR_BGR2GRAY), dtype=np.uint8)
+
+
+def _upright(picture: NDArray[np.uint8], frame: Any) -> NDArray[np.uint8]:
+    """Turned as the video's display matrix says; `rotation` is in degrees, anticlockwise."""
+    turns = round(frame.rotation / 90) % 4
+    return np.ascontiguousarray(np.rot90(picture, turns)) if turns else picture
