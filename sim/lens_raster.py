@@ -148,7 +148,7 @@ class FisheyeRasteriser:
 
     def __init__(self, tile_px: int = TILE_PX) -> None:
         self._tile_px = tile_px
-        self._window: Any = _offscreen_window()
+        self._window: Any = offscreen_window()
         self._window.SetOffScreenRendering(1)
         self._window.SetMultiSamples(0)
         self._window.SetSize(tile_px, tile_px)
@@ -170,7 +170,7 @@ class FisheyeRasteriser:
         mapper.SetVBOShiftScaleMethod(0)
         actor = vtkActor()
         actor.SetMapper(mapper)
-        actor.SetTexture(_texture(mesh.texture))
+        actor.SetTexture(texture_of(mesh.texture))
         actor.SetVisibility(False)
         shaders = actor.GetShaderProperty()
         shaders.SetVertexShaderCode(VERTEX_SHADER)
@@ -262,7 +262,7 @@ class FisheyeRasteriser:
         return set_uniforms
 
 
-def _offscreen_window() -> vtkRenderWindow:
+def offscreen_window() -> vtkRenderWindow:
     """A window that needs no display; EGL where there is one, whatever a desktop uses."""
     window_class = getattr(vtkRenderingOpenGL2, "vtkEGLRenderWindow", vtkRenderWindow)
     return window_class()
@@ -281,7 +281,8 @@ def _poly_data(mesh: FineMesh) -> vtkPolyData:
     return poly
 
 
-def _texture(picture: NDArray[np.uint8]) -> vtkTexture:
+def texture_of(picture: NDArray[np.uint8]) -> vtkTexture:
+    """A mipmapped texture of an (H, W, 3) sRGB picture, row 0 at its top."""
     height, width = picture.shape[:2]
     image = vtkImageData()
     image.SetDimensions(width, height, 1)

@@ -87,7 +87,7 @@ def _static_part() -> StaticPart:
     decor.papers(room, Pose.from_yaw(math.radians(8), (-0.58, 0.42, TABLE_HIGH[2])), rng)
     codes = []
     for number, (side, along, z) in enumerate((("+y", 0.15, 1.35), ("+x", -0.5, 1.5)), start=1):
-        card, code = decor.code(BOX.wall(side, along, z), f"nexus:desk:{number}", 0.15)
+        card, code = decor.code(BOX.wall(side, along, z), f"nexus:desk:{number}", 0.20)
         room.add(*card)
         codes.append(code)
     surfaces = lit(

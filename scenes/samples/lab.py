@@ -101,9 +101,9 @@ def _on_the_walls(room: RoomSet, rng: np.random.Generator) -> tuple[QrCode, ...]
     room.block((-1.55, 2.43, 0.86), (-0.55, 2.5, 0.88), tray, faces="+x-x-y+z-z")
     codes = []
     for number, (side, along, z) in enumerate(
-        (("+y", 0.24, 1.5), ("+x", -1.25, 1.45), ("-y", -0.75, 1.5)), start=1
+        (("+y", 0.245, 1.5), ("+x", -1.25, 1.45), ("-y", -0.75, 1.5)), start=1
     ):
-        card, code = decor.code(BOX.wall(side, along, z), f"nexus:lab:{number}", 0.18)
+        card, code = decor.code(BOX.wall(side, along, z), f"nexus:lab:{number}", 0.24)
         room.add(*card)
         codes.append(code)
     return tuple(codes)
