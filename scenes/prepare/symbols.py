@@ -7,7 +7,7 @@ decoded photo tells the whole printed square, which a photo can then be matched 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, cast
 
 import cv2
 import numpy as np
@@ -95,7 +95,7 @@ def symbol_of(barcode: zxingcpp.Barcode) -> Symbol | None:
     that packs its payload another way is met by the modules as they were seen.
     """
     seen = _modules(barcode)
-    extra = barcode.extra
+    extra = cast(dict[str, str], barcode.extra)
     written = qr_symbol(
         barcode.text,
         level=str(barcode.ec_level),
