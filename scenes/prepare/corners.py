@@ -133,7 +133,9 @@ class _Fit:
             total = math.hypot(blur_px, soften_px) + scale * float(change[8])
             blur_px = math.sqrt(max(total * total - soften_px * soften_px, 0.09))
             blur_px = min(blur_px, BLUR_LIMIT_MODULES * module_px + 0.5)
-            bleed_px = float(np.clip(bleed_px + scale * change[9], -0.4 * module_px, 0.4 * module_px))
+            bleed_px = float(
+                np.clip(bleed_px + scale * change[9], -0.4 * module_px, 0.4 * module_px)
+            )
             if longest < STEP_PX:
                 break
         if not np.isfinite(corners).all() or not _is_convex(corners):
@@ -148,9 +150,9 @@ class _Fit:
             return None
         px_from_printed = _homography(self._printed, corners_px)
         printed = _mapped(np.linalg.inv(px_from_printed), self._pixels)
-        inside = (printed > -self._quiet).all(axis=1) & (
-            printed < self._modules + self._quiet
-        ).all(axis=1)
+        inside = (printed > -self._quiet).all(axis=1) & (printed < self._modules + self._quiet).all(
+            axis=1
+        )
         if np.count_nonzero(inside) < 100:
             return None
         drawn = self._draw(px_from_printed, blur_px)
@@ -242,7 +244,7 @@ class _Fit:
 
 
 def _linear(grey: NDArray[np.uint8]) -> Floats:
-    """sRGB code values to linear light, 0..1: blur adds light, not code values."""
+    """Linear light, 0..1, from sRGB code values: blur adds light, not code values."""
     codes = np.arange(256) / 255.0
     table = np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4)
     return table.astype(np.float32)[grey]
