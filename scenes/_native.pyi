@@ -100,7 +100,7 @@ class Tape:
 class Differentiator:
     """Draws pictures that can be differentiated; keeps threads between them."""
 
-    def __init__(self, *, portable: bool = False) -> None: ...
+    def __init__(self, *, instructions: str | None = None) -> None: ...
     def record(
         self,
         clouds: Sequence[PreparedCloud],

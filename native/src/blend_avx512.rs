@@ -85,7 +85,7 @@ fn live_squares(tile: &Tile) -> u16 {
 /// One bit per square that the alpha = 1/255 ellipse touches, from the span of every row of pixels.
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2")]
 #[inline]
-fn square_mask(splat: &TileSplat) -> u16 {
+pub(crate) fn square_mask(splat: &TileSplat) -> u16 {
     const SLACK_PX: f32 = 0.01;
     const SLACK_POWER: f32 = 1e-3;
     const LAST_COLUMN: f32 = TILE as f32 - 1.0;

@@ -1,5 +1,5 @@
-//! Eight pixels (one block of a tile) as one value, so that a kernel is written once and compiled
-//! for every instruction set.
+//! Pixels of a tile as one value, so that a kernel is written once and compiled for every
+//! instruction set: eight of them (a block), or a patch of as many as a register holds.
 
 use crate::bin::TILE;
 use crate::blend::{
@@ -9,11 +9,14 @@ use crate::blend::{
 /// One value per pixel of a block.
 pub type Block = [f32; BLOCK_PIXELS];
 
-/// Arithmetic on the eight pixels of a block. Masks have all bits of a lane set or none.
-pub trait Lanes: Copy {
+/// Arithmetic on the lanes of a register. Masks have all bits of a lane set or none.
+pub trait Vector: Copy {
+    /// The lanes in memory.
+    type Array: Copy + Default + AsRef<[f32]> + AsMut<[f32]>;
+    const LANES: usize;
     fn all(value: f32) -> Self;
-    fn load(from: &Block) -> Self;
-    fn store(self, to: &mut Block);
+    fn load(from: &Self::Array) -> Self;
+    fn store(self, to: &mut Self::Array);
     fn add(self, other: Self) -> Self;
     fn sub(self, other: Self) -> Self;
     fn mul(self, other: Self) -> Self;
@@ -30,12 +33,51 @@ pub trait Lanes: Copy {
     fn bits(self) -> u32;
     /// Adds the low bits of `shifted` to the exponent.
     fn scale_by(self, shifted: Self) -> Self;
-    /// Sums over the lanes of four values.
-    fn sums(values: [Self; 4]) -> [f32; 4];
     /// Asks for memory that will be read soon.
     fn prefetch<T>(place: &T);
+}
+
+/// A register over a patch of a tile: `BLOCK_WIDTH` pixels wide and as high as the lanes allow,
+/// patches counted along the rows of the tile.
+pub trait Patch: Vector {
+    /// One bit per patch that the splat's alpha = 1/255 ellipse may touch.
+    fn patch_mask(splat: &TileSplat) -> u32;
+
+    /// The patch whose first pixel starts `picture`, whose rows are `width` apart.
+    #[inline(always)]
+    fn of_picture(picture: &[f32], width: usize) -> Self {
+        let mut lanes = Self::Array::default();
+        for (row, to) in lanes.as_mut().chunks_exact_mut(BLOCK_WIDTH).enumerate() {
+            to.copy_from_slice(&picture[row * width..row * width + BLOCK_WIDTH]);
+        }
+        Self::load(&lanes)
+    }
+
+    /// Bit `k` of byte `j` becomes bit `j` of word `k`.
+    #[inline(always)]
+    fn transposed(bytes: &[u8; 64]) -> [u64; 8] {
+        let mut words = [0; 8];
+        for (j, &byte) in bytes.iter().enumerate() {
+            for (k, word) in words.iter_mut().enumerate() {
+                *word |= u64::from(byte >> k & 1) << j;
+            }
+        }
+        words
+    }
+}
+
+/// A register over one block.
+pub trait Lanes: Patch<Array = Block> {
+    /// Sums over the lanes of four values.
+    fn sums(values: [Self; 4]) -> [f32; 4];
+    /// Lane `j` of value `k` becomes lane `k` of value `j`.
+    fn transposed_lanes(values: [Self; BLOCK_PIXELS]) -> [Self; BLOCK_PIXELS];
+
     /// One bit per block of a tile that the splat's alpha = 1/255 ellipse may touch.
-    fn block_mask(splat: &TileSplat) -> u32;
+    #[inline(always)]
+    fn block_mask(splat: &TileSplat) -> u32 {
+        Self::patch_mask(splat)
+    }
 }
 
 /// A kernel: what `Simd::run_lanes` runs with the instructions it stands for.
@@ -44,9 +86,15 @@ pub trait LaneWork {
     fn run<V: Lanes>(self) -> Self::Output;
 }
 
+/// A kernel that takes registers of any width: what `Simd::run_patches` runs.
+pub trait PatchWork {
+    type Output;
+    fn run<V: Patch>(self) -> Self::Output;
+}
+
 /// 2^power / 255 for -118 < power < 127; anything else gives bits that the caller masks.
 #[inline(always)]
-pub fn alpha_of<V: Lanes>(power: V) -> V {
+pub fn alpha_of<V: Vector>(power: V) -> V {
     // Adding 1.5·2²³ rounds to a whole number and leaves it in the low bits.
     let magic = V::all(12_582_912.0);
     let shifted = power.add(magic);
@@ -69,7 +117,7 @@ pub fn load3<V: Lanes>(rows: &[Block; 3]) -> [V; 3] {
 }
 
 #[inline(always)]
-pub fn all3<V: Lanes>(values: &[f32; 3]) -> [V; 3] {
+pub fn all3<V: Vector>(values: &[f32; 3]) -> [V; 3] {
     [V::all(values[0]), V::all(values[1]), V::all(values[2])]
 }
 
@@ -84,7 +132,7 @@ pub fn pixels_of<V: Lanes>(block: usize) -> (V, V) {
 
 /// Whitened offsets (u, v) of a block's pixels from a splat's centre.
 #[inline(always)]
-pub fn whitened<V: Lanes>(splat: &TileSplat, x: V, y: V) -> (V, V) {
+pub fn whitened<V: Vector>(splat: &TileSplat, x: V, y: V) -> (V, V) {
     let row = V::all(splat.b).mul_add(y, V::all(splat.u0));
     let u = V::all(splat.a).mul_add(x, row);
     let v = V::all(splat.c).mul_add(y, V::all(splat.v0));
@@ -93,7 +141,7 @@ pub fn whitened<V: Lanes>(splat: &TileSplat, x: V, y: V) -> (V, V) {
 
 /// log2(255 · alpha), in the order of operations of the forward kernel.
 #[inline(always)]
-pub fn power_at<V: Lanes>(splat: &TileSplat, u: V, v: V) -> V {
+pub fn power_at<V: Vector>(splat: &TileSplat, u: V, v: V) -> V {
     u.mul_sub_from(u, v.mul_sub_from(v, V::all(splat.power)))
 }
 
@@ -108,7 +156,10 @@ impl Portable {
     }
 }
 
-impl Lanes for Portable {
+impl Vector for Portable {
+    type Array = Block;
+    const LANES: usize = BLOCK_PIXELS;
+
     #[inline(always)]
     fn all(value: f32) -> Self {
         Portable([value; BLOCK_PIXELS])
@@ -172,13 +223,12 @@ impl Lanes for Portable {
         })
     }
     #[inline(always)]
-    fn sums(values: [Self; 4]) -> [f32; 4] {
-        values.map(|v| v.0.iter().sum())
-    }
-    #[inline(always)]
     fn prefetch<T>(_: &T) {}
+}
+
+impl Patch for Portable {
     #[inline(always)]
-    fn block_mask(splat: &TileSplat) -> u32 {
+    fn patch_mask(splat: &TileSplat) -> u32 {
         let mut mask = 0;
         for y in 0..TILE {
             let v = splat.c * y as f32 + splat.v0;
@@ -190,6 +240,17 @@ impl Lanes for Portable {
             }
         }
         mask
+    }
+}
+
+impl Lanes for Portable {
+    #[inline(always)]
+    fn sums(values: [Self; 4]) -> [f32; 4] {
+        values.map(|v| v.0.iter().sum())
+    }
+    #[inline(always)]
+    fn transposed_lanes(values: [Self; BLOCK_PIXELS]) -> [Self; BLOCK_PIXELS] {
+        std::array::from_fn(|j| Portable(std::array::from_fn(|k| values[k].0[j])))
     }
 }
 
@@ -205,8 +266,16 @@ pub fn live_blocks(transmittance: &[Block; BLOCKS], limit: f32) -> u32 {
 
 /// The lanes of `bits` as a mask.
 #[inline(always)]
-pub fn mask_of<V: Lanes>(bits: u32) -> V {
-    V::load(&std::array::from_fn(|lane| {
-        f32::from_bits(0u32.wrapping_sub(bits >> lane & 1))
-    }))
+pub fn mask_of<V: Vector>(bits: u32) -> V {
+    of_lanes(|lane| f32::from_bits(0u32.wrapping_sub(bits >> lane & 1)))
+}
+
+/// A value from what each lane holds.
+#[inline(always)]
+pub fn of_lanes<V: Vector>(value: impl Fn(usize) -> f32) -> V {
+    let mut lanes = V::Array::default();
+    for (lane, to) in lanes.as_mut().iter_mut().enumerate() {
+        *to = value(lane);
+    }
+    V::load(&lanes)
 }

@@ -5,9 +5,9 @@
 
 use std::arch::x86_64::*;
 
-use crate::blend::TileSplat;
+use crate::blend::{TileSplat, BLOCK_PIXELS, BLOCK_WIDTH};
 use crate::blend_avx2;
-use crate::lanes::{Block, LaneWork, Lanes};
+use crate::lanes::{Block, LaneWork, Lanes, Patch, PatchWork, Vector};
 
 #[derive(Clone, Copy)]
 struct Avx2(__m256);
@@ -24,6 +24,12 @@ pub fn run<W: LaneWork>(work: W) -> W::Output {
     }
 }
 
+/// As `run`, for a kernel of any width.
+#[target_feature(enable = "avx2,fma")]
+pub fn run_patches<W: PatchWork>(work: W) -> W::Output {
+    work.run::<Avx2>()
+}
+
 #[target_feature(enable = "avx2,fma,avx512f,avx512vl")]
 fn run_with_more_registers<W: LaneWork>(work: W) -> W::Output {
     work.run::<Avx2>()
@@ -31,7 +37,10 @@ fn run_with_more_registers<W: LaneWork>(work: W) -> W::Output {
 
 // SAFETY of every block below: `Avx2` is private and only `run` names it, whose callers have made
 // sure of AVX2 and FMA; loads and stores go to arrays of eight floats and need no alignment.
-impl Lanes for Avx2 {
+impl Vector for Avx2 {
+    type Array = Block;
+    const LANES: usize = BLOCK_PIXELS;
+
     #[inline(always)]
     fn all(value: f32) -> Self {
         // SAFETY: see above.
@@ -106,6 +115,48 @@ impl Lanes for Avx2 {
         })
     }
     #[inline(always)]
+    fn prefetch<T>(place: &T) {
+        const LINE: usize = 64;
+        let first: *const i8 = std::ptr::from_ref(place).cast();
+        for offset in (0..size_of::<T>()).step_by(LINE) {
+            // SAFETY: see above; the address lies within `place`, and a prefetch reads nothing.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(first.add(offset)) }
+        }
+    }
+}
+
+impl Patch for Avx2 {
+    #[inline(always)]
+    fn patch_mask(splat: &TileSplat) -> u32 {
+        // SAFETY: see above.
+        unsafe { blend_avx2::block_mask(splat) }
+    }
+    #[inline(always)]
+    fn of_picture(picture: &[f32], width: usize) -> Self {
+        let row = |k: usize| picture[k * width..k * width + BLOCK_WIDTH].as_ptr();
+        // SAFETY: see above; both rows are four readable floats.
+        Avx2(unsafe { _mm256_loadu2_m128(row(1), row(0)) })
+    }
+    #[inline(always)]
+    fn transposed(bytes: &[u8; 64]) -> [u64; 8] {
+        let mut words = [0; 8];
+        for (half, bytes) in bytes.chunks_exact(32).enumerate() {
+            // SAFETY: see above; `bytes` is 32 readable bytes.
+            unsafe {
+                let mut column = _mm256_loadu_si256(bytes.as_ptr().cast());
+                for word in words.iter_mut().rev() {
+                    let bits = _mm256_movemask_epi8(column) as u32;
+                    *word |= u64::from(bits) << (32 * half);
+                    column = _mm256_add_epi8(column, column);
+                }
+            }
+        }
+        words
+    }
+}
+
+impl Lanes for Avx2 {
+    #[inline(always)]
     fn sums(values: [Self; 4]) -> [f32; 4] {
         let mut sums = [0.0; 4];
         // SAFETY: see above; `sums` takes the four floats that are stored.
@@ -122,17 +173,35 @@ impl Lanes for Avx2 {
         sums
     }
     #[inline(always)]
-    fn prefetch<T>(place: &T) {
-        const LINE: usize = 64;
-        let first: *const i8 = std::ptr::from_ref(place).cast();
-        for offset in (0..size_of::<T>()).step_by(LINE) {
-            // SAFETY: see above; the address lies within `place`, and a prefetch reads nothing.
-            unsafe { _mm_prefetch::<_MM_HINT_T0>(first.add(offset)) }
+    fn transposed_lanes(values: [Self; BLOCK_PIXELS]) -> [Self; BLOCK_PIXELS] {
+        // SAFETY: see above.
+        unsafe {
+            let [a, b, c, d] = transposed_quarters(values[0], values[1], values[2], values[3]);
+            let [e, f, g, h] = transposed_quarters(values[4], values[5], values[6], values[7]);
+            [
+                Avx2(_mm256_permute2f128_ps::<0x20>(a, e)),
+                Avx2(_mm256_permute2f128_ps::<0x20>(b, f)),
+                Avx2(_mm256_permute2f128_ps::<0x20>(c, g)),
+                Avx2(_mm256_permute2f128_ps::<0x20>(d, h)),
+                Avx2(_mm256_permute2f128_ps::<0x31>(a, e)),
+                Avx2(_mm256_permute2f128_ps::<0x31>(b, f)),
+                Avx2(_mm256_permute2f128_ps::<0x31>(c, g)),
+                Avx2(_mm256_permute2f128_ps::<0x31>(d, h)),
+            ]
         }
     }
-    #[inline(always)]
-    fn block_mask(splat: &TileSplat) -> u32 {
-        // SAFETY: see above.
-        unsafe { blend_avx2::block_mask(splat) }
-    }
+}
+
+/// The 4×4 transpose of each half of four registers.
+#[target_feature(enable = "avx2")]
+#[inline]
+fn transposed_quarters(p: Avx2, q: Avx2, r: Avx2, s: Avx2) -> [__m256; 4] {
+    let (low, high) = (_mm256_unpacklo_ps(p.0, q.0), _mm256_unpackhi_ps(p.0, q.0));
+    let (below, above) = (_mm256_unpacklo_ps(r.0, s.0), _mm256_unpackhi_ps(r.0, s.0));
+    [
+        _mm256_shuffle_ps::<0x44>(low, below),
+        _mm256_shuffle_ps::<0xee>(low, below),
+        _mm256_shuffle_ps::<0x44>(high, above),
+        _mm256_shuffle_ps::<0xee>(high, above),
+    ]
 }

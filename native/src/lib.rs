@@ -14,9 +14,14 @@ pub mod gradient_projection;
 pub mod lanes;
 #[cfg(target_arch = "x86_64")]
 mod lanes_avx2;
+#[cfg(target_arch = "x86_64")]
+mod lanes_avx512;
 pub mod pool;
 pub mod pose_gn;
+pub mod pose_grey;
 pub mod pose_motion;
+pub mod pose_sums;
+pub mod pose_tile;
 pub mod project;
 mod python;
 mod python_gradients;

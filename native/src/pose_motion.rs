@@ -9,6 +9,7 @@ use crate::camera::LOW_PASS;
 use crate::curvature::Curved;
 use crate::ewa;
 use crate::lanes::{all3, load3, Block, Lanes};
+use crate::pose_grey::grey_slope;
 use crate::project::{PosedCloud, Record, View};
 use crate::scene::{BLOCKS_PER_CHUNK, LANES};
 
@@ -19,31 +20,24 @@ pub struct Twist {
     pub turn: [f32; 3],
 }
 
-/// Change of one splat per unit of one degree of freedom.
-#[derive(Clone, Copy, Debug, Default)]
-#[repr(C)]
-pub struct Change {
-    /// Coefficients of u, v, uu, uv, vv in d ln(alpha).
-    pub quadratic: [f32; 5],
-    /// d ln(opacity), from the Mip filter.
-    pub constant: f32,
-    pub grey: f32,
-}
+/// Change of one splat per unit of one degree of freedom: the coefficients of u, v, uu, uv, vv in
+/// d ln(alpha), then what the three constants below name. One register, so that it is stored whole.
+pub type Change = Block;
+/// d ln(opacity), from the Mip filter.
+pub const CONSTANT: usize = 5;
+/// d grey.
+pub const GREY_SLOPE: usize = 6;
+/// The splat's own grey, the same in all its changes.
+pub const GREY: usize = 7;
 
-/// Changes of one splat for all degrees of freedom.
+/// Changes of one splat for all degrees of freedom, in whole cache lines.
 #[derive(Clone, Copy, Debug)]
-#[repr(C)]
-pub struct Motion<const D: usize> {
-    pub changes: [Change; D],
-    pub grey: f32,
-}
+#[repr(C, align(64))]
+pub struct Motion<const D: usize>(pub [Change; D]);
 
 impl<const D: usize> Default for Motion<D> {
     fn default() -> Self {
-        Motion {
-            changes: [Change::default(); D],
-            grey: 0.0,
-        }
+        Motion([Change::default(); D])
     }
 }
 
@@ -104,24 +98,15 @@ pub fn fill_chunk<V: Lanes, L: Curved, const D: usize>(
             }
         }
         let geometry = geometry_of(posed, lens, index);
-        let slope = grey_slope::<V, D>(posed, view, directions, index, &geometry, &colour);
+        let slope = grey_slope::<V>(posed, view, &directions.luma, index, &geometry.at, &colour);
+        let grey = dot(&all3::<V>(&directions.luma), &load3(&colour));
         for (k, twist) in directions.twists.iter().enumerate() {
-            let rows = changes::<V>(&geometry, &slope, twist, view.antialias);
+            let rows = changes::<V>(&geometry, &slope, twist, grey, view.antialias);
+            let columns = V::transposed_lanes(rows);
             for (lane, &place) in places.iter().enumerate() {
                 if place != usize::MAX {
-                    motions[place].changes[k] = Change {
-                        quadratic: std::array::from_fn(|term| rows[term][lane]),
-                        constant: rows[5][lane],
-                        grey: rows[6][lane],
-                    };
+                    columns[lane].store(&mut motions[place].0[k]);
                 }
-            }
-        }
-        for (lane, &place) in places.iter().enumerate() {
-            if place != usize::MAX {
-                motions[place].grey = (0..3)
-                    .map(|channel| directions.luma[channel] * colour[channel][lane])
-                    .sum();
             }
         }
     }
@@ -186,170 +171,15 @@ fn geometry_of<L: Curved>(posed: &PosedCloud, lens: &L, index: usize) -> Geometr
     out
 }
 
-/// d grey / d position, in camera axes: the colour's dependence on the direction.
-#[inline(always)]
-fn grey_slope<V: Lanes, const D: usize>(
-    posed: &PosedCloud,
-    view: &View,
-    directions: &Directions<D>,
-    index: usize,
-    geometry: &Geometry,
-    colour: &[Block; 3],
-) -> [Block; 3] {
-    let count = posed.cloud.sh_count.min((view.sh_degree + 1).pow(2));
-    let mut out = [[0.0; LANES]; 3];
-    if count == 1 {
-        return out;
-    }
-    let rotation = posed.rotation.map(|row| row.map(|v| v as f32));
-    let at = load3::<V>(&geometry.at);
-    let mut inverse_length = [0.0; LANES];
-    for lane in 0..LANES {
-        let square: f32 = (0..3).map(|axis| geometry.at[axis][lane].powi(2)).sum();
-        inverse_length[lane] = if square > 0.0 {
-            1.0 / square.sqrt()
-        } else {
-            0.0
-        };
-    }
-    let inverse_length = V::load(&inverse_length);
-    let in_camera = [
-        at[0].mul(inverse_length),
-        at[1].mul(inverse_length),
-        at[2].mul(inverse_length),
-    ];
-    let [x, y, z] = [
-        dot(&column3(&rotation, 0), &in_camera),
-        dot(&column3(&rotation, 1), &in_camera),
-        dot(&column3(&rotation, 2), &in_camera),
-    ];
-    // A colour clamped at 0 stays there.
-    let mut luma = [[0.0; LANES]; 3];
-    for channel in 0..3 {
-        for lane in 0..LANES {
-            let is_free = colour[channel][lane] > 0.0;
-            luma[channel][lane] = if is_free {
-                directions.luma[channel]
-            } else {
-                0.0
-            };
-        }
-    }
-    let greys = Greys {
-        luma: load3::<V>(&luma),
-        rows: posed.cloud.sh_of(index),
-    };
-    const C1: f32 = 0.488_602_5;
-    let mut slope = [greys.of(3, -C1), greys.of(1, -C1), greys.of(2, C1)];
-    let (xx, yy, zz) = (x.mul(x), y.mul(y), z.mul(z));
-    let zero = V::all(0.0);
-    if count >= 9 {
-        const C2: [f32; 3] = [1.092_548_5, 0.315_391_57, 0.546_274_24];
-        greys.take(&mut slope, 4, C2[0], [y, x, zero]);
-        greys.take(&mut slope, 5, -C2[0], [zero, z, y]);
-        greys.take(
-            &mut slope,
-            6,
-            C2[1],
-            [times(-2.0, x), times(-2.0, y), times(4.0, z)],
-        );
-        greys.take(&mut slope, 7, -C2[0], [z, zero, x]);
-        greys.take(&mut slope, 8, C2[2], [times(2.0, x), times(-2.0, y), zero]);
-    }
-    if count >= 16 {
-        const C3: [f32; 5] = [
-            0.590_043_6,
-            2.890_611_4,
-            0.457_045_8,
-            0.373_176_34,
-            1.445_305_7,
-        ];
-        let (xy, xz, yz) = (x.mul(y), x.mul(z), y.mul(z));
-        let difference = times(3.0, xx.sub(yy));
-        greys.take(&mut slope, 9, -C3[0], [times(6.0, xy), difference, zero]);
-        greys.take(&mut slope, 10, C3[1], [yz, xz, xy]);
-        let (minus_xy, four_zz) = (times(-2.0, xy), times(4.0, zz));
-        let inner = four_zz.sub(xx).sub(times(3.0, yy));
-        greys.take(&mut slope, 11, -C3[2], [minus_xy, inner, times(8.0, yz)]);
-        let outer = times(6.0, zz).sub(times(3.0, xx.add(yy)));
-        greys.take(
-            &mut slope,
-            12,
-            C3[3],
-            [times(-6.0, xz), times(-6.0, yz), outer],
-        );
-        let inner = four_zz.sub(yy).sub(times(3.0, xx));
-        greys.take(&mut slope, 13, -C3[2], [inner, minus_xy, times(8.0, xz)]);
-        greys.take(
-            &mut slope,
-            14,
-            C3[4],
-            [times(2.0, xz), times(-2.0, yz), xx.sub(yy)],
-        );
-        greys.take(&mut slope, 15, -C3[0], [difference, times(-6.0, xy), zero]);
-    }
-    let turned = [
-        dot(&all3(&rotation[0]), &slope),
-        dot(&all3(&rotation[1]), &slope),
-        dot(&all3(&rotation[2]), &slope),
-    ];
-    let radial = dot(&turned, &in_camera);
-    for axis in 0..3 {
-        in_camera[axis]
-            .mul_sub_from(radial, turned[axis])
-            .mul(inverse_length)
-            .store(&mut out[axis]);
-    }
-    out
-}
-
-/// Grey coefficients of eight splats.
-struct Greys<'a, V> {
-    luma: [V; 3],
-    rows: &'a [Block],
-}
-
-impl<V: Lanes> Greys<'_, V> {
-    #[inline(always)]
-    fn of(&self, k: usize, gain: f32) -> V {
-        let sum = self.luma[0].mul(V::load(&self.rows[3 * k]));
-        let sum = self.luma[1].mul_add(V::load(&self.rows[3 * k + 1]), sum);
-        let sum = self.luma[2].mul_add(V::load(&self.rows[3 * k + 2]), sum);
-        sum.mul(V::all(gain))
-    }
-
-    /// Adds coefficient `k` times the slope of its basis function.
-    #[inline(always)]
-    fn take(&self, slope: &mut [V; 3], k: usize, gain: f32, along: [V; 3]) {
-        let share = self.of(k, gain);
-        slope[0] = share.mul_add(along[0], slope[0]);
-        slope[1] = share.mul_add(along[1], slope[1]);
-        slope[2] = share.mul_add(along[2], slope[2]);
-    }
-}
-
-#[inline(always)]
-fn times<V: Lanes>(factor: f32, value: V) -> V {
-    V::all(factor).mul(value)
-}
-
-#[inline(always)]
-fn column3<V: Lanes>(matrix: &[[f32; 3]; 3], column: usize) -> [V; 3] {
-    [
-        V::all(matrix[0][column]),
-        V::all(matrix[1][column]),
-        V::all(matrix[2][column]),
-    ]
-}
-
-/// The five quadratic coefficients, the constant and the grey of eight splats.
+/// The entries of a `Change` of eight splats.
 #[inline(always)]
 fn changes<V: Lanes>(
     geometry: &Geometry,
     grey_slope: &[Block; 3],
     twist: &Twist,
+    grey: V,
     antialias: bool,
-) -> [Block; 7] {
+) -> [V; 8] {
     const TWO_LN_2: f32 = 2.0 * std::f32::consts::LN_2;
     let at = load3::<V>(&geometry.at);
     let turn = all3::<V>(&twist.turn);
@@ -390,26 +220,27 @@ fn changes<V: Lanes>(
     let e_yy = c.mul(c).mul(yy);
     let scale = V::all(0.5 * TWO_LN_2 * TWO_LN_2);
     let double = V::all(TWO_LN_2 * TWO_LN_2);
-    let mut out = [[0.0; LANES]; 7];
     let lean = a.mul_add(centre[0], b.mul(centre[1]));
-    lean.mul(V::all(TWO_LN_2)).store(&mut out[0]);
-    c.mul(centre[1]).mul(V::all(TWO_LN_2)).store(&mut out[1]);
-    e_xx.mul(scale).store(&mut out[2]);
-    e_xy.mul(double).store(&mut out[3]);
-    e_yy.mul(scale).store(&mut out[4]);
+    let mut constant = V::all(0.0);
     if antialias {
         let gain = load3::<V>(&geometry.gain);
         let mixed = gain[1].mul(xy);
-        gain[0]
-            .mul_add(xx, gain[2].mul_add(yy, mixed.add(mixed)))
-            .store(&mut out[5]);
+        constant = gain[0].mul_add(xx, gain[2].mul_add(yy, mixed.add(mixed)));
     }
-    dot(&load3(grey_slope), &straight).store(&mut out[6]);
-    out
+    [
+        lean.mul(V::all(TWO_LN_2)),
+        c.mul(centre[1]).mul(V::all(TWO_LN_2)),
+        e_xx.mul(scale),
+        e_xy.mul(double),
+        e_yy.mul(scale),
+        constant,
+        dot(&load3(grey_slope), &straight),
+        grey,
+    ]
 }
 
 #[inline(always)]
-fn dot<V: Lanes>(p: &[V; 3], q: &[V; 3]) -> V {
+pub fn dot<V: Lanes>(p: &[V; 3], q: &[V; 3]) -> V {
     p[0].mul_add(q[0], p[1].mul_add(q[1], p[2].mul(q[2])))
 }
 

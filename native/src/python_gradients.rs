@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use rayon::ThreadPool;
@@ -11,8 +11,10 @@ use rayon::ThreadPool;
 use crate::camera::{Fisheye, Pinhole};
 use crate::curvature::Curved;
 use crate::pool::Pools;
-use crate::pose_gn::{Drawn, NormalSums, PoseEngine, Target};
+use crate::pose_gn::PoseEngine;
 use crate::pose_motion::{Directions, Twist};
+use crate::pose_sums::{NormalSums, Target};
+use crate::pose_tile::Drawn;
 use crate::project::{PosedCloud, View};
 use crate::python::{posed_clouds, view_of, PictureArrays, PreparedCloud};
 use crate::render::{Job, Picture};
@@ -92,17 +94,19 @@ pub struct Differentiator {
 #[pymethods]
 impl Differentiator {
     #[new]
-    #[pyo3(signature = (*, portable = false))]
-    fn new(portable: bool) -> Self {
-        Differentiator {
+    #[pyo3(signature = (*, instructions = None))]
+    fn new(instructions: Option<&str>) -> PyResult<Self> {
+        let simd = match instructions {
+            None => Simd::detect(),
+            Some(name) => Simd::named(name).ok_or_else(|| {
+                PyValueError::new_err(format!("instructions: this machine has no {name:?}"))
+            })?,
+        };
+        Ok(Differentiator {
             pools: Pools::default(),
-            simd: if portable {
-                Simd::SCALAR
-            } else {
-                Simd::detect()
-            },
+            simd,
             engines: PoseEngines::default(),
-        }
+        })
     }
 
     /// Draws as `Engine` does, and remembers how.
@@ -199,24 +203,8 @@ impl Differentiator {
         let clouds = [cloud];
         let objects = posed_clouds(&clouds, camera_from_object.as_slice()?)?;
         let pixels = view.width * view.height;
-        for array in &target {
-            let got = array.as_slice()?.len();
-            if got != pixels {
-                return Err(PyValueError::new_err(format!(
-                    "target: {got} values, wanted {pixels}"
-                )));
-            }
-        }
-        let target = Target {
-            grey: target[0].as_slice()?,
-            grey_weight: target[1].as_slice()?,
-            background: target[2].as_slice()?,
-            silhouette: target[3].as_slice()?,
-            silhouette_weight: target[4].as_slice()?,
-            occluder: target[5].as_slice()?,
-            gain,
-            bias,
-        };
+        let target = target_of(&target, pixels, gain, bias)?;
+        let twists = twists_of(&twists)?;
         let grey = PyArray1::zeros(py, pixels, false);
         let alpha = PyArray1::zeros(py, pixels, false);
         let pool = pool_of(&self.pools, threads)?;
@@ -226,14 +214,6 @@ impl Differentiator {
             simd: self.simd,
             pool: &pool,
         };
-        let twists: Vec<Twist> = twists
-            .as_slice()?
-            .chunks_exact(6)
-            .map(|row| Twist {
-                shift: std::array::from_fn(|axis| row[axis] as f32),
-                turn: std::array::from_fn(|axis| row[3 + axis] as f32),
-            })
-            .collect();
         let unknowns = twists.len() + 2;
         let sums = {
             let mut grey = grey.readwrite();
@@ -255,12 +235,7 @@ impl Differentiator {
                 })
             })
         };
-        let Some(sums) = sums else {
-            return Err(PyValueError::new_err(format!(
-                "twists: {} rows, wanted 3, 4 or 6",
-                unknowns - 2
-            )));
-        };
+        let sums = sums.expect("`twists_of` lets no other number through");
         Ok((
             sums.pairs[..unknowns * (unknowns + 1) / 2].to_vec(),
             sums.gradient[..unknowns].to_vec(),
@@ -418,6 +393,52 @@ impl Tape {
         }
         Ok(PictureGradients { rgb, alpha, depth })
     }
+}
+
+/// Six flat pictures in the order of `Differentiator::pose_normals`.
+fn target_of<'a>(
+    arrays: &'a [PyReadonlyArray1<'_, f32>; 6],
+    pixels: usize,
+    gain: f32,
+    bias: f32,
+) -> PyResult<Target<'a>> {
+    let flat = |place: usize| -> PyResult<&'a [f32]> {
+        let values = arrays[place].as_slice()?;
+        if values.len() == pixels {
+            return Ok(values);
+        }
+        Err(PyValueError::new_err(format!(
+            "target[{place}]: {} values, wanted {pixels}",
+            values.len()
+        )))
+    };
+    Ok(Target {
+        grey: flat(0)?,
+        grey_weight: flat(1)?,
+        background: flat(2)?,
+        silhouette: flat(3)?,
+        silhouette_weight: flat(4)?,
+        occluder: flat(5)?,
+        gain,
+        bias,
+    })
+}
+
+fn twists_of(rows: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<Twist>> {
+    let [count, columns] = [rows.shape()[0], rows.shape()[1]];
+    if ![3, 4, 6].contains(&count) || columns != 6 {
+        return Err(PyValueError::new_err(format!(
+            "twists: ({count}, {columns}) values, wanted 3, 4 or 6 rows of 6"
+        )));
+    }
+    Ok(rows
+        .as_slice()?
+        .chunks_exact(6)
+        .map(|row| Twist {
+            shift: std::array::from_fn(|axis| row[axis] as f32),
+            turn: std::array::from_fn(|axis| row[3 + axis] as f32),
+        })
+        .collect())
 }
 
 fn pool_of(pools: &Pools, threads: usize) -> PyResult<Arc<ThreadPool>> {

@@ -190,7 +190,11 @@ pub(crate) fn sort_by_depth(scratch: &mut Scratch) {
 pub(crate) fn bin_into_rows(job: &Job, scratch: &mut Scratch) {
     const BANDS_PER_THREAD: usize = 3;
     let rows_of_tiles = job.view.height.div_ceil(TILE);
-    let wanted = (rayon::current_num_threads() * BANDS_PER_THREAD).min(rows_of_tiles);
+    // Every band reads all boxes, which pays only where threads share the bands.
+    let wanted = match rayon::current_num_threads() {
+        1 => 1,
+        threads => (threads * BANDS_PER_THREAD).min(rows_of_tiles),
+    };
     let rows_per_band = rows_of_tiles.div_ceil(wanted);
     scratch
         .bands

@@ -1,9 +1,9 @@
 //! Which instructions to use: chosen at run time, never at build time.
 
 use crate::blend::{self, Tile, TileWork};
-use crate::lanes::{LaneWork, Portable};
+use crate::lanes::{LaneWork, PatchWork, Portable};
 #[cfg(target_arch = "x86_64")]
-use crate::{blend_avx2, blend_avx512, lanes_avx2};
+use crate::{blend_avx2, blend_avx512, lanes_avx2, lanes_avx512};
 
 /// An instruction set that this machine has; only `Simd::available` makes other ones than `SCALAR`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,6 +86,20 @@ impl Simd {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: `available` found AVX2 and FMA before it made these values.
             Level::Avx2 | Level::Avx512 => unsafe { lanes_avx2::run(work) },
+        }
+    }
+
+    /// Runs a kernel written for `Patch` with registers as wide as these instructions have.
+    #[inline(always)]
+    pub fn run_patches<W: PatchWork>(self, work: W) -> W::Output {
+        match self.0 {
+            Level::Scalar => work.run::<Portable>(),
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: `available` found AVX2 and FMA before it made this value.
+            Level::Avx2 => unsafe { lanes_avx2::run_patches(work) },
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: `available` found these sets before it made this value.
+            Level::Avx512 => unsafe { lanes_avx512::run_patches(work) },
         }
     }
 

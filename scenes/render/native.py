@@ -53,7 +53,7 @@ class NativeRenderer:
         self._prepare = _native.PreparedCloud
         self._still = _native.StillPicture
         self._engine = _native.Engine(portable=portable, instructions=instructions)
-        self._differentiator = _native.Differentiator(portable=self._engine.simd == "scalar")
+        self._differentiator = _native.Differentiator(instructions=self._engine.simd)
         self._clouds: OrderedDict[int, tuple[SplatCloud, _native.PreparedCloud]] = OrderedDict()
         self._lock = threading.Lock()
 

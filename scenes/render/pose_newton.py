@@ -25,6 +25,7 @@ from scenes.render.renderer import PosedSplats, RenderOptions
 
 FloatArray = NDArray[np.float64]
 Picture = NDArray[np.float32]
+Mask = NDArray[np.bool_]
 
 DegreesOfFreedom = Literal[3, 4, 6]
 
@@ -40,7 +41,7 @@ LUMA = (0.299, 0.587, 0.114)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PoseTarget:
-    """What the drawn object is compared with; every array is (H, W) float32.
+    """What the drawn object is compared with; every array is (H, W), float32 but for the mask.
 
     Attributes:
         grey: the picture's grey, 0..1.
@@ -51,6 +52,8 @@ class PoseTarget:
             `grey` that was multiplied by the silhouette.
         occluder_depth_m: splats further than this (z for a pinhole, range for a fisheye) are
             hidden; None and inf mean nothing is in front. `silhouette` is then the visible part's.
+        occluder_mask: bool, where something at no known depth hides the whole object; None means
+            nowhere.
     """
 
     grey: Picture
@@ -59,6 +62,7 @@ class PoseTarget:
     silhouette_weight: Picture | None = None
     background: Picture | None = None
     occluder_depth_m: Picture | None = None
+    occluder_mask: Mask | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,7 +165,8 @@ def normal_equations(
         options: `background` is ignored.
 
     Raises:
-        ValueError: names the argument, what it got and what it wants.
+        ValueError: names the argument, what it got and what it wants; also where greys, weights or
+            brightness are so large that the sums overflow.
     """
     if degrees_of_freedom not in get_args(DegreesOfFreedom):
         raise ValueError(f"degrees_of_freedom: got {degrees_of_freedom}, wanted 3, 4 or 6")
@@ -180,6 +185,12 @@ def normal_equations(
         luma=LUMA,
         brightness=(brightness.gain, brightness.bias),
     )
+    if not np.isfinite([*upper, *gradient, grey_cost, silhouette_cost]).all():
+        raise ValueError(
+            f"normal equations: sums are not finite (drawn grey up to {np.abs(grey).max():.3g}, "
+            f"target up to {np.abs(target.grey).max():.3g}, {brightness}), wanted greys, weights "
+            "and brightness whose products fit float32"
+        )
     unknowns = len(entries) + 2
     rows, columns = UPPER_TRIANGLE[unknowns]
     jtj = np.zeros((unknowns, unknowns))
@@ -288,20 +299,26 @@ def _flat_target(
         _flat("background", target.background, shape, 0.0),
         _flat("silhouette", target.silhouette, shape, 0.0),
         _flat("silhouette_weight", target.silhouette_weight, shape, 1.0),
-        _flat("occluder_depth_m", target.occluder_depth_m, shape, np.inf),
+        _flat_occluder(target, shape),
     )
+
+
+def _flat_occluder(target: PoseTarget, shape: tuple[int, int]) -> Picture:
+    """Depth and mask as one: a splat's depth is positive, so that depth 0 hides every splat."""
+    depth_m = _flat("occluder_depth_m", target.occluder_depth_m, shape, np.inf)
+    mask = target.occluder_mask
+    if mask is None:
+        return depth_m
+    if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_ or mask.shape != shape:
+        raise ValueError(f"target.occluder_mask: got {_described(mask)}, wanted bool {shape}")
+    return np.where(mask.ravel(), np.float32(0.0), depth_m)
 
 
 def _flat(name: str, values: Picture | None, shape: tuple[int, int], otherwise: float) -> Picture:
     if values is None:
         return np.full(shape[0] * shape[1], otherwise, dtype=np.float32)
     if not isinstance(values, np.ndarray) or values.dtype != np.float32 or values.shape != shape:
-        got = (
-            f"{values.dtype} {values.shape}"
-            if isinstance(values, np.ndarray)
-            else type(values).__name__
-        )
-        raise ValueError(f"target.{name}: got {got}, wanted float32 {shape}")
+        raise ValueError(f"target.{name}: got {_described(values)}, wanted float32 {shape}")
     is_bad = np.isnan(values) if name == "occluder_depth_m" else ~np.isfinite(values)
     if name.endswith("weight"):
         is_bad |= values < 0
@@ -312,3 +329,9 @@ def _flat(name: str, values: Picture | None, shape: tuple[int, int], otherwise: 
             f"{values[is_bad][0]}, wanted {wanted.get(name, 'no NaN')}"
         )
     return np.ascontiguousarray(values).ravel()
+
+
+def _described(values: object) -> str:
+    if isinstance(values, np.ndarray):
+        return f"{values.dtype} {values.shape}"
+    return type(values).__name__

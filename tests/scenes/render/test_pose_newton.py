@@ -121,6 +121,79 @@ def test_an_occluder_hides_what_lies_behind_it(native, drawn_cloud, small_lens):
     assert np.abs((got.jtj - wanted.jtj) / np.outer(scale, scale)).max() <= 1e-5
 
 
+def test_an_occluder_hides_pixel_by_pixel(native, drawn_cloud, small_lens):
+    """A near edge over the left half: there only what lies before it, right of it everything."""
+    posed = drawn_cloud(OBJECT_POSE, small_lens, CAMERA_POSE, RenderOptions(), seed=5, count=60)
+    in_camera = (CAMERA_POSE.inverse() @ OBJECT_POSE) @ posed.cloud.means.astype(np.float64)
+    is_pinhole = isinstance(small_lens, Pinhole)
+    depths = in_camera[:, 2] if is_pinhole else np.linalg.norm(in_camera, axis=1)
+    limit = float(np.median(depths)) + 1e-3
+    near = PosedSplats(posed.cloud.select(depths < limit), OBJECT_POSE)
+    free = random_target(small_lens, np.random.default_rng(2))
+    is_left = np.zeros(free.grey.shape, dtype=bool)
+    is_left[:, : is_left.shape[1] // 2 + 1] = True
+
+    def weighted(where, **more):
+        """The target, counted in some pixels alone."""
+        return replace(
+            free,
+            grey_weight=np.where(where, free.grey_weight, 0).astype(np.float32),
+            silhouette_weight=np.where(where, free.silhouette_weight, 0).astype(np.float32),
+            **more,
+        )
+
+    edge = np.where(is_left, limit, np.inf).astype(np.float32)
+    hidden = replace(free, occluder_depth_m=edge)
+    got = normal_equations(native, posed, small_lens, CAMERA_POSE, hidden)
+    left = normal_equations(native, near, small_lens, CAMERA_POSE, weighted(is_left))
+    right = normal_equations(native, posed, small_lens, CAMERA_POSE, weighted(~is_left))
+    assert (left.alpha[is_left] < right.alpha[is_left]).any()
+    np.testing.assert_allclose(
+        got.alpha, np.where(is_left, left.alpha, right.alpha), rtol=0, atol=1e-6
+    )
+    wanted = left.jtj + right.jtj
+    scale = np.sqrt(np.diag(wanted))
+    assert np.abs((got.jtj - wanted) / np.outer(scale, scale)).max() <= 1e-5
+    assert got.cost == pytest.approx(left.cost + right.cost, rel=1e-5)
+
+
+def test_a_masked_pixel_shows_no_object(native, drawn_cloud, small_lens):
+    posed = drawn_cloud(OBJECT_POSE, small_lens, CAMERA_POSE, RenderOptions(), seed=8, count=60)
+    free = random_target(small_lens, np.random.default_rng(4))
+    mask = np.random.default_rng(5).random(free.grey.shape) < 0.4
+    masked = replace(free, occluder_mask=mask)
+    ignored = replace(
+        free,
+        grey_weight=np.where(mask, 0, free.grey_weight).astype(np.float32),
+        silhouette_weight=np.where(mask, 0, free.silhouette_weight).astype(np.float32),
+    )
+    got = normal_equations(native, posed, small_lens, CAMERA_POSE, masked)
+    wanted = normal_equations(native, posed, small_lens, CAMERA_POSE, ignored)
+    assert wanted.alpha[mask].max() > 0.1
+    assert (got.alpha[mask] == 0).all()
+    assert (got.grey[mask] == 0).all()
+    np.testing.assert_array_equal(got.alpha[~mask], wanted.alpha[~mask])
+    np.testing.assert_allclose(got.jtj, wanted.jtj, rtol=1e-6, atol=1e-6 * np.abs(got.jtj).max())
+    np.testing.assert_allclose(got.jtr, wanted.jtr, rtol=1e-6, atol=1e-6 * np.abs(got.jtr).max())
+
+
+def test_a_mask_and_a_depth_hide_together(native, ball):
+    """A splat 2 m away: hidden by the mask on the left, by the near occluder above."""
+    posed = PosedSplats(ball((0, 0, 2.0), sigma_m=0.3), Pose.identity())
+    camera = Pinhole.from_fov(40, 40, 0.8)
+    blank = np.zeros((40, 40), np.float32)
+    depth_m = np.full((40, 40), np.inf, np.float32)
+    depth_m[:20] = 1.5
+    depth_m[20:] = 2.5
+    mask = np.zeros((40, 40), bool)
+    mask[:, :20] = True
+    target = PoseTarget(blank, blank, occluder_depth_m=depth_m, occluder_mask=mask)
+    alpha = normal_equations(native, posed, camera, Pose.identity(), target).alpha
+    assert (alpha[:20] == 0).all()
+    assert (alpha[:, :20] == 0).all()
+    assert (alpha[20:, 20:] > 0).any()
+
+
 def test_pixels_of_weight_zero_do_not_count(native, drawn_cloud, small_lens):
     posed = drawn_cloud(OBJECT_POSE, small_lens, CAMERA_POSE, RenderOptions(), seed=6, count=40)
     target = random_target(small_lens, np.random.default_rng(3))
@@ -156,6 +229,24 @@ def test_the_number_of_threads_changes_nothing(native, wild_cloud, camera):
         for name in ("jtj", "jtr", "grey", "alpha"):
             np.testing.assert_array_equal(getattr(many, name), getattr(one, name))
         assert (many.grey_cost, many.silhouette_cost) == (one.grey_cost, one.silhouette_cost)
+
+
+def test_wider_vectors_draw_the_same_bits(wild_cloud, camera):
+    """Sums differ in their last digits, since lanes are added in another order."""
+    posed = PosedSplats(wild_cloud(1500, degree=1, seed=3), Pose.from_yaw(0.4))
+    pose = Pose(np.eye(3), [0.0, 0.0, -1.0])
+    target = random_target(camera, np.random.default_rng(0))
+    vectors = [name for name in NativeRenderer().available_instructions() if name != "scalar"]
+    if len(vectors) < 2:
+        pytest.skip("this machine has vectors of one width at most")
+    narrow, wide = (
+        normal_equations(NativeRenderer(instructions=name), posed, camera, pose, target)
+        for name in vectors
+    )
+    np.testing.assert_array_equal(wide.grey, narrow.grey)
+    np.testing.assert_array_equal(wide.alpha, narrow.alpha)
+    scale = np.sqrt(np.diag(narrow.jtj))
+    assert np.abs((wide.jtj - narrow.jtj) / np.outer(scale, scale)).max() <= 1e-6
 
 
 def test_grey_and_alpha_are_the_renderers(native, wild_cloud, camera):
@@ -302,6 +393,12 @@ def test_a_turn_is_about_the_objects_own_origin(native, ball):
         ),
         ({"grey": np.full((10, 20), np.inf, np.float32)}, r"target.grey: 200 of 200 values"),
         ({"occluder_depth_m": np.full((10, 20), np.nan, np.float32)}, r"target.occluder_depth_m"),
+        (
+            {"occluder_mask": np.zeros((10, 20), np.uint8)},
+            r"target.occluder_mask: got uint8 \(10, 20\), wanted bool \(10, 20\)",
+        ),
+        ({"occluder_mask": np.zeros((20, 10), bool)}, r"target.occluder_mask: got bool \(20, 10\)"),
+        ({"occluder_mask": [True]}, r"target.occluder_mask: got list, wanted bool"),
     ],
 )
 def test_wrong_targets_are_refused(native, ball, change, message):
