@@ -17,6 +17,7 @@ mod lanes_avx2;
 #[cfg(target_arch = "x86_64")]
 mod lanes_avx512;
 pub mod pool;
+pub mod pose_frame;
 pub mod pose_gn;
 pub mod pose_grey;
 pub mod pose_motion;

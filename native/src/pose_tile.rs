@@ -14,6 +14,7 @@ use crate::blend::{
 };
 use crate::ewa::Judge;
 use crate::lanes::{alpha_of, mask_of, of_lanes, power_at, whitened, Patch, PatchWork};
+use crate::pose_frame::{corner, Frame};
 use crate::pose_motion::{Motion, CONSTANT, GREY, GREY_SLOPE};
 use crate::pose_sums::{NormalSums, PatchSums, Target, TargetPatch};
 use crate::project::{Needle, Record, STEP_DOUBT};
@@ -85,62 +86,6 @@ impl<const D: usize, const ANTIALIAS: bool> PatchWork for PoseRow<'_, D, ANTIALI
         }
         sums
     }
-}
-
-/// Where a tile lies in a strip of the picture, and how much of it.
-struct Frame {
-    /// Pixels along the strip.
-    width: usize,
-    left: usize,
-    columns: usize,
-    rows: usize,
-}
-
-impl Frame {
-    /// A picture's values at the pixels of a patch; 0 outside the picture.
-    #[inline(always)]
-    fn patch_of<V: Patch>(&self, strip: &[f32], patch: usize) -> V {
-        let [x, y] = corner::<V>(patch);
-        if self.columns == TILE && self.rows == TILE {
-            return V::of_picture(&strip[y * self.width + self.left + x..], self.width);
-        }
-        of_lanes(|lane| {
-            let (x, y) = (x + lane % BLOCK_WIDTH, y + lane / BLOCK_WIDTH);
-            if x < self.columns && y < self.rows {
-                strip[y * self.width + self.left + x]
-            } else {
-                0.0
-            }
-        })
-    }
-
-    /// Writes a patch into a strip of a picture.
-    #[inline(always)]
-    fn put<V: Patch>(&self, strip: &mut [f32], patch: usize, value: V) {
-        let [x, y] = corner::<V>(patch);
-        let mut lanes = V::Array::default();
-        value.store(&mut lanes);
-        if x >= self.columns {
-            return;
-        }
-        let count = BLOCK_WIDTH.min(self.columns - x);
-        for (row, from) in lanes.as_ref().chunks_exact(BLOCK_WIDTH).enumerate() {
-            if y + row < self.rows {
-                let first = (y + row) * self.width + self.left + x;
-                strip[first..first + count].copy_from_slice(&from[..count]);
-            }
-        }
-    }
-}
-
-/// Column and row, in its tile, of a patch's first pixel.
-#[inline(always)]
-fn corner<V: Patch>(patch: usize) -> [usize; 2] {
-    let height = V::LANES / BLOCK_WIDTH;
-    [
-        patch % BLOCKS_ACROSS * BLOCK_WIDTH,
-        patch / BLOCKS_ACROSS * height,
-    ]
 }
 
 /// What the pixels of a patch have gathered, and how it changes.
