@@ -20,6 +20,7 @@ BAKE_SEED = 2026
 _SOURCES = (
     "*.py",
     "samples/*.py",
+    "samples/data/*.npz",
     "formats/*.py",
     *(f"prepare/{part}.py" for part in ("bake", "discs", "spacing", "surface")),
 )

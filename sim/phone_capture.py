@@ -105,7 +105,7 @@ def write_video(
     stream.seek(0)
     folder.mkdir(parents=True, exist_ok=True)
     with (
-        av.open(stream, format="h264") as source,
+        av.open(stream, "r", format="h264") as source,
         av.open(str(folder / VIDEO), "w") as target,
     ):
         track = target.add_stream_from_template(source.streams.video[0])

@@ -198,7 +198,7 @@ def _clear_plan(room: PhysicalRoom, above_m: float) -> tuple[FloatArray, FloatAr
         if corners[:, 2].max() > above_m:
             plan = np.round((corners[:, :2] - low) / CELL_M + 0.5).astype(np.int32)
             cv2.fillConvexPoly(free, cv2.convexHull(plan), 0)
-    clear = CELL_M * cv2.distanceTransform(free, cv2.DIST_L2, 5).astype(np.float64)
+    clear = CELL_M * np.asarray(cv2.distanceTransform(free, cv2.DIST_L2, 5), np.float64)
     return clear, low
 
 

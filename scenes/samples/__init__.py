@@ -2,26 +2,42 @@
 
 from __future__ import annotations
 
+from types import ModuleType
+
 from scenes.mesh import PhysicalRoom
 from scenes.samples import desk, lab
+from scenes.samples.light import UnlitRoom
 
-_BUILDERS = {"lab": lab.build, "desk": desk.build}
+_ROOMS = {"lab": lab, "desk": desk}
 
-SAMPLE_NAMES = tuple(_BUILDERS)
+SAMPLE_NAMES = tuple(_ROOMS)
 """Names that `sample_room` knows."""
 
 
 def sample_room(name: str) -> PhysicalRoom:
     """A built-in room, the same one each time.
 
-    The first call after a change lights the room (some 10 s); later ones read it from the user's
-    cache folder.
+    The first call after a change draws the room's pictures (some seconds); later ones read them
+    from the user's cache folder.
 
     Raises:
         ValueError: no such room; the message lists those there are.
     """
-    if name not in _BUILDERS:
+    return _module(name).build()
+
+
+def unlit_room(name: str) -> UnlitRoom:
+    """What never moves in a built-in room, before there is light.
+
+    Raises:
+        ValueError: no such room; the message lists those there are.
+    """
+    return _module(name).unlit()
+
+
+def _module(name: str) -> ModuleType:
+    if name not in _ROOMS:
         raise ValueError(
             f"sample room {name!r}: there is none; wanted one of {', '.join(SAMPLE_NAMES)}"
         )
-    return _BUILDERS[name]()
+    return _ROOMS[name]

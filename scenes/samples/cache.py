@@ -1,4 +1,4 @@
-"""Keeps the lit part of a room on disk: lighting takes seconds, and the result never changes.
+"""Keeps the lit part of a room on disk: drawing takes seconds, and the result never changes.
 
 A file belongs to exactly one state of this package's sources; older ones are removed.
 """
@@ -21,6 +21,9 @@ import platformdirs
 
 from scenes.mesh import BoxPart, QrCode, TexturedMesh
 from scenes.pose import Pose
+from scenes.samples.atlas import mesh_from_surfaces
+from scenes.samples.light import UnlitRoom, lit, texels_of
+from scenes.samples.light_file import DATA, load_light
 
 log = logging.getLogger(__name__)
 
@@ -32,6 +35,22 @@ class StaticPart:
     mesh: TexturedMesh
     solids: tuple[BoxPart, ...]
     codes: tuple[QrCode, ...]
+
+
+def static_part(name: str, unlit: Callable[[], UnlitRoom]) -> StaticPart:
+    """The static part of a built-in room under its traced light, from the cache where it is there.
+
+    Raises:
+        ValueError: the light was traced for a room of another shape.
+    """
+
+    def build() -> StaticPart:
+        room = unlit()
+        light = load_light(DATA / f"{name}.npz", texels_of(room.surfaces))
+        mesh = mesh_from_surfaces(lit(room.surfaces, light), width_px=4096)
+        return StaticPart(mesh, room.solids, room.codes)
+
+    return cached(name, build)
 
 
 def cached(name: str, build: Callable[[], StaticPart], *, folder: Path | None = None) -> StaticPart:
@@ -116,8 +135,8 @@ def load(path: Path) -> StaticPart:
 
 
 def _sources_hash() -> str:
-    """Changes with this package's code and with the libraries that draw."""
+    """Changes with this package's code and light, and with the libraries that draw."""
     digest = hashlib.sha256(f"{np.__version__} {cv2.__version__}".encode())
-    for source in sorted(Path(__file__).parent.glob("*.py")):
+    for source in sorted([*Path(__file__).parent.glob("*.py"), *DATA.glob("*.npz")]):
         digest.update(source.read_bytes())
     return digest.hexdigest()[:16]

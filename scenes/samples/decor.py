@@ -113,7 +113,7 @@ def window(
         world_from_wall.rotation @ np.array([2 * w, 0, 0]),
         world_from_wall.rotation @ np.array([0, 2 * h, 0]),
     )
-    return AreaLight(corner, across, up, (0.93 * power, power, 1.09 * power), (4, 4))
+    return AreaLight(corner, across, up, (0.93 * power, power, 1.09 * power))
 
 
 def _curtain(x0: float, x1: float, y0: float, y1: float, cloth: Material) -> Surface:
@@ -158,8 +158,8 @@ def ceiling_lamp(
     across, along = np.array([w, 0.0, 0.0]), np.array([0.0, d, 0.0])
     tint = np.array([1.0, 0.94, 0.83])
     return [
-        AreaLight(down, along, across, tuple((power * tint).tolist()), (3, 2)),
-        AreaLight(up, across, along, tuple((0.6 * power * tint).tolist()), (2, 3)),
+        AreaLight(down, along, across, tuple((power * tint).tolist())),
+        AreaLight(up, across, along, tuple((0.6 * power * tint).tolist())),
     ]
 
 
@@ -294,7 +294,7 @@ def sofa(room: RoomSet, at: tuple[float, float], rng: np.random.Generator) -> No
         solid = prism(outline, profile, side=cloth, caps="+", cell_m=STATIC_CELL_M)
         room.add(*placed(solid, foot @ Pose.from_yaw(0.0, (x, y, 0.0))))
 
-    base = box((0.14, 0.1, 0.12), (1.61, 0.78, 0.28), material=cloth, faces="+y-z")
+    base = box((0.14, 0.1, 0.12), (1.61, 0.78, 0.28), material=cloth, faces="+y+z-z")
     room.add(*placed(base, foot))
     for x in (0.505, 1.245):
         cushion(x, 0.47, (0.725, 0.62), (0.28, 0.46))

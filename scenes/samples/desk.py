@@ -10,10 +10,9 @@ from scenes.frames import look_at
 from scenes.mesh import PhysicalObject, PhysicalRoom
 from scenes.pose import Pose
 from scenes.samples import decor, wall_art
-from scenes.samples.atlas import mesh_from_surfaces
-from scenes.samples.cache import StaticPart, cached
+from scenes.samples.cache import static_part
 from scenes.samples.furniture import RoomSet, shelf_unit, table
-from scenes.samples.light import lit
+from scenes.samples.light import UnlitRoom
 from scenes.samples.movables import book, mug, parcel
 from scenes.samples.shapes import STATIC_CELL_M
 from scenes.samples.shell import Shell, shell
@@ -27,7 +26,7 @@ TOWARDS_WINDOW = np.array([-0.78, 0.25, 0.57]) / np.linalg.norm([-0.78, 0.25, 0.
 
 def build() -> PhysicalRoom:
     """The room, lit; the same one each time."""
-    static = cached("desk", _static_part)
+    static = static_part("desk", unlit)
     return PhysicalRoom(
         name="desk",
         static=(static.mesh,),
@@ -50,14 +49,15 @@ def _objects() -> tuple[PhysicalObject, ...]:
     )
 
 
-def _static_part() -> StaticPart:
+def unlit() -> UnlitRoom:
+    """What never moves, before there is light."""
     rng = np.random.default_rng(2026)
     room = RoomSet()
     floor = parquet(rng, (186, 150, 110), mm_per_px=4.0)(*(BOX.high - BOX.low)[:2].tolist())
     shell(room, BOX, rng, floor=floor, walls={"+y": (214, 204, 186)})
     lights = [
-        decor.window(room, BOX.wall("-x", 0.5, 1.55), (1.5, 1.3), rng, power=12.0),
-        *decor.ceiling_lamp(room, (-0.14, -0.5), (0.14, 0.7), ceiling_m=BOX.high[2], power=5.5),
+        decor.window(room, BOX.wall("-x", 0.5, 1.55), (1.5, 1.3), rng, power=14.0),
+        *decor.ceiling_lamp(room, (-0.14, -0.5), (0.14, 0.7), ceiling_m=BOX.high[2], power=4.8),
     ]
     top = wood(rng, (214, 182, 140), mm_per_px=2.0)
     table(room, TABLE_LOW, TABLE_HIGH, top=top, legs=plain((226, 226, 222)))
@@ -90,12 +90,12 @@ def _static_part() -> StaticPart:
         card, code = decor.code(BOX.wall(side, along, z), f"nexus:desk:{number}", 0.20)
         room.add(*card)
         codes.append(code)
-    surfaces = lit(
-        room.surfaces,
-        lights,
+    return UnlitRoom(
+        "desk",
+        tuple(room.surfaces),
+        tuple(room.solids),
+        tuple(codes),
+        tuple(lights),
         reference=np.array([0.0, 0.3, TABLE_HIGH[2] + STATIC_CELL_M]),
-        level=0.92,
-        rng=rng,
+        level=0.97,
     )
-    mesh = mesh_from_surfaces(surfaces, width_px=4096)
-    return StaticPart(mesh, tuple(room.solids), tuple(codes))

@@ -10,10 +10,9 @@ from scenes.frames import look_at
 from scenes.mesh import PhysicalObject, PhysicalRoom, QrCode
 from scenes.pose import Pose
 from scenes.samples import decor, wall_art
-from scenes.samples.atlas import mesh_from_surfaces
-from scenes.samples.cache import StaticPart, cached
+from scenes.samples.cache import static_part
 from scenes.samples.furniture import RoomSet, shelf_unit, table
-from scenes.samples.light import AreaLight, lit
+from scenes.samples.light import AreaLight, UnlitRoom
 from scenes.samples.movables import book, chair, stool
 from scenes.samples.shapes import Picture
 from scenes.samples.shell import Shell, floor_with_rug, shell
@@ -28,7 +27,7 @@ TOWARDS_WINDOW = np.array([-0.80, 0.18, 0.57]) / np.linalg.norm([-0.80, 0.18, 0.
 
 def build() -> PhysicalRoom:
     """The room, lit; the same one each time."""
-    static = cached("lab", _static_part)
+    static = static_part("lab", unlit)
     return PhysicalRoom(
         name="lab",
         static=(static.mesh,),
@@ -52,7 +51,8 @@ def _objects() -> tuple[PhysicalObject, ...]:
     )
 
 
-def _static_part() -> StaticPart:
+def unlit() -> UnlitRoom:
+    """What never moves, before there is light."""
     rng = np.random.default_rng(2025)
     room = RoomSet()
     boards = parquet(rng, (196, 158, 114), mm_per_px=3.0)
@@ -63,19 +63,25 @@ def _static_part() -> StaticPart:
     _along_the_far_wall(room, rng)
     _desk(room, rng)
     decor.sofa(room, (0.55, -2.46), rng)
-    surfaces = lit(room.surfaces, lights, reference=np.array([0.0, 0.6, 0.01]), level=0.92, rng=rng)
-    mesh = mesh_from_surfaces(surfaces, width_px=4096)
-    return StaticPart(mesh, tuple(room.solids), codes)
+    return UnlitRoom(
+        "lab",
+        tuple(room.surfaces),
+        tuple(room.solids),
+        codes,
+        tuple(lights),
+        reference=np.array([0.0, 0.6, 0.01]),
+        level=0.97,
+    )
 
 
 def _window_and_lamps(room: RoomSet, rng: np.random.Generator) -> list[AreaLight]:
-    daylight = decor.window(room, BOX.wall("-x", 0.55, 1.62), (1.9, 1.35), rng, power=14.0)
+    daylight = decor.window(room, BOX.wall("-x", 0.55, 1.62), (1.9, 1.35), rng, power=17.0)
     decor.radiator(room, BOX.wall("-x", 0.55, 0.40), (1.3, 0.5))
     lamps = [
         lamp
         for x in (-1.3, 1.2)
         for lamp in decor.ceiling_lamp(
-            room, (x - 0.14, -0.65), (x + 0.14, 0.75), ceiling_m=BOX.high[2], power=6.5
+            room, (x - 0.14, -0.65), (x + 0.14, 0.75), ceiling_m=BOX.high[2], power=5.5
         )
     ]
     return [daylight, *lamps]

@@ -190,8 +190,8 @@ def window_view(rng: np.random.Generator, width_px: int, height_px: int) -> Pict
         leaf = 1 + 0.07 * noise(rng, (h, w), cell_px=(10, 12))
         inside = np.clip((rows - line) * h / 8, 0, 1)[..., None]
         image = image * (1 - inside) + inside * leaf[..., None] * np.asarray(colour, np.float32)
-    blurred = cv2.GaussianBlur(image.astype(np.float32), (0, 0), 4.0)
-    return np.clip(0.8 * blurred + 58, 0, 255).astype(np.uint8)
+    blurred = cv2.GaussianBlur(image.astype(np.float32), (0, 0), 2.6)
+    return np.clip(0.88 * blurred + 34, 0, 255).astype(np.uint8)
 
 
 def rug(rng: np.random.Generator, height_px: int, width_px: int) -> FloatArray:
