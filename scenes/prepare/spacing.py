@@ -22,6 +22,7 @@ from scenes.prepare.surface import (
     positions,
     scatter,
 )
+from scenes.zcurve import z_order
 
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.int64]
@@ -287,7 +288,7 @@ def _systematic(
     pool: Sites, weight: FloatArray, count: int, rng: np.random.Generator
 ) -> IndexArray:
     """Indices drawn in proportion to `weight` at even steps along a space-filling curve."""
-    order = _morton_order(pool.where)
+    order = z_order(pool.where)
     cumulative = np.cumsum(weight[order])
     ticks = (np.arange(count) + rng.uniform(0.2, 0.8, count)) / count * cumulative[-1]
     return order[np.unique(np.searchsorted(cumulative, ticks).clip(0, len(order) - 1))]
@@ -317,14 +318,3 @@ def _uncrowded(sites: Sites, count: int) -> Sites:
             break
         alive[worst] = False
     return sites.select(np.flatnonzero(alive))
-
-
-def _morton_order(where: FloatArray) -> IndexArray:
-    low = where.min(axis=0)
-    cell = max(float(np.ptp(where, axis=0).max()), 1e-9) / 2**16
-    grid = ((where - low) / cell).astype(np.uint64).clip(0, 2**16 - 1)
-    code = np.zeros(len(where), dtype=np.uint64)
-    for bit in range(16):
-        for axis in range(3):
-            code |= ((grid[:, axis] >> np.uint64(bit)) & np.uint64(1)) << np.uint64(3 * bit + axis)
-    return np.argsort(code, kind="stable")

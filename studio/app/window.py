@@ -156,8 +156,9 @@ class StudioWindow(QMainWindow):
         if self._painter is None or orbit is None:
             return
         scale = min(1.0, MAX_WIDTH_PX / max(self.twin.width(), 1))
-        width = max(16, round(self.twin.width() * scale))
-        height = max(16, round(self.twin.height() * scale))
+        # Even sizes: a picture of half the size shows exactly the same.
+        width = 2 * max(8, round(0.5 * self.twin.width() * scale))
+        height = 2 * max(8, round(0.5 * self.twin.height() * scale))
         camera = Pinhole.from_fov(width, height, FIELD_OF_VIEW)
         self._painter.show(View(self._state, camera, orbit.world_from_camera()))
 
