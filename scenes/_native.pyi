@@ -92,10 +92,39 @@ class Tape:
     ) -> list[_ObjectGradients]:
         """Per object: flat gradients of means, scales, rotations, opacities, sh, and a twist."""
 
-    def blend_times(
+class Probe:
+    """The stages of a recorded picture, each to be timed from outside; for benchmarks.
+
+    Each stage needs those above it to have run. Threads are the recording's, but where it says so.
+    """
+
+    def __init__(self, tape: Tape) -> None: ...
+    def project(self) -> None:
+        """Cull and project."""
+
+    def sort(self) -> None:
+        """Sort what `project` found by depth; call it once after each `project`."""
+
+    def bin(self) -> None:
+        """List the splats of every tile."""
+
+    def blend(self, instructions: str) -> None:
+        """Blend every tile on one thread with a kernel of `Engine.available`; keeps nothing."""
+
+    def count_lanes(self, instructions: str) -> tuple[int, int]:
+        """Samples that `blend` changes a pixel with, and all lanes of its registers."""
+
+    def draw(self) -> None:
+        """Blend the picture with the recording's threads, into memory kept for it."""
+
+    def blend_back(
         self, d_rgb: NDArray[np.float32], d_alpha: NDArray[np.float32], d_depth: NDArray[np.float32]
-    ) -> tuple[int, int]:
-        """Nanoseconds of one more forward blend and of the backward blend, for benchmarks."""
+    ) -> None:
+        """Blend backwards; flat arrays."""
+
+    @staticmethod
+    def blend_everywhere(instructions: str, times: int) -> int:
+        """Run a kernel's inner loop alone, all lanes in use; how many, 0 for "scalar"."""
 
 class Differentiator:
     """Draws pictures that can be differentiated; keeps threads between them."""

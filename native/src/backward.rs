@@ -5,11 +5,8 @@
 //! lies behind: with worth s of the splat itself, d loss / d ln(alpha) = weight · (s - B). Nothing is
 //! divided and nothing cancels, which a front-to-back replay does behind nearly opaque splats.
 
-use crate::bin::TILE;
-use crate::blend::{
-    TileSplat, TileWork, ALPHA_MAX, BLOCKS, BLOCKS_ACROSS, BLOCK_HEIGHT, BLOCK_PIXELS, BLOCK_WIDTH,
-    TRANSMITTANCE_STOP,
-};
+use crate::batch;
+use crate::blend::{TileSplat, TileWork, ALPHA_MAX, BLOCKS, BLOCK_PIXELS, TRANSMITTANCE_STOP};
 use crate::lanes::{
     all3, alpha_of, live_blocks, load3, mask_of, pixels_of, power_at, whitened, Block, LaneWork,
     Lanes,
@@ -17,7 +14,7 @@ use crate::lanes::{
 use crate::project::STEP_DOUBT;
 
 /// Splats between two looks at which blocks still take light.
-const SPLATS_PER_CHECK: usize = 32;
+pub const SPLATS_PER_CHECK: usize = 32;
 
 /// Sums of one splat over the pixels of a tile, with G = d loss / d ln(alpha), weight w and whitened
 /// offsets u, v: G, Gu, Gv, Guu, Guv, Gvv, w·d loss/d(red, green, blue), w·d loss/d(depth sum).
@@ -48,11 +45,17 @@ impl PixelGradients {
 /// What the first sweep leaves for the second; kept between tiles for its memory.
 #[derive(Default)]
 pub struct Samples {
-    /// Alpha and weight of every (splat, block), in order.
-    values: Vec<[Block; 2]>,
-    /// Splats that touched anything, and the blocks they touched.
-    splats: Vec<(u32, u32, TileSplat)>,
+    /// Alpha and weight of every (splat, block), in order; kernels sixteen wide write a sample of
+    /// alphas and one of weights for every (splat, square).
+    pub values: Vec<Sample>,
+    /// Splats that touched anything: their place in the tile's list and the patches they touched.
+    pub splats: Vec<(u32, u32, TileSplat)>,
 }
+
+/// Two values for each pixel of a block, or one for each of a square.
+#[derive(Clone, Copy)]
+#[repr(C, align(64))]
+pub struct Sample(pub [Block; 2]);
 
 /// One tile's backward pass.
 pub struct BackwardTile<'a> {
@@ -117,9 +120,9 @@ impl BackwardTile<'_> {
                 alpha
                     .mul_sub_from(transmittance, transmittance)
                     .store(&mut self.transmittance[block]);
-                let mut sample = [[0.0; BLOCK_PIXELS]; 2];
-                alpha.store(&mut sample[0]);
-                alpha.mul(transmittance).store(&mut sample[1]);
+                let mut sample = Sample([[0.0; BLOCK_PIXELS]; 2]);
+                alpha.store(&mut sample.0[0]);
+                alpha.mul(transmittance).store(&mut sample.0[1]);
                 samples.values.push(sample);
             }
         }
@@ -141,7 +144,7 @@ impl BackwardTile<'_> {
                 let Some(sample) = values.next() else {
                     return;
                 };
-                let weight = V::load(&sample[1]);
+                let weight = V::load(&sample.0[1]);
                 let (sum, mean) = (V::load(&weights[block]), V::load(&depths[block]));
                 sum.add(weight).store(&mut weights[block]);
                 weight.mul_add(depth, mean).store(&mut depths[block]);
@@ -178,7 +181,7 @@ impl BackwardTile<'_> {
                 let Some(sample) = values.next() else {
                     return;
                 };
-                let (alpha, weight) = (V::load(&sample[0]), V::load(&sample[1]));
+                let (alpha, weight) = (V::load(&sample.0[0]), V::load(&sample.0[1]));
                 let (x, y) = pixels_of::<V>(block);
                 let (u, v) = whitened(splat, x, y);
                 let d_colour = load3::<V>(&self.gradients.colour[block]);
@@ -221,17 +224,67 @@ impl BackwardTile<'_> {
     }
 }
 
-/// Takes the lanes of `doubtful` (one bit each) to the judge; the others keep their verdict.
-#[cold]
-#[inline(never)]
+/// `batch::settle` for a block.
 pub fn settle(work: &TileWork, slot: u32, block: usize, verdict: u32, doubtful: u32) -> u32 {
-    let mut verdict = verdict;
-    for lane in (0..BLOCK_PIXELS).filter(|lane| doubtful >> lane & 1 == 1) {
-        let x = block % BLOCKS_ACROSS * BLOCK_WIDTH + lane % BLOCK_WIDTH;
-        let y = block / BLOCKS_ACROSS * BLOCK_HEIGHT + lane / BLOCK_WIDTH;
-        debug_assert!(x < TILE && y < TILE);
-        let is_drawn = work.is_drawn(slot, x, y);
-        verdict = verdict & !(1 << lane) | u32::from(is_drawn) << lane;
+    batch::settle::<BLOCK_PIXELS>(work, slot, block, verdict, doubtful)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simd::tests::{for_every_work, Noise};
+    use crate::simd::Simd;
+
+    fn noisy_gradients(has_depth: bool) -> PixelGradients {
+        let mut noise = Noise::new(11);
+        let mut gradients = PixelGradients::ZERO;
+        for block in 0..BLOCKS {
+            for lane in 0..BLOCK_PIXELS {
+                for channel in 0..3 {
+                    gradients.colour[block][channel][lane] = noise.next() - 0.5;
+                }
+                gradients.constant[block][lane] = noise.next() - 0.5;
+                if has_depth {
+                    gradients.depth[block][lane] = noise.next() - 0.5;
+                }
+            }
+        }
+        gradients.has_depth = has_depth;
+        gradients
     }
-    verdict
+
+    fn sums_of(simd: Simd, work: &TileWork, has_depth: bool) -> Vec<Sums> {
+        let mut sums = vec![[0.0; SUMS]; work.slots.len()];
+        let mut transmittance = [[1.0; BLOCK_PIXELS]; BLOCKS];
+        transmittance[3] = [0.0; BLOCK_PIXELS];
+        simd.run_backward(BackwardTile {
+            work: *work,
+            transmittance,
+            gradients: &mut noisy_gradients(has_depth),
+            samples: &mut Samples::default(),
+            sums: &mut sums,
+        });
+        sums
+    }
+
+    #[test]
+    fn every_set_agrees_with_the_portable_kernel() {
+        for_every_work(|work| {
+            for has_depth in [false, true] {
+                let plain = sums_of(Simd::SCALAR, work, has_depth);
+                let largest = plain
+                    .as_flattened()
+                    .iter()
+                    .fold(0.0f32, |m, v| m.max(v.abs()));
+                for simd in Simd::available() {
+                    let sums = sums_of(simd, work, has_depth);
+                    for (a, b) in plain.as_flattened().iter().zip(sums.as_flattened()) {
+                        let error = (a - b).abs();
+                        // Written so that a NaN fails.
+                        assert!(error <= 2e-5 * largest, "{}: {a} and {b}", simd.name());
+                    }
+                }
+            }
+        });
+    }
 }

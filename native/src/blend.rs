@@ -3,6 +3,7 @@
 use crate::bin::TILE;
 use crate::ewa::Judge;
 use crate::project::{power_of, Needle, Record, STEP_DOUBT};
+use crate::simd::prefetch;
 
 pub const ALPHA_MAX: f32 = 0.99;
 /// A pixel takes no more splats once less light than this passes through it.
@@ -43,6 +44,12 @@ impl Tile {
             object: [-1; BLOCK_PIXELS],
         }; BLOCKS],
     };
+
+    /// Whether the pixel in column `x`, row `y` of the tile still takes light.
+    pub fn is_live(&self, x: usize, y: usize) -> bool {
+        let (block, lane) = Tile::place(x, y);
+        self.blocks[block].transmittance[lane] >= TRANSMITTANCE_STOP
+    }
 
     /// Block and lane of the pixel in column `x`, row `y` of the tile.
     #[inline(always)]
@@ -119,6 +126,24 @@ pub struct TileWork<'a> {
 }
 
 impl TileWork<'_> {
+    /// Takes `slots` of the tile one after the other, and asks for their records some places ahead:
+    /// these lie in scene order, so that the machine cannot foresee which comes next.
+    #[inline(always)]
+    pub fn splats<'a>(&'a self, slots: &'a [u32]) -> impl Iterator<Item = TileSplat> + 'a {
+        const PLACES: usize = 16;
+        let fetch = |&slot: &u32| prefetch(&self.records[slot as usize]);
+        slots.iter().take(PLACES).for_each(fetch);
+        let upcoming = slots
+            .iter()
+            .skip(PLACES)
+            .map(Some)
+            .chain(std::iter::repeat(None));
+        slots.iter().zip(upcoming).map(move |(&slot, soon)| {
+            soon.map(fetch);
+            TileSplat::new(self, slot)
+        })
+    }
+
     /// Asks the judge about a pixel given in the tile's own coordinates.
     #[inline(always)]
     pub fn is_drawn(&self, slot: u32, x: usize, y: usize) -> bool {
@@ -154,30 +179,44 @@ fn blend_splat<const TRACK_OBJECTS: bool>(tile: &mut Tile, work: &TileWork, slot
             continue;
         };
         for x in first..=last {
-            let u = splat.a * x as f32 + row;
-            let power = splat.power - u * u - v * v;
-            let (block, lane) = Tile::place(x, y);
-            let pixel = &mut tile.blocks[block];
-            let transmittance = pixel.transmittance[lane];
-            if power <= -STEP_DOUBT || transmittance < TRANSMITTANCE_STOP {
-                continue;
-            }
-            if power < STEP_DOUBT && !work.is_drawn(slot, x, y) {
-                continue;
-            }
-            let alpha = alpha_of(power).min(ALPHA_MAX);
-            let weight = alpha * transmittance;
-            pixel.transmittance[lane] = transmittance - weight;
-            for (sum, colour) in pixel.colour.iter_mut().zip(splat.colour) {
-                sum[lane] += weight * colour;
-            }
-            pixel.depth[lane] += weight * splat.depth;
-            if TRACK_OBJECTS && weight > pixel.weight[lane] {
-                pixel.weight[lane] = weight;
-                pixel.object[lane] = splat.object;
-            }
+            blend_pixel::<TRACK_OBJECTS>(tile, work, slot, &splat, (x, y));
         }
     }
+}
+
+/// Blends a splat into the pixel in column `x`, row `y` of the tile; false if that changes nothing.
+#[inline(always)]
+pub fn blend_pixel<const TRACK_OBJECTS: bool>(
+    tile: &mut Tile,
+    work: &TileWork,
+    slot: u32,
+    splat: &TileSplat,
+    (x, y): (usize, usize),
+) -> bool {
+    let u = splat.a * x as f32 + (splat.b * y as f32 + splat.u0);
+    let v = splat.c * y as f32 + splat.v0;
+    let power = splat.power - u * u - v * v;
+    let (block, lane) = Tile::place(x, y);
+    let pixel = &mut tile.blocks[block];
+    let transmittance = pixel.transmittance[lane];
+    if power <= -STEP_DOUBT || transmittance < TRANSMITTANCE_STOP {
+        return false;
+    }
+    if power < STEP_DOUBT && !work.is_drawn(slot, x, y) {
+        return false;
+    }
+    let alpha = alpha_of(power).min(ALPHA_MAX);
+    let weight = alpha * transmittance;
+    pixel.transmittance[lane] = transmittance - weight;
+    for (sum, colour) in pixel.colour.iter_mut().zip(splat.colour) {
+        sum[lane] += weight * colour;
+    }
+    pixel.depth[lane] += weight * splat.depth;
+    if TRACK_OBJECTS && weight > pixel.weight[lane] {
+        pixel.weight[lane] = weight;
+        pixel.object[lane] = splat.object;
+    }
+    true
 }
 
 /// First and last column of a row of pixels inside the alpha = 1/255 ellipse, a hair generously.

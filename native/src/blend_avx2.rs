@@ -1,27 +1,20 @@
 //! The blend kernel for AVX2 + FMA: eight pixels (4×2) at a time, block after block.
 //!
-//! A batch of splats is first turned into one list of splats per block (exact spans of each row of
-//! pixels, then a bit transpose), so that the inner loop has no branches to guess and keeps a
-//! block's pixels in registers.
+//! Which splats touch which block follows from the exact spans of each row of pixels and a bit
+//! transpose; see `batch`.
 
 use std::arch::x86_64::*;
 
+use crate::batch::{corner, Batch, PatchWork, BATCH, RUN};
 use crate::bin::TILE;
 use crate::blend::{
     PixelBlock, Tile, TileSplat, TileWork, ALPHA_MAX, ALPHA_OF, BLOCKS, BLOCKS_ACROSS,
-    BLOCK_HEIGHT, BLOCK_WIDTH, TRANSMITTANCE_STOP,
+    BLOCK_PIXELS, TRANSMITTANCE_STOP,
 };
 use crate::project::STEP_DOUBT;
-use crate::simd::prefetch;
 
-/// Splats listed at a time; their constants stay in the first-level cache.
-pub const BATCH: usize = 128;
-/// Splats whose masks are transposed together.
-const GROUP: usize = 32;
-/// Splats blended into a block between two looks at whether it still takes light.
-pub const RUN: usize = 8;
-/// Bytes per splat's mask of blocks.
-const MASK_BYTES: usize = BLOCKS / 8;
+/// Splats whose masks are read together.
+const GROUP: usize = 8;
 
 /// Bit positions of every byte value, packed to the front.
 static POSITIONS: [[u8; 8]; 256] = positions();
@@ -43,62 +36,31 @@ const fn positions() -> [[u8; 8]; 256] {
     table
 }
 
-/// Working memory of one tile's batch.
-struct Batch {
-    splats: [TileSplat; BATCH],
-    /// Byte `j` of the block mask of each splat.
-    masks: [[u8; BATCH]; MASK_BYTES],
-    /// Splats of each block, in order; room for the eight bytes that each append stores.
-    lists: [[u8; BATCH + 8]; BLOCKS],
-    lengths: [usize; BLOCKS],
-}
-
 /// As `blend::blend_tile`.
-#[target_feature(enable = "avx2,fma")]
+#[target_feature(enable = "avx2,fma,popcnt")]
 pub fn blend_tile<const TRACK_OBJECTS: bool>(tile: &mut Tile, work: &TileWork) {
-    let mut batch = Batch {
-        splats: [TileSplat::default(); BATCH],
-        masks: [[0; BATCH]; MASK_BYTES],
-        lists: [[0; BATCH + 8]; BLOCKS],
-        lengths: [0; BLOCKS],
-    };
-    for chosen in work.slots.chunks(BATCH) {
+    let mut batch = Batch::empty();
+    for slots in work.slots.chunks(BATCH) {
         let live = live_blocks(tile);
         if live == 0 {
             return;
         }
-        for (place, &slot) in chosen.iter().enumerate() {
-            fetch_ahead(work, chosen, place);
-            let splat = TileSplat::new(work, slot);
-            let mask = block_mask(&splat) & live;
-            for (bytes, byte) in batch.masks.iter_mut().zip(mask.to_le_bytes()) {
-                bytes[place] = byte;
-            }
-            batch.splats[place] = splat;
+        batch.gather(work, slots);
+        for place in 0..slots.len() {
+            batch.masks[place] = block_mask(&batch.splats[place]) & live;
         }
-        for bytes in &mut batch.masks {
-            bytes[chosen.len()..].fill(0);
-        }
-        list_by_block(&mut batch, chosen.len());
+        list_by_block(&mut batch, slots.len());
         for (index, block) in tile.blocks.iter_mut().enumerate() {
-            let list = &batch.lists[index][..batch.lengths[index]];
-            let chosen = Chosen {
-                splats: &batch.splats,
-                slots: chosen,
-                work,
-            };
-            blend_block::<TRACK_OBJECTS>(block, index, list, &chosen);
+            blend_block::<TRACK_OBJECTS>(block, &batch.of_patch(index, slots, work));
         }
     }
 }
 
-/// Asks for the record of a splat a few places on: records lie in scene order, so that the machine
-/// cannot foresee which comes next.
-#[inline(always)]
-pub fn fetch_ahead(work: &TileWork, slots: &[u32], place: usize) {
-    const PLACES: usize = 12;
-    if let Some(&slot) = slots.get(place + PLACES) {
-        prefetch(&work.records[slot as usize]);
+/// Blends a batch that reaches everywhere into every block: nothing but the inner loop.
+#[target_feature(enable = "avx2,fma")]
+pub fn blend_everywhere(tile: &mut Tile, everything: &PatchWork) {
+    for (index, block) in tile.blocks.iter_mut().enumerate() {
+        blend_block::<false>(block, &everything.with_patch(index));
     }
 }
 
@@ -173,55 +135,23 @@ fn blocks_between(first: __m256, last: __m256) -> __m256i {
 }
 
 /// Turns a mask of blocks per splat into a list of splats per block.
-#[target_feature(enable = "avx2,fma")]
-fn list_by_block(batch: &mut Batch, count: usize) {
-    batch.lengths = [0; BLOCKS];
+#[target_feature(enable = "avx2,fma,popcnt")]
+fn list_by_block(batch: &mut Batch<u32, BLOCKS>, count: usize) {
     for first in (0..count).step_by(GROUP) {
-        for (byte, bytes) in batch.masks.iter().enumerate() {
-            let group: &[u8; GROUP] = bytes[first..first + GROUP]
-                .try_into()
-                .expect("a batch is whole groups");
-            // SAFETY: `group` is 32 readable bytes; the load needs no alignment.
-            let mut column = unsafe { _mm256_loadu_si256(group.as_ptr().cast()) };
-            for bit in (0..8).rev() {
-                let block = byte * 8 + bit;
-                let splats = _mm256_movemask_epi8(column) as u32;
-                column = _mm256_add_epi8(column, column);
-                let list = &mut batch.lists[block];
-                let mut length = batch.lengths[block];
-                for (eighth, value) in splats.to_le_bytes().into_iter().enumerate() {
-                    let base = (first + 8 * eighth) as u64 * 0x0101_0101_0101_0101;
-                    let packed = u64::from_le_bytes(POSITIONS[value as usize]) + base;
-                    list[length..length + 8].copy_from_slice(&packed.to_le_bytes());
-                    length += value.count_ones() as usize;
-                }
-                batch.lengths[block] = length;
-            }
+        let masks: &[u32; GROUP] = batch.masks[first..first + GROUP]
+            .try_into()
+            .expect("a batch is whole groups");
+        // SAFETY: `masks` is 32 readable bytes; the load needs no alignment.
+        let mut masks = unsafe { _mm256_loadu_si256(masks.as_ptr().cast()) };
+        let places = first as u64 * 0x0101_0101_0101_0101;
+        for block in (0..BLOCKS).rev() {
+            let chosen = _mm256_movemask_ps(_mm256_castsi256_ps(masks)) as usize;
+            masks = _mm256_add_epi32(masks, masks);
+            let length = batch.lengths[block];
+            let packed = u64::from_le_bytes(POSITIONS[chosen]) + places;
+            batch.lists[block][length..length + GROUP].copy_from_slice(&packed.to_le_bytes());
+            batch.lengths[block] = length + chosen.count_ones() as usize;
         }
-    }
-}
-
-/// A batch as the inner loop sees it.
-#[derive(Clone, Copy)]
-struct Chosen<'a> {
-    splats: &'a [TileSplat; BATCH],
-    /// Record of each splat of the batch.
-    slots: &'a [u32],
-    work: &'a TileWork<'a>,
-}
-
-impl Chosen<'_> {
-    /// Takes the lanes of `doubtful` (one bit each) to the judge; the others keep their verdict.
-    #[cold]
-    #[inline(never)]
-    fn settle(&self, place: usize, block: usize, mut verdict: u32, doubtful: u32) -> [u32; 8] {
-        for lane in (0..8).filter(|lane| doubtful >> lane & 1 == 1) {
-            let x = block % BLOCKS_ACROSS * BLOCK_WIDTH + lane % BLOCK_WIDTH;
-            let y = block / BLOCKS_ACROSS * BLOCK_HEIGHT + lane / BLOCK_WIDTH;
-            let is_drawn = self.work.is_drawn(self.slots[place], x, y);
-            verdict = verdict & !(1 << lane) | u32::from(is_drawn) << lane;
-        }
-        std::array::from_fn(|lane| 0u32.wrapping_sub(verdict >> lane & 1))
     }
 }
 
@@ -236,20 +166,15 @@ struct Pixels {
 }
 
 #[target_feature(enable = "avx2,fma")]
-fn blend_block<const TRACK_OBJECTS: bool>(
-    block: &mut PixelBlock,
-    index: usize,
-    list: &[u8],
-    chosen: &Chosen,
-) {
-    if list.is_empty() {
+fn blend_block<const TRACK_OBJECTS: bool>(block: &mut PixelBlock, todo: &PatchWork) {
+    if todo.list.is_empty() {
         return;
     }
     let before = load_pixels(block);
-    let (mut after, nearest) = blend_list::<TRACK_OBJECTS, false>(before, index, list, chosen);
+    let (mut after, nearest) = blend_list::<TRACK_OBJECTS, false>(before, todo);
     let is_doubtful = _mm256_cmp_ps::<_CMP_LT_OQ>(nearest, _mm256_set1_ps(STEP_DOUBT));
     if _mm256_movemask_ps(is_doubtful) != 0 {
-        after = blend_carefully::<TRACK_OBJECTS>(before, index, list, chosen);
+        after = blend_carefully::<TRACK_OBJECTS>(before, todo);
     }
     store_pixels(block, &after);
 }
@@ -259,13 +184,8 @@ fn blend_block<const TRACK_OBJECTS: bool>(
 #[cold]
 #[inline(never)]
 #[target_feature(enable = "avx2,fma")]
-fn blend_carefully<const TRACK_OBJECTS: bool>(
-    before: Pixels,
-    index: usize,
-    list: &[u8],
-    chosen: &Chosen,
-) -> Pixels {
-    blend_list::<TRACK_OBJECTS, true>(before, index, list, chosen).0
+fn blend_carefully<const TRACK_OBJECTS: bool>(before: Pixels, todo: &PatchWork) -> Pixels {
+    blend_list::<TRACK_OBJECTS, true>(before, todo).0
 }
 
 /// Blends a list of splats; also returns how near any sample came to the 1/255 step, per lane.
@@ -273,25 +193,22 @@ fn blend_carefully<const TRACK_OBJECTS: bool>(
 #[inline]
 fn blend_list<const TRACK_OBJECTS: bool, const CAREFUL: bool>(
     mut pixels: Pixels,
-    index: usize,
-    list: &[u8],
-    chosen: &Chosen,
+    todo: &PatchWork,
 ) -> (Pixels, __m256) {
-    let left = (index % BLOCKS_ACROSS * BLOCK_WIDTH) as f32;
-    let top = (index / BLOCKS_ACROSS * BLOCK_HEIGHT) as f32;
+    let (left, top) = corner::<BLOCK_PIXELS>(todo.patch);
     let x = _mm256_add_ps(
-        _mm256_set1_ps(left),
+        _mm256_set1_ps(left as f32),
         _mm256_setr_ps(0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0),
     );
     let y = _mm256_add_ps(
-        _mm256_set1_ps(top),
+        _mm256_set1_ps(top as f32),
         _mm256_setr_ps(0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0),
     );
     let mut nearest = _mm256_set1_ps(f32::INFINITY);
-    for run in list.chunks(RUN) {
+    for run in todo.list.chunks(RUN) {
         for &place in run {
             let place = place as usize % BATCH;
-            let splat = &chosen.splats[place];
+            let splat = &todo.splats[place];
             let power = power_at(splat, x, y);
             let distance = _mm256_andnot_ps(_mm256_set1_ps(-0.0), power);
             nearest = _mm256_min_ps(nearest, distance);
@@ -300,9 +217,7 @@ fn blend_list<const TRACK_OBJECTS: bool, const CAREFUL: bool>(
                 let is_doubtful = _mm256_cmp_ps::<_CMP_LT_OQ>(distance, _mm256_set1_ps(STEP_DOUBT));
                 let verdict = _mm256_movemask_ps(is_drawn) as u32;
                 let doubtful = _mm256_movemask_ps(is_doubtful) as u32;
-                let lanes = chosen.settle(place, index, verdict, doubtful);
-                // SAFETY: `lanes` is an array of eight 4-byte values; the load needs no alignment.
-                is_drawn = unsafe { _mm256_loadu_ps(lanes.as_ptr().cast()) };
+                is_drawn = mask_of(todo.settle::<BLOCK_PIXELS>(place, verdict, doubtful));
             }
             blend_one::<TRACK_OBJECTS>(&mut pixels, splat, power, is_drawn);
         }
@@ -313,6 +228,14 @@ fn blend_list<const TRACK_OBJECTS: bool, const CAREFUL: bool>(
         }
     }
     (pixels, nearest)
+}
+
+/// The lanes of `bits` as a mask.
+#[target_feature(enable = "avx2,fma")]
+fn mask_of(bits: u32) -> __m256 {
+    let lanes = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+    let chosen = _mm256_and_si256(_mm256_set1_epi32(bits as i32), lanes);
+    _mm256_castsi256_ps(_mm256_cmpeq_epi32(chosen, lanes))
 }
 
 /// log2(255 · alpha) of a splat at eight pixels.
@@ -340,11 +263,11 @@ fn blend_one<const TRACK_OBJECTS: bool>(
 ) {
     let stop = _mm256_set1_ps(TRANSMITTANCE_STOP);
     let is_live = _mm256_cmp_ps::<_CMP_GE_OQ>(pixels.transmittance, stop);
-    // Only the last of these waits for the splat before: that chain sets the pace.
+    // Only what follows waits for the splat before.
     let alpha = _mm256_min_ps(alpha_of(power), _mm256_set1_ps(ALPHA_MAX));
     let alpha = _mm256_and_ps(_mm256_and_ps(alpha, is_drawn), is_live);
     let weight = _mm256_mul_ps(alpha, pixels.transmittance);
-    pixels.transmittance = _mm256_fnmadd_ps(alpha, pixels.transmittance, pixels.transmittance);
+    pixels.transmittance = _mm256_sub_ps(pixels.transmittance, weight);
     for (sum, &value) in pixels.colour.iter_mut().zip(&splat.colour) {
         *sum = _mm256_fmadd_ps(weight, _mm256_set1_ps(value), *sum);
     }

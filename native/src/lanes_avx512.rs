@@ -6,8 +6,8 @@
 use std::arch::x86_64::*;
 
 use crate::blend::{TileSplat, BLOCK_WIDTH};
-use crate::blend_avx512;
 use crate::lanes::{Patch, PatchWork, Vector};
+use crate::square_avx512::square_mask;
 
 const LANES: usize = 16;
 
@@ -118,7 +118,7 @@ impl Patch for Avx512 {
     #[inline(always)]
     fn patch_mask(splat: &TileSplat) -> u32 {
         // SAFETY: see above.
-        u32::from(unsafe { blend_avx512::square_mask(splat) })
+        u32::from(unsafe { square_mask(splat) })
     }
     #[inline(always)]
     fn of_picture(picture: &[f32], width: usize) -> Self {

@@ -1,12 +1,17 @@
 //! Splat rendering kernels behind `scenes._native`; `scenes/render/reference.py` is their oracle.
 
 pub mod backward;
+#[cfg(target_arch = "x86_64")]
+mod backward_avx512;
+pub mod batch;
 pub mod bin;
 pub mod blend;
 #[cfg(target_arch = "x86_64")]
 mod blend_avx2;
 #[cfg(target_arch = "x86_64")]
 mod blend_avx512;
+#[cfg(target_arch = "aarch64")]
+mod blend_neon;
 pub mod camera;
 pub mod curvature;
 pub mod ewa;
@@ -23,9 +28,11 @@ pub mod pose_grey;
 pub mod pose_motion;
 pub mod pose_sums;
 pub mod pose_tile;
+pub mod probe;
 pub mod project;
 mod python;
 mod python_gradients;
+mod python_probe;
 mod python_still;
 pub mod render;
 pub mod scene;
@@ -33,6 +40,8 @@ pub mod sh;
 pub mod sh_slope;
 pub mod simd;
 pub mod sort;
+#[cfg(target_arch = "x86_64")]
+mod square_avx512;
 pub mod still;
 pub mod tape;
 
@@ -43,6 +52,8 @@ mod _native {
     use crate::python::{Engine, PreparedCloud};
     #[pymodule_export]
     use crate::python_gradients::{Differentiator, Tape};
+    #[pymodule_export]
+    use crate::python_probe::Probe;
     #[pymodule_export]
     use crate::python_still::StillPicture;
 }

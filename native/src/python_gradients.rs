@@ -23,7 +23,7 @@ use crate::tape::{self, PictureGradients};
 
 /// Either lens, as Python names it.
 #[derive(Clone, Copy)]
-enum AnyLens {
+pub(crate) enum AnyLens {
     Pinhole(Pinhole),
     Fisheye(Fisheye),
 }
@@ -50,11 +50,13 @@ impl AnyLens {
 macro_rules! with_lens {
     ($any:expr, $lens:ident => $work:expr) => {
         match $any {
-            AnyLens::Pinhole($lens) => $work,
-            AnyLens::Fisheye($lens) => $work,
+            $crate::python_gradients::AnyLens::Pinhole($lens) => $work,
+            $crate::python_gradients::AnyLens::Fisheye($lens) => $work,
         }
     };
 }
+
+pub(crate) use with_lens;
 
 /// Flat gradients of one object: means, scales, rotations, opacities, sh, and its twist.
 type ObjectArrays<'py> = (
@@ -251,8 +253,8 @@ impl Differentiator {
 pub struct Tape {
     tape: tape::Tape,
     clouds: Vec<Py<PreparedCloud>>,
-    poses: Vec<f64>,
-    lens: AnyLens,
+    pub(crate) poses: Vec<f64>,
+    pub(crate) lens: AnyLens,
     view: View,
     background: [f32; 3],
     simd: Simd,
@@ -293,37 +295,6 @@ impl Tape {
             })
             .collect())
     }
-
-    /// Nanoseconds of one more forward blend and of the backward blend, for benchmarks.
-    #[pyo3(signature = (d_rgb, d_alpha, d_depth))]
-    fn blend_times(
-        &self,
-        py: Python<'_>,
-        d_rgb: PyReadonlyArray1<'_, f32>,
-        d_alpha: PyReadonlyArray1<'_, f32>,
-        d_depth: PyReadonlyArray1<'_, f32>,
-    ) -> PyResult<(u64, u64)> {
-        let d_picture = self.picture_gradients(&d_rgb, &d_alpha, &d_depth)?;
-        let clouds = self.bound_clouds(py);
-        let objects = posed_clouds(&clouds, &self.poses)?;
-        let job = self.job();
-        let pixels = self.view.width * self.view.height;
-        let [forward, backward] = py.detach(|| {
-            let mut values = vec![0.0; 5 * pixels];
-            let (rgb, rest) = values.split_at_mut(3 * pixels);
-            let (alpha, depth) = rest.split_at_mut(pixels);
-            let mut picture = Picture {
-                rgb,
-                alpha,
-                depth,
-                ids: &mut vec![0; pixels],
-            };
-            with_lens!(&self.lens, lens => {
-                self.tape.time_blends(&objects, lens, &job, &d_picture, &mut picture)
-            })
-        });
-        Ok((forward.as_nanos() as u64, backward.as_nanos() as u64))
-    }
 }
 
 /// What does not depend on the number of degrees of freedom.
@@ -358,7 +329,7 @@ impl<L: Curved> Call<'_, '_, L> {
 }
 
 impl Tape {
-    fn job(&self) -> Job<'_> {
+    pub(crate) fn job(&self) -> Job<'_> {
         Job {
             view: self.view,
             background: self.background,
@@ -367,14 +338,14 @@ impl Tape {
         }
     }
 
-    fn bound_clouds<'py>(&self, py: Python<'py>) -> Vec<Bound<'py, PreparedCloud>> {
+    pub(crate) fn bound_clouds<'py>(&self, py: Python<'py>) -> Vec<Bound<'py, PreparedCloud>> {
         self.clouds
             .iter()
             .map(|cloud| cloud.bind(py).clone())
             .collect()
     }
 
-    fn picture_gradients<'a>(
+    pub(crate) fn picture_gradients<'a>(
         &self,
         d_rgb: &'a PyReadonlyArray1<'_, f32>,
         d_alpha: &'a PyReadonlyArray1<'_, f32>,

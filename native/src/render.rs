@@ -188,9 +188,9 @@ pub(crate) fn sort_by_depth(scratch: &mut Scratch) {
 
 /// Lists the splats of every row of tiles, in depth order.
 pub(crate) fn bin_into_rows(job: &Job, scratch: &mut Scratch) {
-    const BANDS_PER_THREAD: usize = 3;
+    // Every band reads all boxes; more bands than threads only even the load out.
+    const BANDS_PER_THREAD: usize = 2;
     let rows_of_tiles = job.view.height.div_ceil(TILE);
-    // Every band reads all boxes, which pays only where threads share the bands.
     let wanted = match rayon::current_num_threads() {
         1 => 1,
         threads => (threads * BANDS_PER_THREAD).min(rows_of_tiles),
@@ -307,7 +307,7 @@ impl CircleMask {
     }
 
     /// Makes the outside opaque, so that it takes no splats.
-    fn close_outside(&self, tile: &mut Tile) {
+    pub(crate) fn close_outside(&self, tile: &mut Tile) {
         self.set_outside(tile, 0.0);
     }
 

@@ -1,9 +1,13 @@
 //! Which instructions to use: chosen at run time, never at build time.
 
+use crate::backward::BackwardTile;
+use crate::batch;
 use crate::blend::{self, Tile, TileWork};
+#[cfg(target_arch = "aarch64")]
+use crate::blend_neon;
 use crate::lanes::{LaneWork, PatchWork, Portable};
 #[cfg(target_arch = "x86_64")]
-use crate::{blend_avx2, blend_avx512, lanes_avx2, lanes_avx512};
+use crate::{backward_avx512, blend_avx2, blend_avx512, lanes_avx2, lanes_avx512, square_avx512};
 
 /// An instruction set that this machine has; only `Simd::available` makes other ones than `SCALAR`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,6 +20,8 @@ enum Level {
     Avx2,
     #[cfg(target_arch = "x86_64")]
     Avx512,
+    #[cfg(target_arch = "aarch64")]
+    Neon,
 }
 
 impl Simd {
@@ -27,7 +33,10 @@ impl Simd {
         #[allow(unused_mut)] // no other set on other machines
         let mut sets = vec![Simd::SCALAR];
         #[cfg(target_arch = "x86_64")]
-        if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+        if is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("fma")
+            && is_x86_feature_detected!("popcnt")
+        {
             sets.push(Simd(Level::Avx2));
             if is_x86_feature_detected!("avx512f")
                 && is_x86_feature_detected!("avx512bw")
@@ -37,6 +46,10 @@ impl Simd {
             {
                 sets.push(Simd(Level::Avx512));
             }
+        }
+        #[cfg(target_arch = "aarch64")]
+        if std::arch::is_aarch64_feature_detected!("neon") {
+            sets.push(Simd(Level::Neon));
         }
         sets
     }
@@ -59,6 +72,8 @@ impl Simd {
             Level::Avx2 => "avx2",
             #[cfg(target_arch = "x86_64")]
             Level::Avx512 => "avx512",
+            #[cfg(target_arch = "aarch64")]
+            Level::Neon => "neon",
         }
     }
 
@@ -75,6 +90,9 @@ impl Simd {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: `available` found these sets before it made this value.
             Level::Avx512 => unsafe { run_avx512(work) },
+            // What the compiler may use on this machine has NEON already.
+            #[cfg(target_arch = "aarch64")]
+            Level::Neon => work(),
         }
     }
 
@@ -86,6 +104,8 @@ impl Simd {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: `available` found AVX2 and FMA before it made these values.
             Level::Avx2 | Level::Avx512 => unsafe { lanes_avx2::run(work) },
+            #[cfg(target_arch = "aarch64")]
+            Level::Neon => work.run::<Portable>(),
         }
     }
 
@@ -100,6 +120,8 @@ impl Simd {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: `available` found these sets before it made this value.
             Level::Avx512 => unsafe { lanes_avx512::run_patches(work) },
+            #[cfg(target_arch = "aarch64")]
+            Level::Neon => work.run::<Portable>(),
         }
     }
 
@@ -119,6 +141,52 @@ impl Simd {
             Level::Avx512 => unsafe {
                 blend_avx512::blend_tile::<TRACK_OBJECTS>(tile, work);
             },
+            #[cfg(target_arch = "aarch64")]
+            // SAFETY: `available` found NEON before it made this value.
+            Level::Neon => unsafe {
+                blend_neon::blend_tile::<TRACK_OBJECTS>(tile, work);
+            },
+        }
+    }
+
+    /// Pixels of a patch: what the blend kernel has in a register; 1 for the portable kernel.
+    pub fn lanes(self) -> usize {
+        match self.0 {
+            Level::Scalar => 1,
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx2 => blend::BLOCK_PIXELS,
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx512 => square_avx512::SQUARE_PIXELS,
+            #[cfg(target_arch = "aarch64")]
+            Level::Neon => blend::BLOCK_PIXELS,
+        }
+    }
+
+    /// The inner loop of `blend_tile` alone, with every lane in use: blends a list of splats that
+    /// reach everywhere into every patch of a tile. False for the portable kernel, which has no lists.
+    pub fn blend_everywhere(self, tile: &mut Tile, everything: &batch::PatchWork) -> bool {
+        match self.0 {
+            Level::Scalar => return false,
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: `available` found AVX2 and FMA before it made this value.
+            Level::Avx2 => unsafe { blend_avx2::blend_everywhere(tile, everything) },
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: `available` found these sets before it made this value.
+            Level::Avx512 => unsafe { blend_avx512::blend_everywhere(tile, everything) },
+            #[cfg(target_arch = "aarch64")]
+            // SAFETY: `available` found NEON before it made this value.
+            Level::Neon => unsafe { blend_neon::blend_everywhere(tile, everything) },
+        }
+        true
+    }
+
+    /// One tile's backward pass with these instructions.
+    pub fn run_backward(self, tile: BackwardTile) {
+        match self.0 {
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: `available` found these sets before it made this value.
+            Level::Avx512 => unsafe { backward_avx512::run(tile) },
+            _ => self.run_lanes(tile),
         }
     }
 }
@@ -143,13 +211,13 @@ fn run_avx2<R>(work: impl FnOnce() -> R) -> R {
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2")]
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2,popcnt")]
 fn run_avx512<R>(work: impl FnOnce() -> R) -> R {
     work()
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::ewa::Judge;
     use crate::project::{Needle, Record};
@@ -163,14 +231,26 @@ mod tests {
         }
     }
 
-    fn random_records(count: usize) -> Vec<Record> {
-        let mut state = 7u64;
-        let mut next = move || {
-            state = state
+    /// Numbers in 0..1, the same in every run.
+    pub(crate) struct Noise(u64);
+
+    impl Noise {
+        pub(crate) fn new(seed: u64) -> Noise {
+            Noise(seed)
+        }
+
+        pub(crate) fn next(&mut self) -> f32 {
+            self.0 = self
+                .0
                 .wrapping_mul(6_364_136_223_846_793_005)
                 .wrapping_add(1_442_695_040_888_963_407);
-            (state >> 40) as f32 / (1u64 << 24) as f32
-        };
+            (self.0 >> 40) as f32 / (1u64 << 24) as f32
+        }
+    }
+
+    fn random_records(count: usize) -> Vec<Record> {
+        let mut noise = Noise::new(7);
+        let mut next = move || noise.next();
         (0..count)
             .map(|i| {
                 let a = 0.02 + next();
@@ -227,8 +307,8 @@ mod tests {
     }
 
     /// Calls `check` with tiles at several places and lists of several lengths.
-    fn for_every_work(check: impl Fn(&TileWork)) {
-        for count in [0, 1, 31, 128, 129, 1000] {
+    pub(crate) fn for_every_work(check: impl Fn(&TileWork)) {
+        for count in [0, 1, 31, 256, 257, 1000] {
             let records = random_records(count);
             let slots: Vec<u32> = (0..count as u32).collect();
             let needles: Vec<Needle> = records.iter().map(needle_of).collect();

@@ -1,7 +1,5 @@
 //! A picture that remembers how it was drawn, and the gradients of a loss of it.
 
-use std::time::{Duration, Instant};
-
 use rayon::prelude::*;
 
 use crate::backward::{BackwardTile, PixelGradients, Samples, Sums, SUMS};
@@ -18,8 +16,9 @@ use crate::render::{self, CircleMask, Job, Picture, Scratch};
 use crate::scene::CHUNK;
 
 /// The order in which a picture was drawn.
+#[derive(Default)]
 pub struct Tape {
-    scratch: Scratch,
+    pub(crate) scratch: Scratch,
 }
 
 /// Gradients of a loss with respect to a picture, laid out as the picture.
@@ -30,7 +29,7 @@ pub struct PictureGradients<'a> {
 }
 
 /// Sums per (splat, tile) of one row of tiles.
-struct RowSums {
+pub(crate) struct RowSums {
     slots: Vec<u32>,
     sums: Vec<Sums>,
 }
@@ -70,31 +69,8 @@ impl Tape {
         })
     }
 
-    /// Time of blending the picture once more into `picture`, and of the sums over tiles that go the
-    /// other way; for benchmarks.
-    pub fn time_blends<L: Curved>(
-        &self,
-        objects: &[PosedCloud],
-        lens: &L,
-        job: &Job,
-        d_picture: &PictureGradients,
-        picture: &mut Picture,
-    ) -> [Duration; 2] {
-        job.pool.install(|| {
-            let start = Instant::now();
-            if objects.len() > 1 {
-                render::blend_all::<L, true>(objects, lens, job, &self.scratch, picture);
-            } else {
-                render::blend_all::<L, false>(objects, lens, job, &self.scratch, picture);
-            }
-            let blended = Instant::now();
-            std::hint::black_box(self.sum_tiles(objects, lens, job, d_picture));
-            [blended - start, blended.elapsed()]
-        })
-    }
-
     /// The blend's part alone.
-    fn sum_tiles<L: Lens>(
+    pub(crate) fn sum_tiles<L: Lens>(
         &self,
         objects: &[PosedCloud],
         lens: &L,
@@ -132,7 +108,7 @@ impl Tape {
                         let Some(mut gradients) = pixel_gradients(job, d_picture, left, top) else {
                             continue;
                         };
-                        job.simd.run_lanes(BackwardTile {
+                        job.simd.run_backward(BackwardTile {
                             work: TileWork {
                                 records: &self.scratch.records,
                                 needles: &self.scratch.needles,

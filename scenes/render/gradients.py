@@ -118,12 +118,6 @@ class Recording:
             )
         return Gradients(tuple(objects), camera)
 
-    def blend_times(
-        self, d_rgb: NDArray[np.float32], d_alpha: NDArray[np.float32]
-    ) -> tuple[int, int]:
-        """Nanoseconds that blending takes once more, and blending backwards; for benchmarks."""
-        return self._tape.blend_times(*self._flat(d_rgb, d_alpha, None))
-
     def _flat(
         self,
         d_rgb: NDArray[np.float32] | None,

@@ -18,7 +18,7 @@ from scenes.splats import SplatCloud
 
 if TYPE_CHECKING:
     from scenes import _native
-    from scenes._native import PoseNormals, Tape
+    from scenes._native import PoseNormals, Probe, Tape
 
 KEPT_CLOUDS = 64
 """Prepared clouds a renderer keeps; the one not drawn for longest goes first."""
@@ -52,6 +52,7 @@ class NativeRenderer:
             ) from error
         self._prepare = _native.PreparedCloud
         self._still = _native.StillPicture
+        self._probe = _native.Probe
         self._engine = _native.Engine(portable=portable, instructions=instructions)
         self._differentiator = _native.Differentiator(instructions=self._engine.simd)
         self._clouds: OrderedDict[int, tuple[SplatCloud, _native.PreparedCloud]] = OrderedDict()
@@ -138,6 +139,17 @@ class NativeRenderer:
             threads=options.threads,
         )
         return rendering_of(flat, camera.height_px, camera.width_px), tape
+
+    def probe(
+        self,
+        objects: Sequence[PosedSplats],
+        camera: Pinhole | Fisheye,
+        world_from_camera: Pose,
+        options: RenderOptions,
+    ) -> Probe:
+        """The part of `scenes.render.stages.stages_of` that is native."""
+        _, tape = self.record(objects, camera, world_from_camera, options)
+        return self._probe(tape)
 
     def pose_normals(
         self,

@@ -19,6 +19,7 @@ from scenes.render.reference import ReferenceRenderer
 from scenes.render.renderer import PosedSplats, RenderOptions
 from studio.bench.raster_gradients import gradient_rows
 from studio.bench.raster_peers import peer_rows
+from studio.bench.raster_stages import blend_rows, stage_rows
 from studio.bench.splat_scenes import (
     bench_object,
     bench_room,
@@ -38,6 +39,7 @@ SPEEDUP_BAR = 1.75
 MOVED_BAR_MS = 15.0
 ROOM_SPLATS = 300_000
 OBJECT_SPLATS = 20_000
+BLEND_SCENE = "room_300k_640"
 REPEATS, QUICK_REPEATS = 15, 5
 WARM_UPS = 2
 
@@ -80,6 +82,9 @@ def measure(args: argparse.Namespace) -> list[Row]:
     for scene in scenes:
         print(f"bench raster: {scene.name}", file=sys.stderr)
         rows += _time_rows(native, scene, repeats)
+        rows += stage_rows(native, scene.name, scene.objects, scene.views, repeats)
+        if scene.name == BLEND_SCENE:
+            rows += blend_rows(native, scene.objects, scene.views[0], repeats)
     if not args.quick:
         rows.append(_moved_row(native, scenes[-1], rng, repeats))
         rows += peer_rows(native, rng)
@@ -95,7 +100,7 @@ def _scenes(rng: np.random.Generator, *, quick: bool) -> list[_Scene]:
     if not quick:
         room = (PosedSplats(bench_room(ROOM_SPLATS, rng), Pose.identity()),)
         scenes += [
-            _Scene("room_300k_640", room, (room_camera(640, 640),), 20.0),
+            _Scene(BLEND_SCENE, room, (room_camera(640, 640),), 20.0),
             _Scene("room_300k_720p", room, (room_camera(1280, 720),), 35.0),
             _Scene("dual_720", room, dual_fisheye(720), 55.0),
             _Scene("dual_1440", room, dual_fisheye(1440), 120.0),
@@ -118,7 +123,7 @@ def _time_rows(native: NativeRenderer, scene: _Scene, repeats: int) -> list[Row]
         bar = scene.bar_2t_ms if threads == 2 else None
         name = f"raster.{scene.name}.{threads}t.ms"
         rows.append(at_most(name, median, "ms", bar=bar, spread=spread))
-    if scene.name == "room_300k_640":
+    if scene.name == BLEND_SCENE:
         ratio = medians[0] / medians[1]
         rows.append(at_least("raster.speedup_2t", ratio, "x", bar=SPEEDUP_BAR))
     return rows

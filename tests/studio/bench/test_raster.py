@@ -7,7 +7,7 @@ import pytest
 
 from scenes.pose import Pose
 from scenes.render.renderer import PosedSplats
-from studio.bench import raster, raster_gradients
+from studio.bench import raster, raster_gradients, raster_stages
 from studio.bench.splat_scenes import bench_object, bench_room, dual_fisheye, room_camera
 from studio.cli import main
 
@@ -28,6 +28,37 @@ def test_quick_figures(capsys, monkeypatch):
     assert rows["raster.gradient.rel_error.max"]["passed"]
     assert rows["raster.gradient.rel_error.max"]["value"] > 0
     assert rows["raster.gauss_newton.converged"]["passed"]
+
+
+def test_every_stage_of_every_view_is_timed():
+    native = raster.NativeRenderer()
+    room = (PosedSplats(bench_room(2_000, np.random.default_rng(0)), Pose.identity()),)
+    rows = {
+        row.name: row.value
+        for row in raster_stages.stage_rows(native, "dual_64", room, dual_fisheye(64), 2)
+    }
+    for stage in ("project", "sort", "bin", "blend"):
+        assert rows[f"raster.dual_64.stage.{stage}.1t.ms"] >= 0
+    assert rows["raster.dual_64.useful_blends"] > 0
+    assert 0 < rows["raster.dual_64.lanes_used"] < 1
+
+
+def test_the_blend_is_held_against_the_portable_kernel_and_its_own_inner_loop():
+    native = raster.NativeRenderer()
+    room = (PosedSplats(bench_room(5_000, np.random.default_rng(0)), Pose.identity()),)
+    rows = {
+        row.name: row
+        for row in raster_stages.blend_rows(native, room, room_camera(160, 120), repeats=3)
+    }
+    assert rows["raster.blend_vs_scalar"].bar == 20.0
+    assert rows["raster.blend_vs_scalar"].value > 0
+    if native.instructions == "scalar":
+        assert list(rows) == ["raster.blend_vs_scalar"]
+        return
+    assert rows["raster.blend_vs_peak"].bar == 0.55
+    assert rows["raster.blend_vs_peak"].passed is (rows["raster.blend_vs_peak"].value >= 0.55)
+    assert rows["raster.blend_vs_peak.useful"].value < rows["raster.blend_vs_peak"].value
+    assert rows["raster.blend_peak"].value > 0
 
 
 def test_a_wrong_gradient_fails(monkeypatch):
