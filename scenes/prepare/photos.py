@@ -76,7 +76,9 @@ def gather_photos(
         )
         picture = read_upright(file)
         if picture is None:
-            raise OSError(f"{file}: could be read a moment ago and no longer; is its disk still in?")
+            raise OSError(
+                f"{file}: could be read a moment ago and no longer; is its disk still in?"
+            )
         picture = fitted(picture, options.longest_px)
         write_jpeg(folder / stored, picture)
         lens = read_lens(file)

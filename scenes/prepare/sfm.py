@@ -137,7 +137,10 @@ def run_worker(job: Job, progress: Progress) -> JobResult:
     """Run a job in a process of its own and wait for it.
 
     Raises:
-        WorkerError, OSError, Cancelled: as `reconstruct`.
+        CaptureError: the worker refuses the input.
+        WorkerError: it crashed.
+        OSError: the disk is full or a folder is not writable.
+        Cancelled: from `progress`.
     """
     job.work.mkdir(parents=True, exist_ok=True)
     for old in (RESULT_FILE, PROGRESS_FILE):
@@ -160,7 +163,10 @@ def run_worker(job: Job, progress: Progress) -> JobResult:
             process.wait()
     if process.returncode != 0 or not (job.work / RESULT_FILE).is_file():
         raise _failure(job.work, process.returncode)
-    return result_from_json(json.loads((job.work / RESULT_FILE).read_text(encoding="utf-8")))
+    values = json.loads((job.work / RESULT_FILE).read_text(encoding="utf-8"))
+    if "refused" in values:
+        raise CaptureError(values["refused"])
+    return result_from_json(values)
 
 
 def _watch(process: subprocess.Popen[bytes], told: Path, progress: Progress) -> None:

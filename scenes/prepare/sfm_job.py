@@ -26,14 +26,15 @@ class SfmOptions:
     Attributes:
         longest_px: features are found in pictures of at most this size.
         features: at most so many a picture.
-        finest: look for the finest features too, at twice the size: slower, for soft pictures.
+        finest: look for the finest features too, at twice the size: three times slower, and two and a
+            half times the points in a room with plain walls.
         matching: all pairs, or neighbours in time and pictures that look alike; "auto" takes all
             pairs up to `exhaustive_up_to` pictures.
         exhaustive_up_to: number of pictures.
         neighbours: how far along a video pictures are matched.
         similar: how many pictures that look alike are matched with each.
         mapper: incremental, global, or "auto": incremental first, then what finds more.
-        lens: COLMAP camera model; "auto" is RADIAL for a shared lens and SIMPLE_RADIAL otherwise.
+        lens: COLMAP camera model of the pictures.
         least_registered: share of the pictures that must find their place.
         threads: -1 for all cores.
         seed: of everything random.
@@ -41,13 +42,13 @@ class SfmOptions:
 
     longest_px: int = 1024
     features: int = 3000
-    finest: bool = False
+    finest: bool = True
     matching: Matching = "auto"
     exhaustive_up_to: int = 60
     neighbours: int = 8
     similar: int = 8
     mapper: Mapper = "auto"
-    lens: str = "auto"
+    lens: str = "SIMPLE_RADIAL"
     least_registered: float = 0.5
     threads: int = -1
     seed: int = 0
@@ -73,6 +74,21 @@ class SfmOptions:
 
 
 @dataclass(frozen=True, slots=True)
+class KnownPose:
+    """A pinhole camera and pose that are given, not found.
+
+    Attributes:
+        pinhole: fx, fy, cx, cy in pixels.
+        wxyz: rotation of `camera_from_world`.
+        translation: of `camera_from_world`.
+    """
+
+    pinhole: tuple[float, float, float, float]
+    wxyz: tuple[float, ...]
+    translation: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Picture:
     """A picture to find a place for.
 
@@ -80,11 +96,13 @@ class Picture:
         name: file name in the picture folder.
         lens: pictures with the same value share intrinsics.
         focal_px: start value, if its file tells.
+        known: its camera and pose, if they are given: then only points are found.
     """
 
     name: str
     lens: str
     focal_px: float | None = None
+    known: KnownPose | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,6 +152,8 @@ class JobResult:
         matches: (i, j, inliers) of every verified pair, by index into the job's pictures.
         turning_share: share of those that fit a camera that only turned, or a plane.
         error_px: mean reprojection error of the kept model.
+        pose_error_px: of given poses: median distance of verified matches from where these poses
+            put them; None where poses were found.
         times: per stage.
     """
 
@@ -142,6 +162,7 @@ class JobResult:
     matches: tuple[tuple[int, int, int], ...]
     turning_share: float
     error_px: float
+    pose_error_px: float | None
     times: dict[str, StageTime]
 
 
@@ -163,11 +184,20 @@ def job_from_json(values: dict[str, Any]) -> Job:
     return Job(
         work=Path(values["work"]),
         pictures_folder=Path(values["pictures_folder"]),
-        pictures=tuple(Picture(**picture) for picture in values["pictures"]),
+        pictures=tuple(_picture(picture) for picture in values["pictures"]),
         ordered=bool(values["ordered"]),
         options=SfmOptions(**values["options"]),
         import_model=Path(model) if model else None,
     )
+
+
+def _picture(values: dict[str, Any]) -> Picture:
+    known = values["known"]
+    if known is None:
+        return Picture(**values)
+    a, b, c, d = known["pinhole"]
+    pose = KnownPose((a, b, c, d), tuple(known["wxyz"]), tuple(known["translation"]))
+    return Picture(values["name"], values["lens"], known=pose)
 
 
 def result_from_json(values: dict[str, Any]) -> JobResult:
@@ -181,17 +211,25 @@ def result_from_json(values: dict[str, Any]) -> JobResult:
         matches=tuple((int(i), int(j), int(n)) for i, j, n in values["matches"]),
         turning_share=float(values["turning_share"]),
         error_px=float(values["error_px"]),
+        pose_error_px=values["pose_error_px"],
         times={stage: StageTime(**time) for stage, time in values["times"].items()},
     )
+
+
+def _stamp(file: Path) -> tuple[int, int]:
+    status = file.stat()
+    return status.st_size, status.st_mtime_ns
 
 
 def stage_keys(job: Job) -> dict[str, str]:
     """For each stage a value that changes with whatever its result depends on."""
     o = job.options
-    stamps = []
-    for picture in job.pictures:
-        status = (job.pictures_folder / picture.name).stat()
-        stamps.append((asdict(picture), status.st_size, status.st_mtime_ns))
+    stamps = [
+        (asdict(picture), *_stamp(job.pictures_folder / picture.name)) for picture in job.pictures
+    ]
+    if job.import_model is not None:
+        files = sorted(job.import_model.iterdir())
+        stamps = [({"name": file.name}, *_stamp(file)) for file in files]
     inputs: dict[str, object] = {
         "extraction": (stamps, o.longest_px, o.features, o.finest, o.lens),
         "matching": (o.matching, o.exhaustive_up_to, o.neighbours, o.similar, o.seed, job.ordered),

@@ -14,15 +14,17 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pycolmap
+from numpy.typing import NDArray
 
 from scenes.cameras import Pinhole
 from scenes.pose import Pose
+from scenes.prepare.epipolar import epipolar_distances_px
 from scenes.prepare.pairs import (
     Pair,
     all_pairs,
@@ -40,6 +42,7 @@ from scenes.prepare.sfm_job import (
     Attempt,
     Job,
     JobResult,
+    KnownPose,
     StageTime,
     job_from_json,
     stage_keys,
@@ -58,9 +61,19 @@ ENOUGH = 0.9
 LEAST_POINTS = 20
 """A picture that sees fewer points has no place that can be relied on."""
 JPEG_QUALITY = 97
+KNOWN_POSES = "known poses"
+LOSS_SCALE_PX = 0.5
+REFINEMENT_STEPS = 60
+WRONG_MATCH_PX = 2.0
+LEAST_ANGLE_DEG = 1.5
 
+FloatArray = NDArray[np.float64]
 Stopwatch = Callable[[], tuple[float, float]]
 """Wall and CPU seconds since some moment."""
+
+
+class Refused(Exception):
+    """The input makes no sense; the message goes to its user."""
 
 
 @dataclass(slots=True)
@@ -73,6 +86,7 @@ class Worker:
 
     @property
     def database(self) -> Path:
+        """Features and matches; COLMAP's own file."""
         return self.job.work / DATABASE_FILE
 
     def tell(self, stage: str, done: float, note: str) -> None:
@@ -90,7 +104,10 @@ def main(job_file: str) -> int:
     job = job_from_json(json.loads(Path(job_file).read_text(encoding="utf-8")))
     worker = Worker(job, lambda: (time.perf_counter(), time.process_time()), os.getppid())
     pycolmap.set_random_seed(job.options.seed)
-    run(worker)
+    try:
+        run(worker)
+    except Refused as reason:
+        write_json(job.work / RESULT_FILE, {"refused": str(reason)})
     return 0
 
 
@@ -105,8 +122,10 @@ def run(worker: Worker) -> None:
         "mapping": _map,
         "undistortion": _undistort,
     }
+    if job.import_model is not None:
+        work = {"mapping": _import, "undistortion": _undistort}
     redo = False
-    for stage in STAGES:
+    for stage in work:
         stamp = stamps.get(stage, {})
         if stamp.get("key") != keys[stage]:
             _forget(worker, stage)
@@ -125,7 +144,7 @@ def run(worker: Worker) -> None:
             "time": asdict(StageTime(wall_now - wall, cpu_now - cpu)),
         }
         _write_stamps(job.work, stamps)
-    times = {stage: StageTime(**stamps[stage]["time"]) for stage in STAGES}
+    times = {stage: StageTime(**stamps[stage]["time"]) for stage in work}
     write_json(job.work / RESULT_FILE, asdict(_result(worker, times)))
 
 
@@ -157,11 +176,14 @@ def _extract(worker: Worker) -> None:
         for start in range(0, len(pictures), PICTURES_AT_ONCE):
             names = [p.name for p in pictures[start : start + PICTURES_AT_ONCE]]
             reader = pycolmap.ImageReaderOptions()
-            reader.camera_model = _lens_model(job, len(pictures))
+            given = pictures[0].known
+            reader.camera_model = "PINHOLE" if given else o.lens
             reader.default_focal_length_factor = FOCAL_OVER_LONGEST
             known = _camera_of(worker, pictures)
             if known is not None:
                 reader.existing_camera_id = known
+            elif given:
+                reader.camera_params = ",".join(repr(value) for value in given.pinhole)
             elif focals:
                 path = job.pictures_folder / pictures[0].name
                 reader.camera_params = _start_values(
@@ -180,12 +202,6 @@ def _extract(worker: Worker) -> None:
             worker.tell(
                 "extraction", count / len(job.pictures), f"features: {count}/{len(job.pictures)}"
             )
-
-
-def _lens_model(job: Job, pictures: int) -> str:
-    if job.options.lens != "auto":
-        return job.options.lens
-    return "RADIAL" if job.ordered or pictures >= 20 else "SIMPLE_RADIAL"
 
 
 def _start_values(model: str, path: Path, focal_px: float) -> str:
@@ -256,35 +272,48 @@ def _chosen_pairs(worker: Worker) -> list[Pair]:
 
 
 def _map(worker: Worker) -> None:
-    """Poses and points by the mappers in turn, until one places enough pictures."""
+    """Poses and points by the mappers in turn, until one places enough pictures; then refined."""
     job = worker.job
-    attempts: list[tuple[Attempt, Path]] = []
+    attempts: list[tuple[Attempt, Any]] = []
     for mapper in _mappers(job):
-        folder = job.work / "models" / mapper
+        folder = job.work / "models" / mapper.replace(" ", "-")
         folder.mkdir(parents=True, exist_ok=True)
-        models = _mapped(worker, mapper, folder)
-        ranked = sorted(models.items(), key=lambda item: -len(_placed(item[1])))
-        names = tuple(tuple(sorted(_placed(model))) for _, model in ranked)
-        best = folder / "best"
-        best.mkdir(exist_ok=True)
-        if ranked:
-            ranked[0][1].write(best)
-        attempts.append((Attempt(mapper, tuple(n for n in names if n)), best))
-        if names and len(names[0]) >= ENOUGH * len(job.pictures):
+        models = [model for model in _mapped(worker, mapper, folder).values() if _placed(model)]
+        models.sort(key=lambda model: -len(_placed(model)))
+        found = tuple(tuple(_placed(model)) for model in models)
+        attempts.append((Attempt(mapper, found), models[0] if models else None))
+        if found and len(found[0]) >= ENOUGH * len(job.pictures):
             break
     attempts.sort(key=lambda item: len(item[0].models[0]) if item[0].models else 0)
-    write_json(
-        job.work / MAPPING_FILE,
-        {
-            "attempts": [asdict(attempt) for attempt, _ in attempts],
-            "kept": str(attempts[-1][1].relative_to(job.work)) if attempts[-1][0].models else None,
-        },
+    kept, model = attempts[-1]
+    folder = job.work / "models" / "kept"
+    if model is not None:
+        worker.tell("mapping", 0.95, "refining poses and lens")
+        if kept.mapper != KNOWN_POSES:
+            _refine(model, job)
+            kept = replace(kept, models=(tuple(_placed(model)), *kept.models[1:]))
+        folder.mkdir(exist_ok=True)
+        model.write(folder)
+    _keep(
+        job, [*(attempt for attempt, _ in attempts[:-1]), kept], None if model is None else folder
     )
 
 
+def _refine(model: Any, job: Job) -> None:
+    """Adjust everything once more with a loss that wrong matches cannot pull (Cauchy)."""
+    options = pycolmap.BundleAdjustmentOptions()
+    options.ceres.loss_function_type = pycolmap.LossFunctionType.CAUCHY
+    options.ceres.loss_function_scale = LOSS_SCALE_PX
+    options.ceres.solver_options.num_threads = job.options.threads
+    options.ceres.solver_options.max_num_iterations = REFINEMENT_STEPS
+    pycolmap.bundle_adjustment(model, options)
+    pycolmap.ObservationManager(model).filter_all_points3D(WRONG_MATCH_PX, LEAST_ANGLE_DEG)
+    model.update_point_3d_errors()
+
+
 def _mappers(job: Job) -> list[str]:
-    if job.import_model is not None:
-        return ["import"]
+    if all(picture.known for picture in job.pictures):
+        return [KNOWN_POSES]
     if job.options.mapper == "global":
         return ["global"]
     both = ["incremental", "incremental-forward"]
@@ -303,9 +332,9 @@ def _mapped(worker: Worker, mapper: str, folder: Path) -> dict[int, Any]:
             "mapping", min(0.95, placed / count), f"{mapper} mapping: picture {placed}/{count}"
         )
 
-    if mapper == "import":
-        return {0: pycolmap.Reconstruction(job.import_model)}
     worker.tell("mapping", 0.0, f"{mapper} mapping")
+    if mapper == KNOWN_POSES:
+        return {0: _triangulated(worker, folder)}
     if mapper == "global":
         options = pycolmap.GlobalPipelineOptions()
         options.num_threads = job.options.threads
@@ -327,55 +356,102 @@ def _mapped(worker: Worker, mapper: str, folder: Path) -> dict[int, Any]:
     )
 
 
-def _placed(model: Any) -> list[str]:
-    return [
+def _triangulated(worker: Worker, folder: Path) -> Any:
+    """The model of the given poses, with the points that agree with them."""
+    job = worker.job
+    with _open(worker.database) as database:
+        images = {p.name: database.read_image_with_name(p.name) for p in job.pictures}
+        cameras = database.read_all_cameras()
+    lines = [
+        f"{c.camera_id} PINHOLE {c.width} {c.height} {' '.join(map(repr, c.params.tolist()))}"
+        for c in cameras
+    ]
+    (folder / "cameras.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    lines = []
+    for picture in job.pictures:
+        assert picture.known is not None
+        numbers = " ".join(map(repr, (*picture.known.wxyz, *picture.known.translation)))
+        image = images[picture.name]
+        lines.append(f"{image.image_id} {numbers} {image.camera_id} {picture.name}\n")
+    (folder / "images.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    (folder / "points3D.txt").write_text("", encoding="utf-8")
+    options = pycolmap.IncrementalPipelineOptions()
+    options.num_threads = job.options.threads
+    options.random_seed = job.options.seed
+    return pycolmap.triangulate_points(
+        pycolmap.Reconstruction(folder), worker.database, job.pictures_folder, folder, True, options
+    )
+
+
+def _import(worker: Worker) -> None:
+    """Take a finished model as it is."""
+    job = worker.job
+    assert job.import_model is not None
+    worker.tell("mapping", 0.0, "reading the model")
+    model = pycolmap.Reconstruction(job.import_model)
+    names = _placed(model, least_points=0)
+    if not names:
+        raise Refused(f"{job.import_model}: no picture of the model has a pose; map it again")
+    missing = [name for name in names if not (job.pictures_folder / name).is_file()]
+    if missing:
+        raise Refused(
+            f"{job.pictures_folder}: {len(missing)} of {len(names)} photos of the model are "
+            f"missing, such as {missing[0]}; give the folder that the model was made from"
+        )
+    best = job.work / "models" / "import"
+    best.mkdir(parents=True, exist_ok=True)
+    model.write(best)
+    _keep(job, [Attempt("import", (tuple(names),))], best)
+
+
+def _keep(job: Job, attempts: Sequence[Attempt], best: Path | None) -> None:
+    kept = None if best is None else best.relative_to(job.work).as_posix()
+    values = {"attempts": [asdict(attempt) for attempt in attempts], "kept": kept}
+    write_json(job.work / MAPPING_FILE, values)
+
+
+def _placed(model: Any, *, least_points: int = LEAST_POINTS) -> list[str]:
+    return sorted(
         image.name
         for image in model.images.values()
-        if image.has_pose and image.num_points3D >= LEAST_POINTS
-    ]
+        if image.has_pose and image.num_points3D >= least_points
+    )
 
 
 def _undistort(worker: Worker) -> None:
     """Pinhole pictures of the kept model, and everything as a `Reconstruction`."""
     job = worker.job
-    kept = json.loads((job.work / MAPPING_FILE).read_text(encoding="utf-8"))["kept"]
-    if kept is None:
+    mapping = json.loads((job.work / MAPPING_FILE).read_text(encoding="utf-8"))
+    if mapping["kept"] is None:
         return
     worker.tell("undistortion", 0.0, "taking the lens's distortion out of the pictures")
     out = job.work / "undistorted"
-    model = pycolmap.Reconstruction(job.work / kept)
-    placed = set(_placed(model))
+    placed = list(mapping["attempts"][-1]["models"][0])
     pycolmap.undistort_images(
         out,
-        job.work / kept,
+        job.work / mapping["kept"],
         job.pictures_folder,
-        sorted(placed),
+        placed,
         jpeg_quality=JPEG_QUALITY,
         num_threads=job.options.threads,
     )
-    flat = pycolmap.Reconstruction(out / "sparse")
-    save_reconstruction(_reconstruction(job, flat, out / "images", placed), job.work / "reconstruction")
+    order = {picture.name: i for i, picture in enumerate(job.pictures)}
+    placed.sort(key=lambda name: (order.get(name, 0), name))
+    flat = _reconstruction(pycolmap.Reconstruction(out / "sparse"), out / "images", placed)
+    save_reconstruction(flat, job.work / "reconstruction")
     worker.tell("undistortion", 1.0, f"{len(placed)} pictures placed")
 
 
-def _reconstruction(job: Job, model: Any, pictures: Path, placed: set[str]) -> Reconstruction:
+def _reconstruction(model: Any, pictures: Path, placed: Sequence[str]) -> Reconstruction:
     by_name = {image.name: image for image in model.images.values()}
     views = []
-    for picture in job.pictures:
-        image = by_name.get(picture.name)
-        if image is None or picture.name not in placed:
-            continue
+    for name in placed:
+        image = by_name[name]
         camera_from_world = Pose.from_matrix(
             np.vstack([image.cam_from_world().matrix(), [0, 0, 0, 1]])
         )
-        views.append(
-            View(
-                picture.name,
-                pictures / picture.name,
-                _pinhole(model.cameras[image.camera_id]),
-                camera_from_world.inverse(),
-            )
-        )
+        camera = _pinhole(model.cameras[image.camera_id])
+        views.append(View(name, pictures / name, camera, camera_from_world.inverse()))
     points = list(model.points3D.values())
     return Reconstruction(
         tuple(views),
@@ -409,31 +485,50 @@ def _result(worker: Worker, times: dict[str, StageTime]) -> JobResult:
     features: dict[str, int] = {}
     matches: list[tuple[int, int, int]] = []
     turning = 0
+    pose_errors: list[float] = []
     if worker.database.exists():
         with _open(worker.database) as database:
-            ids = {}
+            numbers: dict[int, int] = {}
             for number, picture in enumerate(job.pictures):
                 image = database.read_image_with_name(picture.name)
                 if image is not None:
-                    ids[int(image.image_id)] = number
-                    features[picture.name] = int(
-                        database.num_keypoints_for_image(image.image_id)
-                    )
+                    numbers[int(image.image_id)] = number
+                    features[picture.name] = int(database.num_keypoints_for_image(image.image_id))
             for pair_id, geometry in zip(*database.read_two_view_geometries(), strict=True):
-                inliers = len(geometry.inlier_matches)
-                if not inliers:
+                pairs = np.asarray(geometry.inlier_matches)
+                if not len(pairs):
                     continue
-                a, b = pycolmap.pair_id_to_image_pair(pair_id)
-                matches.append((ids[a], ids[b], inliers))
+                ids = pycolmap.pair_id_to_image_pair(pair_id)
+                i, j = (numbers[k] for k in ids)
+                matches.append((i, j, len(pairs)))
                 turning += "PANORAMIC" in str(geometry.config)
+                known = job.pictures[i].known, job.pictures[j].known
+                if known[0] is not None and known[1] is not None:
+                    at = [
+                        np.asarray(database.read_keypoints(k).data)[pairs[:, n], :2]
+                        for n, k in enumerate(ids)
+                    ]
+                    pose_errors.extend(_pose_errors_px((known[0], known[1]), (at[0], at[1])))
     return JobResult(
         attempts,
         features,
         tuple(sorted(matches)),
         turning / len(matches) if matches else 0.0,
         error_px,
+        float(np.median(pose_errors)) if pose_errors else None,
         times,
     )
+
+
+def _pose_errors_px(
+    known: tuple[KnownPose, KnownPose], at: tuple[FloatArray, FloatArray]
+) -> FloatArray:
+    first_from_world, second_from_world = (
+        Pose.from_quaternion(k.wxyz, k.translation) for k in known
+    )
+    first, second = (Pinhole(1, 1, *k.pinhole) for k in known)
+    second_from_first = second_from_world @ first_from_world.inverse()
+    return epipolar_distances_px(*at, (first, second), second_from_first)
 
 
 def _read_stamps(work: Path) -> dict[str, Any]:

@@ -153,7 +153,9 @@ def _written(
     return tuple(frames)
 
 
-def _gaps(frames: tuple[Frame, ...], looks: list[Look], chosen: NDArray[np.int64]) -> tuple[Gap, ...]:
+def _gaps(
+    frames: tuple[Frame, ...], looks: list[Look], chosen: NDArray[np.int64]
+) -> tuple[Gap, ...]:
     path = np.cumsum([look.moved for look in looks])
     moved = np.diff(path[chosen])
     return tuple(

@@ -1,0 +1,85 @@
+"""A small textured room, photographed from known places."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from scenes.cameras import Pinhole
+from scenes.frames import look_at
+from scenes.mesh import TexturedMesh
+from scenes.pose import Pose
+
+PHOTOS = Path(__file__).parents[3].parent / "shared" / "data" / "photos_lund" / "images"
+CAMERA = Pinhole.from_fov(480, 360, 1.2)
+
+
+@dataclass(frozen=True)
+class Photographed:
+    folder: Path
+    camera: Pinhole
+    world_from_camera: dict[str, Pose]
+
+
+def speckles(rng: np.random.Generator, size: int = 512) -> np.ndarray:
+    """A picture full of corners of all sizes."""
+    canvas = np.full((size, size, 3), 128, dtype=np.uint8)
+    for k in range(700):
+        at = rng.integers(0, size, 2)
+        reach = rng.integers(3, 8 + 60 // (1 + k // 80), 2)
+        colour = tuple(int(v) for v in rng.integers(20, 236, 3))
+        low, high = at - reach, at + reach
+        cv2.rectangle(canvas, tuple(map(int, low)), tuple(map(int, high)), colour, -1)
+    return canvas
+
+
+@pytest.fixture(scope="session")
+def speckled():
+    return speckles
+
+
+@pytest.fixture(scope="session")
+def photographed(raycast, tmp_path_factory) -> Photographed:
+    """Twelve photos of a speckled corner with a crate in it, on an arc around it."""
+    rng = np.random.default_rng(5)
+    meshes = [
+        (plane(rng, (0, 0, 0), (4, 0, 0), (0, 4, 0)), Pose.identity()),
+        (plane(rng, (0, 4, 0), (4, 0, 0), (0, 0, 3)), Pose.identity()),
+        (plane(rng, (0, 0, 0), (0, 4, 0), (0, 0, 3)), Pose.identity()),
+        (plane(rng, (1, 2.0, 0.9), (0.9, 0.3, 0), (-0.3, 0.9, 0)), Pose.identity()),
+        (plane(rng, (1, 2.0, 0), (0.9, 0.3, 0), (0, 0, 0.9)), Pose.identity()),
+    ]
+    folder = tmp_path_factory.mktemp("photographed")
+    poses = {}
+    for k, angle in enumerate(np.linspace(0.1, 0.8, 12)):
+        eye = 3.4 * np.array([np.sin(angle), -np.cos(angle), 0.0]) + [
+            0.6,
+            3.4,
+            1.4 + 0.04 * (k % 3),
+        ]
+        world_from_camera = look_at(eye, np.array([1.1, 2.6, 0.9]))
+        picture, _, _ = raycast(meshes, CAMERA, world_from_camera, shade=False)
+        name = f"{k:02d}.jpg"
+        cv2.imwrite(str(folder / name), picture[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 95])
+        poses[name] = world_from_camera
+    return Photographed(folder, CAMERA, poses)
+
+
+def plane(rng, origin, across, up) -> TexturedMesh:
+    o, a, b = (np.array(v, dtype=np.float64) for v in (origin, across, up))
+    corners = np.stack([o, o + a, o + a + b, o + b])
+    uv = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], dtype=np.float32)
+    faces = np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32)
+    return TexturedMesh(corners, faces, uv, speckles(rng))
+
+
+@pytest.fixture(scope="session")
+def real_photos() -> Path:
+    """A folder of real photos, which are not part of the repository."""
+    if not PHOTOS.is_dir():
+        pytest.skip(f"real photos are not at {PHOTOS}")
+    return PHOTOS
