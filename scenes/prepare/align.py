@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.pose import Pose
-from scenes.prepare.alignment import Alignment, Anchor
+from scenes.prepare.alignment import Alignment, Anchor, bend_per_metre
 from scenes.prepare.anchors import AnchorSightings, Sighting
 from scenes.prepare.gravity import Gravity, find_gravity
 from scenes.prepare.reconstruction import Reconstruction, View
@@ -108,6 +108,8 @@ def align(
         anchors,
         gravity,
         placement.groups,
+        np.stack([anchor.world_from_code.translation for anchor in anchors]),
+        bend_per_metre(reconstruction),
         tuple(warnings),
     )
 
@@ -208,7 +210,11 @@ def _moved_to(seen: Observation, *, body: int, first_point: int = 0) -> Observat
 def _agreeing(
     codes: list[_Code], seen: Mapping[str, list[Observation]], warnings: list[str]
 ) -> list[_Code]:
-    """Without the one code whose size contradicts the others; refused if it cannot be told which."""
+    """Without the one code whose size contradicts the others.
+
+    Raises:
+        ValueError: it cannot be told which of them is wrong.
+    """
     if len(codes) < 2:
         return codes
     logs, sigmas = np.empty(len(codes)), np.empty(len(codes))
@@ -242,8 +248,8 @@ def _agreeing(
             f"{1000 * code.side_m:.1f}; measure both prints and give their sides"
         )
     warnings.append(
-        f"Code {code.payload!r} is not used: by the other codes it is {1000 * looks_m:.1f} mm wide, "
-        f"not {1000 * code.side_m:.1f} as given; measure the print."
+        f"Code {code.payload!r} is not used: by the other codes it is {1000 * looks_m:.1f} mm "
+        f"wide, not {1000 * code.side_m:.1f} as given; measure the print."
     )
     return [c for c in codes if c is not code]
 
@@ -259,13 +265,12 @@ def _on_known(
         for o in seen[code.payload]
     ]
     first = codes[0]
-    turn = Pose(first.start.rotation, np.zeros(3)) @ known[first.payload].inverse()
+    known_first = known[first.payload]
+    turn = Pose(first.start.rotation, np.zeros(3)) @ Pose(known_first.rotation.T, np.zeros(3))
     start = Pose(
-        turn.rotation,
-        first.start.translation
-        - turn.rotation @ known[first.payload].translation / first.metres_per_unit,
+        np.asarray(turn.rotation),
+        first.start.translation - turn.rotation @ known_first.translation / first.metres_per_unit,
     )
-    start = Pose(turn.rotation, start.translation)
     placement = place([body], observations, start=[start], metres_per_unit=first.metres_per_unit)
     reconstruction_from_world = Similarity(
         1.0 / placement.metres_per_unit, placement.rotations[0], placement.translations[0]

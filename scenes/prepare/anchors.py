@@ -23,6 +23,8 @@ from scenes.prepare.triangulate import find_square, predicted_corners
 
 FloatArray = NDArray[np.float64]
 
+QR_FORMATS = zxingcpp.barcode_formats_from_str("QRCodeModel2")
+
 LEAST_LIKENESS = 0.85
 """Photo and prediction correlate more than this, or the code is covered or is not there."""
 
@@ -142,7 +144,7 @@ def _grey(view: View) -> NDArray[np.uint8]:
 def _qr_codes(grey: NDArray[np.uint8]) -> list[_Candidate]:
     """Read codes with corners as zxing-cpp gives them: whole pixels."""
     found = []
-    for barcode in zxingcpp.read_barcodes(grey, formats=zxingcpp.BarcodeFormat.QRCodeModel2):
+    for barcode in zxingcpp.read_barcodes(grey, formats=QR_FORMATS):
         p = barcode.position
         corners = [(c.x, c.y) for c in (p.top_left, p.top_right, p.bottom_right, p.bottom_left)]
         found.append(

@@ -19,7 +19,7 @@ from scenes.prepare.symbols import Symbol
 FloatArray = NDArray[np.float64]
 Floats = NDArray[np.float32]
 
-MEASURED_SIDE_PX = 240.0
+MEASURED_SIDE_PX = 160.0
 """Larger symbols are measured at half, a third ... of the size: there is precision to spare."""
 
 RASTER_PX = 8
@@ -27,7 +27,7 @@ RASTER_PX = 8
 
 EXTRA_QUIET_MODULES = 12
 STEPS = 12
-STEP_PX = 0.005
+STEP_PX = 0.01
 START_BLUR_PX = 0.7
 BLUR_LIMIT_MODULES = 0.9
 
@@ -86,11 +86,10 @@ def refine_corners(grey: NDArray[np.uint8], symbol: Symbol, start_px: FloatArray
         light = cv2.resize(light, size, interpolation=cv2.INTER_AREA)
     fit = _Fit(symbol, np.asarray(light, dtype=np.float32))
     corners = start_px / shrink - low
-    for soften_px in (0.45 * module_px, 0.0):
-        found = fit.run(corners, soften_px=soften_px)
-        if found is None:
-            return None
-        corners = found.pixels
+    rough = fit.run(corners, soften_px=0.45 * module_px)
+    found = fit.run(rough.pixels, soften_px=0.0) if rough is not None else None
+    if found is None:
+        return None
     return Corners(
         (found.pixels + low) * shrink,
         np.maximum(found.sigma_px * shrink, SIGMA_FLOOR_PX),
@@ -118,10 +117,13 @@ class _Fit:
 
     def run(self, corners_px: FloatArray, *, soften_px: float) -> Corners | None:
         """Gauss-Newton on corners, blur, bleeding and light, with robust weights."""
-        light = cv2.GaussianBlur(self._light, (0, 0), soften_px) if soften_px else self._light
+        light = self._light
+        if soften_px:
+            light = np.asarray(cv2.GaussianBlur(light, (0, 0), soften_px), dtype=np.float32)
         module_px = math.sqrt(abs(_area(corners_px))) / self._modules
         blur_px, bleed_px = START_BLUR_PX, 0.0
         corners = corners_px.copy()
+        sigma_px, likeness = np.full(4, np.inf), 0.0
         for _ in range(STEPS):
             step = self._step(light, corners, math.hypot(blur_px, soften_px), bleed_px)
             if step is None:
@@ -149,7 +151,7 @@ class _Fit:
         if not _is_convex(corners_px):
             return None
         px_from_printed = _homography(self._printed, corners_px)
-        printed = _mapped(np.linalg.inv(px_from_printed), self._pixels)
+        printed = _mapped(_inverse(px_from_printed), self._pixels)
         inside = (printed > -self._quiet).all(axis=1) & (printed < self._modules + self._quiet).all(
             axis=1
         )
@@ -177,13 +179,7 @@ class _Fit:
             ],
             axis=1,
         )
-        weights = ones
-        for _ in range(2):
-            root = np.sqrt(weights)[:, None]
-            shading = np.linalg.lstsq(shades * root, wanted * root[:, 0], rcond=None)[0]
-            left = wanted - shades @ shading
-            spread = 1.4826 * float(np.median(np.abs(left))) + 1e-6
-            weights = 1.0 / np.maximum(1.0, np.abs(left) / (2.0 * spread))
+        shading, left, weights = _lit(shades, wanted)
         gain = lit @ shading[:3]
         if float(np.median(gain)) <= 0:
             return None
@@ -217,7 +213,7 @@ class _Fit:
         px_from_fine = np.array(
             [[1 / fine, 0.0, 0.5 / fine], [0.0, 1 / fine, 0.5 / fine], [0.0, 0.0, 1.0]]
         )
-        raster_from_fine = raster_from_printed @ np.linalg.inv(px_from_printed) @ px_from_fine
+        raster_from_fine = raster_from_printed @ _inverse(px_from_printed) @ px_from_fine
         big = cv2.warpPerspective(
             self._raster,
             raster_from_fine,
@@ -243,6 +239,19 @@ class _Fit:
         return flow
 
 
+def _lit(shades: FloatArray, wanted: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The light that explains the photo best: its coefficients, what is left, and weights."""
+    weights = np.ones_like(wanted)
+    shading, left = np.zeros(shades.shape[1]), wanted
+    for _ in range(2):
+        weighted = shades * weights[:, None]
+        shading = np.linalg.solve(weighted.T @ shades, weighted.T @ wanted)
+        left = wanted - shades @ shading
+        spread = 1.4826 * float(np.median(np.abs(left))) + 1e-6
+        weights = 1.0 / np.maximum(1.0, np.abs(left) / (2.0 * spread))
+    return np.asarray(shading, dtype=np.float64), left, weights
+
+
 def _linear(grey: NDArray[np.uint8]) -> Floats:
     """Linear light, 0..1, from sRGB code values: blur adds light, not code values."""
     codes = np.arange(256) / 255.0
@@ -262,6 +271,10 @@ def _homography(from_xy: FloatArray, to_xy: FloatArray) -> FloatArray:
         rows[2 * k] = (x, y, 1, 0, 0, 0, -u * x, -u * y)
         rows[2 * k + 1] = (0, 0, 0, x, y, 1, -v * x, -v * y)
     return np.append(np.linalg.solve(rows, to_xy.ravel()), 1.0).reshape(3, 3)
+
+
+def _inverse(homography: FloatArray) -> FloatArray:
+    return np.asarray(np.linalg.inv(homography), dtype=np.float64)
 
 
 def _mapped(homography: FloatArray, xy: FloatArray) -> FloatArray:

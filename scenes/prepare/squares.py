@@ -99,13 +99,7 @@ def place(
         normal, pull = _normal_equations(residuals, slopes, weights)
         change = _solved(normal, pull)
         rotations = np.stack(
-            [
-                (
-                    Pose(rotation_from_vector(change[6 * b : 6 * b + 3]), np.zeros(3))
-                    @ Pose(r, np.zeros(3))
-                ).rotation
-                for b, r in enumerate(rotations)
-            ]
+            [_turned(r, change[6 * b : 6 * b + 3]) for b, r in enumerate(rotations)]
         )
         translations = translations + np.stack(
             [change[6 * b + 3 : 6 * b + 6] for b in range(len(translations))]
@@ -125,6 +119,11 @@ def place(
         pose_sigma_px,
         groups,
     )
+
+
+def _turned(rotation: FloatArray, rotation_vector: FloatArray) -> FloatArray:
+    turn = Pose(rotation_from_vector(rotation_vector), np.zeros(3))
+    return (turn @ Pose(rotation, np.zeros(3))).rotation
 
 
 def _linearised(
@@ -219,7 +218,7 @@ def _left_out(
     conservative for few groups, and never taken below what the corners' own noise would give.
     """
     normal, _ = _normal_equations(residuals, slopes, weights)
-    inverse = np.linalg.inv(normal)
+    inverse = np.asarray(np.linalg.inv(normal), dtype=np.float64)
     photos = sorted({seen.order for seen in observations})
     groups = np.array_split(np.array(photos), min(GROUPS, len(photos)))
     scatter = np.zeros_like(normal)
