@@ -25,6 +25,9 @@ FloatArray = NDArray[np.float64]
 
 QR_FORMATS = zxingcpp.barcode_formats_from_str("QRCodeModel2")
 
+ENLARGED_UP_TO_PX = 2_500_000
+"""Pictures of so many pixels are also read at twice their size."""
+
 LEAST_LIKENESS = 0.85
 """Photo and prediction correlate more than this, or the code is covered or is not there."""
 
@@ -32,7 +35,7 @@ LEAST_LIKENESS_UNREAD = 0.93
 """The same where the code could not be read, but is expected."""
 
 MOST_BLUR_MODULES = 0.7
-LEAST_MODULE_PX = 1.3
+LEAST_MODULE_PX = 1.1
 """Modules smaller than this (on the short side) are not measured."""
 
 
@@ -142,14 +145,26 @@ def _grey(view: View) -> NDArray[np.uint8]:
 
 
 def _qr_codes(grey: NDArray[np.uint8]) -> list[_Candidate]:
-    """Read codes with corners as zxing-cpp gives them: whole pixels."""
+    """Read codes with corners as zxing-cpp gives them: whole pixels.
+
+    A picture that is not large is read at twice its size as well, where smaller codes are read.
+    """
+    found = _read(grey, 1)
+    if grey.size <= ENLARGED_UP_TO_PX:
+        height, width = grey.shape
+        large = cv2.resize(grey, (2 * width, 2 * height), interpolation=cv2.INTER_CUBIC)
+        known = {c.payload for c in found}
+        found += [c for c in _read(np.asarray(large, np.uint8), 2) if c.payload not in known]
+    return found
+
+
+def _read(grey: NDArray[np.uint8], enlarged: int) -> list[_Candidate]:
     found = []
     for barcode in zxingcpp.read_barcodes(grey, formats=QR_FORMATS):
         p = barcode.position
         corners = [(c.x, c.y) for c in (p.top_left, p.top_right, p.bottom_right, p.bottom_left)]
-        found.append(
-            _Candidate(barcode.text, symbol_of(barcode), np.array(corners, dtype=np.float64))
-        )
+        corners_px = np.array(corners, dtype=np.float64) / enlarged
+        found.append(_Candidate(barcode.text, symbol_of(barcode), corners_px))
     return found
 
 

@@ -104,8 +104,8 @@ def align_by_object(
 ) -> Alignment:
     """The metric world from an object whose true shape is known, such as an earlier cut-out.
 
-    Iterated closest points with a scale (Besl & McKay 1992 with Umeyama's step), the worst tenth of
-    the pairs left out.
+    Iterated closest points with a scale (Besl & McKay 1992 with Umeyama's step), paired from both
+    sides, as pairs from one side shrink the scale; the worst tenth of the pairs is left out.
 
     Args:
         reconstruction: photos with poses and sparse points.
@@ -122,13 +122,20 @@ def align_by_object(
             f"known object: {len(points)} and {len(known_m)} points, wanted 50 or more of each"
         )
     tree = KDTree(known_m)
+    every = max(1, len(known_m) // 2000)
+    asked = known_m[::every]
     known_from_reconstruction = reconstruction_from_known.inverse()
     distances = np.zeros(len(points))
     for _ in range(NEAREST_STEPS):
         moved = known_from_reconstruction @ points
         distances, nearest = tree.query(moved)
+        back, nearest_back = KDTree(moved).query(asked)
         keep = distances <= np.quantile(distances, 0.9)
-        known_from_reconstruction = similarity_from_points(known_m[nearest[keep]], points[keep])
+        keep_back = back <= np.quantile(back, 0.9)
+        known_from_reconstruction = similarity_from_points(
+            np.concatenate([known_m[nearest[keep]], asked[keep_back]]),
+            np.concatenate([points[keep], points[nearest_back[keep_back]]]),
+        )
     extent_m = float(np.linalg.norm(np.ptp(known_m, axis=0)))
     spread_m = float(np.sqrt(np.mean(np.quantile(distances, [0.25, 0.5, 0.75]) ** 2)))
     if spread_m > 0.05 * extent_m:

@@ -128,7 +128,7 @@ def test_of_three_codes_the_wrongly_printed_one_is_named_and_left_out():
 
 def test_a_code_that_was_moved_is_told_with_the_distance():
     codes = wall_codes(3)
-    there = Pose(codes["code:0"].rotation, codes["code:0"].translation + [0.3, 0, 0])
+    there = Pose(codes["code:0"].rotation, codes["code:0"].translation + np.array([0.3, 0, 0]))
     reconstruction, sightings, truth = capture(
         rng(6), codes=codes, moved=("code:0", 10, there), frames=60
     )
@@ -156,7 +156,7 @@ def test_photos_from_one_place_are_not_enough():
     still = dataclasses.replace(reconstruction, views=views)
     seen = sightings[0].sightings[0]
     same = (seen, dataclasses.replace(seen, view=second))
-    with pytest.raises(ValueError, match="almost one place.*half a metre apart"):
+    with pytest.raises(ValueError, match=r"almost one place.*half a metre apart"):
         align(still, [dataclasses.replace(sightings[0], sightings=same)], sides_m=0.2, rng=rng())
 
 
@@ -169,7 +169,7 @@ def test_no_code_says_what_to_do():
 def test_a_mirrored_code_says_so():
     reconstruction, _, _ = capture(rng(8), codes={})
     mirrored = AnchorSightings("code:0", None, (), (Refusal("000.jpg", "it is mirrored"),))
-    with pytest.raises(ValueError, match="in 000.jpg it is mirrored"):
+    with pytest.raises(ValueError, match=r"in 000\.jpg it is mirrored"):
         align(reconstruction, [mirrored], sides_m=SIDE_M, rng=rng())
 
 

@@ -24,7 +24,7 @@ def filmed(tmp_path, symbol, eyes=EYES, *, alter=lambda photo: photo, **options)
     views, truth = [], {}
     rng = np.random.default_rng(4)
     for k, eye in enumerate(eyes):
-        world_from_camera = look_at(np.array(eye), CODE.translation + [0.05 * k, 0, 0.02])
+        world_from_camera = look_at(np.array(eye), CODE.translation + np.array([0.05 * k, 0, 0.02]))
         view = View(f"{k}.png", tmp_path / f"{k}.png", CAMERA, world_from_camera)
         corners = predicted_corners(Similarity.from_pose(CODE, SIDE_M), view)
         assert corners is not None
@@ -54,7 +54,7 @@ def test_codes_are_found_read_and_measured(tmp_path, symbol):
 
 
 def test_a_code_too_slanted_to_read_is_found_where_it_must_be(tmp_path):
-    slanted = (2.25, 2.1, 1.55)
+    slanted = (1.3, 1.85, 1.5)
     reconstruction, truth = filmed(tmp_path, qr_symbol("room:1"), (*EYES, slanted), blur_px=0.6)
     closer = dataclasses.replace(
         reconstruction, views=tuple(v for v in reconstruction.views if v.name == "3.png")
@@ -63,7 +63,7 @@ def test_a_code_too_slanted_to_read_is_found_where_it_must_be(tmp_path):
     (found,) = find_anchors(reconstruction)
     last = found.sightings[-1]
     assert (last.view, last.was_read) == ("3.png", False)
-    assert np.abs(last.corners_px - truth["3.png"]).max() < 0.3
+    assert np.abs(last.corners_px - truth["3.png"]).max() < 0.15
 
 
 def test_a_mirrored_code_is_refused_with_the_reason(tmp_path):

@@ -31,7 +31,9 @@ def test_two_points_and_a_length_give_the_scale(room):
     metric = apply_alignment(reconstruction, alignment)
     assert np.quantile(np.abs(metric.points[:, 2]), 0.08) < 0.01
     # The tape's error is what the scale's is, and grows away from where it was held.
-    near, far = alignment.predicted_error_m(np.stack([(at_a + at_b) / 2, at_b + [3, 0, 0]]))
+    near, far = alignment.predicted_error_m(
+        np.stack([(at_a + at_b) / 2, at_b + np.array([3, 0, 0])])
+    )
     assert far > near
     assert far > 0.002
 
