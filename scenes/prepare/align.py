@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from scenes.pose import Pose
 from scenes.prepare.alignment import Alignment, Anchor, bend_per_metre
 from scenes.prepare.anchors import AnchorSightings, Sighting
-from scenes.prepare.gravity import Gravity, find_gravity
+from scenes.prepare.gravity import Gravity, find_gravity, standing_world
 from scenes.prepare.reconstruction import Reconstruction, View
-from scenes.prepare.similarity import Similarity
+from scenes.prepare.similarity import Similarity, similarity_from_points
 from scenes.prepare.squares import Observation, Placement, place
 from scenes.prepare.triangulate import UNIT_CORNERS, Square, find_square, rays, triangulated
 
@@ -295,13 +295,9 @@ def _on_free(
     )
     first = placement.rotations[0]
     facing = first[:, 2] if abs(float(first[:, 2] @ gravity.up)) < FLAT else first[:, 1]
-    x = facing - (facing @ gravity.up) * gravity.up
-    x /= np.linalg.norm(x)
-    rotation = np.stack([x, np.cross(gravity.up, x), gravity.up])
-    scale = placement.metres_per_unit
-    centre = placement.translations[0]
-    foot = centre - (gravity.up @ centre - gravity.floor) * gravity.up
-    world_from_reconstruction = Similarity(scale, rotation, -scale * rotation @ foot)
+    world_from_reconstruction = standing_world(
+        gravity, placement.translations[0], facing, placement.metres_per_unit
+    )
     change = _as_seen_from_codes(codes, placement, world_from_reconstruction)
     return world_from_reconstruction, change @ placement.covariance @ change.T, placement
 
@@ -352,45 +348,42 @@ def _anchors(
     *,
     one_body: bool,
 ) -> tuple[Anchor, ...]:
+    """What came out for each code; `one_body` if all were placed together, as known."""
     anchors, used = [], 0
     for k, code in enumerate(codes):
         observations = seen[code.payload]
-        residuals = np.stack(placement.residuals_px[used : used + len(observations)])
+        residuals_px = placement.residuals_px[used : used + len(observations)]
         used += len(observations)
-        cast = [rays(o.view, o.pixels) for o in observations]
-        free = np.stack(
-            [
-                triangulated(np.stack([c[0] for c in cast]), np.stack([c[1][j] for c in cast]))
-                for j in range(4)
-            ]
-        )
-        corners_m = world_from_reconstruction @ free
-        in_reconstruction = (
-            code.start if one_body else Pose(placement.rotations[k], placement.translations[k])
-        )
-        world_from_code = world_from_reconstruction.moved(in_reconstruction)
-        side_px = np.array(
-            [
-                np.linalg.norm(o.pixels - np.roll(o.pixels, 1, axis=0), axis=1).mean()
-                for o in observations
-            ]
-        )
-        rms_px = np.sqrt((residuals**2).mean(axis=(1, 2)))
+        corners_m = world_from_reconstruction @ _free_corners(observations)
+        if one_body:
+            measured = similarity_from_points(corners_m, code.corners_m)
+            world_from_code = Pose(measured.rotation, measured.translation)
+        else:
+            world_from_code = world_from_reconstruction.moved(
+                Pose(placement.rotations[k], placement.translations[k])
+            )
+        off_m = np.linalg.norm(corners_m - world_from_code @ code.corners_m, axis=1)
+        rms_px = np.sqrt([np.mean(r * r) for r in residuals_px])
+        edges_px = [o.pixels - np.roll(o.pixels, 1, axis=0) for o in observations]
+        m_per_px = code.side_m / np.array([np.linalg.norm(e, axis=1).mean() for e in edges_px])
         anchors.append(
             Anchor(
                 code.payload,
                 code.side_m,
                 world_from_code,
                 corners_m,
-                float(np.sqrt((rms_px**2).mean())),
-                float(1000 * code.side_m * np.sqrt(((rms_px / side_px) ** 2).mean())),
-                float(
-                    1000
-                    * np.sqrt(
-                        ((corners_m - world_from_code @ code.corners_m) ** 2).sum(axis=1).mean()
-                    )
-                ),
-                tuple(o.view.name for o in observations),
+                residual_px=float(np.sqrt(np.mean(rms_px**2))),
+                residual_mm=1000 * float(np.sqrt(np.mean((rms_px * m_per_px) ** 2))),
+                corner_mm=1000 * float(np.sqrt(np.mean(off_m**2))),
+                views=tuple(o.view.name for o in observations),
             )
         )
     return tuple(anchors)
+
+
+def _free_corners(observations: Sequence[Observation]) -> FloatArray:
+    """(4, 3) corners of one code, each from its own rays, in the reconstruction's frame."""
+    cast = [rays(o.view, o.pixels) for o in observations]
+    places = np.stack([place for place, _ in cast])
+    directions = np.stack([direction for _, direction in cast])
+    return np.stack([triangulated(places, directions[:, j]) for j in range(4)])

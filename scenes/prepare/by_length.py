@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import KDTree
 
 from scenes.prepare.alignment import Alignment, bend_per_metre
-from scenes.prepare.gravity import Gravity, find_gravity
+from scenes.prepare.gravity import Gravity, find_gravity, standing_world
 from scenes.prepare.reconstruction import Reconstruction
 from scenes.prepare.similarity import Similarity, similarity_from_points
 from scenes.prepare.triangulate import rays, triangulated
@@ -128,8 +128,8 @@ def align_by_object(
     distances = np.zeros(len(points))
     for _ in range(NEAREST_STEPS):
         moved = known_from_reconstruction @ points
-        distances, nearest = tree.query(moved)
-        back, nearest_back = KDTree(moved).query(asked)
+        distances, nearest = (np.asarray(a) for a in tree.query(moved))
+        back, nearest_back = (np.asarray(a) for a in KDTree(moved).query(asked))
         keep = distances <= np.quantile(distances, 0.9)
         keep_back = back <= np.quantile(back, 0.9)
         known_from_reconstruction = similarity_from_points(
@@ -163,11 +163,7 @@ def _standing(
     relative_sigma: float,
 ) -> Alignment:
     """The world on the floor under the first reference, X along `along`."""
-    x = along - (along @ gravity.up) * gravity.up
-    x /= np.linalg.norm(x)
-    rotation = np.stack([x, np.cross(gravity.up, x), gravity.up])
-    foot = references[0] - (gravity.up @ references[0] - gravity.floor) * gravity.up
-    world_from_reconstruction = Similarity(scale, rotation, -scale * rotation @ foot)
+    world_from_reconstruction = standing_world(gravity, references[0], along, scale)
     references_m = world_from_reconstruction @ references
     centre = references_m.mean(axis=0)
     # Only the scale is uncertain; it is measured at the references, which stay where they are.

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.prepare.reconstruction import Reconstruction
+from scenes.prepare.similarity import Similarity
 
 FloatArray = NDArray[np.float64]
 
@@ -67,6 +68,24 @@ def find_gravity(reconstruction: Reconstruction, *, rng: np.random.Generator) ->
     if floor is None:
         return Gravity(up, float(np.quantile(heights, 0.01)), CAMERA_TILT_DEG, 0.05 * reach, 0)
     return floor
+
+
+def standing_world(
+    gravity: Gravity, place: FloatArray, facing: FloatArray, metres_per_unit: float
+) -> Similarity:
+    """The metric world (world from reconstruction): Z up, its origin on the floor under `place`.
+
+    Args:
+        gravity: up and floor.
+        place: (3,) in the reconstruction's frame.
+        facing: (3,) a direction whose level part is X.
+        metres_per_unit: the scale.
+    """
+    x = facing - (facing @ gravity.up) * gravity.up
+    x /= np.linalg.norm(x)
+    rotation = np.array([x, np.cross(gravity.up, x), gravity.up], dtype=np.float64)
+    foot = place - (gravity.up @ place - gravity.floor) * gravity.up
+    return Similarity(metres_per_unit, rotation, -metres_per_unit * rotation @ foot)
 
 
 def up_from_cameras(reconstruction: Reconstruction) -> FloatArray:

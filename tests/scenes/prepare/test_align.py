@@ -90,6 +90,8 @@ def test_known_codes_give_their_world():
     for anchor in alignment.anchors:
         turn = codes[anchor.payload].rotation.T @ anchor.world_from_code.rotation
         assert np.degrees(rotation_angle(turn)) < 1.0
+        off = anchor.world_from_code.translation - codes[anchor.payload].translation
+        assert np.linalg.norm(off) < 0.005
         assert anchor.residual_px < 0.5
         assert anchor.residual_mm < 2.0
         assert len(anchor.views) >= 2
