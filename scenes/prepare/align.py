@@ -31,6 +31,9 @@ DISAGREE_SHARE = 0.01
 LEAST_BASELINE_DEG = 3.0
 """A code whose rays cross at less than this is used, with a warning."""
 
+MISPLACED_M = 0.02
+"""A code with a known place that is seen further from it than this is told to the user."""
+
 FLAT = 0.8
 """A code whose normal has this much of up in it lies flat."""
 
@@ -102,6 +105,7 @@ def align(
             )
         world_from_reconstruction, covariance, placement = _on_free(codes, seen, gravity)
     anchors = _anchors(codes, seen, placement, world_from_reconstruction, one_body=bool(known))
+    warnings += [_misplaced(a, known[a.payload]) for a in anchors if known and _is_off(a, known)]
     return Alignment(
         world_from_reconstruction,
         covariance,
@@ -379,6 +383,20 @@ def _anchors(
             )
         )
     return tuple(anchors)
+
+
+def _is_off(anchor: Anchor, known: Mapping[str, Pose]) -> bool:
+    away = anchor.world_from_code.translation - known[anchor.payload].translation
+    return float(np.linalg.norm(away)) > MISPLACED_M
+
+
+def _misplaced(anchor: Anchor, world_from_code: Pose) -> str:
+    away = anchor.world_from_code.translation - world_from_code.translation
+    return (
+        f"Code {anchor.payload!r} is {1000 * float(np.linalg.norm(away)):.0f} mm from where it "
+        "should be, or another code is; see whether one was moved since, or align without their "
+        "old places."
+    )
 
 
 def _free_corners(observations: Sequence[Observation]) -> FloatArray:

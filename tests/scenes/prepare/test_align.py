@@ -90,11 +90,26 @@ def test_known_codes_give_their_world():
     for anchor in alignment.anchors:
         turn = codes[anchor.payload].rotation.T @ anchor.world_from_code.rotation
         assert np.degrees(rotation_angle(turn)) < 1.0
+        assert not alignment.warnings
         off = anchor.world_from_code.translation - codes[anchor.payload].translation
         assert np.linalg.norm(off) < 0.005
         assert anchor.residual_px < 0.5
         assert anchor.residual_mm < 2.0
         assert len(anchor.views) >= 2
+
+
+def test_a_code_that_is_not_where_it_was_is_told():
+    codes = wall_codes(3)
+    reconstruction, sightings, _ = capture(rng(2), codes=codes)
+    old = Pose(codes["code:2"].rotation, codes["code:2"].translation + np.array([0.2, 0, 0]))
+    alignment = align(
+        reconstruction,
+        sightings,
+        sides_m=SIDE_M,
+        world_from_codes={**codes, "code:2": old},
+        rng=rng(),
+    )
+    assert any("from where it should be" in w for w in alignment.warnings)
 
 
 def test_one_bad_photo_does_not_matter_and_is_named():
