@@ -10,6 +10,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
+from scenes.cameras import Rig
 from scenes.formats.atomic import write_file
 from scenes.prepare.frame_choice import StepLimits
 from scenes.prepare.sharpness import QualityLimits, Reason
@@ -29,6 +30,7 @@ class CaptureKind(StrEnum):
 
     VIDEO = "video"
     PHOTOS = "photos"
+    PANORAMA = "views of a 360° video"
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +44,7 @@ class CaptureOptions:
         longest_px: larger pictures are made smaller.
         quality: when a picture is refused.
         steps: how far the picture may move between neighbours of a video.
+        rig: the 360° camera that took the video, lenses side by side in the picture.
     """
 
     frames: int = 80
@@ -50,6 +53,7 @@ class CaptureOptions:
     longest_px: int = 1600
     quality: QualityLimits = field(default_factory=QualityLimits)
     steps: StepLimits = field(default_factory=StepLimits)
+    rig: Rig | None = None
 
     def __post_init__(self) -> None:
         if not 3 <= self.least_frames <= self.frames:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
+from scenes.cameras import rig_to_json
 from scenes.prepare.capture import (
     CAPTURE_FILE,
     PICTURE_SUFFIXES,
@@ -34,8 +35,8 @@ def gather(
 ) -> Capture:
     """Choose the pictures that a room is made from.
 
-    The originals are only read. Chosen pictures go to `work_dir/frames`; a second call with the same
-    input and options finds them there.
+    The originals are only read. Chosen pictures go to `work_dir/frames`; a second call with the
+    same input and options finds them there.
 
     Args:
         source: a video file, a folder of photos, or photos.
@@ -50,9 +51,7 @@ def gather(
     """
     chosen = options or CaptureOptions()
     files, name = _files(source)
-    key: dict[str, Any] = json.loads(
-        json.dumps({"files": [_stamp(file) for file in files], "options": asdict(chosen)})
-    )
+    key = _key(files, chosen)
     folder = work_dir / FRAMES_FOLDER
     done = load_capture(folder, key)
     if done is not None:
@@ -94,6 +93,16 @@ def _files(source: Path | Sequence[Path]) -> tuple[list[Path], str]:
             "photos; export it as MP4 or JPEG"
         )
     return [source], source.name
+
+
+def _key(files: Sequence[Path], options: CaptureOptions) -> dict[str, Any]:
+    """What the choice depends on, as plain values."""
+    values = {
+        "files": [_stamp(file) for file in files],
+        "options": asdict(replace(options, rig=None)),
+        "rig": rig_to_json(options.rig) if options.rig else None,
+    }
+    return json.loads(json.dumps(values))
 
 
 def _stamp(file: Path) -> list[str | int]:

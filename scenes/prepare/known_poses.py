@@ -14,7 +14,8 @@ from scenes.prepare.sfm import SFM_FOLDER, run_worker
 from scenes.prepare.sfm_job import Job, KnownPose, Picture, SfmOptions
 
 LEAST_POINTS_PER_VIEW = 10
-WORST_POSES_PX = 8.0
+WORST_POSES = 0.005
+"""Median distance of matches from where given poses put them, as a fraction of the width."""
 
 
 def triangulate(
@@ -68,10 +69,11 @@ def triangulate(
         options=options or SfmOptions(),
     )
     result = run_worker(job, progress)
-    if result.pose_error_px is not None and result.pose_error_px > WORST_POSES_PX:
+    limit_px = WORST_POSES * views[0].camera.width_px
+    if result.pose_error_px is not None and result.pose_error_px > limit_px:
         raise CaptureError(
-            f"{source}: matches lie {result.pose_error_px:.0f} px (median) from where the poses put "
-            f"them, limit {WORST_POSES_PX:g} px; the poses do not belong to these pictures: "
+            f"{source}: matches lie {result.pose_error_px:.1f} px (median) from where the poses "
+            f"put them, limit {limit_px:.1f} px; the poses do not belong to these pictures: "
             "export both again, or give the pictures alone"
         )
     found = load_reconstruction(job.work / "reconstruction")

@@ -26,8 +26,8 @@ class SfmOptions:
     Attributes:
         longest_px: features are found in pictures of at most this size.
         features: at most so many a picture.
-        finest: look for the finest features too, at twice the size: three times slower, and two and a
-            half times the points in a room with plain walls.
+        finest: look for the finest features too, at twice the size: three times slower, and two
+            and a half times the points in a room with plain walls.
         matching: all pairs, or neighbours in time and pictures that look alike; "auto" takes all
             pairs up to `exhaustive_up_to` pictures.
         exhaustive_up_to: number of pictures.

@@ -64,7 +64,7 @@ def judge_result(capture: Capture, result: JobResult) -> Verdict:
         advice.append(
             "film these passages again, more slowly, so that each picture shows two thirds of the "
             "one before"
-            if capture.kind is CaptureKind.VIDEO
+            if capture.kind is not CaptureKind.PHOTOS
             else "take more photos between these and their neighbours, each showing two thirds of "
             "the one before"
         )
@@ -102,5 +102,5 @@ def _groups(names: Sequence[str], result: JobResult) -> tuple[tuple[str, ...], .
     ).reshape(-1, 2)
     graph = coo_matrix((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(len(names),) * 2)
     count, label = connected_components(graph, directed=False)
-    groups = [tuple(names[i] for i in np.flatnonzero(label == k)) for k in range(count)]
+    groups = [tuple(names[int(i)] for i in np.flatnonzero(label == k)) for k in range(count)]
     return tuple(sorted(groups, key=len, reverse=True))

@@ -213,6 +213,8 @@ def _start_values(model: str, path: Path, focal_px: float) -> str:
 
 def _size(path: Path) -> tuple[int, int]:
     bitmap = pycolmap.Bitmap.read(path, as_rgb=False)
+    if bitmap is None:
+        raise Refused(f"{path}: no picture that can be read; gather the pictures again")
     return bitmap.width, bitmap.height
 
 

@@ -112,7 +112,7 @@ def displacement(before: GreyPicture, after: GreyPicture) -> float:
     corners = cv2.goodFeaturesToTrack(a, CORNERS, 0.01, 6)
     if corners is None or len(corners) < LEAST_TRACKS:
         return 1.0
-    corners = corners.reshape(-1, 2)
+    corners = corners.reshape(-1, 2).astype(np.float32)
     moved, found = _tracked(a, b, corners)
     back, found_back = _tracked(b, a, moved)
     kept = found & found_back & (np.linalg.norm(back - corners, axis=1) < AGREE_PX)

@@ -25,6 +25,7 @@ from scenes.prepare.capture import (
     too_few,
 )
 from scenes.prepare.frame_choice import choose_frames
+from scenes.prepare.panorama_views import PanoramaView, panorama_views, view_pictures
 from scenes.prepare.photos import fitted, write_jpeg
 from scenes.prepare.progress import Progress
 from scenes.prepare.sharpness import (
@@ -40,6 +41,10 @@ LOOKS_PER_FRAME = 8
 """Frames that are judged for each one that is taken."""
 LOOKING_SHARE = 0.7
 LITTLE_OVERLAP = 0.35
+LONGEST_SMEAR = 8
+"""Looks for which a smeared passage is bridged."""
+FEWER_PANORAMAS = 3
+"""A 360° picture shows the whole room, so fewer places are enough."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +55,8 @@ class Look:
         index: its number in the video.
         t_s: its time.
         quality: of the single picture.
-        moved: since the look before, as a fraction of the width.
+        moved: since the last look at a sharp frame, as a fraction of the width; 0 for a smeared
+            one, in which nothing can be followed.
     """
 
     index: int
@@ -68,6 +74,11 @@ def gather_video(
         CaptureError: it is no video, or too few frames are usable.
         OSError: a picture cannot be written.
     """
+    if file.suffix.lower() == ".insv" and options.rig is None:
+        raise CaptureError(
+            f"{file}: a 360° video needs the calibration of its lenses; give the camera's rig "
+            "file, or export a flat video from the camera's own program"
+        )
     looks = _looks(file, options, progress)
     typical = float(np.median([look.quality.blur for look in looks])) if looks else 0.0
     reasons = [verdict(look.quality, typical, options.quality) for look in looks]
@@ -75,7 +86,7 @@ def gather_video(
         np.array([look.moved for look in looks]),
         np.array([look.quality.blur for look in looks]),
         np.array([reason is None for reason in reasons], dtype=np.bool_),
-        wanted=options.frames,
+        wanted=options.frames if options.rig is None else options.frames // FEWER_PANORAMAS,
         steps=options.steps,
     )
     taken = {int(i) for i in chosen}
@@ -88,7 +99,7 @@ def gather_video(
         raise too_few(file.name, len(taken), rejected, wanted=options.least_frames)
     frames = _written(file, folder, [looks[i] for i in chosen], options, progress)
     return Capture(
-        CaptureKind.VIDEO,
+        CaptureKind.VIDEO if options.rig is None else CaptureKind.PANORAMA,
         file.name,
         folder,
         frames,
@@ -105,6 +116,7 @@ def clock(t_s: float) -> str:
 def _looks(file: Path, options: CaptureOptions, progress: Progress) -> list[Look]:
     looks: list[Look] = []
     before: NDArray[np.uint8] | None = None
+    sharp_blur, passed_over = 0.0, 0
     with _opened(file) as (container, stream):
         total = _frame_count(container, stream)
         stride = max(1, total // (LOOKS_PER_FRAME * options.frames)) if total else 3
@@ -112,9 +124,15 @@ def _looks(file: Path, options: CaptureOptions, progress: Progress) -> list[Look
             if index % stride:
                 continue
             grey = _grey(frame)
-            moved = displacement(before, grey) if before is not None else 0.0
-            looks.append(Look(index, t_s, judge(grey), moved))
-            before = grey
+            quality = judge(grey)
+            smeared = quality.blur > sharp_blur + options.quality.blur_over_typical
+            if before is not None and smeared and passed_over < LONGEST_SMEAR:
+                looks.append(Look(index, t_s, quality, 0.0))
+                passed_over += 1
+            else:
+                moved = displacement(before, grey) if before is not None else 0.0
+                looks.append(Look(index, t_s, quality, moved))
+                before, sharp_blur, passed_over = grey, quality.blur, 0
             if len(looks) % 8 == 1:
                 done = min(1.0, index / total) if total else 0.5
                 progress(LOOKING_SHARE * done, f"looking through {file.name}, {clock(t_s)}")
@@ -127,30 +145,47 @@ def _written(
     file: Path, folder: Path, looks: list[Look], options: CaptureOptions, progress: Progress
 ) -> tuple[Frame, ...]:
     wanted = {look.index: look for look in looks}
+    views = panorama_views(options.rig) if options.rig else ()
     frames: list[Frame] = []
+    taken = 0
     with _opened(file) as (container, stream):
         for index, t_s, frame in _decoded(file, container, stream):
             look = wanted.pop(index, None)
             if look is None:
                 continue
-            picture = fitted(_upright(frame.to_ndarray(format="bgr24"), frame), options.longest_px)
-            name = f"{len(frames):04d}.jpg"
-            write_jpeg(folder / name, picture)
-            height, width = picture.shape[:2]
-            frames.append(
-                Frame(
-                    name=name,
-                    source=f"{file.name} at {clock(t_s)}",
-                    blur=look.quality.blur,
-                    lens=f"{width}×{height} video",
-                    t_s=t_s,
+            picture = _upright(frame.to_ndarray(format="bgr24"), frame)
+            taken += 1
+            for label, part, focal_px in _pictures(picture, options, views):
+                name = f"{taken - 1:04d}{label}.jpg"
+                write_jpeg(folder / name, part)
+                height, width = part.shape[:2]
+                frames.append(
+                    Frame(
+                        name=name,
+                        source=f"{file.name} at {clock(t_s)}",
+                        blur=look.quality.blur,
+                        lens=f"{width}×{height} video",
+                        focal_px=focal_px,
+                        t_s=t_s,
+                    )
                 )
-            )
-            done = len(frames) / len(looks)
+            done = taken / len(looks)
             progress(LOOKING_SHARE + (1 - LOOKING_SHARE) * done, f"taking frame {clock(t_s)}")
             if not wanted:
                 break
     return tuple(frames)
+
+
+def _pictures(
+    picture: NDArray[np.uint8], options: CaptureOptions, views: tuple[PanoramaView, ...]
+) -> list[tuple[str, NDArray[np.uint8], float | None]]:
+    """What is stored of one frame: label, picture and focal length where it is known."""
+    if options.rig is None:
+        return [("", fitted(picture, options.longest_px), None)]
+    parts = view_pictures(picture, options.rig, views)
+    return [
+        (f"_{view.label}", part, view.camera.fx) for view, part in zip(views, parts, strict=True)
+    ]
 
 
 def _gaps(
@@ -158,8 +193,9 @@ def _gaps(
 ) -> tuple[Gap, ...]:
     path = np.cumsum([look.moved for look in looks])
     moved = np.diff(path[chosen])
+    each = len(frames) // len(chosen)
     return tuple(
-        Gap(frames[i].name, frames[i + 1].name, float(moved[i]))
+        Gap(frames[each * i].name, frames[each * (i + 1)].name, float(moved[i]))
         for i in np.flatnonzero(moved > LITTLE_OVERLAP)
     )
 

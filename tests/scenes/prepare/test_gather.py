@@ -9,6 +9,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from scenes.cameras import Fisheye, Rig
+from scenes.frames import FRONT_FROM_BACK_LENS
+from scenes.pose import Pose
 from scenes.prepare import photos as photos_module
 from scenes.prepare.capture import CaptureError, CaptureKind, CaptureOptions
 from scenes.prepare.gather import gather
@@ -205,3 +208,19 @@ def test_it_can_be_stopped(photo_folder, tmp_path):
 
     with pytest.raises(Cancelled):
         gather(photo_folder, tmp_path / "work", options=FEW, progress=stop)
+
+
+def test_a_360_video_becomes_views_of_known_focal_length(canvas, tmp_path):
+    lens = Fisheye.from_fov(240, np.radians(200))
+    rig = Rig((lens, lens), (Pose.identity(), FRONT_FROM_BACK_LENS))
+    pictures = [look(canvas, 4 * k, width=480, height=240) for k in range(120)]
+    video = write_video(tmp_path / "room.insv.mp4", pictures)
+    options = CaptureOptions(frames=24, least_frames=4, rig=rig)
+    capture = gather(video, tmp_path / "work", options=options)
+    assert capture.kind is CaptureKind.PANORAMA
+    assert len(capture.frames) == 6 * 8
+    assert {frame.focal_px for frame in capture.frames} == {capture.frames[0].focal_px}
+    assert gather(video, tmp_path / "work", options=options) == capture
+    raw = video.rename(tmp_path / "room.insv")
+    with pytest.raises(CaptureError, match="needs the calibration of its lenses"):
+        gather(raw, tmp_path / "work", options=FEW)
