@@ -45,12 +45,16 @@ def contact_sheet(
 def camera_map(reconstruction: Reconstruction, *, size_px: int = 640) -> Picture:
     """Cameras and points seen along the direction in which the cameras spread least, RGB.
 
-    People carry a camera at one height, so this is a plan of the room before its floor is known.
+    People carry a camera at one height, so this is a plan of the room, from above, before its floor
+    is known.
     The green line is the camera's way, short strokes where it looked.
     """
     centres = np.array([view.world_from_camera.translation for view in reconstruction.views])
     ahead = np.array([view.world_from_camera.rotation[:, 2] for view in reconstruction.views])
     plan = np.linalg.svd(centres - centres.mean(axis=0), full_matrices=True)[2][:2]
+    down = np.mean([view.world_from_camera.rotation[:, 1] for view in reconstruction.views], axis=0)
+    if np.cross(*plan) @ down < 0:
+        plan[1] *= -1
     points = reconstruction.points @ plan.T
     way, looks = centres @ plan.T, ahead @ plan.T
     tail = (1 - INNER_SHARE) / 2

@@ -13,6 +13,10 @@ from scenes.cameras import Pinhole
 from scenes.frames import look_at
 from scenes.mesh import TexturedMesh
 from scenes.pose import Pose
+from scenes.prepare.capture import CaptureOptions
+from scenes.prepare.gather import gather
+from scenes.prepare.sfm import reconstruct
+from scenes.prepare.sfm_job import SfmOptions
 
 PHOTOS = Path(__file__).parents[3].parent / "shared" / "data" / "photos_lund" / "images"
 CAMERA = Pinhole.from_fov(480, 360, 1.2)
@@ -67,6 +71,26 @@ def photographed(raycast, tmp_path_factory) -> Photographed:
         cv2.imwrite(str(folder / name), picture[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 95])
         poses[name] = world_from_camera
     return Photographed(folder, CAMERA, poses)
+
+
+@pytest.fixture(scope="session")
+def captured(photographed, tmp_path_factory):
+    """The photographed room as a `Capture`, and the folder for what is made of it."""
+    work = tmp_path_factory.mktemp("sfm")
+    options = CaptureOptions(frames=12, least_frames=3)
+    return gather(photographed.folder, work, options=options), work
+
+
+@pytest.fixture(scope="session")
+def reconstructed(captured):
+    """What structure from motion made of it in that folder, and the progress it told."""
+    capture, work = captured
+    told = []
+    options = SfmOptions(features=1500, finest=False, threads=2)
+    reconstruction, report = reconstruct(
+        capture, work, options=options, progress=lambda done, note: told.append((done, note))
+    )
+    return reconstruction, report, told
 
 
 def plane(rng, origin, across, up) -> TexturedMesh:

@@ -11,27 +11,23 @@ import pytest
 
 from scenes.formats.error import FormatError
 from scenes.frames import OPENGL_FROM_OPENCV
-from scenes.prepare.capture import CaptureError, CaptureOptions
-from scenes.prepare.gather import gather
+from scenes.prepare.capture import CaptureError
 from scenes.prepare.import_colmap import import_colmap
 from scenes.prepare.import_transforms import import_transforms
 from scenes.prepare.reconstruction import read_picture
-from scenes.prepare.sfm import reconstruct
 from scenes.prepare.sfm_job import SfmOptions
 
 QUICK = SfmOptions(features=1500, finest=False, threads=2)
 
 
 @pytest.fixture(scope="module")
-def colmap_project(photographed, tmp_path_factory):
+def colmap_project(captured, reconstructed, tmp_path_factory):
     """sparse/0 and images, as COLMAP leaves them, and what our own mapping made of it."""
-    work = tmp_path_factory.mktemp("mapped")
-    capture = gather(photographed.folder, work, options=CaptureOptions(frames=12, least_frames=3))
-    reconstruction, _ = reconstruct(capture, work, options=QUICK)
+    capture, work = captured
     project = tmp_path_factory.mktemp("project")
     shutil.copytree(work / "sfm" / "models" / "kept", project / "sparse" / "0")
     shutil.copytree(capture.folder, project / "images")
-    return project, reconstruction
+    return project, reconstructed[0]
 
 
 def test_a_colmap_model_gives_the_same_as_mapping_it(colmap_project, tmp_path):

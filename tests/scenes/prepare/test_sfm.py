@@ -35,22 +35,6 @@ def similarity(source, target):
     return scale, rotation, target.mean(axis=0) - scale * rotation @ source.mean(axis=0)
 
 
-@pytest.fixture(scope="module")
-def captured(photographed, tmp_path_factory):
-    work = tmp_path_factory.mktemp("sfm")
-    return gather(photographed.folder, work, options=FEW), work
-
-
-@pytest.fixture(scope="module")
-def reconstructed(captured):
-    capture, work = captured
-    told = []
-    reconstruction, report = reconstruct(
-        capture, work, options=QUICK, progress=lambda done, note: told.append((done, note))
-    )
-    return reconstruction, report, told
-
-
 def test_every_photo_is_placed_where_it_was_taken(reconstructed, photographed):
     reconstruction, report, _ = reconstructed
     assert len(reconstruction.views) == len(report.placed) == 12
