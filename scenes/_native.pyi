@@ -1,4 +1,4 @@
-"""The native crate; called through `scenes.render.native` only."""
+"""The native crate; called through `scenes.render.native` and `scenes.render.training` only."""
 
 from collections.abc import Sequence
 
@@ -201,3 +201,72 @@ class StillPicture:
         threads: int,
     ) -> NDArray[np.bool_]:
         """Draw what changed since the last update; one flag per 16×16 tile, row by row."""
+
+_Distance = tuple[float, float, tuple[float, float, float], tuple[float, float, float]]
+
+class TrainingTarget:
+    """A photo to train on; `rgb` flat, row by row."""
+
+    def __init__(self, rgb: NDArray[np.uint8], *, size: tuple[int, int]) -> None: ...
+    @property
+    def nbytes(self) -> int:
+        """Bytes held."""
+
+    def distance(
+        self,
+        rgb: NDArray[np.float32],
+        *,
+        ssim_share: float,
+        gain: tuple[float, float, float],
+        bias: tuple[float, float, float],
+    ) -> tuple[_Distance, NDArray[np.float32]]:
+        """L1, 1 - SSIM, gradients by gain and bias; the gradient by `rgb`, laid out alike."""
+
+class Trainee:
+    """Splats in training: rows of numbers, all arrays flat and C-contiguous."""
+
+    def __init__(
+        self,
+        values: NDArray[np.float32],
+        first: NDArray[np.float32],
+        second: NDArray[np.float32],
+        steps: NDArray[np.uint32],
+        error: NDArray[np.float32],
+        *,
+        sh_count: int,
+        portable: bool = False,
+    ) -> None: ...
+    def rows(
+        self,
+    ) -> tuple[
+        NDArray[np.float32],
+        NDArray[np.float32],
+        NDArray[np.float32],
+        NDArray[np.uint32],
+        NDArray[np.float32],
+    ]:
+        """Copies of values, first and second moments, steps, error."""
+
+    @property
+    def spent_ns(self) -> tuple[int, int, int, int]:
+        """Time spent drawing, comparing, going back through the tiles, and moving the splats."""
+
+    def step(
+        self,
+        target: TrainingTarget,
+        camera_from_world: Sequence[float],
+        rates: NDArray[np.float32],
+        *,
+        focal: tuple[float, float],
+        centre: tuple[float, float],
+        max_angle: float | None,
+        background: tuple[float, float, float],
+        near: float,
+        antialias: bool,
+        sh_degree: int,
+        ssim_share: float,
+        gain: tuple[float, float, float],
+        bias: tuple[float, float, float],
+        threads: int,
+    ) -> _Distance:
+        """One step towards `target`; `camera_from_world` is a row-major 3×4 matrix."""

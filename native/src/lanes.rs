@@ -20,6 +20,8 @@ pub trait Vector: Copy {
     fn add(self, other: Self) -> Self;
     fn sub(self, other: Self) -> Self;
     fn mul(self, other: Self) -> Self;
+    /// 1 / self, to about the last digit.
+    fn reciprocal(self) -> Self;
     /// self · factor + term, rounded once where the machine can.
     fn mul_add(self, factor: Self, term: Self) -> Self;
     /// term - self · factor, rounded once where the machine can.
@@ -33,6 +35,8 @@ pub trait Vector: Copy {
     fn bits(self) -> u32;
     /// Adds the low bits of `shifted` to the exponent.
     fn scale_by(self, shifted: Self) -> Self;
+    /// Sums over the lanes of four values.
+    fn sums(values: [Self; 4]) -> [f32; 4];
     /// Asks for memory that will be read soon.
     fn prefetch<T>(place: &T);
 }
@@ -68,8 +72,6 @@ pub trait Patch: Vector {
 
 /// A register over one block.
 pub trait Lanes: Patch<Array = Block> {
-    /// Sums over the lanes of four values.
-    fn sums(values: [Self; 4]) -> [f32; 4];
     /// Lane `j` of value `k` becomes lane `k` of value `j`.
     fn transposed_lanes(values: [Self; BLOCK_PIXELS]) -> [Self; BLOCK_PIXELS];
 
@@ -185,6 +187,10 @@ impl Vector for Portable {
         self.with(other, |a, b| a * b)
     }
     #[inline(always)]
+    fn reciprocal(self) -> Self {
+        Portable(self.0.map(|v| 1.0 / v))
+    }
+    #[inline(always)]
     fn mul_add(self, factor: Self, term: Self) -> Self {
         self.mul(factor).add(term)
     }
@@ -223,6 +229,10 @@ impl Vector for Portable {
         })
     }
     #[inline(always)]
+    fn sums(values: [Self; 4]) -> [f32; 4] {
+        values.map(|v| v.0.iter().sum())
+    }
+    #[inline(always)]
     fn prefetch<T>(_: &T) {}
 }
 
@@ -244,10 +254,6 @@ impl Patch for Portable {
 }
 
 impl Lanes for Portable {
-    #[inline(always)]
-    fn sums(values: [Self; 4]) -> [f32; 4] {
-        values.map(|v| v.0.iter().sum())
-    }
     #[inline(always)]
     fn transposed_lanes(values: [Self; BLOCK_PIXELS]) -> [Self; BLOCK_PIXELS] {
         std::array::from_fn(|j| Portable(std::array::from_fn(|k| values[k].0[j])))

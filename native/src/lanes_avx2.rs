@@ -72,6 +72,14 @@ impl Vector for Avx2 {
         Avx2(unsafe { _mm256_mul_ps(self.0, other.0) })
     }
     #[inline(always)]
+    fn reciprocal(self) -> Self {
+        // SAFETY: see above.
+        let guess = Avx2(unsafe { _mm256_rcp_ps(self.0) });
+        // One step of Newton's method doubles the guess's twelve bits.
+        let off = self.mul_sub_from(guess, Self::all(1.0));
+        guess.mul_add(off, guess)
+    }
+    #[inline(always)]
     fn mul_add(self, factor: Self, term: Self) -> Self {
         // SAFETY: see above.
         Avx2(unsafe { _mm256_fmadd_ps(self.0, factor.0, term.0) })
@@ -115,6 +123,22 @@ impl Vector for Avx2 {
         })
     }
     #[inline(always)]
+    fn sums(values: [Self; 4]) -> [f32; 4] {
+        let mut sums = [0.0; 4];
+        // SAFETY: see above; `sums` takes the four floats that are stored.
+        unsafe {
+            let low = _mm256_hadd_ps(values[0].0, values[1].0);
+            let high = _mm256_hadd_ps(values[2].0, values[3].0);
+            let both = _mm256_hadd_ps(low, high);
+            let sum = _mm_add_ps(
+                _mm256_castps256_ps128(both),
+                _mm256_extractf128_ps::<1>(both),
+            );
+            _mm_storeu_ps(sums.as_mut_ptr(), sum);
+        }
+        sums
+    }
+    #[inline(always)]
     fn prefetch<T>(place: &T) {
         const LINE: usize = 64;
         let first: *const i8 = std::ptr::from_ref(place).cast();
@@ -156,22 +180,6 @@ impl Patch for Avx2 {
 }
 
 impl Lanes for Avx2 {
-    #[inline(always)]
-    fn sums(values: [Self; 4]) -> [f32; 4] {
-        let mut sums = [0.0; 4];
-        // SAFETY: see above; `sums` takes the four floats that are stored.
-        unsafe {
-            let low = _mm256_hadd_ps(values[0].0, values[1].0);
-            let high = _mm256_hadd_ps(values[2].0, values[3].0);
-            let both = _mm256_hadd_ps(low, high);
-            let sum = _mm_add_ps(
-                _mm256_castps256_ps128(both),
-                _mm256_extractf128_ps::<1>(both),
-            );
-            _mm_storeu_ps(sums.as_mut_ptr(), sum);
-        }
-        sums
-    }
     #[inline(always)]
     fn transposed_lanes(values: [Self; BLOCK_PIXELS]) -> [Self; BLOCK_PIXELS] {
         // SAFETY: see above.

@@ -58,6 +58,14 @@ impl Vector for Avx512 {
         Avx512(unsafe { _mm512_mul_ps(self.0, other.0) })
     }
     #[inline(always)]
+    fn reciprocal(self) -> Self {
+        // SAFETY: see above.
+        let guess = Avx512(unsafe { _mm512_rcp14_ps(self.0) });
+        // One step of Newton's method doubles the guess's fourteen bits.
+        let off = self.mul_sub_from(guess, Self::all(1.0));
+        guess.mul_add(off, guess)
+    }
+    #[inline(always)]
     fn mul_add(self, factor: Self, term: Self) -> Self {
         // SAFETY: see above.
         Avx512(unsafe { _mm512_fmadd_ps(self.0, factor.0, term.0) })
@@ -102,6 +110,25 @@ impl Vector for Avx512 {
             let exponent = _mm512_slli_epi32::<23>(_mm512_castps_si512(shifted.0));
             _mm512_castsi512_ps(_mm512_add_epi32(_mm512_castps_si512(self.0), exponent))
         })
+    }
+    #[inline(always)]
+    fn sums(values: [Self; 4]) -> [f32; 4] {
+        let mut sums = [0.0; 4];
+        // SAFETY: see above; `sums` takes the four floats that are stored.
+        unsafe {
+            // Quarters of two values at a time, then lanes of quarters.
+            let half = |value: __m512| {
+                let high = _mm512_extractf32x8_ps::<1>(value);
+                _mm256_add_ps(_mm512_castps512_ps256(value), high)
+            };
+            let low = _mm256_hadd_ps(half(values[0].0), half(values[1].0));
+            let high = _mm256_hadd_ps(half(values[2].0), half(values[3].0));
+            let both = _mm256_hadd_ps(low, high);
+            let upper = _mm256_extractf128_ps::<1>(both);
+            let sum = _mm_add_ps(_mm256_castps256_ps128(both), upper);
+            _mm_storeu_ps(sums.as_mut_ptr(), sum);
+        }
+        sums
     }
     #[inline(always)]
     fn prefetch<T>(place: &T) {

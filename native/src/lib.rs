@@ -1,5 +1,6 @@
 //! Splat rendering kernels behind `scenes._native`; `scenes/render/reference.py` is their oracle.
 
+pub mod adam;
 pub mod backward;
 #[cfg(target_arch = "x86_64")]
 mod backward_avx512;
@@ -21,6 +22,7 @@ pub mod lanes;
 mod lanes_avx2;
 #[cfg(target_arch = "x86_64")]
 mod lanes_avx512;
+pub mod loss;
 pub mod pool;
 pub mod pose_frame;
 pub mod pose_gn;
@@ -34,6 +36,7 @@ mod python;
 mod python_gradients;
 mod python_probe;
 mod python_still;
+mod python_train;
 pub mod render;
 pub mod scene;
 pub mod sh;
@@ -44,6 +47,9 @@ pub mod sort;
 mod square_avx512;
 pub mod still;
 pub mod tape;
+pub mod train_backward;
+pub mod train_splats;
+pub mod train_step;
 
 /// The Python module.
 #[pyo3::pymodule]
@@ -56,4 +62,6 @@ mod _native {
     use crate::python_probe::Probe;
     #[pymodule_export]
     use crate::python_still::StillPicture;
+    #[pymodule_export]
+    use crate::python_train::{Trainee, TrainingTarget};
 }

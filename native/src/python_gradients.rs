@@ -30,7 +30,12 @@ pub(crate) enum AnyLens {
 
 impl AnyLens {
     /// A fisheye if it has a largest angle.
-    fn new(view: &View, focal: [f64; 2], centre: [f64; 2], max_angle: Option<f64>) -> AnyLens {
+    pub(crate) fn new(
+        view: &View,
+        focal: [f64; 2],
+        centre: [f64; 2],
+        max_angle: Option<f64>,
+    ) -> AnyLens {
         match max_angle {
             Some(max_angle) => AnyLens::Fisheye(Fisheye {
                 focal: focal[0],

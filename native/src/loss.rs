@@ -1,0 +1,538 @@
+//! The distance of a drawn picture from a photo, L1 + D-SSIM, and its gradient.
+//!
+//! SSIM as Wang et al. 2004 define it: a Gaussian window of 11 pixels, σ = 1.5, zero beyond the
+//! border. What depends on the photo alone (its windowed mean and variance) is computed once.
+//! Everything works on rows of planes, one plane a channel, so that the compiler can vectorise.
+
+use rayon::prelude::*;
+
+use crate::simd::Simd;
+
+const TAPS: usize = 11;
+const REACH: usize = TAPS / 2;
+/// Centre first, then outwards: exp(-k² / (2·1.5²)), normalised to a sum of 1 over all taps.
+pub const WINDOW: [f32; REACH + 1] = [
+    0.266_011_72,
+    0.213_005_54,
+    0.109_360_69,
+    0.036_000_773,
+    0.007_598_758_4,
+    0.001_028_380_1,
+];
+const C1: f32 = 0.01 * 0.01;
+const C2: f32 = 0.03 * 0.03;
+const CHANNELS: usize = 3;
+/// Rows that one task takes.
+const ROWS_PER_TASK: usize = 8;
+
+/// A photo and its windowed statistics; planes of `width * height`, one after the other.
+pub struct Target {
+    pub width: usize,
+    pub height: usize,
+    colour: Vec<u8>,
+    mean: Vec<f32>,
+    variance: Vec<f32>,
+}
+
+/// Gain and bias per channel between what is drawn and what the photo shows.
+#[derive(Clone, Copy, Debug)]
+pub struct Exposure {
+    pub gain: [f32; CHANNELS],
+    pub bias: [f32; CHANNELS],
+}
+
+/// Mean over pixels and channels.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Distance {
+    pub l1: f64,
+    /// 1 - SSIM.
+    pub dssim: f64,
+    pub d_gain: [f64; CHANNELS],
+    pub d_bias: [f64; CHANNELS],
+}
+
+/// Buffers and results, kept between pictures.
+#[derive(Default)]
+pub struct Loss {
+    /// The picture as the photo would show it.
+    seen: Vec<f32>,
+    /// Windowed along rows: seen, seen², seen · photo; then what their gradients are.
+    along: [Vec<f32>; 3],
+    gradients: [Vec<f32>; 3],
+    /// d loss / d(drawn colour), planes.
+    pub d_colour: Vec<f32>,
+    /// Sum over channels of drawn colour · its gradient.
+    pub worth: Vec<f32>,
+    /// Mean over channels of |seen - photo|.
+    pub error: Vec<f32>,
+}
+
+impl Target {
+    /// From `width * height` RGB pixels, row by row.
+    pub fn new(pixels: &[u8], width: usize, height: usize, simd: Simd) -> Target {
+        let plane = width * height;
+        let mut target = Target {
+            width,
+            height,
+            colour: vec![0; CHANNELS * plane],
+            mean: vec![0.0; CHANNELS * plane],
+            variance: vec![0.0; CHANNELS * plane],
+        };
+        for (place, pixel) in pixels.chunks_exact(CHANNELS).enumerate() {
+            for (channel, &value) in pixel.iter().enumerate() {
+                target.colour[channel * plane + place] = value;
+            }
+        }
+        let mut along = [vec![0.0; CHANNELS * plane], vec![0.0; CHANNELS * plane]];
+        simd.run(
+            #[inline(always)]
+            || {
+                let mut padded = vec![0.0; width + 2 * REACH];
+                for (row, colours) in target.colour.chunks_exact(width).enumerate() {
+                    let span = row * width..(row + 1) * width;
+                    for (power, along) in along.iter_mut().enumerate() {
+                        for (to, &colour) in padded[REACH..].iter_mut().zip(colours) {
+                            let value = unit(colour);
+                            *to = if power == 0 { value } else { value * value };
+                        }
+                        blur_row(&padded, &mut along[span.clone()]);
+                    }
+                }
+                let nothing = vec![0.0; width];
+                for row in 0..CHANNELS * height {
+                    let span = row * width..(row + 1) * width;
+                    let (mean, variance) = (
+                        &mut target.mean[span.clone()],
+                        &mut target.variance[span.clone()],
+                    );
+                    blur_column(&along[0], row, height, &nothing, mean);
+                    blur_column(&along[1], row, height, &nothing, variance);
+                    for (square, &mean) in variance.iter_mut().zip(&*mean) {
+                        *square -= mean * mean;
+                    }
+                }
+            },
+        );
+        target
+    }
+
+    /// Bytes held.
+    pub fn size(&self) -> usize {
+        9 * self.colour.len()
+    }
+}
+
+impl Loss {
+    /// Distance of `rgb` (row-major pixels), (1 - share)·L1 + share·(1 - SSIM), and its gradients.
+    /// The same to the bit for any number of threads.
+    pub fn evaluate(
+        &mut self,
+        rgb: &[f32],
+        target: &Target,
+        exposure: &Exposure,
+        ssim_share: f32,
+        simd: Simd,
+    ) -> Distance {
+        let plane = target.width * target.height;
+        self.resize(plane);
+        self.blur_along(rgb, target, exposure, simd);
+        let dssim = self.differentiate(target, simd);
+        let sums = self.gather(target, exposure, ssim_share, simd);
+        let count = (CHANNELS * plane) as f64;
+        let mut distance = Distance {
+            dssim: dssim / count,
+            ..Distance::default()
+        };
+        for row in sums {
+            distance.l1 += row.l1 / count;
+            for channel in 0..CHANNELS {
+                distance.d_gain[channel] += row.d_gain[channel];
+                distance.d_bias[channel] += row.d_bias[channel];
+            }
+        }
+        distance
+    }
+
+    fn resize(&mut self, plane: usize) {
+        let all = [&mut self.seen, &mut self.d_colour];
+        let three = self.along.iter_mut().chain(&mut self.gradients);
+        for planes in all.into_iter().chain(three) {
+            planes.resize(CHANNELS * plane, 0.0);
+        }
+        self.worth.resize(plane, 0.0);
+        self.error.resize(plane, 0.0);
+    }
+
+    /// Fills `seen` and what is windowed along its rows.
+    fn blur_along(&mut self, rgb: &[f32], target: &Target, exposure: &Exposure, simd: Simd) {
+        let (width, height) = (target.width, target.height);
+        let [first, second, third] = &mut self.along;
+        (
+            self.seen.par_chunks_mut(width),
+            first.par_chunks_mut(width),
+            second.par_chunks_mut(width),
+            third.par_chunks_mut(width),
+            target.colour.par_chunks(width),
+        )
+            .into_par_iter()
+            .with_min_len(ROWS_PER_TASK)
+            .enumerate()
+            .for_each_init(
+                || vec![0.0; width + 2 * REACH],
+                |padded, (row, (seen, mean, square, product, photo))| {
+                    let (channel, y) = (row / height, row % height);
+                    let drawn = &rgb[CHANNELS * y * width..][..CHANNELS * width];
+                    let (gain, bias) = (exposure.gain[channel], exposure.bias[channel]);
+                    simd.run(
+                        #[inline(always)]
+                        || {
+                            for (to, pixel) in seen.iter_mut().zip(drawn.chunks_exact(CHANNELS)) {
+                                *to = gain * pixel[channel] + bias;
+                            }
+                            padded[REACH..REACH + width].copy_from_slice(seen);
+                            blur_row(padded, mean);
+                            for (to, &value) in padded[REACH..].iter_mut().zip(&*seen) {
+                                *to = value * value;
+                            }
+                            blur_row(padded, square);
+                            for ((to, &value), &colour) in
+                                padded[REACH..].iter_mut().zip(&*seen).zip(photo)
+                            {
+                                *to = value * unit(colour);
+                            }
+                            blur_row(padded, product);
+                        },
+                    );
+                },
+            );
+    }
+
+    /// From windowed values to the gradients of SSIM's sum with respect to them, windowed along
+    /// rows again. Returns the sum of 1 - SSIM.
+    fn differentiate(&mut self, target: &Target, simd: Simd) -> f64 {
+        let (width, height) = (target.width, target.height);
+        let along = &self.along;
+        let [first, second, third] = &mut self.gradients;
+        let sums: Vec<f64> = (
+            first.par_chunks_mut(width),
+            second.par_chunks_mut(width),
+            third.par_chunks_mut(width),
+            target.mean.par_chunks(width),
+            target.variance.par_chunks(width),
+        )
+            .into_par_iter()
+            .with_min_len(ROWS_PER_TASK)
+            .enumerate()
+            .map_init(
+                || RowScratch::new(width),
+                |scratch, (row, (d_mean, d_square, d_product, target_mean, target_variance))| {
+                    simd.run(
+                        #[inline(always)]
+                        || {
+                            for (values, along) in scratch.values.iter_mut().zip(along) {
+                                blur_column(along, row, height, &scratch.nothing, values);
+                            }
+                            scratch.slopes(target_mean, target_variance);
+                            let [mean, square, product] = &scratch.padded;
+                            blur_row(mean, d_mean);
+                            blur_row(square, d_square);
+                            blur_row(product, d_product);
+                            width as f64 - f64::from(dot(&scratch.similarity, &scratch.ones))
+                        },
+                    )
+                },
+            )
+            .collect();
+        sums.iter().sum()
+    }
+
+    /// Fills `d_colour`, `worth` and `error`; returns sums per row.
+    fn gather(
+        &mut self,
+        target: &Target,
+        exposure: &Exposure,
+        ssim_share: f32,
+        simd: Simd,
+    ) -> Vec<Distance> {
+        let (width, height) = (target.width, target.height);
+        let plane = width * height;
+        let per_value = 1.0 / (CHANNELS * plane) as f32;
+        let (seen, gradients) = (&self.seen, &self.gradients);
+        let (red, rest) = self.d_colour.split_at_mut(plane);
+        let (green, blue) = rest.split_at_mut(plane);
+        (
+            red.par_chunks_mut(width),
+            green.par_chunks_mut(width),
+            blue.par_chunks_mut(width),
+            self.worth.par_chunks_mut(width),
+            self.error.par_chunks_mut(width),
+        )
+            .into_par_iter()
+            .with_min_len(ROWS_PER_TASK)
+            .enumerate()
+            .map_init(
+                || RowScratch::new(width),
+                |scratch, (y, (red, green, blue, worth, error))| {
+                    let mut sums = Distance::default();
+                    worth.fill(0.0);
+                    error.fill(0.0);
+                    for (channel, d_colour) in [red, green, blue].into_iter().enumerate() {
+                        let row = channel * height + y;
+                        let span = row * width..(row + 1) * width;
+                        let (gain, bias) = (exposure.gain[channel], exposure.bias[channel]);
+                        let (by_l1, by_ssim) = (
+                            gain * per_value * (1.0 - ssim_share),
+                            gain * per_value * ssim_share,
+                        );
+                        let per_gain = 1.0 / gain;
+                        simd.run(
+                            #[inline(always)]
+                            || {
+                                for (values, along) in scratch.values.iter_mut().zip(gradients) {
+                                    blur_column(along, row, height, &scratch.nothing, values);
+                                }
+                                let [d_mean, d_square, d_product] = &scratch.values;
+                                let photo = &target.colour[span.clone()];
+                                let seen = &seen[span.clone()];
+                                let (d_mean, d_square) = (&d_mean[..width], &d_square[..width]);
+                                let d_product = &d_product[..width];
+                                let (d_colour, worth) = (&mut d_colour[..width], &mut worth[..width]);
+                                let error = &mut error[..width];
+                                for x in 0..width {
+                                    let colour = unit(photo[x]);
+                                    let off = seen[x] - colour;
+                                    let sign = f32::from(off > 0.0) - f32::from(off < 0.0);
+                                    let of_ssim = d_mean[x]
+                                        + 2.0 * seen[x] * d_square[x]
+                                        + colour * d_product[x];
+                                    let d_drawn = by_l1 * sign - by_ssim * of_ssim;
+                                    d_colour[x] = d_drawn;
+                                    worth[x] += (seen[x] - bias) * per_gain * d_drawn;
+                                    error[x] += off.abs() * (1.0 / CHANNELS as f32);
+                                }
+                                let along_bias = dot(d_colour, &scratch.ones) * per_gain;
+                                sums.d_bias[channel] = f64::from(along_bias);
+                                let along_seen = dot(d_colour, seen) * per_gain;
+                                sums.d_gain[channel] =
+                                    f64::from((along_seen - bias * along_bias) * per_gain);
+                            },
+                        );
+                    }
+                    let error = simd.run(
+                        #[inline(always)]
+                        || dot(error, &scratch.ones),
+                    );
+                    sums.l1 = f64::from(error) * CHANNELS as f64;
+                    sums
+                },
+            )
+            .collect()
+    }
+}
+
+/// One row of everything between two blurs.
+struct RowScratch {
+    values: [Vec<f32>; 3],
+    padded: [Vec<f32>; 3],
+    similarity: Vec<f32>,
+    nothing: Vec<f32>,
+    ones: Vec<f32>,
+}
+
+impl RowScratch {
+    fn new(width: usize) -> RowScratch {
+        RowScratch {
+            values: std::array::from_fn(|_| vec![0.0; width]),
+            padded: std::array::from_fn(|_| vec![0.0; width + 2 * REACH]),
+            similarity: vec![0.0; width],
+            nothing: vec![0.0; width],
+            ones: vec![1.0; width],
+        }
+    }
+
+    /// SSIM = (2μν + C1)(2σ_xy + C2) / ((μ² + ν² + C1)(σ_xx + σ_yy + C2)) of the windowed mean,
+    /// square and product in `values`, and its derivatives by those three, into `padded`.
+    #[inline(always)]
+    fn slopes(&mut self, target_mean: &[f32], target_variance: &[f32]) {
+        let [mean, square, product] = &self.values;
+        let [d_mean, d_square, d_product] = &mut self.padded;
+        let width = self.similarity.len();
+        let similarity = &mut self.similarity[..width];
+        let (mean, square, product) = (&mean[..width], &square[..width], &product[..width]);
+        let (target_mean, target_variance) = (&target_mean[..width], &target_variance[..width]);
+        let d_mean = &mut d_mean[REACH..REACH + width];
+        let d_square = &mut d_square[REACH..REACH + width];
+        let d_product = &mut d_product[REACH..REACH + width];
+        for x in 0..width {
+            let (mu, nu) = (mean[x], target_mean[x]);
+            let variance = square[x] - mu * mu;
+            let covariance = product[x] - mu * nu;
+            let light_top = 2.0 * mu * nu + C1;
+            let shape_top = 2.0 * covariance + C2;
+            let light_under = 1.0 / (mu * mu + nu * nu + C1);
+            let shape_under = 1.0 / (variance + target_variance[x] + C2);
+            let light = light_top * light_under;
+            let shape = shape_top * shape_under;
+            let by_variance = -light * shape * shape_under;
+            let by_covariance = 2.0 * light * shape_under;
+            let by_mean = 2.0 * (nu - mu * light) * light_under * shape;
+            similarity[x] = light * shape;
+            d_mean[x] = by_mean - 2.0 * mu * by_variance - nu * by_covariance;
+            d_square[x] = by_variance;
+            d_product[x] = by_covariance;
+        }
+    }
+}
+
+#[inline(always)]
+fn unit(colour: u8) -> f32 {
+    f32::from(colour) * (1.0 / 255.0)
+}
+
+/// `out[x]` = window over `padded[x..x + TAPS]`.
+#[inline(always)]
+fn blur_row(padded: &[f32], out: &mut [f32]) {
+    let width = out.len();
+    let taps: [&[f32]; TAPS] = std::array::from_fn(|k| &padded[k..k + width]);
+    blur(&taps, out);
+}
+
+/// The window over rows around `row` of planes of `height` rows, stacked.
+#[inline(always)]
+fn blur_column(planes: &[f32], row: usize, height: usize, nothing: &[f32], out: &mut [f32]) {
+    let width = out.len();
+    let y = row % height;
+    let taps: [&[f32]; TAPS] = std::array::from_fn(|k| {
+        if y + k < REACH || y + k >= height + REACH {
+            nothing
+        } else {
+            &planes[(row + k - REACH) * width..][..width]
+        }
+    });
+    blur(&taps, out);
+}
+
+#[inline(always)]
+fn blur(taps: &[&[f32]; TAPS], out: &mut [f32]) {
+    let width = out.len();
+    let [a, b, c, d, e, f, g, h, i, j, k] = taps.map(|tap| &tap[..width]);
+    for x in 0..width {
+        out[x] = WINDOW[0] * f[x]
+            + WINDOW[1] * (e[x] + g[x])
+            + WINDOW[2] * (d[x] + h[x])
+            + WINDOW[3] * (c[x] + i[x])
+            + WINDOW[4] * (b[x] + j[x])
+            + WINDOW[5] * (a[x] + k[x]);
+    }
+}
+
+/// Σ a · b in sixteen partial sums, so that the compiler can vectorise it.
+#[inline(always)]
+fn dot(a: &[f32], b: &[f32]) -> f32 {
+    const PARTS: usize = 16;
+    let mut parts = [0.0f32; PARTS];
+    let (a, b) = (a.chunks_exact(PARTS), b.chunks_exact(PARTS));
+    let rest: f32 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a * b).sum();
+    for (a, b) in a.zip(b) {
+        for k in 0..PARTS {
+            parts[k] += a[k] * b[k];
+        }
+    }
+    parts.iter().sum::<f32>() + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WIDTH: usize = 23;
+    const HEIGHT: usize = 17;
+    const PLAIN: Exposure = Exposure {
+        gain: [1.0; 3],
+        bias: [0.0; 3],
+    };
+
+    fn noise(count: usize, seed: u64) -> Vec<u8> {
+        let mut state = seed;
+        (0..count)
+            .map(|_| {
+                state = state
+                    .wrapping_mul(6_364_136_223_846_793_005)
+                    .wrapping_add(1_442_695_040_888_963_407);
+                (state >> 40) as u8
+            })
+            .collect()
+    }
+
+    fn as_drawn(photo: &[u8]) -> Vec<f32> {
+        photo.iter().map(|&v| unit(v)).collect()
+    }
+
+    #[test]
+    fn the_window_sums_to_one() {
+        let sum = WINDOW[0] + 2.0 * WINDOW[1..].iter().sum::<f32>();
+        assert!((sum - 1.0).abs() < 1e-6, "{sum}");
+    }
+
+    #[test]
+    fn a_picture_is_not_far_from_itself() {
+        let photo = noise(3 * WIDTH * HEIGHT, 1);
+        let target = Target::new(&photo, WIDTH, HEIGHT, Simd::detect());
+        let mut loss = Loss::default();
+        let distance = loss.evaluate(&as_drawn(&photo), &target, &PLAIN, 0.2, Simd::detect());
+        assert!(distance.l1 < 1e-7 && distance.dssim.abs() < 1e-5, "{distance:?}");
+        assert!(loss.error.iter().all(|&v| v < 1e-6));
+    }
+
+    #[test]
+    fn gradients_agree_with_differences() {
+        let count = 3 * WIDTH * HEIGHT;
+        let target = Target::new(&noise(count, 1), WIDTH, HEIGHT, Simd::SCALAR);
+        let exposure = Exposure {
+            gain: [1.1, 0.9, 1.0],
+            bias: [0.02, -0.01, 0.0],
+        };
+        let drawn = as_drawn(&noise(count, 2));
+        let mut loss = Loss::default();
+        let value = |loss: &mut Loss, drawn: &[f32]| {
+            let d = loss.evaluate(drawn, &target, &exposure, 0.2, Simd::SCALAR);
+            0.8 * d.l1 + 0.2 * d.dssim
+        };
+        value(&mut loss, &drawn);
+        let d_colour = loss.d_colour.clone();
+        for place in [0, 7, 100, 300, count / 3 - 1] {
+            for channel in 0..3 {
+                let step = 2e-3;
+                let mut moved = drawn.clone();
+                moved[3 * place + channel] += step;
+                let above = value(&mut loss, &moved);
+                moved[3 * place + channel] -= 2.0 * step;
+                let below = value(&mut loss, &moved);
+                let wanted = (above - below) / f64::from(2.0 * step);
+                let got = f64::from(d_colour[channel * WIDTH * HEIGHT + place]);
+                assert!((got - wanted).abs() < 2e-5, "{place} {channel}: {got} {wanted}");
+            }
+        }
+    }
+
+    #[test]
+    fn threads_and_instructions_change_nothing_that_matters() {
+        let count = 3 * WIDTH * HEIGHT;
+        let target = Target::new(&noise(count, 1), WIDTH, HEIGHT, Simd::SCALAR);
+        let drawn = as_drawn(&noise(count, 2));
+        let gradients = |simd, threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            let mut loss = Loss::default();
+            pool.unwrap()
+                .install(|| loss.evaluate(&drawn, &target, &PLAIN, 0.2, simd));
+            loss.d_colour
+        };
+        let plain = gradients(Simd::SCALAR, 1);
+        assert_eq!(plain, gradients(Simd::SCALAR, 2));
+        for simd in Simd::available() {
+            for (a, b) in plain.iter().zip(gradients(simd, 2)) {
+                assert!((a - b).abs() <= 1e-6, "{}: {a} {b}", simd.name());
+            }
+        }
+    }
+}

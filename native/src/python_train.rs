@@ -1,0 +1,260 @@
+//! What Python sees of training. As in `python`, shapes are checked on the other side; the checks
+//! here only keep a wrong call from reading out of bounds.
+
+use numpy::{PyArray1, PyReadonlyArray1};
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+
+use crate::curvature::Curved;
+use crate::loss::{Distance, Exposure, Loss, Target};
+use crate::pool::Pools;
+use crate::python::view_of;
+use crate::python_gradients::AnyLens;
+use crate::render::Job;
+use crate::simd::Simd;
+use crate::train_splats::{width_of, Rows};
+use crate::train_step::{self, CameraPose, Comparison};
+
+/// L1, 1 - SSIM, and gradients by gain and bias.
+type DistanceTuple = (f64, f64, [f64; 3], [f64; 3]);
+
+/// A photo to train on, with what of its SSIM does not depend on the splats.
+#[pyclass(frozen, module = "scenes._native", name = "TrainingTarget")]
+pub struct TrainingTarget {
+    target: Target,
+}
+
+#[pymethods]
+impl TrainingTarget {
+    #[new]
+    #[pyo3(signature = (rgb, *, size))]
+    fn new(py: Python<'_>, rgb: PyReadonlyArray1<'_, u8>, size: (usize, usize)) -> PyResult<Self> {
+        let rgb = rgb.as_slice()?;
+        if size.0 == 0 || size.1 == 0 || rgb.len() != 3 * size.0 * size.1 {
+            return Err(PyValueError::new_err(format!(
+                "rgb: {} values, wanted 3 for each of {}×{} pixels",
+                rgb.len(),
+                size.0,
+                size.1
+            )));
+        }
+        let target = py.detach(|| Target::new(rgb, size.0, size.1, Simd::detect()));
+        Ok(TrainingTarget { target })
+    }
+
+    /// Bytes held.
+    #[getter]
+    fn nbytes(&self) -> usize {
+        self.target.size()
+    }
+
+    /// Distance of a drawn picture (flat, pixel by pixel) and its gradient, laid out alike.
+    #[pyo3(signature = (rgb, *, ssim_share, gain, bias))]
+    fn distance<'py>(
+        &self,
+        py: Python<'py>,
+        rgb: PyReadonlyArray1<'py, f32>,
+        ssim_share: f32,
+        gain: [f32; 3],
+        bias: [f32; 3],
+    ) -> PyResult<(DistanceTuple, Bound<'py, PyArray1<f32>>)> {
+        let rgb = rgb.as_slice()?;
+        let plane = self.target.width * self.target.height;
+        if rgb.len() != 3 * plane {
+            return Err(PyValueError::new_err(format!(
+                "rgb: {} values, wanted {}",
+                rgb.len(),
+                3 * plane
+            )));
+        }
+        let (distance, d_rgb) = py.detach(|| {
+            let mut loss = Loss::default();
+            let exposure = Exposure { gain, bias };
+            let distance = loss.evaluate(rgb, &self.target, &exposure, ssim_share, Simd::detect());
+            let d_rgb: Vec<f32> = (0..plane)
+                .flat_map(|place| [0, 1, 2].map(|channel| channel * plane + place))
+                .map(|place| loss.d_colour[place])
+                .collect();
+            (distance, d_rgb)
+        });
+        Ok((tuple_of(&distance), PyArray1::from_vec(py, d_rgb)))
+    }
+}
+
+fn tuple_of(distance: &Distance) -> DistanceTuple {
+    (
+        distance.l1,
+        distance.dssim,
+        distance.d_gain,
+        distance.d_bias,
+    )
+}
+
+/// Flat rows of values, first and second moments; then steps and error per splat.
+type RowArrays<'py> = (
+    Bound<'py, PyArray1<f32>>,
+    Bound<'py, PyArray1<f32>>,
+    Bound<'py, PyArray1<f32>>,
+    Bound<'py, PyArray1<u32>>,
+    Bound<'py, PyArray1<f32>>,
+);
+
+/// Splats in training.
+#[pyclass(module = "scenes._native", name = "Trainee")]
+pub struct Trainee {
+    trainee: train_step::Trainee,
+    pools: Pools,
+    simd: Simd,
+}
+
+#[pymethods]
+impl Trainee {
+    #[new]
+    #[pyo3(signature = (values, first, second, steps, error, *, sh_count, portable = false))]
+    #[allow(clippy::too_many_arguments)] // Python names them all
+    fn new(
+        values: PyReadonlyArray1<'_, f32>,
+        first: PyReadonlyArray1<'_, f32>,
+        second: PyReadonlyArray1<'_, f32>,
+        steps: PyReadonlyArray1<'_, u32>,
+        error: PyReadonlyArray1<'_, f32>,
+        sh_count: usize,
+        portable: bool,
+    ) -> PyResult<Self> {
+        let rows = Rows {
+            sh_count,
+            values: values.as_slice()?.to_vec(),
+            first: first.as_slice()?.to_vec(),
+            second: second.as_slice()?.to_vec(),
+            steps: steps.as_slice()?.to_vec(),
+            error: error.as_slice()?.to_vec(),
+        };
+        let wanted = rows.count() * width_of(sh_count);
+        let long = [&rows.values, &rows.first, &rows.second];
+        if ![1, 4, 9, 16].contains(&sh_count)
+            || long.iter().any(|v| v.len() != wanted)
+            || rows.error.len() != rows.count()
+        {
+            return Err(PyValueError::new_err(format!(
+                "rows: {} values for {} splats of {sh_count} coefficients, wanted {wanted}",
+                rows.values.len(),
+                rows.count()
+            )));
+        }
+        Ok(Trainee {
+            trainee: train_step::Trainee::new(rows),
+            pools: Pools::default(),
+            simd: if portable {
+                Simd::SCALAR
+            } else {
+                Simd::detect()
+            },
+        })
+    }
+
+    /// Copies of everything kept by row.
+    fn rows<'py>(&self, py: Python<'py>) -> RowArrays<'py> {
+        let rows = &self.trainee.splats.rows;
+        (
+            PyArray1::from_slice(py, &rows.values),
+            PyArray1::from_slice(py, &rows.first),
+            PyArray1::from_slice(py, &rows.second),
+            PyArray1::from_slice(py, &rows.steps),
+            PyArray1::from_slice(py, &rows.error),
+        )
+    }
+
+    /// Nanoseconds spent so far drawing, comparing, going back through the tiles, and the rest.
+    #[getter]
+    fn spent_ns(&self) -> [u64; 4] {
+        self.trainee.spent_ns
+    }
+
+    /// One step of Adam at `rates` (one per number of a row).
+    #[pyo3(signature = (target, camera_from_world, rates, *, focal, centre, max_angle, background,
+                        near, antialias, sh_degree, ssim_share, gain, bias, threads))]
+    #[allow(clippy::too_many_arguments)] // Python names them all
+    fn step(
+        &mut self,
+        py: Python<'_>,
+        target: &Bound<'_, TrainingTarget>,
+        camera_from_world: [f64; 12],
+        rates: PyReadonlyArray1<'_, f32>,
+        focal: [f64; 2],
+        centre: [f64; 2],
+        max_angle: Option<f64>,
+        background: [f32; 3],
+        near: f64,
+        antialias: bool,
+        sh_degree: usize,
+        ssim_share: f32,
+        gain: [f32; 3],
+        bias: [f32; 3],
+        threads: usize,
+    ) -> PyResult<DistanceTuple> {
+        let rates = rates.as_slice()?;
+        let width = self.trainee.splats.rows.width();
+        if rates.len() != width {
+            return Err(PyValueError::new_err(format!(
+                "rates: {} values, wanted {width}",
+                rates.len()
+            )));
+        }
+        let call = Call {
+            target: &target.get().target,
+            pose: pose_of(&camera_from_world),
+            comparison: Comparison {
+                exposure: Exposure { gain, bias },
+                ssim_share,
+            },
+            background,
+        };
+        let target = call.target;
+        let view = view_of((target.width, target.height), near, antialias, sh_degree)?;
+        let pool = self
+            .pools
+            .get(threads)
+            .map_err(|error| PyRuntimeError::new_err(format!("threads: {error}")))?;
+        let job = Job {
+            view,
+            background: call.background,
+            simd: self.simd,
+            pool: &pool,
+        };
+        let trainee = &mut self.trainee;
+        let distance = py.detach(|| {
+            pool.install(|| match AnyLens::new(&view, focal, centre, max_angle) {
+                AnyLens::Pinhole(lens) => call.step(trainee, &lens, &job, rates),
+                AnyLens::Fisheye(lens) => call.step(trainee, &lens, &job, rates),
+            })
+        });
+        Ok(tuple_of(&distance))
+    }
+}
+
+/// What does not depend on the kind of lens.
+struct Call<'a> {
+    target: &'a Target,
+    pose: CameraPose,
+    comparison: Comparison,
+    background: [f32; 3],
+}
+
+impl Call<'_> {
+    fn step<L: Curved>(
+        &self,
+        trainee: &mut train_step::Trainee,
+        lens: &L,
+        job: &Job,
+        rates: &[f32],
+    ) -> Distance {
+        trainee.step(&self.pose, lens, job, self.target, &self.comparison, rates)
+    }
+}
+
+fn pose_of(rows: &[f64; 12]) -> CameraPose {
+    CameraPose {
+        rotation: std::array::from_fn(|row| std::array::from_fn(|k| rows[4 * row + k])),
+        translation: std::array::from_fn(|row| rows[4 * row + 3]),
+    }
+}

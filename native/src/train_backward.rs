@@ -1,0 +1,340 @@
+//! From the gradients of pixels to sums per splat for training: one sweep over a tile, front to back.
+//!
+//! `backward` is exact to the last digits and takes two sweeps. Here the forward pass has left, per
+//! pixel, the worth R of all that it shows (colour · gradient); each splat takes its share off R,
+//! and what remains is the worth of what lies behind it: with weight w, worth s and transmittance
+//! T' behind the splat, d loss / d ln(alpha) = w · s - R' · w / T'. Samples within `STEP_DOUBT` of
+//! the 1/255 step are decided in single precision. In place of a gradient of depth each splat gets
+//! the error of the pixels that it shows, by its weight in them.
+
+use rayon::prelude::*;
+
+use crate::backward::{Sums, SUMS};
+use crate::bin::{TileRow, TILE};
+use crate::blend::{
+    Tile, TileSplat, TileWork, ALPHA_MAX, BLOCKS, BLOCK_WIDTH, TRANSMITTANCE_STOP,
+};
+use crate::camera::Lens;
+use crate::ewa::Judge;
+use crate::lanes::{all3, alpha_of, of_lanes, power_at, whitened, Patch, PatchWork, Vector};
+use crate::loss::Loss;
+use crate::project::Record;
+use crate::render::{Job, Scratch};
+use crate::tape::open_pixels;
+
+/// Splats between two looks at which patches still take light.
+const SPLATS_PER_CHECK: usize = 32;
+/// Splats whose records are asked for ahead of time.
+const FETCH_AHEAD: usize = 4;
+/// Place of Σ weight · error in a splat's sums.
+pub const ERROR: usize = 9;
+
+/// What the pixels of a tile say, row by row.
+#[derive(Clone)]
+struct TilePixels {
+    d_colour: [[f32; PIXELS]; 3],
+    error: [f32; PIXELS],
+    /// Worth of all that is shown.
+    worth: [f32; PIXELS],
+    transmittance: [f32; PIXELS],
+}
+
+const PIXELS: usize = TILE * TILE;
+/// A tile has at most so many patches, in registers as narrow as a block.
+const MOST_PATCHES: usize = BLOCKS;
+
+/// What the pixels of a patch say.
+#[derive(Clone, Copy)]
+struct PatchPixels<V: Vector> {
+    d_colour: [V::Array; 3],
+    error: V::Array,
+    /// Worth of what is not yet accounted for.
+    worth: V::Array,
+    transmittance: V::Array,
+}
+
+/// One tile's sweep.
+struct TrainingTile<'a> {
+    work: TileWork<'a>,
+    pixels: &'a TilePixels,
+    /// One for each of the tile's splats; all zero on entry. As `backward::Sums`, with the error
+    /// in the last place.
+    sums: &'a mut [Sums],
+}
+
+impl PatchWork for TrainingTile<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: Patch>(self) {
+        let mut patches = self.pixels.patches::<V>();
+        let mut live = 0;
+        for (place, &slot) in self.work.slots.iter().enumerate() {
+            if place % SPLATS_PER_CHECK == 0 {
+                live = live_patches(&patches);
+                if live == 0 {
+                    return;
+                }
+            }
+            if let Some(&soon) = self.work.slots.get(place + FETCH_AHEAD) {
+                V::prefetch(&self.work.records[soon as usize]);
+            }
+            let splat = TileSplat::new(&self.work, slot);
+            let touched = V::patch_mask(&splat) & live;
+            if touched != 0 {
+                self.sums[place] = take_share(&splat, touched, &mut patches);
+            }
+        }
+    }
+}
+
+/// A splat's sums over the patches of `touched`, which lose its light and worth.
+#[inline(always)]
+fn take_share<V: Patch>(
+    splat: &TileSplat,
+    mut touched: u32,
+    patches: &mut [PatchPixels<V>; MOST_PATCHES],
+) -> Sums {
+    let (zero, one) = (V::all(0.0), V::all(1.0));
+    let stop = V::all(TRANSMITTANCE_STOP);
+    let limit = V::all(ALPHA_MAX);
+    let colour = all3::<V>(&splat.colour);
+    let (columns, rows) = first_pixels::<V>();
+    let across = TILE / BLOCK_WIDTH;
+    let mut sums = [zero; SUMS];
+    while touched != 0 {
+        let patch = touched.trailing_zeros() as usize % MOST_PATCHES;
+        touched &= touched - 1;
+        let x = columns.add(V::all((patch % across * BLOCK_WIDTH) as f32));
+        let y = rows.add(V::all((patch / across * (V::LANES / BLOCK_WIDTH)) as f32));
+        let pixels = &mut patches[patch];
+        let (u, v) = whitened(splat, x, y);
+        let power = power_at(splat, u, v);
+        let before = V::load(&pixels.transmittance);
+        let takes = power.at_least(zero).and(before.at_least(stop));
+        let alpha = alpha_of(power).min(limit).and(takes);
+        let weight = alpha.mul(before);
+        before.sub(weight).store(&mut pixels.transmittance);
+        let d_colour = [
+            V::load(&pixels.d_colour[0]),
+            V::load(&pixels.d_colour[1]),
+            V::load(&pixels.d_colour[2]),
+        ];
+        let mut worth = colour[0].mul(d_colour[0]);
+        worth = colour[1].mul_add(d_colour[1], worth);
+        worth = colour[2].mul_add(d_colour[2], worth);
+        let shown = weight.mul(worth);
+        let remaining = V::load(&pixels.worth).sub(shown);
+        remaining.store(&mut pixels.worth);
+        // w / T' = α / (1 - α)
+        let share = alpha.mul(one.sub(alpha).reciprocal());
+        let gain = share.mul_sub_from(remaining, shown);
+        // At its limit alpha does not follow the splat.
+        let gain = gain.sub(gain.and(alpha.at_least(limit)));
+        let (gain_u, gain_v) = (gain.mul(u), gain.mul(v));
+        sums[0] = sums[0].add(gain);
+        sums[1] = sums[1].add(gain_u);
+        sums[2] = sums[2].add(gain_v);
+        sums[3] = gain_u.mul_add(u, sums[3]);
+        sums[4] = gain_u.mul_add(v, sums[4]);
+        sums[5] = gain_v.mul_add(v, sums[5]);
+        sums[6] = weight.mul_add(d_colour[0], sums[6]);
+        sums[7] = weight.mul_add(d_colour[1], sums[7]);
+        sums[8] = weight.mul_add(d_colour[2], sums[8]);
+        sums[9] = weight.mul_add(V::load(&pixels.error), sums[9]);
+    }
+    let mut out = [0.0; SUMS];
+    out[..4].copy_from_slice(&V::sums([sums[0], sums[1], sums[2], sums[3]]));
+    out[4..8].copy_from_slice(&V::sums([sums[4], sums[5], sums[6], sums[7]]));
+    out[8..].copy_from_slice(&V::sums([sums[8], sums[9], zero, zero])[..2]);
+    out
+}
+
+/// Columns and rows of the first patch's pixels.
+#[inline(always)]
+fn first_pixels<V: Patch>() -> (V, V) {
+    (
+        of_lanes(|lane| (lane % BLOCK_WIDTH) as f32),
+        of_lanes(|lane| (lane / BLOCK_WIDTH) as f32),
+    )
+}
+
+/// One bit per patch in which a pixel still takes light.
+#[inline(always)]
+fn live_patches<V: Patch>(patches: &[PatchPixels<V>; MOST_PATCHES]) -> u32 {
+    let stop = V::all(TRANSMITTANCE_STOP);
+    let mut live = 0;
+    for (patch, pixels) in patches[..PIXELS / V::LANES].iter().enumerate() {
+        let takes = V::load(&pixels.transmittance).at_least(stop);
+        live |= u32::from(takes.bits() != 0) << patch;
+    }
+    live
+}
+
+impl TilePixels {
+    /// The same, a register's worth at a time.
+    #[inline(always)]
+    fn patches<V: Patch>(&self) -> [PatchPixels<V>; MOST_PATCHES] {
+        let nothing = V::Array::default();
+        let mut patches = [PatchPixels {
+            d_colour: [nothing; 3],
+            error: nothing,
+            worth: nothing,
+            transmittance: nothing,
+        }; MOST_PATCHES];
+        let across = TILE / BLOCK_WIDTH;
+        for (patch, pixels) in patches[..PIXELS / V::LANES].iter_mut().enumerate() {
+            let top = patch / across * (V::LANES / BLOCK_WIDTH);
+            let first = top * TILE + patch % across * BLOCK_WIDTH;
+            for (to, from) in pixels.d_colour.iter_mut().zip(&self.d_colour) {
+                V::of_picture(&from[first..], TILE).store(to);
+            }
+            V::of_picture(&self.error[first..], TILE).store(&mut pixels.error);
+            V::of_picture(&self.worth[first..], TILE).store(&mut pixels.worth);
+            V::of_picture(&self.transmittance[first..], TILE).store(&mut pixels.transmittance);
+        }
+        patches
+    }
+
+    /// Gathers a tile from the planes of the loss; nothing is seen outside the picture.
+    fn gather<L: Lens>(&mut self, lens: &L, job: &Job, loss: &Loss, left: usize, top: usize) {
+        let (width, height) = (job.view.width, job.view.height);
+        let plane = width * height;
+        self.transmittance.fill(0.0);
+        let count = TILE.min(width - left);
+        let open = lens.circle().map(|_| open_pixels(lens, left, top));
+        for y in 0..TILE.min(height - top) {
+            let first = (top + y) * width + left;
+            let row = y * TILE..y * TILE + count;
+            for (channel, to) in self.d_colour.iter_mut().enumerate() {
+                let first = channel * plane + first;
+                to[row.clone()].copy_from_slice(&loss.d_colour[first..first + count]);
+            }
+            self.error[row.clone()].copy_from_slice(&loss.error[first..first + count]);
+            self.worth[row.clone()].copy_from_slice(&loss.worth[first..first + count]);
+            for (x, to) in self.transmittance[row].iter_mut().enumerate() {
+                *to = open.as_ref().map_or(1.0, |open| {
+                    let (block, lane) = Tile::place(x, y);
+                    open[block][lane]
+                });
+            }
+        }
+    }
+}
+
+/// Sums per (splat, tile) of one row of tiles.
+#[derive(Default)]
+struct RowSums {
+    slots: Vec<u32>,
+    sums: Vec<Sums>,
+}
+
+/// Sums per splat; buffers kept between pictures.
+#[derive(Default)]
+pub(crate) struct TrainingSums {
+    rows: Vec<RowSums>,
+    /// By record.
+    pub(crate) totals: Vec<Sums>,
+}
+
+/// What a thread keeps from row to row.
+struct Gathered {
+    lists: TileRow,
+    pixels: TilePixels,
+}
+
+impl Default for Gathered {
+    fn default() -> Gathered {
+        Gathered {
+            lists: TileRow::default(),
+            pixels: TilePixels {
+                d_colour: [[0.0; PIXELS]; 3],
+                error: [0.0; PIXELS],
+                worth: [0.0; PIXELS],
+                transmittance: [0.0; PIXELS],
+            },
+        }
+    }
+}
+
+/// Decides nothing: this pass asks no judge.
+struct Nobody;
+
+impl Judge for Nobody {
+    fn is_drawn(&self, _: &Record, _: i32, _: i32) -> bool {
+        false
+    }
+}
+
+impl TrainingSums {
+    /// Sums over the picture that `scratch` drew, given its loss; the same to the bit for any number
+    /// of threads. `records` is the number of records that hold splats or gaps between them.
+    pub(crate) fn fill<L: Lens>(
+        &mut self,
+        lens: &L,
+        job: &Job,
+        scratch: &Scratch,
+        records: usize,
+        loss: &Loss,
+    ) {
+        let rows_of_tiles = job.view.height.div_ceil(TILE);
+        let columns = job.view.width.div_ceil(TILE);
+        self.rows.resize_with(rows_of_tiles, RowSums::default);
+        self.rows
+            .par_iter_mut()
+            .with_max_len(1)
+            .enumerate()
+            .for_each_init(Gathered::default, |gathered, (row, out)| {
+                let Gathered { lists, pixels } = gathered;
+                scratch.fill_row(row, job, lists);
+                out.slots.clear();
+                out.sums.clear();
+                for column in 0..columns {
+                    let slots = lists.tile(column);
+                    let first = out.slots.len();
+                    out.slots.extend_from_slice(slots);
+                    out.sums.resize(first + slots.len(), [0.0; SUMS]);
+                    let (left, top) = (column * TILE, row * TILE);
+                    pixels.gather(lens, job, loss, left, top);
+                    job.simd.run_patches(TrainingTile {
+                        work: TileWork {
+                            records: &scratch.records,
+                            needles: &scratch.needles,
+                            slots,
+                            left: left as i32,
+                            top: top as i32,
+                            judge: &Nobody,
+                        },
+                        pixels,
+                        sums: &mut out.sums[first..],
+                    });
+                }
+            });
+        self.add_rows(records);
+    }
+
+    /// Adds up each splat's tiles, row by row and from left to right.
+    fn add_rows(&mut self, records: usize) {
+        self.totals.clear();
+        self.totals.resize(records, [0.0; SUMS]);
+        let share = records.div_ceil(rayon::current_num_threads()).max(1);
+        let rows = &self.rows;
+        self.totals
+            .par_chunks_mut(share)
+            .enumerate()
+            .for_each(|(index, totals)| {
+                let first = index * share;
+                for row in rows {
+                    for (&slot, sums) in row.slots.iter().zip(&row.sums) {
+                        // A slot before `first` wraps around and is out of range too.
+                        let place = (slot as usize).wrapping_sub(first);
+                        if let Some(total) = totals.get_mut(place) {
+                            for (total, &sum) in total.iter_mut().zip(sums) {
+                                *total += sum;
+                            }
+                        }
+                    }
+                }
+            });
+    }
+}
