@@ -1,4 +1,4 @@
-"""A small textured room, photographed from known places."""
+"""A small textured room and a painted ball, photographed from known places."""
 
 from __future__ import annotations
 
@@ -15,8 +15,12 @@ from scenes.mesh import TexturedMesh
 from scenes.pose import Pose
 from scenes.prepare.capture import CaptureOptions
 from scenes.prepare.gather import gather
+from scenes.prepare.reconstruction import Reconstruction, View
 from scenes.prepare.sfm import reconstruct
 from scenes.prepare.sfm_job import SfmOptions
+from scenes.render.native import NativeRenderer
+from scenes.render.renderer import PosedSplats, RenderOptions
+from scenes.splats import SH_C0, SplatCloud
 
 PHOTOS = Path(__file__).parents[3].parent / "shared" / "data" / "photos_lund" / "images"
 CAMERA = Pinhole.from_fov(480, 360, 1.2)
@@ -107,3 +111,44 @@ def real_photos() -> Path:
     if not PHOTOS.is_dir():
         pytest.skip(f"real photos are not at {PHOTOS}")
     return PHOTOS
+
+
+def painted_ball(n=1500, seed=0):
+    """Splats on a ball of 1 m radius, in soft stripes."""
+    rng = np.random.default_rng(seed)
+    means = rng.normal(size=(n, 3))
+    means /= np.linalg.norm(means, axis=1, keepdims=True)
+    colours = 0.5 + 0.4 * np.sin(means @ rng.normal(0, 3, (3, 3)))
+    return SplatCloud(
+        means.astype(np.float32),
+        np.full((n, 3), 0.05, dtype=np.float32),
+        np.tile(np.array([1, 0, 0, 0], dtype=np.float32), (n, 1)),
+        np.full(n, 0.95, dtype=np.float32),
+        ((colours - 0.5) / SH_C0)[:, None].astype(np.float32),
+    )
+
+
+@pytest.fixture(scope="session")
+def filmed_ball(tmp_path_factory):
+    """A reconstruction of the ball from sixteen photos of 96×72 px."""
+    folder = tmp_path_factory.mktemp("photos")
+    cloud = painted_ball()
+    camera = Pinhole.from_fov(96, 72, np.radians(50))
+    views = []
+    for k in range(16):
+        angle = 2 * np.pi * k / 16
+        eye = np.array([3 * np.cos(angle), 3 * np.sin(angle), 0.8 * np.sin(3 * angle)])
+        pose = look_at(eye, np.zeros(3))
+        posed = PosedSplats(cloud, Pose.identity())
+        drawn = NativeRenderer().render([posed], camera, pose, RenderOptions())
+        picture = np.round(255 * np.clip(drawn.rgb, 0, 1)).astype(np.uint8)
+        path = folder / f"{k:02d}.png"
+        cv2.imwrite(str(path), picture[..., ::-1])
+        views.append(View(path.name, path, camera, pose))
+    chosen = np.random.default_rng(1).choice(len(cloud), 400, replace=False)
+    return Reconstruction(
+        tuple(views),
+        cloud.means[chosen].astype(np.float64),
+        np.round(255 * np.clip(cloud.colours()[chosen], 0, 1)).astype(np.uint8),
+        np.zeros(400, dtype=np.float32),
+    )
