@@ -54,12 +54,24 @@ VERBS = (
         "track a recording again and compare with the recorded tracks",
         "nexus replay out/demo/recording.mcap --headless",
     ),
+    Verb(
+        "prepare",
+        "studio.prepare",
+        "make a metric scene package of photos or a video",
+        "nexus prepare room.mp4 --qr-size 0.2 --out room.gnx",
+    ),
     Verb("studio", "studio.app.verb", "open the desktop window", "nexus studio lab"),
     Verb(
         "convert",
         "studio.convert",
         "convert between splat file formats",
         "nexus convert room.ply room.spz",
+    ),
+    Verb(
+        "evaluate preparation",
+        "studio.evaluate.preparation",
+        "film a built-in room, prepare it and hold the result against the truth",
+        "nexus evaluate preparation lab --json",
     ),
     Verb(
         "bench raster",

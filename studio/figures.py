@@ -64,7 +64,7 @@ def floor_plan(
 ) -> str:
     """The room from above: true and tracked path of every moved object, and the camera."""
     low, high = scene.footprint_m
-    with _style():
+    with figure_style():
         width = 7.2
         figure = Figure(figsize=(width, width * float((high[1] - low[1]) / (high[0] - low[0])) + 1))
         axes = figure.add_axes((0.08, 0.14, 0.9, 0.84))
@@ -98,14 +98,14 @@ def floor_plan(
         axes.legend(
             handles=legend, loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=4, fontsize=9
         )
-        return _svg(figure, "Floor plan with true and tracked paths")
+        return as_svg(figure, "Floor plan with true and tracked paths")
 
 
 def errors_over_time(boards: Mapping[str, ScoreBoard]) -> str:
     """Position and yaw error of every moved object; spans in which it was hidden are shaded."""
     first = next(iter(boards.values()))
     models = first.moved()
-    with _style():
+    with figure_style():
         figure = Figure(figsize=(10, 1.0 + 1.35 * len(models)), layout="constrained")
         grid = figure.subplots(len(models), 2, sharex=True, squeeze=False)
         columns = (("world_cm", ROOM_BAR_CM, "cm"), ("yaw_deg", ROOM_BAR_DEG, "°"))
@@ -121,13 +121,13 @@ def errors_over_time(boards: Mapping[str, ScoreBoard]) -> str:
         grid[0][0].set_title("position error", loc="right", fontsize=9)
         for axes in grid[-1]:
             axes.set_xlabel("time (s)")
-        return _svg(figure, "Error over time of every moved object")
+        return as_svg(figure, "Error over time of every moved object")
 
 
 def visibility(board: ScoreBoard) -> str:
     """How much of every moved object the camera saw."""
     models = board.moved()
-    with _style():
+    with figure_style():
         figure = Figure(figsize=(10, 0.7 + 0.62 * len(models)), layout="constrained")
         grid = figure.subplots(len(models), 1, sharex=True, squeeze=False)[:, 0]
         for axes, model, colour in zip(grid, models, _cycle(COLOURS), strict=False):
@@ -141,7 +141,7 @@ def visibility(board: ScoreBoard) -> str:
             axes.margins(x=0)
             axes.set_ylabel(model.name, rotation=0, ha="right", va="center", labelpad=28)
         grid[-1].set_xlabel("time (s)")
-        return _svg(figure, "Share of every moved object in sight")
+        return as_svg(figure, "Share of every moved object in sight")
 
 
 def _draw_object(axes: Axes, model: ObjectModel, samples: Sequence[Sample], colour: str) -> None:
@@ -193,7 +193,8 @@ def _draw_errors(
     axes.margins(x=0)
 
 
-def _style() -> AbstractContextManager[None]:
+def figure_style() -> AbstractContextManager[None]:
+    """The look of every drawing: ink that follows the page, quiet axes."""
     return mpl.rc_context(_STYLE)
 
 
@@ -208,7 +209,8 @@ def _cycle(colours: Sequence[str]) -> Sequence[str]:
     return tuple(colours) * 8
 
 
-def _svg(figure: Figure, title: str) -> str:
+def as_svg(figure: Figure, title: str) -> str:
+    """The drawing as inline SVG with a title for those who do not see it."""
     buffer = io.StringIO()
     FigureCanvasSVG(figure)
     figure.savefig(

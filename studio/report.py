@@ -2,30 +2,24 @@
 
 from __future__ import annotations
 
-import base64
-import io
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-import jinja2
 import numpy as np
-from PIL import Image
 
 from scenes.render.native import NativeRenderer
 from scenes.state import ObjectModel
 from studio import figures
 from studio.evaluate.scores import ROOM_BAR_CM, ROOM_BAR_DEG, VISIBLE_FRACTION, Score, ScoreBoard
 from studio.film import Picture
+from studio.page import embedded_jpeg, page
 from studio.rows import Row, describe_machine
 from studio.session import Session, SessionResult
 from studio.twin import Twin
 from tracking.metrics import PAPER_ROOM, PAPER_TABLE
 
-TEMPLATES = Path(__file__).parent / "templates"
 PLAN_PX = 900
-STILL_WIDTH_PX = 980
 METHOD_NAMES = {"own": "this tracker", "paper": "the paper's method"}
 
 
@@ -63,17 +57,10 @@ class Verdict:
 
 def render_report(report: Report) -> str:
     """The page as HTML."""
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(TEMPLATES),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     shown = next(iter(report.boards.values()))
     moved = bool(shown.moved())
     scene = report.session.scene
-    return environment.get_template("report.html.j2").render(
+    return page("report.html.j2").render(
         report=report,
         info=report.session.info,
         verdict=verdict(report),
@@ -84,7 +71,7 @@ def render_report(report: Report) -> str:
         plan=figures.floor_plan(scene, shown, scene.world_from_rig, _background(report.session)),
         errors=figures.errors_over_time(report.boards) if moved else "",
         visibility=figures.visibility(shown) if moved else "",
-        stills=[(f"{t:.1f} s", _jpeg(picture)) for t, picture in report.stills],
+        stills=[(f"{t:.1f} s", embedded_jpeg(picture)) for t, picture in report.stills],
         machine=describe_machine(),
         visible_percent=round(100 * VISIBLE_FRACTION),
         method_names=METHOD_NAMES,
@@ -269,12 +256,3 @@ def _background(session: Session) -> figures.Background:
     floor = world_from_camera @ (corners * (height / corners[:, 2:3]))
     (left, top), (right, bottom) = floor[0, :2], floor[1, :2]
     return picture, (float(left), float(right), float(bottom), float(top))
-
-
-def _jpeg(picture: Picture) -> str:
-    image = Image.fromarray(picture)
-    height = round(image.height * STILL_WIDTH_PX / image.width)
-    image = image.resize((STILL_WIDTH_PX, height), Image.Resampling.LANCZOS)
-    buffer = io.BytesIO()
-    image.save(buffer, "JPEG", quality=82)
-    return "data:image/jpeg;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")

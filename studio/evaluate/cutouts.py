@@ -1,0 +1,155 @@
+"""Every object of a prepared built-in room, cut out with one box in each of three photos."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scenes.prepare.cutout import cut_out, undo_cut
+from scenes.prepare.lifting import MaskedView
+from scenes.prepare.masks import GrabCutMasks, Prompt
+
+from scenes.cameras import Pinhole, pixel_centres
+from scenes.formats.ply import write_ply
+from scenes.mesh import PhysicalObject, PhysicalRoom
+from scenes.package import ScenePackage
+from scenes.prepare.pipeline import Prepared
+from scenes.prepare.reconstruction import View, read_picture
+from scenes.rays import RayScene
+from scenes.render.native import NativeRenderer
+from scenes.splats import SplatCloud
+from studio.evaluate.true_labels import object_triangles, static_triangles, true_labels
+from studio.progress import Progress
+
+VIEWS = 3
+PADDING_PX = 6.0
+LEAST_SHARE = 0.8
+"""A person takes photos in which at least so much of the object is in sight."""
+LEAST_TURN_RAD = 0.5
+"""And that are taken from different sides."""
+
+
+@dataclass(frozen=True, slots=True)
+class CutScore:
+    """How well an object was cut out.
+
+    Attributes:
+        object_id: of the physical object.
+        iou: overlap of its splats with the true ones, per splat.
+        box_error_cm: largest error of the box's extents.
+        exact: whether undoing the cut gave the same file, byte for byte.
+    """
+
+    object_id: str
+    iou: float
+    box_error_cm: float
+    exact: bool
+
+
+def score_cutouts(
+    package: ScenePackage,
+    room: PhysicalRoom,
+    prepared: Prepared,
+    *,
+    renderer: NativeRenderer,
+    folder: Path,
+    told: Progress,
+) -> list[CutScore]:
+    """Cut out one object after the other, each from the room as it was prepared.
+
+    The boxes are those around the object's true outline, padded: what a careful person draws. The
+    prepared world must be the physical one.
+    """
+    labels = true_labels(package.room, room)
+    before = _digest(package.room, folder)
+    scores = []
+    for number, item in enumerate(room.objects):
+        told.advance(number / len(room.objects), item.object_id)
+        views = photos_of(item, room, prepared.reconstruction.views)
+        masked = [_masked(view, outline) for view, outline in views]
+        cut = cut_out(
+            package,
+            masked,
+            object_id=item.object_id,
+            name=item.object_id,
+            kind=item.kind,
+            renderer=renderer,
+        )
+        last = cut.package.cuts[-1]
+        found = np.zeros(len(package.room), dtype=bool)
+        found[last.places[last.is_object]] = True
+        truly = labels == number
+        sizes = np.sort(cut.box.size_m[:2]) - np.sort(item.box_m[:2])
+        error_m = max(float(np.abs(sizes).max()), abs(cut.box.size_m[2] - item.box_m[2]))
+        scores.append(
+            CutScore(
+                item.object_id,
+                float((found & truly).sum() / max((found | truly).sum(), 1)),
+                100 * error_m,
+                _digest(undo_cut(cut.package).room, folder) == before,
+            )
+        )
+    return scores
+
+
+def photos_of(
+    item: PhysicalObject, room: PhysicalRoom, views: tuple[View, ...]
+) -> list[tuple[View, NDArray[np.bool_]]]:
+    """Up to three photos from different sides that show most of an object, with its outline."""
+    rest = [static_triangles(room)]
+    rest += [object_triangles(other) for other in room.objects if other is not item]
+    own, others = RayScene(object_triangles(item)), RayScene(np.concatenate(rest))
+    centre = item.world_from_object @ np.array([[0.0, 0.0, 0.5 * item.box_m[2]]])
+    ranked = []
+    for view in views:
+        if not isinstance(view.camera, Pinhole):
+            continue
+        whole, seen = _outlines(view, own, others)
+        touches_edge = whole[0].any() or whole[-1].any() or whole[:, 0].any() or whole[:, -1].any()
+        if not whole.any() or touches_edge or seen.sum() < LEAST_SHARE * whole.sum():
+            continue
+        eye = view.world_from_camera.translation - centre[0]
+        ranked.append((int(seen.sum()), float(np.arctan2(eye[1], eye[0])), view, seen))
+    ranked.sort(key=lambda entry: -entry[0])
+    chosen: list[tuple[float, View, NDArray[np.bool_]]] = []
+    for _, turn, view, seen in ranked:
+        apart = [abs((turn - other + np.pi) % (2 * np.pi) - np.pi) for other, _, _ in chosen]
+        if len(chosen) < VIEWS and all(angle > LEAST_TURN_RAD for angle in apart):
+            chosen.append((turn, view, seen))
+    return [(view, seen) for _, view, seen in chosen]
+
+
+def _outlines(
+    view: View, own: RayScene, others: RayScene
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """(H, W) where the object would be seen if it were alone, and where it is seen."""
+    rays = view.camera.unproject(pixel_centres(view.camera)) @ view.world_from_camera.rotation.T
+    eyes = np.broadcast_to(view.world_from_camera.translation, rays.shape)
+    to_object, to_rest = own.cast(eyes, rays), others.cast(eyes, rays)
+    shape = view.camera.height_px, view.camera.width_px
+    whole = (to_object.triangle >= 0).reshape(shape)
+    return whole, whole & (to_object.distance < to_rest.distance).reshape(shape)
+
+
+def _masked(view: View, outline: NDArray[np.bool_]) -> MaskedView:
+    rows, columns = np.nonzero(outline)
+    box = (
+        float(columns.min()) - PADDING_PX,
+        float(rows.min()) - PADDING_PX,
+        float(columns.max()) + 1 + PADDING_PX,
+        float(rows.max()) + 1 + PADDING_PX,
+    )
+    mask = GrabCutMasks().mask(read_picture(view), Prompt(box_px=box))
+    assert isinstance(view.camera, Pinhole)
+    return MaskedView(view.name, view.camera, view.world_from_camera, mask)
+
+
+def _digest(cloud: SplatCloud, folder: Path) -> str:
+    path = folder / "digest.ply"
+    write_ply(path, cloud)
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    path.unlink()
+    return digest

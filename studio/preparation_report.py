@@ -1,0 +1,200 @@
+"""The page that says how a room was prepared: pictures of every stage, figures and what to mind."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from PIL import Image
+
+from scenes.cameras import Pinhole, pixel_centres
+from scenes.frames import look_at
+from scenes.mesh import CollisionMesh
+from scenes.pose import Pose
+from scenes.prepare.pipeline import PREVIEWS, Prepared
+from scenes.prepare.stages import WorkFolder
+from scenes.rays import RayScene
+from scenes.render.native import NativeRenderer
+from scenes.render.renderer import PosedSplats, RenderOptions
+from studio.figures import INK, as_svg, figure_style
+from studio.page import embedded_jpeg, page
+from studio.rows import Row, describe_machine
+
+Picture = NDArray[np.uint8]
+
+TILE_PX = (240, 180)
+TILES_ACROSS = 8
+MOST_TILES = 48
+PREVIEWS_SHOWN = 4
+ABOVE_PX = (980, 735)
+DOLLHOUSE_CUT_M = 2.1
+"""What is higher than this is left out of the view from above: the ceiling."""
+
+
+def render_report(
+    prepared: Prepared, work: WorkFolder, rows: list[Row], renderer: NativeRenderer
+) -> str:
+    """The page as HTML, complete in itself."""
+    alignment = prepared.alignment
+    return page("preparation.html.j2").render(
+        prepared=prepared,
+        package=prepared.package,
+        rows=rows,
+        minutes=sum(stage.seconds or 0.0 for stage in prepared.package.stages) / 60,
+        metric=bool(alignment.anchors),
+        cards=_cards(rows),
+        contact=embedded_jpeg(_contact_sheet(prepared)),
+        plan=_plan(prepared),
+        curve=_curve(prepared),
+        previews=[embedded_jpeg(picture) for picture in _previews(work)],
+        above=embedded_jpeg(_from_above(prepared, renderer)),
+        hidden=embedded_jpeg(_mesh_from_above(prepared.package.collision, prepared))
+        if prepared.package.collision is not None
+        else "",
+        errors=_errors(prepared),
+        warnings=[*prepared.sfm.advice, *alignment.warnings],
+        rejected=prepared.capture.counts(),
+        machine=describe_machine(),
+    )
+
+
+def _cards(rows: list[Row]) -> list[dict[str, str]]:
+    shown = (
+        ("prepare.wall_min", "Time, all stages", "min", "{:.1f}"),
+        ("prepare.placed", "Pictures placed", "", "{:.0%}"),
+        ("prepare.psnr_db", "Views kept aside", "dB", "{:.1f}"),
+        ("prepare.alignment_mm.predicted_95", "Position error, 95 % bound", "mm", "{:.1f}"),
+    )
+    values = {row.name: row.value for row in rows}
+    return [
+        {"title": title, "value": form.format(values[name]), "unit": unit}
+        for name, title, unit, form in shown
+        if values.get(name) is not None
+    ]
+
+
+def _contact_sheet(prepared: Prepared) -> Picture:
+    """Chosen pictures in a grid; those that found no place are red and dim."""
+    frames = prepared.capture.frames
+    chosen = frames[:: max(1, -(-len(frames) // MOST_TILES))]
+    down = -(-len(chosen) // TILES_ACROSS)
+    width, height = TILE_PX
+    sheet = Image.new("RGB", (TILES_ACROSS * width, down * height), (24, 26, 32))
+    failed = set(prepared.sfm.failed)
+    for k, frame in enumerate(chosen):
+        with Image.open(prepared.capture.folder / frame.name) as photo:
+            tile = photo.convert("RGB")
+        tile.thumbnail((width - 4, height - 4))
+        if frame.name in failed:
+            tile = Image.blend(tile, Image.new("RGB", tile.size, (200, 40, 20)), 0.6)
+        sheet.paste(tile, (k % TILES_ACROSS * width + 2, k // TILES_ACROSS * height + 2))
+    return np.asarray(sheet)
+
+
+def _plan(prepared: Prepared) -> str:
+    """Sparse points from above, and from where the photos were taken."""
+    metric = prepared.reconstruction
+    low, high = prepared.package.footprint_m
+    with figure_style():
+        size = high - low
+        figure = Figure(figsize=(7.2, max(2.5, 7.2 * float(size[1] / max(size[0], 1e-6)))))
+        axes = figure.add_axes((0.08, 0.1, 0.9, 0.88))
+        shade = metric.colours.astype(np.float64) / 255
+        axes.scatter(
+            metric.points[:, 0], metric.points[:, 1], s=1.5, c=shade, linewidths=0, rasterized=True
+        )
+        eyes = np.stack([view.world_from_camera.translation for view in metric.views])
+        looks = np.stack([view.world_from_camera.rotation[:, 2] for view in metric.views])
+        axes.quiver(
+            eyes[:, 0], eyes[:, 1], looks[:, 0], looks[:, 1], color="#d9601f", width=0.004, scale=28
+        )
+        for anchor in prepared.alignment.anchors:
+            x, y, _ = anchor.world_from_code.translation
+            axes.plot(x, y, "s", color=INK, markersize=7)
+            axes.annotate(anchor.payload, (x, y), (6, 6), textcoords="offset points", fontsize=8)
+        axes.set_xlim(low[0] - 0.3, high[0] + 0.3)
+        axes.set_ylim(low[1] - 0.3, high[1] + 0.3)
+        axes.set_aspect("equal")
+        axes.set_xlabel("x (m)")
+        axes.set_ylabel("y (m)")
+        return as_svg(figure, "Sparse points and camera positions from above")
+
+
+def _curve(prepared: Prepared) -> str:
+    moments = [m for m in prepared.training.history if m.psnr_db is not None]
+    if len(moments) < 2:
+        return ""
+    with figure_style():
+        figure = Figure(figsize=(7.2, 2.6), layout="constrained")
+        axes = figure.subplots()
+        axes.plot(
+            [m.seconds for m in moments],
+            [m.psnr_db for m in moments if m.psnr_db is not None],
+            "o-",
+            color="#1f88d1",
+        )
+        axes.set_xlabel("training time (s)")
+        axes.set_ylabel("PSNR (dB)")
+        axes.grid(visible=True)
+        return as_svg(figure, "Likeness of views that are not trained on, over time")
+
+
+def _previews(work: WorkFolder) -> list[Picture]:
+    files = sorted((work.path / "training" / PREVIEWS).glob("*.jpg"))
+    if not files:
+        return []
+    places = np.unique(np.linspace(0, len(files) - 1, PREVIEWS_SHOWN).round().astype(int))
+    return [np.asarray(Image.open(files[place]).convert("RGB")) for place in places]
+
+
+def _camera_above(prepared: Prepared) -> tuple[Pinhole, Pose, float]:
+    """A camera high over the room, and the distance from which on it sees things."""
+    low, high = prepared.package.footprint_m
+    middle = 0.5 * (low + high)
+    width, height = ABOVE_PX
+    camera = Pinhole.from_fov(width, height, np.deg2rad(50.0))
+    rise = 0.62 * max(float(high[0] - low[0]), float(high[1] - low[1]) * width / height)
+    eye = np.array([middle[0], middle[1], DOLLHOUSE_CUT_M + rise / np.tan(np.deg2rad(25.0))])
+    # A hair off straight down, or no direction in the picture would be up.
+    world_from_camera = look_at(eye, eye + np.array([0.0, 1e-4, -1.0]))
+    return camera, world_from_camera, float(eye[2]) - DOLLHOUSE_CUT_M
+
+
+def _from_above(prepared: Prepared, renderer: NativeRenderer) -> Picture:
+    camera, world_from_camera, near_m = _camera_above(prepared)
+    drawn = renderer.render(
+        [PosedSplats(prepared.package.room, Pose.identity())],
+        camera,
+        world_from_camera,
+        RenderOptions(background=(0.06, 0.07, 0.09), near_m=near_m),
+    )
+    return (np.clip(drawn.rgb, 0, 1) * 255).astype(np.uint8)
+
+
+def _mesh_from_above(mesh: CollisionMesh, prepared: Prepared) -> Picture:
+    camera, world_from_camera, near_m = _camera_above(prepared)
+    rays = camera.unproject(pixel_centres(camera)) @ world_from_camera.rotation.T
+    start = near_m / -rays[:, 2:3]
+    origins = world_from_camera.translation + rays * start
+    hits = RayScene(mesh.vertices[mesh.faces]).cast(origins, rays)
+    light = np.abs(hits.normals @ np.array([0.35, 0.25, 0.9]))
+    shade = np.where(hits.triangle >= 0, 50 + 190 * light, 20)
+    shape = (camera.height_px, camera.width_px, 1)
+    return np.clip(shade, 0, 255).astype(np.uint8).reshape(shape).repeat(3, axis=2)
+
+
+def _errors(prepared: Prepared) -> list[dict[str, Any]]:
+    """Each code's residuals, and how far the room's corners may be off."""
+    return [
+        {
+            "payload": anchor.payload,
+            "side_mm": f"{1000 * anchor.side_m:.0f}",
+            "photos": len(anchor.views),
+            "px": f"{anchor.residual_px:.2f}",
+            "mm": f"{anchor.residual_mm:.2f}",
+            "corner_mm": f"{anchor.corner_mm:.2f}",
+        }
+        for anchor in prepared.alignment.anchors
+    ]
