@@ -16,7 +16,6 @@ from pathlib import Path
 
 from scenes.prepare.colmap_folder import write_colmap_folder
 from scenes.prepare.held_out import score_view
-from scenes.prepare.training_photos import Photos
 from scenes.prepare.progress import Progress
 from scenes.prepare.reconstruction import Reconstruction
 from scenes.prepare.trained_import import import_trained
@@ -27,6 +26,7 @@ from scenes.prepare.trainer import (
     TrainingOptions,
     TrainingResult,
 )
+from scenes.prepare.training_photos import Photos
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import RenderOptions
 

@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from scenes.pose import Pose
 from scenes.prepare.exposure import fitted
-from scenes.prepare.training_photos import as_floats
 from scenes.prepare.reconstruction import View, read_picture
 from scenes.prepare.trainer import ViewScore
+from scenes.prepare.training_photos import as_floats
 from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
 from scenes.render.training import Exposure, TrainingTarget
 from scenes.splats import SplatCloud

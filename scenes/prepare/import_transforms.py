@@ -17,11 +17,11 @@ from scenes.cameras import Pinhole
 from scenes.formats.error import refusal
 from scenes.frames import OPENGL_FROM_OPENCV
 from scenes.pose import Pose
+from scenes.prepare.known_poses import triangulate
 from scenes.prepare.photos import read_upright, write_jpeg
 from scenes.prepare.progress import Progress, silent
 from scenes.prepare.reconstruction import Reconstruction, View
 from scenes.prepare.sfm_job import SfmOptions
-from scenes.prepare.known_poses import triangulate
 
 PICTURES_FOLDER = "frames"
 READING_SHARE = 0.3

@@ -12,7 +12,6 @@ from scenes.prepare.checkpoint import Checkpoint
 from scenes.prepare.densify import densify, morton_order
 from scenes.prepare.exposure import RATE, Exposures, fitted
 from scenes.prepare.held_out import draw_view, psnr_db, score_view
-from scenes.prepare.training_photos import Photos, as_floats, typical_distance
 from scenes.prepare.progress import Cancelled, Progress
 from scenes.prepare.reconstruction import Reconstruction, read_picture
 from scenes.prepare.seed import seed_rows
@@ -24,6 +23,7 @@ from scenes.prepare.trainer import (
     TrainingOptions,
     TrainingResult,
 )
+from scenes.prepare.training_photos import Photos, as_floats, typical_distance
 from scenes.prepare.training_rows import SH, TrainingRows
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import RenderOptions

@@ -14,8 +14,8 @@ import numpy as np
 
 from scenes.formats.registry import read_splats
 from scenes.prepare.held_out import draw_view, psnr_db
-from scenes.prepare.training_photos import as_floats
 from scenes.prepare.reconstruction import Reconstruction, View, read_picture
+from scenes.prepare.training_photos import as_floats
 from scenes.render.renderer import Renderer, RenderOptions
 from scenes.splats import SplatCloud, validate
 
