@@ -6,14 +6,14 @@ import argparse
 import json
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from studio.rows import Row, as_json, as_table, at_most, exit_code
 
 if TYPE_CHECKING:
-    from scenes.prepare.pipeline import Prepared
+    from scenes.prepare.pipeline import KnownLength, Prepared
 
 QUALITIES = ("preview", "default", "fine")
 REPORT = "report.html"
@@ -39,6 +39,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         metavar="FILE",
         help="anchors.json of a scene whose world this one shall share",
+    )
+    parser.add_argument(
+        "--length",
+        type=float,
+        metavar="M",
+        help="a length measured in the room, where no code is; --end says between what",
+    )
+    parser.add_argument(
+        "--end",
+        nargs=4,
+        action="append",
+        metavar=("WHICH", "PHOTO", "X", "Y"),
+        help="pixel of one end of the length (a or b) in a photo; two photos or more for each end",
     )
     parser.add_argument(
         "--quality",
@@ -82,6 +95,7 @@ def run(args: argparse.Namespace) -> int:
         quality=args.quality,
         sides_m=args.qr_size,
         known_codes=_known_codes(args.anchors),
+        known_length=_known_length(args.length, args.end or []),
         capture=CaptureOptions() if args.frames is None else CaptureOptions(frames=args.frames),
         seed=args.seed,
     )
@@ -134,6 +148,29 @@ def _sides(text: str) -> float | Mapping[str, float]:
         raise argparse.ArgumentTypeError(
             f"{text!r}: wanted metres such as 0.2, or CODE=0.2,OTHER=0.16"
         ) from None
+
+
+def _known_length(length_m: float | None, ends: Sequence[Sequence[str]]) -> KnownLength | None:
+    """The measured length with its ends in photos.
+
+    Raises:
+        ValueError: an end is neither a nor b or has no pixel, or only one of both flags is given.
+    """
+    from scenes.prepare.pipeline import KnownLength
+
+    if length_m is None and not ends:
+        return None
+    if length_m is None or not ends:
+        raise ValueError("--length and --end belong together: metres, and the pixels of both ends")
+    picks: dict[str, dict[str, tuple[float, float]]] = {"a": {}, "b": {}}
+    for which, photo, x, y in ends:
+        try:
+            picks[which.lower()][photo] = (float(x), float(y))
+        except (KeyError, ValueError):
+            raise ValueError(
+                f"--end {which} {photo} {x} {y}: wanted a or b, a photo's name and two numbers"
+            ) from None
+    return KnownLength(length_m, picks["a"], picks["b"])
 
 
 def _known_codes(path: Path | None) -> tuple:

@@ -21,6 +21,7 @@ from scenes.pose import Pose
 from scenes.prepare.align import align
 from scenes.prepare.alignment import Alignment, apply_alignment
 from scenes.prepare.anchors import find_anchors
+from scenes.prepare.by_length import align_by_length, picked_point
 from scenes.prepare.capture import Capture, CaptureOptions
 from scenes.prepare.collision import mesh_of_splats
 from scenes.prepare.gather import gather
@@ -43,6 +44,21 @@ PREVIEWS, COLLISION_FILE = "previews", "room.glb"
 
 
 @dataclass(frozen=True, slots=True)
+class KnownLength:
+    """A length measured in the room.
+
+    Attributes:
+        metres: the length.
+        a_px: pixel (x, y) of its one end by photo, in two photos or more.
+        b_px: of its other end.
+    """
+
+    metres: float
+    a_px: Mapping[str, tuple[float, float]]
+    b_px: Mapping[str, tuple[float, float]]
+
+
+@dataclass(frozen=True, slots=True)
 class PrepareOptions:
     """How a room is prepared.
 
@@ -50,6 +66,7 @@ class PrepareOptions:
         quality: one of `scenes.prepare.trainer.PRESETS`.
         sides_m: printed side of the codes: one for all, or by payload. None ignores codes.
         known_codes: codes whose poses in the world are known; then that is the room's world.
+        known_length: tells the scale where there are no codes; None guesses it.
         capture: how frames are chosen.
         sfm: how they are placed.
         seed: decides everything random.
@@ -62,6 +79,7 @@ class PrepareOptions:
     quality: str = "default"
     sides_m: Mapping[str, float] | float | None = None
     known_codes: tuple[QrCode, ...] = ()
+    known_length: KnownLength | None = None
     capture: CaptureOptions = field(default_factory=CaptureOptions)
     sfm: SfmOptions = field(default_factory=SfmOptions)
     seed: int = 0
@@ -177,6 +195,15 @@ def _aligned(
     def make(folder: Path, progress: Progress) -> Alignment:
         del folder
         rng = np.random.default_rng(options.seed)
+        if options.known_length is not None:
+            length = options.known_length
+            return align_by_length(
+                reconstruction,
+                picked_point(reconstruction, length.a_px),
+                picked_point(reconstruction, length.b_px),
+                length_m=length.metres,
+                rng=rng,
+            )
         if options.sides_m is None:
             return guessed_alignment(reconstruction, rng=rng)
         sightings = find_anchors(reconstruction, progress=progress)
@@ -190,7 +217,11 @@ def _aligned(
 
     return work.run(
         "alignment",
-        {"sides_m": options.sides_m, "known": [str(code) for code in options.known_codes]},
+        {
+            "sides_m": options.sides_m,
+            "codes": [str(code) for code in options.known_codes],
+            "length": str(options.known_length),
+        },
         make=make,
         load=lambda folder: make(folder, work.progress),
         detail=_alignment_in_words,
@@ -199,7 +230,7 @@ def _aligned(
 
 def _alignment_in_words(alignment: Alignment) -> str:
     if not alignment.anchors:
-        return "scale guessed, no code used"
+        return alignment.warnings[0] if alignment.warnings else "on a measured length"
     codes = ", ".join(
         f"{anchor.payload} ({len(anchor.views)} photos, {anchor.residual_mm:.1f} mm)"
         for anchor in alignment.anchors

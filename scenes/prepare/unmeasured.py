@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from scenes.prepare.alignment import Alignment
-from scenes.prepare.gravity import find_gravity
+from scenes.prepare.gravity import find_gravity, standing_world
 from scenes.prepare.reconstruction import Reconstruction
-from scenes.prepare.similarity import Similarity
 
 CARRIED_HEIGHT_M = 1.5
 """How high people carry a phone while they film."""
 HEIGHT_SIGMA = 0.25
 """Relative deviation of that guess."""
 TURN_SIGMA_RAD = 0.02
-
-FloatArray = NDArray[np.float64]
+UPRIGHT = 0.7
+GUESSED_GROUPS = 2
+"""As little as can be known: bounds on the error become wide."""
 
 
 def guessed_alignment(reconstruction: Reconstruction, *, rng: np.random.Generator) -> Alignment:
@@ -33,27 +32,25 @@ def guessed_alignment(reconstruction: Reconstruction, *, rng: np.random.Generato
     eyes = np.stack([view.world_from_camera.translation for view in reconstruction.views])
     height = float(np.median(eyes @ gravity.up) - gravity.floor)
     scale = CARRIED_HEIGHT_M / height if height > 0 else 1.0
-    # X is to the right of the first photo, whichever way it was held.
+    # X is to the right of the first photo; where that points up, it was held sideways.
     axes = reconstruction.views[0].world_from_camera.rotation
-    across = np.cross(axes[:, 2], gravity.up)
-    right = axes[:, 0] if np.linalg.norm(across) < 0.1 else across
-    x = right - (right @ gravity.up) * gravity.up
-    x /= np.linalg.norm(x)
-    turn: FloatArray = np.stack([x, np.cross(gravity.up, x), gravity.up])
-    below = eyes.mean(axis=0) - (eyes.mean(axis=0) @ gravity.up - gravity.floor) * gravity.up
+    right = axes[:, 0] if abs(float(axes[:, 0] @ gravity.up)) < UPRIGHT else axes[:, 1]
+    world_from_reconstruction = standing_world(gravity, eyes.mean(axis=0), right, scale)
     covariance = np.diag([TURN_SIGMA_RAD**2] * 3 + [0.0] * 3 + [HEIGHT_SIGMA**2])
     warnings = [
         "The scale is a guess: nothing in the photos tells it. The phone is taken to have been "
-        f"carried {CARRIED_HEIGHT_M} m above the floor; lengths may be a quarter off. Print a code, "
-        "fix it to a wall, film it with the room and give its side, or give a known length."
+        f"carried {CARRIED_HEIGHT_M} m above the floor; lengths may be a quarter off. Print a "
+        "code, fix it to a wall, film it with the room and give its side, or give a known length."
     ]
     if gravity.floor_points == 0:
         warnings.append("No floor was found either: up is taken from how the photos were held.")
     return Alignment(
-        Similarity(scale, turn, -scale * (turn @ below)),
+        world_from_reconstruction,
         covariance,
         (),
         gravity,
-        2,
+        GUESSED_GROUPS,
+        world_from_reconstruction @ eyes[:1],
+        0.0,
         tuple(warnings),
     )
