@@ -202,7 +202,13 @@ class StillPicture:
     ) -> NDArray[np.bool_]:
         """Draw what changed since the last update; one flag per 16×16 tile, row by row."""
 
-_Distance = tuple[float, float, tuple[float, float, float], tuple[float, float, float]]
+_Distance = tuple[
+    float,
+    float,
+    tuple[float, float, float],
+    tuple[float, float, float],
+    tuple[float, float],
+]
 
 class TrainingTarget:
     """A photo to train on; `rgb` flat, row by row."""
@@ -219,8 +225,9 @@ class TrainingTarget:
         ssim_share: float,
         gain: tuple[float, float, float],
         bias: tuple[float, float, float],
+        falloff: tuple[float, float],
     ) -> tuple[_Distance, NDArray[np.float32]]:
-        """L1, 1 - SSIM, gradients by gain and bias; the gradient by `rgb`, laid out alike."""
+        """L1, 1 - SSIM, gradients by gain, bias, falloff; the one by `rgb`, laid out alike."""
 
 class Trainee:
     """Splats in training: rows of numbers, all arrays flat and C-contiguous."""
@@ -267,6 +274,7 @@ class Trainee:
         ssim_share: float,
         gain: tuple[float, float, float],
         bias: tuple[float, float, float],
+        falloff: tuple[float, float],
         threads: int,
     ) -> _Distance:
         """One step towards `target`; `camera_from_world` is a row-major 3×4 matrix."""

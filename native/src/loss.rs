@@ -34,11 +34,29 @@ pub struct Target {
     variance: Vec<f32>,
 }
 
-/// Gain and bias per channel between what is drawn and what the photo shows.
+/// What the photo shows of a colour drawn: gain · falloff · colour + bias, per channel, with
+/// falloff = 1 + f₀·r² + f₁·r⁴ and r the distance from the centre over that of the corners.
 #[derive(Clone, Copy, Debug)]
 pub struct Exposure {
     pub gain: [f32; CHANNELS],
     pub bias: [f32; CHANNELS],
+    pub falloff: [f32; 2],
+}
+
+impl Exposure {
+    /// r² of a row's pixels, and the falloff there.
+    #[inline(always)]
+    fn fill_row(&self, y: usize, height: usize, squares: &mut [f32], falloff: &mut [f32]) {
+        let width = squares.len();
+        let centre = [0.5 * width as f32, 0.5 * height as f32];
+        let per_square = 1.0 / (centre[0] * centre[0] + centre[1] * centre[1]);
+        let dy = y as f32 + 0.5 - centre[1];
+        for (x, (square, fall)) in squares.iter_mut().zip(falloff).enumerate() {
+            let dx = x as f32 + 0.5 - centre[0];
+            *square = per_square * (dx * dx + dy * dy);
+            *fall = 1.0 + *square * (self.falloff[0] + *square * self.falloff[1]);
+        }
+    }
 }
 
 /// Mean over pixels and channels.
@@ -49,6 +67,7 @@ pub struct Distance {
     pub dssim: f64,
     pub d_gain: [f64; CHANNELS],
     pub d_bias: [f64; CHANNELS],
+    pub d_falloff: [f64; 2],
 }
 
 /// Buffers and results, kept between pictures.
@@ -149,6 +168,9 @@ impl Loss {
                 distance.d_gain[channel] += row.d_gain[channel];
                 distance.d_bias[channel] += row.d_bias[channel];
             }
+            for power in 0..2 {
+                distance.d_falloff[power] += row.d_falloff[power];
+            }
         }
         distance
     }
@@ -178,16 +200,20 @@ impl Loss {
             .with_min_len(ROWS_PER_TASK)
             .enumerate()
             .for_each_init(
-                || vec![0.0; width + 2 * REACH],
-                |padded, (row, (seen, mean, square, product, photo))| {
+                || RowScratch::new(width),
+                |scratch, (row, (seen, mean, square, product, photo))| {
+                    let [padded, ..] = &mut scratch.padded;
+                    let [squares, falloff, _] = &mut scratch.values;
                     let (channel, y) = (row / height, row % height);
                     let drawn = &rgb[CHANNELS * y * width..][..CHANNELS * width];
                     let (gain, bias) = (exposure.gain[channel], exposure.bias[channel]);
                     simd.run(
                         #[inline(always)]
                         || {
-                            for (to, pixel) in seen.iter_mut().zip(drawn.chunks_exact(CHANNELS)) {
-                                *to = gain * pixel[channel] + bias;
+                            exposure.fill_row(y, height, squares, falloff);
+                            let pixels = drawn.chunks_exact(CHANNELS);
+                            for ((to, pixel), &fall) in seen.iter_mut().zip(pixels).zip(&*falloff) {
+                                *to = gain * fall * pixel[channel] + bias;
                             }
                             padded[REACH..REACH + width].copy_from_slice(seen);
                             blur_row(padded, mean);
@@ -280,10 +306,8 @@ impl Loss {
                         let row = channel * height + y;
                         let span = row * width..(row + 1) * width;
                         let (gain, bias) = (exposure.gain[channel], exposure.bias[channel]);
-                        let (by_l1, by_ssim) = (
-                            gain * per_value * (1.0 - ssim_share),
-                            gain * per_value * ssim_share,
-                        );
+                        let by_l1 = per_value * (1.0 - ssim_share);
+                        let by_ssim = per_value * ssim_share;
                         let per_gain = 1.0 / gain;
                         simd.run(
                             #[inline(always)]
@@ -291,6 +315,10 @@ impl Loss {
                                 for (values, along) in scratch.values.iter_mut().zip(gradients) {
                                     blur_column(along, row, height, &scratch.nothing, values);
                                 }
+                                let [squares, falloff, slopes] = &mut scratch.padded;
+                                let (squares, falloff) = (&mut squares[..width], &mut falloff[..width]);
+                                let slopes = &mut slopes[..width];
+                                exposure.fill_row(y, height, squares, falloff);
                                 let [d_mean, d_square, d_product] = &scratch.values;
                                 let photo = &target.colour[span.clone()];
                                 let seen = &seen[span.clone()];
@@ -305,16 +333,25 @@ impl Loss {
                                     let of_ssim = d_mean[x]
                                         + 2.0 * seen[x] * d_square[x]
                                         + colour * d_product[x];
-                                    let d_drawn = by_l1 * sign - by_ssim * of_ssim;
-                                    d_colour[x] = d_drawn;
-                                    worth[x] += (seen[x] - bias) * per_gain * d_drawn;
+                                    let d_seen = by_l1 * sign - by_ssim * of_ssim;
+                                    let slope = (seen[x] - bias) * d_seen;
+                                    d_colour[x] = gain * falloff[x] * d_seen;
+                                    worth[x] += slope;
                                     error[x] += off.abs() * (1.0 / CHANNELS as f32);
+                                    slopes[x] = slope;
+                                    falloff[x] = d_seen;
                                 }
-                                let along_bias = dot(d_colour, &scratch.ones) * per_gain;
-                                sums.d_bias[channel] = f64::from(along_bias);
-                                let along_seen = dot(d_colour, seen) * per_gain;
+                                sums.d_bias[channel] = f64::from(dot(falloff, &scratch.ones));
                                 sums.d_gain[channel] =
-                                    f64::from((along_seen - bias * along_bias) * per_gain);
+                                    f64::from(dot(slopes, &scratch.ones) * per_gain);
+                                exposure.fill_row(y, height, squares, falloff);
+                                for (slope, (square, fall)) in
+                                    slopes.iter_mut().zip(squares.iter().zip(&*falloff))
+                                {
+                                    *slope *= square / fall;
+                                }
+                                sums.d_falloff[0] += f64::from(dot(slopes, &scratch.ones));
+                                sums.d_falloff[1] += f64::from(dot(slopes, squares));
                             },
                         );
                     }
@@ -450,6 +487,7 @@ mod tests {
     const PLAIN: Exposure = Exposure {
         gain: [1.0; 3],
         bias: [0.0; 3],
+        falloff: [0.0; 2],
     };
 
     fn noise(count: usize, seed: u64) -> Vec<u8> {
@@ -491,6 +529,7 @@ mod tests {
         let exposure = Exposure {
             gain: [1.1, 0.9, 1.0],
             bias: [0.02, -0.01, 0.0],
+            falloff: [-0.2, 0.05],
         };
         let drawn = as_drawn(&noise(count, 2));
         let mut loss = Loss::default();

@@ -15,8 +15,8 @@ use crate::simd::Simd;
 use crate::train_splats::{width_of, Rows};
 use crate::train_step::{self, CameraPose, Comparison};
 
-/// L1, 1 - SSIM, and gradients by gain and bias.
-type DistanceTuple = (f64, f64, [f64; 3], [f64; 3]);
+/// L1, 1 - SSIM, and gradients by gain, bias and falloff.
+type DistanceTuple = (f64, f64, [f64; 3], [f64; 3], [f64; 2]);
 
 /// A photo to train on, with what of its SSIM does not depend on the splats.
 #[pyclass(frozen, module = "scenes._native", name = "TrainingTarget")]
@@ -49,7 +49,7 @@ impl TrainingTarget {
     }
 
     /// Distance of a drawn picture (flat, pixel by pixel) and its gradient, laid out alike.
-    #[pyo3(signature = (rgb, *, ssim_share, gain, bias))]
+    #[pyo3(signature = (rgb, *, ssim_share, gain, bias, falloff))]
     fn distance<'py>(
         &self,
         py: Python<'py>,
@@ -57,6 +57,7 @@ impl TrainingTarget {
         ssim_share: f32,
         gain: [f32; 3],
         bias: [f32; 3],
+        falloff: [f32; 2],
     ) -> PyResult<(DistanceTuple, Bound<'py, PyArray1<f32>>)> {
         let rgb = rgb.as_slice()?;
         let plane = self.target.width * self.target.height;
@@ -69,7 +70,11 @@ impl TrainingTarget {
         }
         let (distance, d_rgb) = py.detach(|| {
             let mut loss = Loss::default();
-            let exposure = Exposure { gain, bias };
+            let exposure = Exposure {
+                gain,
+                bias,
+                falloff,
+            };
             let distance = loss.evaluate(rgb, &self.target, &exposure, ssim_share, Simd::detect());
             let d_rgb: Vec<f32> = (0..plane)
                 .flat_map(|place| [0, 1, 2].map(|channel| channel * plane + place))
@@ -87,6 +92,7 @@ fn tuple_of(distance: &Distance) -> DistanceTuple {
         distance.dssim,
         distance.d_gain,
         distance.d_bias,
+        distance.d_falloff,
     )
 }
 
@@ -172,7 +178,7 @@ impl Trainee {
 
     /// One step of Adam at `rates` (one per number of a row).
     #[pyo3(signature = (target, camera_from_world, rates, *, focal, centre, max_angle, background,
-                        near, antialias, sh_degree, ssim_share, gain, bias, threads))]
+                        near, antialias, sh_degree, ssim_share, gain, bias, falloff, threads))]
     #[allow(clippy::too_many_arguments)] // Python names them all
     fn step(
         &mut self,
@@ -190,6 +196,7 @@ impl Trainee {
         ssim_share: f32,
         gain: [f32; 3],
         bias: [f32; 3],
+        falloff: [f32; 2],
         threads: usize,
     ) -> PyResult<DistanceTuple> {
         let rates = rates.as_slice()?;
@@ -204,7 +211,11 @@ impl Trainee {
             target: &target.get().target,
             pose: pose_of(&camera_from_world),
             comparison: Comparison {
-                exposure: Exposure { gain, bias },
+                exposure: Exposure {
+                    gain,
+                    bias,
+                    falloff,
+                },
                 ssim_share,
             },
             background,

@@ -29,6 +29,7 @@ from scenes.prepare.trainer import (
 from scenes.prepare.training_photos import Photos
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import RenderOptions
+from scenes.render.training import Exposure
 
 ITERATIONS = 30_000
 """What these programs are made for; used where the options end by time alone."""
@@ -202,9 +203,9 @@ class ExternalTrainer:
         renderer = NativeRenderer()
         cloud = import_trained(path, reconstruction, renderer)
         drawing = RenderOptions(background=options.background, threads=options.threads)
+        lens = Exposure() if options.exposure else None
         scores = tuple(
-            score_view(renderer, cloud, view, drawing, fit_exposure=options.exposure)
-            for view in photos.held_out
+            score_view(renderer, cloud, view, drawing, lens=lens) for view in photos.held_out
         )
         history = (Moment(job.iterations, seconds, len(cloud), float("nan"), None),)
         return TrainingResult(cloud, scores, history, program.name)

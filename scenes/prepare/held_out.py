@@ -39,7 +39,7 @@ def score_view(
     view: View,
     options: RenderOptions,
     *,
-    fit_exposure: bool,
+    lens: Exposure | None,
 ) -> ViewScore:
     """PSNR and SSIM of a view.
 
@@ -48,13 +48,13 @@ def score_view(
         cloud: splats in the view's world.
         view: whose photo to compare with.
         options: how to draw.
-        fit_exposure: first give the drawn picture the gain and bias that suit the photo best:
-            nobody knows the exposure of a photo that was not trained on.
+        lens: if given, its falloff darkens the drawn picture, which then gets the gain and bias
+            that suit the photo best: nobody knows the exposure of a photo not trained on.
     """
     photo = read_picture(view)
     drawn = draw_view(renderer, cloud, view, options)
-    if fit_exposure:
-        drawn = np.clip(fitted(drawn, as_floats(photo)), 0, 1)
+    if lens is not None:
+        drawn = fitted(drawn, as_floats(photo), lens)
     target = TrainingTarget(photo, view.camera, view.world_from_camera)
     distance, _ = target.distance(drawn, Exposure())
     return ViewScore(view.name, psnr_db(drawn, as_floats(photo)), 1 - distance.dssim)

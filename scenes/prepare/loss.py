@@ -27,20 +27,39 @@ def distance(rgb: FloatArray, photo: FloatArray, exposure: Exposure) -> tuple[Di
         photo: (H, W, 3), 0..1.
         exposure: what the photo shows of colours drawn.
     """
-    gain = np.array(exposure.gain)
-    seen = gain * rgb + np.array(exposure.bias)
+    powers, falloff = _falloff(rgb, exposure)
+    gain = np.array(exposure.gain) * falloff
+    seen = as_seen(rgb, exposure)
     similarity, d_similarity = ssim(seen, photo)
     count = seen.size
     d_seen = ((1 - SSIM_SHARE) * np.sign(seen - photo) - SSIM_SHARE * d_similarity) / count
-    d_gain = (d_seen * rgb).sum(axis=(0, 1))
+    d_gain = (d_seen * falloff * rgb).sum(axis=(0, 1))
+    d_falloff = ((d_seen * gain / falloff * rgb).sum(axis=2, keepdims=True) * powers).sum((0, 1))
     d_bias = d_seen.sum(axis=(0, 1))
     found = Distance(
         l1=float(np.abs(seen - photo).mean()),
         dssim=1 - float(similarity.mean()),
         d_gain=(float(d_gain[0]), float(d_gain[1]), float(d_gain[2])),
         d_bias=(float(d_bias[0]), float(d_bias[1]), float(d_bias[2])),
+        d_falloff=(float(d_falloff[0]), float(d_falloff[1])),
     )
     return found, gain * d_seen
+
+
+def as_seen(rgb: FloatArray, exposure: Exposure) -> FloatArray:
+    """(H, W, 3) what a photo shows of what is drawn."""
+    _, falloff = _falloff(rgb, exposure)
+    return np.array(exposure.gain) * falloff * rgb + np.array(exposure.bias)
+
+
+def _falloff(rgb: FloatArray, exposure: Exposure) -> tuple[FloatArray, FloatArray]:
+    """(H, W, 2) r² and r⁴ of the pixels of a picture, and (H, W, 1) its falloff."""
+    height, width, _ = rgb.shape
+    x = np.arange(width) + 0.5 - width / 2
+    y = np.arange(height) + 0.5 - height / 2
+    square = (x**2 + y[:, None] ** 2) / (width**2 / 4 + height**2 / 4)
+    powers = np.stack([square, square**2], axis=2)
+    return powers, 1 + powers @ np.array(exposure.falloff)[:, None]
 
 
 def ssim(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -40,7 +40,7 @@ def step(
     target = photo.astype(np.float64) / 255
     found, d_rgb = loss.distance(rgb, target, exposure)
     gradient = _row_gradients(rows, recording, d_rgb.astype(np.float32))
-    seen = np.array(exposure.gain) * rgb + np.array(exposure.bias)
+    seen = loss.as_seen(rgb, exposure)
     grey = replace(cloud, sh=np.zeros((len(cloud), 1, 3), dtype=np.float32))
     error = _shown(drawn(grey), np.abs(seen - target).mean(axis=2))
     is_seen = (gradient != 0).any(axis=1) | (error > 0)

@@ -10,7 +10,7 @@ import numpy as np
 from scenes.prepare import checkpoint, schedule
 from scenes.prepare.checkpoint import Checkpoint
 from scenes.prepare.densify import densify, morton_order
-from scenes.prepare.exposure import RATE, Exposures, fitted
+from scenes.prepare.exposure import Exposures, fitted
 from scenes.prepare.held_out import draw_view, psnr_db, score_view
 from scenes.prepare.progress import Cancelled, Progress
 from scenes.prepare.reconstruction import Reconstruction, read_picture
@@ -155,7 +155,7 @@ class _Run:
         rates = schedule.rates(done, self._distance, self._width)
         distance = self._trainee.step(target, rates, exposure, self._drawing)
         if self._options.exposure:
-            self._exposures.step(place, distance, RATE)
+            self._exposures.step(place, distance)
         self.iteration += 1
         before = self._loss if np.isfinite(self._loss) else distance.loss
         self._loss = LOSS_MEMORY * before + (1 - LOSS_MEMORY) * distance.loss
@@ -176,7 +176,7 @@ class _Run:
         photo = read_picture(view)
         drawn = draw_view(self._renderer, self._rows().to_cloud(), view, self._drawing)
         if self._options.exposure:
-            drawn = np.clip(fitted(drawn, as_floats(photo)), 0, 1)
+            drawn = fitted(drawn, as_floats(photo), self._exposures.lens())
         quality = psnr_db(drawn, as_floats(photo))
         self._history.append(self._moment(quality))
         if show is not None:
@@ -223,10 +223,9 @@ class _Run:
         """The splats and how good they are."""
         cloud = self._rows().to_cloud()
         self._history.append(self._moment(None))
+        lens = self._exposures.lens() if self._options.exposure else None
         scores = tuple(
-            score_view(
-                self._renderer, cloud, view, self._drawing, fit_exposure=self._options.exposure
-            )
+            score_view(self._renderer, cloud, view, self._drawing, lens=lens)
             for view in self._photos.held_out
         )
         return TrainingResult(cloud, scores, tuple(self._history), NAME)

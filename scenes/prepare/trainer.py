@@ -31,7 +31,8 @@ class TrainingOptions:
         budget: splats at most.
         sh_degree: of the splats' colour, 0 to 3.
         held_out_every: of so many views one is kept aside to judge the result; 0 keeps none.
-        exposure: find a gain and a bias per view and channel, for photos of automatic exposure.
+        exposure: find a gain and a bias per view and channel and the lens's falloff, for photos of
+            automatic exposure; the splats come out without them.
         background: RGB behind everything, 0..1.
         previews: pictures shown on the way.
         threads: worker threads; 0 means one per core. Never changes the result.

@@ -29,10 +29,18 @@ Arrays = tuple[
 
 @dataclass(frozen=True, slots=True)
 class Exposure:
-    """How a photo's colours follow from those drawn: gain · colour + bias, per channel."""
+    """What a photo shows of colours drawn: gain · falloff · colour + bias.
+
+    Attributes:
+        gain: per channel.
+        bias: per channel.
+        falloff: f₀ and f₁ of 1 + f₀ r² + f₁ r⁴, with r the distance from the picture's centre over
+            that of its corners: how a lens darkens them.
+    """
 
     gain: tuple[float, float, float] = (1.0, 1.0, 1.0)
     bias: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    falloff: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,13 +51,14 @@ class Distance:
         l1: mean over pixels and channels of the absolute difference.
         dssim: 1 - mean SSIM (Wang et al. 2004; Gaussian window of 11 px, σ = 1.5, zero beyond the
             border).
-        d_gain, d_bias: (3,) gradients of the loss by the exposure.
+        d_gain, d_bias, d_falloff: gradients of the loss by the exposure.
     """
 
     l1: float
     dssim: float
     d_gain: tuple[float, float, float]
     d_bias: tuple[float, float, float]
+    d_falloff: tuple[float, float]
 
     @property
     def loss(self) -> float:
@@ -100,6 +109,7 @@ class TrainingTarget:
             ssim_share=SSIM_SHARE,
             gain=exposure.gain,
             bias=exposure.bias,
+            falloff=exposure.falloff,
         )
         return Distance(*raw), d_rgb.reshape(rgb.shape)
 
@@ -174,6 +184,7 @@ class Trainee:
             ssim_share=SSIM_SHARE,
             gain=exposure.gain,
             bias=exposure.bias,
+            falloff=exposure.falloff,
             threads=options.threads,
         )
         return Distance(*raw)

@@ -19,7 +19,7 @@ def some(job="a room"):
         first_splats=7,
         queue=(3, 1, 2),
         random=dict(rng.bit_generator.state),
-        exposure=(rng.normal(size=(4, 2, 3)), rng.normal(size=(2, 4, 2, 3)), np.arange(4)),
+        exposure=(rng.normal(size=26), rng.normal(size=(2, 26)), np.arange(5)),
         history=(Moment(100, 2.5, 9, 0.1, None), Moment(110, 3.0, 9, 0.09, 21.5)),
     )
 

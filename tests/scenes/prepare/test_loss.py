@@ -38,7 +38,7 @@ def test_a_picture_is_like_itself():
 
 def test_gradients_are_those_of_differences():
     x, y = pictures()
-    exposure = Exposure((1.2, 0.8, 1.0), (0.03, -0.02, 0.0))
+    exposure = Exposure((1.2, 0.8, 1.0), (0.03, -0.02, 0.0), (-0.2, 0.05))
     found, d_rgb = loss.distance(x, y, exposure)
     assert found.loss == pytest.approx((1 - SSIM_SHARE) * found.l1 + SSIM_SHARE * found.dssim)
     rng = np.random.default_rng(1)
@@ -56,14 +56,24 @@ def test_gradients_are_those_of_differences():
 def test_exposure_gradients_are_those_of_differences(channel):
     x, y = pictures()
 
-    def value(gain, bias):
+    def value(gain, bias, square=0.0, quartic=0.0):
         gains, biases = [1.2, 0.8, 1.0], [0.03, -0.02, 0.0]
         gains[channel] += gain
         biases[channel] += bias
-        return loss.distance(x, y, Exposure(tuple(gains), tuple(biases)))[0]
+        falloff = (-0.2 + square, 0.05 + quartic)
+        return loss.distance(x, y, Exposure(tuple(gains), tuple(biases), falloff))[0]
 
     here = value(0, 0)
     by_gain = (value(1e-6, 0).loss - value(-1e-6, 0).loss) / 2e-6
     by_bias = (value(0, 1e-6).loss - value(0, -1e-6).loss) / 2e-6
     assert here.d_gain[channel] == pytest.approx(by_gain, abs=1e-7)
     assert here.d_bias[channel] == pytest.approx(by_bias, abs=1e-7)
+    by_square = (value(0, 0, 1e-6).loss - value(0, 0, -1e-6).loss) / 2e-6
+    by_quartic = (value(0, 0, 0, 1e-6).loss - value(0, 0, 0, -1e-6).loss) / 2e-6
+    np.testing.assert_allclose(here.d_falloff, (by_square, by_quartic), atol=1e-7)
+
+
+def test_falloff_is_one_in_the_centre_and_the_sum_of_its_terms_in_the_corners():
+    seen = loss.as_seen(np.ones((101, 201, 3)), Exposure(falloff=(-0.3, 0.1)))
+    assert seen[50, 100, 0] == 1
+    assert seen[0, 0, 0] == pytest.approx(0.8, abs=0.01)
