@@ -134,12 +134,13 @@ def concatenate(clouds: Sequence[SplatCloud]) -> SplatCloud:
     )
 
 
-def validate(cloud: SplatCloud, where: str) -> None:
+def validate(cloud: SplatCloud, where: str, *, start: int = 0) -> None:
     """Refuse values that no scan can have.
 
     Args:
         cloud: the splats to check.
         where: what to call the source in messages, such as a file name.
+        start: what the first splat is numbered in messages, if the cloud is a block of more.
 
     Raises:
         ValueError: names the field, the first bad index, its value and the limit.
@@ -148,22 +149,21 @@ def validate(cloud: SplatCloud, where: str) -> None:
         array = getattr(cloud, name)
         finite = np.isfinite(array).reshape(len(cloud), int(array.size / max(len(cloud), 1)))
         bad = np.asarray(~finite.all(axis=1), dtype=np.bool_)
-        _refuse(bad, array, f"{where}: {name}", "finite values")
-    _refuse(
-        np.min(cloud.scales, axis=1, initial=np.inf) <= 0, cloud.scales, f"{where}: scales", "> 0 m"
-    )
+        _refuse(bad, array, f"{where}: {name}", "finite values", start)
+    flat = np.min(cloud.scales, axis=1, initial=np.inf) <= 0
+    _refuse(flat, cloud.scales, f"{where}: scales", "> 0 m", start)
     norms = np.linalg.norm(cloud.rotations, axis=1)
-    _refuse(np.abs(norms - 1) > 1e-2, norms, f"{where}: quaternion norm", "1 ± 0.01")
+    _refuse(np.abs(norms - 1) > 1e-2, norms, f"{where}: quaternion norm", "1 ± 0.01", start)
     outside = (cloud.opacities < 0) | (cloud.opacities > 1)
-    _refuse(outside, cloud.opacities, f"{where}: opacities", "0..1")
+    _refuse(outside, cloud.opacities, f"{where}: opacities", "0..1", start)
 
 
-def _refuse(bad: NDArray[np.bool_], values: FloatArray, what: str, wanted: str) -> None:
+def _refuse(bad: NDArray[np.bool_], values: FloatArray, what: str, wanted: str, start: int) -> None:
     if bad.any():
         first = int(np.argmax(bad))
         raise ValueError(
             f"{what}: {int(bad.sum())} of {len(bad)} splats are bad; "
-            f"the first is number {first} with {np.asarray(values[first]).tolist()}, "
+            f"the first is number {start + first} with {np.asarray(values[first]).tolist()}, "
             f"wanted {wanted}"
         )
 

@@ -4,17 +4,31 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
+from scenes.formats.blocks import ROWS_PER_BLOCK, SplatBlocks, in_blocks
 from scenes.formats.error import refusal
-from scenes.formats.ply import WORLD_COMMENT, write_ply
-from scenes.formats.registry import is_in_world_frame, read_splats, require_writer
+from scenes.formats.ply import WORLD_COMMENT, write_ply_blocks
+from scenes.formats.registry import (
+    READABLE,
+    WRITABLE,
+    is_in_world_frame,
+    read_splat_file,
+    require_writer,
+)
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA
 from scenes.harmonics import turned
 from scenes.opening import open_scene
 from scenes.package import is_package
 from scenes.samples import SAMPLE_NAMES
 from scenes.splats import SplatCloud, concatenate
+from studio.progress import Progress, text_progress
+
+SHOWN_FROM = 8 * ROWS_PER_BLOCK
+"""Splats from which on a conversion takes long enough to say how far it is."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -23,10 +37,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "source",
         type=Path,
         metavar="A",
-        help="a .ply, .compressed.ply, .splat, .spz or .sog file, a SOG folder, or a scene",
+        help=f"a splat file ({READABLE}), a SOG folder, or a scene",
     )
     parser.add_argument(
-        "target", type=Path, metavar="B", help="the .ply, .splat or .spz file to write"
+        "target",
+        type=Path,
+        metavar="B",
+        help=f"the file to write or replace; its ending decides the format ({WRITABLE}; "
+        "the last three need the package usd-core)",
     )
     parser.add_argument("--json", action="store_true", help="report as one JSON object")
 
@@ -37,20 +55,22 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         FormatError, PackageError, WriteError: as `convert`.
     """
-    report = convert(args.source, args.target)
+    report = convert(args.source, args.target, progress=text_progress())
     print(json.dumps(report) if args.json else _line(report))
     return 0
 
 
-def convert(source: Path, target: Path) -> dict[str, object]:
+def convert(source: Path, target: Path, *, progress: Progress) -> dict[str, object]:
     """Read `source`, write `target` whole or not at all.
 
-    The splats keep their place: a file in the world frame (Z up) is turned to the axes of the
-    format it is written to, except to PLY, which can say that it is in the world frame.
+    Files go through memory block by block, so they may be larger than it; scenes, SOG and USD are
+    held whole. The splats keep their place: a file in the world frame (Z up) is turned to the axes
+    of the format it is written to, except to PLY, which can say that it is in the world frame.
 
     Args:
         source: a splat file, or a scene, whose objects are put where they last were.
         target: the file to make or replace; its ending decides the format.
+        progress: told how far it is, if there are many splats.
 
     Returns:
         What was read and written, as plain values.
@@ -59,38 +79,47 @@ def convert(source: Path, target: Path) -> dict[str, object]:
         FormatError, PackageError: the source is bad, or the target's ending is no writable format.
         WriteError: the target could not be written.
     """
-    write = require_writer(target)
+    written, write = require_writer(target)
     if target.exists() and source.exists() and target.samefile(source):
         raise refusal(target, "", "is the file to read", "choose another name to write")
-    cloud, in_world = _read(source)
-    if write is write_ply:
-        comments = [WORLD_COMMENT] if in_world else []
-        size = write_ply(target, cloud, comments=comments)
-        written_degree = cloud.sh_degree
-    else:
-        if in_world:
-            cloud = turned(cloud, WORLD_FROM_FORWARD_CAMERA.inverse())
-        size = write(target, cloud)
-        written_degree = 0 if target.name.lower().endswith(".splat") else cloud.sh_degree
+    splats, in_world = _read(source)
+    if in_world and written.write is write_ply_blocks:
+        write = partial(write_ply_blocks, comments=[WORLD_COMMENT])
+    elif in_world:
+        splats = splats.changed(lambda cloud: turned(cloud, WORLD_FROM_FORWARD_CAMERA.inverse()))
+    if splats.count >= SHOWN_FROM:
+        splats = replace(splats, blocks=_shown(splats, target, progress))
+    size = write(target, splats)
     return {
         "verb": "convert",
         "source": str(source),
         "target": str(target),
-        "splats": len(cloud),
-        "sh_degree": cloud.sh_degree,
-        "written_sh_degree": written_degree,
+        "splats": splats.count,
+        "sh_degree": splats.sh_degree,
+        "written_sh_degree": min(splats.sh_degree, written.max_sh_degree),
         "source_bytes": _bytes(source),
         "target_bytes": size,
     }
 
 
-def _read(source: Path) -> tuple[SplatCloud, bool]:
+def _read(source: Path) -> tuple[SplatBlocks, bool]:
     """The splats of a file or scene, and whether they are in the world frame."""
     if not (is_package(source) or str(source) in SAMPLE_NAMES):
-        return read_splats(source), is_in_world_frame(source)
+        return read_splat_file(source), is_in_world_frame(source)
     package = open_scene(source)
     placed = [turned(item.splats, item.world_from_object) for item in package.objects]
-    return concatenate([package.room, *placed]), True
+    return in_blocks(concatenate([package.room, *placed])), True
+
+
+def _shown(splats: SplatBlocks, target: Path, progress: Progress) -> Iterator[SplatCloud]:
+    """The same blocks; progress hears of each that is done with."""
+    progress.begin(f"writing {target.name}")
+    done = 0
+    for cloud in splats.blocks:
+        yield cloud
+        done += len(cloud)
+        progress.advance(done / splats.count, f"{done:,} of {splats.count:,} splats")
+    progress.finish(f"{splats.count:,} splats")
 
 
 def _bytes(path: Path) -> int | None:

@@ -31,6 +31,7 @@ def cloud_from_file(
     quaternions: NDArray[np.float32],
     opacities: NDArray[np.float32],
     sh: NDArray[np.float32],
+    start: int = 0,
 ) -> SplatCloud:
     """A checked cloud of activated values; quaternions are normalised here.
 
@@ -41,21 +42,24 @@ def cloud_from_file(
         quaternions: (N, 4) wxyz of any norm above `SMALLEST_NORM`.
         opacities: (N,) 0..1.
         sh: (N, K, 3) coefficients.
+        start: the number of the first of these splats in the file, for messages.
 
     Raises:
         FormatError: a value is not finite, a scale is not positive, a quaternion has no direction
             or an opacity is outside 0..1.
     """
-    cloud = SplatCloud(means, scales, unit_quaternions(path, quaternions), opacities, sh)
+    cloud = SplatCloud(means, scales, unit_quaternions(path, quaternions, start), opacities, sh)
     try:
-        validate(cloud, str(path))
+        validate(cloud, str(path), start=start)
     except ValueError as error:
         raise refusal(path, "", _without(str(error), path), "export the file again") from None
     return cloud
 
 
-def unit_quaternions(path: Path, quaternions: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(N, 4) quaternions of norm 1.
+def unit_quaternions(
+    path: Path, quaternions: NDArray[np.float32], start: int = 0
+) -> NDArray[np.float32]:
+    """(N, 4) quaternions of norm 1; `start` is the number of the first, for messages.
 
     Raises:
         FormatError: a norm is not finite or below `SMALLEST_NORM`.
@@ -67,7 +71,7 @@ def unit_quaternions(path: Path, quaternions: NDArray[np.float32]) -> NDArray[np
         first = int(np.argmax(bad))
         raise refusal(
             path,
-            f"splat {first}",
+            f"splat {start + first}",
             f"quaternion norm {norms[first]:g}, wanted finite and > {SMALLEST_NORM:g} "
             f"({int(bad.sum())} of {len(bad)} splats)",
             "export the file again",
@@ -106,7 +110,7 @@ def logit(opacities: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def rotations_from_three(
-    path: Path, three: NDArray[np.float64], largest: NDArray[np.intp]
+    path: Path, three: NDArray[np.float64], largest: NDArray[np.intp], *, start: int
 ) -> NDArray[np.float32]:
     """Rebuild quaternions from their three smallest components.
 
@@ -114,6 +118,7 @@ def rotations_from_three(
         path: the file, for messages.
         three: (N, 3) components in the order of the file, without the largest.
         largest: (N,) index 0..3 of the missing component, which is positive.
+        start: the number of the first of these splats in the file, for messages.
 
     Returns:
         (N, 4) components in the order of the file.
@@ -127,7 +132,7 @@ def rotations_from_three(
         first = int(np.argmax(bad))
         raise refusal(
             path,
-            f"splat {first}",
+            f"splat {start + first}",
             f"quaternion norm: three components alone have norm {np.sqrt(squares[first]):.3f}, "
             f"limit 1 ({int(bad.sum())} of {len(bad)} splats)",
             "the file is damaged, export it again",

@@ -9,14 +9,21 @@ kept, as with plain splat PLY.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.formats.activation import cloud_from_file, exponential, rotations_from_three
+from scenes.formats.activation import (
+    cloud_from_file,
+    damaged_values_are_quiet,
+    exponential,
+    rotations_from_three,
+)
+from scenes.formats.blocks import SplatBlocks, extents
 from scenes.formats.error import refusal
-from scenes.formats.ply_header import PlyHeader, read_rows, require_rows
+from scenes.formats.ply_header import PlyElement, PlyHeader, read_rows, require_rows
 from scenes.splats import SH_C0, SH_COUNTS, SplatCloud
 
 CHUNK_SPLATS = 256
@@ -37,48 +44,58 @@ def is_compressed(header: PlyHeader) -> bool:
     )
 
 
-def read_compressed_ply(path: Path, header: PlyHeader) -> SplatCloud:
+def read_compressed_ply_blocks(path: Path, header: PlyHeader, rows: int) -> SplatBlocks:
     """Read a compressed PLY whose header has been parsed, in the file's own frame and unit.
 
     Raises:
-        FormatError: the file is truncated, damaged or of another layout.
+        FormatError: the file is truncated, damaged or of another layout; bad values are found when
+            their block is read.
         OSError: the file cannot be read.
     """
-    words = _table(path, header, "vertex", _PACKED, "u4").astype(np.uint32)
-    n = len(words)
-    chunk_names = header.elements["chunk"].dtype if "chunk" in header.elements else None
-    coloured = chunk_names is not None and "min_r" in (chunk_names.names or ())
+    words = _table(path, header, "vertex", _PACKED, "u4")
+    chunk = header.elements["chunk"].dtype if "chunk" in header.elements else None
+    coloured = chunk is not None and "min_r" in (chunk.names or ())
     bounds = _table(path, header, "chunk", (*_POSITION, *_SCALE, *_COLOUR * coloured), "f4")
-    if len(bounds) * CHUNK_SPLATS < n:
+    if bounds.count * CHUNK_SPLATS < words.count:
         raise refusal(
             path,
             "element 'chunk'",
-            f"{len(bounds)} chunks for {n} splats, wanted {-(-n // CHUNK_SPLATS)}",
+            f"{bounds.count} chunks for {words.count} splats, "
+            f"wanted {-(-words.count // CHUNK_SPLATS)}",
             "the file is damaged, export it again",
         )
-    of_splat = np.repeat(bounds, CHUNK_SPLATS, axis=0)[:n].astype(np.float64)
-    position = _between(of_splat[:, 0:3], of_splat[:, 3:6], _unpack_11_10_11(words[:, 0]))
-    log_scale = _between(of_splat[:, 6:9], of_splat[:, 9:12], _unpack_11_10_11(words[:, 2]))
-    rgba = _bits(words[:, 3], (24, 16, 8, 0), 8)
-    colour = rgba[:, :3]
-    if coloured:
-        colour = _between(of_splat[:, 12:15], of_splat[:, 15:18], colour)
-    return cloud_from_file(
-        path,
-        means=position.astype(np.float32),
-        scales=exponential(log_scale.astype(np.float32)),
-        quaternions=_unpack_rotation(path, words[:, 1]),
-        opacities=rgba[:, 3].astype(np.float32),
-        sh=np.concatenate(
-            [((colour - 0.5) / SH_C0)[:, None, :], _read_higher(path, header, n)], axis=1
-        ).astype(np.float32),
+    higher = _higher(path, header, words.count)
+    blocks = (
+        _decode(path, words, bounds, higher, extent) for extent in extents(words.count, rows)
     )
+    return SplatBlocks(
+        words.count, SH_COUNTS.index(1 + (len(higher.columns) // 3 if higher else 0)), blocks
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Table:
+    """The columns of one type of an element all of whose rows are in the file."""
+
+    path: Path
+    element: PlyElement
+    columns: tuple[str, ...]
+    kind: str
+
+    @property
+    def count(self) -> int:
+        return self.element.count
+
+    def rows(self, start: int, stop: int) -> NDArray[np.number]:
+        """(stop - start, columns)."""
+        rows = read_rows(self.path, self.element, start, stop)
+        return np.stack([rows[c] for c in self.columns], axis=1).astype(f"={self.kind}")
 
 
 def _table(
     path: Path, header: PlyHeader, name: str, columns: tuple[str, ...], kind: str
-) -> NDArray[np.number]:
-    """(rows, columns) of an element whose named columns must all be of one type."""
+) -> _Table:
+    """Named columns of an element, which must all be of one type."""
     element = require_rows(path, header, name)
     assert element.dtype is not None
     kinds = {c: element.dtype[i].str[1:] for i, c in enumerate(element.dtype.names or ())}
@@ -90,27 +107,62 @@ def _table(
             f"property {', '.join(wrong)} is missing or not of type {kind}",
             "the file is damaged or of another layout, export it again",
         )
-    rows = read_rows(path, element, 0, element.count)
-    return np.stack([rows[c] for c in columns], axis=1).astype(f"={kind}")
+    return _Table(path, element, columns, kind)
 
 
-def _read_higher(path: Path, header: PlyHeader, n: int) -> NDArray[np.float64]:
-    """(N, K - 1, 3) coefficients above degree 0."""
+def _higher(path: Path, header: PlyHeader, n: int) -> _Table | None:
+    """The coefficients above degree 0, one byte each, channel-major."""
     if "sh" not in header.elements:
-        return np.zeros((n, 0, 3))
+        return None
     dtype = header.elements["sh"].dtype
     count = len(dtype.names or ()) if dtype is not None else 0
-    if count // 3 + 1 not in SH_COUNTS or header.elements["sh"].count != n:
+    rows = header.elements["sh"].count
+    if count % 3 or count // 3 + 1 not in SH_COUNTS[1:] or rows != n:
         raise refusal(
             path,
             "element 'sh'",
-            f"{header.elements['sh'].count} rows of {count} coefficients for {n} splats",
+            f"{rows} rows of {count} coefficients for {n} splats",
             "the file is damaged or of another layout, export it again",
         )
-    stored = _table(path, header, "sh", tuple(f"f_rest_{i}" for i in range(count)), "u1")
-    stored = stored.astype(np.float64)
-    share = np.select([stored == 0, stored == 255], [0.0, 1.0], (stored + 0.5) / 256.0)
-    return (SH_RANGE * (share - 0.5)).reshape(n, 3, count // 3).swapaxes(1, 2)
+    return _table(path, header, "sh", tuple(f"f_rest_{i}" for i in range(count)), "u1")
+
+
+@damaged_values_are_quiet
+def _decode(
+    path: Path, words: _Table, bounds: _Table, higher: _Table | None, extent: tuple[int, int]
+) -> SplatCloud:
+    start, stop = extent
+    packed = words.rows(start, stop).astype(np.uint32)
+    first_chunk = start // CHUNK_SPLATS
+    of_chunk = bounds.rows(first_chunk, -(-stop // CHUNK_SPLATS)).astype(np.float64)
+    of_splat = of_chunk[np.arange(start, stop) // CHUNK_SPLATS - first_chunk]
+    position = _between(of_splat[:, 0:3], of_splat[:, 3:6], _unpack_11_10_11(packed[:, 0]))
+    log_scale = _between(of_splat[:, 6:9], of_splat[:, 9:12], _unpack_11_10_11(packed[:, 2]))
+    rgba = _bits(packed[:, 3], (24, 16, 8, 0), 8)
+    colour = rgba[:, :3]
+    if of_splat.shape[1] > 12:
+        colour = _between(of_splat[:, 12:15], of_splat[:, 15:18], colour)
+    sh = ((colour - 0.5) / SH_C0)[:, None, :]
+    if higher is not None:
+        sh = np.concatenate([sh, _unpack_harmonics(higher.rows(start, stop))], axis=1)
+    three = (_bits(packed[:, 1], (20, 10, 0), 10) - 0.5) * np.sqrt(2.0)
+    largest = (packed[:, 1] >> np.uint32(30)).astype(np.intp)
+    return cloud_from_file(
+        path,
+        means=position.astype(np.float32),
+        scales=exponential(log_scale.astype(np.float32)),
+        quaternions=rotations_from_three(path, three, largest, start=start),
+        opacities=rgba[:, 3].astype(np.float32),
+        sh=sh.astype(np.float32),
+        start=start,
+    )
+
+
+def _unpack_harmonics(stored: NDArray[np.number]) -> NDArray[np.float64]:
+    """(N, K - 1, 3) coefficients of (N, 3 (K - 1)) bytes."""
+    wide = stored.astype(np.float64)
+    share = np.select([wide == 0, wide == 255], [0.0, 1.0], (wide + 0.5) / 256.0)
+    return (SH_RANGE * (share - 0.5)).reshape(len(wide), 3, wide.shape[1] // 3).swapaxes(1, 2)
 
 
 def _bits(words: NDArray[np.uint32], shifts: tuple[int, ...], width: int) -> NDArray[np.float64]:
@@ -123,11 +175,6 @@ def _bits(words: NDArray[np.uint32], shifts: tuple[int, ...], width: int) -> NDA
 def _unpack_11_10_11(words: NDArray[np.uint32]) -> NDArray[np.float64]:
     outer, inner = _bits(words, (21, 0), 11), _bits(words, (11,), 10)
     return np.stack([outer[:, 0], inner[:, 0], outer[:, 1]], axis=1)
-
-
-def _unpack_rotation(path: Path, words: NDArray[np.uint32]) -> NDArray[np.float32]:
-    three = (_bits(words, (20, 10, 0), 10) - 0.5) * np.sqrt(2.0)
-    return rotations_from_three(path, three, (words >> np.uint32(30)).astype(np.intp))
 
 
 def _between(

@@ -23,12 +23,11 @@ from scenes.formats.activation import (
     sigmoid,
 )
 from scenes.formats.atomic import write_file
-from scenes.formats.compressed_ply import is_compressed, read_compressed_ply
+from scenes.formats.blocks import ROWS_PER_BLOCK, SplatBlocks, extents, in_blocks, whole
+from scenes.formats.compressed_ply import is_compressed, read_compressed_ply_blocks
 from scenes.formats.error import refusal
 from scenes.formats.ply_header import PlyElement, read_header, read_rows, require_rows
 from scenes.splats import SH_COUNTS, SplatCloud
-
-ROWS_PER_BLOCK = 65_536
 
 FLAT_SCALE = 1e-3
 """Thickness of a 2D splat (no scale_2) as a share of its smaller width."""
@@ -42,7 +41,6 @@ _SCALES = ("scale_0", "scale_1", "scale_2")
 _ROTATIONS = ("rot_0", "rot_1", "rot_2", "rot_3")
 
 
-@damaged_values_are_quiet
 def read_ply(path: Path) -> SplatCloud:
     """Read a Gaussian-splat PLY, plain or compressed, in the file's own frame and unit.
 
@@ -53,28 +51,31 @@ def read_ply(path: Path) -> SplatCloud:
         FormatError: the file is truncated, foreign, or holds values that no scan can have.
         OSError: the file cannot be read.
     """
+    return whole(read_ply_blocks(path))
+
+
+def read_ply_blocks(path: Path, rows: int = ROWS_PER_BLOCK) -> SplatBlocks:
+    """As `read_ply`, `rows` splats at a time; bad values are found when their block is read."""
     header = read_header(path)
     if is_compressed(header):
-        return read_compressed_ply(path, header)
+        return read_compressed_ply_blocks(path, header, rows)
     element = require_rows(path, header, "vertex")
+    assert element.dtype is not None
     rest = _rest_columns(path, element)
     groups = (_MEANS, _COLOURS, ("opacity",), _scale_columns(element), _ROTATIONS, rest)
-    values = _read_columns(path, element, [name for group in groups for name in group])
-    ends = np.cumsum([len(group) for group in groups])[:-1]
-    means, colours, logits, logarithms, quaternions, channels = np.split(values, ends, axis=1)
-    scales = exponential(logarithms)
-    if scales.shape[1] == 2:
-        thickness = FLAT_SCALE * scales.min(axis=1, keepdims=True)
-        scales = np.concatenate([scales, thickness], axis=1)
-    higher = channels.reshape(len(values), 3, len(rest) // 3).swapaxes(1, 2)
-    return cloud_from_file(
-        path,
-        means=means,
-        scales=scales,
-        quaternions=quaternions,
-        opacities=sigmoid(logits[:, 0]),
-        sh=np.concatenate([colours[:, None, :], higher], axis=1),
+    missing = [n for group in groups for n in group if n not in (element.dtype.names or ())]
+    if missing:
+        raise refusal(
+            path,
+            "element 'vertex'",
+            f"no property {', '.join(missing)}",
+            "this is a point cloud or a foreign PLY, give a Gaussian-splat PLY",
+        )
+    blocks = (
+        _decode(path, read_rows(path, element, *extent), groups, extent[0])
+        for extent in extents(element.count, rows)
     )
+    return SplatBlocks(element.count, SH_COUNTS.index(1 + len(rest) // 3), blocks)
 
 
 def write_ply(path: Path, cloud: SplatCloud, *, comments: Sequence[str] = ()) -> int:
@@ -94,7 +95,12 @@ def write_ply(path: Path, cloud: SplatCloud, *, comments: Sequence[str] = ()) ->
     Raises:
         WriteError: the disk is full or the folder is not writable; nothing is left behind.
     """
-    return write_file(path, _blocks(cloud, comments))
+    return write_ply_blocks(path, in_blocks(cloud), comments=comments)
+
+
+def write_ply_blocks(path: Path, splats: SplatBlocks, *, comments: Sequence[str] = ()) -> int:
+    """As `write_ply`, with one block in memory at a time."""
+    return write_file(path, _encode(splats, comments))
 
 
 def ply_comments(path: Path) -> tuple[str, ...]:
@@ -107,8 +113,39 @@ def ply_comments(path: Path) -> tuple[str, ...]:
     return read_header(path).comments
 
 
-def _blocks(cloud: SplatCloud, comments: Sequence[str]) -> Iterator[bytes]:
-    n_rest = 3 * (cloud.sh.shape[1] - 1)
+@damaged_values_are_quiet
+def _decode(
+    path: Path, rows: NDArray[np.void], groups: Sequence[Sequence[str]], start: int
+) -> SplatCloud:
+    means, colours, logits, logarithms, quaternions, channels = (
+        _columns(rows, group) for group in groups
+    )
+    scales = exponential(logarithms)
+    if scales.shape[1] == 2:
+        thickness = FLAT_SCALE * scales.min(axis=1, keepdims=True)
+        scales = np.concatenate([scales, thickness], axis=1)
+    higher = channels.reshape(len(rows), 3, channels.shape[1] // 3).swapaxes(1, 2)
+    return cloud_from_file(
+        path,
+        means=means,
+        scales=scales,
+        quaternions=quaternions,
+        opacities=sigmoid(logits[:, 0]),
+        sh=np.concatenate([colours[:, None, :], higher], axis=1),
+        start=start,
+    )
+
+
+def _columns(rows: NDArray[np.void], names: Sequence[str]) -> NDArray[np.float32]:
+    """(N, len(names)) float32."""
+    values = np.empty((len(rows), len(names)), dtype=np.float32)
+    for i, name in enumerate(names):
+        values[:, i] = rows[name]
+    return values
+
+
+def _encode(splats: SplatBlocks, comments: Sequence[str]) -> Iterator[bytes]:
+    n_rest = 3 * (SH_COUNTS[splats.sh_degree] - 1)
     names = [
         *_MEANS,
         *_COLOURS,
@@ -118,43 +155,21 @@ def _blocks(cloud: SplatCloud, comments: Sequence[str]) -> Iterator[bytes]:
         *_ROTATIONS,
     ]
     lines = ["ply", "format binary_little_endian 1.0", *(f"comment {c}" for c in comments)]
-    lines += [f"element vertex {len(cloud)}", *(f"property float {name}" for name in names)]
+    lines += [f"element vertex {splats.count}", *(f"property float {name}" for name in names)]
     yield ("\n".join([*lines, "end_header"]) + "\n").encode("ascii")
-    for start in range(0, len(cloud), ROWS_PER_BLOCK):
-        rows = slice(start, start + ROWS_PER_BLOCK)
-        n = len(cloud.means[rows])
+    for cloud in splats.blocks:
         table = np.concatenate(
             [
-                cloud.means[rows],
-                cloud.sh[rows, 0],
-                cloud.sh[rows, 1:].swapaxes(1, 2).reshape(n, n_rest),
-                logit(cloud.opacities[rows])[:, None],
-                logarithm(cloud.scales[rows]),
-                cloud.rotations[rows],
+                cloud.means,
+                cloud.sh[:, 0],
+                cloud.sh[:, 1:].swapaxes(1, 2).reshape(len(cloud), n_rest),
+                logit(cloud.opacities)[:, None],
+                logarithm(cloud.scales),
+                cloud.rotations,
             ],
             axis=1,
         )
         yield table.astype("<f4").tobytes()
-
-
-def _read_columns(path: Path, element: PlyElement, columns: list[str]) -> NDArray[np.float32]:
-    """(N, len(columns)) float32, read block by block so that memory stays near the result's."""
-    assert element.dtype is not None
-    missing = [name for name in columns if name not in (element.dtype.names or ())]
-    if missing:
-        raise refusal(
-            path,
-            "element 'vertex'",
-            f"no property {', '.join(missing)}",
-            "this is a point cloud or a foreign PLY, give a Gaussian-splat PLY",
-        )
-    values = np.empty((element.count, len(columns)), dtype=np.float32)
-    for start in range(0, element.count, ROWS_PER_BLOCK):
-        stop = min(start + ROWS_PER_BLOCK, element.count)
-        rows = read_rows(path, element, start, stop)
-        for i, name in enumerate(columns):
-            values[start:stop, i] = rows[name]
-    return values
 
 
 def _scale_columns(element: PlyElement) -> tuple[str, ...]:

@@ -76,13 +76,23 @@ def read_header(path: Path) -> PlyHeader:
 
 
 def read_rows(path: Path, element: PlyElement, start: int, stop: int) -> NDArray[np.void]:
-    """Rows `start` to `stop` of an element whose extent `require_rows` has checked."""
+    """Rows `start` to `stop` of an element whose extent `require_rows` has checked.
+
+    Raises:
+        FormatError: the file has become shorter since.
+        OSError: the file cannot be read.
+    """
     assert element.dtype is not None
     assert element.offset is not None
     size = element.dtype.itemsize
     with path.open("rb") as file:
         file.seek(element.offset + start * size)
-        return np.fromfile(file, dtype=element.dtype, count=stop - start)
+        rows = np.fromfile(file, dtype=element.dtype, count=stop - start)
+    if len(rows) != stop - start:
+        raise refusal(
+            path, f"{element.name} {start + len(rows)}", "the file was cut while it was read", "try again"
+        )
+    return rows
 
 
 def require_rows(path: Path, header: PlyHeader, name: str) -> PlyElement:

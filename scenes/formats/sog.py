@@ -13,7 +13,7 @@ import io
 import json
 import warnings
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -29,6 +29,7 @@ from scenes.formats.activation import (
     rotations_from_three,
     sigmoid,
 )
+from scenes.formats.blocks import ROWS_PER_BLOCK, SplatBlocks, extents, whole
 from scenes.formats.error import FormatError, refusal
 from scenes.splats import SH_COUNTS, SplatCloud
 
@@ -40,6 +41,8 @@ FIRST_TAG = 252
 
 Bytes = NDArray[np.uint8]
 Floats = NDArray[np.float64]
+Column = Callable[[slice], NDArray[np.floating]]
+"""Unpacks a range of rows."""
 
 
 def is_sog_folder(path: Path) -> bool:
@@ -53,7 +56,6 @@ def is_sog_folder(path: Path) -> bool:
     return isinstance(meta, dict) and isinstance(meta.get("means"), dict)
 
 
-@damaged_values_are_quiet
 def read_sog(path: Path) -> SplatCloud:
     """Read a SOG folder, its meta.json, or a `.sog` zip, in the file's own frame and unit.
 
@@ -61,19 +63,28 @@ def read_sog(path: Path) -> SplatCloud:
         FormatError: a texture is missing, damaged or too small, or meta.json does not fit.
         OSError: a file cannot be read.
     """
+    return whole(read_sog_blocks(path))
+
+
+def read_sog_blocks(path: Path, rows: int = ROWS_PER_BLOCK) -> SplatBlocks:
+    """As `read_sog`, `rows` splats at a time; bad values are found when their block is read.
+
+    Textures can only be unpacked whole, so all of them are kept in memory: 4 bytes a splat each.
+    """
     source = _Source(path.parent if path.name == META else path)
     try:
-        meta = json.loads(source.read(META))
-        return _decode(source, meta)
+        columns = _columns(source, json.loads(source.read(META)))
     except FormatError:
         raise
-    except (KeyError, IndexError, TypeError, ValueError, OverflowError) as error:
+    except (KeyError, IndexError, TypeError, ValueError, OverflowError, RecursionError) as error:
         raise refusal(
             path,
             META,
             f"{type(error).__name__}: {error}",
             "the file is damaged or of another version, export it again",
         ) from None
+    blocks = (_decode(source.path, columns, *extent) for extent in extents(columns.count, rows))
+    return SplatBlocks(columns.count, SH_COUNTS.index(columns.k), blocks)
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,7 +142,32 @@ class _Source:
         return rgba[:count]
 
 
-def _decode(source: _Source, meta: dict[str, Any]) -> SplatCloud:
+@dataclass(frozen=True, slots=True)
+class _Columns:
+    """The splats of a SOG still packed; each column unpacks a range of rows.
+
+    Attributes:
+        count: splats.
+        k: coefficients of the spherical harmonics.
+        means: (n, 3) positions.
+        log_scales: (n, 3).
+        rotations: (n, 4) RGBA of the three smallest components and the tag.
+        dc: (n, 3) coefficients of degree 0.
+        opacities: (n,) 0..1.
+        higher: (n, k - 1, 3) coefficients above degree 0, if there are any.
+    """
+
+    count: int
+    k: int
+    means: Column
+    log_scales: Column
+    rotations: Bytes
+    dc: Column
+    opacities: Column
+    higher: Column | None
+
+
+def _columns(source: _Source, meta: dict[str, Any]) -> _Columns:
     version = meta.get("version", 1)
     if version not in (1, 2):
         raise refusal(
@@ -143,35 +179,66 @@ def _decode(source: _Source, meta: dict[str, Any]) -> SplatCloud:
         raise refusal(
             source.path, META, f"{count!r} splats, limit {MAX_PIXELS}", "the file is damaged"
         )
-    colour_and_alpha = source.pixels(meta["sh0"]["files"][0], count)
+    rgba = source.pixels(meta["sh0"]["files"][0], count)
     scale_pixels = source.pixels(meta["scales"]["files"][0], count)[:, :3]
     if coded:
-        log_scales = _codebook(meta["scales"]["codebook"])[scale_pixels]
-        dc = _codebook(meta["sh0"]["codebook"])[colour_and_alpha[:, :3]]
-        opacities = colour_and_alpha[:, 3].astype(np.float32) / np.float32(255.0)
+        log_scales = _looked_up(_codebook(meta["scales"]["codebook"]), scale_pixels)
+        dc = _looked_up(_codebook(meta["sh0"]["codebook"]), rgba[:, :3])
+        opacities: Column = lambda rows: rgba[rows, 3] / np.float32(255.0)  # noqa: E731
     else:
-        log_scales = _between(meta["scales"], scale_pixels)
-        values = _between(meta["sh0"], colour_and_alpha)
-        dc, opacities = values[:, :3], sigmoid(values[:, 3].astype(np.float32))
-    higher = _higher(source, meta["shN"], count, coded=coded) if meta.get("shN") else None
-    sh = dc[:, None, :] if higher is None else np.concatenate([dc[:, None, :], higher], axis=1)
-    return cloud_from_file(
-        source.path,
-        means=_means(source, meta["means"], count),
-        scales=exponential(log_scales.astype(np.float32)),
-        quaternions=_rotations(source, meta["quats"]["files"][0], count),
-        opacities=opacities,
-        sh=sh.astype(np.float32),
+        low, high = _limits(meta["sh0"], 4)
+        log_scales = _between(*_limits(meta["scales"], 3), scale_pixels)
+        dc = _between(low[:3], high[:3], rgba[:, :3])
+        logits = _between(low[3:], high[3:], rgba[:, 3:])
+        opacities = lambda rows: sigmoid(logits(rows)[:, 0].astype(np.float32))  # noqa: E731
+    k, higher = 1, None
+    if meta.get("shN"):
+        k, higher = _higher(source, meta["shN"], count, coded=coded)
+    return _Columns(
+        count,
+        k,
+        _means(source, meta["means"], count),
+        log_scales,
+        _rotations(source, meta["quats"]["files"][0], count),
+        dc,
+        opacities,
+        higher,
     )
 
 
-def _means(source: _Source, meta: dict[str, Any], count: int) -> NDArray[np.float32]:
-    low, high = (source.pixels(name, count)[:, :3].astype(np.uint32) for name in meta["files"][:2])
-    stored = _bounds(meta["mins"], meta["maxs"], 3, (low | high << 8) / 65535.0)
-    return (np.sign(stored) * np.expm1(np.abs(stored))).astype(np.float32)
+@damaged_values_are_quiet
+def _decode(path: Path, columns: _Columns, start: int, stop: int) -> SplatCloud:
+    rows = slice(start, stop)
+    sh = columns.dc(rows)[:, None, :]
+    if columns.higher is not None:
+        sh = np.concatenate([sh, columns.higher(rows)], axis=1)
+    rgba = columns.rotations[rows]
+    three = (rgba[:, :3] / 255.0 * 2.0 - 1.0) * np.sqrt(0.5)
+    largest = rgba[:, 3].astype(np.intp) - FIRST_TAG
+    return cloud_from_file(
+        path,
+        means=columns.means(rows).astype(np.float32),
+        scales=exponential(columns.log_scales(rows).astype(np.float32)),
+        quaternions=rotations_from_three(path, three, largest, start=start),
+        opacities=columns.opacities(rows).astype(np.float32),
+        sh=sh.astype(np.float32),
+        start=start,
+    )
 
 
-def _rotations(source: _Source, name: str, count: int) -> NDArray[np.float32]:
+def _means(source: _Source, meta: dict[str, Any], count: int) -> Column:
+    low, high = _limits(meta, 3)
+    fine, coarse = (source.pixels(name, count)[:, :3] for name in meta["files"][:2])
+
+    def unpack(rows: slice) -> Floats:
+        level = fine[rows].astype(np.uint32) | coarse[rows].astype(np.uint32) << 8
+        stored = low + (high - low) * (level / 65535.0)
+        return np.sign(stored) * np.expm1(np.abs(stored))
+
+    return unpack
+
+
+def _rotations(source: _Source, name: str, count: int) -> Bytes:
     rgba = source.pixels(name, count)
     bad = rgba[:, 3] < FIRST_TAG
     if bad.any():
@@ -182,15 +249,16 @@ def _rotations(source: _Source, name: str, count: int) -> NDArray[np.float32]:
             f"rotation tag {rgba[first, 3]}, wanted {FIRST_TAG} to 255",
             "the texture is damaged or was saved with losses, export it again",
         )
-    three = (rgba[:, :3] / 255.0 * 2.0 - 1.0) * np.sqrt(0.5)
-    return rotations_from_three(source.path, three, rgba[:, 3].astype(np.intp) - FIRST_TAG)
+    return rgba
 
 
-def _higher(source: _Source, meta: dict[str, Any], count: int, *, coded: bool) -> Floats:
-    """(N, K - 1, 3) coefficients above degree 0 from the palette."""
+def _higher(
+    source: _Source, meta: dict[str, Any], count: int, *, coded: bool
+) -> tuple[int, Column]:
+    """K, and the (n, K - 1, 3) coefficients above degree 0 from the palette."""
     centroids = source.texture(meta["files"][0])[:, :, :3]
     rgba = source.pixels(meta["files"][1], count)
-    labels = rgba[:, 0].astype(np.intp) | rgba[:, 1].astype(np.intp) << 8
+    labels = rgba[:, 0].astype(np.uint16) | rgba[:, 1].astype(np.uint16) << 8
     k = centroids.shape[1] // PALETTE_COLUMNS
     if centroids.shape[1] % PALETTE_COLUMNS or k + 1 not in SH_COUNTS[1:]:
         raise refusal(
@@ -208,9 +276,18 @@ def _higher(source: _Source, meta: dict[str, Any], count: int, *, coded: bool) -
             "export it again",
         )
     if coded:
-        return _codebook(meta["codebook"])[palette[labels]]
+        book = _codebook(meta["codebook"])
+        return k + 1, lambda rows: book[palette[labels[rows]]]
     low, high = float(meta["mins"]), float(meta["maxs"])
-    return low + (high - low) * (palette[labels].astype(np.float64) / 255.0)
+    return k + 1, lambda rows: low + (high - low) * (palette[labels[rows]] / 255.0)
+
+
+def _looked_up(book: Floats, pixels: Bytes) -> Column:
+    return lambda rows: book[pixels[rows]]
+
+
+def _between(low: Floats, high: Floats, pixels: Bytes) -> Column:
+    return lambda rows: low + (high - low) * (pixels[rows] / 255.0)
 
 
 def _codebook(values: Sequence[Any]) -> Floats:
@@ -220,12 +297,8 @@ def _codebook(values: Sequence[Any]) -> Floats:
     return book
 
 
-def _between(meta: dict[str, Any], pixels: Bytes) -> Floats:
-    return _bounds(meta["mins"], meta["maxs"], pixels.shape[1], pixels / 255.0)
-
-
-def _bounds(mins: Sequence[Any], maxs: Sequence[Any], count: int, share: Floats) -> Floats:
-    low, high = np.array(mins, dtype=np.float64), np.array(maxs, dtype=np.float64)
+def _limits(meta: dict[str, Any], count: int) -> tuple[Floats, Floats]:
+    low, high = (np.array(meta[name], dtype=np.float64) for name in ("mins", "maxs"))
     if low.shape != (count,) or high.shape != (count,):
         raise ValueError(f"bounds of shapes {low.shape} and {high.shape}, wanted {count} numbers")
-    return low + (high - low) * share
+    return low, high

@@ -11,22 +11,19 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-from scenes.formats.activation import (
-    cloud_from_file,
-    damaged_values_are_quiet,
-)
+from scenes.formats.activation import cloud_from_file, damaged_values_are_quiet
 from scenes.formats.atomic import write_file
+from scenes.formats.blocks import ROWS_PER_BLOCK, SplatBlocks, extents, in_blocks, whole
 from scenes.formats.error import refusal
 from scenes.splats import SH_C0, SplatCloud
 
-ROWS_PER_BLOCK = 65_536
 ROW = np.dtype(
     [("mean", "<f4", 3), ("scale", "<f4", 3), ("rgba", "u1", 4), ("quaternion", "u1", 4)]
 )
 
 
-@damaged_values_are_quiet
 def read_splat(path: Path) -> SplatCloud:
     """Read a `.splat` file in its own frame and unit; colour has degree 0.
 
@@ -37,6 +34,11 @@ def read_splat(path: Path) -> SplatCloud:
             positive or a quaternion zero.
         OSError: the file cannot be read.
     """
+    return whole(read_splat_blocks(path))
+
+
+def read_splat_blocks(path: Path, rows: int = ROWS_PER_BLOCK) -> SplatBlocks:
+    """As `read_splat`, `rows` splats at a time; bad values are found when their block is read."""
     size = path.stat().st_size
     if size == 0 or size % ROW.itemsize:
         raise refusal(
@@ -45,16 +47,8 @@ def read_splat(path: Path) -> SplatCloud:
             f"{size} bytes, wanted a multiple of {ROW.itemsize} above 0",
             "it is truncated or no .splat file, copy or export it again",
         )
-    rows = np.fromfile(path, dtype=ROW)
-    rgba = rows["rgba"].astype(np.float32) / np.float32(255.0)
-    return cloud_from_file(
-        path,
-        means=rows["mean"],
-        scales=rows["scale"],
-        quaternions=(rows["quaternion"].astype(np.float32) - 128.0) / np.float32(128.0),
-        opacities=rgba[:, 3],
-        sh=((rgba[:, None, :3] - np.float32(0.5)) / np.float32(SH_C0)).astype(np.float32),
-    )
+    count = size // ROW.itemsize
+    return SplatBlocks(count, 0, _read(path, count, rows))
 
 
 def write_splat(path: Path, cloud: SplatCloud) -> int:
@@ -67,19 +61,42 @@ def write_splat(path: Path, cloud: SplatCloud) -> int:
         FormatError: the cloud is empty, which this format cannot say.
         WriteError: the disk is full or the folder is not writable; nothing is left behind.
     """
-    if not len(cloud):
+    return write_splat_blocks(path, in_blocks(cloud))
+
+
+def write_splat_blocks(path: Path, splats: SplatBlocks) -> int:
+    """As `write_splat`, with one block in memory at a time."""
+    if not splats.count:
         raise refusal(path, "", "no splats to write, .splat cannot be empty", "write a PLY instead")
-    return write_file(path, _blocks(cloud))
+    return write_file(path, map(_encode, splats.blocks))
 
 
-def _blocks(cloud: SplatCloud) -> Iterator[bytes]:
-    for start in range(0, len(cloud), ROWS_PER_BLOCK):
-        part = slice(start, start + ROWS_PER_BLOCK)
-        rgb = 0.5 + SH_C0 * cloud.sh[part, 0].astype(np.float64)
-        rgba = np.concatenate([rgb, cloud.opacities[part, None]], axis=1)
-        rows = np.empty(len(rgba), dtype=ROW)
-        rows["mean"] = cloud.means[part]
-        rows["scale"] = cloud.scales[part]
-        rows["rgba"] = np.clip(np.rint(255.0 * rgba), 0, 255)
-        rows["quaternion"] = np.clip(np.rint(128.0 + 128.0 * cloud.rotations[part]), 0, 255)
-        yield rows.tobytes()
+def _read(path: Path, count: int, rows: int) -> Iterator[SplatCloud]:
+    with path.open("rb") as file:
+        for start, stop in extents(count, rows):
+            yield _decode(path, np.fromfile(file, dtype=ROW, count=stop - start), start)
+
+
+@damaged_values_are_quiet
+def _decode(path: Path, rows: NDArray[np.void], start: int) -> SplatCloud:
+    rgba = rows["rgba"].astype(np.float32) / np.float32(255.0)
+    return cloud_from_file(
+        path,
+        means=rows["mean"],
+        scales=rows["scale"],
+        quaternions=(rows["quaternion"].astype(np.float32) - 128.0) / np.float32(128.0),
+        opacities=rgba[:, 3],
+        sh=((rgba[:, None, :3] - np.float32(0.5)) / np.float32(SH_C0)).astype(np.float32),
+        start=start,
+    )
+
+
+def _encode(cloud: SplatCloud) -> bytes:
+    rgb = 0.5 + SH_C0 * cloud.sh[:, 0].astype(np.float64)
+    rgba = np.concatenate([rgb, cloud.opacities[:, None]], axis=1)
+    rows = np.empty(len(cloud), dtype=ROW)
+    rows["mean"] = cloud.means
+    rows["scale"] = cloud.scales
+    rows["rgba"] = np.clip(np.rint(255.0 * rgba), 0, 255)
+    rows["quaternion"] = np.clip(np.rint(128.0 + 128.0 * cloud.rotations), 0, 255)
+    return rows.tobytes()

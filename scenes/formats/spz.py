@@ -7,16 +7,25 @@ rotations (version 2: x, y, z as bytes; later the three smallest of x, y, z, w i
 bytes with the colour channel innermost.
 
 The file's axes are x right, y up, z back; clouds come out, and go in, with x right, y down,
-z forward as in PLY files (`scenes.frames.RDF_FROM_RUB`), so that the same scene read from either is
-the same cloud. Degree 4 is read without its last band, which no renderer here evaluates.
+z forward as in PLY files (`scenes.formats.axes`), so that the same scene read from either is the
+same cloud. Degree 4 is read without its last band, which no renderer here evaluates.
+
+Attributes follow each other in the file, splats come in blocks: a reader unpacks all attributes at
+once, each with a stream of its own, and a writer sets packed attributes aside on disk.
 """
 
 from __future__ import annotations
 
+from __future__ import annotations
+
+import gzip
 import struct
 import zlib
+from collections.abc import Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from typing import IO, Protocol
 
 import numpy as np
 import zstandard
@@ -30,9 +39,10 @@ from scenes.formats.activation import (
     rotations_from_three,
 )
 from scenes.formats.atomic import write_file
-from scenes.formats.error import refusal
-from scenes.frames import RDF_FROM_RUB
-from scenes.harmonics import turning_matrix
+from scenes.formats.axes import flipped
+from scenes.formats.blocks import ROWS_PER_BLOCK, SplatBlocks, extents, in_blocks, whole
+from scenes.formats.error import FormatError, refusal
+from scenes.formats.spool import contents, spools
 from scenes.splats import SplatCloud
 
 MAGIC = b"NGSP"
@@ -41,8 +51,14 @@ MAX_SPLATS = 50_000_000
 COLOUR_SCALE = 0.15
 FRACTIONAL_BITS = 12
 ZSTD_LEVEL = 9
+MOST_INFLATED = 1032
+"""Bytes that one byte of a deflate stream can become, by its definition."""
+
 LONGEST_XYZ = 1.02
 """Norm of a version 2 rotation's x, y, z: 1 and the rounding of three bytes."""
+
+_SKIP_BYTES = 1 << 20
+_FRAME_HEADER_BYTES = 18
 
 _HEADER = struct.Struct("<4sIIBBBB")
 _HEADER_4 = struct.Struct("<4sIIBBBBI12x")
@@ -54,11 +70,6 @@ _AXES_UNSTATED_OR_RUB = (0, 4)
 _COEFFICIENTS = (0, 3, 8, 15, 24)
 _NAMES = ("positions", "alphas", "colors", "scales", "rotations", "sh")
 
-_SIGNS = np.diag(RDF_FROM_RUB.rotation).astype(np.float32)
-_SH_SIGNS = np.diag(turning_matrix(RDF_FROM_RUB.rotation, 3)).astype(np.float32)
-# R' = F R F for a flip F of two axes; wxyz.
-_QUATERNION_SIGNS = np.concatenate([[1.0], _SIGNS]).astype(np.float32)
-
 
 @dataclass(frozen=True, slots=True)
 class _Header:
@@ -68,15 +79,33 @@ class _Header:
     fractional_bits: int
     flags: int
 
-    def sizes(self) -> tuple[int, ...]:
-        """Bytes per attribute, in the order of the file."""
+    def widths(self) -> tuple[int, ...]:
+        """Bytes a splat of each attribute, in the order of the file."""
         rotation = 3 if self.version == 2 else 4
-        return tuple(
-            self.count * each for each in (9, 1, 3, 3, rotation, 3 * _COEFFICIENTS[self.degree])
-        )
+        return (9, 1, 3, 3, rotation, 3 * _COEFFICIENTS[self.degree])
 
 
-@damaged_values_are_quiet
+class _Plain(Protocol):
+    """Unpacked bytes of one attribute."""
+
+    def read(self, size: int, /) -> bytes: ...
+
+
+class _Stretch:
+    """A stretch of a file, as something to read from."""
+
+    def __init__(self, file: IO[bytes], start: int, size: int) -> None:
+        file.seek(start)
+        self._file = file
+        self._left = size
+
+    def read(self, size: int = -1, /) -> bytes:
+        """At most `size` bytes, all that are left by default."""
+        data = self._file.read(self._left if size < 0 else min(size, self._left))
+        self._left -= len(data)
+        return data
+
+
 def read_spz(path: Path) -> SplatCloud:
     """Read an SPZ file of version 2, 3 or 4; axes x right, y down, z forward, the file's unit.
 
@@ -84,14 +113,22 @@ def read_spz(path: Path) -> SplatCloud:
         FormatError: the file is truncated, damaged, foreign or of another version.
         OSError: the file cannot be read.
     """
-    data = path.read_bytes()
-    if data.startswith(GZIP_MAGIC):
-        header, parts = _unzip(path, data)
-    elif data.startswith(MAGIC):
-        header, parts = _unpack_streams(path, data)
+    return whole(read_spz_blocks(path))
+
+
+def read_spz_blocks(path: Path, rows: int = ROWS_PER_BLOCK) -> SplatBlocks:
+    """As `read_spz`, `rows` splats at a time; damage is found where its block is read."""
+    with path.open("rb") as file:
+        start = file.read(_HEADER_4.size)
+    if start.startswith(GZIP_MAGIC):
+        header = _unzipped_header(path)
+        blocks = _read_zipped(path, header, rows)
+    elif start.startswith(MAGIC):
+        header = _parse(path, start, (4,))
+        blocks = _read_streams(path, header, _streams(path, header, start), rows)
     else:
         raise refusal(path, "byte 0", "neither 'NGSP' nor gzip", "give an SPZ file")
-    return _decode(path, header, [np.frombuffer(part, dtype=np.uint8) for part in parts])
+    return SplatBlocks(header.count, min(header.degree, 3), blocks)
 
 
 def write_spz(path: Path, cloud: SplatCloud) -> int:
@@ -107,14 +144,14 @@ def write_spz(path: Path, cloud: SplatCloud) -> int:
         FormatError: a position is beyond ±2²³ or there are too many splats.
         WriteError: the disk is full or the folder is not writable; nothing is left behind.
     """
-    bits = _fractional_bits(path, cloud)
-    streams = [stream.tobytes() for stream in _encode(cloud, bits) if stream.size]
-    packed = [zstandard.ZstdCompressor(level=ZSTD_LEVEL).compress(stream) for stream in streams]
-    header = _HEADER_4.pack(
-        MAGIC, 4, len(cloud), cloud.sh_degree, bits, 0, len(streams), _HEADER_4.size
-    )
-    table = [_ENTRY.pack(len(p), len(s)) for p, s in zip(packed, streams, strict=True)]
-    return write_file(path, [header, *table, *packed])
+    return write_spz_blocks(path, in_blocks(cloud))
+
+
+def write_spz_blocks(path: Path, splats: SplatBlocks) -> int:
+    """As `write_spz`, with one block in memory at a time and attributes set aside on disk."""
+    if splats.count > MAX_SPLATS:
+        raise refusal(path, "", f"{splats.count} splats, limit {MAX_SPLATS}", "write a PLY instead")
+    return write_file(path, _packed(path, splats))
 
 
 def _parse(path: Path, data: bytes, versions: tuple[int, ...]) -> _Header:
@@ -144,87 +181,149 @@ def _parse(path: Path, data: bytes, versions: tuple[int, ...]) -> _Header:
     return _Header(version, count, degree, bits, flags)
 
 
-def _unzip(path: Path, data: bytes) -> tuple[_Header, list[memoryview]]:
-    """Versions 2 and 3. Memory is bounded by what the header announces."""
-    stream = zlib.decompressobj(wbits=16 + zlib.MAX_WBITS)
-    try:
-        start = stream.decompress(data, _HEADER.size)
-        header = _parse(path, start, (2, 3))
-        wanted = sum(header.sizes())
-        plain = stream.decompress(stream.unconsumed_tail, wanted) if wanted else b""
-        # One byte more forces the end of the stream, and with it the checksum, to be read.
-        more = stream.decompress(stream.unconsumed_tail, 1)
-    except zlib.error as error:
-        raise refusal(
-            path, "", f"gzip: {error}", "the file is damaged, copy or export it again"
-        ) from None
-    if len(plain) < wanted or not (stream.eof or more):
+def _unzipped_header(path: Path) -> _Header:
+    """Versions 2 and 3."""
+    with gzip.open(path) as stream:
+        header = _parse(path, _take(path, stream, "header", _HEADER.size), (2, 3))
+    wanted, size = header.count * sum(header.widths()), path.stat().st_size
+    if wanted > MOST_INFLATED * size:
         raise refusal(
             path,
-            f"byte {len(data)}",
-            f"the file ends there after {len(plain)} of {wanted} unpacked bytes",
+            f"byte {size}",
+            f"the file ends there, {wanted} bytes cannot be unpacked from it",
             "it is truncated, copy or export it again",
         )
+    return header
+
+
+def _read_zipped(path: Path, header: _Header, rows: int) -> Iterator[SplatCloud]:
+    """Versions 2 and 3: one gzip stream, unpacked once for each attribute and from its place on."""
+    with ExitStack() as stack:
+        columns: list[_Plain] = []
+        at = _HEADER.size
+        for name, width in zip(_NAMES, header.widths(), strict=True):
+            stream = stack.enter_context(gzip.open(path))
+            _skip(path, stream, name, at)
+            columns.append(stream)
+            at += header.count * width
+        yield from _blocks(path, header, columns, rows)
+        # What comes after the last attribute is read too, and with it the checksum.
+        more = _take(path, columns[-1], "end", 1, short=True)
     if more and not header.flags & ~1:
         raise refusal(
-            path, "", f"more than the {wanted} announced bytes", "the file is damaged or foreign"
+            path, "", f"more than the {at} announced bytes", "the file is damaged or foreign"
         )
-    return header, _split(plain, header.sizes())
 
 
-def _unpack_streams(path: Path, data: bytes) -> tuple[_Header, list[memoryview]]:
-    """Version 4."""
-    header = _parse(path, data, (4,))
-    sizes = [size for size in header.sizes() if size]
-    if len(data) < _HEADER_4.size:
+def _streams(path: Path, header: _Header, start: bytes) -> list[tuple[int, int]]:
+    """Version 4: the first byte and the packed size of each attribute's stream."""
+    widths = [width for width in header.widths() if width * header.count]
+    file_size = path.stat().st_size
+    if len(start) < _HEADER_4.size:
         raise refusal(
-            path, f"byte {len(data)}", "the file ends inside the header", "copy or export it again"
+            path, f"byte {len(start)}", "the file ends inside the header", "copy or export it again"
         )
-    *_, streams, offset = _HEADER_4.unpack_from(data)
+    *_, streams, offset = _HEADER_4.unpack(start)
     end = offset + streams * _ENTRY.size
-    if streams != len(sizes) or offset < _HEADER_4.size or end > len(data):
+    if streams != len(widths) or offset < _HEADER_4.size or end > file_size:
         raise refusal(
             path,
             "byte 15",
-            f"{streams} streams with a table at byte {offset} of {len(data)}, "
-            f"wanted {len(sizes)} streams",
+            f"{streams} streams with a table at byte {offset} of {file_size}, "
+            f"wanted {len(widths)} streams",
             "the file is truncated or damaged, copy or export it again",
         )
-    if header.flags & _HAS_EXTENSIONS:
-        _refuse_other_axes(path, data[_HEADER_4.size : offset])
-    parts: list[memoryview] = []
-    whole = memoryview(data)
-    for i, size in enumerate(sizes):
-        packed, plain = _ENTRY.unpack_from(data, offset + i * _ENTRY.size)
-        name = _NAMES[i]
-        if plain != size or packed > len(data) - end:
-            raise refusal(
-                path,
-                f"byte {end} ({name})",
-                f"{packed} bytes for {plain}, wanted {size} out of at most {len(data) - end}",
-                "the file is truncated or damaged, copy or export it again",
-            )
-        parts.append(memoryview(_decompress(path, name, whole[end : end + packed], size)))
-        end += packed
-    parts += [memoryview(b"")] * (len(_NAMES) - len(parts))
-    return header, parts
+    found: list[tuple[int, int]] = []
+    with path.open("rb") as file:
+        file.seek(_HEADER_4.size)
+        if header.flags & _HAS_EXTENSIONS:
+            _refuse_other_axes(path, file.read(offset - _HEADER_4.size))
+        file.seek(offset)
+        table = list(_ENTRY.iter_unpack(file.read(streams * _ENTRY.size)))
+        for name, width, (packed, plain) in zip(_NAMES, widths, table, strict=False):
+            size = width * header.count
+            if plain != size or packed > file_size - end:
+                raise refusal(
+                    path,
+                    f"byte {end} ({name})",
+                    f"{packed} bytes for {plain}, wanted {size} out of at most {file_size - end}",
+                    "the file is truncated or damaged, copy or export it again",
+                )
+            _check_frame(path, name, _Stretch(file, end, packed).read(_FRAME_HEADER_BYTES), size)
+            found.append((end, packed))
+            end += packed
+    return found
 
 
-def _decompress(path: Path, name: str, packed: memoryview, size: int) -> bytes:
+def _check_frame(path: Path, name: str, start: bytes, size: int) -> None:
     try:
-        announced = zstandard.frame_content_size(packed)
-        if announced not in (size, -1):
-            raise refusal(
-                path, name, f"zstd frame of {announced} bytes, wanted {size}", "export it again"
-            )
-        plain = zstandard.ZstdDecompressor().decompress(packed, max_output_size=size)
+        announced = zstandard.frame_content_size(start)
     except zstandard.ZstdError as error:
+        raise _unpacking_failed(path, name, error) from None
+    if announced not in (size, -1):
         raise refusal(
-            path, name, f"zstd: {error}", "the file is damaged, export it again"
-        ) from None
-    if len(plain) != size:
-        raise refusal(path, name, f"{len(plain)} bytes, wanted {size}", "export it again")
-    return plain
+            path, name, f"zstd frame of {announced} bytes, wanted {size}", "export it again"
+        )
+
+
+def _read_streams(
+    path: Path, header: _Header, places: list[tuple[int, int]], rows: int
+) -> Iterator[SplatCloud]:
+    """Version 4: a stream for each attribute."""
+    with ExitStack() as stack:
+        columns: list[_Plain] = []
+        for place in places:
+            packed = _Stretch(stack.enter_context(path.open("rb")), *place)
+            # The stubs ask for a whole file object, the stream reader for `read` only.
+            columns.append(zstandard.ZstdDecompressor().stream_reader(packed))  # pyright: ignore
+        yield from _blocks(path, header, columns, rows)
+        for name, column in zip(_NAMES, columns, strict=False):
+            if _take(path, column, name, 1, short=True):
+                raise refusal(path, name, "more bytes than announced", "export it again")
+
+
+def _blocks(
+    path: Path, header: _Header, columns: list[_Plain], rows: int
+) -> Iterator[SplatCloud]:
+    widths = header.widths()
+    for start, stop in extents(header.count, rows):
+        parts = [
+            np.frombuffer(_take(path, column, name, (stop - start) * width), dtype=np.uint8)
+            for name, column, width in zip(_NAMES, columns, widths, strict=False)
+        ]
+        parts += [np.zeros(0, dtype=np.uint8)] * (len(_NAMES) - len(parts))
+        yield flipped(_decode(path, header, start, stop - start, parts))
+
+
+def _take(path: Path, column: _Plain, name: str, size: int, *, short: bool = False) -> bytes:
+    """The next `size` bytes; fewer are refused unless `short`."""
+    try:
+        data = column.read(size)
+    except (zlib.error, gzip.BadGzipFile, EOFError, zstandard.ZstdError) as error:
+        raise _unpacking_failed(path, name, error) from None
+    if len(data) < size and not short:
+        raise refusal(
+            path,
+            name,
+            f"the file ends there, {len(data)} bytes unpacked where {size} are wanted",
+            "it is truncated, copy or export it again",
+        )
+    return data
+
+
+def _skip(path: Path, column: _Plain, name: str, size: int) -> None:
+    for start, stop in extents(size, _SKIP_BYTES):
+        _take(path, column, name, stop - start)
+
+
+def _unpacking_failed(path: Path, name: str, error: Exception) -> FormatError:
+    kind = "zstd" if isinstance(error, zstandard.ZstdError) else "gzip"
+    return refusal(
+        path,
+        name,
+        f"{kind}: {error}",
+        "the file is truncated or damaged, copy or export it again",
+    )
 
 
 def _refuse_other_axes(path: Path, records: bytes) -> None:
@@ -243,69 +342,91 @@ def _refuse_other_axes(path: Path, records: bytes) -> None:
         at += _EXTENSION.size + size
 
 
-def _split(plain: bytes, sizes: tuple[int, ...]) -> list[memoryview]:
-    whole, parts, at = memoryview(plain), [], 0
-    for size in sizes:
-        parts.append(whole[at : at + size])
-        at += size
-    return parts
-
-
-def _decode(path: Path, header: _Header, parts: list[NDArray[np.uint8]]) -> SplatCloud:
+@damaged_values_are_quiet
+def _decode(
+    path: Path, header: _Header, start: int, n: int, parts: list[NDArray[np.uint8]]
+) -> SplatCloud:
+    """`n` splats in the file's axes."""
     positions, alphas, colours, scales, rotations, sh = parts
-    n = header.count
     kept = min(_COEFFICIENTS[header.degree], _COEFFICIENTS[3])
     dc = (colours.reshape(n, 1, 3) / 255.0 - 0.5) / COLOUR_SCALE
     rest = (sh.reshape(n, _COEFFICIENTS[header.degree], 3)[:, :kept].astype(np.float64) - 128) / 128
-    rest *= _SH_SIGNS[1 : 1 + kept, None]
     fixed = np.zeros((n, 3, 4), dtype=np.uint8)
     fixed[:, :, 1:] = positions.reshape(n, 3, 3)
     # The three bytes fill the upper part of the word, so shifting back extends the sign.
-    means = (fixed.view("<i4")[..., 0] >> 8) / float(1 << header.fractional_bits) * _SIGNS
+    means = (fixed.view("<i4")[..., 0] >> 8) / float(1 << header.fractional_bits)
     return cloud_from_file(
         path,
         means=means.astype(np.float32),
         scales=exponential((scales.reshape(n, 3) / 16.0 - 10.0).astype(np.float32)),
-        quaternions=_decode_rotations(path, header, rotations) * _QUATERNION_SIGNS,
+        quaternions=_decode_rotations(path, header, start, rotations),
         opacities=alphas.astype(np.float32) / np.float32(255.0),
         sh=np.concatenate([dc, rest], axis=1).astype(np.float32),
+        start=start,
     )
 
 
 def _decode_rotations(
-    path: Path, header: _Header, packed: NDArray[np.uint8]
+    path: Path, header: _Header, start: int, packed: NDArray[np.uint8]
 ) -> NDArray[np.float32]:
     """(N, 4) wxyz in the file's axes."""
     if header.version == 2:
-        xyz = packed.reshape(header.count, 3) / 127.5 - 1.0
+        xyz = packed.reshape(-1, 3) / 127.5 - 1.0
         squares = np.sum(xyz * xyz, axis=1, keepdims=True)
         if (squares > LONGEST_XYZ**2).any():
             first = int(np.argmax(squares > LONGEST_XYZ**2))
             raise refusal(
                 path,
-                f"splat {first}",
+                f"splat {start + first}",
                 f"quaternion norm: x, y, z alone have norm {np.sqrt(squares[first, 0]):.3f}, "
                 f"limit {LONGEST_XYZ}",
                 "the file is damaged, export it again",
             )
         w = np.sqrt(np.maximum(0.0, 1.0 - squares))
         return np.concatenate([w, xyz], axis=1).astype(np.float32)
-    words = packed.reshape(header.count, 4).view("<u4")
+    words = packed.reshape(-1, 4).view("<u4")
     fields = words >> np.array([20, 10, 0], dtype=np.uint32)
     sign = 1.0 - 2.0 * ((fields >> np.uint32(9)) & np.uint32(1))
     three = sign * (fields & np.uint32(511)) / 511.0 * np.sqrt(0.5)
-    xyzw = rotations_from_three(path, three, (words[:, 0] >> np.uint32(30)).astype(np.intp))
+    largest = (words[:, 0] >> np.uint32(30)).astype(np.intp)
+    xyzw = rotations_from_three(path, three, largest, start=start)
     return np.roll(xyzw, 1, axis=1)
 
 
-def _fractional_bits(path: Path, cloud: SplatCloud) -> int:
-    furthest = float(np.abs(cloud.means).max(initial=0.0))
-    if not furthest < 2.0**23 - 1 or len(cloud) > MAX_SPLATS:
+def _packed(path: Path, splats: SplatBlocks) -> Iterator[bytes]:
+    """The file in order, once all blocks have been packed and set aside."""
+    header = _Header(4, splats.count, splats.sh_degree, FRACTIONAL_BITS, 0)
+    widths = [width for width in header.widths() if width * splats.count]
+    with spools(path, len(widths) + 1) as (means, *streams):
+        packers = [
+            zstandard.ZstdCompressor(level=ZSTD_LEVEL).compressobj(size=width * splats.count)
+            for width in widths
+        ]
+        furthest = 0.0
+        for cloud in map(flipped, splats.blocks):
+            furthest = max(furthest, float(np.abs(cloud.means).max(initial=0.0)))
+            means.write(cloud.means.astype("<f4").tobytes())
+            for packer, stream, part in zip(packers[1:], streams[1:], _encode(cloud), strict=False):
+                stream.write(packer.compress(part.tobytes()))
+        # How finely positions are stored depends on the furthest, so they are packed last.
+        bits = _fractional_bits(path, furthest)
+        for raw in contents(means, 12 * ROWS_PER_BLOCK):
+            streams[0].write(packers[0].compress(_encode_positions(raw, bits)))
+        for packer, stream in zip(packers, streams, strict=True):
+            stream.write(packer.flush())
+        yield _HEADER_4.pack(
+            MAGIC, 4, splats.count, splats.sh_degree, bits, 0, len(streams), _HEADER_4.size
+        )
+        for stream, width in zip(streams, widths, strict=True):
+            yield _ENTRY.pack(stream.tell(), width * splats.count)
+        for stream in streams:
+            yield from contents(stream)
+
+
+def _fractional_bits(path: Path, furthest: float) -> int:
+    if not furthest < 2.0**23 - 1:
         raise refusal(
-            path,
-            "",
-            f"{len(cloud)} splats as far as {furthest:g}, limits {MAX_SPLATS} and 2²³",
-            "write a PLY instead",
+            path, "", f"a splat as far as {furthest:g}, limits ±2²³", "write a PLY instead"
         )
     bits = FRACTIONAL_BITS
     while round(furthest * 2.0**bits) >= 2**23:
@@ -313,18 +434,23 @@ def _fractional_bits(path: Path, cloud: SplatCloud) -> int:
     return bits
 
 
-def _encode(cloud: SplatCloud, bits: int) -> list[NDArray[np.uint8]]:
-    fixed = np.rint(cloud.means.astype(np.float64) * _SIGNS * 2.0**bits).astype("<i4")
-    sh = cloud.sh[:, 1:] * _SH_SIGNS[1 : cloud.sh.shape[1], None]
+def _encode_positions(raw: bytes, bits: int) -> bytes:
+    """24-bit fixed point of float32."""
+    means = np.frombuffer(raw, dtype="<f4").astype(np.float64)
+    fixed = np.rint(means * 2.0**bits).astype("<i4")
+    return fixed[:, None].view(np.uint8)[:, :3].tobytes()
+
+
+def _encode(cloud: SplatCloud) -> list[NDArray[np.uint8]]:
+    """All attributes but the positions of a cloud in the file's axes."""
     bucket = np.where(np.arange(cloud.sh.shape[1] - 1) < 3, 8, 16)[:, None]
-    levels = (np.rint(sh * 128.0).astype(np.int64) + 128 + bucket // 2) // bucket * bucket
+    steps = np.rint(cloud.sh[:, 1:] * 128.0).astype(np.int64)
     return [
-        fixed[..., None].view(np.uint8)[..., :3],
         _bytes(cloud.opacities * 255.0),
         _bytes(cloud.sh[:, 0] * (COLOUR_SCALE * 255.0) + 127.5),
         _bytes((logarithm(cloud.scales) + 10.0) * 16.0),
-        _encode_rotations(np.roll(cloud.rotations * _QUATERNION_SIGNS, -1, axis=1)),
-        _bytes(levels),
+        _encode_rotations(np.roll(cloud.rotations, -1, axis=1)),
+        _bytes((steps + 128 + bucket // 2) // bucket * bucket),
     ]
 
 

@@ -1,0 +1,77 @@
+"""Splats that come block by block: files of any size are read and written in bounded memory."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from scenes.splats import SH_COUNTS, SplatCloud
+
+ROWS_PER_BLOCK = 65_536
+
+
+@dataclass(frozen=True, slots=True)
+class SplatBlocks:
+    """A cloud of which one block is in memory at a time.
+
+    Attributes:
+        count: splats in all blocks together, known before the first is read.
+        sh_degree: 0 to 3, the same in all blocks.
+        blocks: the blocks in order; they can be gone through once. A damaged file is found where
+            it is damaged, so the iteration may raise `FormatError`.
+    """
+
+    count: int
+    sh_degree: int
+    blocks: Iterator[SplatCloud]
+
+    def changed(self, change: Callable[[SplatCloud], SplatCloud]) -> SplatBlocks:
+        """The same blocks, each of them changed; the number and degree of splats must stay."""
+        return replace(self, blocks=map(change, self.blocks))
+
+
+def extents(count: int, rows: int) -> Iterator[tuple[int, int]]:
+    """First and past-the-last splat of each block of at most `rows`."""
+    for start in range(0, count, rows):
+        yield start, min(start + rows, count)
+
+
+def in_blocks(cloud: SplatCloud, rows: int = ROWS_PER_BLOCK) -> SplatBlocks:
+    """A cloud in memory as blocks, without copying it."""
+    blocks = (_part(cloud, slice(*extent)) for extent in extents(len(cloud), rows))
+    return SplatBlocks(len(cloud), cloud.sh_degree, blocks)
+
+
+def whole(splats: SplatBlocks) -> SplatCloud:
+    """All blocks as one cloud.
+
+    Memory is taken as blocks arrive, never for a number of splats that a file only announces.
+
+    Raises:
+        FormatError: the file behind the blocks is damaged.
+    """
+    blocks = list(splats.blocks)
+    if len(blocks) == 1:
+        return blocks[0]
+    k = SH_COUNTS[splats.sh_degree]
+    shapes = {"means": (3,), "scales": (3,), "rotations": (4,), "opacities": (), "sh": (k, 3)}
+    arrays = {}
+    for name, shape in shapes.items():
+        parts = [getattr(block, name) for block in blocks]
+        array = np.concatenate([np.empty((0, *shape), dtype=np.float32), *parts])
+        # A cloud copies what could still be written to.
+        array.setflags(write=False)
+        arrays[name] = array
+    return SplatCloud(**arrays)
+
+
+def _part(cloud: SplatCloud, rows: slice) -> SplatCloud:
+    return SplatCloud(
+        cloud.means[rows],
+        cloud.scales[rows],
+        cloud.rotations[rows],
+        cloud.opacities[rows],
+        cloud.sh[rows],
+    )
