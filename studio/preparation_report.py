@@ -13,6 +13,7 @@ from scenes.cameras import Pinhole, pixel_centres
 from scenes.frames import look_at
 from scenes.mesh import CollisionMesh
 from scenes.pose import Pose
+from scenes.prepare.contact_sheet import contact_sheet
 from scenes.prepare.pipeline import PREVIEWS, Prepared
 from scenes.prepare.stages import WorkFolder
 from scenes.rays import RayScene
@@ -24,9 +25,7 @@ from studio.rows import Row, describe_machine
 
 Picture = NDArray[np.uint8]
 
-TILE_PX = (240, 180)
-TILES_ACROSS = 8
-MOST_TILES = 48
+TILE_WIDTH_PX, TILES_ACROSS = 160, 10
 PREVIEWS_SHOWN = 4
 ABOVE_PX = (980, 735)
 DOLLHOUSE_CUT_M = 2.1
@@ -45,7 +44,14 @@ def render_report(
         minutes=sum(stage.seconds or 0.0 for stage in prepared.package.stages) / 60,
         metric=bool(alignment.anchors),
         cards=_cards(rows),
-        contact=embedded_jpeg(_contact_sheet(prepared)),
+        contact=embedded_jpeg(
+            contact_sheet(
+                prepared.capture,
+                failed=prepared.sfm.failed,
+                columns=TILES_ACROSS,
+                width_px=TILE_WIDTH_PX,
+            )
+        ),
         plan=_plan(prepared),
         curve=_curve(prepared),
         previews=[embedded_jpeg(picture) for picture in _previews(work)],
@@ -73,24 +79,6 @@ def _cards(rows: list[Row]) -> list[dict[str, str]]:
         for name, title, unit, form in shown
         if values.get(name) is not None
     ]
-
-
-def _contact_sheet(prepared: Prepared) -> Picture:
-    """Chosen pictures in a grid; those that found no place are red and dim."""
-    frames = prepared.capture.frames
-    chosen = frames[:: max(1, -(-len(frames) // MOST_TILES))]
-    down = -(-len(chosen) // TILES_ACROSS)
-    width, height = TILE_PX
-    sheet = Image.new("RGB", (TILES_ACROSS * width, down * height), (24, 26, 32))
-    failed = set(prepared.sfm.failed)
-    for k, frame in enumerate(chosen):
-        with Image.open(prepared.capture.folder / frame.name) as photo:
-            tile = photo.convert("RGB")
-        tile.thumbnail((width - 4, height - 4))
-        if frame.name in failed:
-            tile = Image.blend(tile, Image.new("RGB", tile.size, (200, 40, 20)), 0.6)
-        sheet.paste(tile, (k % TILES_ACROSS * width + 2, k // TILES_ACROSS * height + 2))
-    return np.asarray(sheet)
 
 
 def _plan(prepared: Prepared) -> str:

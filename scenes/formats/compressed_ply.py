@@ -65,9 +65,7 @@ def read_compressed_ply_blocks(path: Path, header: PlyHeader, rows: int) -> Spla
             "the file is damaged, export it again",
         )
     higher = _higher(path, header, words.count)
-    blocks = (
-        _decode(path, words, bounds, higher, extent) for extent in extents(words.count, rows)
-    )
+    blocks = (_decode(path, words, bounds, higher, extent) for extent in extents(words.count, rows))
     return SplatBlocks(
         words.count, SH_COUNTS.index(1 + (len(higher.columns) // 3 if higher else 0)), blocks
     )
@@ -92,9 +90,7 @@ class _Table:
         return np.stack([rows[c] for c in self.columns], axis=1).astype(f"={self.kind}")
 
 
-def _table(
-    path: Path, header: PlyHeader, name: str, columns: tuple[str, ...], kind: str
-) -> _Table:
+def _table(path: Path, header: PlyHeader, name: str, columns: tuple[str, ...], kind: str) -> _Table:
     """Named columns of an element, which must all be of one type."""
     element = require_rows(path, header, name)
     assert element.dtype is not None

@@ -205,9 +205,7 @@ def _read(path: Path, found: list[_Splats], k: int, rows: int) -> Iterator[Splat
 
 
 @damaged_values_are_quiet
-def _decode(
-    path: Path, values: dict[str, NDArray[np.float32]], k: int, start: int
-) -> SplatCloud:
+def _decode(path: Path, values: dict[str, NDArray[np.float32]], k: int, start: int) -> SplatCloud:
     """Splats in the axes of their node, padded to `k` coefficients."""
     n = len(values["POSITION"])
     sh = np.zeros((n, k, 3), dtype=np.float32)

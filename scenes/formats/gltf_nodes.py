@@ -107,9 +107,7 @@ def _numbers(
     return np.array(values, dtype=np.float64)
 
 
-def _placement(
-    glb: Glb, index: int, mesh: Any, scene_from_node: NDArray[np.float64]
-) -> Placement:
+def _placement(glb: Glb, index: int, mesh: Any, scene_from_node: NDArray[np.float64]) -> Placement:
     linear = scene_from_node[:3, :3]
     u, stretch, v = np.linalg.svd(linear)
     if (

@@ -90,7 +90,10 @@ def read_rows(path: Path, element: PlyElement, start: int, stop: int) -> NDArray
         rows = np.fromfile(file, dtype=element.dtype, count=stop - start)
     if len(rows) != stop - start:
         raise refusal(
-            path, f"{element.name} {start + len(rows)}", "the file was cut while it was read", "try again"
+            path,
+            f"{element.name} {start + len(rows)}",
+            "the file was cut while it was read",
+            "try again",
         )
     return rows
 

@@ -118,9 +118,7 @@ def is_in_world_frame(path: str | Path) -> bool:
     """Whether a file says that its splats are in the world frame (Z up), as packages do."""
     source = Path(path)
     try:
-        return (
-            _format_of(source).read is read_ply_blocks and WORLD_COMMENT in ply_comments(source)
-        )
+        return _format_of(source).read is read_ply_blocks and WORLD_COMMENT in ply_comments(source)
     except (FormatError, OSError):
         return False
 

@@ -16,8 +16,6 @@ once, each with a stream of its own, and a writer sets packed attributes aside o
 
 from __future__ import annotations
 
-from __future__ import annotations
-
 import gzip
 import struct
 import zlib
@@ -282,9 +280,7 @@ def _read_streams(
                 raise refusal(path, name, "more bytes than announced", "export it again")
 
 
-def _blocks(
-    path: Path, header: _Header, columns: list[_Plain], rows: int
-) -> Iterator[SplatCloud]:
+def _blocks(path: Path, header: _Header, columns: list[_Plain], rows: int) -> Iterator[SplatCloud]:
     widths = header.widths()
     for start, stop in extents(header.count, rows):
         parts = [

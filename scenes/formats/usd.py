@@ -119,4 +119,3 @@ def _extent(cloud: SplatCloud) -> list[list[float]]:
         return [[0.0] * 3, [0.0] * 3]
     reach = REACH * cloud.scales.max(axis=1, keepdims=True)
     return [(cloud.means - reach).min(axis=0).tolist(), (cloud.means + reach).max(axis=0).tolist()]
-

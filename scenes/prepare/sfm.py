@@ -38,7 +38,7 @@ FULL_DISK_BYTES = 20_000_000
 LOG_LINES = 3
 
 
-class WorkerError(RuntimeError):
+class WorkerError(OSError):
     """The structure-from-motion process ended without a result; finished stages are kept."""
 
 
