@@ -82,14 +82,13 @@ def run(args: argparse.Namespace) -> int:
     from scenes.prepare.stages import open_work_folder
     from scenes.render.native import NativeRenderer
     from studio.preparation_report import render_report
-    from studio.progress import text_progress
+    from studio.progress import StageProgress, text_progress
 
-    told = text_progress()
-    told.begin(f"preparing {args.out.name}")
+    told = StageProgress(text_progress())
     work = open_work_folder(
         args.work or args.out.with_name(f"{args.out.name}.prepare"),
         seconds=time.monotonic,
-        progress=lambda done, note: told.advance(done, note),
+        progress=told,
     )
     options = PrepareOptions(
         quality=args.quality,
@@ -101,7 +100,7 @@ def run(args: argparse.Namespace) -> int:
     )
     renderer = NativeRenderer()
     prepared = prepare(args.source, args.out, work=work, options=options, renderer=renderer)
-    told.finish(f"{len(prepared.package.room):,} splats")
+    told.finish()
     rows = rows_of(prepared)
     report = work.path / REPORT
     write_file(report, [render_report(prepared, work, rows, renderer).encode()])

@@ -54,6 +54,33 @@ class Progress:
         self._show(f"{self._task}: {spent}{', ' + detail if detail else ''}", True)
 
 
+class StageProgress:
+    """Tells a `Progress` of work in named stages: its notes say "stage: what is going on".
+
+    Args:
+        told: gets every stage as a task of its own.
+    """
+
+    def __init__(self, told: Progress) -> None:
+        self._told = told
+        self._stage = ""
+
+    def __call__(self, done: float, note: str) -> None:
+        """How far the stage is that the note begins with."""
+        stage, _, detail = note.partition(": ")
+        if stage != self._stage:
+            self.finish()
+            self._told.begin(stage)
+            self._stage = stage
+        self._told.advance(done, detail)
+
+    def finish(self) -> None:
+        """The last stage is done."""
+        if self._stage:
+            self._told.finish()
+        self._stage = ""
+
+
 def text_progress(stream: TextIO | None = None) -> Progress:
     """Progress on stderr: one line that is redrawn on a terminal, now and then a line in a file."""
     out = stream or sys.stderr

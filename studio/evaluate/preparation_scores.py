@@ -27,7 +27,7 @@ from sim.phone import SAMPLE_CAPTURE, TRAINING_SET, PhoneOptions, film
 from sim.phone_capture import IMAGES, Capture
 from studio.evaluate.cutouts import CutScore, score_cutouts
 from studio.evaluate.true_labels import triangles_of
-from studio.progress import Progress
+from studio.progress import Progress, StageProgress
 from studio.rows import Row, at_least, at_most
 
 WALL_BAR_MIN = 8.0
@@ -65,9 +65,7 @@ def evaluate(
     rows: list[Row] = []
     if tables & {"prepare", "cut"}:
         truth = _filmed(room, folder / "capture", "sample capture", seed, told)
-        told.begin("preparing")
         prepared = _prepared(room, folder, seed, renderer, told, clock)
-        told.finish(f"{len(prepared.training.cloud):,} splats")
         rows += preparation_rows(prepared, truth, room, np.random.default_rng(seed))
         if "cut" in tables:
             told.begin("cutting out objects")
@@ -256,24 +254,23 @@ def _prepared(
     told: Progress,
     clock: Callable[[], float],
 ) -> Prepared:
-    work = open_work_folder(
-        folder / f"{room.name}.gnx.prepare",
-        seconds=clock,
-        progress=lambda done, note: told.advance(done, note),
-    )
+    stages = StageProgress(told)
+    work = open_work_folder(folder / f"{room.name}.gnx.prepare", seconds=clock, progress=stages)
     # The codes' poses make the prepared world the physical one, so that splats can be told apart.
     options = PrepareOptions(
         sides_m={code.payload: code.side_m for code in room.codes},
         known_codes=room.codes,
         seed=seed,
     )
-    return prepare(
+    prepared = prepare(
         folder / "capture" / IMAGES,
         folder / f"{room.name}.gnx",
         work=work,
         options=options,
         renderer=renderer,
     )
+    stages.finish()
+    return prepared
 
 
 def train_for(
