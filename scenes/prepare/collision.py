@@ -20,10 +20,13 @@ from scenes.prepare.surface_depth import surface_depth
 from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud
 
-VOXEL_M = 0.025
+VOXEL_SHARE = 1 / 120
+"""Finest detail, as a share of how far away things typically are: 2.5 cm at 3 m."""
+LEAST_VOXEL_M = 0.02
 REACH_VOXELS = 4.0
 """How far from a surface the signed distance is kept; things thinner than twice that may vanish."""
-FARTHEST_M = 12.0
+FARTHEST_SHARE = 4.0
+"""How far the fused surface reaches, in typical distances."""
 LEAST_VIEWS = 1.5
 """A surface that fewer views have seen is left out."""
 PICTURE_PX = (320, 240)
@@ -31,8 +34,6 @@ MOST_FACES = 60_000
 SMALLEST_BODY_FACES = 60
 ICP_POINTS = 40_000
 ICP_REACHES_M = (0.30, 0.10, 0.04)
-
-_NOTHING_SEEN = "the splats show no surface to any view; is the room trained?"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,7 +57,6 @@ def mesh_of_splats(
     *,
     renderer: NativeRenderer,
     progress: Progress = silent,
-    voxel_m: float = VOXEL_M,
 ) -> CollisionMesh:
     """The surface that splats show to the given views.
 
@@ -65,13 +65,24 @@ def mesh_of_splats(
         views: cameras with `world_from_camera`, spread over the room.
         renderer: draws the depth.
         progress: told after every view.
-        voxel_m: finest detail.
 
     Raises:
         ValueError: no view, or nothing is seen in any of them.
     """
     import open3d as o3d
 
+    depths = []
+    for index, (camera, world_from_camera) in enumerate(views):
+        small = _shrunk(camera)
+        depth = surface_depth(cloud, small, world_from_camera, renderer=renderer)
+        if depth.any():
+            depths.append((small, world_from_camera, depth))
+        progress((index + 1) / len(views), f"view {index + 1} of {len(views)}")
+    if not depths:
+        raise ValueError("the splats show no surface to any view; is the room trained?")
+    typical_m = float(np.median([np.median(depth[depth > 0]) for _, _, depth in depths]))
+    # Depth in metres, farthest first seen, and the reach of the signed distance in voxels.
+    limits = (1.0, FARTHEST_SHARE * typical_m, REACH_VOXELS)
     tensor: Any = o3d.core.Tensor
     single = o3d.core.float32
     grid: Any = o3d.t.geometry.VoxelBlockGrid
@@ -79,19 +90,15 @@ def mesh_of_splats(
         attr_names=("tsdf", "weight"),
         attr_dtypes=(single, single),
         attr_channels=((1), (1)),
-        voxel_size=voxel_m,
+        voxel_size=max(VOXEL_SHARE * typical_m, LEAST_VOXEL_M),
         block_resolution=16,
         block_count=4096,
     )
-    seen_any = False
-    for index, (camera, world_from_camera) in enumerate(views):
-        small = _shrunk(camera)
-        depth = surface_depth(cloud, small, world_from_camera, renderer=renderer)
-        progress((index + 1) / len(views), f"view {index + 1} of {len(views)}")
-        if not depth.any():
+    for small, world_from_camera, depth in depths:
+        near = np.where(depth < limits[1], depth, 0.0).astype(np.float32)
+        if not near.any():
             continue
-        seen_any = True
-        picture = o3d.t.geometry.Image(tensor(depth))
+        picture = o3d.t.geometry.Image(tensor(near))
         lens = tensor(
             np.array(
                 [[small.fx, 0, small.cx - 0.5], [0, small.fy, small.cy - 0.5], [0, 0, 1]],
@@ -99,12 +106,8 @@ def mesh_of_splats(
             )
         )
         camera_from_world = tensor(world_from_camera.inverse().matrix())
-        # Depth in metres, farthest first seen, and the reach of the signed distance in voxels.
-        limits = (1.0, FARTHEST_M, REACH_VOXELS)
         blocks = volume.compute_unique_block_coordinates(picture, lens, camera_from_world, *limits)
         volume.integrate(blocks, picture, lens, camera_from_world, *limits)
-    if not seen_any:
-        raise ValueError(_NOTHING_SEEN)
     return _tidied(volume.extract_triangle_mesh(LEAST_VIEWS).to_legacy())
 
 
@@ -162,7 +165,7 @@ def _tidied(mesh: Any) -> CollisionMesh:
     mesh.remove_unreferenced_vertices()
     faces = np.asarray(mesh.triangles)
     if not len(faces):
-        raise ValueError(_NOTHING_SEEN)
+        raise ValueError("the splats show no surface that two views agree about; train longer")
     if len(faces) > MOST_FACES:
         mesh = mesh.simplify_quadric_decimation(MOST_FACES)
     return CollisionMesh(

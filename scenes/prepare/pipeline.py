@@ -170,7 +170,7 @@ def _photos_with_poses(
         "capture",
         {"source": str(source.resolve()), "options": asdict(options.capture)},
         make=frames,
-        load=lambda folder: frames(folder, work.progress),
+        load=frames,
         detail=lambda result: result.summary(),
     )
 
@@ -181,7 +181,7 @@ def _photos_with_poses(
         "poses",
         {"options": asdict(options.sfm)},
         make=placed,
-        load=lambda folder: placed(folder, work.progress),
+        load=placed,
         detail=lambda result: result[1].summary(),
     )
     return capture, reconstruction, report
@@ -223,7 +223,7 @@ def _aligned(
             "length": str(options.known_length),
         },
         make=make,
-        load=lambda folder: make(folder, work.progress),
+        load=make,
         detail=_alignment_in_words,
     )
 
@@ -263,7 +263,7 @@ def _trained(
         "training",
         {"quality": options.quality, "seed": options.seed},
         make=make,
-        load=load_training,
+        load=lambda folder, progress: load_training(folder),
         detail=lambda result: (
             f"{len(result.cloud):,} splats by {result.trainer}, {result.psnr_db:.1f} dB on "
             f"{len(result.held_out)} views kept aside"
@@ -276,7 +276,7 @@ def _collision(
     metric: Reconstruction,
     work: WorkFolder,
     renderer: NativeRenderer,
-) -> CollisionMesh:
+) -> CollisionMesh | None:
     views = [
         (view.camera, view.world_from_camera)
         for view in metric.views
@@ -284,17 +284,30 @@ def _collision(
     ]
     chosen = views[:: max(1, math.ceil(len(views) / COLLISION_VIEWS))]
 
-    def make(folder: Path, progress: Progress) -> CollisionMesh:
-        mesh = mesh_of_splats(training.cloud, chosen, renderer=renderer, progress=progress)
+    def make(folder: Path, progress: Progress) -> CollisionMesh | None:
+        try:
+            mesh = mesh_of_splats(training.cloud, chosen, renderer=renderer, progress=progress)
+        except ValueError:
+            # A room without a hidden mesh can be walked in all the same, so it is not refused.
+            return None
         write_mesh(folder / COLLISION_FILE, mesh)
         return mesh
+
+    def load(folder: Path, progress: Progress) -> CollisionMesh | None:
+        del progress
+        path = folder / COLLISION_FILE
+        return read_mesh(path) if path.is_file() else None
 
     return work.run(
         "collision",
         {},
         make=make,
-        load=lambda folder: read_mesh(folder / COLLISION_FILE),
-        detail=lambda mesh: f"{len(mesh.faces):,} triangles",
+        load=load,
+        detail=lambda mesh: (
+            "none: the splats show no surface that views agree about"
+            if mesh is None
+            else f"{len(mesh.faces):,} triangles"
+        ),
     )
 
 

@@ -50,7 +50,7 @@ class WorkFolder:
         ingredients: Mapping[str, Any],
         *,
         make: Callable[[Path, Progress], T],
-        load: Callable[[Path], T],
+        load: Callable[[Path, Progress], T],
         detail: Callable[[T], str],
     ) -> T:
         """The result of a stage: loaded if it is there, made if it is not.
@@ -64,10 +64,14 @@ class WorkFolder:
             detail: says in words what came out.
         """
         self._key = _key_of(self._key, name, ingredients)
+
+        def told(done: float, note: str) -> None:
+            self.progress(done, f"{name}: {note}")
+
         folder = self.path / name
         stamp = _read_stamp(folder / _STAMP)
         if stamp.get("key") == self._key and stamp.get("finished"):
-            result = load(folder)
+            result = load(folder, told)
             self.log.append(Stage(name, detail(result), stamp.get("seconds")))
             return result
         if stamp.get("key") != self._key:
@@ -77,7 +81,7 @@ class WorkFolder:
         started = self.seconds()
         _write_stamp(folder, self._key, spent, finished=False)
         try:
-            result = make(folder, lambda done, note: self.progress(done, f"{name}: {note}"))
+            result = make(folder, told)
         except BaseException:
             # On a full disk the time spent cannot be noted either; that is not what went wrong.
             with suppress(OSError):

@@ -32,7 +32,7 @@ class Kitchen:
             name,
             ingredients,
             make=make,
-            load=lambda folder: json.loads((folder / "result").read_text()),
+            load=lambda folder, progress: json.loads((folder / "result").read_text()),
             detail=lambda result: f"{len(result)} things",
         )
 
