@@ -316,7 +316,8 @@ impl Loss {
                                     blur_column(along, row, height, &scratch.nothing, values);
                                 }
                                 let [squares, falloff, slopes] = &mut scratch.padded;
-                                let (squares, falloff) = (&mut squares[..width], &mut falloff[..width]);
+                                let (squares, falloff) =
+                                    (&mut squares[..width], &mut falloff[..width]);
                                 let slopes = &mut slopes[..width];
                                 exposure.fill_row(y, height, squares, falloff);
                                 let [d_mean, d_square, d_product] = &scratch.values;
@@ -324,7 +325,8 @@ impl Loss {
                                 let seen = &seen[span.clone()];
                                 let (d_mean, d_square) = (&d_mean[..width], &d_square[..width]);
                                 let d_product = &d_product[..width];
-                                let (d_colour, worth) = (&mut d_colour[..width], &mut worth[..width]);
+                                let (d_colour, worth) =
+                                    (&mut d_colour[..width], &mut worth[..width]);
                                 let error = &mut error[..width];
                                 for x in 0..width {
                                     let colour = unit(photo[x]);
@@ -469,7 +471,12 @@ fn dot(a: &[f32], b: &[f32]) -> f32 {
     const PARTS: usize = 16;
     let mut parts = [0.0f32; PARTS];
     let (a, b) = (a.chunks_exact(PARTS), b.chunks_exact(PARTS));
-    let rest: f32 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a * b).sum();
+    let rest: f32 = a
+        .remainder()
+        .iter()
+        .zip(b.remainder())
+        .map(|(a, b)| a * b)
+        .sum();
     for (a, b) in a.zip(b) {
         for k in 0..PARTS {
             parts[k] += a[k] * b[k];
@@ -518,7 +525,10 @@ mod tests {
         let target = Target::new(&photo, WIDTH, HEIGHT, Simd::detect());
         let mut loss = Loss::default();
         let distance = loss.evaluate(&as_drawn(&photo), &target, &PLAIN, 0.2, Simd::detect());
-        assert!(distance.l1 < 1e-7 && distance.dssim.abs() < 1e-5, "{distance:?}");
+        assert!(
+            distance.l1 < 1e-7 && distance.dssim.abs() < 1e-5,
+            "{distance:?}"
+        );
         assert!(loss.error.iter().all(|&v| v < 1e-6));
     }
 
@@ -549,7 +559,10 @@ mod tests {
                 let below = value(&mut loss, &moved);
                 let wanted = (above - below) / f64::from(2.0 * step);
                 let got = f64::from(d_colour[channel * WIDTH * HEIGHT + place]);
-                assert!((got - wanted).abs() < 2e-5, "{place} {channel}: {got} {wanted}");
+                assert!(
+                    (got - wanted).abs() < 2e-5,
+                    "{place} {channel}: {got} {wanted}"
+                );
             }
         }
     }

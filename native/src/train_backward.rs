@@ -11,9 +11,7 @@ use rayon::prelude::*;
 
 use crate::backward::{Sums, SUMS};
 use crate::bin::{TileRow, TILE};
-use crate::blend::{
-    Tile, TileSplat, TileWork, ALPHA_MAX, BLOCKS, BLOCK_WIDTH, TRANSMITTANCE_STOP,
-};
+use crate::blend::{Tile, TileSplat, TileWork, ALPHA_MAX, BLOCKS, BLOCK_WIDTH, TRANSMITTANCE_STOP};
 use crate::camera::Lens;
 use crate::ewa::Judge;
 use crate::lanes::{all3, alpha_of, of_lanes, power_at, whitened, Patch, PatchWork, Vector};

@@ -129,7 +129,8 @@ impl TrainSplats {
                 return;
             };
             let gradients = group.rows.chunks_exact(width);
-            for ((&place, gradient), &error) in group.places.iter().zip(gradients).zip(&group.errors)
+            for ((&place, gradient), &error) in
+                group.places.iter().zip(gradients).zip(&group.errors)
             {
                 share.step(place as usize, gradient, rates, error);
             }

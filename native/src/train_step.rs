@@ -100,7 +100,12 @@ impl Trainee {
         let summed = Instant::now();
         let groups = project_back(&objects[0], lens, job, &self.scratch, &self.sums);
         let done = Instant::now();
-        let parts = [drawn - start, compared - drawn, summed - compared, done - summed];
+        let parts = [
+            drawn - start,
+            compared - drawn,
+            summed - compared,
+            done - summed,
+        ];
         for (total, part) in self.spent_ns.iter_mut().zip(parts) {
             *total += part.as_nanos() as u64;
         }
@@ -145,7 +150,10 @@ fn project_back<L: Curved>(
                 ..GroupGradients::default()
             };
             let slots = group * CHUNK..group * CHUNK + count;
-            for (record, sums) in scratch.records[slots.clone()].iter().zip(&sums.totals[slots]) {
+            for (record, sums) in scratch.records[slots.clone()]
+                .iter()
+                .zip(&sums.totals[slots])
+            {
                 // What shows nothing (of weight, error and gradient) stays as it is.
                 if sums.iter().all(|&v| v == 0.0) {
                     continue;
@@ -158,8 +166,7 @@ fn project_back<L: Curved>(
                 out.places.push(record.index - (chunk * CHUNK) as u32);
                 out.rows.extend(splat.mean.map(|v| v as f32));
                 out.rows.extend(
-                    (0..ROTATION - LOG_SCALE)
-                        .map(|k| splat.scale[k] as f32 * original.scale[k]),
+                    (0..ROTATION - LOG_SCALE).map(|k| splat.scale[k] as f32 * original.scale[k]),
                 );
                 out.rows.extend(splat.rotation.map(|v| v as f32));
                 debug_assert_eq!(out.rows.len() % (SH + 3 * sh_count), LOGIT);

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from scenes.prepare.colmap_folder import write_colmap_folder
-from scenes.prepare.held_out import score_view
+from scenes.prepare.held_out import score_photo
 from scenes.prepare.progress import Progress
 from scenes.prepare.reconstruction import Reconstruction
 from scenes.prepare.trained_import import import_trained
@@ -156,7 +156,7 @@ class ExternalTrainer:
 
     Args:
         program: what to run.
-        options: `iterations`, `budget`, `sh_degree` and `held_out_every` count; time does not.
+        options: time does not count; `longest_px` only for the scores.
         stopwatch: seconds, for the history.
     """
 
@@ -183,7 +183,11 @@ class ExternalTrainer:
                 the photos.
         """
         options, program = self._options, self._program
-        photos = Photos(reconstruction, options.held_out_every)
+        photos = Photos(
+            reconstruction,
+            held_out_every=options.held_out_every,
+            longest_px=options.longest_px,
+        )
         job = ExternalJob(
             data=folder / "colmap",
             out=folder / "trained",
@@ -205,7 +209,8 @@ class ExternalTrainer:
         drawing = RenderOptions(background=options.background, threads=options.threads)
         lens = Exposure() if options.exposure else None
         scores = tuple(
-            score_view(renderer, cloud, view, drawing, lens=lens) for view in photos.held_out
+            score_photo(renderer, cloud, photos.photo(view), drawing, lens=lens)
+            for view in photos.held_out
         )
         history = (Moment(job.iterations, seconds, len(cloud), float("nan"), None),)
         return TrainingResult(cloud, scores, history, program.name)

@@ -7,11 +7,10 @@ from numpy.typing import NDArray
 
 from scenes.pose import Pose
 from scenes.prepare.exposure import fitted
-from scenes.prepare.reconstruction import View, read_picture
 from scenes.prepare.trainer import ViewScore
-from scenes.prepare.training_photos import as_floats
+from scenes.prepare.training_photos import Photo
 from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
-from scenes.render.training import Exposure, TrainingTarget
+from scenes.render.training import Exposure
 from scenes.splats import SplatCloud
 
 BEST_PSNR_DB = 99.0
@@ -24,37 +23,35 @@ def psnr_db(drawn: NDArray[np.float32], photo: NDArray[np.float32]) -> float:
     return BEST_PSNR_DB if error <= 10 ** (-BEST_PSNR_DB / 10) else -10 * np.log10(error)
 
 
-def draw_view(
-    renderer: Renderer, cloud: SplatCloud, view: View, options: RenderOptions
+def draw_photo(
+    renderer: Renderer, cloud: SplatCloud, photo: Photo, options: RenderOptions
 ) -> NDArray[np.float32]:
-    """(H, W, 3) picture of the splats, 0..1, from where a view's photo was taken."""
+    """(H, W, 3) picture of the splats, 0..1, from where a photo was taken."""
     posed = PosedSplats(cloud, Pose.identity())
-    drawn = renderer.render([posed], view.camera, view.world_from_camera, options)
+    drawn = renderer.render([posed], photo.camera, photo.world_from_camera, options)
     return np.clip(drawn.rgb, 0, 1)
 
 
-def score_view(
+def score_photo(
     renderer: Renderer,
     cloud: SplatCloud,
-    view: View,
+    photo: Photo,
     options: RenderOptions,
     *,
     lens: Exposure | None,
 ) -> ViewScore:
-    """PSNR and SSIM of a view.
+    """PSNR and SSIM of the splats against a photo.
 
     Args:
         renderer: draws.
-        cloud: splats in the view's world.
-        view: whose photo to compare with.
+        cloud: splats in the photo's world.
+        photo: at the size at which to compare.
         options: how to draw.
         lens: if given, its falloff darkens the drawn picture, which then gets the gain and bias
             that suit the photo best: nobody knows the exposure of a photo not trained on.
     """
-    photo = read_picture(view)
-    drawn = draw_view(renderer, cloud, view, options)
+    drawn = draw_photo(renderer, cloud, photo, options)
     if lens is not None:
-        drawn = fitted(drawn, as_floats(photo), lens)
-    target = TrainingTarget(photo, view.camera, view.world_from_camera)
-    distance, _ = target.distance(drawn, Exposure())
-    return ViewScore(view.name, psnr_db(drawn, as_floats(photo)), 1 - distance.dssim)
+        drawn = fitted(drawn, photo.colours, lens)
+    distance, _ = photo.target().distance(drawn, Exposure())
+    return ViewScore(photo.name, psnr_db(drawn, photo.colours), 1 - distance.dssim)

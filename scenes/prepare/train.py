@@ -11,9 +11,9 @@ from scenes.prepare import checkpoint, schedule
 from scenes.prepare.checkpoint import Checkpoint
 from scenes.prepare.densify import densify, morton_order
 from scenes.prepare.exposure import Exposures, fitted
-from scenes.prepare.held_out import draw_view, psnr_db, score_view
+from scenes.prepare.held_out import draw_photo, psnr_db, score_photo
 from scenes.prepare.progress import Cancelled, Progress
-from scenes.prepare.reconstruction import Reconstruction, read_picture
+from scenes.prepare.reconstruction import Reconstruction
 from scenes.prepare.seed import seed_rows
 from scenes.prepare.trainer import (
     Moment,
@@ -23,7 +23,7 @@ from scenes.prepare.trainer import (
     TrainingOptions,
     TrainingResult,
 )
-from scenes.prepare.training_photos import Photos, as_floats, typical_distance
+from scenes.prepare.training_photos import Photos, typical_distance
 from scenes.prepare.training_rows import SH, TrainingRows
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import RenderOptions
@@ -104,7 +104,11 @@ class _Run:
         self._options = options
         self._rng = rng
         self._stopwatch = stopwatch
-        self._photos = Photos(reconstruction, options.held_out_every)
+        self._photos = Photos(
+            reconstruction,
+            held_out_every=options.held_out_every,
+            longest_px=options.longest_px,
+        )
         self._distance = typical_distance(reconstruction)
         rows = seed_rows(reconstruction, (options.sh_degree + 1) ** 2, options.budget, rng)
         self._first_splats = len(rows)
@@ -173,15 +177,15 @@ class _Run:
         views = self._photos.held_out or self._photos.training
         shown = sum(moment.psnr_db is not None for moment in self._history)
         view = views[shown % len(views)]
-        photo = read_picture(view)
-        drawn = draw_view(self._renderer, self._rows().to_cloud(), view, self._drawing)
+        photo = self._photos.photo(view)
+        drawn = draw_photo(self._renderer, self._rows().to_cloud(), photo, self._drawing)
         if self._options.exposure:
-            drawn = fitted(drawn, as_floats(photo), self._exposures.lens())
-        quality = psnr_db(drawn, as_floats(photo))
+            drawn = fitted(drawn, photo.colours, self._exposures.lens())
+        quality = psnr_db(drawn, photo.colours)
         self._history.append(self._moment(quality))
         if show is not None:
             picture = np.round(255 * drawn).astype(np.uint8)
-            show(Preview(view.name, picture, photo, quality, self.done, self._splats))
+            show(Preview(view.name, picture, photo.picture, quality, self.done, self._splats))
 
     def note(self) -> str:
         """How it is going, in words."""
@@ -225,7 +229,7 @@ class _Run:
         self._history.append(self._moment(None))
         lens = self._exposures.lens() if self._options.exposure else None
         scores = tuple(
-            score_view(self._renderer, cloud, view, self._drawing, lens=lens)
+            score_photo(self._renderer, cloud, self._photos.photo(view), self._drawing, lens=lens)
             for view in self._photos.held_out
         )
         return TrainingResult(cloud, scores, tuple(self._history), NAME)
@@ -249,6 +253,7 @@ def _describe(options: TrainingOptions, reconstruction: Reconstruction) -> str:
     return (
         f"{NAME}; budget {options.budget}, degree {options.sh_degree}, "
         f"held out {options.held_out_every}, exposure {options.exposure}, "
+        f"longest side {options.longest_px} px, "
         f"background {options.background}; {len(reconstruction.points)} points; "
         f"poses {poses!r}; {names}"
     )

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from scenes.formats.registry import read_splats
-from scenes.prepare.held_out import draw_view, psnr_db
-from scenes.prepare.reconstruction import Reconstruction, View, read_picture
-from scenes.prepare.training_photos import as_floats
+from scenes.prepare.held_out import draw_photo, psnr_db
+from scenes.prepare.reconstruction import Reconstruction
+from scenes.prepare.training_photos import Photo, read_photo
 from scenes.render.renderer import Renderer, RenderOptions
 from scenes.splats import SplatCloud, validate
 
@@ -23,6 +23,8 @@ LEAST_PSNR_DB = 15.0
 CLEARLY_BETTER_DB = 2.0
 """If another reading of the file draws the photos so much better, that is how it was meant."""
 VIEWS_CHECKED = 5
+LONGEST_PX = 640
+"""Larger photos are checked at this size."""
 
 
 def import_trained(path: Path, reconstruction: Reconstruction, renderer: Renderer) -> SplatCloud:
@@ -55,7 +57,7 @@ def check_trained(
     validate(cloud, where)
     views = reconstruction.views
     chosen = np.linspace(0, len(views) - 1, min(VIEWS_CHECKED, len(views))).round().astype(int)
-    checked = [views[place] for place in np.unique(chosen)]
+    checked = [read_photo(views[place], LONGEST_PX) for place in np.unique(chosen)]
     quality = _median_psnr_db(cloud, checked, renderer)
     others = {
         reading: _median_psnr_db(change(cloud), checked, renderer)
@@ -78,11 +80,10 @@ def check_trained(
     return quality
 
 
-def _median_psnr_db(cloud: SplatCloud, views: list[View], renderer: Renderer) -> float:
+def _median_psnr_db(cloud: SplatCloud, photos: list[Photo], renderer: Renderer) -> float:
     options = RenderOptions()
     scores = [
-        psnr_db(draw_view(renderer, cloud, view, options), as_floats(read_picture(view)))
-        for view in views
+        psnr_db(draw_photo(renderer, cloud, photo, options), photo.colours) for photo in photos
     ]
     return float(np.median(scores))
 

@@ -30,6 +30,8 @@ class TrainingOptions:
             steps alone give the same splats each time.
         budget: splats at most.
         sh_degree: of the splats' colour, 0 to 3.
+        longest_px: photos with a longer side are made smaller before they are trained on and judged
+            by: finer detail than the time allows for would only slow every step.
         held_out_every: of so many views one is kept aside to judge the result; 0 keeps none.
         exposure: find a gain and a bias per view and channel and the lens's falloff, for photos of
             automatic exposure; the splats come out without them.
@@ -45,6 +47,7 @@ class TrainingOptions:
     iterations: int | None = None
     budget: int = 100_000
     sh_degree: int = 1
+    longest_px: int = 640
     held_out_every: int = 8
     exposure: bool = True
     background: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -59,6 +62,7 @@ class TrainingOptions:
             "iterations": self.iterations is None or self.iterations > 0,
             "budget": self.budget > 0,
             "sh_degree": self.sh_degree in (0, 1, 2, 3),
+            "longest_px": self.longest_px > 0,
             "held_out_every": self.held_out_every == 0 or self.held_out_every > 1,
             "previews": self.previews >= 0,
             "threads": self.threads >= 0,
@@ -70,9 +74,11 @@ class TrainingOptions:
 
 
 PRESETS = {
-    "preview": TrainingOptions(seconds=30.0, budget=60_000, previews=6),
-    "default": TrainingOptions(seconds=120.0, budget=120_000),
-    "fine": TrainingOptions(seconds=480.0, budget=250_000, sh_degree=2, previews=24),
+    "preview": TrainingOptions(seconds=30.0, budget=50_000, longest_px=480, previews=6),
+    "default": TrainingOptions(seconds=120.0, budget=100_000),
+    "fine": TrainingOptions(
+        seconds=480.0, budget=250_000, sh_degree=2, longest_px=960, previews=24
+    ),
 }
 """By name, what `nexus prepare --quality` offers. The times are for training alone."""
 

@@ -3,17 +3,62 @@
 from __future__ import annotations
 
 from collections import OrderedDict
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from scenes.cameras import Fisheye, Pinhole
+from scenes.pose import Pose
 from scenes.prepare.reconstruction import Reconstruction, View, read_picture
 from scenes.render.training import TrainingTarget
 
 KEPT_BYTES = 1_500_000_000
 """Prepared photos kept; the one not used for longest goes first and is read again if needed."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Photo:
+    """A view's picture, at the size that it is used in.
+
+    Attributes:
+        name: the view's.
+        picture: (H, W, 3) uint8 RGB.
+        camera: the lens that would take it at this size.
+        world_from_camera: where it was taken.
+    """
+
+    name: str
+    picture: NDArray[np.uint8]
+    camera: Pinhole | Fisheye
+    world_from_camera: Pose
+
+    @property
+    def colours(self) -> NDArray[np.float32]:
+        """(H, W, 3) float32, 0..1."""
+        return self.picture.astype(np.float32) / np.float32(255)
+
+    def target(self) -> TrainingTarget:
+        """Ready to be compared with."""
+        return TrainingTarget(self.picture, self.camera, self.world_from_camera)
+
+
+def read_photo(view: View, longest_px: int, shrink: int = 1) -> Photo:
+    """A view's photo with its longer side brought down to `longest_px`, then divided by `shrink`.
+
+    Raises:
+        ValueError: the file is missing, no picture, or not of the camera's size.
+    """
+    full = view.camera
+    longest = max(full.width_px, full.height_px)
+    camera = smaller(full, max(1.0, longest / longest_px) * shrink)
+    picture = read_picture(view)
+    if camera is not full:
+        size = (camera.width_px, camera.height_px)
+        resized = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
+        picture = np.asarray(resized, dtype=np.uint8)
+    return Photo(view.name, picture, camera, view.world_from_camera)
 
 
 class Photos:
@@ -22,6 +67,7 @@ class Photos:
     Args:
         reconstruction: its views.
         held_out_every: every so many-th view is kept aside, the last of each group; 0 keeps none.
+        longest_px: photos with a longer side are made smaller.
         kept_bytes: memory for prepared photos.
 
     Raises:
@@ -29,7 +75,12 @@ class Photos:
     """
 
     def __init__(
-        self, reconstruction: Reconstruction, held_out_every: int, kept_bytes: int = KEPT_BYTES
+        self,
+        reconstruction: Reconstruction,
+        *,
+        held_out_every: int,
+        longest_px: int,
+        kept_bytes: int = KEPT_BYTES,
     ) -> None:
         self.training: tuple[View, ...]
         self.held_out: tuple[View, ...]
@@ -45,25 +96,25 @@ class Photos:
                 f"training: {len(self.training)} views to train on, wanted at least 2; "
                 "film more photos that overlap"
             )
+        self._longest_px = longest_px
         self._kept_bytes = kept_bytes
         self._targets: OrderedDict[tuple[str, int], TrainingTarget] = OrderedDict()
 
     def target(self, view: View, shrink: int) -> TrainingTarget:
-        """A view's photo, its sides divided by `shrink`."""
+        """A view's photo to train on, its sides divided by `shrink`; kept for the next time."""
         key = (view.name, shrink)
         target = self._targets.get(key)
         if target is None:
-            camera = smaller(view.camera, shrink)
-            picture = read_picture(view)
-            if camera is not view.camera:
-                size = (camera.width_px, camera.height_px)
-                picture = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA))
-            target = TrainingTarget(picture.astype(np.uint8), camera, view.world_from_camera)
+            target = read_photo(view, self._longest_px, shrink).target()
             self._targets[key] = target
             while len(self._targets) > 1 and self.kept > self._kept_bytes:
                 self._targets.popitem(last=False)
         self._targets.move_to_end(key)
         return target
+
+    def photo(self, view: View) -> Photo:
+        """A view's photo at the full size that is trained on."""
+        return read_photo(view, self._longest_px)
 
     @property
     def kept(self) -> int:
@@ -71,12 +122,12 @@ class Photos:
         return sum(target.nbytes for target in self._targets.values())
 
 
-def smaller(camera: Pinhole | Fisheye, shrink: int) -> Pinhole | Fisheye:
+def smaller(camera: Pinhole | Fisheye, shrink: float) -> Pinhole | Fisheye:
     """The camera of the picture with its sides divided by `shrink`, rounded to whole pixels."""
     if shrink == 1:
         return camera
-    width = max(camera.width_px // shrink, 1)
-    height = max(camera.height_px // shrink, 1)
+    width = max(round(camera.width_px / shrink), 1)
+    height = max(round(camera.height_px / shrink), 1)
     x, y = width / camera.width_px, height / camera.height_px
     if isinstance(camera, Pinhole):
         return Pinhole(width, height, camera.fx * x, camera.fy * y, camera.cx * x, camera.cy * y)
@@ -101,8 +152,3 @@ def typical_distance(reconstruction: Reconstruction) -> float:
             "training: no view sees a point; the poses and the points are not of one world"
         )
     return float(np.median(medians))
-
-
-def as_floats(picture: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """0..255 to 0..1."""
-    return picture.astype(np.float32) / np.float32(255)

@@ -156,6 +156,7 @@ def test_exposure_is_made_up_for(filmed_ball, tmp_path):
         {"budget": 0},
         {"sh_degree": 4},
         {"held_out_every": 1},
+        {"longest_px": 0},
         {"threads": -1},
     ],
 )

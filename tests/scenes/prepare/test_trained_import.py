@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from scenes.formats.registry import write_splats
-from scenes.prepare.held_out import draw_view
+from scenes.prepare.held_out import draw_photo
 from scenes.prepare.trained_import import check_trained, import_trained
+from scenes.prepare.training_photos import read_photo
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import RenderOptions
 from tests.scenes.prepare.conftest import painted_ball
@@ -78,7 +79,7 @@ def filmed_by(cloud, reconstruction, folder):
     """The reconstruction with photos of another cloud."""
     views = []
     for view in reconstruction.views:
-        drawn = draw_view(NativeRenderer(), cloud, view, RenderOptions())
+        drawn = draw_photo(NativeRenderer(), cloud, read_photo(view, 640), RenderOptions())
         path = folder / view.name
         cv2.imwrite(str(path), np.round(255 * drawn[..., ::-1]).astype(np.uint8))
         views.append(replace(view, image=path))

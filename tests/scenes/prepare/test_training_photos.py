@@ -6,14 +6,26 @@ import numpy as np
 import pytest
 
 from scenes.cameras import Fisheye, Pinhole
-from scenes.prepare.training_photos import Photos, smaller, typical_distance
+from scenes.prepare.training_photos import Photos, read_photo, smaller, typical_distance
 
 
 def test_every_eighth_is_kept_aside(filmed_ball):
-    photos = Photos(filmed_ball, 8)
+    photos = Photos(filmed_ball, held_out_every=8, longest_px=640)
     assert [view.name for view in photos.held_out] == ["07.png", "15.png"]
     assert len(photos.training) == 14
-    assert Photos(filmed_ball, 0).held_out == ()
+    assert Photos(filmed_ball, held_out_every=0, longest_px=640).held_out == ()
+
+
+@pytest.mark.parametrize(
+    ("longest_px", "shrink", "size"),
+    [(640, 1, (96, 72)), (48, 1, (48, 36)), (48, 2, (24, 18)), (80, 1, (80, 60))],
+)
+def test_photos_come_at_the_size_asked_for(filmed_ball, longest_px, shrink, size):
+    photo = read_photo(filmed_ball.views[0], longest_px, shrink)
+    assert photo.picture.shape == (size[1], size[0], 3)
+    assert (photo.camera.width_px, photo.camera.height_px) == size
+    full = read_photo(filmed_ball.views[0], 640)
+    np.testing.assert_allclose(photo.colours.mean(), full.colours.mean(), atol=5e-3)
 
 
 @pytest.mark.parametrize("shrink", [1, 2, 4, 5])
@@ -31,8 +43,8 @@ def test_a_smaller_camera_sees_the_same_place_at_the_same_share(camera, shrink):
 
 
 def test_memory_is_bounded_and_photos_come_back(filmed_ball):
-    one = Photos(filmed_ball, 8).target(filmed_ball.views[0], 1).nbytes
-    photos = Photos(filmed_ball, 8, kept_bytes=3 * one)
+    one = read_photo(filmed_ball.views[0], 640).target().nbytes
+    photos = Photos(filmed_ball, held_out_every=8, longest_px=640, kept_bytes=3 * one)
     first = photos.target(photos.training[0], 1)
     assert photos.target(photos.training[0], 1) is first
     for view in photos.training:
