@@ -27,6 +27,7 @@ class Checkpoint:
         job: what is being trained and how, in words; another job does not go on from here.
         rows: all splats.
         iteration: steps taken.
+        densified_at: how many when splats were last split.
         seconds: time spent.
         first_splats: how many it began with.
         queue: views still to come in this round, the next one last.
@@ -38,6 +39,7 @@ class Checkpoint:
     job: str
     rows: TrainingRows
     iteration: int
+    densified_at: int
     seconds: float
     first_splats: int
     queue: tuple[int, ...]
@@ -56,6 +58,7 @@ def save(checkpoint: Checkpoint, folder: Path) -> None:
     plain = {
         "job": checkpoint.job,
         "iteration": checkpoint.iteration,
+        "densified_at": checkpoint.densified_at,
         "seconds": checkpoint.seconds,
         "first_splats": checkpoint.first_splats,
         "queue": checkpoint.queue,
@@ -95,6 +98,7 @@ def load(folder: Path, job: str) -> Checkpoint | None:
                     *(arrays[name] for name in ("values", "first", "second", "steps", "error"))
                 ),
                 iteration=plain["iteration"],
+                densified_at=plain["densified_at"],
                 seconds=plain["seconds"],
                 first_splats=plain["first_splats"],
                 queue=tuple(plain["queue"]),

@@ -17,6 +17,10 @@ DECAY_FROM = 0.7
 
 QUARTER_UNTIL = 0.04
 HALF_UNTIL = 0.14
+DENSIFY_EVERY = (20, 100)
+"""Steps between two densifications, at least and at most."""
+DENSIFICATIONS = 40
+"""So many are wanted in all: a slow machine that takes few steps must grow as well."""
 FULL_BUDGET_AT = 0.5
 DENSIFY_UNTIL = 0.8
 
@@ -45,6 +49,12 @@ def shrink(done: float) -> int:
     if done < QUARTER_UNTIL:
         return 4
     return 2 if done < HALF_UNTIL else 1
+
+
+def densify_after(done: float, iterations: int) -> int:
+    """Steps from one densification to the next, when `iterations` steps made `done` of the way."""
+    low, high = DENSIFY_EVERY
+    return int(np.clip(iterations / max(done, 1e-6) / DENSIFICATIONS, low, high))
 
 
 def splats_wanted(done: float, start: int, budget: int) -> int:

@@ -30,7 +30,6 @@ from scenes.render.renderer import RenderOptions
 from scenes.render.training import Exposure, Trainee
 
 NAME = "built-in 1"
-DENSIFY_EVERY = 100
 REPORT_EVERY = 20
 LOSS_MEMORY = 0.99
 SAVE_EVERY_S = 60.0
@@ -101,6 +100,7 @@ class _Run:
     ) -> None:
         self.job = _describe(options, reconstruction)
         self.iteration = 0
+        self._densified_at = 0
         self._options = options
         self._rng = rng
         self._stopwatch = stopwatch
@@ -163,8 +163,11 @@ class _Run:
         self.iteration += 1
         before = self._loss if np.isfinite(self._loss) else distance.loss
         self._loss = LOSS_MEMORY * before + (1 - LOSS_MEMORY) * distance.loss
-        if self.iteration % DENSIFY_EVERY == 0 and done < schedule.DENSIFY_UNTIL:
+        since = self.iteration - self._densified_at
+        is_due = since >= schedule.densify_after(self.done, self.iteration)
+        if is_due and done < schedule.DENSIFY_UNTIL:
             self._densify(done)
+            self._densified_at = self.iteration
 
     def _densify(self, done: float) -> None:
         budget = self._options.budget
@@ -202,6 +205,7 @@ class _Run:
             job=self.job,
             rows=self._rows(),
             iteration=self.iteration,
+            densified_at=self._densified_at,
             seconds=self.seconds,
             first_splats=self._first_splats,
             queue=tuple(self._queue),
@@ -214,6 +218,7 @@ class _Run:
         """Take over where another run was interrupted."""
         self._take(before.rows)
         self.iteration = before.iteration
+        self._densified_at = before.densified_at
         self._seconds_before = before.seconds
         self._began = self._stopwatch()
         self._first_splats = before.first_splats

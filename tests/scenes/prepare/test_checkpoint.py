@@ -15,6 +15,7 @@ def some(job="a room"):
         job=job,
         rows=fresh_rows(rng.normal(size=(9, 23)).astype(np.float32)),
         iteration=120,
+        densified_at=100,
         seconds=3.5,
         first_splats=7,
         queue=(3, 1, 2),
@@ -29,7 +30,16 @@ def test_everything_comes_back(tmp_path):
     checkpoint.save(before, tmp_path)
     after = checkpoint.load(tmp_path, "a room")
     assert after is not None
-    for name in ("job", "iteration", "seconds", "first_splats", "queue", "random", "history"):
+    for name in (
+        "job",
+        "iteration",
+        "densified_at",
+        "seconds",
+        "first_splats",
+        "queue",
+        "random",
+        "history",
+    ):
         assert getattr(after, name) == getattr(before, name)
     np.testing.assert_array_equal(after.rows.values, before.rows.values)
     for one, other in zip(after.exposure, before.exposure, strict=True):

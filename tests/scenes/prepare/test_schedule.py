@@ -29,3 +29,10 @@ def test_photos_grow_from_a_quarter_to_full_size():
     sizes = [schedule.shrink(done) for done in np.linspace(0, 1, 101)]
     assert sizes == sorted(sizes, reverse=True)
     assert sorted(set(sizes)) == [1, 2, 4]
+
+
+def test_long_trainings_densify_every_hundred_steps_and_short_ones_more_often():
+    assert schedule.densify_after(0.1, 1000) == 100
+    assert schedule.densify_after(0.5, 1000) == 50
+    assert schedule.densify_after(0.5, 100) == 20
+    assert schedule.densify_after(0.0, 1) == 100
