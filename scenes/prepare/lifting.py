@@ -1,0 +1,95 @@
+"""From masks in pictures to votes of splats: how much of each splat's light lies inside the masks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.cameras import Fisheye, Pinhole
+from scenes.pose import Pose
+from scenes.render.gradients import record
+from scenes.render.native import NativeRenderer
+from scenes.render.renderer import PosedSplats, RenderOptions
+from scenes.splats import SH_C0, SplatCloud
+
+FloatArray = NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MaskedView:
+    """A view of the room with the mask of one thing.
+
+    Attributes:
+        name: of the view, for messages.
+        camera: its lens.
+        world_from_camera: its pose.
+        mask: (H, W) bool.
+
+    Raises:
+        ValueError: the mask is not of the camera's size.
+    """
+
+    name: str
+    camera: Pinhole | Fisheye
+    world_from_camera: Pose
+    mask: NDArray[np.bool_]
+
+    def __post_init__(self) -> None:
+        wanted = (self.camera.height_px, self.camera.width_px)
+        if self.mask.shape != wanted:
+            raise ValueError(f"view {self.name}: mask {self.mask.shape}, wanted {wanted}")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Vote:
+    """What one view says about every splat.
+
+    Attributes:
+        inside: (N,) float32, blend weight that falls into the mask, summed over pixels.
+        seen: (N,) float32, all blend weight.
+    """
+
+    inside: FloatArray
+    seen: FloatArray
+
+
+def lift(cloud: SplatCloud, view: MaskedView, *, renderer: NativeRenderer) -> Vote:
+    """The blend weights of every splat inside the view's mask, and all of them.
+
+    The sum of a splat's blend weights over pixels is the gradient of the picture's sum by the
+    splat's colour, which the renderer gives at the cost of one drawing.
+    """
+    grey = _grey(cloud)
+    d_rgb = np.zeros((*view.mask.shape, 3), dtype=np.float32)
+    d_rgb[..., 0] = view.mask
+    d_rgb[..., 1] = 1.0
+    recording = record(
+        renderer, [PosedSplats(grey, Pose.identity())], view.camera, view.world_from_camera
+    )
+    by_colour = recording.gradients(d_rgb=d_rgb).objects[0].sh[:, 0, :] / SH_C0
+    return Vote(by_colour[:, 0].copy(), by_colour[:, 1].copy())
+
+
+def share(
+    cloud: SplatCloud,
+    labels: NDArray[np.bool_],
+    camera: Pinhole | Fisheye,
+    world_from_camera: Pose,
+    *,
+    renderer: NativeRenderer,
+) -> FloatArray:
+    """(H, W) share of each pixel's light that comes from the labelled splats, 0..1."""
+    sh = np.where(labels[:, None], 0.5, -0.5)[:, :, None] / SH_C0 * np.ones((1, 1, 3))
+    marked = SplatCloud(cloud.means, cloud.scales, cloud.rotations, cloud.opacities, sh)
+    drawn = renderer.render(
+        [PosedSplats(marked, Pose.identity())], camera, world_from_camera, RenderOptions()
+    )
+    return drawn.rgb[..., 0]
+
+
+def _grey(cloud: SplatCloud) -> SplatCloud:
+    """The same cloud in mid grey: a colour at its limit lets no gradient through."""
+    sh = np.zeros((len(cloud), 1, 3), dtype=np.float32)
+    return SplatCloud(cloud.means, cloud.scales, cloud.rotations, cloud.opacities, sh)
