@@ -8,7 +8,8 @@ Layout, format version 2 (lengths in metres, world right-handed and Z up):
     anchors.json         printed QR codes: payload, side, pose
     cameras.json         where the 360° camera stands, and from where the room was photographed
     collision/room.glb   what things bump into, if it is known
-Version 1 had no views and no collision mesh.
+    cuts.json, cuts/     what was taken out of the room, in order, so that it can be put back
+Version 1 had no views, no collision mesh and no cuts.
 """
 
 from __future__ import annotations
@@ -21,11 +22,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from scenes.cut import Cut
 from scenes.formats.atomic import write_folder
 from scenes.formats.error import FormatError
 from scenes.formats.mesh_glb import read_mesh, write_mesh
 from scenes.formats.ply import WORLD_COMMENT, read_ply, write_ply
 from scenes.mesh import CollisionMesh, QrCode
+from scenes.package_cuts import CUTS, read_cuts, write_cuts
 from scenes.package_files import (
     PackageError,
     fingerprint,
@@ -81,6 +84,7 @@ class ScenePackage:
         stages: how it was made, oldest first.
         views: where it was photographed from.
         collision: what things bump into, or None where nobody has measured it.
+        cuts: what was taken out of the room, oldest first.
 
     Raises:
         ValueError: an object id is unfit for a file name or appears twice, or the footprint is
@@ -97,6 +101,7 @@ class ScenePackage:
     stages: tuple[Stage, ...] = ()
     views: tuple[ViewPoint, ...] = ()
     collision: CollisionMesh | None = None
+    cuts: tuple[Cut, ...] = ()
 
     def __post_init__(self) -> None:
         footprint = np.array(self.footprint_m, dtype=np.float64)
@@ -179,6 +184,7 @@ def load_package(folder: str | Path) -> ScenePackage:
             stages=tuple(stage_from_json(stage) for stage in scene["stages"]),
             views=tuple(view_from_json(view) for view in cameras.get("views", [])),
             collision=_read_collision(source) if _COLLISION in scene["files"] else None,
+            cuts=read_cuts(source, scene["files"]) if CUTS in scene["files"] else (),
         )
     except PackageError:
         raise
@@ -225,6 +231,8 @@ def _fill(part: Path, package: ScenePackage) -> None:
     if package.collision is not None:
         (part / _COLLISION).parent.mkdir()
         write_mesh(part / _COLLISION, package.collision)
+    if package.cuts:
+        write_cuts(part, package.cuts)
     files = sorted(path for path in part.rglob("*") if path.is_file())
     write_json(
         part / _SCENE,

@@ -1,4 +1,4 @@
-"""The cheapest division of splats into object and rest: what views say, and who lies beside whom."""
+"""The cheapest division of splats into object and rest, by votes and by who lies beside whom."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From masks in pictures to votes of splats: how much of each splat's light lies inside the masks."""
+"""From masks in pictures to votes of splats: how much of a splat's light lies inside them."""
 
 from __future__ import annotations
 

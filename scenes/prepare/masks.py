@@ -1,4 +1,4 @@
-"""From a box, clicks and strokes in a picture to the mask of one thing; the way that needs no weights."""
+"""From a box, clicks and strokes in a picture to the mask of one thing, without weights."""
 
 from __future__ import annotations
 

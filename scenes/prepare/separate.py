@@ -22,7 +22,7 @@ from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud
 
 AGREEMENT = 0.7
-"""Least overlap (IoU) of a view's mask with the thing that the other views lift; else it is left out."""
+"""Least overlap (IoU) of a view's mask with what the other views find; else it is left out."""
 FULL_SIGHT = 0.5
 """Blend weight, in pixels, from which on a vote counts half."""
 VOTE_COST = 4.0
@@ -187,9 +187,7 @@ def _judge(
     for k, view in enumerate(views):
         others = [j for j in range(len(views)) if j != k]
         labels = _decide(cloud, near, views, votes, others, renderer)
-        seen = (
-            share(cloud, labels, view.camera, view.world_from_camera, renderer=renderer) > 0.5
-        )
+        seen = share(cloud, labels, view.camera, view.world_from_camera, renderer=renderer) > 0.5
         union = (seen | view.mask).sum()
         agreement = float((seen & view.mask).sum() / union) if union else 0.0
         verdicts.append(ViewVerdict(view.name, agreement, agreement >= AGREEMENT))

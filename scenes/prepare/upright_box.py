@@ -1,0 +1,110 @@
+"""The upright box around an object's splats, standing on what supports it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.pose import Pose
+from scenes.splats import SplatCloud
+
+FloatArray = NDArray[np.float64]
+
+TAIL = 0.002
+"""Share of the weight beyond each face: splats that reach over the edge."""
+SOLID = 0.3
+"""Opacity below which a splat says little about where the object ends."""
+SUPPORT_REACH_M = 0.06
+"""A support is looked for this far above and below the object's lowest splats."""
+LEAST_SUPPORT = 12
+
+
+@dataclass(frozen=True, slots=True)
+class UprightBox:
+    """A box whose vertical axis is up.
+
+    Attributes:
+        world_from_box: origin under the box's centre, on the support; Z up, X along the first side.
+        size_m: extents (x, y, z).
+        support_z_m: height of the support.
+        supported: whether a support was found; else the lowest splats stand in for it.
+    """
+
+    world_from_box: Pose
+    size_m: tuple[float, float, float]
+    support_z_m: float
+    supported: bool
+
+
+def upright_box(cloud: SplatCloud, surroundings: SplatCloud) -> UprightBox:
+    """The box of an object.
+
+    The yaw is that of the smallest rectangle around the object seen from above, of the four alike
+    the one next to the world's axes; extents leave out a small share of the opacity at each end.
+
+    Args:
+        cloud: the object's splats, world frame.
+        surroundings: the room without it.
+
+    Raises:
+        ValueError: there are fewer than four splats.
+    """
+    if len(cloud) < 4:
+        raise ValueError(f"an object of {len(cloud)} splats, wanted at least 4")
+    solid = cloud.opacities >= SOLID
+    chosen = cloud.select(solid) if solid.sum() >= 4 else cloud
+    points = chosen.means.astype(np.float64)
+    weights = chosen.opacities.astype(np.float64)
+    bottom, top = _span(points[:, 2], weights)
+    support, found = _support(points, surroundings, bottom)
+    yaw = _yaw(points, weights)
+    axes = np.array([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]])
+    low_x, high_x = _span(points[:, :2] @ axes[0], weights)
+    low_y, high_y = _span(points[:, :2] @ axes[1], weights)
+    centre = axes.T @ (0.5 * (low_x + high_x), 0.5 * (low_y + high_y))
+    return UprightBox(
+        Pose.from_yaw(yaw, (centre[0], centre[1], support)),
+        (high_x - low_x, high_y - low_y, max(top - support, 1e-3)),
+        support,
+        found,
+    )
+
+
+def _span(values: FloatArray, weights: FloatArray) -> tuple[float, float]:
+    """Lowest and highest value without the tails of the weight."""
+    order = np.argsort(values)
+    running = np.cumsum(weights[order]) / weights.sum()
+    low, high = np.searchsorted(running, (TAIL, 1.0 - TAIL))
+    last = len(values) - 1
+    return float(values[order[min(low, last)]]), float(values[order[min(high, last)]])
+
+
+def _yaw(points: FloatArray, weights: FloatArray) -> float:
+    """Angle of the smallest rectangle around the points seen from above, within ±45°."""
+    inner = np.ones(len(points), dtype=bool)
+    for axis in (0, 1):
+        low, high = _span(points[:, axis], weights)
+        inner &= (points[:, axis] >= low) & (points[:, axis] <= high)
+    _, _, angle_deg = cv2.minAreaRect(points[inner, :2].astype(np.float32))
+    return float(np.deg2rad((angle_deg + 45.0) % 90.0 - 45.0))
+
+
+def _support(points: FloatArray, surroundings: SplatCloud, bottom: float) -> tuple[float, bool]:
+    """Height of the flat thing under or around the object's foot, and whether there is one."""
+    low = points[:, :2].min(axis=0) - 0.1
+    high = points[:, :2].max(axis=0) + 0.1
+    means = surroundings.means
+    beside = ((means[:, :2] > low) & (means[:, :2] < high)).all(axis=1)
+    beside &= np.abs(means[:, 2] - bottom) < SUPPORT_REACH_M
+    heights = means[beside, 2].astype(np.float64)
+    if len(heights) < LEAST_SUPPORT:
+        return bottom, False
+    counts, edges = np.histogram(heights, bins=np.arange(-1, 2.01, 0.1) * SUPPORT_REACH_M + bottom)
+    densest = int(np.argmax(counts))
+    near = (heights >= edges[max(densest - 1, 0)]) & (
+        heights <= edges[min(densest + 2, len(edges) - 1)]
+    )
+    return float(np.median(heights[near])), True
