@@ -8,6 +8,9 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order, maximum_flow
 from scipy.spatial import cKDTree
 
+Links = tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]
+"""Pairs of splats beside each other, every pair once: (first, second, strength 0..1)."""
+
 NEIGHBOURS = 10
 COLOUR_TOLERANCE = 0.12
 """Colour difference (0..1 per channel, Euclidean) at which two neighbours hold half as fast."""
@@ -17,11 +20,11 @@ UNITS = 1000
 
 def neighbour_links(
     positions: NDArray[np.floating], colours: NDArray[np.floating]
-) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]:
-    """Links between splats that lie beside each other: (first, second, strength 0..1).
+) -> Links:
+    """Links between splats that lie beside each other.
 
     A link holds by nearness, in units of the distance to the farther neighbours, and by likeness of
-    colour; every pair appears once.
+    colour.
     """
     count = min(NEIGHBOURS + 1, len(positions))
     distances, others = cKDTree(positions).query(positions, k=count)
@@ -39,7 +42,7 @@ def neighbour_links(
 
 def cut(
     belief: NDArray[np.floating],
-    links: tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]],
+    links: Links,
     *,
     smoothness: float,
 ) -> NDArray[np.bool_]:

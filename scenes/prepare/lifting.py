@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,8 @@ class MaskedView:
         camera: its lens.
         world_from_camera: its pose.
         mask: (H, W) bool.
+        box_px: (left, top, right, bottom) that the whole thing lies in, if somebody has said so.
+        inside_px: (K, 2) points that somebody put on the thing.
 
     Raises:
         ValueError: the mask is not of the camera's size.
@@ -35,6 +37,8 @@ class MaskedView:
     camera: Pinhole | Fisheye
     world_from_camera: Pose
     mask: NDArray[np.bool_]
+    box_px: tuple[float, float, float, float] | None = None
+    inside_px: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
 
     def __post_init__(self) -> None:
         wanted = (self.camera.height_px, self.camera.width_px)
@@ -49,10 +53,12 @@ class Vote:
     Attributes:
         inside: (N,) float32, blend weight that falls into the mask, summed over pixels.
         seen: (N,) float32, all blend weight.
+        depth: (H, W) float32, of what is drawn there; as `Rendering.depth`.
     """
 
     inside: FloatArray
     seen: FloatArray
+    depth: FloatArray
 
 
 def lift(cloud: SplatCloud, view: MaskedView, *, renderer: NativeRenderer) -> Vote:
@@ -69,7 +75,7 @@ def lift(cloud: SplatCloud, view: MaskedView, *, renderer: NativeRenderer) -> Vo
         renderer, [PosedSplats(grey, Pose.identity())], view.camera, view.world_from_camera
     )
     by_colour = recording.gradients(d_rgb=d_rgb).objects[0].sh[:, 0, :] / SH_C0
-    return Vote(by_colour[:, 0].copy(), by_colour[:, 1].copy())
+    return Vote(by_colour[:, 0].copy(), by_colour[:, 1].copy(), recording.rendering.depth)
 
 
 def share(

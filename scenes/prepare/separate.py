@@ -1,8 +1,8 @@
 """Finds the splats of one thing from its masks in a few views, hidden ones included.
 
 Masks are lifted to votes of the splats that can be seen (as FlashSplat, Shen et al. 2024, weighs
-them); silhouettes speak for those that cannot; a graph cut on neighbourhood and colour decides, and
-the body that the masks mean most is kept.
+them); silhouettes and the plane that the thing stands on speak for those that cannot; a graph cut
+on neighbourhood and colour decides, and the body that the masks mean most is kept.
 """
 
 from __future__ import annotations
@@ -16,35 +16,47 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from scenes.prepare.graph_cut import cut, neighbour_links
-from scenes.prepare.lifting import MaskedView, Vote, lift, share
+from scenes.prepare.graph_cut import Links, cut, neighbour_links
+from scenes.prepare.lifting import MaskedView, Vote, lift
+from scenes.prepare.silhouettes import CORE, ViewVerdict, judge, points_drawn, silhouette
+from scenes.prepare.support import LevelPlane, level_planes, on_planes
 from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud
 
-AGREEMENT = 0.7
-"""Least overlap (IoU) of a view's mask with what the other views find; else it is left out."""
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
 FULL_SIGHT = 0.5
 """Blend weight, in pixels, from which on a vote counts half."""
 VOTE_COST = 4.0
+FREE_VOTE_COST = 1.0
+"""The same for splats of a free-standing body, whose shape says more than its colours."""
+STANDING_GAIN = 3.0
+"""For splats of a free-standing body."""
 OUTSIDE_COST = 1.5
 """For each view in which a splat lies outside the mask in front of whatever is drawn there."""
 BEHIND_COST = 0.15
 """The same behind what is drawn there: the thing in front may hide a part of the object."""
+HIDDEN_GAIN = 0.4
+"""For a splat inside all boxes that no view shows."""
+PLANE_COST = 8.0
+"""For a splat that is seen in a plane which goes on far beyond the thing."""
+PLAIN_SIGHT = 5.0
+"""Blend weight, in pixels, from which on a splat is half as sure to be seen in a plane."""
+FREE_SHARE = 0.9
+"""Of a body's surface: what must lie inside all boxes for it to be free-standing."""
+MUST = 1e6
 SMOOTHNESS = 1.0
-DEPTH_SLACK_M = 0.03
+RING_M = 0.3
+"""How far around a thing its support is looked for."""
+AROUND_M = 0.1
+"""How far beyond the boxes splats are looked at, to see what goes on there."""
 LINK_REACH_M = 0.06
 """Splats farther apart than this belong to different bodies."""
-SPECK = 0.02
-"""Bodies with less than this share of the main body's votes are floaters."""
-
-
-@dataclass(frozen=True, slots=True)
-class ViewVerdict:
-    """How a view's mask fits the others: IoU of mask and lifted thing, and whether it was used."""
-
-    name: str
-    agreement: float
-    used: bool
+BESIDE_M = 0.05
+"""Bodies may lie this far outside the main body's bounding box to belong to it."""
+SPECK = 0.01
+"""Bodies with less than this share of the main body's splats are floaters."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,8 +69,8 @@ class Separation:
         views: what became of each view.
     """
 
-    labels: NDArray[np.bool_]
-    floaters: NDArray[np.bool_]
+    labels: BoolArray
+    floaters: BoolArray
     views: tuple[ViewVerdict, ...]
 
 
@@ -68,7 +80,7 @@ def separate(
     """Find the splats of the thing that the masks show.
 
     Args:
-        cloud: the whole room, any length unit close to metres.
+        cloud: the whole room, metres, Z up.
         views: from different sides; two or three are enough.
         renderer: draws the room.
 
@@ -77,143 +89,169 @@ def separate(
     """
     if not views:
         raise ValueError("no view with a mask; draw a box around the object in one to three views")
-    empty = [view.name for view in views if not view.mask.any()]
-    if len(empty) == len(views):
+    shown = [view for view in views if view.mask.any()]
+    if not shown:
         raise ValueError(
-            f"the mask is empty in {', '.join(empty)}; draw the box around the whole object"
+            f"the mask is empty in {', '.join(view.name for view in views)}; "
+            "draw the box around the whole object"
         )
-    votes = [lift(cloud, view, renderer=renderer) for view in views]
-    near = _candidates(cloud, votes)
-    if not near.any():
+    votes = [lift(cloud, view, renderer=renderer) for view in shown]
+    positions = cloud.means.astype(np.float64)
+    verdicts = judge(positions, shown, votes)
+    empty = tuple(ViewVerdict(v.name, 0.0, False) for v in views if not v.mask.any())
+    used = [k for k, verdict in enumerate(verdicts) if verdict.used]
+    votes = [votes[k] for k in used]
+    shown = [shown[k] for k in used]
+    chosen = _candidates(positions, shown, votes)
+    if not len(chosen):
         raise ValueError(
             "no splats lie inside the masks: there is no object in this place; "
             "choose views in which it is seen"
         )
-    used = list(range(len(views)))
-    labels = _decide(cloud, near, views, votes, used, renderer)
-    verdicts = [ViewVerdict(view.name, 1.0, True) for view in views]
-    if len(views) > 2:
-        verdicts = _judge(cloud, near, views, votes, renderer)
-        used = [k for k, verdict in enumerate(verdicts) if verdict.used]
-        if len(used) < len(views):
-            labels = _decide(cloud, near, views, votes, used, renderer)
-    labels, floaters = _main_body(cloud, labels, [votes[k] for k in used])
-    return Separation(labels, floaters, tuple(verdicts))
+    links = neighbour_links(positions[chosen], cloud.colours()[chosen])
+    belief = _belief(cloud, chosen, links, shown, votes)
+    found = chosen[cut(belief, links, smoothness=SMOOTHNESS)]
+    labels, floaters = _main_body(cloud, found, shown, votes)
+    return Separation(labels, floaters, verdicts + empty)
 
 
-def _candidates(cloud: SplatCloud, votes: Sequence[Vote]) -> NDArray[np.bool_]:
-    """Splats worth deciding about: the seen part's bounding box, with room around it."""
+def _candidates(
+    positions: FloatArray, views: Sequence[MaskedView], votes: Sequence[Vote]
+) -> NDArray[np.intp]:
+    """Places of the splats worth deciding about: near what the masks mean."""
+    in_boxes = np.ones(len(positions), dtype=bool)
+    for view, vote in zip(views, votes, strict=True):
+        in_boxes &= silhouette(positions, view, vote).in_box
     inside, seen = _summed(votes)
-    core = inside > 0.5 * np.maximum(seen, 1e-3)
+    core = in_boxes & (inside > CORE * np.maximum(seen, 1e-3))
     if not core.any():
-        return core
-    weights = inside[core]
-    low, high = _weighted_range(cloud.means[core], weights)
-    reach = 0.25 * (high - low) + 0.05
-    return ((cloud.means > low - reach) & (cloud.means < high + reach)).all(axis=1)
+        return np.zeros(0, dtype=np.intp)
+    low, high = _weighted_range(positions[core], inside[core])
+    # One view does not say how far back the thing reaches; the boxes of two do.
+    reach = (0.5 if len(views) > 1 else 0.25) * (high - low).max() + 0.05
+    near = ((positions > low - reach) & (positions < high + reach)).all(axis=1)
+    inner = positions[near & in_boxes]
+    low, high = inner.min(axis=0) - AROUND_M, inner.max(axis=0) + AROUND_M
+    return np.flatnonzero(near & ((positions > low) & (positions < high)).all(axis=1))
 
 
 def _weighted_range(
-    points: NDArray[np.float32], weights: NDArray[np.float32]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(3,) lowest and highest corner, without the outermost 0.2 % of the weight on each side."""
+    points: FloatArray, weights: NDArray[np.floating]
+) -> tuple[FloatArray, FloatArray]:
+    """(3,) lowest and highest corner, without the outermost 0.5 % of the weight on each side."""
     corners = np.zeros((2, 3))
     for axis in range(3):
         order = np.argsort(points[:, axis])
         running = np.cumsum(weights[order]) / weights.sum()
-        picks = np.searchsorted(running, (0.002, 0.998))
+        picks = np.searchsorted(running, (0.005, 0.995))
         corners[:, axis] = points[order[np.minimum(picks, len(order) - 1)], axis]
     return corners[0], corners[1]
 
 
-def _summed(votes: Sequence[Vote]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    return sum(v.inside for v in votes), sum(v.seen for v in votes)  # pyright: ignore[reportReturnType]
+def _summed(votes: Sequence[Vote]) -> tuple[FloatArray, FloatArray]:
+    inside = np.sum([vote.inside for vote in votes], axis=0, dtype=np.float64)
+    return inside, np.sum([vote.seen for vote in votes], axis=0, dtype=np.float64)
 
 
-def _decide(
+def _belief(
     cloud: SplatCloud,
-    near: NDArray[np.bool_],
+    chosen: NDArray[np.intp],
+    links: Links,
     views: Sequence[MaskedView],
     votes: Sequence[Vote],
-    used: Sequence[int],
-    renderer: NativeRenderer,
-) -> NDArray[np.bool_]:
-    chosen = np.flatnonzero(near)
-    inside, seen = _summed([votes[k] for k in used])
-    sight = seen[chosen] / (seen[chosen] + FULL_SIGHT)
-    lean = 2 * inside[chosen] / np.maximum(seen[chosen], 1e-6) - 1
-    belief = VOTE_COST * sight * lean
-    for k in used:
-        belief -= _outside_cost(cloud, chosen, views[k], renderer)
-    links = neighbour_links(cloud.means[chosen], cloud.colours()[chosen])
-    labels = np.zeros(len(cloud), dtype=bool)
-    labels[chosen] = cut(belief, links, smoothness=SMOOTHNESS)
-    return labels
+) -> FloatArray:
+    """(K,) what speaks for each candidate to be the thing's, as costs of `graph_cut.cut`."""
+    inside, seen = (total[chosen] for total in _summed(votes))
+    sight = seen / (seen + FULL_SIGHT)
+    lean = sight * (2 * inside / np.maximum(seen, 1e-6) - 1)
+    positions = cloud.means[chosen].astype(np.float64)
+    in_boxes = np.ones(len(chosen), dtype=bool)
+    outside = np.zeros(len(chosen))
+    for view, vote in zip(views, votes, strict=True):
+        where = silhouette(positions, view, vote)
+        cost = np.where(where.in_front, OUTSIDE_COST, BEHIND_COST)
+        outside += np.where(where.framed & ~where.in_mask, cost, 0.0)
+        in_boxes &= where.in_box
+    flat = on_planes(positions, _planes_around(cloud, chosen, positions[in_boxes]))
+    seen_flat = flat * seen / (seen + PLAIN_SIGHT)
+    free = _free_standing(cloud.select(chosen), links, in_boxes, ~flat)
+    bound = VOTE_COST * lean - outside
+    if len(views) > 1:
+        bound += HIDDEN_GAIN * (1 - sight)
+        bound = np.where(free, STANDING_GAIN + FREE_VOTE_COST * lean, bound)
+    return np.where(in_boxes, bound - PLANE_COST * seen_flat, -MUST)
 
 
-def _outside_cost(
-    cloud: SplatCloud, chosen: NDArray[np.intp], view: MaskedView, renderer: NativeRenderer
-) -> NDArray[np.float64]:
-    """Cost of calling splats the object although the view's silhouette leaves them out."""
-    from scenes.pose import Pose
-    from scenes.render.renderer import PosedSplats
-
-    points = view.world_from_camera.inverse() @ cloud.means[chosen].astype(np.float64)
-    pixels, valid = view.camera.project(points)
-    column = np.floor(pixels[:, 0]).astype(int)
-    row = np.floor(pixels[:, 1]).astype(int)
-    valid &= (column >= 0) & (column < view.camera.width_px)
-    valid &= (row >= 0) & (row < view.camera.height_px)
-    drawn = renderer.render(
-        [PosedSplats(cloud, Pose.identity())], view.camera, view.world_from_camera
-    )
-    cost = np.zeros(len(chosen))
-    at = row[valid], column[valid]
-    outside = ~view.mask[at]
-    in_front = points[valid, 2] < drawn.depth[at] + DEPTH_SLACK_M
-    cost[valid] = outside * np.where(in_front, OUTSIDE_COST, BEHIND_COST)
-    return cost
+def _planes_around(
+    cloud: SplatCloud, chosen: NDArray[np.intp], inner: FloatArray
+) -> tuple[LevelPlane, ...]:
+    """Level planes of what surrounds the splats that lie in all boxes."""
+    low, high = inner.min(axis=0), inner.max(axis=0)
+    means = cloud.means
+    ring = ((means > low - RING_M) & (means < high + RING_M)).all(axis=1)
+    ring &= ~((means > low) & (means < high)).all(axis=1)
+    return level_planes(cloud.select(ring))
 
 
-def _judge(
-    cloud: SplatCloud,
-    near: NDArray[np.bool_],
-    views: Sequence[MaskedView],
-    votes: Sequence[Vote],
-    renderer: NativeRenderer,
-) -> list[ViewVerdict]:
-    """Compares each view's mask with the thing that the others find."""
-    verdicts = []
-    for k, view in enumerate(views):
-        others = [j for j in range(len(views)) if j != k]
-        labels = _decide(cloud, near, views, votes, others, renderer)
-        seen = share(cloud, labels, view.camera, view.world_from_camera, renderer=renderer) > 0.5
-        union = (seen | view.mask).sum()
-        agreement = float((seen & view.mask).sum() / union) if union else 0.0
-        verdicts.append(ViewVerdict(view.name, agreement, agreement >= AGREEMENT))
-    if sum(verdict.used for verdict in verdicts) < 2:
-        best = sorted(verdicts, key=lambda verdict: -verdict.agreement)[:2]
-        verdicts = [ViewVerdict(v.name, v.agreement, v in best) for v in verdicts]
-    return verdicts
+def _free_standing(
+    cloud: SplatCloud, links: Links, in_boxes: BoolArray, off_planes: BoolArray
+) -> BoolArray:
+    """(K,) the splats of bodies that lie inside all boxes once the planes are taken away.
+
+    A body that goes on outside the boxes, such as the table that a chair was pushed under, is not
+    free: there the masks have to decide.
+    """
+    first, second, _ = links
+    apart = np.linalg.norm(cloud.means[first] - cloud.means[second], axis=1)
+    held = off_planes[first] & off_planes[second] & (apart < LINK_REACH_M)
+    n = len(cloud)
+    graph = csr_array((np.ones(held.sum()), (first[held], second[held])), shape=(n, n))
+    count, body = connected_components(graph, directed=False)
+    largest = np.sort(cloud.scales.astype(np.float64), axis=1)[:, 1:]
+    area = largest.prod(axis=1) * cloud.opacities
+    whole = np.bincount(body, weights=area, minlength=count)
+    inner = np.bincount(body, weights=area * in_boxes, minlength=count)
+    return off_planes & in_boxes & (inner >= FREE_SHARE * whole)[body]
 
 
 def _main_body(
-    cloud: SplatCloud, labels: NDArray[np.bool_], votes: Sequence[Vote]
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """The connected body with most votes, and others of weight; the rest floats."""
-    chosen = np.flatnonzero(labels)
-    if not len(chosen):
+    cloud: SplatCloud,
+    found: NDArray[np.intp],
+    views: Sequence[MaskedView],
+    votes: Sequence[Vote],
+) -> tuple[BoolArray, BoolArray]:
+    """The connected body that is meant, with what else lies beside it; specks there float.
+
+    Meant is the body that was clicked on, or else the one with most votes.
+    """
+    if not len(found):
         raise ValueError(
             "the masks and the splats do not agree on any object; draw the boxes closer around it"
         )
-    pairs = cKDTree(cloud.means[chosen]).query_pairs(LINK_REACH_M, output_type="ndarray")
-    n = len(chosen)
+    positions = cloud.means[found].astype(np.float64)
+    tree = cKDTree(positions)
+    pairs = tree.query_pairs(LINK_REACH_M, output_type="ndarray")
+    n = len(found)
     graph = csr_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
     count, body = connected_components(graph, directed=False)
     inside, _ = _summed(votes)
-    weight = np.bincount(body, weights=inside[chosen], minlength=count)
-    kept = weight >= SPECK * weight.max()
-    result, floaters = np.zeros_like(labels), np.zeros_like(labels)
-    result[chosen[kept[body]]] = True
-    floaters[chosen[~kept[body]]] = True
-    return result, floaters
+    main = int(np.argmax(np.bincount(body, weights=inside[found], minlength=count)))
+    points = np.concatenate([_clicked(view, vote) for view, vote in zip(views, votes, strict=True)])
+    if len(points):
+        distance, nearest = tree.query(points)
+        if (distance < LINK_REACH_M).any():
+            main = int(np.bincount(body[nearest[distance < LINK_REACH_M]]).argmax())
+    of_main = positions[body == main]
+    low, high = of_main.min(axis=0) - BESIDE_M, of_main.max(axis=0) + BESIDE_M
+    beside = ((positions > low) & (positions < high)).all(axis=1)
+    large = np.bincount(body, minlength=count) >= SPECK * len(of_main)
+    labels, floaters = np.zeros((2, len(cloud)), dtype=bool)
+    labels[found[beside & large[body]]] = True
+    floaters[found[beside & ~large[body]]] = True
+    return labels, floaters
+
+
+def _clicked(view: MaskedView, vote: Vote) -> FloatArray:
+    """(K, 3) world points of what is drawn where somebody clicked on the thing."""
+    points, drawn = points_drawn(view.camera, view.world_from_camera, vote.depth, view.inside_px)
+    return points[drawn]
