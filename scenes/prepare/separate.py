@@ -16,6 +16,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from scenes.prepare.bodies import bodies
 from scenes.prepare.graph_cut import Links, cut, neighbour_links
 from scenes.prepare.lifting import MaskedView, Vote, lift
 from scenes.prepare.silhouettes import CORE, ViewVerdict, judge, points_drawn, silhouette
@@ -39,8 +40,12 @@ BEHIND_COST = 0.15
 """The same behind what is drawn there: the thing in front may hide a part of the object."""
 HIDDEN_GAIN = 0.4
 """For a splat inside all boxes that no view shows."""
-PLANE_COST = 8.0
+PLANE_COST = 1.0
 """For a splat that is seen in a plane which goes on far beyond the thing."""
+COLOUR_COST = 2.0
+"""For a splat in such a plane, by how its colour fits the plane around or the thing above."""
+NEAREST_COLOURS = 5
+COLOUR_NOISE = 0.02
 PLAIN_SIGHT = 5.0
 """Blend weight, in pixels, from which on a splat is half as sure to be seen in a plane."""
 FREE_SHARE = 0.9
@@ -128,7 +133,7 @@ def _candidates(
         return np.zeros(0, dtype=np.intp)
     low, high = _weighted_range(positions[core], inside[core])
     # One view does not say how far back the thing reaches; the boxes of two do.
-    reach = (0.5 if len(views) > 1 else 0.25) * (high - low).max() + 0.05
+    reach = (1.0 if len(views) > 1 else 0.25) * (high - low).max() + 0.05
     near = ((positions > low - reach) & (positions < high + reach)).all(axis=1)
     inner = positions[near & in_boxes]
     low, high = inner.min(axis=0) - AROUND_M, inner.max(axis=0) + AROUND_M
@@ -173,13 +178,33 @@ def _belief(
         outside += np.where(where.framed & ~where.in_mask, cost, 0.0)
         in_boxes &= where.in_box
     flat = on_planes(positions, _planes_around(cloud, chosen, positions[in_boxes]))
-    seen_flat = flat * seen / (seen + PLAIN_SIGHT)
     free = _free_standing(cloud.select(chosen), links, in_boxes, ~flat)
     bound = VOTE_COST * lean - outside
     if len(views) > 1:
         bound += HIDDEN_GAIN * (1 - sight)
         bound = np.where(free, STANDING_GAIN + FREE_VOTE_COST * lean, bound)
-    return np.where(in_boxes, bound - PLANE_COST * seen_flat, -MUST)
+    colours = cloud.colours()[chosen]
+    likeness = _likeness(colours, like=free, unlike=flat & ~in_boxes)
+    plain = seen / (seen + PLAIN_SIGHT)
+    of_foot = COLOUR_COST * likeness + HIDDEN_GAIN * (1 - sight) - PLANE_COST * plain
+    return np.where(in_boxes, np.where(flat, of_foot, bound), -MUST)
+
+
+def _likeness(
+    colours: NDArray[np.float32], *, like: BoolArray, unlike: BoolArray
+) -> FloatArray:
+    """(K,) how much more likely colours are among one kind than another, -2..2.
+
+    The logarithm of the ratio of how far the nearest such colours are (Loftsgaarden and Quesenberry
+    1965); 0 where a kind has too few.
+    """
+    if min(like.sum(), unlike.sum()) < NEAREST_COLOURS:
+        return np.zeros(len(colours))
+    far, near = (
+        cKDTree(colours[kind]).query(colours, k=[NEAREST_COLOURS])[0][:, 0] + COLOUR_NOISE
+        for kind in (unlike, like)
+    )
+    return np.clip(np.log(far / near), -2.0, 2.0)
 
 
 def _planes_around(
@@ -229,16 +254,12 @@ def _main_body(
             "the masks and the splats do not agree on any object; draw the boxes closer around it"
         )
     positions = cloud.means[found].astype(np.float64)
-    tree = cKDTree(positions)
-    pairs = tree.query_pairs(LINK_REACH_M, output_type="ndarray")
-    n = len(found)
-    graph = csr_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
-    count, body = connected_components(graph, directed=False)
+    count, body = bodies(positions, LINK_REACH_M)
     inside, _ = _summed(votes)
     main = int(np.argmax(np.bincount(body, weights=inside[found], minlength=count)))
     points = np.concatenate([_clicked(view, vote) for view, vote in zip(views, votes, strict=True)])
     if len(points):
-        distance, nearest = tree.query(points)
+        distance, nearest = cKDTree(positions).query(points)
         if (distance < LINK_REACH_M).any():
             main = int(np.bincount(body[nearest[distance < LINK_REACH_M]]).argmax())
     of_main = positions[body == main]
