@@ -74,6 +74,12 @@ VERBS = (
         "nexus evaluate preparation lab --json",
     ),
     Verb(
+        "cut",
+        "studio.cut",
+        "make a movable object of a part of a scanned room, or put it back",
+        "nexus cut room.gnx --name stool --box 12.jpg 40 21 56 43 --box 31.jpg 12 9 30 35",
+    ),
+    Verb(
         "bench raster",
         "studio.bench.raster",
         "measure the splat renderer",

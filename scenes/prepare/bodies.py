@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 
 def bodies(positions: NDArray[np.floating], reach_m: float) -> tuple[int, NDArray[np.intp]]:
@@ -17,7 +17,7 @@ def bodies(positions: NDArray[np.floating], reach_m: float) -> tuple[int, NDArra
     """
     cells = np.floor(np.asarray(positions, dtype=np.float64) / (0.5 * reach_m)).astype(np.int64)
     places, cell_of = np.unique(cells, axis=0, return_inverse=True)
-    pairs = cKDTree(places).query_pairs(1.8, output_type="ndarray")
+    pairs = KDTree(places).query_pairs(1.8, output_type="ndarray")
     n = len(places)
     graph = csr_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
     count, body = connected_components(graph, directed=False)

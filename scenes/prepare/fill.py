@@ -9,7 +9,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from scenes.prepare.upright_box import UprightBox
 from scenes.splats import SplatCloud
@@ -108,15 +108,15 @@ def _laid(
     rim = hole & (cv2.erode(hole.astype(np.uint8), np.ones((3, 3), np.uint8)) == 0)
     rim_rows, rim_columns = np.nonzero(rim)
     rim_xy = low + (np.stack([rim_columns, rim_rows], axis=1) + 0.5) * CELL_M
-    _, nearest = cKDTree(rim_xy).query(places)
+    _, nearest = KDTree(rim_xy).query(places)
     mirrored = 2.0 * rim_xy[nearest] - places
-    _, source = cKDTree(support.means[:, :2].astype(np.float64)).query(mirrored)
+    _, source = KDTree(support.means[:, :2].astype(np.float64)).query(mirrored)
     n = len(places)
     spread = OVERLAP * STEP_CELLS * CELL_M
     return SplatCloud(
         np.column_stack([places, np.full(n, height_m)]).astype(np.float32),
-        np.tile(np.float32([spread, spread, THICKNESS_M]), (n, 1)),
-        np.tile(np.float32([1, 0, 0, 0]), (n, 1)),
+        np.tile(np.array([spread, spread, THICKNESS_M], dtype=np.float32), (n, 1)),
+        np.tile(np.array([1, 0, 0, 0], dtype=np.float32), (n, 1)),
         np.full(n, OPACITY, dtype=np.float32),
         support.sh[source],
     )

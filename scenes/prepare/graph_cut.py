@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order, maximum_flow
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 Links = tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]
 """Pairs of splats beside each other, every pair once: (first, second, strength 0..1)."""
@@ -18,16 +18,14 @@ UNITS = 1000
 """Maximum flow counts in whole numbers: one unit of cost is this many."""
 
 
-def neighbour_links(
-    positions: NDArray[np.floating], colours: NDArray[np.floating]
-) -> Links:
+def neighbour_links(positions: NDArray[np.floating], colours: NDArray[np.floating]) -> Links:
     """Links between splats that lie beside each other.
 
     A link holds by nearness, in units of the distance to the farther neighbours, and by likeness of
     colour.
     """
     count = min(NEIGHBOURS + 1, len(positions))
-    distances, others = cKDTree(positions).query(positions, k=count)
+    distances, others = KDTree(positions).query(positions, k=count)
     distances, others = np.atleast_2d(distances)[:, 1:], np.atleast_2d(others)[:, 1:]
     first = np.repeat(np.arange(len(positions)), count - 1)
     second = others.ravel()

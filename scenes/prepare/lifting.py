@@ -87,7 +87,8 @@ def share(
     renderer: NativeRenderer,
 ) -> FloatArray:
     """(H, W) share of each pixel's light that comes from the labelled splats, 0..1."""
-    sh = np.where(labels[:, None], 0.5, -0.5)[:, :, None] / SH_C0 * np.ones((1, 1, 3))
+    marks = np.where(labels, 0.5, -0.5) / SH_C0
+    sh = np.repeat(marks[:, None, None], 3, axis=2).astype(np.float32)
     marked = SplatCloud(cloud.means, cloud.scales, cloud.rotations, cloud.opacities, sh)
     drawn = renderer.render(
         [PosedSplats(marked, Pose.identity())], camera, world_from_camera, RenderOptions()

@@ -113,7 +113,9 @@ class GrabCutMasks:
         hints[in_box] = cv2.GC_PR_FGD
         if background is not None:
             known = cv2.resize(
-                background[y0:y1, x0:x1].astype(np.uint8), small.shape[1::-1], interpolation=cv2.INTER_NEAREST
+                background[y0:y1, x0:x1].astype(np.uint8),
+                small.shape[1::-1],
+                interpolation=cv2.INTER_NEAREST,
             )
             hints[known > 0] = cv2.GC_BGD
         for points, hint in (
@@ -129,7 +131,7 @@ class GrabCutMasks:
         models = np.zeros((1, 65)), np.zeros((1, 65))
         # OpenCV draws from its own generator; the same prompt shall give the same mask.
         cv2.setRNGSeed(0)
-        cv2.grabCut(bgr, hints, None, *models, self._iterations, cv2.GC_INIT_WITH_MASK)
+        cv2.grabCut(bgr, hints, (0, 0, 1, 1), *models, self._iterations, cv2.GC_INIT_WITH_MASK)
         found = (hints == cv2.GC_FGD) | (hints == cv2.GC_PR_FGD)
         return _pasted(found, (x0, y0, x1, y1), (height, width))
 

@@ -70,14 +70,13 @@ def masked_views(
     Raises:
         ValueError: a prompt lies outside its view.
     """
-    drawings = [
-        renderer.render([PosedSplats(cloud, Pose.identity())], view.camera, view.world_from_camera)
-        for view in views
-    ]
     masked = []
-    for view, drawing in zip(views, drawings, strict=True):
+    for view in views:
+        drawing = renderer.render(
+            [PosedSplats(cloud, Pose.identity())], view.camera, view.world_from_camera
+        )
         others = [other for other in views if other is not view and other.prompt.box_px is not None]
-        picture = _drawn_picture(drawing) if view.picture is None else view.picture
+        picture = _as_picture(drawing) if view.picture is None else view.picture
         mask = masks.mask(picture, view.prompt, _known_background(view, drawing, others))
         masked.append(
             MaskedView(
@@ -92,7 +91,15 @@ def masked_views(
     return tuple(masked)
 
 
-def _drawn_picture(drawing: Rendering) -> NDArray[np.uint8]:
+def drawn_picture(
+    cloud: SplatCloud, view: PromptedView, renderer: NativeRenderer
+) -> NDArray[np.uint8]:
+    """(H, W, 3) what the splats look like from there."""
+    posed = [PosedSplats(cloud, Pose.identity())]
+    return _as_picture(renderer.render(posed, view.camera, view.world_from_camera))
+
+
+def _as_picture(drawing: Rendering) -> NDArray[np.uint8]:
     return (np.clip(drawing.rgb, 0.0, 1.0) * 255.0 + 0.5).astype(np.uint8)
 
 
@@ -103,7 +110,7 @@ def _known_background(
     background = np.zeros(drawing.depth.shape, dtype=bool)
     if view.prompt.box_px is None:
         return background
-    height, width = background.shape
+    width, height = view.camera.width_px, view.camera.height_px
     left, top, right, bottom = view.prompt.box_px
     across, down = AROUND * (right - left), AROUND * (bottom - top)
     x0, y0 = int(max(left - across, 0)), int(max(top - down, 0))
@@ -111,7 +118,7 @@ def _known_background(
     if x1 - x0 < 2 or y1 - y0 < 2:
         return background
     x, y = np.meshgrid(np.arange(x0, x1) + 0.5, np.arange(y0, y1) + 0.5)
-    pixels = np.column_stack([x.ravel(), y.ravel()])
+    pixels = np.column_stack([x.ravel(), y.ravel()]).astype(np.float64)
     points, drawn = points_drawn(view.camera, view.world_from_camera, drawing.depth, pixels)
     inner = (x.ravel() > left) & (x.ravel() < right) & (y.ravel() > top) & (y.ravel() < bottom)
     beside = points[drawn & ~inner]

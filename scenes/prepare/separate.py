@@ -14,12 +14,21 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from scenes.prepare.bodies import bodies
 from scenes.prepare.graph_cut import Links, cut, neighbour_links
 from scenes.prepare.lifting import MaskedView, Vote, lift
-from scenes.prepare.silhouettes import CORE, ViewVerdict, judge, points_drawn, silhouette
+from scenes.prepare.silhouettes import (
+    BOX_SLACK,
+    CORE,
+    ViewVerdict,
+    box_of,
+    in_box,
+    judge,
+    points_drawn,
+    silhouette,
+)
 from scenes.prepare.support import LevelPlane, level_planes, on_planes
 from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud
@@ -50,6 +59,8 @@ PLAIN_SIGHT = 5.0
 """Blend weight, in pixels, from which on a splat is half as sure to be seen in a plane."""
 FREE_SHARE = 0.9
 """Of a body's surface: what must lie inside all boxes for it to be free-standing."""
+HELD_BY_BOX = 0.95
+"""Of what the masks mean: what a box has to hold to be heeded without its mask."""
 MUST = 1e6
 SMOOTHNESS = 1.0
 RING_M = 0.3
@@ -105,35 +116,59 @@ def separate(
     verdicts = judge(positions, shown, votes)
     empty = tuple(ViewVerdict(v.name, 0.0, False) for v in views if not v.mask.any())
     used = [k for k, verdict in enumerate(verdicts) if verdict.used]
+    dropped = [view for view, verdict in zip(shown, verdicts, strict=True) if not verdict.used]
     votes = [votes[k] for k in used]
     shown = [shown[k] for k in used]
-    chosen = _candidates(positions, shown, votes)
+    in_boxes = _in_boxes(positions, shown, dropped, votes)
+    chosen = _candidates(positions, in_boxes, votes)
     if not len(chosen):
         raise ValueError(
             "no splats lie inside the masks: there is no object in this place; "
             "choose views in which it is seen"
         )
     links = neighbour_links(positions[chosen], cloud.colours()[chosen])
-    belief = _belief(cloud, chosen, links, shown, votes)
+    belief = _belief(cloud, chosen, in_boxes[chosen], links, shown, votes)
     found = chosen[cut(belief, links, smoothness=SMOOTHNESS)]
     labels, floaters = _main_body(cloud, found, shown, votes)
     return Separation(labels, floaters, verdicts + empty)
 
 
+def _in_boxes(
+    positions: FloatArray,
+    views: Sequence[MaskedView],
+    dropped: Sequence[MaskedView],
+    votes: Sequence[Vote],
+) -> BoolArray:
+    """(N,) whether splats lie in the boxes of all views.
+
+    The box of a view whose mask was left out is heeded where it holds what the other masks mean.
+    """
+    inner = np.ones(len(positions), dtype=bool)
+    for view in views:
+        box = box_of(view)
+        inner &= in_box(positions, view.camera, view.world_from_camera, box, BOX_SLACK)
+    inside, seen = _summed(votes)
+    core = inner & (inside > CORE * np.maximum(seen, 1e-3))
+    for view in dropped:
+        if view.box_px is not None:
+            box = view.box_px
+            within = in_box(positions, view.camera, view.world_from_camera, box, BOX_SLACK)
+            if inside[core & within].sum() >= HELD_BY_BOX * inside[core].sum():
+                inner &= within
+    return inner
+
+
 def _candidates(
-    positions: FloatArray, views: Sequence[MaskedView], votes: Sequence[Vote]
+    positions: FloatArray, in_boxes: BoolArray, votes: Sequence[Vote]
 ) -> NDArray[np.intp]:
     """Places of the splats worth deciding about: near what the masks mean."""
-    in_boxes = np.ones(len(positions), dtype=bool)
-    for view, vote in zip(views, votes, strict=True):
-        in_boxes &= silhouette(positions, view, vote).in_box
     inside, seen = _summed(votes)
     core = in_boxes & (inside > CORE * np.maximum(seen, 1e-3))
     if not core.any():
         return np.zeros(0, dtype=np.intp)
     low, high = _weighted_range(positions[core], inside[core])
     # One view does not say how far back the thing reaches; the boxes of two do.
-    reach = (1.0 if len(views) > 1 else 0.25) * (high - low).max() + 0.05
+    reach = (1.0 if len(votes) > 1 else 0.25) * (high - low).max() + 0.05
     near = ((positions > low - reach) & (positions < high + reach)).all(axis=1)
     inner = positions[near & in_boxes]
     low, high = inner.min(axis=0) - AROUND_M, inner.max(axis=0) + AROUND_M
@@ -154,13 +189,15 @@ def _weighted_range(
 
 
 def _summed(votes: Sequence[Vote]) -> tuple[FloatArray, FloatArray]:
-    inside = np.sum([vote.inside for vote in votes], axis=0, dtype=np.float64)
-    return inside, np.sum([vote.seen for vote in votes], axis=0, dtype=np.float64)
+    inside = np.stack([vote.inside for vote in votes]).astype(np.float64)
+    seen = np.stack([vote.seen for vote in votes]).astype(np.float64)
+    return inside.sum(axis=0), seen.sum(axis=0)
 
 
 def _belief(
     cloud: SplatCloud,
     chosen: NDArray[np.intp],
+    in_boxes: BoolArray,
     links: Links,
     views: Sequence[MaskedView],
     votes: Sequence[Vote],
@@ -170,13 +207,11 @@ def _belief(
     sight = seen / (seen + FULL_SIGHT)
     lean = sight * (2 * inside / np.maximum(seen, 1e-6) - 1)
     positions = cloud.means[chosen].astype(np.float64)
-    in_boxes = np.ones(len(chosen), dtype=bool)
     outside = np.zeros(len(chosen))
     for view, vote in zip(views, votes, strict=True):
         where = silhouette(positions, view, vote)
         cost = np.where(where.in_front, OUTSIDE_COST, BEHIND_COST)
         outside += np.where(where.framed & ~where.in_mask, cost, 0.0)
-        in_boxes &= where.in_box
     flat = on_planes(positions, _planes_around(cloud, chosen, positions[in_boxes]))
     free = _free_standing(cloud.select(chosen), links, in_boxes, ~flat)
     bound = VOTE_COST * lean - outside
@@ -184,15 +219,15 @@ def _belief(
         bound += HIDDEN_GAIN * (1 - sight)
         bound = np.where(free, STANDING_GAIN + FREE_VOTE_COST * lean, bound)
     colours = cloud.colours()[chosen]
-    likeness = _likeness(colours, like=free, unlike=flat & ~in_boxes)
+    # What lies in the plane unseen is likely the underside of another thing.
+    around = flat & ~in_boxes & (seen > FULL_SIGHT)
+    likeness = _likeness(colours, like=free, unlike=around)
     plain = seen / (seen + PLAIN_SIGHT)
     of_foot = COLOUR_COST * likeness + HIDDEN_GAIN * (1 - sight) - PLANE_COST * plain
     return np.where(in_boxes, np.where(flat, of_foot, bound), -MUST)
 
 
-def _likeness(
-    colours: NDArray[np.float32], *, like: BoolArray, unlike: BoolArray
-) -> FloatArray:
+def _likeness(colours: NDArray[np.float32], *, like: BoolArray, unlike: BoolArray) -> FloatArray:
     """(K,) how much more likely colours are among one kind than another, -2..2.
 
     The logarithm of the ratio of how far the nearest such colours are (Loftsgaarden and Quesenberry
@@ -200,10 +235,7 @@ def _likeness(
     """
     if min(like.sum(), unlike.sum()) < NEAREST_COLOURS:
         return np.zeros(len(colours))
-    far, near = (
-        cKDTree(colours[kind]).query(colours, k=[NEAREST_COLOURS])[0][:, 0] + COLOUR_NOISE
-        for kind in (unlike, like)
-    )
+    far, near = (_distance_to_nearest(colours, colours[kind]) for kind in (unlike, like))
     return np.clip(np.log(far / near), -2.0, 2.0)
 
 
@@ -239,6 +271,14 @@ def _free_standing(
     return off_planes & in_boxes & (inner >= FREE_SHARE * whole)[body]
 
 
+def _distance_to_nearest(
+    colours: NDArray[np.float32], among: NDArray[np.float32]
+) -> NDArray[np.float64]:
+    """(K,) how far the fifth-nearest of the colours is: a few wrong ones do not count."""
+    distances, _ = KDTree(among).query(colours, k=NEAREST_COLOURS)
+    return np.asarray(distances, dtype=np.float64)[:, -1] + COLOUR_NOISE
+
+
 def _main_body(
     cloud: SplatCloud,
     found: NDArray[np.intp],
@@ -259,9 +299,10 @@ def _main_body(
     main = int(np.argmax(np.bincount(body, weights=inside[found], minlength=count)))
     points = np.concatenate([_clicked(view, vote) for view, vote in zip(views, votes, strict=True)])
     if len(points):
-        distance, nearest = cKDTree(positions).query(points)
-        if (distance < LINK_REACH_M).any():
-            main = int(np.bincount(body[nearest[distance < LINK_REACH_M]]).argmax())
+        distance, nearest = KDTree(positions).query(points)
+        hit = np.atleast_1d(nearest)[np.atleast_1d(distance) < LINK_REACH_M]
+        if len(hit):
+            main = int(np.bincount(body[hit]).argmax())
     of_main = positions[body == main]
     low, high = of_main.min(axis=0) - BESIDE_M, of_main.max(axis=0) + BESIDE_M
     beside = ((positions > low) & (positions < high)).all(axis=1)

@@ -39,14 +39,11 @@ class Silhouette:
     Attributes:
         framed: in the picture.
         in_mask: on the mask.
-        in_box: in the box around the thing or close to it; not told for points outside the picture
-            beyond a side that the box touches.
         in_front: not behind what is drawn there.
     """
 
     framed: BoolArray
     in_mask: BoolArray
-    in_box: BoolArray
     in_front: BoolArray
 
 
@@ -60,7 +57,6 @@ def silhouette(points: NDArray[np.float64], view: MaskedView, vote: Vote) -> Sil
     return Silhouette(
         framed,
         framed & view.mask[row, column],
-        in_box(points, camera, view.world_from_camera, box_of(view), BOX_SLACK),
         framed & (away < vote.depth[row, column] + DEPTH_SLACK_M),
     )
 

@@ -52,9 +52,7 @@ def levels(heights: NDArray[np.float64], area: NDArray[np.float64]) -> tuple[Lev
     return tuple(planes)
 
 
-def on_planes(
-    positions: NDArray[np.floating], planes: tuple[LevelPlane, ...]
-) -> NDArray[np.bool_]:
+def on_planes(positions: NDArray[np.floating], planes: tuple[LevelPlane, ...]) -> NDArray[np.bool_]:
     """(N,) whether each point lies in one of the planes."""
     found = np.zeros(len(positions), dtype=bool)
     for plane in planes:
@@ -66,4 +64,4 @@ def _level_area(cloud: SplatCloud) -> NDArray[np.float64]:
     """(N,) area of each splat seen from above, times its opacity."""
     flat = cloud.covariances()[:, :2, :2]
     spread = flat[:, 0, 0] * flat[:, 1, 1] - flat[:, 0, 1] ** 2
-    return np.sqrt(np.maximum(spread, 0.0)) * cloud.opacities
+    return np.sqrt(np.maximum(spread, 0.0)) * cloud.opacities.astype(np.float64)
