@@ -34,6 +34,10 @@ ACROSS_SHARE, OUTWARD_SHARE = 0.92, 0.30
 TURN_SHARE = 0.12
 """Part of a lap that the half turn between the laps takes."""
 KNOTS = 144
+LEAD_RAD = 0.25
+"""The phone looks this far ahead of straight across and straight outward."""
+WALL_DISTANCE_M = 1.7
+"""A blank wall from nearer shows nothing that could be found again in another photo."""
 SHAKE_HZ = (0.7, 1.3, 2.1, 3.4, 5.2)
 METRES_PER_RADIAN = 1.6
 """How much walking counts as much as a turn, when the pace is made even."""
@@ -101,7 +105,8 @@ def walk_around(
     sway = 0.05 * np.sin(2 * math.pi * 2.3 * s + rng.uniform(0, 6))
     height = 1.58 - 0.18 * turned + sway
     eye = np.column_stack([middle + radius[:, None] * along, height])
-    yaw = angle + side * (math.pi * (1.0 - turned) + 0.25 * (2 * turned - 1.0))
+    aside = _aside(room, eye[s > 1.2, :2], angle[s > 1.2], side)
+    yaw = angle + side * (math.pi * (1.0 - turned) + LEAD_RAD * (turned - 1.0) + aside * turned)
     nod = np.where(s < 1.0, -0.20, -0.02) + np.where(s < 1.0, 0.07, 0.30) * np.sin(
         2 * math.pi * np.where(s < 1.0, 4.0, 5.0) * s
     )
@@ -151,6 +156,20 @@ def _rings(room: PhysicalRoom) -> tuple[FloatArray, FloatArray]:
         )
     )
     return np.append(outer, outer[0]), np.append(inner, inner[0])
+
+
+def _aside(room: PhysicalRoom, eyes: FloatArray, outward: FloatArray, side: float) -> float:
+    """How far aside to look from straight outward, so that the wall seen is not too near."""
+    aside = LEAD_RAD
+    while aside < 0.5 * math.pi:
+        yaw = outward + side * aside
+        along = np.stack([np.cos(yaw), np.sin(yaw)], axis=1)
+        bound = np.where(along > 0, room.footprint_m[1], room.footprint_m[0])
+        reach = ((bound - eyes) / np.where(np.abs(along) < 1e-9, 1e-9, along)).min(axis=1)
+        if np.percentile(reach, 20) >= WALL_DISTANCE_M:
+            break
+        aside += 0.05
+    return aside
 
 
 def _arc(room: PhysicalRoom, thing: PhysicalObject) -> tuple[FloatArray, FloatArray]:
@@ -205,7 +224,8 @@ def _clear_plan(room: PhysicalRoom, above_m: float) -> tuple[FloatArray, FloatAr
 def _sampled(clear: FloatArray, low: FloatArray, at: FloatArray) -> FloatArray:
     """(N,) clearance at plan points (N, 2); 0 outside the room."""
     cell = np.floor((at - low) / CELL_M).astype(int) + 1
-    inside = ((cell >= 0) & (cell < clear.shape[::-1])).all(axis=1)
+    beyond = np.array(clear.shape[::-1])
+    inside = np.logical_and(cell >= 0, cell < beyond).all(axis=1)
     column, row = np.where(inside[:, None], cell, 0).T
     return np.where(inside, clear[row, column], 0.0)
 

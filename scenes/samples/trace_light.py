@@ -175,10 +175,11 @@ class _Tracer:
         total = dr.minimum(direct, SPARK) + dr.clip(bounced, 0.0, SPARK)
         outside = dr.select(hit.is_valid() & (dr.dot(hit.n, around) > 0.0), 0.0, 1.0)
         seen = [dr.block_sum(channel, samples) for channel in (total.x, total.y, total.z, outside)]
-        means = np.array(seen, dtype=np.float32).T / np.float32(samples)
+        means = np.array(seen, dtype=np.float32).T / samples
         # A texel that is partly covered is as bright as what can be seen of it.
         free = means[:, 3]
-        return means[:, :3] / np.maximum(free, SEEN_SHARE)[:, None], free
+        light = means[:, :3] / np.maximum(free, SEEN_SHARE)[:, None]
+        return light.astype(np.float32), free.astype(np.float32)
 
     def _fraction(self, value: Any) -> Any:
         return value - self._dr.floor(value)
