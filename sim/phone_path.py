@@ -224,10 +224,9 @@ def _clear_plan(room: PhysicalRoom, above_m: float) -> tuple[FloatArray, FloatAr
 def _sampled(clear: FloatArray, low: FloatArray, at: FloatArray) -> FloatArray:
     """(N,) clearance at plan points (N, 2); 0 outside the room."""
     cell = np.floor((at - low) / CELL_M).astype(int) + 1
-    beyond = np.array(clear.shape[::-1])
-    inside = np.logical_and(cell >= 0, cell < beyond).all(axis=1)
-    column, row = np.where(inside[:, None], cell, 0).T
-    return np.where(inside, clear[row, column], 0.0)
+    outside = np.any((cell < 0) | (cell >= clear.shape[::-1]), axis=1)
+    cell[outside] = 0
+    return np.where(outside, 0.0, clear[cell[:, 1], cell[:, 0]])
 
 
 def _paced(
