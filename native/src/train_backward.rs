@@ -336,3 +336,49 @@ impl TrainingSums {
             });
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simd::tests::{for_every_work, Noise};
+    use crate::simd::Simd;
+
+    fn noisy_pixels() -> TilePixels {
+        let mut noise = Noise::new(5);
+        let mut plane = || -> [f32; PIXELS] { std::array::from_fn(|_| noise.next() - 0.5) };
+        let mut pixels = TilePixels {
+            d_colour: [plane(), plane(), plane()],
+            error: plane(),
+            worth: plane(),
+            transmittance: [1.0; PIXELS],
+        };
+        pixels.transmittance[3 * TILE..4 * TILE].fill(0.0);
+        pixels
+    }
+
+    fn sums_of(simd: Simd, work: &TileWork) -> Vec<Sums> {
+        let mut sums = vec![[0.0; SUMS]; work.slots.len()];
+        simd.run_patches(TrainingTile {
+            work: *work,
+            pixels: &noisy_pixels(),
+            sums: &mut sums,
+        });
+        sums
+    }
+
+    #[test]
+    fn every_set_agrees_with_the_portable_kernel() {
+        for_every_work(|work| {
+            let plain = sums_of(Simd::SCALAR, work);
+            let plain = plain.as_flattened();
+            let largest = plain.iter().fold(0.0f32, |m, v| m.max(v.abs()));
+            for simd in Simd::available() {
+                let sums = sums_of(simd, work);
+                for (a, b) in plain.iter().zip(sums.as_flattened()) {
+                    // Written so that a NaN fails; the step at 1/255 may go either way.
+                    assert!((a - b).abs() <= 2e-3 * largest, "{}: {a} {b}", simd.name());
+                }
+            }
+        });
+    }
+}

@@ -79,13 +79,17 @@ pub struct TrainSplats {
 impl TrainSplats {
     pub fn new(rows: Rows) -> TrainSplats {
         let count = rows.count();
-        let blocks = count.div_ceil(LANES);
-        let empty = Block {
-            mean: [[0.0; LANES]; 3],
-            factor: [[0.0; LANES]; 9],
-            log2_opacity: [f32::NEG_INFINITY; LANES],
-            index: [u32::MAX; LANES],
-        };
+        let blocks: Vec<Block> = (0..count.div_ceil(LANES))
+            .map(|block| Block {
+                mean: [[0.0; LANES]; 3],
+                factor: [[0.0; LANES]; 9],
+                log2_opacity: [f32::NEG_INFINITY; LANES],
+                index: std::array::from_fn(|lane| match block * LANES + lane {
+                    place if place < count => place as u32,
+                    _ => u32::MAX,
+                }),
+            })
+            .collect();
         let nowhere = Chunk {
             centre: [0.0; 3],
             radius: 0.0,
@@ -98,8 +102,8 @@ impl TrainSplats {
             opacity: 0.0,
         };
         let cloud = Cloud {
-            blocks: vec![empty; blocks],
-            sh: vec![[0.0; LANES]; blocks * 3 * rows.sh_count],
+            sh: vec![[0.0; LANES]; blocks.len() * 3 * rows.sh_count],
+            blocks,
             sh_count: rows.sh_count,
             chunks: vec![nowhere; count.div_ceil(CHUNK)],
             originals: vec![nothing; count],
@@ -171,26 +175,12 @@ impl TrainSplats {
                         chunk,
                     };
                     work(index, &mut share);
-                    if blocks_need_names(&share) {
-                        share.name_lanes(index * CHUNK);
-                    }
                 },
             );
     }
 }
 
-/// Whether the lanes do not yet know their splats.
-fn blocks_need_names(share: &Share) -> bool {
-    share.blocks[0].index[0] == u32::MAX
-}
-
 impl Share<'_> {
-    fn name_lanes(&mut self, first: usize) {
-        for place in 0..self.steps.len() {
-            self.blocks[place / LANES].index[place % LANES] = (first + place) as u32;
-        }
-    }
-
     fn step(&mut self, place: usize, gradient: &[f32], rates: &[f32], error: f32) {
         self.error[place] += error;
         if !gradient.iter().all(|v| v.is_finite()) {

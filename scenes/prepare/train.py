@@ -43,7 +43,7 @@ class BuiltInTrainer:
 
     Args:
         options: how long and how large.
-        rng: makes a factory of the generator that draws views and splats; called once per training.
+        rng: makes the generator that draws views and splats; called once per training.
         stopwatch: seconds; only time budgets, time left and the history depend on it.
     """
 
