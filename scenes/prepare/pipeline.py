@@ -18,6 +18,7 @@ from scenes.mesh import CollisionMesh, QrCode
 from scenes.package import ScenePackage, save_package
 from scenes.package_records import ViewPoint
 from scenes.pose import Pose
+from scenes.prepare import checkpoint
 from scenes.prepare.align import align
 from scenes.prepare.alignment import Alignment, apply_alignment
 from scenes.prepare.anchors import find_anchors
@@ -257,6 +258,7 @@ def _trained(
 
         result = trainer.train(metric, folder, progress=progress, show=show)
         save_training(result, folder)
+        checkpoint.remove(folder)
         return result
 
     return work.run(
