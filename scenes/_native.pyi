@@ -1,11 +1,32 @@
 """The native crate; called through `scenes.render.native` and `scenes.render.training` only."""
 
 from collections.abc import Sequence
+from typing import TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
 
 _Picture = tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], NDArray[np.int32]]
+
+class Lens(TypedDict):
+    """A camera; a fisheye of the first focal length if `max_angle` is given, else a pinhole."""
+
+    size: tuple[int, int]
+    focal: tuple[float, float]
+    centre: tuple[float, float]
+    max_angle: float | None
+
+class Draw(TypedDict):
+    """What to draw; `backdrop` and `tile_mask` are flat, and the former replaces `background`."""
+
+    background: tuple[float, float, float]
+    backdrop: NDArray[np.float32] | None
+    region: tuple[int, int, int, int] | None
+    tile_mask: NDArray[np.bool_] | None
+    near: float
+    antialias: bool
+    sh_degree: int
+    threads: int
 
 class PreparedCloud:
     """A splat cloud prepared for drawing; all arrays flat and C-contiguous."""
@@ -38,38 +59,15 @@ class Engine:
     def simd(self) -> str:
         """Instruction set in use."""
 
-    def render_pinhole(
+    def render(
         self,
         clouds: Sequence[PreparedCloud],
         camera_from_object: NDArray[np.float64],
         *,
-        size: tuple[int, int],
-        focal: tuple[float, float],
-        centre: tuple[float, float],
-        background: tuple[float, float, float],
-        near: float,
-        antialias: bool,
-        sh_degree: int,
-        threads: int,
+        lens: Lens,
+        draw: Draw,
     ) -> _Picture:
         """Flat rgb, alpha, depth and ids; `camera_from_object` is (M, 12), row-major 3×4 each."""
-
-    def render_fisheye(
-        self,
-        clouds: Sequence[PreparedCloud],
-        camera_from_object: NDArray[np.float64],
-        *,
-        size: tuple[int, int],
-        focal: float,
-        centre: tuple[float, float],
-        max_angle: float,
-        background: tuple[float, float, float],
-        near: float,
-        antialias: bool,
-        sh_degree: int,
-        threads: int,
-    ) -> _Picture:
-        """As `render_pinhole`, through an equidistant fisheye."""
 
 _ObjectGradients = tuple[
     NDArray[np.float32],
@@ -135,17 +133,10 @@ class Differentiator:
         clouds: Sequence[PreparedCloud],
         camera_from_object: NDArray[np.float64],
         *,
-        size: tuple[int, int],
-        focal: tuple[float, float],
-        centre: tuple[float, float],
-        max_angle: float | None,
-        background: tuple[float, float, float],
-        near: float,
-        antialias: bool,
-        sh_degree: int,
-        threads: int,
+        lens: Lens,
+        draw: Draw,
     ) -> tuple[_Picture, Tape]:
-        """As `Engine.render_pinhole` (`render_fisheye` if `max_angle` is given); remembers how."""
+        """As `Engine.render`; remembers how."""
 
     def pose_normals(
         self,
@@ -154,14 +145,8 @@ class Differentiator:
         twists: NDArray[np.float64],
         target: Sequence[NDArray[np.float32]],
         *,
-        size: tuple[int, int],
-        focal: tuple[float, float],
-        centre: tuple[float, float],
-        max_angle: float | None,
-        near: float,
-        antialias: bool,
-        sh_degree: int,
-        threads: int,
+        lens: Lens,
+        draw: Draw,
         luma: tuple[float, float, float],
         gain: float,
         bias: float,
@@ -174,20 +159,7 @@ class Differentiator:
 class StillPicture:
     """The picture of a camera that stands still, and what it was drawn from."""
 
-    def __init__(
-        self,
-        *,
-        size: tuple[int, int],
-        focal: tuple[float, float],
-        centre: tuple[float, float],
-        max_angle: float | None,
-        background: tuple[float, float, float],
-        near: float,
-        antialias: bool,
-        sh_degree: int,
-    ) -> None:
-        """A fisheye of the first focal length if `max_angle` is given, else a pinhole."""
-
+    def __init__(self, *, lens: Lens, draw: Draw) -> None: ...
     @property
     def arrays(self) -> _Picture:
         """Flat rgb, alpha, depth and ids; each update writes into these same arrays."""

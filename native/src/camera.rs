@@ -1,5 +1,7 @@
 //! Camera models: where a point falls, how the picture moves with it, and which chunks can be seen.
 
+use crate::scope::Window;
+
 /// Share of the picture's width (height) beyond its border at which the pinhole Jacobian is frozen.
 const JACOBIAN_MARGIN: f64 = 0.15;
 /// A fisheye draws splats whose centre lies up to this many lens radii off axis, ...
@@ -24,14 +26,28 @@ pub struct Projected {
     pub drawable: bool,
 }
 
-/// A lens: both kinds share the pipeline, which is compiled once for each.
+/// Splats whose means lie in a sphere, in camera axes; metres.
+#[derive(Clone, Copy, Debug)]
+pub struct Group {
+    pub centre: [f64; 3],
+    pub radius: f64,
+    /// Largest standard deviation of any.
+    pub max_scale: f64,
+    /// Means nearer than this are not drawn.
+    pub near: f64,
+}
+
+/// A lens: all kinds share the pipeline, which is compiled once for each.
 pub trait Lens: Sync {
     /// Projects a point in camera axes (x right, y down, z forward). Free of branches, so that the
     /// compiler can do several points at once.
     fn project(&self, p: [f64; 3]) -> Projected;
 
-    /// False only if no splat with its mean in the sphere can touch the picture.
-    fn can_see(&self, centre: [f64; 3], radius: f64, max_scale: f64, near: f64) -> bool;
+    /// The direction seen at a point of the picture; of any length.
+    fn ray(&self, u: f64, v: f64) -> [f64; 3];
+
+    /// False only if no splat of the group can touch the window.
+    fn can_see(&self, group: &Group, window: &Window) -> bool;
 
     /// Radius of the lens circle in pixels and its centre, or None if the picture is filled.
     fn circle(&self) -> Option<(f64, [f64; 2])>;
@@ -80,24 +96,36 @@ impl Lens for Pinhole {
         }
     }
 
-    fn can_see(&self, centre: [f64; 3], radius: f64, max_scale: f64, near: f64) -> bool {
+    #[inline(always)]
+    fn ray(&self, u: f64, v: f64) -> [f64; 3] {
+        [
+            (u - self.centre[0]) / self.focal[0],
+            (v - self.centre[1]) / self.focal[1],
+            1.0,
+        ]
+    }
+
+    fn can_see(&self, group: &Group, window: &Window) -> bool {
+        let Group { centre, radius, .. } = *group;
         let z_high = centre[2] + radius;
-        if z_high < near {
+        if z_high < group.near {
             return false;
         }
-        let z_low = (centre[2] - radius).max(near);
+        let z_low = (centre[2] - radius).max(group.near);
         (0..2).all(|axis| {
             let (low, high) = self.tangent_limits(axis);
             let slope = low.abs().max(high.abs());
-            let gain = self.focal[axis] / z_low;
-            let deviation =
-                (gain * gain * (1.0 + slope * slope) * max_scale * max_scale + LOW_PASS).sqrt();
+            let gain = self.focal[axis] * group.max_scale / z_low;
+            let deviation = (gain * gain * (1.0 + slope * slope) + LOW_PASS).sqrt();
             let reach = VISIBLE_SIGMAS * deviation;
-            let size = if axis == 0 { self.width } else { self.height };
+            let (start, end) = match axis {
+                0 => (window.left, window.right),
+                _ => (window.top, window.bottom),
+            };
             let at = |offset: f64, z: f64| self.focal[axis] * offset / z + self.centre[axis];
             let (first, last) = (centre[axis] - radius, centre[axis] + radius);
-            at(last, z_low).max(at(last, z_high)) + reach >= 0.0
-                && at(first, z_low).min(at(first, z_high)) - reach <= size
+            at(last, z_low).max(at(last, z_high)) + reach >= start as f64
+                && at(first, z_low).min(at(first, z_high)) - reach <= end as f64
         })
     }
 
@@ -156,16 +184,27 @@ impl Lens for Fisheye {
         }
     }
 
-    fn can_see(&self, centre: [f64; 3], radius: f64, max_scale: f64, near: f64) -> bool {
+    #[inline(always)]
+    fn ray(&self, u: f64, v: f64) -> [f64; 3] {
+        let (x, y) = (
+            (u - self.centre[0]) / self.focal,
+            (v - self.centre[1]) / self.focal,
+        );
+        let (sine_per_angle, cosine) = sine_and_cosine((x * x + y * y).sqrt());
+        [x * sine_per_angle, y * sine_per_angle, cosine]
+    }
+
+    fn can_see(&self, group: &Group, window: &Window) -> bool {
+        let Group { centre, radius, .. } = *group;
         let [x, y, z] = centre;
         let distance = (x * x + y * y + z * z).sqrt();
-        if distance + radius < near {
+        if distance + radius < group.near {
             return false;
         }
         if distance <= radius {
             return true;
         }
-        let nearest = (distance - radius).max(near);
+        let nearest = (distance - radius).max(group.near);
         let angle = (x * x + y * y).sqrt().atan2(z);
         let half_width = (radius / distance).asin();
         let limit = self.angle_limit();
@@ -176,14 +215,49 @@ impl Lens for Fisheye {
         // Around the axis the picture stretches by angle / sin(angle), along it by one.
         let last = (angle + half_width).min(limit);
         let stretch = (last / last.sin().max(1e-9)).max(1.0);
-        let gain = self.focal * stretch / nearest;
-        let deviation = (gain * gain * max_scale * max_scale + LOW_PASS).sqrt();
-        self.focal * first - VISIBLE_SIGMAS * deviation <= self.focal * self.max_angle
+        let gain = self.focal * stretch * group.max_scale / nearest;
+        let reach = VISIBLE_SIGMAS * (gain * gain + LOW_PASS).sqrt();
+        if self.focal * first - reach > self.focal * self.max_angle {
+            return false;
+        }
+        if !window.is_part {
+            return true;
+        }
+        // The picture nowhere shrinks angles: what is near on it is as near in the world.
+        let (middle, half_diagonal) = window.disc();
+        let apart = angle_between(centre, self.ray(middle[0], middle[1]));
+        apart <= half_width + (half_diagonal + reach) / self.focal
     }
 
     fn circle(&self) -> Option<(f64, [f64; 2])> {
         Some((self.focal * self.max_angle, self.centre))
     }
+}
+
+/// Angle between two vectors.
+fn angle_between(p: [f64; 3], q: [f64; 3]) -> f64 {
+    let cross = [
+        p[1] * q[2] - p[2] * q[1],
+        p[2] * q[0] - p[0] * q[2],
+        p[0] * q[1] - p[1] * q[0],
+    ];
+    let length = |v: [f64; 3]| (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
+    length(cross).atan2(p[0] * q[0] + p[1] * q[1] + p[2] * q[2])
+}
+
+/// sin(angle) / angle and cos(angle) for 0 <= angle <= π to the last digits, without branches.
+#[inline(always)]
+fn sine_and_cosine(angle: f64) -> (f64, f64) {
+    // Taylor series of the half angle, whose square is below 2.5: the next term is below 1e-16.
+    const TERMS: usize = 11;
+    let square = 0.25 * angle * angle;
+    let (mut sine, mut cosine) = (1.0, 1.0);
+    for k in (1..TERMS).rev() {
+        let even = (2 * k) as f64;
+        sine = 1.0 - square / (even * (even + 1.0)) * sine;
+        cosine = 1.0 - square / (even * (even - 1.0)) * cosine;
+    }
+    (sine * cosine, 1.0 - 2.0 * square * sine * sine)
 }
 
 /// atan2(y, x) for y >= 0, within 2 ulp, without branches.
@@ -283,48 +357,66 @@ mod tests {
 
     #[test]
     fn chunks_in_view_are_kept_and_chunks_behind_dropped() {
-        assert!(PINHOLE.can_see([0.0, 0.0, 2.0], 0.1, 0.01, 0.05));
-        assert!(!PINHOLE.can_see([0.0, 0.0, -2.0], 0.1, 0.01, 0.05));
-        assert!(!PINHOLE.can_see([9.0, 0.0, 2.0], 0.1, 0.01, 0.05));
-        assert!(PINHOLE.can_see([9.0, 0.0, 2.0], 0.1, 3.0, 0.05));
-        assert!(FISHEYE.can_see([1.0, 0.0, -0.1], 0.1, 0.01, 0.05));
-        assert!(!FISHEYE.can_see([0.3, 0.0, -2.0], 0.1, 0.01, 0.05));
+        let window = Window::whole(640, 480);
+        let group = |centre, max_scale| Group {
+            centre,
+            radius: 0.1,
+            max_scale,
+            near: 0.05,
+        };
+        assert!(PINHOLE.can_see(&group([0.0, 0.0, 2.0], 0.01), &window));
+        assert!(!PINHOLE.can_see(&group([0.0, 0.0, -2.0], 0.01), &window));
+        assert!(!PINHOLE.can_see(&group([9.0, 0.0, 2.0], 0.01), &window));
+        assert!(PINHOLE.can_see(&group([9.0, 0.0, 2.0], 3.0), &window));
+        assert!(FISHEYE.can_see(&group([1.0, 0.0, -0.1], 0.01), &window));
+        assert!(!FISHEYE.can_see(&group([0.3, 0.0, -2.0], 0.01), &window));
     }
 
     /// Whether the 1/255 box of a round splat of opacity 1 holds a pixel that may be drawn.
-    fn touches(lens: &impl Lens, p: [f64; 3], scale: f64, size: [f64; 2]) -> bool {
-        let seen = lens.project(p);
+    fn touches(lens: &impl Lens, group: &Group, window: &Window) -> bool {
+        let seen = lens.project(group.centre);
         let reach = seen.jacobian.map(|row| {
-            let variance = row.iter().map(|v| v * v).sum::<f64>() * scale * scale + LOW_PASS;
+            let gain = row.iter().map(|v| v * v).sum::<f64>();
+            let variance = gain * group.max_scale.powi(2) + LOW_PASS;
             (2.0 * 255f64.ln() * variance).sqrt()
         });
-        let inside = |at: f64, reach: f64, size: f64| at + reach >= 0.5 && at - reach <= size - 0.5;
+        let inside = |at: f64, reach: f64, start: usize, end: usize| {
+            at + reach >= start as f64 + 0.5 && at - reach <= end as f64 - 0.5
+        };
         let in_circle = lens.circle().is_none_or(|(radius, centre)| {
             // Measured against the box's nearest side only: a lower bound of the true distance.
             let off = ((seen.u - centre[0]).powi(2) + (seen.v - centre[1]).powi(2)).sqrt();
             off - reach[0].min(reach[1]) <= radius
         });
         seen.drawable
-            && seen.depth >= 0.05
-            && inside(seen.u, reach[0], size[0])
-            && inside(seen.v, reach[1], size[1])
+            && seen.depth >= group.near
+            && inside(seen.u, reach[0], window.left, window.right)
+            && inside(seen.v, reach[1], window.top, window.bottom)
             && in_circle
     }
 
-    fn check_culling(lens: &impl Lens, size: [f64; 2]) {
+    fn random() -> impl FnMut() -> f64 {
         let mut state = 3u64;
-        let mut next = move || {
+        move || {
             state = state
                 .wrapping_mul(6_364_136_223_846_793_005)
                 .wrapping_add(1_442_695_040_888_963_407);
             (state >> 11) as f64 / (1u64 << 53) as f64
-        };
+        }
+    }
+
+    fn check_culling(lens: &impl Lens, window: &Window) {
+        let mut next = random();
         let mut culled = 0;
         for _ in 0..200_000 {
-            let p = [8.0 * next() - 4.0, 8.0 * next() - 4.0, 6.0 * next() - 3.0];
-            let scale = 10f64.powf(3.0 * next() - 3.0);
-            let is_kept = lens.can_see(p, 0.0, scale, 0.05);
-            assert!(is_kept || !touches(lens, p, scale, size), "{p:?} {scale}");
+            let group = Group {
+                centre: [8.0 * next() - 4.0, 8.0 * next() - 4.0, 6.0 * next() - 3.0],
+                radius: 0.0,
+                max_scale: 10f64.powf(3.0 * next() - 3.0),
+                near: 0.05,
+            };
+            let is_kept = lens.can_see(&group, window);
+            assert!(is_kept || !touches(lens, &group, window), "{group:?}");
             culled += usize::from(!is_kept);
         }
         assert!(culled > 20_000, "{culled}");
@@ -332,7 +424,43 @@ mod tests {
 
     #[test]
     fn nothing_that_touches_the_picture_is_culled() {
-        check_culling(&PINHOLE, [640.0, 480.0]);
-        check_culling(&FISHEYE, [720.0, 720.0]);
+        check_culling(&PINHOLE, &Window::whole(640, 480));
+        check_culling(&FISHEYE, &Window::whole(720, 720));
+        for (left, top) in [(0, 0), (300, 310), (600, 40)] {
+            let window = Window {
+                left,
+                top,
+                right: left + 40,
+                bottom: top + 90,
+                is_part: true,
+            };
+            check_culling(&PINHOLE, &window);
+            check_culling(&FISHEYE, &window);
+        }
+    }
+
+    fn check_rays(lens: &impl Lens) {
+        let mut next = random();
+        for _ in 0..1000 {
+            let (u, v) = (700.0 * next(), 700.0 * next());
+            let seen = lens.project(lens.ray(u, v));
+            assert!((seen.u - u).abs() + (seen.v - v).abs() < 1e-9, "{u} {v}");
+        }
+    }
+
+    #[test]
+    fn rays_are_projected_where_they_came_from() {
+        check_rays(&PINHOLE);
+        check_rays(&FISHEYE);
+    }
+
+    #[test]
+    fn sines_agree_with_the_library() {
+        for i in 1..=1000 {
+            let angle = f64::from(i) / 1000.0 * std::f64::consts::PI;
+            let (sine, cosine) = sine_and_cosine(angle);
+            assert!((sine * angle - angle.sin()).abs() < 1e-14, "{angle}");
+            assert!((cosine - angle.cos()).abs() < 1e-14, "{angle}");
+        }
     }
 }

@@ -4,6 +4,7 @@ use crate::bin::TILE;
 use crate::camera::Lens;
 use crate::ewa;
 use crate::scene::{Cloud, BLOCKS_PER_CHUNK, LANES, LOG2_255};
+use crate::scope::Scope;
 use crate::sh;
 
 /// log2(e) / 2: turns half a squared Mahalanobis distance into a power of two.
@@ -70,7 +71,17 @@ pub struct PosedCloud<'a> {
     pub object: u32,
 }
 
-impl PosedCloud<'_> {
+impl<'a> PosedCloud<'a> {
+    /// `pose`: camera from object, row-major 3×4.
+    pub fn new(cloud: &'a Cloud, pose: &[f64; 12], object: usize) -> PosedCloud<'a> {
+        PosedCloud {
+            cloud,
+            rotation: std::array::from_fn(|row| std::array::from_fn(|k| pose[4 * row + k])),
+            translation: std::array::from_fn(|row| pose[4 * row + 3]),
+            object: object as u32,
+        }
+    }
+
     #[inline(always)]
     pub fn to_camera(&self, p: [f64; 3]) -> [f64; 3] {
         let r = &self.rotation;
@@ -131,6 +142,7 @@ pub fn project_chunk<L: Lens>(
     posed: &PosedCloud,
     lens: &L,
     view: &View,
+    scope: &Scope,
     chunk: usize,
     slots: &mut Slots,
 ) -> usize {
@@ -144,7 +156,7 @@ pub fn project_chunk<L: Lens>(
         let block = &cloud.blocks[index];
         let prints = footprints(posed, lens, view, index);
         let visible: [_; LANES] =
-            std::array::from_fn(|lane| extent_of(&prints, lane, block.log2_opacity[lane], view));
+            std::array::from_fn(|lane| extent_of(&prints, lane, block.log2_opacity[lane], scope));
         if visible.iter().all(Option::is_none) {
             continue;
         }
@@ -227,7 +239,7 @@ fn extent_of(
     prints: &Footprints,
     lane: usize,
     log2_opacity: f32,
-    view: &View,
+    scope: &Scope,
 ) -> Option<(TileBox, f32)> {
     let log2_opacity = log2_opacity + prints.log2_gain[lane] as f32;
     let power = power_of(log2_opacity);
@@ -238,23 +250,30 @@ fn extent_of(
     let sigmas = (f64::from(power.max(0.0)) / HALF_LOG2_E).sqrt();
     let reach_x = sigmas * prints.sigma_x[lane] + SLACK_PX;
     let reach_y = sigmas * prints.sigma_y[lane] + SLACK_PX;
-    let first_column = (prints.u[lane] - reach_x - 0.5).ceil().max(0.0);
-    let last_column = (prints.u[lane] + reach_x - 0.5)
-        .floor()
-        .min(view.width as f64 - 1.0);
-    let first_row = (prints.v[lane] - reach_y - 0.5).ceil().max(0.0);
-    let last_row = (prints.v[lane] + reach_y - 0.5)
-        .floor()
-        .min(view.height as f64 - 1.0);
-    if !(first_column <= last_column && first_row <= last_row) {
-        return None;
-    }
-    let tile_of = |pixel: f64| (pixel as usize / TILE) as u16;
-    let tiles = TileBox {
-        columns: [tile_of(first_column), tile_of(last_column)],
-        rows: [tile_of(first_row), tile_of(last_row)],
-    };
+    let tiles = tiles_within(
+        [prints.u[lane] - reach_x, prints.u[lane] + reach_x],
+        [prints.v[lane] - reach_y, prints.v[lane] + reach_y],
+        scope,
+    )?;
     Some((tiles, log2_opacity))
+}
+
+/// The tiles with drawn pixels whose centres lie in a box; None if there are none.
+#[inline(always)]
+pub fn tiles_within(x: [f64; 2], y: [f64; 2], scope: &Scope) -> Option<TileBox> {
+    let window = &scope.window;
+    let span = |[low, high]: [f64; 2], start: usize, end: usize| {
+        let first = (low - 0.5).ceil().max(start as f64);
+        let last = (high - 0.5).floor().min(end as f64 - 1.0);
+        let tile_of = |pixel: f64| (pixel as usize / TILE) as u16;
+        // Written so that a NaN gives None.
+        (first <= last).then(|| [tile_of(first), tile_of(last)])
+    };
+    let tiles = TileBox {
+        columns: span(x, window.left, window.right)?,
+        rows: span(y, window.top, window.bottom)?,
+    };
+    scope.touches(&tiles).then_some(tiles)
 }
 
 #[inline(always)]

@@ -1,14 +1,12 @@
-//! What Python sees of the gradients. As in `python`, shapes are checked on the other side; the
-//! checks here only keep a wrong call from reading out of bounds.
+//! What Python sees of the gradients.
 
 use std::sync::Arc;
 
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::ThreadPool;
 
-use crate::camera::{Fisheye, Pinhole};
 use crate::curvature::Curved;
 use crate::pool::Pools;
 use crate::pose_gn::PoseEngine;
@@ -16,52 +14,15 @@ use crate::pose_motion::{Directions, Twist};
 use crate::pose_sums::{NormalSums, Target};
 use crate::pose_tile::Drawn;
 use crate::project::{PosedCloud, View};
-use crate::python::{posed_clouds, view_of, PictureArrays, PreparedCloud};
-use crate::render::{Job, Picture};
+use crate::python::PreparedCloud;
+use crate::python_request::{
+    check_length, picture_arrays, pool_of, posed_clouds, with_lens, with_picture, AnyLens,
+    DrawRequest, KeptBackground, LensRequest, PictureArrays,
+};
+use crate::render::{Background, Job, Picture};
+use crate::scope::Scope;
 use crate::simd::Simd;
 use crate::tape::{self, PictureGradients};
-
-/// Either lens, as Python names it.
-#[derive(Clone, Copy)]
-pub(crate) enum AnyLens {
-    Pinhole(Pinhole),
-    Fisheye(Fisheye),
-}
-
-impl AnyLens {
-    /// A fisheye if it has a largest angle.
-    pub(crate) fn new(
-        view: &View,
-        focal: [f64; 2],
-        centre: [f64; 2],
-        max_angle: Option<f64>,
-    ) -> AnyLens {
-        match max_angle {
-            Some(max_angle) => AnyLens::Fisheye(Fisheye {
-                focal: focal[0],
-                centre,
-                max_angle,
-            }),
-            None => AnyLens::Pinhole(Pinhole {
-                width: view.width as f64,
-                height: view.height as f64,
-                focal,
-                centre,
-            }),
-        }
-    }
-}
-
-macro_rules! with_lens {
-    ($any:expr, $lens:ident => $work:expr) => {
-        match $any {
-            $crate::python_gradients::AnyLens::Pinhole($lens) => $work,
-            $crate::python_gradients::AnyLens::Fisheye($lens) => $work,
-        }
-    };
-}
-
-pub(crate) use with_lens;
 
 /// Flat gradients of one object: means, scales, rotations, opacities, sh, and its twist.
 type ObjectArrays<'py> = (
@@ -117,74 +78,55 @@ impl Differentiator {
     }
 
     /// Draws as `Engine` does, and remembers how.
-    #[pyo3(signature = (clouds, camera_from_object, *, size, focal, centre, max_angle, background,
-                        near, antialias, sh_degree, threads))]
-    #[allow(clippy::too_many_arguments)] // Python names them all
+    #[pyo3(signature = (clouds, camera_from_object, *, lens, draw))]
     fn record<'py>(
         &self,
         py: Python<'py>,
         clouds: Vec<Bound<'py, PreparedCloud>>,
         camera_from_object: PyReadonlyArray2<'py, f64>,
-        size: (usize, usize),
-        focal: [f64; 2],
-        centre: [f64; 2],
-        max_angle: Option<f64>,
-        background: [f32; 3],
-        near: f64,
-        antialias: bool,
-        sh_degree: usize,
-        threads: usize,
+        lens: LensRequest,
+        draw: DrawRequest<'py>,
     ) -> PyResult<(PictureArrays<'py>, Tape)> {
-        let view = view_of(size, near, antialias, sh_degree)?;
-        let lens = AnyLens::new(&view, focal, centre, max_angle);
+        let view = draw.view(&lens)?;
+        let scope = draw.scope(&view)?;
+        let pool = pool_of(&self.pools, draw.threads)?;
+        let background = draw.background(&view)?;
+        let job = Job {
+            view,
+            scope: &scope,
+            background,
+            simd: self.simd,
+            pool: &pool,
+        };
         let poses = camera_from_object.as_slice()?.to_vec();
         let objects = posed_clouds(&clouds, &poses)?;
-        let pixels = view.width * view.height;
-        let rgb = PyArray1::zeros(py, 3 * pixels, false);
-        let alpha = PyArray1::zeros(py, pixels, false);
-        let depth = PyArray1::zeros(py, pixels, false);
-        let ids = PyArray1::zeros(py, pixels, false);
-        let pool = pool_of(&self.pools, threads)?;
-        let tape = {
-            let mut rgb = rgb.readwrite();
-            let mut alpha = alpha.readwrite();
-            let mut depth = depth.readwrite();
-            let mut ids = ids.readwrite();
-            let mut picture = Picture {
-                rgb: rgb.as_slice_mut()?,
-                alpha: alpha.as_slice_mut()?,
-                depth: depth.as_slice_mut()?,
-                ids: ids.as_slice_mut()?,
-            };
-            let job = Job {
-                view,
-                background,
-                simd: self.simd,
-                pool: &pool,
-            };
+        let arrays = picture_arrays(py, &view);
+        let lens = lens.lens();
+        let tape = with_picture(&arrays, |picture| {
             py.detach(
-                || with_lens!(&lens, lens => tape::Tape::record(&objects, lens, &job, &mut picture)),
+                || with_lens!(&lens, lens => tape::Tape::record(&objects, lens, &job, picture)),
             )
-        };
+        })?;
+        let background = KeptBackground::of(&background);
         let tape = Tape {
             tape,
             clouds: clouds.into_iter().map(Bound::unbind).collect(),
             poses,
             lens,
             view,
+            scope,
             background,
             simd: self.simd,
             pool,
         };
-        Ok(((rgb, alpha, depth, ids), tape))
+        Ok((arrays, tape))
     }
 
     /// Draws one cloud and sums the normal equations of its pose, gain and bias.
     ///
     /// `target` holds grey, its weight, background, silhouette, its weight and occluder depth, all
     /// flat; `twists` is (D, 6).
-    #[pyo3(signature = (cloud, camera_from_object, twists, target, *, size, focal, centre, max_angle,
-                        near, antialias, sh_degree, threads, luma, gain, bias))]
+    #[pyo3(signature = (cloud, camera_from_object, twists, target, *, lens, draw, luma, gain, bias))]
     #[allow(clippy::too_many_arguments)] // Python names them all
     fn pose_normals<'py>(
         &self,
@@ -193,20 +135,14 @@ impl Differentiator {
         camera_from_object: PyReadonlyArray2<'py, f64>,
         twists: PyReadonlyArray2<'py, f64>,
         target: [PyReadonlyArray1<'py, f32>; 6],
-        size: (usize, usize),
-        focal: [f64; 2],
-        centre: [f64; 2],
-        max_angle: Option<f64>,
-        near: f64,
-        antialias: bool,
-        sh_degree: usize,
-        threads: usize,
+        lens: LensRequest,
+        draw: DrawRequest<'py>,
         luma: [f32; 3],
         gain: f32,
         bias: f32,
     ) -> PyResult<NormalArrays<'py>> {
-        let view = view_of(size, near, antialias, sh_degree)?;
-        let lens = AnyLens::new(&view, focal, centre, max_angle);
+        let view = draw.view(&lens)?;
+        let lens = lens.lens();
         let clouds = [cloud];
         let objects = posed_clouds(&clouds, camera_from_object.as_slice()?)?;
         let pixels = view.width * view.height;
@@ -214,10 +150,12 @@ impl Differentiator {
         let twists = twists_of(&twists)?;
         let grey = PyArray1::zeros(py, pixels, false);
         let alpha = PyArray1::zeros(py, pixels, false);
-        let pool = pool_of(&self.pools, threads)?;
+        let pool = pool_of(&self.pools, draw.threads)?;
+        let scope = Scope::whole(view.width, view.height);
         let job = Job {
             view,
-            background: [0.0; 3],
+            scope: &scope,
+            background: Background::Plain([0.0; 3]),
             simd: self.simd,
             pool: &pool,
         };
@@ -261,7 +199,8 @@ pub struct Tape {
     pub(crate) poses: Vec<f64>,
     pub(crate) lens: AnyLens,
     view: View,
-    background: [f32; 3],
+    scope: Scope,
+    background: KeptBackground,
     simd: Simd,
     pool: Arc<ThreadPool>,
 }
@@ -337,7 +276,8 @@ impl Tape {
     pub(crate) fn job(&self) -> Job<'_> {
         Job {
             view: self.view,
-            background: self.background,
+            scope: &self.scope,
+            background: self.background.borrow(),
             simd: self.simd,
             pool: &self.pool,
         }
@@ -415,10 +355,4 @@ fn twists_of(rows: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<Twist>> {
             turn: std::array::from_fn(|axis| row[3 + axis] as f32),
         })
         .collect())
-}
-
-fn pool_of(pools: &Pools, threads: usize) -> PyResult<Arc<ThreadPool>> {
-    pools
-        .get(threads)
-        .map_err(|error| PyRuntimeError::new_err(format!("threads: {error}")))
 }

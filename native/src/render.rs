@@ -7,17 +7,18 @@ use rayon::ThreadPool;
 
 use crate::bin::{Band, TileRow, TILE};
 use crate::blend::{Tile, TileWork, BLOCK_WIDTH, TRANSMITTANCE_STOP};
-use crate::camera::Lens;
+use crate::camera::{Group, Lens};
 use crate::ewa::ExactJudge;
 use crate::project::{project_chunk, Needle, PosedCloud, Record, Slots, TileBox, View};
 use crate::scene::CHUNK;
+use crate::scope::{Scope, Window};
 use crate::simd::Simd;
 use crate::sort;
 
 /// Largest width and height, set by the 16-bit rows and tile columns.
 pub const MAX_SIDE: usize = 32_768;
 
-/// Where the picture goes: row-major, `width * height` pixels each.
+/// Where the picture goes: row-major, `width * height` pixels each, all zero before the first use.
 pub struct Picture<'a> {
     /// Three values a pixel.
     pub rgb: &'a mut [f32],
@@ -26,10 +27,32 @@ pub struct Picture<'a> {
     pub ids: &'a mut [i32],
 }
 
+/// What shows where no splat is.
+#[derive(Clone, Copy)]
+pub enum Background<'a> {
+    Plain([f32; 3]),
+    /// Row-major, three values a pixel.
+    Picture(&'a [f32]),
+}
+
+impl Background<'_> {
+    /// Colour at a place of the picture, counted in pixels row by row.
+    #[inline(always)]
+    pub fn at(&self, place: usize) -> [f32; 3] {
+        match self {
+            Background::Plain(colour) => *colour,
+            Background::Picture(values) => {
+                std::array::from_fn(|channel| values[3 * place + channel])
+            }
+        }
+    }
+}
+
 /// How to draw.
 pub struct Job<'a> {
     pub view: View,
-    pub background: [f32; 3],
+    pub scope: &'a Scope,
+    pub background: Background<'a>,
     pub simd: Simd,
     pub pool: &'a ThreadPool,
 }
@@ -119,7 +142,13 @@ pub(crate) fn project_all<L: Lens>(
             let chunks = posed.cloud.chunks.iter().enumerate();
             chunks.filter_map(move |(index, chunk)| {
                 let centre = posed.to_camera(chunk.centre);
-                lens.can_see(centre, chunk.radius, chunk.max_scale, job.view.near)
+                let group = Group {
+                    centre,
+                    radius: chunk.radius,
+                    max_scale: chunk.max_scale,
+                    near: job.view.near,
+                };
+                lens.can_see(&group, &job.scope.window)
                     .then_some((posed, index))
             })
         })
@@ -153,7 +182,7 @@ pub(crate) fn project_all<L: Lens>(
             };
             *count = job.simd.run(
                 #[inline(always)]
-                || project_chunk(posed, lens, &job.view, chunk, &mut slots),
+                || project_chunk(posed, lens, &job.view, job.scope, chunk, &mut slots),
             );
         });
     scratch.pairs.clear();
@@ -241,7 +270,9 @@ pub(crate) fn blend_all<L: Lens, const TRACK_OBJECTS: bool>(
         .for_each_init(
             TileRow::default,
             |lists, (row, (rgb, alpha, depth, ids))| {
-                scratch.fill_row(row, job, lists);
+                if job.scope.row_is_open(row) {
+                    scratch.fill_row(row, job, lists);
+                }
                 let mut strip = Picture {
                     rgb,
                     alpha,
@@ -249,6 +280,10 @@ pub(crate) fn blend_all<L: Lens, const TRACK_OBJECTS: bool>(
                     ids,
                 };
                 for column in 0..width.div_ceil(TILE) {
+                    if !job.scope.is_open(row, column) {
+                        leave_tile(job, row, column, &mut strip);
+                        continue;
+                    }
                     let work = TileWork {
                         records: &scratch.records,
                         needles: &scratch.needles,
@@ -270,38 +305,80 @@ pub(crate) fn draw_tile<L: Lens, const TRACK_OBJECTS: bool>(
     work: &TileWork,
     strip: &mut Picture,
 ) {
-    let left = work.left as usize;
-    let mask = CircleMask::new(lens, left, work.top as usize);
+    let (left, top) = (work.left as usize, work.top as usize);
+    let mask = ClosedPixels::new(lens, &job.scope.window, left, top);
     let mut tile = Tile::EMPTY;
     mask.close_outside(&mut tile);
     job.simd.blend_tile::<TRACK_OBJECTS>(&mut tile, work);
     mask.open_outside(&mut tile);
-    let (width, background) = (job.view.width, job.background);
-    job.simd.run(
-        #[inline(always)]
-        || write_tile::<TRACK_OBJECTS>(&tile, left, width, background, strip),
-    );
+    let width = job.view.width;
+    match job.background {
+        Background::Plain(colour) => job.simd.run(
+            #[inline(always)]
+            || write_tile::<TRACK_OBJECTS>(&tile, left, width, |_| [colour; BLOCK_WIDTH], strip),
+        ),
+        Background::Picture(_) => {
+            let first = top * width;
+            let behind = |place: usize| {
+                // Beyond the last pixel nothing is copied.
+                let last = width * job.view.height - 1;
+                std::array::from_fn(|k| job.background.at((first + place + k).min(last)))
+            };
+            write_tile::<TRACK_OBJECTS>(&tile, left, width, behind, strip);
+        }
+    }
 }
 
-/// The pixels of a tile that lie outside the lens circle; nothing is drawn there.
-pub(crate) struct CircleMask {
+/// Shows the background in a tile that is not drawn.
+pub(crate) fn leave_tile(job: &Job, row: usize, column: usize, strip: &mut Picture) {
+    let width = job.view.width;
+    let (left, right) = (column * TILE, ((column + 1) * TILE).min(width));
+    for y in 0..strip.ids.len() / width {
+        strip.ids[y * width + left..y * width + right].fill(-1);
+        if matches!(job.background, Background::Plain([0.0, 0.0, 0.0])) {
+            continue;
+        }
+        for x in left..right {
+            let colour = job.background.at((row * TILE + y) * width + x);
+            strip.rgb[3 * (y * width + x)..][..3].copy_from_slice(&colour);
+        }
+    }
+}
+
+/// The pixels of a tile that lie outside the lens circle or the window; nothing is drawn there.
+pub(crate) struct ClosedPixels {
     pub(crate) outside: Option<[bool; TILE * TILE]>,
 }
 
-impl CircleMask {
-    pub(crate) fn new<L: Lens>(lens: &L, left: usize, top: usize) -> CircleMask {
-        let Some((radius, centre)) = lens.circle() else {
-            return CircleMask { outside: None };
-        };
+impl ClosedPixels {
+    pub(crate) fn new<L: Lens>(lens: &L, window: &Window, left: usize, top: usize) -> ClosedPixels {
+        let circle = lens.circle();
+        let is_cut = window.is_part
+            && (left < window.left
+                || top < window.top
+                || left + TILE > window.right
+                || top + TILE > window.bottom);
+        if circle.is_none() && !is_cut {
+            return ClosedPixels { outside: None };
+        }
         let mut outside = [false; TILE * TILE];
-        for y in 0..TILE {
-            for x in 0..TILE {
-                let dx = (left + x) as f64 + 0.5 - centre[0];
-                let dy = (top + y) as f64 + 0.5 - centre[1];
-                outside[y * TILE + x] = dx * dx + dy * dy > radius * radius;
+        if let Some((radius, centre)) = circle {
+            for y in 0..TILE {
+                for x in 0..TILE {
+                    let dx = (left + x) as f64 + 0.5 - centre[0];
+                    let dy = (top + y) as f64 + 0.5 - centre[1];
+                    outside[y * TILE + x] = dx * dx + dy * dy > radius * radius;
+                }
             }
         }
-        CircleMask {
+        if is_cut {
+            for (pixel, is_out) in outside.iter_mut().enumerate() {
+                let (x, y) = (left + pixel % TILE, top + pixel / TILE);
+                *is_out |= !(window.left..window.right).contains(&x)
+                    || !(window.top..window.bottom).contains(&y);
+            }
+        }
+        ClosedPixels {
             outside: outside.contains(&true).then_some(outside),
         }
     }
@@ -329,12 +406,14 @@ impl CircleMask {
 }
 
 /// Copies a tile to a strip of the picture (16 rows of `width` pixels, fewer at the bottom).
+///
+/// `behind`: the background of four pixels, by the place of the first in the strip.
 #[inline(always)]
 fn write_tile<const TRACK_OBJECTS: bool>(
     tile: &Tile,
     left: usize,
     width: usize,
-    background: [f32; 3],
+    behind: impl Fn(usize) -> [[f32; 3]; BLOCK_WIDTH],
     strip: &mut Picture,
 ) {
     const WIDTH: usize = BLOCK_WIDTH;
@@ -345,9 +424,11 @@ fn write_tile<const TRACK_OBJECTS: bool>(
             let pixels = &tile.blocks[block];
             let at = |k: usize| lane + k;
             let transmittance: [f32; WIDTH] = std::array::from_fn(|k| pixels.transmittance[at(k)]);
+            let place = y * width + left + x;
+            let background = behind(place);
             let rgb: [[f32; 3]; WIDTH] = std::array::from_fn(|k| {
                 std::array::from_fn(|channel| {
-                    pixels.colour[channel][at(k)] + transmittance[k] * background[channel]
+                    pixels.colour[channel][at(k)] + transmittance[k] * background[k][channel]
                 })
             });
             let alpha = transmittance.map(|t| 1.0 - t);
@@ -363,7 +444,6 @@ fn write_tile<const TRACK_OBJECTS: bool>(
                 true => pixels.object[at(k)],
                 false => i32::from(alpha[k] > 0.0) - 1,
             });
-            let place = y * width + left + x;
             let count = WIDTH.min(width - left - x);
             copy_some(&mut strip.rgb[3 * place..], rgb.as_flattened(), 3 * count);
             copy_some(&mut strip.alpha[place..], &alpha, count);

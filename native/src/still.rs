@@ -14,7 +14,7 @@ use crate::blend::TileWork;
 use crate::camera::Lens;
 use crate::ewa::ExactJudge;
 use crate::project::{Needle, PosedCloud, Record};
-use crate::render::{draw_tile, Job, Picture, Scratch};
+use crate::render::{draw_tile, leave_tile, Job, Picture, Scratch};
 use crate::scene::Cloud;
 
 /// A cloud and where it is: camera from object, row-major 3×4.
@@ -26,14 +26,7 @@ pub struct Placed {
 
 impl Placed {
     fn posed(&self, object: usize) -> PosedCloud<'_> {
-        PosedCloud {
-            cloud: &self.cloud,
-            rotation: std::array::from_fn(|row| {
-                std::array::from_fn(|column| self.pose[4 * row + column])
-            }),
-            translation: std::array::from_fn(|row| self.pose[4 * row + 3]),
-            object: object as u32,
-        }
+        PosedCloud::new(&self.cloud, &self.pose, object)
     }
 
     /// Whether both give the same splats to the bit.
@@ -91,7 +84,7 @@ impl Still {
     /// Brings `picture` from the objects of the last call to `objects`; returns one flag per tile,
     /// row by row: whether it was drawn again.
     ///
-    /// Lens, view and background must be those of every earlier call, and `picture` what the last
+    /// Lens, view, scope and background must be those of every earlier call, and `picture` what the last
     /// one left.
     pub fn update<L: Lens>(
         &mut self,
@@ -120,6 +113,9 @@ impl Still {
                 let layer = &mut self.layers[index];
                 layer.project(index, lens, job);
                 layer.mark(&mut touched, columns);
+            }
+            for (tile, is_touched) in touched.iter_mut().enumerate().filter(|_| was_drawn) {
+                *is_touched &= job.scope.is_open(tile / columns, tile % columns);
             }
             if self.layers.len() > 1 {
                 self.draw::<L, true>(lens, job, &touched, picture);
@@ -169,6 +165,10 @@ impl Still {
                         ids,
                     };
                     for (column, _) in touched.iter().enumerate().filter(|(_, &is_set)| is_set) {
+                        if !job.scope.is_open(row, column) {
+                            leave_tile(job, row, column, &mut strip);
+                            continue;
+                        }
                         merge.fill(&self.layers, row, column);
                         let work = TileWork {
                             records: &merge.records,

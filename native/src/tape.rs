@@ -12,8 +12,9 @@ use crate::gradient_projection::{
     gradients_of_splat, ObjectGradients, SplatGradient, TwistGradient,
 };
 use crate::project::PosedCloud;
-use crate::render::{self, CircleMask, Job, Picture, Scratch};
+use crate::render::{self, ClosedPixels, Job, Picture, Scratch};
 use crate::scene::CHUNK;
+use crate::scope::Window;
 
 /// The order in which a picture was drawn.
 #[derive(Default)]
@@ -105,6 +106,9 @@ impl Tape {
                         out.slots.extend_from_slice(slots);
                         out.sums.resize(first + slots.len(), [0.0; SUMS]);
                         let (left, top) = (column * TILE, row * TILE);
+                        if !job.scope.is_open(row, column) {
+                            continue;
+                        }
                         let Some(mut gradients) = pixel_gradients(job, d_picture, left, top) else {
                             continue;
                         };
@@ -117,7 +121,7 @@ impl Tape {
                                 top: top as i32,
                                 judge: &judge,
                             },
-                            transmittance: open_pixels(lens, left, top),
+                            transmittance: open_pixels(lens, &job.scope.window, left, top),
                             gradients: &mut gradients,
                             samples,
                             sums: &mut out.sums[first..],
@@ -198,10 +202,15 @@ impl Tape {
     }
 }
 
-/// 1 for pixels that may be drawn, 0 for those outside the lens circle.
-pub fn open_pixels<L: Lens>(lens: &L, left: usize, top: usize) -> [[f32; BLOCK_PIXELS]; BLOCKS] {
+/// 1 for pixels that may be drawn, 0 for those outside the lens circle or the window.
+pub fn open_pixels<L: Lens>(
+    lens: &L,
+    window: &Window,
+    left: usize,
+    top: usize,
+) -> [[f32; BLOCK_PIXELS]; BLOCKS] {
     let mut transmittance = [[1.0; BLOCK_PIXELS]; BLOCKS];
-    if let Some(outside) = &CircleMask::new(lens, left, top).outside {
+    if let Some(outside) = &ClosedPixels::new(lens, window, left, top).outside {
         for (pixel, &is_out) in outside.iter().enumerate() {
             if is_out {
                 let (block, lane) = Tile::place(pixel % TILE, pixel / TILE);
@@ -227,11 +236,12 @@ fn pixel_gradients(
             let place = (top + y) * width + left + x;
             let (block, lane) = Tile::place(x, y);
             let mut constant = d_picture.alpha[place];
+            let background = job.background.at(place);
             for channel in 0..3 {
                 let d_colour = d_picture.rgb[3 * place + channel];
                 gradients.colour[block][channel][lane] = d_colour;
                 // What passes through a splat shows the background.
-                constant -= job.background[channel] * d_colour;
+                constant -= background[channel] * d_colour;
                 matters |= d_colour != 0.0;
             }
             let d_depth = d_picture.depth[place];

@@ -20,6 +20,7 @@ from scenes.pose import Pose
 from scenes.render.native import NativeRenderer
 from scenes.render.pose_step import twists_of_camera, twists_of_object
 from scenes.render.renderer import PosedSplats, Rendering, RenderOptions
+from scenes.render.request import described
 
 if TYPE_CHECKING:
     from scenes.render.native import Tape
@@ -155,12 +156,7 @@ def _flat(
     if values is None:
         return np.zeros(int(np.prod(shape)), dtype=np.float32)
     if not isinstance(values, np.ndarray) or values.dtype != np.float32 or values.shape != shape:
-        got = (
-            f"{values.dtype} {values.shape}"
-            if isinstance(values, np.ndarray)
-            else type(values).__name__
-        )
-        raise ValueError(f"{name}: got {got}, wanted float32 {shape}")
+        raise ValueError(f"{name}: got {described(values)}, wanted float32 {shape}")
     if not np.isfinite(values).all():
         count = int((~np.isfinite(values)).sum())
         raise ValueError(f"{name}: {count} of {values.size} values are not finite, wanted none")

@@ -11,9 +11,7 @@ from numpy.typing import NDArray
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
 from scenes.render.native import NativeRenderer, rendering_of
-from scenes.render.renderer import PosedSplats, Rendering, RenderOptions
-
-TILE_PX = 16
+from scenes.render.renderer import PosedSplats, Rendering, RenderOptions, tiles_of
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -23,8 +21,8 @@ class Refresh:
     Attributes:
         rendering: the whole picture, read-only. It is the view's own memory, which the next update
             overwrites: copy what has to outlive it.
-        drawn: (ceil(H / 16), ceil(W / 16)) bool, the tiles of 16 × 16 px that were drawn again; all
-            others hold what they held before.
+        drawn: (ceil(H / TILE_PX), ceil(W / TILE_PX)) bool, the tiles that were drawn again; all others
+            hold what they held before.
     """
 
     rendering: Rendering
@@ -74,8 +72,7 @@ class StillView:
         drawn = self._renderer.update_still(
             self._picture, objects, self._camera, self._world_from_camera, self._options
         )
-        columns = -(-self._camera.width_px // TILE_PX)
-        return Refresh(self._rendering, drawn.reshape(-1, columns))
+        return Refresh(self._rendering, drawn.reshape(tiles_of(self._camera)))
 
 
 def _read_only(rendering: Rendering) -> Rendering:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections import OrderedDict
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, TypedDict
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,33 +90,7 @@ class NativeRenderer:
         check_request(objects, camera, options)
         clouds = [self._prepared(posed.cloud) for posed in objects]
         poses = _camera_from_objects(objects, world_from_camera)
-        if isinstance(camera, Pinhole):
-            flat = self._engine.render_pinhole(
-                clouds,
-                poses,
-                size=(camera.width_px, camera.height_px),
-                focal=(camera.fx, camera.fy),
-                centre=(camera.cx, camera.cy),
-                background=options.background,
-                near=options.near_m,
-                antialias=options.antialias,
-                sh_degree=options.sh_degree,
-                threads=options.threads,
-            )
-        else:
-            flat = self._engine.render_fisheye(
-                clouds,
-                poses,
-                size=(camera.width_px, camera.height_px),
-                focal=camera.f_px,
-                centre=(camera.cx, camera.cy),
-                max_angle=camera.max_angle,
-                background=options.background,
-                near=options.near_m,
-                antialias=options.antialias,
-                sh_degree=options.sh_degree,
-                threads=options.threads,
-            )
+        flat = self._engine.render(clouds, poses, lens=_lens(camera), draw=_draw(options))
         return rendering_of(flat, camera.height_px, camera.width_px)
 
     def record(
@@ -131,12 +105,8 @@ class NativeRenderer:
         flat, tape = self._differentiator.record(
             [self._prepared(posed.cloud) for posed in objects],
             _camera_from_objects(objects, world_from_camera),
-            **_lens(camera),
-            background=options.background,
-            near=options.near_m,
-            antialias=options.antialias,
-            sh_degree=options.sh_degree,
-            threads=options.threads,
+            lens=_lens(camera),
+            draw=_draw(options),
         )
         return rendering_of(flat, camera.height_px, camera.width_px), tape
 
@@ -165,16 +135,17 @@ class NativeRenderer:
     ) -> PoseNormals:
         """The part of `scenes.render.pose_newton.normal_equations` that is native."""
         check_request([posed], camera, options)
+        if options.region is not None or options.tile_mask is not None:
+            raise ValueError(
+                "options: got a region or a tile_mask, wanted none: give the target weights of 0"
+            )
         return self._differentiator.pose_normals(
             self._prepared(posed.cloud),
             _camera_from_objects([posed], world_from_camera),
             twists,
             target,
-            **_lens(camera),
-            near=options.near_m,
-            antialias=options.antialias,
-            sh_degree=options.sh_degree,
-            threads=options.threads,
+            lens=_lens(camera),
+            draw=_draw(options),
             luma=luma,
             gain=brightness[0],
             bias=brightness[1],
@@ -205,13 +176,7 @@ class NativeRenderer:
     ) -> _native.StillPicture:
         """An empty picture for `update_still`; `scenes.render.incremental` is the way to use it."""
         check_request((), camera, options)
-        return self._still(
-            **_lens(camera),
-            background=options.background,
-            near=options.near_m,
-            antialias=options.antialias,
-            sh_degree=options.sh_degree,
-        )
+        return self._still(lens=_lens(camera), draw=_draw(options))
 
     def update_still(
         self,
@@ -240,20 +205,28 @@ def _camera_from_objects(
     return poses
 
 
-class _Lens(TypedDict):
-    size: tuple[int, int]
-    focal: tuple[float, float]
-    centre: tuple[float, float]
-    max_angle: float | None
-
-
-def _lens(camera: Pinhole | Fisheye) -> _Lens:
+def _lens(camera: Pinhole | Fisheye) -> _native.Lens:
     is_pinhole = isinstance(camera, Pinhole)
     return {
         "size": (camera.width_px, camera.height_px),
         "focal": (camera.fx, camera.fy) if is_pinhole else (camera.f_px, camera.f_px),
         "centre": (camera.cx, camera.cy),
         "max_angle": None if is_pinhole else camera.max_angle,
+    }
+
+
+def _draw(options: RenderOptions) -> _native.Draw:
+    background, mask = options.background, options.tile_mask
+    is_picture = isinstance(background, np.ndarray)
+    return {
+        "background": (0.0, 0.0, 0.0) if is_picture else background,
+        "backdrop": np.ascontiguousarray(background).ravel() if is_picture else None,
+        "region": options.region,
+        "tile_mask": None if mask is None else np.ascontiguousarray(mask).ravel(),
+        "near": options.near_m,
+        "antialias": options.antialias,
+        "sh_degree": options.sh_degree,
+        "threads": options.threads,
     }
 
 

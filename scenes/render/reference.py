@@ -30,6 +30,7 @@ from scenes.render.renderer import (
     ALPHA_MAX,
     ALPHA_MIN,
     LOW_PASS_PX2,
+    TILE_PX,
     TRANSMITTANCE_STOP,
     PosedSplats,
     Rendering,
@@ -70,7 +71,7 @@ class ReferenceRenderer:
             _footprints(posed.cloud, camera_from_world @ posed.world_from_object, camera, options)
             for posed in objects
         ]
-        return _blend(footprints, camera, np.asarray(options.background, dtype=np.float64))
+        return _blend(footprints, camera, options)
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,7 +180,7 @@ def _colours(cloud: SplatCloud, eye_in_object: FloatArray, degree: int) -> Float
 
 
 def _blend(
-    footprints: Sequence[_Footprints], camera: Pinhole | Fisheye, background: FloatArray
+    footprints: Sequence[_Footprints], camera: Pinhole | Fisheye, options: RenderOptions
 ) -> Rendering:
     height, width = camera.height_px, camera.width_px
     transmittance = np.ones((height, width))
@@ -187,7 +188,7 @@ def _blend(
     depth = np.zeros((height, width))
     ids = np.full((height, width), -1, dtype=np.int32)
     heaviest = np.zeros((height, width))
-    is_drawn = _inside_lens(camera)
+    is_drawn = _inside_lens(camera) & _in_scope(camera, options)
 
     for object_id, i in _draw_order(footprints):
         prints = footprints[object_id]
@@ -206,6 +207,7 @@ def _blend(
         ids[window] = np.where(is_heavier, object_id, ids[window])
 
     alpha = 1.0 - transmittance
+    background = np.asarray(options.background, dtype=np.float64)
     mean_depth = np.where(alpha > 0, depth / np.where(alpha > 0, alpha, 1.0), 0.0)
     return Rendering(
         (rgb + transmittance[..., None] * background).astype(np.float32),
@@ -232,6 +234,19 @@ def _inside_lens(camera: Pinhole | Fisheye) -> BoolArray:
     x = np.arange(camera.width_px) + 0.5 - camera.cx
     y = (np.arange(camera.height_px) + 0.5 - camera.cy)[:, None]
     return x * x + y * y <= (camera.f_px * camera.max_angle) ** 2
+
+
+def _in_scope(camera: Pinhole | Fisheye, options: RenderOptions) -> BoolArray:
+    """(H, W) whether a pixel lies in the region and in a tile that is to be drawn."""
+    drawn = np.ones((camera.height_px, camera.width_px), dtype=np.bool_)
+    if options.region is not None:
+        left, top, width, height = options.region
+        drawn[:] = False
+        drawn[top : top + height, left : left + width] = True
+    if options.tile_mask is not None:
+        of_pixel = options.tile_mask.repeat(TILE_PX, axis=0).repeat(TILE_PX, axis=1)
+        drawn &= of_pixel[: camera.height_px, : camera.width_px]
+    return drawn
 
 
 def _window(prints: _Footprints, i: int, height: int, width: int) -> tuple[slice, slice] | None:

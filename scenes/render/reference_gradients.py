@@ -19,6 +19,7 @@ from scenes.render.reference import (
     _draw_order,
     _Footprints,
     _footprints,
+    _in_scope,
     _inside_lens,
     _is_sound,
 )
@@ -109,7 +110,8 @@ class FrozenPicture:
         alphas = self._raw_alphas(prints)
         self._is_limited = alphas >= ALPHA_MAX
         self._is_drawn = alphas >= ALPHA_MIN
-        through = np.where(_inside_lens(camera), 1.0, 0.0)
+        is_open = _inside_lens(camera) & _in_scope(camera, options)
+        through = np.where(is_open, 1.0, 0.0)
         for k, alpha in enumerate(alphas):
             self._is_drawn[k] &= through >= TRANSMITTANCE_STOP
             through = through * np.where(self._is_drawn[k], 1.0 - np.minimum(alpha, ALPHA_MAX), 1.0)

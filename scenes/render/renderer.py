@@ -23,6 +23,8 @@ ALPHA_MAX = 0.99
 ALPHA_MIN = 1.0 / 255.0
 TRANSMITTANCE_STOP = 1e-4
 LOW_PASS_PX2 = 0.3
+TILE_PX = 16
+"""Side of the squares a picture is drawn in."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,19 +40,27 @@ class PosedSplats:
     world_from_object: Pose
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class RenderOptions:
     """What to draw.
 
+    Pixels inside `region` and `tile_mask` are those of the whole picture to the bit; all others
+    show the background, with alpha 0, depth 0 and id -1. Both at once: where both allow it.
+
     Attributes:
-        background: RGB behind everything, 0..1.
+        background: RGB behind everything, 0..1; one colour, or a picture (H, W, 3) float32.
+        region: left, top, width and height in pixels of the only part to draw, which costs about
+            its share of the picture; None draws all.
+        tile_mask: (ceil(H / TILE_PX), ceil(W / TILE_PX)) bool, the only tiles to draw.
         sh_degree: highest spherical-harmonic degree to evaluate, 0..3.
         near_m: splats nearer than this (z for pinhole, range for fisheye) are skipped.
         antialias: multiply opacity by sqrt(det Σ_2D / det Σ_2D blurred) (Mip 2D filter).
         threads: worker threads; 0 means one per core. Never changes the picture.
     """
 
-    background: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    background: tuple[float, float, float] | NDArray[np.float32] = (0.0, 0.0, 0.0)
+    region: tuple[int, int, int, int] | None = None
+    tile_mask: NDArray[np.bool_] | None = None
     sh_degree: int = 3
     near_m: float = 0.05
     antialias: bool = False
@@ -74,6 +84,11 @@ class Rendering:
     alpha: NDArray[np.float32]
     depth: NDArray[np.float32]
     ids: NDArray[np.int32] | None = None
+
+
+def tiles_of(camera: Pinhole | Fisheye) -> tuple[int, int]:
+    """Rows and columns of the tiles of a picture."""
+    return -(-camera.height_px // TILE_PX), -(-camera.width_px // TILE_PX)
 
 
 class Renderer(Protocol):

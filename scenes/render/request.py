@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from scenes.cameras import Fisheye, Pinhole
-from scenes.render.renderer import PosedSplats, RenderOptions
+from scenes.render.renderer import PosedSplats, RenderOptions, tiles_of
 from scenes.splats import SH_COUNTS, SplatCloud
 
 MAX_THREADS = 256
@@ -38,6 +38,8 @@ def check_request(
     if not (math.isfinite(camera.cx) and math.isfinite(camera.cy)):
         raise ValueError(f"camera: centre ({camera.cx}, {camera.cy}) px, wanted finite values")
     _check_options(options)
+    _check_background(options, camera)
+    _check_scope(options, camera)
 
 
 def _check_arrays(cloud: SplatCloud, where: str) -> None:
@@ -62,23 +64,64 @@ def _check_arrays(cloud: SplatCloud, where: str) -> None:
             )
         )
         if not fits:
-            got = (
-                f"{array.dtype} {array.shape}"
-                if isinstance(array, np.ndarray)
-                else type(array).__name__
-            )
             sizes = ", ".join(str(size) for size in shape)
-            raise ValueError(f"{where}.{name}: got {got}, wanted contiguous float32 ({sizes})")
+            raise ValueError(
+                f"{where}.{name}: got {described(array)}, wanted contiguous float32 ({sizes})"
+            )
 
 
 def _check_options(options: RenderOptions) -> None:
-    if len(options.background) != 3 or not all(math.isfinite(v) for v in options.background):
-        raise ValueError(
-            f"options.background: got {options.background}, wanted three finite numbers"
-        )
     if options.sh_degree not in (0, 1, 2, 3):
         raise ValueError(f"options.sh_degree: got {options.sh_degree}, wanted 0, 1, 2 or 3")
     if not (math.isfinite(options.near_m) and options.near_m > 0):
         raise ValueError(f"options.near_m: got {options.near_m}, wanted finite and above 0 m")
     if not 0 <= options.threads <= MAX_THREADS:
         raise ValueError(f"options.threads: got {options.threads}, wanted 0 (all) to {MAX_THREADS}")
+
+
+def _check_background(options: RenderOptions, camera: Pinhole | Fisheye) -> None:
+    background = options.background
+    if not isinstance(background, np.ndarray):
+        if len(background) != 3 or not all(math.isfinite(v) for v in background):
+            raise ValueError(f"options.background: got {background}, wanted three finite numbers")
+        return
+    shape = (camera.height_px, camera.width_px, 3)
+    if background.dtype != np.float32 or background.shape != shape:
+        raise ValueError(
+            f"options.background: got {described(background)}, wanted float32 {shape} or a colour"
+        )
+    if not np.isfinite(background).all():
+        count = int((~np.isfinite(background)).sum())
+        raise ValueError(
+            f"options.background: got {count} of {background.size} values not finite, wanted none"
+        )
+
+
+def _check_scope(options: RenderOptions, camera: Pinhole | Fisheye) -> None:
+    region, mask = options.region, options.tile_mask
+    if region is not None:
+        is_whole = len(region) == 4 and all(isinstance(v, (int, np.integer)) for v in region)
+        fits = is_whole and (
+            min(region[:2]) >= 0
+            and min(region[2:]) >= 1
+            and region[0] + region[2] <= camera.width_px
+            and region[1] + region[3] <= camera.height_px
+        )
+        if not fits:
+            raise ValueError(
+                f"options.region: got {region}, wanted whole (left, top, width, height) of at "
+                f"least 1×1 px within {camera.width_px}×{camera.height_px} px"
+            )
+    if mask is not None and not (
+        isinstance(mask, np.ndarray) and mask.dtype == np.bool_ and mask.shape == tiles_of(camera)
+    ):
+        raise ValueError(
+            f"options.tile_mask: got {described(mask)}, wanted bool {tiles_of(camera)}"
+        )
+
+
+def described(value: object) -> str:
+    """What an argument is, for messages: dtype and shape, or its type."""
+    if isinstance(value, np.ndarray):
+        return f"{value.dtype} {value.shape}"
+    return type(value).__name__

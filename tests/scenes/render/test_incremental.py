@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from scenes.pose import Pose
-from scenes.render.incremental import TILE_PX, StillView
-from scenes.render.renderer import PosedSplats, RenderOptions
+from scenes.render.incremental import StillView
+from scenes.render.renderer import TILE_PX, PosedSplats, RenderOptions
 from scenes.splats import SplatCloud
 
 BACK = Pose(np.eye(3), [0.0, 0.0, -2.0])
