@@ -299,7 +299,7 @@ def session_from_json(text: str) -> SessionInfo:
     lenses = tuple(camera_from_json(lens) for lens in fields["lenses"])
     fisheyes = tuple(lens for lens in lenses if isinstance(lens, Fisheye))
     if len(fisheyes) != len(lenses):
-        raise ValueError("rig: every lens must be an equidistant fisheye")
+        raise ValueError("rig: every lens must be a fisheye")
     return SessionInfo(
         scene=fields["scene"],
         scene_hash=fields["scene_hash"],

@@ -9,12 +9,16 @@ from numpy.typing import NDArray
 _Picture = tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], NDArray[np.int32]]
 
 class Lens(TypedDict):
-    """A camera; a fisheye of the first focal length if `max_angle` is given, else a pinhole."""
+    """A camera; a fisheye of the first focal length if `max_angle` is given, else a pinhole.
+
+    `distortion` makes the fisheye one of Kannala and Brandt.
+    """
 
     size: tuple[int, int]
     focal: tuple[float, float]
     centre: tuple[float, float]
     max_angle: float | None
+    distortion: tuple[float, float, float, float] | None
 
 class Draw(TypedDict):
     """What to draw; `backdrop` and `tile_mask` are flat, and the former replaces `background`."""
@@ -26,7 +30,9 @@ class Draw(TypedDict):
     near: float
     antialias: bool
     sh_degree: int
+    exact_above: float
     threads: int
+    marked: int | None
 
 class PreparedCloud:
     """A splat cloud prepared for drawing; all arrays flat and C-contiguous."""

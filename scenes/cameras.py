@@ -6,7 +6,8 @@ A pixel coordinate (0.5, 0.5) is the centre of the top-left pixel, as in COLMAP.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -96,16 +97,24 @@ class Pinhole:
         return rays / np.linalg.norm(rays, axis=1, keepdims=True)
 
 
+NO_DISTORTION = (0.0, 0.0, 0.0, 0.0)
+
+
 @dataclass(frozen=True, slots=True)
 class Fisheye:
-    """Equidistant fisheye, r = f·θ (paper eq. 1), valid beyond 90° off axis.
+    """Fisheye r = f·d(θ), d = θ + k1·θ³ + k2·θ⁵ + k3·θ⁷ + k4·θ⁹, valid beyond 90° off axis.
+
+    Without coefficients it is equidistant, r = f·θ (paper eq. 1); with them it is the model of
+    Kannala & Brandt 2006, "A generic camera model", as in OpenCV and COLMAP. Beyond `max_angle`
+    d goes on along its tangent, so that what lies just outside the lens still has a place.
 
     Attributes:
-        f_px: pixels per radian.
+        f_px: pixels per radian on the axis.
         max_angle: half field of view in radians, at most π.
+        distortion: k1 to k4.
 
     Raises:
-        ValueError: a size, focal length or angle is out of range.
+        ValueError: a size, focal length or angle is out of range, or d does not grow with θ.
     """
 
     width_px: int
@@ -114,32 +123,101 @@ class Fisheye:
     cx: float
     cy: float
     max_angle: float
+    distortion: tuple[float, float, float, float] = NO_DISTORTION
 
     def __post_init__(self) -> None:
         _check_size("Fisheye", self.width_px, self.height_px)
         _check_focal("Fisheye", self.f_px)
         if not 0 < self.max_angle <= math.pi:
             raise ValueError(f"Fisheye.max_angle: {self.max_angle} rad, wanted 0 < angle <= π")
+        if len(self.distortion) != 4 or not all(math.isfinite(k) for k in self.distortion):
+            raise ValueError(f"Fisheye.distortion: {self.distortion}, wanted four finite numbers")
+        turn = _first_turn(self.distortion)
+        if turn <= self.max_angle:
+            raise ValueError(
+                f"Fisheye.distortion: with {self.distortion} the picture folds back {turn:.4f} rad "
+                f"off axis, wanted radii that grow up to max_angle, {self.max_angle:.4f} rad: "
+                "give a smaller max_angle or other coefficients"
+            )
 
     @staticmethod
     def from_fov(size_px: int, fov: float) -> Fisheye:
-        """Square lens image whose circle of `fov` radians touches the border."""
+        """Square equidistant lens image whose circle of `fov` radians touches the border."""
         half = 0.5 * size_px
         return Fisheye(size_px, size_px, size_px / fov, half, half, 0.5 * fov)
+
+    @property
+    def is_equidistant(self) -> bool:
+        """Whether all coefficients are 0."""
+        return not any(self.distortion)
+
+    @property
+    def circle_px(self) -> float:
+        """Radius of the lens circle."""
+        return float(self.radius_px(np.array(self.max_angle)))
+
+    def resized(self, width_px: int, height_px: int) -> Fisheye:
+        """The same lens on a picture of another size; the width sets the scale."""
+        scale = width_px / self.width_px
+        return replace(
+            self,
+            width_px=width_px,
+            height_px=height_px,
+            f_px=self.f_px * scale,
+            cx=self.cx * scale,
+            cy=self.cy * scale,
+        )
+
+    def radius_px(self, angles: FloatArray) -> FloatArray:
+        """Distance from the picture's centre at angles off axis, radians."""
+        return self.f_px * self._growth(angles)
+
+    def radius_slope(self, angles: FloatArray) -> FloatArray:
+        """d'(θ): growth of the radius over that on the axis."""
+        powers = [(2 * n + 1) * k for n, k in enumerate((1.0, *self.distortion))]
+        return _in_squares(powers, np.minimum(angles, self.max_angle))
+
+    def _growth(self, angles: FloatArray) -> FloatArray:
+        """The radius over the focal length, d(θ)."""
+        if self.is_equidistant:
+            return angles
+        inside = np.minimum(angles, self.max_angle)
+        beyond = self.radius_slope(angles) * (angles - inside)
+        return inside * _in_squares((1.0, *self.distortion), inside) + beyond
+
+    def angles_at(self, radii_px: FloatArray) -> FloatArray:
+        """Inverse of `radius_px`."""
+        return self._inverse_growth(np.asarray(radii_px, dtype=np.float64) / self.f_px)
+
+    def _inverse_growth(self, wanted: FloatArray) -> FloatArray:
+        """The angles of values of d, by Newton's method kept between bounds; to 1e-12 rad."""
+        if self.is_equidistant:
+            return wanted
+        low, high = np.zeros_like(wanted), np.full_like(wanted, self.max_angle)
+        angles = np.clip(wanted, 0.0, self.max_angle)
+        for _ in range(60):
+            error = self._growth(angles) - wanted
+            low, high = np.where(error < 0, angles, low), np.where(error > 0, angles, high)
+            step = angles - error / self.radius_slope(angles)
+            # A step out of the bounds is replaced by halving them.
+            following = np.where((step >= low) & (step <= high), step, 0.5 * (low + high))
+            is_done = bool(np.all(np.abs(following - angles) < 1e-14))
+            angles = following
+            if is_done:
+                break
+        edge = self.circle_px / self.f_px
+        slope = float(self.radius_slope(np.array(self.max_angle)))
+        return np.where(wanted > edge, self.max_angle + (wanted - edge) / slope, angles)
 
     def project(self, points: ArrayLike) -> tuple[FloatArray, BoolArray]:
         """(N, 3) camera points -> (N, 2) px, (N,) valid: inside the lens circle and the image."""
         p = np.atleast_2d(np.asarray(points, dtype=np.float64))
         off_axis = np.hypot(p[:, 0], p[:, 1])
         theta = np.arctan2(off_axis, p[:, 2])
-        r_per_off_axis = np.where(off_axis > 1e-12, theta / np.maximum(off_axis, 1e-12), 0.0)
-        pixels = np.stack(
-            [
-                self.f_px * r_per_off_axis * p[:, 0] + self.cx,
-                self.f_px * r_per_off_axis * p[:, 1] + self.cy,
-            ],
-            axis=1,
-        )
+        growth = self._growth(theta)
+        per_off_axis = np.where(off_axis > 1e-12, growth / np.maximum(off_axis, 1e-12), 0.0)
+        gain = self.f_px * per_off_axis
+        pixels = np.stack([gain * p[:, 0] + self.cx, gain * p[:, 1] + self.cy], axis=1)
         valid = (theta <= self.max_angle) & (np.linalg.norm(p, axis=1) > 1e-9)
         return pixels, valid & _inside(pixels, self.width_px, self.height_px)
 
@@ -147,10 +225,32 @@ class Fisheye:
         """(N, 2) px -> (N, 3) unit rays."""
         p = np.atleast_2d(np.asarray(pixels, dtype=np.float64))
         x, y = (p[:, 0] - self.cx) / self.f_px, (p[:, 1] - self.cy) / self.f_px
-        theta = np.hypot(x, y)
-        sine_per_theta = np.asarray(np.sinc(theta / np.pi), dtype=np.float64)
-        rays = np.stack([x * sine_per_theta, y * sine_per_theta, np.cos(theta)], axis=1)
+        radius = np.hypot(x, y)
+        theta = self._inverse_growth(radius)
+        sine_per_radius = np.asarray(np.sinc(theta / np.pi), dtype=np.float64)
+        if not self.is_equidistant:
+            sine_per_radius *= theta / np.where(radius > 0, radius, 1.0)
+        rays = np.stack([x * sine_per_radius, y * sine_per_radius, np.cos(theta)], axis=1)
         return np.asarray(rays, dtype=np.float64)
+
+
+def _in_squares(coefficients: Sequence[float], angles: FloatArray) -> FloatArray:
+    """The polynomial c0 + c1·θ² + c2·θ⁴ and so on."""
+    values = np.polynomial.polynomial.polyval(angles * angles, coefficients)
+    return np.asarray(values, dtype=np.float64)
+
+
+def _first_turn(distortion: Sequence[float]) -> float:
+    """The smallest angle at which d(θ) stops growing, radians; inf if there is none."""
+    slopes = np.array([(2 * n + 1) * k for n, k in enumerate((1.0, *distortion))])
+    # What is too small to matter up to π would only spoil the roots.
+    slopes[np.abs(slopes) * math.pi ** (2 * np.arange(5)) < 1e-12] = 0.0
+    last = int(np.flatnonzero(slopes)[-1])
+    squares = np.asarray(
+        np.polynomial.polynomial.polyroots(slopes[: last + 1]), dtype=np.complex128
+    )
+    real = squares.real[(np.abs(squares.imag) <= 1e-9 * np.abs(squares)) & (squares.real > 0)]
+    return float(np.sqrt(real.min())) if len(real) else math.inf
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,7 +288,9 @@ def camera_to_json(camera: Pinhole | Fisheye) -> dict[str, Any]:
         k = {"fx": camera.fx, "fy": camera.fy, "cx": camera.cx, "cy": camera.cy}
         return {"model": "pinhole", **size, **k}
     k = {"f_px": camera.f_px, "cx": camera.cx, "cy": camera.cy, "max_angle": camera.max_angle}
-    return {"model": "equidistant", **size, **k}
+    if camera.is_equidistant:
+        return {"model": "equidistant", **size, **k}
+    return {"model": "kannala_brandt", **size, **k, "distortion": list(camera.distortion)}
 
 
 def camera_from_json(values: dict[str, Any]) -> Pinhole | Fisheye:
@@ -199,9 +301,15 @@ def camera_from_json(values: dict[str, Any]) -> Pinhole | Fisheye:
     """
     fields = dict(values)
     model = fields.pop("model", None)
-    kinds: dict[str, type[Pinhole] | type[Fisheye]] = {"pinhole": Pinhole, "equidistant": Fisheye}
+    kinds: dict[str, type[Pinhole] | type[Fisheye]] = {
+        "pinhole": Pinhole,
+        "equidistant": Fisheye,
+        "kannala_brandt": Fisheye,
+    }
     if model not in kinds:
         raise ValueError(f"camera model {model!r}: wanted one of {sorted(kinds)}")
+    if "distortion" in fields:
+        fields["distortion"] = tuple(fields["distortion"])
     try:
         return kinds[model](**fields)
     except TypeError as error:
@@ -232,7 +340,7 @@ def rig_from_json(values: dict[str, Any]) -> Rig:
         raise ValueError(f"rig: field {error} is missing") from None
     fisheyes = tuple(lens for lens in lenses if isinstance(lens, Fisheye))
     if len(fisheyes) != len(lenses):
-        raise ValueError("rig: every lens must be an equidistant fisheye")
+        raise ValueError("rig: every lens must be a fisheye")
     return Rig(fisheyes, tuple(poses))
 
 

@@ -83,11 +83,7 @@ class DrawnBody:
 
 def fine_lens(lens: Fisheye, supersampling: int) -> Fisheye:
     """The same lens with `supersampling`² grid points to the pixel."""
-    s = supersampling
-    return Fisheye(
-        lens.width_px * s, lens.height_px * s, lens.f_px * s, lens.cx * s, lens.cy * s,
-        lens.max_angle,
-    )  # fmt: skip
+    return lens.resized(lens.width_px * supersampling, lens.height_px * supersampling)
 
 
 def draw_room(
@@ -223,7 +219,7 @@ def _seen_rect(points_in_lens: NDArray[np.float64], lens: Fisheye) -> PixelRect 
     if not len(theta) or theta.min() > lens.max_angle:
         return None
     seen = theta < lens.max_angle + 0.15
-    scale = lens.f_px * theta[seen] / np.maximum(off_axis[seen], 1e-12)
+    scale = lens.radius_px(theta[seen]) / np.maximum(off_axis[seen], 1e-12)
     x = scale * points_in_lens[seen, 0] + lens.cx
     y = scale * points_in_lens[seen, 1] + lens.cy
     x0 = max(0, math.floor(x.min()) - RECT_PAD)
@@ -297,5 +293,5 @@ def _between_nodes(nodes: MatLike, rect: PixelRect) -> MatLike:
 def lens_circle(lens: Fisheye) -> NDArray[np.bool_]:
     """(H, W): pixel centres within the lens's field of view."""
     offset = pixel_centres(lens) - (lens.cx, lens.cy)
-    inside = np.hypot(offset[:, 0], offset[:, 1]) <= lens.f_px * lens.max_angle
+    inside = np.hypot(offset[:, 0], offset[:, 1]) <= lens.circle_px
     return inside.reshape(lens.height_px, lens.width_px)

@@ -207,7 +207,15 @@ class FisheyeRasteriser:
 
         Returns:
             (h, w, 3) uint8 RGB and (h, w) float32 range in metres, inf where nothing was drawn.
+
+        Raises:
+            ValueError: the lens is distorted.
         """
+        if not lens.is_equidistant:
+            raise ValueError(
+                f"lens.distortion: got {lens.distortion}, wanted zeros: the simulated camera's "
+                "lenses are equidistant"
+            )
         for number, lens_from_mesh in parts:
             # GLSL stores matrices by column, VTK by row.
             self._uniforms[number].lens_from_mesh.DeepCopy(

@@ -107,7 +107,7 @@ class Sensor:
 def _falloff(lens: Fisheye, strength: float) -> NDArray[np.uint8]:
     """(H, W, 3) uint8: share of light that arrives, 255 for all; black outside the lens circle."""
     y, x = np.mgrid[0 : lens.height_px, 0 : lens.width_px] + 0.5
-    radius = np.hypot(x - lens.cx, y - lens.cy) / (lens.f_px * lens.max_angle)
+    radius = np.hypot(x - lens.cx, y - lens.cy) / lens.circle_px
     share = 1.0 - strength * np.clip(radius, 0.0, 1.0) ** 2.5
     edge = np.clip((1.0 - radius) * 220.0, 0.0, 1.0)
     light = np.where(lens_circle(lens), share * edge, 0.0)

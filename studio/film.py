@@ -236,6 +236,6 @@ def _camera_picture(message: SessionInput) -> Picture:
     small = cv2.resize(message.frame.images[0], size, interpolation=cv2.INTER_AREA)
     lens = lens_camera(message.frame.rig.lenses[0], PANEL_PX)
     y, x = np.mgrid[:PANEL_PX, :PANEL_PX] + 0.5
-    outside = np.hypot(x - lens.cx, y - lens.cy) > lens.f_px * lens.max_angle
+    outside = np.hypot(x - lens.cx, y - lens.cy) > lens.circle_px
     small[outside] = (np.array(BACKGROUND) * 255).astype(np.uint8)
     return cast(Picture, small)

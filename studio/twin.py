@@ -93,7 +93,4 @@ class Twin:
 
 def lens_camera(lens: Fisheye, size_px: int) -> Fisheye:
     """The same lens on a square picture of another size."""
-    scale = size_px / lens.width_px
-    return Fisheye(
-        size_px, size_px, lens.f_px * scale, lens.cx * scale, lens.cy * scale, lens.max_angle
-    )
+    return lens.resized(size_px, size_px)

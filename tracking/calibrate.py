@@ -154,7 +154,7 @@ def _prepare(
     live_detail = _detail(np.asarray(live, dtype=np.float32), blur)
     gx, gy = slopes(drawn_detail)
     usable = (drawn.alpha > 0.95) & (drawn.depth > RANGE_M[0]) & (drawn.depth < RANGE_M[1])
-    usable &= radius2 < (0.97 * camera.max_angle * camera.f_px * 2 / camera.width_px) ** 2
+    usable &= radius2 < (0.97 * camera.circle_px * 2 / camera.width_px) ** 2
     usable &= _continuous(drawn.depth)
     facing = _facing(drawn.depth, camera.f_px)
     usable &= facing > LEAST_FACING

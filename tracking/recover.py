@@ -73,14 +73,7 @@ def overview(scene: Scene) -> Overview:
     cameras, images, foregrounds = [], [], []
     for index, lens in enumerate(scene.frame.rig.lenses):
         scale = SEARCH_SIZE_PX / lens.width_px
-        camera = Fisheye(
-            SEARCH_SIZE_PX,
-            round(lens.height_px * scale),
-            lens.f_px * scale,
-            lens.cx * scale,
-            lens.cy * scale,
-            lens.max_angle,
-        )
+        camera = lens.resized(SEARCH_SIZE_PX, round(lens.height_px * scale))
         size = (camera.width_px, camera.height_px)
         image = cv2.resize(scene.frame.images[index], size, interpolation=cv2.INTER_AREA)
         plate = cv2.resize(scene.plates.images[index], size, interpolation=cv2.INTER_AREA)
@@ -93,7 +86,7 @@ def overview(scene: Scene) -> Overview:
         )
         live = image.astype(np.float32) / np.float32(255.0)
         change = difference(live, expected, np.asarray(noise, dtype=np.float32))
-        seen = radius2 <= (lens.max_angle * lens.f_px * 2 / lens.width_px) ** 2
+        seen = radius2 <= (lens.circle_px * 2 / lens.width_px) ** 2
         cameras.append(camera)
         images.append(np.asarray(image, dtype=np.uint8))
         foregrounds.append((change.probability * seen).astype(np.float32))

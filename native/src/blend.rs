@@ -236,7 +236,7 @@ pub(crate) fn columns_touched(splat: &TileSplat, row: f32, v: f32) -> Option<(us
 
 /// 2^power / 255 for -118 < power < 127; relative error 2e-7.
 #[inline(always)]
-fn alpha_of(power: f32) -> f32 {
+pub(crate) fn alpha_of(power: f32) -> f32 {
     let whole = power.round_ties_even();
     let part = power - whole;
     let mut sum = ALPHA_OF[5];

@@ -1,5 +1,6 @@
 //! Camera models: where a point falls, how the picture moves with it, and which chunks can be seen.
 
+use crate::cone::{self, PixelBox};
 use crate::scope::Window;
 
 /// Share of the picture's width (height) beyond its border at which the pinhole Jacobian is frozen.
@@ -9,7 +10,7 @@ const ANGLE_MARGIN: f64 = 1.15;
 /// ... but never nearer than this (radians) to straight behind, where the Jacobian has its pole.
 const POLE_MARGIN: f64 = 0.05;
 /// sqrt(2 ln 255): standard deviations at which a splat of opacity 1 fades below 1/255.
-const VISIBLE_SIGMAS: f64 = 3.33;
+pub(crate) const VISIBLE_SIGMAS: f64 = 3.33;
 /// Added to the diagonal of every projected covariance, px².
 pub const LOW_PASS: f64 = 0.3;
 
@@ -24,6 +25,24 @@ pub struct Projected {
     /// d(u, v) / d(x, y, z), px per metre.
     pub jacobian: [[f64; 3]; 2],
     pub drawable: bool,
+}
+
+/// A lens whose picture depends on the angle off axis alone.
+pub(crate) trait RoundLens: Lens {
+    /// Half the field of view, radians.
+    fn max_angle(&self) -> f64;
+
+    /// Largest angle off axis of a splat's centre; splats beyond are not drawn.
+    #[inline(always)]
+    fn angle_limit(&self) -> f64 {
+        (ANGLE_MARGIN * self.max_angle()).min(std::f64::consts::PI - POLE_MARGIN)
+    }
+
+    /// Distance from the picture's centre, px.
+    fn radius(&self, angle: f64) -> f64;
+
+    /// Bounds of how the radius grows with the angle, px per radian.
+    fn slopes(&self) -> [f64; 2];
 }
 
 /// Splats whose means lie in a sphere, in camera axes; metres.
@@ -45,6 +64,15 @@ pub trait Lens: Sync {
 
     /// The direction seen at a point of the picture; of any length.
     fn ray(&self, u: f64, v: f64) -> [f64; 3];
+
+    /// Pixels per radian on the axis.
+    fn focal(&self) -> f64;
+
+    /// A box of the picture that holds the silhouette of an ellipsoid about `mean`; see `cone`.
+    fn box_of_cone(&self, planes: &[[f64; 3]; 3], mean: &[f64; 3]) -> PixelBox;
+
+    /// False only if no ray through the window meets the ball.
+    fn sees_ball(&self, centre: &[f64; 3], radius: f64, window: &Window) -> bool;
 
     /// False only if no splat of the group can touch the window.
     fn can_see(&self, group: &Group, window: &Window) -> bool;
@@ -105,6 +133,28 @@ impl Lens for Pinhole {
         ]
     }
 
+    fn focal(&self) -> f64 {
+        (self.focal[0] * self.focal[1]).sqrt()
+    }
+
+    fn box_of_cone(&self, planes: &[[f64; 3]; 3], mean: &[f64; 3]) -> PixelBox {
+        cone::box_on_pinhole(self, planes, mean)
+    }
+
+    fn sees_ball(&self, centre: &[f64; 3], radius: f64, window: &Window) -> bool {
+        // Distance from the planes through the eye and the window's sides, inside counted positive.
+        (0..2).all(|axis| {
+            let (start, end) = match axis {
+                0 => (window.left, window.right),
+                _ => (window.top, window.bottom),
+            };
+            let tangent = |pixel: usize| (pixel as f64 - self.centre[axis]) / self.focal[axis];
+            let (low, high) = (tangent(start), tangent(end));
+            centre[axis] - low * centre[2] >= -radius * low.hypot(1.0)
+                && high * centre[2] - centre[axis] >= -radius * high.hypot(1.0)
+        })
+    }
+
     fn can_see(&self, group: &Group, window: &Window) -> bool {
         let Group { centre, radius, .. } = *group;
         let z_high = centre[2] + radius;
@@ -142,11 +192,18 @@ pub struct Fisheye {
     pub max_angle: f64,
 }
 
-impl Fisheye {
-    /// Largest angle off axis of a splat's centre; splats beyond are not drawn.
+impl RoundLens for Fisheye {
     #[inline(always)]
-    pub fn angle_limit(&self) -> f64 {
-        (ANGLE_MARGIN * self.max_angle).min(std::f64::consts::PI - POLE_MARGIN)
+    fn max_angle(&self) -> f64 {
+        self.max_angle
+    }
+
+    fn radius(&self, angle: f64) -> f64 {
+        self.focal * angle
+    }
+
+    fn slopes(&self) -> [f64; 2] {
+        [self.focal; 2]
     }
 }
 
@@ -194,44 +251,85 @@ impl Lens for Fisheye {
         [x * sine_per_angle, y * sine_per_angle, cosine]
     }
 
+    fn focal(&self) -> f64 {
+        self.focal
+    }
+
+    fn box_of_cone(&self, planes: &[[f64; 3]; 3], mean: &[f64; 3]) -> PixelBox {
+        cone::box_on_round(self, self.centre, planes, mean)
+    }
+
+    fn sees_ball(&self, centre: &[f64; 3], radius: f64, window: &Window) -> bool {
+        sees_ball_round(self, centre, radius, window)
+    }
+
     fn can_see(&self, group: &Group, window: &Window) -> bool {
-        let Group { centre, radius, .. } = *group;
-        let [x, y, z] = centre;
-        let distance = (x * x + y * y + z * z).sqrt();
-        if distance + radius < group.near {
-            return false;
-        }
-        if distance <= radius {
-            return true;
-        }
-        let nearest = (distance - radius).max(group.near);
-        let angle = (x * x + y * y).sqrt().atan2(z);
-        let half_width = (radius / distance).asin();
-        let limit = self.angle_limit();
-        let first = (angle - half_width).max(0.0);
-        if first > limit {
-            return false;
-        }
-        // Around the axis the picture stretches by angle / sin(angle), along it by one.
-        let last = (angle + half_width).min(limit);
-        let stretch = (last / last.sin().max(1e-9)).max(1.0);
-        let gain = self.focal * stretch * group.max_scale / nearest;
-        let reach = VISIBLE_SIGMAS * (gain * gain + LOW_PASS).sqrt();
-        if self.focal * first - reach > self.focal * self.max_angle {
-            return false;
-        }
-        if !window.is_part {
-            return true;
-        }
-        // The picture nowhere shrinks angles: what is near on it is as near in the world.
-        let (middle, half_diagonal) = window.disc();
-        let apart = angle_between(centre, self.ray(middle[0], middle[1]));
-        apart <= half_width + (half_diagonal + reach) / self.focal
+        can_see_round(self, group, window)
     }
 
     fn circle(&self) -> Option<(f64, [f64; 2])> {
         Some((self.focal * self.max_angle, self.centre))
     }
+}
+
+/// `Lens::sees_ball` of round lenses.
+pub(crate) fn sees_ball_round<L: RoundLens>(
+    lens: &L,
+    centre: &[f64; 3],
+    radius: f64,
+    window: &Window,
+) -> bool {
+    let distance = centre.iter().map(|v| v * v).sum::<f64>().sqrt();
+    if distance <= radius {
+        return true;
+    }
+    let half_width = (radius / distance).asin();
+    let is_near = |ray: [f64; 3], limit: f64| angle_between(*centre, ray) <= half_width + limit;
+    let (middle, half_diagonal) = window.disc();
+    is_near([0.0, 0.0, 1.0], lens.max_angle())
+        && (!window.is_part
+            || is_near(
+                lens.ray(middle[0], middle[1]),
+                half_diagonal / lens.slopes()[0],
+            ))
+}
+
+/// `Lens::can_see` of round lenses.
+pub(crate) fn can_see_round<L: RoundLens>(lens: &L, group: &Group, window: &Window) -> bool {
+    let Group { centre, radius, .. } = *group;
+    let [x, y, z] = centre;
+    let distance = (x * x + y * y + z * z).sqrt();
+    if distance + radius < group.near {
+        return false;
+    }
+    if distance <= radius {
+        return true;
+    }
+    let nearest = (distance - radius).max(group.near);
+    let angle = (x * x + y * y).sqrt().atan2(z);
+    let half_width = (radius / distance).asin();
+    let limit = lens.angle_limit();
+    let first = (angle - half_width).max(0.0);
+    if first > limit {
+        return false;
+    }
+    let [least, most] = lens.slopes();
+    // Around the axis the picture stretches by angle / sin(angle), along it by one, both times
+    // a slope.
+    let last = (angle + half_width).min(limit);
+    let stretch = (last / last.sin().max(1e-9)).max(1.0);
+    let gain = most * stretch * group.max_scale / nearest;
+    let reach = VISIBLE_SIGMAS * (gain * gain + LOW_PASS).sqrt();
+    if lens.radius(first) - reach > lens.radius(lens.max_angle()) {
+        return false;
+    }
+    if !window.is_part {
+        return true;
+    }
+    // Nowhere is the picture of an angle smaller than the least slope makes it.
+    let (middle, half_diagonal) = window.disc();
+    let apart = angle_between(centre, lens.ray(middle[0], middle[1]));
+    apart <= half_width + (half_diagonal + reach) / least
 }
 
 /// Angle between two vectors.
@@ -247,7 +345,7 @@ fn angle_between(p: [f64; 3], q: [f64; 3]) -> f64 {
 
 /// sin(angle) / angle and cos(angle) for 0 <= angle <= π to the last digits, without branches.
 #[inline(always)]
-fn sine_and_cosine(angle: f64) -> (f64, f64) {
+pub(crate) fn sine_and_cosine(angle: f64) -> (f64, f64) {
     // Taylor series of the half angle, whose square is below 2.5: the next term is below 1e-16.
     const TERMS: usize = 11;
     let square = 0.25 * angle * angle;
@@ -262,7 +360,7 @@ fn sine_and_cosine(angle: f64) -> (f64, f64) {
 
 /// atan2(y, x) for y >= 0, within 2 ulp, without branches.
 #[inline(always)]
-fn angle_from(y: f64, x: f64) -> f64 {
+pub(crate) fn angle_from(y: f64, x: f64) -> f64 {
     use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
     const TAN_PI_8: f64 = 0.414_213_562_373_095_03;
     // Chebyshev fit of atan(t)/t in t² on 0..tan²(π/8), relative error 2e-15.
@@ -302,7 +400,7 @@ fn angle_from(y: f64, x: f64) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
     const FISHEYE: Fisheye = Fisheye {
@@ -328,7 +426,7 @@ mod tests {
         assert_eq!(angle_from(0.0, 0.0), 0.0);
     }
 
-    fn check_jacobian(lens: &impl Lens, p: [f64; 3]) {
+    pub(crate) fn check_jacobian(lens: &impl Lens, p: [f64; 3]) {
         let step = 1e-6;
         let analytic = lens.project(p).jacobian;
         for axis in 0..3 {
@@ -395,7 +493,7 @@ mod tests {
             && in_circle
     }
 
-    fn random() -> impl FnMut() -> f64 {
+    pub(crate) fn random() -> impl FnMut() -> f64 {
         let mut state = 3u64;
         move || {
             state = state
@@ -405,7 +503,7 @@ mod tests {
         }
     }
 
-    fn check_culling(lens: &impl Lens, window: &Window) {
+    pub(crate) fn check_culling(lens: &impl Lens, window: &Window) {
         let mut next = random();
         let mut culled = 0;
         for _ in 0..200_000 {
@@ -439,7 +537,7 @@ mod tests {
         }
     }
 
-    fn check_rays(lens: &impl Lens) {
+    pub(crate) fn check_rays(lens: &impl Lens) {
         let mut next = random();
         for _ in 0..1000 {
             let (u, v) = (700.0 * next(), 700.0 * next());

@@ -98,7 +98,7 @@ impl Curved for Fisheye {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
     const FISHEYE: Fisheye = Fisheye {
@@ -113,7 +113,7 @@ mod tests {
         centre: [310.0, 245.0],
     };
 
-    fn check(lens: &impl Curved, p: [f64; 3]) {
+    pub(crate) fn check(lens: &impl Curved, p: [f64; 3]) {
         let step = 1e-5;
         let analytic = lens.bend(p);
         for axis in 0..3 {

@@ -16,6 +16,8 @@ pub struct Footprint {
     pub sharp: f64,
     pub soft: f64,
     pub depth: f64,
+    /// Squared distance of the mean.
+    pub range_squared: f64,
     pub drawable: bool,
 }
 
@@ -27,7 +29,8 @@ pub fn footprint<L: Lens>(
     mean: [f64; 3],
     factor: [f64; 9],
 ) -> Footprint {
-    let seen = lens.project(posed.to_camera(mean));
+    let at = posed.to_camera(mean);
+    let seen = lens.project(at);
     let r = &posed.rotation;
     let [top, bottom] = seen.jacobian.map(|row| {
         let turned: [f64; 3] =
@@ -47,6 +50,7 @@ pub fn footprint<L: Lens>(
         sharp: print.sharp_determinant,
         soft: print.soft_determinant,
         depth: seen.depth,
+        range_squared: at[0] * at[0] + at[1] * at[1] + at[2] * at[2],
         drawable: seen.drawable,
     }
 }

@@ -14,9 +14,11 @@ mod blend_avx512;
 #[cfg(target_arch = "aarch64")]
 mod blend_neon;
 pub mod camera;
+pub mod cone;
 pub mod curvature;
 pub mod ewa;
 pub mod gradient_projection;
+pub mod kannala_brandt;
 pub mod lanes;
 #[cfg(target_arch = "x86_64")]
 mod lanes_avx2;
@@ -52,6 +54,7 @@ pub mod tape;
 pub mod train_backward;
 pub mod train_splats;
 pub mod train_step;
+pub mod wide;
 
 /// The Python module.
 #[pyo3::pymodule]

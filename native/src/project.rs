@@ -3,9 +3,10 @@
 use crate::bin::TILE;
 use crate::camera::Lens;
 use crate::ewa;
-use crate::scene::{Cloud, BLOCKS_PER_CHUNK, LANES, LOG2_255};
+use crate::scene::{Block, Cloud, BLOCKS_PER_CHUNK, LANES, LOG2_255};
 use crate::scope::Scope;
 use crate::sh;
+use crate::wide::WideSplat;
 
 /// log2(e) / 2: turns half a squared Mahalanobis distance into a power of two.
 const HALF_LOG2_E: f64 = std::f64::consts::LOG2_E / 2.0;
@@ -53,6 +54,12 @@ impl Record {
     pub fn is_needle(&self) -> bool {
         // b / c is the slant of the ellipse in units of its own thickness.
         self.b.abs() > 32.0 * self.c
+    }
+
+    /// Whether the splat is one of those that `wide` draws, and the record holds no ellipse.
+    #[inline(always)]
+    pub fn is_wide(&self) -> bool {
+        self.c == 0.0
     }
 }
 
@@ -108,6 +115,9 @@ pub struct View {
     pub near: f64,
     pub antialias: bool,
     pub sh_degree: usize,
+    /// Splats whose largest standard deviation is seen under more than this are drawn by `wide`;
+    /// radians.
+    pub exact_above: f64,
 }
 
 /// Where a chunk's visible splats go; all slices hold a chunk.
@@ -134,6 +144,7 @@ struct Footprints {
     log2_gain: [f64; LANES],
     depth: [f64; LANES],
     drawable: [bool; LANES],
+    is_wide: [bool; LANES],
 }
 
 /// Projects chunk `chunk` and returns how many records were written.
@@ -155,8 +166,15 @@ pub fn project_chunk<L: Lens>(
     for index in first..last {
         let block = &cloud.blocks[index];
         let prints = footprints(posed, lens, view, index);
-        let visible: [_; LANES] =
+        let mut visible: [_; LANES] =
             std::array::from_fn(|lane| extent_of(&prints, lane, block.log2_opacity[lane], scope));
+        let mut wide = [None; LANES];
+        if prints.is_wide.contains(&true) {
+            wide = wide_records(posed, lens, scope, block, &prints.is_wide);
+            for lane in (0..LANES).filter(|&lane| prints.is_wide[lane]) {
+                visible[lane] = wide[lane].map(|(tiles, record)| (tiles, record.log2_opacity));
+            }
+        }
         if visible.iter().all(Option::is_none) {
             continue;
         }
@@ -165,7 +183,11 @@ pub fn project_chunk<L: Lens>(
             let Some((tiles, log2_opacity)) = visible[lane] else {
                 continue;
             };
-            let mut record = record_of(&prints, lane);
+            let mut record = match wide[lane] {
+                Some((_, record)) => record,
+                None => record_of(&prints, lane),
+            };
+            record.depth = prints.depth[lane] as f32;
             record.log2_opacity = log2_opacity;
             record.right_dy *= (power_of(log2_opacity).max(0.0) / HALF_LOG2_E as f32).sqrt();
             record.colour = std::array::from_fn(|channel| colour[channel][lane]);
@@ -199,7 +221,9 @@ fn footprints<L: Lens>(posed: &PosedCloud, lens: &L, view: &View, index: usize) 
         log2_gain: [0.0; LANES],
         depth: [0.0; LANES],
         drawable: [false; LANES],
+        is_wide: [false; LANES],
     };
+    let limit_squared = view.exact_above * view.exact_above;
     let mut sharp = [0.0; LANES];
     let mut soft = [0.0; LANES];
     for lane in 0..LANES {
@@ -215,6 +239,9 @@ fn footprints<L: Lens>(posed: &PosedCloud, lens: &L, view: &View, index: usize) 
         out.sigma_y[lane] = seen.yy.sqrt();
         out.right_dy[lane] = seen.xy / seen.xx.sqrt();
         out.depth[lane] = seen.depth;
+        let scale = f64::from(block.max_scale[lane]);
+        out.is_wide[lane] =
+            (scale * scale > limit_squared * seen.range_squared) & (seen.depth >= view.near);
         out.drawable[lane] = seen.drawable & (seen.depth >= view.near);
         sharp[lane] = seen.sharp;
         soft[lane] = seen.soft;
@@ -225,6 +252,26 @@ fn footprints<L: Lens>(posed: &PosedCloud, lens: &L, view: &View, index: usize) 
         }
     }
     out
+}
+
+/// Tiles and records of a block's wide splats; None for the others and those that are not seen.
+#[cold]
+fn wide_records<L: Lens>(
+    posed: &PosedCloud,
+    lens: &L,
+    scope: &Scope,
+    block: &Block,
+    is_wide: &[bool; LANES],
+) -> [Option<(TileBox, Record)>; LANES] {
+    std::array::from_fn(|lane| {
+        if !is_wide[lane] {
+            return None;
+        }
+        let original = &posed.cloud.originals[block.index[lane] as usize];
+        let splat = WideSplat::new(posed, lens, original);
+        let tiles = splat.tiles(lens, scope)?;
+        Some((tiles, splat.record(&tiles)))
+    })
 }
 
 /// Height of the log2-alpha paraboloid above the visible limit at the splat's centre.
@@ -292,7 +339,6 @@ fn record_of(prints: &Footprints, lane: usize) -> Record {
         c: prints.c[lane] as f32,
         inverse_a: (1.0 / prints.a[lane]) as f32,
         right_dy: prints.right_dy[lane] as f32,
-        depth: prints.depth[lane] as f32,
         ..Record::default()
     }
 }

@@ -138,10 +138,11 @@ impl Engine {
         };
         let objects = posed_clouds(&clouds, camera_from_object.as_slice()?)?;
         let arrays = picture_arrays(py, &view);
+        let marked = draw.marked;
         let lens = lens.lens();
         with_picture(&arrays, |picture| {
             py.detach(
-                || with_lens!(&lens, lens => self.engine.render(&objects, lens, &job, picture)),
+                || with_lens!(&lens, lens => self.engine.render(&objects, lens, &job, marked, picture)),
             );
         })?;
         Ok(arrays)

@@ -12,6 +12,7 @@ use rayon::ThreadPool;
 
 use crate::bin::TILE;
 use crate::camera::{Fisheye, Pinhole};
+use crate::kannala_brandt::KannalaBrandt;
 use crate::pool::Pools;
 use crate::project::{PosedCloud, View};
 use crate::python::PreparedCloud;
@@ -19,10 +20,10 @@ use crate::render::{Background, Picture, MAX_SIDE};
 use crate::scope::Scope;
 
 /// Any lens, as Python names it.
-#[derive(Clone, Copy)]
 pub(crate) enum AnyLens {
     Pinhole(Pinhole),
     Fisheye(Fisheye),
+    KannalaBrandt(KannalaBrandt),
 }
 
 /// Runs the same work for the lens that there is, compiled for each.
@@ -31,12 +32,14 @@ macro_rules! with_lens {
         match $any {
             $crate::python_request::AnyLens::Pinhole($lens) => $work,
             $crate::python_request::AnyLens::Fisheye($lens) => $work,
+            $crate::python_request::AnyLens::KannalaBrandt($lens) => $work,
         }
     };
 }
 pub(crate) use with_lens;
 
 /// A camera: a fisheye of the first focal length if it has a largest angle, else a pinhole.
+/// A fisheye has a distortion only if a coefficient is not zero.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct LensRequest {
@@ -44,17 +47,22 @@ pub struct LensRequest {
     focal: [f64; 2],
     centre: [f64; 2],
     max_angle: Option<f64>,
+    distortion: Option<[f64; 4]>,
 }
 
 impl LensRequest {
     pub(crate) fn lens(&self) -> AnyLens {
-        match self.max_angle {
-            Some(max_angle) => AnyLens::Fisheye(Fisheye {
-                focal: self.focal[0],
+        let focal = self.focal[0];
+        match (self.max_angle, self.distortion) {
+            (Some(max_angle), Some(k)) => {
+                AnyLens::KannalaBrandt(KannalaBrandt::new(focal, self.centre, max_angle, k))
+            }
+            (Some(max_angle), None) => AnyLens::Fisheye(Fisheye {
+                focal,
                 centre: self.centre,
                 max_angle,
             }),
-            None => AnyLens::Pinhole(Pinhole {
+            (None, _) => AnyLens::Pinhole(Pinhole {
                 width: self.size.0 as f64,
                 height: self.size.1 as f64,
                 focal: self.focal,
@@ -77,7 +85,10 @@ pub struct DrawRequest<'py> {
     near: f64,
     antialias: bool,
     sh_degree: usize,
+    exact_above: f64,
     pub(crate) threads: usize,
+    /// The object whose share of each pixel is drawn instead of colours.
+    pub(crate) marked: Option<u32>,
 }
 
 impl DrawRequest<'_> {
@@ -100,6 +111,7 @@ impl DrawRequest<'_> {
             near: self.near,
             antialias: self.antialias,
             sh_degree: self.sh_degree,
+            exact_above: self.exact_above,
         })
     }
 

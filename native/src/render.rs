@@ -14,6 +14,7 @@ use crate::scene::CHUNK;
 use crate::scope::{Scope, Window};
 use crate::simd::Simd;
 use crate::sort;
+use crate::wide::{self, TileRays, WideSplat, WideTile};
 
 /// Largest width and height, set by the 16-bit rows and tile columns.
 pub const MAX_SIDE: usize = 32_768;
@@ -83,6 +84,20 @@ impl Scratch {
         bin_into_rows(job, self);
     }
 
+    /// Colours an object's splats (1, depth, 0) and the others (0, 0, depth): blended, they give the
+    /// object's share of each pixel, and its summed depth beside that of the rest.
+    fn mark(&mut self, object: u32) {
+        for (group, &count) in self.counts.iter().enumerate() {
+            for record in &mut self.records[group * CHUNK..group * CHUNK + count] {
+                record.colour = if record.object == object {
+                    [1.0, record.depth, 0.0]
+                } else {
+                    [0.0, 0.0, record.depth]
+                };
+            }
+        }
+    }
+
     /// Fills the lists of one row of tiles.
     pub(crate) fn fill_row(&self, row: usize, job: &Job, lists: &mut TileRow) {
         let rows_of_tiles = job.view.height.div_ceil(TILE);
@@ -102,17 +117,21 @@ pub struct Engine {
 }
 
 impl Engine {
-    /// Draws `objects` through `lens`. The picture is the same to the bit for any number of threads.
+    /// Draws `objects` through `lens`; see `Scratch::mark` for `marked`. The picture is the same to the bit for any number of threads.
     pub fn render<L: Lens>(
         &self,
         objects: &[PosedCloud],
         lens: &L,
         job: &Job,
+        marked: Option<u32>,
         picture: &mut Picture,
     ) {
         let mut scratch = self.borrow_scratch();
         job.pool.install(|| {
             scratch.list_splats(objects, lens, job);
+            if let Some(object) = marked {
+                scratch.mark(object);
+            }
             if objects.len() > 1 {
                 blend_all::<L, true>(objects, lens, job, &scratch, picture);
             } else {
@@ -148,8 +167,10 @@ pub(crate) fn project_all<L: Lens>(
                     max_scale: chunk.max_scale,
                     near: job.view.near,
                 };
-                lens.can_see(&group, &job.scope.window)
-                    .then_some((posed, index))
+                let window = &job.scope.window;
+                (lens.can_see(&group, window)
+                    || wide::can_see_wide(lens, &group, job.view.exact_above, window))
+                .then_some((posed, index))
             })
         })
         .collect();
@@ -292,7 +313,7 @@ pub(crate) fn blend_all<L: Lens, const TRACK_OBJECTS: bool>(
                         top: (row * TILE) as i32,
                         judge: &judge,
                     };
-                    draw_tile::<L, TRACK_OBJECTS>(lens, job, &work, &mut strip);
+                    draw_tile::<L, TRACK_OBJECTS>(&judge, job, &work, &mut strip);
                 }
             },
         );
@@ -300,16 +321,16 @@ pub(crate) fn blend_all<L: Lens, const TRACK_OBJECTS: bool>(
 
 /// Blends one tile and writes it to its strip of the picture.
 pub(crate) fn draw_tile<L: Lens, const TRACK_OBJECTS: bool>(
-    lens: &L,
+    judge: &ExactJudge<L>,
     job: &Job,
     work: &TileWork,
     strip: &mut Picture,
 ) {
     let (left, top) = (work.left as usize, work.top as usize);
-    let mask = ClosedPixels::new(lens, &job.scope.window, left, top);
+    let mask = ClosedPixels::new(judge.lens, &job.scope.window, left, top);
     let mut tile = Tile::EMPTY;
     mask.close_outside(&mut tile);
-    job.simd.blend_tile::<TRACK_OBJECTS>(&mut tile, work);
+    blend_runs::<L, TRACK_OBJECTS>(&mut tile, judge, job, work);
     mask.open_outside(&mut tile);
     let width = job.view.width;
     match job.background {
@@ -327,6 +348,44 @@ pub(crate) fn draw_tile<L: Lens, const TRACK_OBJECTS: bool>(
             write_tile::<TRACK_OBJECTS>(&tile, left, width, behind, strip);
         }
     }
+}
+
+/// Blends a tile's splats, the ordinary ones between two wide ones together.
+fn blend_runs<L: Lens, const TRACK_OBJECTS: bool>(
+    tile: &mut Tile,
+    judge: &ExactJudge<L>,
+    job: &Job,
+    work: &TileWork,
+) {
+    let mut rest = *work;
+    let mut rays = None;
+    let has_wide = job.view.exact_above.is_finite();
+    while let Some(place) = has_wide.then(|| wide::next_wide(&rest)).flatten() {
+        let run = TileWork {
+            slots: &rest.slots[..place],
+            ..rest
+        };
+        if place > 0 {
+            job.simd.blend_tile::<TRACK_OBJECTS>(tile, &run);
+        }
+        let record = &work.records[rest.slots[place] as usize];
+        let rays = rays.get_or_insert_with(|| {
+            job.simd.run(
+                #[inline(always)]
+                || TileRays::new(judge.lens, work.left as usize, work.top as usize),
+            )
+        });
+        let posed = &judge.objects[record.object as usize];
+        let original = &posed.cloud.originals[record.index as usize];
+        let splat = WideSplat::new(posed, judge.lens, original);
+        let wide = WideTile::new(&splat, rays);
+        job.simd.run(
+            #[inline(always)]
+            || wide::blend_wide::<TRACK_OBJECTS>(tile, &wide, record),
+        );
+        rest.slots = &rest.slots[place + 1..];
+    }
+    job.simd.blend_tile::<TRACK_OBJECTS>(tile, &rest);
 }
 
 /// Shows the background in a tile that is not drawn.

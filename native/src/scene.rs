@@ -51,9 +51,14 @@ impl Original {
         }
     }
 
+    /// R row by row: its columns are the directions of the scales.
+    pub fn axes(&self) -> [f64; 9] {
+        rotation_from_quaternion(&self.rotation)
+    }
+
     /// R·S row by row: the covariance is `factor · factorᵀ`.
     pub fn factor(&self) -> [f64; 9] {
-        let rotation = rotation_from_quaternion(&self.rotation);
+        let rotation = self.axes();
         std::array::from_fn(|entry| rotation[entry] * f64::from(self.scale[entry % 3]))
     }
 }
@@ -65,6 +70,8 @@ pub struct Block {
     /// R·S row by row: the covariance is `factor · factorᵀ`.
     pub factor: [[f32; LANES]; 9],
     pub log2_opacity: [f32; LANES],
+    /// Largest standard deviation.
+    pub max_scale: [f32; LANES],
     /// Position in the cloud as given; decides ties of depth.
     pub index: [u32; LANES],
 }
@@ -169,6 +176,7 @@ fn block_of(arrays: &SplatArrays, ids: &[u32]) -> Block {
         mean: [[0.0; LANES]; 3],
         factor: [[0.0; LANES]; 9],
         log2_opacity: [f32::NEG_INFINITY; LANES],
+        max_scale: [0.0; LANES],
         index: [u32::MAX; LANES],
     };
     for (lane, &id) in ids.iter().enumerate() {
@@ -181,6 +189,7 @@ fn block_of(arrays: &SplatArrays, ids: &[u32]) -> Block {
             row[lane] = value as f32;
         }
         block.log2_opacity[lane] = f64::from(original.opacity.min(1.0)).log2() as f32;
+        block.max_scale[lane] = original.scale.into_iter().fold(0.0, f32::max);
         block.index[lane] = id;
     }
     block

@@ -178,7 +178,7 @@ impl Still {
                             top: (row * TILE) as i32,
                             judge: &judge,
                         };
-                        draw_tile::<L, TRACK_OBJECTS>(lens, job, &work, &mut strip);
+                        draw_tile::<L, TRACK_OBJECTS>(&judge, job, &work, &mut strip);
                     }
                 },
             );

@@ -21,8 +21,8 @@ class Refresh:
     Attributes:
         rendering: the whole picture, read-only. It is the view's own memory, which the next update
             overwrites: copy what has to outlive it.
-        drawn: (ceil(H / TILE_PX), ceil(W / TILE_PX)) bool, the tiles that were drawn again; all others
-            hold what they held before.
+        drawn: (ceil(H / TILE_PX), ceil(W / TILE_PX)) bool, the tiles that were drawn again; all
+            others hold what they held before.
     """
 
     rendering: Rendering

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from collections import OrderedDict
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -93,6 +95,28 @@ class NativeRenderer:
         flat = self._engine.render(clouds, poses, lens=_lens(camera), draw=_draw(options))
         return rendering_of(flat, camera.height_px, camera.width_px)
 
+    def shares(
+        self,
+        objects: Sequence[PosedSplats],
+        index: int,
+        camera: Pinhole | Fisheye,
+        world_from_camera: Pose,
+        options: RenderOptions,
+    ) -> Rendering:
+        """The part of `scenes.render.front.front_of` that is native: sums instead of colours.
+
+        `rgb` holds the object's blend weight, its weighted depth and that of all others.
+        """
+        check_request(objects, camera, options)
+        options = replace(options, background=(0.0, 0.0, 0.0), sh_degree=0)
+        flat = self._engine.render(
+            [self._prepared(posed.cloud) for posed in objects],
+            _camera_from_objects(objects, world_from_camera),
+            lens=_lens(camera),
+            draw=_draw(options, marked=index),
+        )
+        return rendering_of(flat, camera.height_px, camera.width_px)
+
     def record(
         self,
         objects: Sequence[PosedSplats],
@@ -102,6 +126,11 @@ class NativeRenderer:
     ) -> tuple[Rendering, Tape]:
         """Draw and remember how: the part of `scenes.render.gradients.record` that is native."""
         check_request(objects, camera, options)
+        if math.isfinite(options.exact_above_rad):
+            raise ValueError(
+                f"options.exact_above_rad: got {options.exact_above_rad}, wanted inf: gradients "
+                "are those of EWA"
+            )
         flat, tape = self._differentiator.record(
             [self._prepared(posed.cloud) for posed in objects],
             _camera_from_objects(objects, world_from_camera),
@@ -139,6 +168,8 @@ class NativeRenderer:
             raise ValueError(
                 "options: got a region or a tile_mask, wanted none: give the target weights of 0"
             )
+        # The tracker's objects are never wide, and its steps need EWA's derivatives.
+        options = replace(options, exact_above_rad=math.inf)
         return self._differentiator.pose_normals(
             self._prepared(posed.cloud),
             _camera_from_objects([posed], world_from_camera),
@@ -206,16 +237,25 @@ def _camera_from_objects(
 
 
 def _lens(camera: Pinhole | Fisheye) -> _native.Lens:
-    is_pinhole = isinstance(camera, Pinhole)
+    size, centre = (camera.width_px, camera.height_px), (camera.cx, camera.cy)
+    if isinstance(camera, Pinhole):
+        return {
+            "size": size,
+            "focal": (camera.fx, camera.fy),
+            "centre": centre,
+            "max_angle": None,
+            "distortion": None,
+        }
     return {
-        "size": (camera.width_px, camera.height_px),
-        "focal": (camera.fx, camera.fy) if is_pinhole else (camera.f_px, camera.f_px),
-        "centre": (camera.cx, camera.cy),
-        "max_angle": None if is_pinhole else camera.max_angle,
+        "size": size,
+        "focal": (camera.f_px, camera.f_px),
+        "centre": centre,
+        "max_angle": camera.max_angle,
+        "distortion": None if camera.is_equidistant else camera.distortion,
     }
 
 
-def _draw(options: RenderOptions) -> _native.Draw:
+def _draw(options: RenderOptions, *, marked: int | None = None) -> _native.Draw:
     background, mask = options.background, options.tile_mask
     is_picture = isinstance(background, np.ndarray)
     return {
@@ -226,7 +266,9 @@ def _draw(options: RenderOptions) -> _native.Draw:
         "near": options.near_m,
         "antialias": options.antialias,
         "sh_degree": options.sh_degree,
+        "exact_above": options.exact_above_rad,
         "threads": options.threads,
+        "marked": marked,
     }
 
 

@@ -6,7 +6,7 @@ pixel of its footprint, nearest first. It follows `scenes.render.renderer`, and 
 - A pinhole's Jacobian is frozen beyond 15 % of the picture's size outside its border.
 - A fisheye draws nothing outside its lens circle (`max_angle`): background, alpha 0. Splats
   whose centre lies further than 1.15 · `max_angle` off axis, or within 0.05 rad of straight behind,
-  are skipped.
+  are skipped, unless they are wide.
 - The order is that of depth rounded to float32; ties go by object, then by place in the cloud.
 - Colours are clamped below at 0, before blending; opacities above 1 count as 1.
 - The splat that takes a pixel's transmittance below the stop is the last one blended there.
@@ -18,14 +18,14 @@ pixel of its footprint, nearest first. It follows `scenes.render.renderer`, and 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.cameras import Fisheye, Pinhole
+from scenes.cameras import Fisheye, Pinhole, pixel_centres
 from scenes.harmonics import basis
-from scenes.pose import Pose
+from scenes.pose import Pose, rotation_from_quaternion
 from scenes.render.renderer import (
     ALPHA_MAX,
     ALPHA_MIN,
@@ -66,12 +66,39 @@ class ReferenceRenderer:
         """
         options = options or RenderOptions()
         check_request(objects, camera, options)
-        camera_from_world = world_from_camera.inverse()
-        footprints = [
-            _footprints(posed.cloud, camera_from_world @ posed.world_from_object, camera, options)
-            for posed in objects
-        ]
-        return _blend(footprints, camera, options)
+        return _blend(_footprints_of(objects, camera, world_from_camera, options), camera, options)
+
+    def shares(
+        self,
+        objects: Sequence[PosedSplats],
+        index: int,
+        camera: Pinhole | Fisheye,
+        world_from_camera: Pose,
+        options: RenderOptions,
+    ) -> Rendering:
+        """As `NativeRenderer.shares`."""
+        check_request(objects, camera, options)
+        options = replace(options, background=(0.0, 0.0, 0.0), sh_degree=0)
+        marked = []
+        for k, prints in enumerate(_footprints_of(objects, camera, world_from_camera, options)):
+            sums = np.zeros((len(prints.depths), 3))
+            sums[:, 0] = k == index
+            sums[:, 1 if k == index else 2] = prints.depths
+            marked.append(replace(prints, colours=sums))
+        return _blend(marked, camera, options)
+
+
+def _footprints_of(
+    objects: Sequence[PosedSplats],
+    camera: Pinhole | Fisheye,
+    world_from_camera: Pose,
+    options: RenderOptions,
+) -> list[_Footprints]:
+    camera_from_world = world_from_camera.inverse()
+    return [
+        _footprints(posed.cloud, camera_from_world @ posed.world_from_object, camera, options)
+        for posed in objects
+    ]
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,29 +110,45 @@ class _Footprints:
     opacities: FloatArray  # (N,)
     colours: FloatArray  # (N, 3)
     depths: FloatArray  # (N,)
+    is_wide: BoolArray  # (N,) drawn along rays; `pixels` and `covariances` mean nothing then
+    means: FloatArray  # (N, 3) in camera axes
+    whitenings: FloatArray  # (N, 3, 3) A with A Σ Aᵀ = 1, Σ blurred, of points in camera axes
 
 
 def _footprints(
     cloud: SplatCloud, camera_from_object: Pose, camera: Pinhole | Fisheye, options: RenderOptions
 ) -> _Footprints:
     cloud = cloud.select(_is_sound(cloud))
-    means_in_camera = camera_from_object @ cloud.means.astype(np.float64)
+    means = camera_from_object @ cloud.means.astype(np.float64)
     project = _project_pinhole if isinstance(camera, Pinhole) else _project_fisheye
-    pixels, depths, jacobians, drawable = project(camera, means_in_camera)  # type: ignore[arg-type]
-    drawable &= depths >= options.near_m
+    pixels, depths, jacobians, drawable = project(camera, means)  # type: ignore[arg-type]
+    ranges = np.linalg.norm(means, axis=1)
+    is_wide = cloud.scales.max(axis=1, initial=0.0) > options.exact_above_rad * ranges
+    drawable = (drawable | is_wide) & (depths >= options.near_m)
 
     cloud = cloud.select(drawable)
     pixels, depths, jacobians = pixels[drawable], depths[drawable], jacobians[drawable]
+    means, ranges, is_wide = means[drawable], ranges[drawable], is_wide[drawable]
     gradients = jacobians @ camera_from_object.rotation
     sharp = gradients @ cloud.covariances() @ np.swapaxes(gradients, 1, 2)
     covariances = sharp + LOW_PASS_PX2 * np.eye(2)
     opacities = np.minimum(cloud.opacities.astype(np.float64), 1.0)
     if options.antialias:
         sharp_det = np.maximum(np.linalg.det(sharp), 0.0)
-        opacities = opacities * np.sqrt(sharp_det / np.linalg.det(covariances))
+        gain = np.sqrt(sharp_det / np.linalg.det(covariances))
+        opacities = opacities * np.where(is_wide, 1.0, gain)
     eye_in_object = camera_from_object.inverse().translation
     colours = _colours(cloud, eye_in_object, options.sh_degree)
-    return _Footprints(pixels, covariances, opacities, colours, depths)
+    blur_m = np.sqrt(LOW_PASS_PX2) * ranges / _focal(camera)
+    scales = np.hypot(cloud.scales.astype(np.float64), blur_m[:, None])
+    axes = camera_from_object.rotation @ rotation_from_quaternion(cloud.rotations)
+    whitenings = np.swapaxes(axes, 1, 2) / scales[:, :, None]
+    return _Footprints(pixels, covariances, opacities, colours, depths, is_wide, means, whitenings)
+
+
+def _focal(camera: Pinhole | Fisheye) -> float:
+    """Pixels per radian on the axis."""
+    return float(np.sqrt(camera.fx * camera.fy)) if isinstance(camera, Pinhole) else camera.f_px
 
 
 def _is_sound(cloud: SplatCloud) -> BoolArray:
@@ -144,7 +187,8 @@ def _project_fisheye(
 ) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
     """Pixels (N, 2), ranges (N,), Jacobians (N, 2, 3) and which points are near enough to the axis.
 
-    With s = |(x, y)| and e = (x, y) / s, r = f·θ moves by f·z/range² along e and by f·θ/s across.
+    With s = |(x, y)| and e = (x, y) / s, r = f·d(θ) moves by f·d'·z/range² along e and by r/s
+    across.
     """
     xy, z = points[:, :2], points[:, 2]
     off_axis = np.hypot(xy[:, 0], xy[:, 1])
@@ -158,13 +202,15 @@ def _project_fisheye(
     along = np.where(on_axis[:, None], [1.0, 0.0], xy / safe_s[:, None])
     across = np.stack([-along[:, 1], along[:, 0]], axis=1)
     square = np.where(ranges > 0, ranges, 1.0) ** 2
-    radial = camera.f_px * z / square
-    tangential = camera.f_px * np.where(on_axis, 1.0 / np.where(z != 0, z, 1.0), angles / safe_s)
+    slopes = camera.f_px * camera.radius_slope(angles)
+    radii = camera.radius_px(angles)
+    radial = slopes * z / square
+    tangential = np.where(on_axis, camera.f_px / np.where(z != 0, z, 1.0), radii / safe_s)
     jacobians = np.zeros((len(points), 2, 3))
     jacobians[:, :, :2] = radial[:, None, None] * along[:, :, None] * along[:, None, :]
     jacobians[:, :, :2] += tangential[:, None, None] * across[:, :, None] * across[:, None, :]
-    jacobians[:, :, 2] = -(camera.f_px * off_axis / square)[:, None] * along
-    pixels = camera.f_px * angles[:, None] * along + np.array([camera.cx, camera.cy])
+    jacobians[:, :, 2] = -(slopes * off_axis / square)[:, None] * along
+    pixels = radii[:, None] * along + np.array([camera.cx, camera.cy])
     return pixels, ranges, jacobians, drawable
 
 
@@ -190,12 +236,14 @@ def _blend(
     heaviest = np.zeros((height, width))
     is_drawn = _inside_lens(camera) & _in_scope(camera, options)
 
+    rays = pixel_rays(camera)
+
     for object_id, i in _draw_order(footprints):
         prints = footprints[object_id]
         window = _window(prints, i, height, width)
         if window is None:
             continue
-        alpha = _alpha(prints, i, window)
+        alpha = _alpha(prints, i, window, rays)
         through = transmittance[window]
         is_live = is_drawn[window] & (through >= TRANSMITTANCE_STOP)
         weight = np.where(is_live, alpha, 0.0) * through
@@ -233,7 +281,7 @@ def _inside_lens(camera: Pinhole | Fisheye) -> BoolArray:
         return np.ones((camera.height_px, camera.width_px), dtype=np.bool_)
     x = np.arange(camera.width_px) + 0.5 - camera.cx
     y = (np.arange(camera.height_px) + 0.5 - camera.cy)[:, None]
-    return x * x + y * y <= (camera.f_px * camera.max_angle) ** 2
+    return x * x + y * y <= camera.circle_px**2
 
 
 def _in_scope(camera: Pinhole | Fisheye, options: RenderOptions) -> BoolArray:
@@ -250,9 +298,14 @@ def _in_scope(camera: Pinhole | Fisheye, options: RenderOptions) -> BoolArray:
 
 
 def _window(prints: _Footprints, i: int, height: int, width: int) -> tuple[slice, slice] | None:
-    """Rows and columns of a box that holds the splat's alpha = 1/255 ellipse; None outside."""
+    """Rows and columns of a box that holds the pixels with alpha >= 1/255; None if there are none.
+
+    A wide splat's box is the whole picture.
+    """
     if prints.opacities[i] < ALPHA_MIN:
         return None
+    if prints.is_wide[i]:
+        return slice(0, height), slice(0, width)
     reach = 1.0 + np.sqrt(
         2 * np.log(prints.opacities[i] / ALPHA_MIN) * np.diag(prints.covariances[i])
     )
@@ -264,12 +317,38 @@ def _window(prints: _Footprints, i: int, height: int, width: int) -> tuple[slice
     return rows, columns
 
 
-def _alpha(prints: _Footprints, i: int, window: tuple[slice, slice]) -> FloatArray:
+def _alpha(
+    prints: _Footprints, i: int, window: tuple[slice, slice], rays: FloatArray
+) -> FloatArray:
     """Alpha of one splat at the window's pixel centres, 0 where it is below the limit."""
+    alpha = prints.opacities[i] * np.exp(-0.5 * squared_distances(prints, i, window, rays))
+    return np.where(alpha >= ALPHA_MIN, np.minimum(alpha, ALPHA_MAX), 0.0)
+
+
+def squared_distances(
+    prints: _Footprints, i: int, window: tuple[slice, slice], rays: FloatArray
+) -> FloatArray:
+    """Of the window's pixels from a splat, in its standard deviations.
+
+    Args:
+        prints: an object's splats.
+        i: the splat.
+        window: rows and columns.
+        rays: (H, W, 3) unit directions of all pixels.
+    """
     rows, columns = window
+    if prints.is_wide[i]:
+        mean = prints.whitenings[i] @ prints.means[i]
+        whitened = rays[window] @ prints.whitenings[i].T
+        across = (np.cross(mean, whitened) ** 2).sum(axis=-1)
+        distances = across / (whitened**2).sum(axis=-1)
+        return np.where(whitened @ mean > 0, distances, mean @ mean)
     dx = np.arange(columns.start, columns.stop) + 0.5 - prints.pixels[i, 0]
     dy = (np.arange(rows.start, rows.stop) + 0.5 - prints.pixels[i, 1])[:, None]
     (xx, xy), (_, yy) = prints.covariances[i]
-    squared_distance = (yy * dx * dx - 2 * xy * dx * dy + xx * dy * dy) / (xx * yy - xy * xy)
-    alpha = prints.opacities[i] * np.exp(-0.5 * squared_distance)
-    return np.where(alpha >= ALPHA_MIN, np.minimum(alpha, ALPHA_MAX), 0.0)
+    return (yy * dx * dx - 2 * xy * dx * dy + xx * dy * dy) / (xx * yy - xy * xy)
+
+
+def pixel_rays(camera: Pinhole | Fisheye) -> FloatArray:
+    """(H, W, 3) unit directions of the pixels' centres."""
+    return camera.unproject(pixel_centres(camera)).reshape(camera.height_px, camera.width_px, 3)

@@ -22,6 +22,8 @@ from scenes.render.reference import (
     _in_scope,
     _inside_lens,
     _is_sound,
+    pixel_rays,
+    squared_distances,
 )
 from scenes.render.renderer import (
     ALPHA_MAX,
@@ -105,6 +107,7 @@ class FrozenPicture:
         self.clouds = tuple(ExactCloud.of(posed.cloud) for posed in objects)
         self.world_from_objects = tuple(posed.world_from_object for posed in objects)
         self.world_from_camera = world_from_camera
+        self._rays = pixel_rays(camera)
         prints = self._project(self.clouds, self.world_from_objects, world_from_camera)
         self._order = _draw_order(prints)
         alphas = self._raw_alphas(prints)
@@ -164,14 +167,11 @@ class FrozenPicture:
 
     def _raw_alphas(self, prints: Sequence[_Footprints]) -> FloatArray:
         """(splats in order, H, W) opacity · falloff, without limits."""
-        x = np.arange(self._camera.width_px) + 0.5
-        y = (np.arange(self._camera.height_px) + 0.5)[:, None]
+        whole = (slice(0, self._camera.height_px), slice(0, self._camera.width_px))
         alphas = []
         for index, i in self._order:
             p = prints[index]
-            dx, dy = x - p.pixels[i, 0], y - p.pixels[i, 1]
-            (xx, xy), (_, yy) = p.covariances[i]
-            square = (yy * dx * dx - 2 * xy * dx * dy + xx * dy * dy) / (xx * yy - xy * xy)
+            square = squared_distances(p, i, whole, self._rays)
             alphas.append(p.opacities[i] * np.exp(-0.5 * square))
         return np.array(alphas)
 

@@ -1,13 +1,23 @@
 """The protocol every splat renderer implements, and the semantics they share.
 
 A splat's alpha at a pixel is `min(0.99, opacity · exp(-½ dᵀ Σ⁻¹ d))`, skipped below 1/255, with Σ
-the EWA-projected covariance plus 0.3 px² (pinhole and equidistant Jacobians). Splats of all objects
-are blended front to back in one global order of depth: z for a pinhole, range for a fisheye. A
-pixel stops when its transmittance falls below 1e-4.
+the EWA-projected covariance plus 0.3 px² (the lens's own Jacobian). Splats of all objects are
+blended front to back in one global order of depth: z for a pinhole, range for a fisheye. A pixel
+stops when its transmittance falls below 1e-4.
+
+A splat is *wide* where its largest standard deviation over the range of its mean is more than
+`RenderOptions.exact_above_rad`. EWA puts the alpha of such a splat wrong, by about 0.017 per degree
+of that angle. Instead of the flat ellipse it takes the 3D Gaussian's peak along the pixel's ray
+(3DGUT, Wu et al. 2024, section 4.2): `exp(-½ |m|² sin²(m, w))` with m the mean and w the ray, both
+whitened, and `exp(-½ |m|²)` for rays that lead away from it, so that an eye inside a splat is in a
+fog. Its variances are first enlarged by `0.3 · (range / f)²`, the low pass as seen from the mean;
+`antialias` leaves its opacity alone. It is drawn wherever its mean lies beyond the near limit, also
+behind a fisheye.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -23,6 +33,10 @@ ALPHA_MAX = 0.99
 ALPHA_MIN = 1.0 / 255.0
 TRANSMITTANCE_STOP = 1e-4
 LOW_PASS_PX2 = 0.3
+WIDE_RAD = math.radians(2.0)
+"""Where EWA's error, 0.033 of alpha, begins to show: the value for `exact_above_rad` where what is
+near must be right. An exact sample costs several of EWA's, and a camera in the midst of a room
+has a sixth of its samples in splats that wide."""
 TILE_PX = 16
 """Side of the squares a picture is drawn in."""
 
@@ -55,6 +69,8 @@ class RenderOptions:
         sh_degree: highest spherical-harmonic degree to evaluate, 0..3.
         near_m: splats nearer than this (z for pinhole, range for fisheye) are skipped.
         antialias: multiply opacity by sqrt(det Σ_2D / det Σ_2D blurred) (Mip 2D filter).
+        exact_above_rad: where splats begin to be wide (see above), radians, such as `WIDE_RAD`; inf
+            draws all by EWA. Gradients are EWA's, and refuse another value; pose steps ignore it.
         threads: worker threads; 0 means one per core. Never changes the picture.
     """
 
@@ -64,6 +80,7 @@ class RenderOptions:
     sh_degree: int = 3
     near_m: float = 0.05
     antialias: bool = False
+    exact_above_rad: float = math.inf
     threads: int = 0
 
 

@@ -75,6 +75,10 @@ def _check_options(options: RenderOptions) -> None:
         raise ValueError(f"options.sh_degree: got {options.sh_degree}, wanted 0, 1, 2 or 3")
     if not (math.isfinite(options.near_m) and options.near_m > 0):
         raise ValueError(f"options.near_m: got {options.near_m}, wanted finite and above 0 m")
+    if not options.exact_above_rad > 0:
+        raise ValueError(
+            f"options.exact_above_rad: got {options.exact_above_rad}, wanted above 0 rad, or inf"
+        )
     if not 0 <= options.threads <= MAX_THREADS:
         raise ValueError(f"options.threads: got {options.threads}, wanted 0 (all) to {MAX_THREADS}")
 

@@ -1,5 +1,7 @@
+import json
 import math
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given
@@ -154,10 +156,71 @@ def test_rig_json_round_trip():
         (lambda: rig_from_json({"lenses": []}), "rig_from_lens"),
         (
             lambda: rig_from_json({"lenses": [camera_to_json(PINHOLE)], "rig_from_lens": []}),
-            "equidistant",
+            "fisheye",
         ),
     ],
 )
 def test_what_is_no_camera_is_refused(make, said):
     with pytest.raises(ValueError, match=said):
         make()
+
+
+def in_order(limit):
+    """Coefficients of a lens of 210° whose radii grow: slopes of each term stay small."""
+    sizes = [limit / ((2 * n + 3) * math.radians(105) ** (2 * n + 2)) for n in range(4)]
+    return st.tuples(*(st.floats(-size, size) for size in sizes))
+
+
+@given(in_order(0.24), st.floats(0.0, 1.0), st.floats(0, 6.2831), st.floats(0.1, 10.0))
+def test_a_distorted_fisheye_is_inverted(distortion, share, azimuth, range_m):
+    lens = Fisheye(300, 280, 70.0, 151.0, 138.0, math.radians(105), distortion)
+    angle = share * 1.2 * lens.max_angle
+    sine = math.sin(angle)
+    ray = np.array([sine * math.cos(azimuth), sine * math.sin(azimuth), math.cos(angle)])
+    pixels, valid = lens.project(range_m * ray)
+    np.testing.assert_allclose(lens.unproject(pixels)[0], ray, atol=1e-9)
+    assert not valid[0] or angle <= lens.max_angle
+    radius = np.hypot(pixels[0, 0] - lens.cx, pixels[0, 1] - lens.cy)
+    assert radius == pytest.approx(float(lens.radius_px(np.array(angle))), abs=1e-9)
+
+
+@given(in_order(0.24))
+def test_radii_grow_as_their_slope_says(distortion):
+    lens = Fisheye(300, 280, 70.0, 151.0, 138.0, math.radians(105), distortion)
+    angles = np.linspace(0.0, 1.3 * lens.max_angle, 60)
+    numeric = (lens.radius_px(angles + 1e-6) - lens.radius_px(angles - 1e-6)) / 2e-6
+    np.testing.assert_allclose(lens.f_px * lens.radius_slope(angles), numeric, rtol=1e-4)
+    assert (numeric > 0).all()
+
+
+def test_a_distorted_fisheye_agrees_with_opencv():
+    """`cv2.fisheye` maps x/z, y/z by the same polynomial, in front of the lens."""
+    lens = Fisheye(640, 480, 210.0, 320.5, 240.25, math.radians(80), (0.03, -0.01, 0.002, -0.0003))
+    rng = np.random.default_rng(4)
+    points = np.column_stack([rng.uniform(-1, 1, (50, 2)), rng.uniform(0.6, 2.0, 50)])
+    matrix = np.array([[210.0, 0, 320.5], [0, 210.0, 240.25], [0, 0, 1]])
+    wanted, _ = cv2.fisheye.projectPoints(
+        points[:, None], np.zeros(3), np.zeros(3), matrix, np.array(lens.distortion)
+    )
+    np.testing.assert_allclose(lens.project(points)[0], wanted[:, 0], atol=1e-9)
+
+
+def test_a_lens_that_folds_back_is_refused():
+    with pytest.raises(ValueError, match=r"folds back 1\.29\d* rad off axis.*max_angle, 1\.5"):
+        Fisheye(64, 64, 20.0, 32.0, 32.0, 1.5, (-0.2, 0.0, 0.0, 0.0))
+    Fisheye(64, 64, 20.0, 32.0, 32.0, 1.2, (-0.2, 0.0, 0.0, 0.0))
+    with pytest.raises(ValueError, match=r"distortion: .*wanted four finite"):
+        Fisheye(64, 64, 20.0, 32.0, 32.0, 1.2, (0.1, math.nan, 0.0, 0.0))
+
+
+def test_coefficients_survive_json():
+    lens = Fisheye(64, 60, 20.0, 32.0, 30.0, 1.5, (0.02, -0.01, 0.003, -0.0002))
+    assert camera_from_json(json.loads(json.dumps(camera_to_json(lens)))) == lens
+    assert camera_to_json(FISHEYE)["model"] == "equidistant"
+
+
+def test_a_resized_lens_sees_the_same():
+    lens = Fisheye(64, 60, 20.0, 31.0, 29.0, 1.5, (0.02, -0.01, 0.003, -0.0002))
+    twice = lens.resized(128, 120)
+    point = np.array([0.3, -0.8, 0.4])
+    np.testing.assert_allclose(twice.project(point)[0], 2 * lens.project(point)[0])

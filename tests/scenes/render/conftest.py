@@ -22,6 +22,9 @@ CAMERAS = {
     "fisheye 200°": Fisheye.from_fov(96, np.radians(200)),
     "fisheye 300°": Fisheye.from_fov(96, np.radians(300)),
     "fisheye cropped": Fisheye(80, 70, 45.0, 22.0, 51.0, np.radians(110)),
+    "fisheye with coefficients": Fisheye(
+        90, 84, 27.0, 44.0, 43.0, np.radians(105), (-0.05, 0.01, -0.004, 0.0006)
+    ),
 }
 
 
@@ -126,12 +129,14 @@ def at_origin() -> Callable[..., tuple[PosedSplats, ...]]:
     return make
 
 
-@pytest.fixture(scope="session", params=["pinhole", "fisheye"])
+@pytest.fixture(scope="session", params=["pinhole", "fisheye", "fisheye with coefficients"])
 def small_lens(request):
     """Lenses for scenes small enough to be differentiated by differences."""
     if request.param == "pinhole":
         return Pinhole.from_fov(48, 40, np.radians(70))
-    return Fisheye.from_fov(48, np.radians(220))
+    if request.param == "fisheye":
+        return Fisheye.from_fov(48, np.radians(220))
+    return Fisheye(48, 46, 13.0, 23.0, 24.0, np.radians(108), (0.04, -0.02, 0.005, -0.0004))
 
 
 @pytest.fixture(scope="session")

@@ -46,7 +46,7 @@ def residuals(picture, target, light, camera):
     if isinstance(camera, Fisheye):
         y, x = np.mgrid[: camera.height_px, : camera.width_px] + 0.5
         radius = np.hypot(x - camera.cx, y - camera.cy)
-        inside = radius <= camera.f_px * camera.max_angle
+        inside = radius <= camera.circle_px
     outline = picture.alpha - target.silhouette
     return np.concatenate(
         [

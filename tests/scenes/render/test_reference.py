@@ -10,6 +10,7 @@ from scenes.splats import SplatCloud
 
 PINHOLE = Pinhole(200, 150, 180.0, 170.0, 90.0, 80.0)
 FISHEYE = Fisheye.from_fov(200, np.radians(240))
+DISTORTED = Fisheye(200, 190, 60.0, 90.0, 99.0, np.radians(115), (-0.05, 0.01, -0.004, 0.0006))
 
 
 def points_in_view(camera, count=200):
@@ -22,7 +23,11 @@ def points_in_view(camera, count=200):
 
 @pytest.mark.parametrize(
     ("camera", "project"),
-    [(PINHOLE, module._project_pinhole), (FISHEYE, module._project_fisheye)],
+    [
+        (PINHOLE, module._project_pinhole),
+        (FISHEYE, module._project_fisheye),
+        (DISTORTED, module._project_fisheye),
+    ],
 )
 def test_projection_is_the_cameras(camera, project):
     points = points_in_view(camera)
