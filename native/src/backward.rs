@@ -5,7 +5,7 @@
 //! lies behind: with worth s of the splat itself, d loss / d ln(alpha) = weight · (s - B). Nothing is
 //! divided and nothing cancels, which a front-to-back replay does behind nearly opaque splats.
 
-use crate::batch;
+use crate::batch::settle;
 use crate::blend::{TileSplat, TileWork, ALPHA_MAX, BLOCKS, BLOCK_PIXELS, TRANSMITTANCE_STOP};
 use crate::lanes::{
     all3, alpha_of, live_blocks, load3, mask_of, pixels_of, power_at, whitened, Block, LaneWork,
@@ -112,17 +112,21 @@ impl BackwardTile<'_> {
                 let mut is_drawn = power.at_least(V::all(0.0));
                 let doubtful = !power.abs().at_least(V::all(STEP_DOUBT)).bits() & 0xff;
                 if doubtful != 0 {
-                    is_drawn = mask_of(settle(&self.work, slot, block, is_drawn.bits(), doubtful));
+                    let verdict = is_drawn.bits();
+                    is_drawn = mask_of(settle::<BLOCK_PIXELS>(
+                        &self.work, slot, block, verdict, doubtful,
+                    ));
                 }
                 let transmittance = V::load(&self.transmittance[block]);
                 let is_drawn = is_drawn.and(transmittance.at_least(stop));
                 let alpha = alpha_of(power).min(V::all(ALPHA_MAX)).and(is_drawn);
-                alpha
-                    .mul_sub_from(transmittance, transmittance)
+                let weight = alpha.mul(transmittance);
+                transmittance
+                    .sub(weight)
                     .store(&mut self.transmittance[block]);
                 let mut sample = Sample([[0.0; BLOCK_PIXELS]; 2]);
                 alpha.store(&mut sample.0[0]);
-                alpha.mul(transmittance).store(&mut sample.0[1]);
+                weight.store(&mut sample.0[1]);
                 samples.values.push(sample);
             }
         }
@@ -222,11 +226,6 @@ impl BackwardTile<'_> {
             }
         }
     }
-}
-
-/// `batch::settle` for a block.
-pub fn settle(work: &TileWork, slot: u32, block: usize, verdict: u32, doubtful: u32) -> u32 {
-    batch::settle::<BLOCK_PIXELS>(work, slot, block, verdict, doubtful)
 }
 
 #[cfg(test)]

@@ -134,7 +134,7 @@ fn blend_splat<const HAS_DEPTH: bool>(
         let alpha = _mm512_min_ps(alpha_of(power), _mm512_set1_ps(ALPHA_MAX));
         let alpha = _mm512_maskz_mov_ps(takes, alpha);
         let weight = _mm512_mul_ps(alpha, before);
-        transmittance[square] = _mm512_fnmadd_ps(alpha, before, before);
+        transmittance[square] = _mm512_sub_ps(before, weight);
         samples.push(sample_of(alpha));
         samples.push(sample_of(weight));
         if HAS_DEPTH {

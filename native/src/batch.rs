@@ -50,8 +50,8 @@ impl<M: Copy + Default, const PATCHES: usize> Batch<M, PATCHES> {
         patch: usize,
         slots: &'a [u32],
         work: &'a TileWork,
-    ) -> PatchWork<'a> {
-        PatchWork {
+    ) -> PatchList<'a> {
+        PatchList {
             patch,
             list: &self.lists[patch][..self.lengths[patch]],
             splats: &self.splats,
@@ -63,7 +63,7 @@ impl<M: Copy + Default, const PATCHES: usize> Batch<M, PATCHES> {
 
 /// The part of a batch that touches one patch, as the inner loop sees it.
 #[derive(Clone, Copy)]
-pub struct PatchWork<'a> {
+pub struct PatchList<'a> {
     pub patch: usize,
     /// Places in the batch, in order.
     pub list: &'a [u8],
@@ -73,11 +73,11 @@ pub struct PatchWork<'a> {
     pub work: &'a TileWork<'a>,
 }
 
-impl PatchWork<'_> {
+impl PatchList<'_> {
     /// The same list for another patch.
     #[inline(always)]
     pub fn with_patch(self, patch: usize) -> Self {
-        PatchWork { patch, ..self }
+        PatchList { patch, ..self }
     }
 
     /// Takes the lanes of `doubtful` (one bit each) to the judge; the others keep their verdict.

@@ -45,6 +45,13 @@ impl Tile {
         }; BLOCKS],
     };
 
+    /// Whether no pixel takes light any more.
+    pub fn is_closed(&self) -> bool {
+        let takes_light = |&transmittance: &f32| transmittance >= TRANSMITTANCE_STOP;
+        let mut pixels = self.blocks.iter().map(|block| &block.transmittance);
+        !pixels.any(|block| block.iter().any(takes_light))
+    }
+
     /// Whether the pixel in column `x`, row `y` of the tile still takes light.
     pub fn is_live(&self, x: usize, y: usize) -> bool {
         let (block, lane) = Tile::place(x, y);

@@ -5,7 +5,7 @@
 
 use std::arch::x86_64::*;
 
-use crate::batch::{corner, Batch, PatchWork, BATCH, RUN};
+use crate::batch::{corner, Batch, PatchList, BATCH, RUN};
 use crate::bin::TILE;
 use crate::blend::{
     PixelBlock, Tile, TileSplat, TileWork, ALPHA_MAX, ALPHA_OF, BLOCKS, BLOCKS_ACROSS,
@@ -58,7 +58,7 @@ pub fn blend_tile<const TRACK_OBJECTS: bool>(tile: &mut Tile, work: &TileWork) {
 
 /// Blends a batch that reaches everywhere into every block: nothing but the inner loop.
 #[target_feature(enable = "avx2,fma")]
-pub fn blend_everywhere(tile: &mut Tile, everything: &PatchWork) {
+pub fn blend_everywhere(tile: &mut Tile, everything: &PatchList) {
     for (index, block) in tile.blocks.iter_mut().enumerate() {
         blend_block::<false>(block, &everything.with_patch(index));
     }
@@ -166,7 +166,7 @@ struct Pixels {
 }
 
 #[target_feature(enable = "avx2,fma")]
-fn blend_block<const TRACK_OBJECTS: bool>(block: &mut PixelBlock, todo: &PatchWork) {
+fn blend_block<const TRACK_OBJECTS: bool>(block: &mut PixelBlock, todo: &PatchList) {
     if todo.list.is_empty() {
         return;
     }
@@ -184,7 +184,7 @@ fn blend_block<const TRACK_OBJECTS: bool>(block: &mut PixelBlock, todo: &PatchWo
 #[cold]
 #[inline(never)]
 #[target_feature(enable = "avx2,fma")]
-fn blend_carefully<const TRACK_OBJECTS: bool>(before: Pixels, todo: &PatchWork) -> Pixels {
+fn blend_carefully<const TRACK_OBJECTS: bool>(before: Pixels, todo: &PatchList) -> Pixels {
     blend_list::<TRACK_OBJECTS, true>(before, todo).0
 }
 
@@ -193,7 +193,7 @@ fn blend_carefully<const TRACK_OBJECTS: bool>(before: Pixels, todo: &PatchWork) 
 #[inline]
 fn blend_list<const TRACK_OBJECTS: bool, const CAREFUL: bool>(
     mut pixels: Pixels,
-    todo: &PatchWork,
+    todo: &PatchList,
 ) -> (Pixels, __m256) {
     let (left, top) = corner::<BLOCK_PIXELS>(todo.patch);
     let x = _mm256_add_ps(

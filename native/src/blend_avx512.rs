@@ -5,7 +5,7 @@
 
 use std::arch::x86_64::*;
 
-use crate::batch::{Batch, PatchWork, BATCH, RUN, SPARE};
+use crate::batch::{Batch, PatchList, BATCH, RUN, SPARE};
 use crate::blend::{PixelBlock, Tile, TileSplat, TileWork, ALPHA_MAX, TRANSMITTANCE_STOP};
 use crate::project::STEP_DOUBT;
 use crate::square_avx512::{
@@ -43,7 +43,7 @@ pub fn blend_tile<const TRACK_OBJECTS: bool>(tile: &mut Tile, work: &TileWork) {
 
 /// Blends a batch that reaches everywhere into every square: nothing but the inner loop.
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2,popcnt")]
-pub fn blend_everywhere(tile: &mut Tile, everything: &PatchWork) {
+pub fn blend_everywhere(tile: &mut Tile, everything: &PatchList) {
     for square in 0..SQUARES {
         blend_square::<false>(tile, &everything.with_patch(square));
     }
@@ -90,7 +90,7 @@ struct Pixels {
 }
 
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2,popcnt")]
-fn blend_square<const TRACK_OBJECTS: bool>(tile: &mut Tile, todo: &PatchWork) {
+fn blend_square<const TRACK_OBJECTS: bool>(tile: &mut Tile, todo: &PatchList) {
     if todo.list.is_empty() {
         return;
     }
@@ -109,7 +109,7 @@ fn blend_square<const TRACK_OBJECTS: bool>(tile: &mut Tile, todo: &PatchWork) {
 #[cold]
 #[inline(never)]
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2,popcnt")]
-fn blend_carefully<const TRACK_OBJECTS: bool>(before: Pixels, todo: &PatchWork) -> Pixels {
+fn blend_carefully<const TRACK_OBJECTS: bool>(before: Pixels, todo: &PatchList) -> Pixels {
     blend_list::<TRACK_OBJECTS, true>(before, todo).0
 }
 
@@ -118,7 +118,7 @@ fn blend_carefully<const TRACK_OBJECTS: bool>(before: Pixels, todo: &PatchWork) 
 #[inline]
 fn blend_list<const TRACK_OBJECTS: bool, const CAREFUL: bool>(
     mut pixels: Pixels,
-    todo: &PatchWork,
+    todo: &PatchList,
 ) -> (Pixels, __m512) {
     let (x, y) = pixels_of(todo.patch);
     let stop = _mm512_set1_ps(TRANSMITTANCE_STOP);

@@ -12,7 +12,7 @@ use crate::pose_motion::{fill_chunk, Directions, Motion};
 use crate::pose_sums::{NormalSums, Target};
 use crate::pose_tile::{Drawn, PoseRow, RowWork};
 use crate::project::PosedCloud;
-use crate::render::{self, CircleMask, Job, Scratch};
+use crate::render::{self, ClosedPixels, Job, Scratch};
 use crate::scene::CHUNK;
 
 /// Buffers kept between calls; their contents mean nothing.
@@ -140,8 +140,8 @@ fn sum_tiles<L: Curved, const D: usize>(
         .map_init(TileRow::default, |lists, (row, (grey, alpha))| {
             buffers.scratch.fill_row(row, job, lists);
             let top = row * TILE;
-            let circles: Vec<CircleMask> = (0..width.div_ceil(TILE))
-                .map(|column| CircleMask::new(lens, column * TILE, top))
+            let circles: Vec<ClosedPixels> = (0..width.div_ceil(TILE))
+                .map(|column| ClosedPixels::new(lens, &job.scope.window, column * TILE, top))
                 .collect();
             let work = RowWork {
                 records: &buffers.scratch.records,

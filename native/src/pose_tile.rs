@@ -6,11 +6,10 @@
 // The loops count: iterators over lanes are closures, which are compiled without vectors.
 #![allow(clippy::needless_range_loop)]
 
-use crate::backward::settle;
+use crate::batch::settle;
 use crate::bin::{TileRow, TILE};
 use crate::blend::{
-    TileSplat, TileWork, ALPHA_MAX, BLOCKS, BLOCKS_ACROSS, BLOCK_PIXELS, BLOCK_WIDTH,
-    TRANSMITTANCE_STOP,
+    TileSplat, TileWork, ALPHA_MAX, BLOCKS, BLOCK_PIXELS, BLOCK_WIDTH, TRANSMITTANCE_STOP,
 };
 use crate::ewa::Judge;
 use crate::lanes::{alpha_of, mask_of, of_lanes, power_at, whitened, Patch, PatchWork};
@@ -18,7 +17,7 @@ use crate::pose_frame::{corner, Frame};
 use crate::pose_motion::{Motion, CONSTANT, GREY, GREY_SLOPE};
 use crate::pose_sums::{NormalSums, PatchSums, Target, TargetPatch};
 use crate::project::{Needle, Record, STEP_DOUBT};
-use crate::render::CircleMask;
+use crate::render::ClosedPixels;
 
 /// Splats listed at a time: one bit each.
 const BATCH: usize = 64;
@@ -43,7 +42,7 @@ pub struct RowWork<'a, const D: usize> {
     /// The splats of each tile.
     pub lists: &'a TileRow,
     /// What each tile shows of the lens circle.
-    pub(crate) circles: &'a [CircleMask],
+    pub(crate) circles: &'a [ClosedPixels],
     pub target: Target<'a>,
     pub width: usize,
     /// First row of pixels.
@@ -147,7 +146,7 @@ impl<V: Patch, const D: usize> TileState<V, D> {
 
     /// Empties the tile.
     #[inline(always)]
-    fn open(&mut self, circle: &CircleMask) {
+    fn open(&mut self, circle: &ClosedPixels) {
         let zero = V::all(0.0);
         self.touched = 0;
         self.live = 0;
@@ -328,15 +327,10 @@ impl<V: Patch, const D: usize> Batch<'_, V, D> {
     #[cold]
     #[inline(never)]
     fn settle(&self, slot: u32, verdict: u32, doubtful: u32) -> u32 {
-        let blocks = V::LANES / BLOCK_PIXELS;
-        let upper =
-            self.patch / BLOCKS_ACROSS * blocks * BLOCKS_ACROSS + self.patch % BLOCKS_ACROSS;
-        (0..blocks).fold(0, |settled, k| {
-            let block = upper + k * BLOCKS_ACROSS;
-            let lanes = |bits: u32| bits >> (k * BLOCK_PIXELS) & 0xff;
-            let verdict = settle(self.work, slot, block, lanes(verdict), lanes(doubtful));
-            settled | verdict << (k * BLOCK_PIXELS)
-        })
+        match V::LANES {
+            16 => settle::<16>(self.work, slot, self.patch, verdict, doubtful),
+            _ => settle::<BLOCK_PIXELS>(self.work, slot, self.patch, verdict, doubtful),
+        }
     }
 }
 
@@ -382,6 +376,6 @@ impl<V: Patch, const D: usize> State<V, D> {
             self.d_grey[k] = d_weight[k].mul_add(value, self.d_grey[k]);
         }
         self.grey = weight.mul_add(value, self.grey);
-        self.transmittance = alpha.mul_sub_from(self.transmittance, self.transmittance);
+        self.transmittance = self.transmittance.sub(weight);
     }
 }

@@ -4,14 +4,14 @@
 
 use std::hint::black_box;
 
-use crate::batch::{corner, PatchWork, BATCH, RUN};
+use crate::batch::{corner, PatchList, BATCH, RUN};
 use crate::bin::{TileRow, TILE};
 use crate::blend::{blend_pixel, Tile, TileSplat, TileWork, BLOCK_WIDTH};
 use crate::camera::Lens;
 use crate::ewa::{ExactJudge, Judge};
 use crate::lanes::{Lanes, Portable};
 use crate::project::{PosedCloud, Record};
-use crate::render::{self, CircleMask, Job, Picture};
+use crate::render::{self, ClosedPixels, Job, Picture};
 use crate::simd::Simd;
 use crate::tape::{PictureGradients, Tape};
 
@@ -149,7 +149,8 @@ impl Probe {
                     judge: &judge,
                 };
                 let mut tile = Tile::EMPTY;
-                CircleMask::new(sight.lens, left, top).close_outside(&mut tile);
+                ClosedPixels::new(sight.lens, &sight.job.scope.window, left, top)
+                    .close_outside(&mut tile);
                 visit(tile, &work);
             }
         }
@@ -216,7 +217,7 @@ pub fn blend_everywhere(simd: Simd, times: usize) -> u64 {
         depth: 2.0,
         ..TileSplat::default()
     };
-    let everything = PatchWork {
+    let everything = PatchList {
         patch: 0,
         list: &std::array::from_fn::<u8, BATCH, _>(|place| place as u8),
         splats: &[splat; BATCH],

@@ -19,7 +19,7 @@ use crate::python_request::{
     check_length, picture_arrays, pool_of, posed_clouds, with_lens, with_picture, AnyLens,
     DrawRequest, KeptBackground, LensRequest, PictureArrays,
 };
-use crate::render::{Background, Job, Picture};
+use crate::render::{Background, Job};
 use crate::scope::Scope;
 use crate::simd::Simd;
 use crate::tape::{self, PictureGradients};
@@ -320,13 +320,8 @@ fn target_of<'a>(
 ) -> PyResult<Target<'a>> {
     let flat = |place: usize| -> PyResult<&'a [f32]> {
         let values = arrays[place].as_slice()?;
-        if values.len() == pixels {
-            return Ok(values);
-        }
-        Err(PyValueError::new_err(format!(
-            "target[{place}]: {} values, wanted {pixels}",
-            values.len()
-        )))
+        check_length(&format!("target[{place}]"), values, pixels)?;
+        Ok(values)
     };
     Ok(Target {
         grey: flat(0)?,

@@ -5,8 +5,8 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::probe::{self, Sight};
-use crate::python::posed_clouds;
-use crate::python_gradients::{with_lens, Tape};
+use crate::python_gradients::Tape;
+use crate::python_request::{posed_clouds, with_lens};
 use crate::simd::Simd;
 
 /// The stages of a recorded picture, each to be timed from outside.

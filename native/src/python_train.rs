@@ -2,15 +2,14 @@
 //! here only keep a wrong call from reading out of bounds.
 
 use numpy::{PyArray1, PyReadonlyArray1};
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::curvature::Curved;
 use crate::loss::{Distance, Exposure, Loss, Target};
 use crate::pool::Pools;
-use crate::python::view_of;
-use crate::python_gradients::AnyLens;
+use crate::python_request::{check_length, pool_of, with_lens, DrawRequest, LensRequest};
 use crate::render::Job;
+use crate::scope::Scope;
 use crate::simd::Simd;
 use crate::train_splats::{width_of, Rows};
 use crate::train_step::{self, CameraPose, Comparison};
@@ -61,13 +60,7 @@ impl TrainingTarget {
     ) -> PyResult<(DistanceTuple, Bound<'py, PyArray1<f32>>)> {
         let rgb = rgb.as_slice()?;
         let plane = self.target.width * self.target.height;
-        if rgb.len() != 3 * plane {
-            return Err(PyValueError::new_err(format!(
-                "rgb: {} values, wanted {}",
-                rgb.len(),
-                3 * plane
-            )));
-        }
+        check_length("rgb", rgb, 3 * plane)?;
         let (distance, d_rgb) = py.detach(|| {
             let mut loss = Loss::default();
             let exposure = Exposure {
@@ -177,8 +170,9 @@ impl Trainee {
     }
 
     /// One step of Adam at `rates` (one per number of a row).
-    #[pyo3(signature = (target, camera_from_world, rates, *, focal, centre, max_angle, background,
-                        near, antialias, sh_degree, ssim_share, gain, bias, falloff, threads))]
+    ///
+    /// `draw` is of the whole picture: its region and tile mask are not looked at.
+    #[pyo3(signature = (target, camera_from_world, rates, *, lens, draw, ssim_share, gain, bias, falloff))]
     #[allow(clippy::too_many_arguments)] // Python names them all
     fn step(
         &mut self,
@@ -186,80 +180,51 @@ impl Trainee {
         target: &Bound<'_, TrainingTarget>,
         camera_from_world: [f64; 12],
         rates: PyReadonlyArray1<'_, f32>,
-        focal: [f64; 2],
-        centre: [f64; 2],
-        max_angle: Option<f64>,
-        background: [f32; 3],
-        near: f64,
-        antialias: bool,
-        sh_degree: usize,
+        lens: LensRequest,
+        draw: DrawRequest<'_>,
         ssim_share: f32,
         gain: [f32; 3],
         bias: [f32; 3],
         falloff: [f32; 2],
-        threads: usize,
     ) -> PyResult<DistanceTuple> {
         let rates = rates.as_slice()?;
-        let width = self.trainee.splats.rows.width();
-        if rates.len() != width {
+        check_length("rates", rates, self.trainee.splats.rows.width())?;
+        let target = &target.get().target;
+        let view = draw.view(&lens)?;
+        if [view.width, view.height] != [target.width, target.height] {
             return Err(PyValueError::new_err(format!(
-                "rates: {} values, wanted {width}",
-                rates.len()
+                "lens: {}×{} px, wanted the target's {}×{} px",
+                view.width, view.height, target.width, target.height
             )));
         }
-        let call = Call {
-            target: &target.get().target,
-            pose: pose_of(&camera_from_world),
-            comparison: Comparison {
-                exposure: Exposure {
-                    gain,
-                    bias,
-                    falloff,
-                },
-                ssim_share,
+        let pose = pose_of(&camera_from_world);
+        let comparison = Comparison {
+            exposure: Exposure {
+                gain,
+                bias,
+                falloff,
             },
-            background,
+            ssim_share,
         };
-        let target = call.target;
-        let view = view_of((target.width, target.height), near, antialias, sh_degree)?;
-        let pool = self
-            .pools
-            .get(threads)
-            .map_err(|error| PyRuntimeError::new_err(format!("threads: {error}")))?;
+        let pool = pool_of(&self.pools, draw.threads)?;
+        let scope = Scope::whole(view.width, view.height);
         let job = Job {
             view,
-            background: call.background,
+            scope: &scope,
+            background: draw.background(&view)?,
             simd: self.simd,
             pool: &pool,
         };
+        let lens = lens.lens();
         let trainee = &mut self.trainee;
         let distance = py.detach(|| {
-            pool.install(|| match AnyLens::new(&view, focal, centre, max_angle) {
-                AnyLens::Pinhole(lens) => call.step(trainee, &lens, &job, rates),
-                AnyLens::Fisheye(lens) => call.step(trainee, &lens, &job, rates),
+            pool.install(|| {
+                with_lens!(&lens, lens => {
+                    trainee.step(&pose, lens, &job, target, &comparison, rates)
+                })
             })
         });
         Ok(tuple_of(&distance))
-    }
-}
-
-/// What does not depend on the kind of lens.
-struct Call<'a> {
-    target: &'a Target,
-    pose: CameraPose,
-    comparison: Comparison,
-    background: [f32; 3],
-}
-
-impl Call<'_> {
-    fn step<L: Curved>(
-        &self,
-        trainee: &mut train_step::Trainee,
-        lens: &L,
-        job: &Job,
-        rates: &[f32],
-    ) -> Distance {
-        trainee.step(&self.pose, lens, job, self.target, &self.comparison, rates)
     }
 }
 

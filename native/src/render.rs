@@ -14,7 +14,7 @@ use crate::scene::CHUNK;
 use crate::scope::{Scope, Window};
 use crate::simd::Simd;
 use crate::sort;
-use crate::wide::{self, TileRays, WideSplat, WideTile};
+use crate::wide::{self, TileRays, TouchedBlocks, WideBlend, WideSplats, WideTile};
 
 /// Largest width and height, set by the 16-bit rows and tile columns.
 pub const MAX_SIDE: usize = 32_768;
@@ -84,6 +84,12 @@ impl Scratch {
         bin_into_rows(job, self);
     }
 
+    /// Where records are, chunk by chunk.
+    fn slots(&self) -> impl Iterator<Item = usize> + '_ {
+        let groups = self.counts.iter().enumerate();
+        groups.flat_map(|(group, &count)| group * CHUNK..group * CHUNK + count)
+    }
+
     /// Colours an object's splats (1, depth, 0) and the others (0, 0, depth): blended, they give the
     /// object's share of each pixel, and its summed depth beside that of the rest.
     fn mark(&mut self, object: u32) {
@@ -117,7 +123,8 @@ pub struct Engine {
 }
 
 impl Engine {
-    /// Draws `objects` through `lens`; see `Scratch::mark` for `marked`. The picture is the same to the bit for any number of threads.
+    /// Draws `objects` through `lens`; see `Scratch::mark` for `marked`. The picture is the same to
+    /// the bit for any number of threads.
     pub fn render<L: Lens>(
         &self,
         objects: &[PosedCloud],
@@ -279,6 +286,10 @@ pub(crate) fn blend_all<L: Lens, const TRACK_OBJECTS: bool>(
         lens,
         antialias: job.view.antialias,
     };
+    let wides = match job.view.exact_above.is_finite() {
+        true => WideSplats::new(objects, lens, &scratch.records, scratch.slots()),
+        false => WideSplats::default(),
+    };
     (
         picture.rgb.par_chunks_mut(3 * strip),
         picture.alpha.par_chunks_mut(strip),
@@ -313,7 +324,7 @@ pub(crate) fn blend_all<L: Lens, const TRACK_OBJECTS: bool>(
                         top: (row * TILE) as i32,
                         judge: &judge,
                     };
-                    draw_tile::<L, TRACK_OBJECTS>(&judge, job, &work, &mut strip);
+                    draw_tile::<L, TRACK_OBJECTS>(&judge, &wides, job, &work, &mut strip);
                 }
             },
         );
@@ -322,6 +333,7 @@ pub(crate) fn blend_all<L: Lens, const TRACK_OBJECTS: bool>(
 /// Blends one tile and writes it to its strip of the picture.
 pub(crate) fn draw_tile<L: Lens, const TRACK_OBJECTS: bool>(
     judge: &ExactJudge<L>,
+    wides: &WideSplats,
     job: &Job,
     work: &TileWork,
     strip: &mut Picture,
@@ -330,7 +342,7 @@ pub(crate) fn draw_tile<L: Lens, const TRACK_OBJECTS: bool>(
     let mask = ClosedPixels::new(judge.lens, &job.scope.window, left, top);
     let mut tile = Tile::EMPTY;
     mask.close_outside(&mut tile);
-    blend_runs::<L, TRACK_OBJECTS>(&mut tile, judge, job, work);
+    blend_runs::<L, TRACK_OBJECTS>(&mut tile, judge, wides, job, work);
     mask.open_outside(&mut tile);
     let width = job.view.width;
     match job.background {
@@ -354,38 +366,49 @@ pub(crate) fn draw_tile<L: Lens, const TRACK_OBJECTS: bool>(
 fn blend_runs<L: Lens, const TRACK_OBJECTS: bool>(
     tile: &mut Tile,
     judge: &ExactJudge<L>,
+    wides: &WideSplats,
     job: &Job,
     work: &TileWork,
 ) {
-    let mut rest = *work;
-    let mut rays = None;
-    let has_wide = job.view.exact_above.is_finite();
-    while let Some(place) = has_wide.then(|| wide::next_wide(&rest)).flatten() {
-        let run = TileWork {
-            slots: &rest.slots[..place],
-            ..rest
-        };
-        if place > 0 {
-            job.simd.blend_tile::<TRACK_OBJECTS>(tile, &run);
-        }
-        let record = &work.records[rest.slots[place] as usize];
-        let rays = rays.get_or_insert_with(|| {
-            job.simd.run(
-                #[inline(always)]
-                || TileRays::new(judge.lens, work.left as usize, work.top as usize),
-            )
-        });
-        let posed = &judge.objects[record.object as usize];
-        let original = &posed.cloud.originals[record.index as usize];
-        let splat = WideSplat::new(posed, judge.lens, original);
-        let wide = WideTile::new(&splat, rays);
-        job.simd.run(
-            #[inline(always)]
-            || wide::blend_wide::<TRACK_OBJECTS>(tile, &wide, record),
-        );
-        rest.slots = &rest.slots[place + 1..];
+    let is_wide = |&slot: &u32| work.records[slot as usize].is_wide();
+    if wides.is_empty() || !work.slots.iter().any(is_wide) {
+        return job.simd.blend_tile::<TRACK_OBJECTS>(tile, work);
     }
-    job.simd.blend_tile::<TRACK_OBJECTS>(tile, &rest);
+    let rays = job.simd.run(
+        #[inline(always)]
+        || TileRays::new(judge.lens, work.left as usize, work.top as usize),
+    );
+    let mut run = Vec::with_capacity(work.slots.len());
+    for slot in work.slots {
+        if !is_wide(slot) {
+            run.push(*slot);
+            continue;
+        }
+        let wide = WideTile::new(wides.at(*slot), &rays);
+        let blocks = job.simd.run_lanes(TouchedBlocks(&wide));
+        // What misses the tile does not part the others.
+        if blocks == 0 {
+            continue;
+        }
+        if !run.is_empty() {
+            let slots = &run;
+            job.simd
+                .blend_tile::<TRACK_OBJECTS>(tile, &TileWork { slots, ..*work });
+            run.clear();
+            if tile.is_closed() {
+                return;
+            }
+        }
+        job.simd.run_lanes(WideBlend::<TRACK_OBJECTS> {
+            tile,
+            wide: &wide,
+            record: &work.records[*slot as usize],
+            blocks,
+        });
+    }
+    let slots = &run;
+    job.simd
+        .blend_tile::<TRACK_OBJECTS>(tile, &TileWork { slots, ..*work });
 }
 
 /// Shows the background in a tile that is not drawn.

@@ -164,7 +164,7 @@ impl Simd {
 
     /// The inner loop of `blend_tile` alone, with every lane in use: blends a list of splats that
     /// reach everywhere into every patch of a tile. False for the portable kernel, which has no lists.
-    pub fn blend_everywhere(self, tile: &mut Tile, everything: &batch::PatchWork) -> bool {
+    pub fn blend_everywhere(self, tile: &mut Tile, everything: &batch::PatchList) -> bool {
         match self.0 {
             Level::Scalar => return false,
             #[cfg(target_arch = "x86_64")]

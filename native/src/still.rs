@@ -16,6 +16,7 @@ use crate::ewa::ExactJudge;
 use crate::project::{Needle, PosedCloud, Record};
 use crate::render::{draw_tile, leave_tile, Job, Picture, Scratch};
 use crate::scene::Cloud;
+use crate::wide::WideSplats;
 
 /// A cloud and where it is: camera from object, row-major 3×4.
 #[derive(Clone)]
@@ -170,6 +171,11 @@ impl Still {
                             continue;
                         }
                         merge.fill(&self.layers, row, column);
+                        let slots = 0..merge.records.len();
+                        let wides = match job.view.exact_above.is_finite() {
+                            true => WideSplats::new(&objects, lens, &merge.records, slots),
+                            false => WideSplats::default(),
+                        };
                         let work = TileWork {
                             records: &merge.records,
                             needles: &merge.needles,
@@ -178,7 +184,7 @@ impl Still {
                             top: (row * TILE) as i32,
                             judge: &judge,
                         };
-                        draw_tile::<L, TRACK_OBJECTS>(&judge, job, &work, &mut strip);
+                        draw_tile::<L, TRACK_OBJECTS>(&judge, &wides, job, &work, &mut strip);
                     }
                 },
             );

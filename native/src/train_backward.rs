@@ -200,7 +200,9 @@ impl TilePixels {
         let plane = width * height;
         self.transmittance.fill(0.0);
         let count = TILE.min(width - left);
-        let open = lens.circle().map(|_| open_pixels(lens, left, top));
+        let open = lens
+            .circle()
+            .map(|_| open_pixels(lens, &job.scope.window, left, top));
         for y in 0..TILE.min(height - top) {
             let first = (top + y) * width + left;
             let row = y * TILE..y * TILE + count;

@@ -84,6 +84,7 @@ impl TrainSplats {
                 mean: [[0.0; LANES]; 3],
                 factor: [[0.0; LANES]; 9],
                 log2_opacity: [f32::NEG_INFINITY; LANES],
+                max_scale: [0.0; LANES],
                 index: std::array::from_fn(|lane| match block * LANES + lane {
                     place if place < count => place as u32,
                     _ => u32::MAX,
@@ -227,6 +228,7 @@ impl Share<'_> {
             to[lane] = value as f32;
         }
         block.log2_opacity[lane] = original.opacity.log2();
+        block.max_scale[lane] = original.scale.into_iter().fold(0.0, f32::max);
         let coefficients = width - SH;
         let to = &mut self.sh[place / LANES * coefficients..][..coefficients];
         for (to, &value) in to.iter_mut().zip(&row[SH..]) {

@@ -5,12 +5,18 @@
 //! ray and the mean is |m|² sin²(m, w) where the ray comes nearer to the mean, else |m|². The scales
 //! are blurred by the low pass of 0.3 px² as seen at the splat's range.
 
+// The loops count: iterators over lanes are closures, which are compiled without vectors.
+#![allow(clippy::needless_range_loop)]
+
+use rayon::prelude::*;
+
 use crate::bin::TILE;
 use crate::blend::{
-    alpha_of, PixelBlock, Tile, TileWork, ALPHA_MAX, BLOCKS, BLOCK_PIXELS, TRANSMITTANCE_STOP,
+    PixelBlock, Tile, ALPHA_MAX, BLOCKS, BLOCKS_ACROSS, BLOCK_HEIGHT, BLOCK_PIXELS, BLOCK_WIDTH,
+    TRANSMITTANCE_STOP,
 };
 use crate::camera::{Lens, LOW_PASS, VISIBLE_SIGMAS};
-use crate::lanes::Block;
+use crate::lanes::{alpha_of, load3, Block, LaneWork, Lanes};
 use crate::project::{tiles_within, PosedCloud, Record, TileBox};
 use crate::scene::Original;
 use crate::scope::{Scope, Window};
@@ -148,27 +154,94 @@ pub fn can_see_wide<L: Lens>(
     )
 }
 
+/// The wide splats of one picture, ready for its tiles.
+#[derive(Default)]
+pub struct WideSplats {
+    splats: Vec<WideSplat>,
+    /// Which of them each record is; means nothing for those that are not wide.
+    places: Vec<u32>,
+}
+
+impl WideSplats {
+    /// `slots` are those of `records` that hold splats of `objects`.
+    pub fn new<L: Lens>(
+        objects: &[PosedCloud],
+        lens: &L,
+        records: &[Record],
+        slots: impl Iterator<Item = usize>,
+    ) -> WideSplats {
+        let wide: Vec<usize> = slots.filter(|&slot| records[slot].is_wide()).collect();
+        let mut places = vec![0; records.len()];
+        for (place, &slot) in wide.iter().enumerate() {
+            places[slot] = place as u32;
+        }
+        let prepared = |&slot: &usize| {
+            let record = &records[slot];
+            let posed = &objects[record.object as usize];
+            WideSplat::new(posed, lens, &posed.cloud.originals[record.index as usize])
+        };
+        WideSplats {
+            splats: wide.par_iter().map(prepared).collect(),
+            places,
+        }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.splats.is_empty()
+    }
+
+    #[inline(always)]
+    pub fn at(&self, slot: u32) -> &WideSplat {
+        &self.splats[self.places[slot as usize] as usize]
+    }
+}
+
+/// Blocks whose boxes of rays are looked at together.
+const GROUPS: usize = BLOCKS / BLOCK_PIXELS;
+
 /// Directions of a tile's pixels: that of its middle, and what has to be added to it.
 pub struct TileRays {
     middle: Vector,
     offsets: [[Block; 3]; BLOCKS],
+    /// Middle and half the size of the box that holds a block's offsets, block by block.
+    middles: [[Block; 3]; GROUPS],
+    halves: [[Block; 3]; GROUPS],
 }
 
 impl TileRays {
+    #[inline(always)]
     pub fn new<L: Lens>(lens: &L, left: usize, top: usize) -> TileRays {
         let half = 0.5 * TILE as f64;
-        let middle = lens.ray(left as f64 + half, top as f64 + half);
-        let mut offsets = [[[0.0; BLOCK_PIXELS]; 3]; BLOCKS];
-        for y in 0..TILE {
-            for x in 0..TILE {
-                let ray = lens.ray((left + x) as f64 + 0.5, (top + y) as f64 + 0.5);
-                let (block, lane) = Tile::place(x, y);
+        let mut rays = TileRays {
+            middle: lens.ray(left as f64 + half, top as f64 + half),
+            offsets: [[[0.0; BLOCK_PIXELS]; 3]; BLOCKS],
+            middles: [[[0.0; BLOCK_PIXELS]; 3]; GROUPS],
+            halves: [[[0.0; BLOCK_PIXELS]; 3]; GROUPS],
+        };
+        for block in 0..BLOCKS {
+            let x = (left + block % BLOCKS_ACROSS * BLOCK_WIDTH) as f64 + 0.5;
+            let y = (top + block / BLOCKS_ACROSS * BLOCK_HEIGHT) as f64 + 0.5;
+            let mut offsets = [[0.0; BLOCK_PIXELS]; 3];
+            for lane in 0..BLOCK_PIXELS {
+                let (column, row) = (lane % BLOCK_WIDTH, lane / BLOCK_WIDTH);
+                let ray = lens.ray(x + column as f64, y + row as f64);
                 for axis in 0..3 {
-                    offsets[block][axis][lane] = (ray[axis] - middle[axis]) as f32;
+                    offsets[axis][lane] = (ray[axis] - rays.middle[axis]) as f32;
                 }
             }
+            let (group, place) = (block / BLOCK_PIXELS, block % BLOCK_PIXELS);
+            for axis in 0..3 {
+                let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
+                for &offset in &offsets[axis] {
+                    low = low.min(offset);
+                    high = high.max(offset);
+                }
+                rays.middles[group][axis][place] = 0.5 * (low + high);
+                rays.halves[group][axis][place] = 0.5 * (high - low);
+            }
+            rays.offsets[block] = offsets;
         }
-        TileRays { middle, offsets }
+        rays
     }
 
     fn ray(&self, block: usize, lane: usize) -> Vector {
@@ -182,108 +255,171 @@ pub struct WideTile<'a> {
     rays: &'a TileRays,
     rows: [[f32; 3]; 3],
     middle: [f32; 3],
-    square: f32,
-    inverse_square: f32,
-    power: f32,
+}
+
+/// Which blocks of its tile a wide splat may touch, one bit each.
+pub struct TouchedBlocks<'a>(pub &'a WideTile<'a>);
+
+impl LaneWork for TouchedBlocks<'_> {
+    type Output = u32;
+
+    #[inline(always)]
+    fn run<V: Lanes>(self) -> u32 {
+        self.0.touched_blocks::<V>()
+    }
 }
 
 impl<'a> WideTile<'a> {
+    #[inline(always)]
     pub fn new(splat: &'a WideSplat, rays: &'a TileRays) -> WideTile<'a> {
         WideTile {
             splat,
             rays,
             rows: splat.rows.map(|row| row.map(|v| v as f32)),
             middle: splat.rows.map(|row| dot(&row, &rays.middle) as f32),
-            square: splat.square as f32,
-            inverse_square: (1.0 / splat.square) as f32,
-            power: splat.power as f32,
         }
+    }
+
+    /// The rays that see the splat are a cone: g = steep · |(x1, x2)| - reach · x0 <= 0, and over a
+    /// box of rays g is no less than at its middle minus what its halves add up to.
+    #[inline(always)]
+    fn touched_blocks<V: Lanes>(&self) -> u32 {
+        /// What rounding may add to g, relative to its terms.
+        const SLACK: f32 = 1e-5;
+        let square = self.splat.square;
+        let reach_square = self.splat.power / HALF_LOG2_E;
+        if square <= reach_square * 1.001 {
+            return u32::MAX;
+        }
+        let reach = reach_square.sqrt() as f32;
+        let steep = (1.0 - reach_square / square).sqrt() as f32;
+        let [x, y, z] = self.middle;
+        let rounding = V::all(SLACK * (reach * x.abs() + steep * (y.abs() + z.abs())));
+        let (reach, steep) = (V::all(reach * (1.0 + SLACK)), V::all(steep));
+        let mut touched = 0;
+        for group in 0..GROUPS {
+            let middles = load3::<V>(&self.rays.middles[group]);
+            let halves = load3::<V>(&self.rays.halves[group]);
+            let mut at = [V::all(x), V::all(y), V::all(z)];
+            let mut spread = [V::all(0.0); 3];
+            for k in 0..3 {
+                for axis in 0..3 {
+                    let entry = self.rows[k][axis];
+                    at[k] = V::all(entry).mul_add(middles[axis], at[k]);
+                    spread[k] = V::all(entry.abs()).mul_add(halves[axis], spread[k]);
+                }
+            }
+            let room = steep.mul_add(spread[1].add(spread[2]), rounding);
+            let room = reach.mul_add(at[0].add(spread[0]), room);
+            let (across_y, across_z) = (steep.mul(at[1]), steep.mul(at[2]));
+            let across = across_y.mul_add(across_y, across_z.mul(across_z));
+            let is_near = room.mul(room).at_least(across);
+            let touches = is_near.and(room.at_least(V::all(0.0)));
+            touched |= touches.bits() << (group * BLOCK_PIXELS);
+        }
+        touched
     }
 
     /// log2(255 · alpha) of a block's pixels, on the right side of 0.
     #[inline(always)]
-    pub fn powers(&self, block: usize) -> Block {
-        let offsets = &self.rays.offsets[block];
+    fn powers<V: Lanes>(&self, block: usize) -> V {
+        let offsets = load3::<V>(&self.rays.offsets[block]);
+        let [x, y, z] = self.middle;
+        let mut at = [V::all(x), V::all(y), V::all(z)];
+        for k in 0..3 {
+            for axis in 0..3 {
+                at[k] = V::all(self.rows[k][axis]).mul_add(offsets[axis], at[k]);
+            }
+        }
+        let across = at[1].mul_add(at[1], at[2].mul(at[2]));
+        let inverse_square = V::all((1.0 / self.splat.square) as f32);
+        let along = at[0].mul_add(at[0], across.mul(inverse_square));
+        let is_ahead = at[0].at_least(V::all(0.0));
+        let away = V::all(self.splat.square as f32);
+        let away = away.sub(away.and(is_ahead));
+        let square = across.mul(along.reciprocal()).and(is_ahead).add(away);
+        let power =
+            square.mul_sub_from(V::all(HALF_LOG2_E as f32), V::all(self.splat.power as f32));
+        let is_sure = power.abs().at_least(V::all(DOUBT)).bits();
+        if is_sure == (1 << BLOCK_PIXELS) - 1 {
+            return power;
+        }
         let mut powers = [0.0; BLOCK_PIXELS];
-        for lane in 0..BLOCK_PIXELS {
-            let d = [offsets[0][lane], offsets[1][lane], offsets[2][lane]];
-            let x = self.middle[0] + dot3(&self.rows[0], &d);
-            let y = self.middle[1] + dot3(&self.rows[1], &d);
-            let z = self.middle[2] + dot3(&self.rows[2], &d);
-            let across = y * y + z * z;
-            let peak = across / (x * x + across * self.inverse_square);
-            let square = if x > 0.0 { peak } else { self.square };
-            powers[lane] = self.power - HALF_LOG2_E as f32 * square;
-        }
-        let mut is_doubtful = false;
-        for power in &powers {
-            is_doubtful |= power.abs() < DOUBT;
-        }
-        if is_doubtful {
-            self.settle(block, &mut powers);
-        }
-        powers
+        power.store(&mut powers);
+        self.settle(block, &mut powers, is_sure);
+        V::load(&powers)
     }
 
     #[cold]
     #[inline(never)]
-    fn settle(&self, block: usize, powers: &mut Block) {
+    fn settle(&self, block: usize, powers: &mut Block, is_sure: u32) {
         for (lane, power) in powers.iter_mut().enumerate() {
-            if power.abs() < DOUBT {
+            if is_sure >> lane & 1 == 0 {
                 *power = self.splat.power_along(&self.rays.ray(block, lane)) as f32;
             }
         }
     }
 }
 
-/// Blends one wide splat into a tile, as `blend::blend_tile` does the others.
-#[inline(always)]
-pub fn blend_wide<const TRACK_OBJECTS: bool>(tile: &mut Tile, wide: &WideTile, record: &Record) {
-    for (index, block) in tile.blocks.iter_mut().enumerate() {
-        if !block.transmittance.iter().any(|&t| t >= TRANSMITTANCE_STOP) {
-            continue;
-        }
-        let powers = wide.powers(index);
-        if powers.iter().any(|&power| power >= 0.0) {
-            blend_block::<TRACK_OBJECTS>(block, &powers, record);
+/// Blends one wide splat into the blocks of a tile, as `blend::blend_tile` does the others.
+pub struct WideBlend<'a, const TRACK_OBJECTS: bool> {
+    pub tile: &'a mut Tile,
+    pub wide: &'a WideTile<'a>,
+    pub record: &'a Record,
+    /// One bit each.
+    pub blocks: u32,
+}
+
+impl<const TRACK_OBJECTS: bool> LaneWork for WideBlend<'_, TRACK_OBJECTS> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: Lanes>(self) {
+        let stop = V::all(TRANSMITTANCE_STOP);
+        let mut left = self.blocks;
+        while left != 0 {
+            let index = left.trailing_zeros() as usize % BLOCKS;
+            left &= left - 1;
+            let block = &mut self.tile.blocks[index];
+            let before = V::load(&block.transmittance);
+            let takes_light = before.at_least(stop);
+            if takes_light.bits() == 0 {
+                continue;
+            }
+            let power = self.wide.powers::<V>(index);
+            let is_drawn = power.at_least(V::all(0.0)).and(takes_light);
+            if is_drawn.bits() != 0 {
+                let alpha = alpha_of(power).min(V::all(ALPHA_MAX)).and(is_drawn);
+                blend_block::<V, TRACK_OBJECTS>(block, before, alpha, self.record);
+            }
         }
     }
 }
 
 #[inline(always)]
-fn blend_block<const TRACK_OBJECTS: bool>(block: &mut PixelBlock, powers: &Block, record: &Record) {
-    for lane in 0..BLOCK_PIXELS {
-        let transmittance = block.transmittance[lane];
-        let is_drawn = powers[lane] >= 0.0 && transmittance >= TRANSMITTANCE_STOP;
-        let alpha = alpha_of(powers[lane].max(0.0)).min(ALPHA_MAX);
-        let weight = if is_drawn { alpha * transmittance } else { 0.0 };
-        block.transmittance[lane] = transmittance - weight;
-        for channel in 0..3 {
-            block.colour[channel][lane] += weight * record.colour[channel];
-        }
-        block.depth[lane] += weight * record.depth;
-        if TRACK_OBJECTS {
-            let is_heavier = weight > block.weight[lane];
-            block.weight[lane] = if is_heavier {
-                weight
-            } else {
-                block.weight[lane]
-            };
-            let object = record.object as i32;
-            block.object[lane] = if is_heavier {
-                object
-            } else {
-                block.object[lane]
-            };
+fn blend_block<V: Lanes, const TRACK_OBJECTS: bool>(
+    block: &mut PixelBlock,
+    before: V,
+    alpha: V,
+    record: &Record,
+) {
+    let weight = alpha.mul(before);
+    before.sub(weight).store(&mut block.transmittance);
+    for (sum, &value) in block.colour.iter_mut().zip(&record.colour) {
+        weight.mul_add(V::all(value), V::load(sum)).store(sum);
+    }
+    let depth = weight.mul_add(V::all(record.depth), V::load(&block.depth));
+    depth.store(&mut block.depth);
+    if TRACK_OBJECTS {
+        let mut weights = [0.0; BLOCK_PIXELS];
+        weight.store(&mut weights);
+        for lane in 0..BLOCK_PIXELS {
+            if weights[lane] > block.weight[lane] {
+                block.weight[lane] = weights[lane];
+                block.object[lane] = record.object as i32;
+            }
         }
     }
-}
-
-/// The next wide splat of a list of slots.
-#[inline(always)]
-pub fn next_wide(work: &TileWork) -> Option<usize> {
-    let is_wide = |&slot: &u32| work.records[slot as usize].is_wide();
-    work.slots.iter().position(is_wide)
 }
 
 /// Columns are the ellipsoid's axes, in camera axes.
@@ -303,11 +439,6 @@ fn perpendicular(n: &Vector) -> [Vector; 2] {
         [1.0 + sign * n[0] * n[0] * a, sign * b, -sign * n[0]],
         [b, sign + n[1] * n[1] * a, -n[1]],
     ]
-}
-
-#[inline(always)]
-fn dot3(p: &[f32; 3], q: &[f32; 3]) -> f32 {
-    p[0] * q[0] + p[1] * q[1] + p[2] * q[2]
 }
 
 fn dot(p: &Vector, q: &Vector) -> f64 {

@@ -4,7 +4,8 @@ gsplat's one-call `rasterization` drops what lies behind a fisheye's plane and s
 stages are called one by one: projection per object, then one list of splats, ordered by z or range,
 for all of them. What differs from `scenes.render.renderer`, as of gsplat 1.5: alpha stops at 0.999
 instead of 0.99; the splat that would take a pixel below its stop is left out instead of being the
-last; samples near 1/255 are judged in float32; `ids` is None.
+last; samples near 1/255 are judged in float32; `ids` is None. A region or a tile mask is cut out of
+the whole picture and costs as much; lenses with coefficients and exact wide splats are refused.
 """
 
 from __future__ import annotations
@@ -22,9 +23,15 @@ from numpy.typing import NDArray
 
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
-from scenes.render.reference import ANGLE_MARGIN, POLE_MARGIN_RAD, _inside_lens, _is_sound
+from scenes.render.reference import (
+    ANGLE_MARGIN,
+    POLE_MARGIN_RAD,
+    _in_scope,
+    _inside_lens,
+    _is_sound,
+)
 from scenes.render.renderer import LOW_PASS_PX2, PosedSplats, Rendering, RenderOptions
-from scenes.render.request import check_request
+from scenes.render.request import check_request, refuse_exact
 from scenes.splats import SplatCloud
 
 Tensor = Any
@@ -104,6 +111,12 @@ class GsplatRenderer:
         """
         options = options or RenderOptions()
         check_request(objects, camera, options)
+        refuse_exact(options, "gsplat's kernels draw by EWA")
+        if isinstance(camera, Fisheye) and not camera.is_equidistant:
+            raise ValueError(
+                f"camera.distortion: got {camera.distortion}, wanted zeros: gsplat's fisheye is "
+                "equidistant; use scenes.render.native.NativeRenderer"
+            )
         camera_from_world = world_from_camera.inverse()
         with self._torch.no_grad():
             projected = [
@@ -243,8 +256,8 @@ def _finished(
     camera: Pinhole | Fisheye,
     options: RenderOptions,
 ) -> Rendering:
-    """Nothing outside the lens circle, the background behind everything, depths as means."""
-    is_drawn = _inside_lens(camera)
+    """Nothing outside the lens circle and the scope, a background everywhere, depths as means."""
+    is_drawn = _inside_lens(camera) & _in_scope(camera, options)
     alpha = np.where(is_drawn, alpha, np.float32(0.0))
     sums = np.where(is_drawn[..., None], blended, np.float32(0.0))
     background = np.asarray(options.background, dtype=np.float32)

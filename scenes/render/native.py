@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
 from scenes.render.renderer import PosedSplats, Rendering, RenderOptions
-from scenes.render.request import check_request
+from scenes.render.request import check_request, refuse_exact, refuse_parts
 from scenes.splats import SplatCloud
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ class NativeRenderer:
         check_request(objects, camera, options)
         clouds = [self._prepared(posed.cloud) for posed in objects]
         poses = _camera_from_objects(objects, world_from_camera)
-        flat = self._engine.render(clouds, poses, lens=_lens(camera), draw=_draw(options))
+        flat = self._engine.render(clouds, poses, lens=lens_of(camera), draw=draw_of(options))
         return rendering_of(flat, camera.height_px, camera.width_px)
 
     def shares(
@@ -112,8 +112,8 @@ class NativeRenderer:
         flat = self._engine.render(
             [self._prepared(posed.cloud) for posed in objects],
             _camera_from_objects(objects, world_from_camera),
-            lens=_lens(camera),
-            draw=_draw(options, marked=index),
+            lens=lens_of(camera),
+            draw=draw_of(options, marked=index),
         )
         return rendering_of(flat, camera.height_px, camera.width_px)
 
@@ -126,16 +126,12 @@ class NativeRenderer:
     ) -> tuple[Rendering, Tape]:
         """Draw and remember how: the part of `scenes.render.gradients.record` that is native."""
         check_request(objects, camera, options)
-        if math.isfinite(options.exact_above_rad):
-            raise ValueError(
-                f"options.exact_above_rad: got {options.exact_above_rad}, wanted inf: gradients "
-                "are those of EWA"
-            )
+        refuse_exact(options, "gradients are those of EWA")
         flat, tape = self._differentiator.record(
             [self._prepared(posed.cloud) for posed in objects],
             _camera_from_objects(objects, world_from_camera),
-            lens=_lens(camera),
-            draw=_draw(options),
+            lens=lens_of(camera),
+            draw=draw_of(options),
         )
         return rendering_of(flat, camera.height_px, camera.width_px), tape
 
@@ -164,10 +160,7 @@ class NativeRenderer:
     ) -> PoseNormals:
         """The part of `scenes.render.pose_newton.normal_equations` that is native."""
         check_request([posed], camera, options)
-        if options.region is not None or options.tile_mask is not None:
-            raise ValueError(
-                "options: got a region or a tile_mask, wanted none: give the target weights of 0"
-            )
+        refuse_parts(options, "give the target weights of 0")
         # The tracker's objects are never wide, and its steps need EWA's derivatives.
         options = replace(options, exact_above_rad=math.inf)
         return self._differentiator.pose_normals(
@@ -175,8 +168,8 @@ class NativeRenderer:
             _camera_from_objects([posed], world_from_camera),
             twists,
             target,
-            lens=_lens(camera),
-            draw=_draw(options),
+            lens=lens_of(camera),
+            draw=draw_of(options),
             luma=luma,
             gain=brightness[0],
             bias=brightness[1],
@@ -207,7 +200,7 @@ class NativeRenderer:
     ) -> _native.StillPicture:
         """An empty picture for `update_still`; `scenes.render.incremental` is the way to use it."""
         check_request((), camera, options)
-        return self._still(lens=_lens(camera), draw=_draw(options))
+        return self._still(lens=lens_of(camera), draw=draw_of(options))
 
     def update_still(
         self,
@@ -236,7 +229,8 @@ def _camera_from_objects(
     return poses
 
 
-def _lens(camera: Pinhole | Fisheye) -> _native.Lens:
+def lens_of(camera: Pinhole | Fisheye) -> _native.Lens:
+    """A camera in the words of the native crate."""
     size, centre = (camera.width_px, camera.height_px), (camera.cx, camera.cy)
     if isinstance(camera, Pinhole):
         return {
@@ -255,7 +249,8 @@ def _lens(camera: Pinhole | Fisheye) -> _native.Lens:
     }
 
 
-def _draw(options: RenderOptions, *, marked: int | None = None) -> _native.Draw:
+def draw_of(options: RenderOptions, *, marked: int | None = None) -> _native.Draw:
+    """Options in the words of the native crate; `marked` as in `NativeRenderer.shares`."""
     background, mask = options.background, options.tile_mask
     is_picture = isinstance(background, np.ndarray)
     return {

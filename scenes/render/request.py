@@ -124,6 +124,20 @@ def _check_scope(options: RenderOptions, camera: Pinhole | Fisheye) -> None:
         )
 
 
+def refuse_parts(options: RenderOptions, reason: str) -> None:
+    """Refuse a region or a tile mask, saying why."""
+    if options.region is not None or options.tile_mask is not None:
+        raise ValueError(f"options: got a region or a tile_mask, wanted none: {reason}")
+
+
+def refuse_exact(options: RenderOptions, reason: str) -> None:
+    """Refuse to draw wide splats exactly, saying why."""
+    if math.isfinite(options.exact_above_rad):
+        raise ValueError(
+            f"options.exact_above_rad: got {options.exact_above_rad}, wanted inf: {reason}"
+        )
+
+
 def described(value: object) -> str:
     """What an argument is, for messages: dtype and shape, or its type."""
     if isinstance(value, np.ndarray):

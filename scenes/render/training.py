@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
+from scenes.render.native import draw_of, lens_of
 from scenes.render.renderer import RenderOptions
+from scenes.render.request import check_request, refuse_exact, refuse_parts
 
 SSIM_SHARE = 0.2
 """Share of 1 - SSIM in the loss, as in 3D Gaussian splatting (Kerbl et al. 2023, equation 7)."""
@@ -167,24 +169,22 @@ class Trainee:
             rates: (11 + 3K,) float32, learning rate of each number of a row.
             exposure: of the photo.
             options: how to draw; the same bits for any number of threads.
+
+        Raises:
+            ValueError: names the argument, what it got and what it wants.
         """
-        camera = target.camera
-        is_pinhole = isinstance(camera, Pinhole)
+        check_request((), target.camera, options)
+        refuse_parts(options, "training compares the whole photo")
+        refuse_exact(options, "gradients are those of EWA")
         raw = self._native.step(
             target.native,
             target.camera_from_world,
             rates,
-            focal=(camera.fx, camera.fy) if is_pinhole else (camera.f_px, camera.f_px),
-            centre=(camera.cx, camera.cy),
-            max_angle=None if is_pinhole else camera.max_angle,
-            background=options.background,
-            near=options.near_m,
-            antialias=options.antialias,
-            sh_degree=options.sh_degree,
+            lens=lens_of(target.camera),
+            draw=draw_of(options),
             ssim_share=SSIM_SHARE,
             gain=exposure.gain,
             bias=exposure.bias,
             falloff=exposure.falloff,
-            threads=options.threads,
         )
         return Distance(*raw)

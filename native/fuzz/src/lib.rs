@@ -6,10 +6,13 @@ use std::sync::OnceLock;
 
 use _native::camera::{Fisheye, Pinhole};
 use _native::curvature::Curved;
-use _native::pose_gn::{Drawn, NormalSums, PoseEngine, Target};
+use _native::pose_gn::PoseEngine;
 use _native::pose_motion::{Directions, Twist};
+use _native::pose_sums::{NormalSums, Target};
+use _native::pose_tile::Drawn;
 use _native::project::PosedCloud;
-use _native::render::{Engine, Job, Picture};
+use _native::render::{Background, Engine, Job, Picture};
+use _native::scope::Scope;
 use _native::simd::Simd;
 use _native::tape::{PictureGradients, Tape};
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -54,11 +57,13 @@ pub fn check(bytes: &[u8]) {
 
 fn check_through<L: Curved>(lens: &L, scene: &Scene) {
     let objects = scene.posed();
+    let scope = Scope::whole(scene.view.width, scene.view.height);
     let mut first: Option<Outcome> = None;
     for simd in Simd::available() {
         let job = Job {
             view: scene.view,
-            background: scene.background,
+            scope: &scope,
+            background: Background::Plain(scene.background),
             simd,
             pool: pool(),
         };
@@ -95,7 +100,7 @@ impl Outcome {
             let tape = if tape {
                 Some(Tape::record(objects, lens, job, &mut picture))
             } else {
-                Engine::default().render(objects, lens, job, &mut picture);
+                Engine::default().render(objects, lens, job, None, &mut picture);
                 None
             };
             assert!(ids.iter().all(|&id| id >= -1 && id < objects.len() as i32));

@@ -122,6 +122,7 @@ impl Scene {
             near: bytes.positive(1e-3, 1.0),
             antialias: bytes.upto(1) == 1,
             sh_degree: bytes.upto(3),
+            exact_above: f64::INFINITY,
         };
         let is_pinhole = bytes.upto(1) == 0;
         let focal = [bytes.positive(1.0, 200.0), bytes.positive(1.0, 200.0)];

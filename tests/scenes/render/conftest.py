@@ -71,6 +71,12 @@ def native(request):
     return native_with(request.param)
 
 
+@pytest.fixture(scope="session", params=["reference", *INSTRUCTIONS])
+def own_renderer(request):
+    """The renderers that draw wide splats exactly and tell objects apart."""
+    return ReferenceRenderer() if request.param == "reference" else native_with(request.param)
+
+
 @pytest.fixture(scope="session")
 def reference():
     """The oracle."""
@@ -81,6 +87,15 @@ def reference():
 def camera(request):
     """Cameras of both kinds, none of them a whole number of tiles."""
     return CAMERAS[request.param]
+
+
+@pytest.fixture
+def fitting_camera(renderer, camera):
+    """`camera`, but not a lens with coefficients for a renderer that refuses those."""
+    has_coefficients = isinstance(camera, Fisheye) and not camera.is_equidistant
+    if has_coefficients and isinstance(renderer, GsplatRenderer):
+        pytest.skip("gsplat has no lens with coefficients")
+    return camera
 
 
 @pytest.fixture(scope="session")

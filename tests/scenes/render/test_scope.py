@@ -128,15 +128,15 @@ def test_gradients_come_from_the_region_alone(native, drawn_cloud, small_lens):
         np.testing.assert_allclose(got, wanted, atol=1e-5 * np.abs(wanted).max())
 
 
-def test_a_picture_shines_through_like_a_colour(renderer, scene, camera):
-    plain = renderer.render(scene, camera, BACK, RenderOptions(background=GREEN))
-    shape = (camera.height_px, camera.width_px, 3)
+def test_a_picture_shines_through_like_a_colour(renderer, scene, fitting_camera):
+    plain = renderer.render(scene, fitting_camera, BACK, RenderOptions(background=GREEN))
+    shape = (fitting_camera.height_px, fitting_camera.width_px, 3)
     flat = np.broadcast_to(np.array(GREEN, dtype=np.float32), shape)
-    same = renderer.render(scene, camera, BACK, RenderOptions(background=flat))
+    same = renderer.render(scene, fitting_camera, BACK, RenderOptions(background=flat))
     np.testing.assert_allclose(same.rgb, plain.rgb, rtol=0, atol=1e-7)
     picture = np.random.default_rng(1).random(shape, dtype=np.float32)
-    rendering = renderer.render(scene, camera, BACK, RenderOptions(background=picture))
-    black = renderer.render(scene, camera, BACK)
+    rendering = renderer.render(scene, fitting_camera, BACK, RenderOptions(background=picture))
+    black = renderer.render(scene, fitting_camera, BACK)
     wanted = black.rgb + (1 - black.alpha[..., None]) * picture
     np.testing.assert_allclose(rendering.rgb, wanted, rtol=0, atol=1e-6)
 
