@@ -19,6 +19,8 @@ from scenes.render.native import NativeRenderer
 from scenes.state import ObjectModel
 
 LEAST_SPLATS = 30
+FLOATERS = "floaters"
+"""What the stage of a cut without an object is called after."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -121,9 +123,10 @@ def undo_cut(package: ScenePackage) -> ScenePackage:
     if not package.cuts:
         raise ValueError(f"scene {package.name!r}: there is no cut to undo")
     last = package.cuts[-1]
+    name = f"cut {last.object_id or FLOATERS}"
     stages = list(package.stages)
     for index in reversed(range(len(stages))):
-        if stages[index].name == f"cut {last.object_id}":
+        if stages[index].name == name:
             del stages[index]
             break
     return replace(

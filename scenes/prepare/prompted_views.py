@@ -77,7 +77,11 @@ def masked_views(
         )
         others = [other for other in views if other is not view and other.prompt.box_px is not None]
         picture = _as_picture(drawing) if view.picture is None else view.picture
-        mask = masks.mask(picture, view.prompt, _known_background(view, drawing, others))
+        background = _known_background(view, drawing, others)
+        mask = masks.mask(picture, view.prompt, background)
+        if not mask.any() and view.prompt.box_px is not None:
+            # Colours tell nothing apart here; the room's shape still may.
+            mask = _within(view.prompt.box_px, mask.shape) & ~background
         masked.append(
             MaskedView(
                 view.name,
@@ -89,6 +93,14 @@ def masked_views(
             )
         )
     return tuple(masked)
+
+
+def _within(box_px: tuple[float, float, float, float], shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    """(H, W) pixels whose centre lies in the box."""
+    left, top, right, bottom = box_px
+    row, column = np.ogrid[: shape[0], : shape[1]]
+    across = (column + 0.5 > left) & (column + 0.5 < right)
+    return across & (row + 0.5 > top) & (row + 0.5 < bottom)
 
 
 def drawn_picture(

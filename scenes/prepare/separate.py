@@ -108,8 +108,8 @@ def separate(
     shown = [view for view in views if view.mask.any()]
     if not shown:
         raise ValueError(
-            f"the mask is empty in {', '.join(view.name for view in views)}; "
-            "draw the box around the whole object"
+            f"the mask is empty in {', '.join(view.name for view in views)}: there is no object in "
+            "the box; draw it around the whole object"
         )
     votes = [lift(cloud, view, renderer=renderer) for view in shown]
     positions = cloud.means.astype(np.float64)

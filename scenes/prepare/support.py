@@ -12,7 +12,7 @@ from scenes.splats import SplatCloud
 BIN_M = 0.005
 LEAST_SHARE = 0.12
 """Of the splats' area: what lies in one level to be a plane."""
-MOST_PLANES = 4
+MOST_PLANES = 8
 REACH_M = (0.004, 0.015)
 """How thick a plane may be taken, whatever its splats' noise says."""
 
@@ -25,16 +25,20 @@ class LevelPlane:
     reach_m: float
 
 
-def level_planes(cloud: SplatCloud) -> tuple[LevelPlane, ...]:
+def level_planes(cloud: SplatCloud, *, least_share: float = LEAST_SHARE) -> tuple[LevelPlane, ...]:
     """The heights at which much of the splats' area lies, the largest first.
 
     Args:
         cloud: what surrounds a thing, world frame.
+        least_share: of the area, to be a plane.
     """
-    return levels(cloud.means[:, 2].astype(np.float64), _level_area(cloud))
+    heights = cloud.means[:, 2].astype(np.float64)
+    return levels(heights, _level_area(cloud), least_share=least_share)
 
 
-def levels(heights: NDArray[np.float64], area: NDArray[np.float64]) -> tuple[LevelPlane, ...]:
+def levels(
+    heights: NDArray[np.float64], area: NDArray[np.float64], *, least_share: float = LEAST_SHARE
+) -> tuple[LevelPlane, ...]:
     """The heights (N,), metres, at which much of the area (N,) lies, the largest first."""
     planes: list[LevelPlane] = []
     if not len(heights) or area.sum() <= 0:
@@ -42,7 +46,7 @@ def levels(heights: NDArray[np.float64], area: NDArray[np.float64]) -> tuple[Lev
     bins = np.floor((heights - heights.min()) / BIN_M).astype(np.intp) + 1
     level = np.bincount(bins, weights=area, minlength=int(bins.max()) + 2)
     window = np.convolve(level, np.ones(3), mode="same")
-    while window.max() > LEAST_SHARE * area.sum() and len(planes) < MOST_PLANES:
+    while window.max() > least_share * area.sum() and len(planes) < MOST_PLANES:
         peak = int(np.argmax(window))
         inside = np.abs(bins - peak) <= 1
         height = float(np.average(heights[inside], weights=area[inside]))

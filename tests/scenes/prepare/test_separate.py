@@ -79,7 +79,7 @@ def views_of(room, number, renderer, angles=(0.4, 2.3, 4.4), pad_px=6.0):
     centre = np.array([*list(PLACES.values())[number - 1][0], 0.18])
     result = []
     for k, angle in enumerate(angles):
-        eye = centre + (1.1 * np.cos(angle), 1.1 * np.sin(angle), 0.7)
+        eye = centre + np.array([1.1 * np.cos(angle), 1.1 * np.sin(angle), 0.7])
         world_from_camera = look_at(eye, centre)
         alone = [PosedSplats(cloud.select(truth == number), Pose.identity())]
         rows, columns = np.nonzero(renderer.render(alone, CAMERA, world_from_camera).alpha > 0.5)

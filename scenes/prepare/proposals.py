@@ -1,0 +1,103 @@
+"""What looks movable in a room: bodies that stand free on the floor or on a table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.prepare.bodies import bodies
+from scenes.prepare.separate import Separation
+from scenes.prepare.support import LevelPlane, level_planes, on_planes
+from scenes.prepare.upright_box import UprightBox, upright_box
+from scenes.splats import SplatCloud
+
+REACH_M = 0.05
+"""Things closer to each other than this are proposed as one."""
+SIZE_M = (0.03, 1.3)
+"""Shortest and longest side of what a person would move."""
+LEAST_SPLATS = 60
+STANDING_M = 0.03
+"""How far above its support a thing's lowest splats may lie."""
+RING_M = 0.2
+SECTORS = 16
+LEAST_SCORE = 0.5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Proposal:
+    """A body that could be made an object.
+
+    Attributes:
+        found: its splats, ready for `scenes.prepare.cutout.make_object`.
+        box: around it.
+        score: 0..1, the share of directions in which its support goes on around it.
+    """
+
+    found: Separation
+    box: UprightBox
+    score: float
+
+
+def propose(room: SplatCloud) -> tuple[Proposal, ...]:
+    """The free-standing bodies of a room, the surest first.
+
+    Args:
+        room: world frame, metres, Z up.
+    """
+    planes = level_planes(room, least_share=0.01)
+    flat = on_planes(room.means, planes)
+    standing = np.flatnonzero(~flat)
+    if not len(standing):
+        return ()
+    count, body = bodies(room.means[standing], REACH_M)
+    members = np.split(standing[np.argsort(body, kind="stable")], np.cumsum(np.bincount(body))[:-1])
+    proposals = []
+    for chosen in members[:count]:
+        proposal = _proposal(room, np.sort(chosen), flat, planes)
+        if proposal is not None:
+            proposals.append(proposal)
+    return tuple(sorted(proposals, key=lambda item: -item.score))
+
+
+def _proposal(
+    room: SplatCloud,
+    chosen: NDArray[np.intp],
+    flat: NDArray[np.bool_],
+    planes: tuple[LevelPlane, ...],
+) -> Proposal | None:
+    """The body as a proposal, unless it is too small, too large or stands on nothing."""
+    if len(chosen) < LEAST_SPLATS:
+        return None
+    points = room.means[chosen].astype(np.float64)
+    low, high = np.percentile(points, (1, 99), axis=0)
+    if (high - low).max() > SIZE_M[1] or np.sort(high - low)[1] < SIZE_M[0]:
+        return None
+    below = [p for p in planes if abs(low[2] - p.height_m) < STANDING_M + p.reach_m]
+    if not below:
+        return None
+    score = _surrounded(room, flat, low, high, below[0].height_m)
+    if score < LEAST_SCORE:
+        return None
+    labels = np.zeros(len(room), dtype=bool)
+    labels[chosen] = True
+    box = upright_box(room.select(labels), room.select(~labels))
+    return Proposal(Separation(labels, np.zeros_like(labels), ()), box, score)
+
+
+def _surrounded(
+    room: SplatCloud,
+    flat: NDArray[np.bool_],
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+    height_m: float,
+) -> float:
+    """Share of the directions around a body in which its support goes on."""
+    means = room.means
+    near = flat & (np.abs(means[:, 2] - height_m) < STANDING_M)
+    near &= ((means[:, :2] > low[:2] - RING_M) & (means[:, :2] < high[:2] + RING_M)).all(axis=1)
+    near &= ~((means[:, :2] > low[:2]) & (means[:, :2] < high[:2])).all(axis=1)
+    away = means[near, :2] - 0.5 * (low + high)[:2]
+    sector = np.floor((np.arctan2(away[:, 1], away[:, 0]) / (2 * np.pi) % 1.0) * SECTORS)
+    return len(np.unique(sector)) / SECTORS

@@ -1,0 +1,152 @@
+"""A grey crate on a floor, cut out and put back on the command line."""
+
+import hashlib
+import json
+
+import cv2
+import numpy as np
+import pytest
+
+from scenes.cameras import Pinhole
+from scenes.frames import look_at
+from scenes.package import ScenePackage, load_package, save_package
+from scenes.package_records import ViewPoint
+from scenes.pose import Pose
+from scenes.splats import SplatCloud
+from studio.cli import main
+
+CAMERA = Pinhole(240, 180, 200.0, 200.0, 120.0, 90.0)
+LOW, HIGH = np.array([-0.15, -0.1, 0.0]), np.array([0.15, 0.1, 0.25])
+
+
+def splats_on(points, colour):
+    n = len(points)
+    sh = np.full((n, 1, 3), (np.asarray(colour) - 0.5) / 0.2820948)
+    scales = np.full((n, 3), 0.012)
+    scales[:, 2] = 0.002
+    return SplatCloud(points, scales, np.tile([1.0, 0, 0, 0], (n, 1)), np.full(n, 0.9), sh)
+
+
+def joined(*clouds):
+    fields = ("means", "scales", "rotations", "opacities", "sh")
+    return SplatCloud(*(np.concatenate([getattr(c, f) for c in clouds]) for f in fields))
+
+
+@pytest.fixture
+def scene(tmp_path):
+    """The folder of a scene with one crate and three views of it."""
+    rng = np.random.default_rng(1)
+    floor = rng.uniform((-0.8, -0.8, 0), (0.8, 0.8, 0.001), (9000, 3))
+    under = ((floor[:, :2] > LOW[:2]) & (floor[:, :2] < HIGH[:2])).all(axis=1)
+    crate = rng.uniform(LOW, HIGH, (1800, 3))
+    side = rng.integers(0, 3, len(crate))
+    end = np.where(rng.random(len(crate)) < 0.5, LOW[side], HIGH[side])
+    crate[np.arange(len(crate)), side] = end
+    room = joined(splats_on(floor[~under], (0.75, 0.7, 0.6)), splats_on(crate, (0.2, 0.3, 0.5)))
+    centre = 0.5 * (LOW + HIGH)
+    views = tuple(
+        ViewPoint(f"{k}.png", CAMERA, look_at(centre + eye, centre))
+        for k, eye in enumerate([(0.9, 0.2, 0.6), (-0.5, 0.8, 0.6), (-0.4, -0.8, 0.7)])
+    )
+    package = ScenePackage(
+        "crate", room, (), (), Pose.identity(), np.array([[-1.0, -1], [1, 1]]), None, (), views
+    )
+    save_package(package, tmp_path / "crate.gnx")
+    return tmp_path / "crate.gnx"
+
+
+@pytest.fixture
+def nexus(capsys):
+    def call(*words):
+        code = main(["cut", *map(str, words)])
+        printed = capsys.readouterr()
+        return code, printed.out, printed.err
+
+    return call
+
+
+def boxes(scene, pad_px=5.0):
+    """--box of every view, around the crate's corners."""
+    corners = np.array(np.meshgrid(*np.stack([LOW, HIGH], axis=1))).reshape(3, -1).T
+    words = []
+    for view in load_package(scene).views:
+        pixels, _ = view.camera.project(view.world_from_camera.inverse() @ corners)
+        edges = [*(pixels.min(axis=0) - pad_px), *(pixels.max(axis=0) + pad_px)]
+        words += ["--box", view.name, *(f"{edge:.1f}" for edge in edges)]
+    return words
+
+
+def fingerprint(scene):
+    return hashlib.sha256((scene / "splats" / "room.ply").read_bytes()).hexdigest()
+
+
+def test_cut_preview_and_undo(nexus, scene, tmp_path):
+    before = fingerprint(scene)
+    marks = boxes(scene)
+    code, out, err = nexus(
+        scene,
+        "--name",
+        "Blue crate",
+        "--kind",
+        "crate",
+        *marks,
+        "--preview",
+        tmp_path / "p",
+        "--json",
+    )
+    assert (code, err) == (0, "")
+    report = json.loads(out)
+    assert report["object"] == "blue-crate"
+    assert all(view["used"] for view in report["views"])
+    package = load_package(scene)
+    item = package.object_by_id("blue-crate")
+    assert (item.name, item.kind) == ("Blue crate", "crate")
+    assert 0.95 * 1800 < len(item.splats) < 1.05 * 1800
+    np.testing.assert_allclose(sorted(item.box_m), [0.2, 0.25, 0.3], atol=0.02)
+    picture = cv2.imread(str(tmp_path / "p" / "0.png"))
+    assert picture.shape == (180, 240, 3)
+    assert len(list((tmp_path / "p").iterdir())) == 3
+
+    code, out, _ = nexus(scene, "--undo")
+    assert (code, fingerprint(scene)) == (0, before)
+    assert "blue-crate put back" in out
+    assert load_package(scene).objects == ()
+
+
+def test_photos_are_looked_at_if_given(nexus, scene, tmp_path):
+    photos = tmp_path / "photos"
+    photos.mkdir()
+    code, _, err = nexus(scene, "--name", "crate", *boxes(scene), "--photos", photos)
+    assert code == 3
+    assert "0.png: not a picture that can be read" in err
+    for view in range(3):
+        cv2.imwrite(str(photos / f"{view}.png"), np.zeros((50, 60, 3), np.uint8))
+    code, _, err = nexus(scene, "--name", "crate", *boxes(scene), "--photos", photos)
+    assert (code, "60×50 px, but its camera has 240×180" in err) == (3, True)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--name", "a"], "nothing is marked"),
+        (["--box", "0.png", "1", "2", "30", "40"], "give --name"),
+        (
+            ["--name", "a", "--box", "9.png", "1", "2", "30", "40"],
+            "no view '9.png'; it has 3: 0.png",
+        ),
+        (["--name", "a", "--box", "0.png", "1", "2", "x", "40"], "are not pixels"),
+        (["--name", "a", "--box", "0.png", "30", "2", "1", "40"], "left < right"),
+        (["--name", "a", "--click", "0.png", "30"], "wanted X Y of each point"),
+        (["--name", "a", "--box", "0.png", "1", "1", "12", "12"], "there is no object"),
+        (["--undo"], "there is no cut to undo"),
+    ],
+)
+def test_what_does_not_fit_is_refused_and_nothing_changes(nexus, scene, words, message):
+    before = fingerprint(scene)
+    code, out, err = nexus(scene, *words)
+    assert (code, out, message in err) == (3, "", True), err
+    assert fingerprint(scene) == before
+
+
+def test_views_are_listed(nexus, scene):
+    assert nexus(scene, "--views") == (0, "0.png\n1.png\n2.png\n", "")
