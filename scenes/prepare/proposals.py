@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import binary_closing, binary_fill_holes
 
 from scenes.prepare.bodies import bodies
 from scenes.prepare.separate import Separation
@@ -17,6 +18,16 @@ REACH_M = 0.05
 """Things closer to each other than this are proposed as one."""
 SIZE_M = (0.03, 1.3)
 """Shortest and longest side of what a person would move."""
+LEAST_SHARE = 0.01
+"""Of the room's level area: what lies at one height to be a support."""
+LEVEL = 0.5
+"""Upward spread of a splat, as a share of its largest, below which it lies level."""
+PATCH_REACH_M = 0.1
+PATCH_M = 0.5
+"""Level patches shorter than this are parts of things."""
+CELL_M = 0.01
+CONTACT_M = 0.03
+"""How far above its support a thing's outline there is looked at."""
 LEAST_SPLATS = 60
 STANDING_M = 0.03
 """How far above its support a thing's lowest splats may lie."""
@@ -46,8 +57,8 @@ def propose(room: SplatCloud) -> tuple[Proposal, ...]:
     Args:
         room: world frame, metres, Z up.
     """
-    planes = level_planes(room, least_share=0.01)
-    flat = on_planes(room.means, planes)
+    planes = level_planes(room, least_share=LEAST_SHARE)
+    flat = _support(room, planes)
     standing = np.flatnonzero(~flat)
     if not len(standing):
         return ()
@@ -59,6 +70,43 @@ def propose(room: SplatCloud) -> tuple[Proposal, ...]:
         if proposal is not None:
             proposals.append(proposal)
     return tuple(sorted(proposals, key=lambda item: -item.score))
+
+
+def _support(room: SplatCloud, planes: tuple[LevelPlane, ...]) -> NDArray[np.bool_]:
+    """(N,) the level splats of planes, but for patches as small as a seat or a book's cover."""
+    spread = np.sqrt(room.covariances()[:, 2, 2])
+    level = np.flatnonzero(
+        on_planes(room.means, planes) & (spread < LEVEL * room.scales.max(axis=1))
+    )
+    support = np.zeros(len(room), dtype=bool)
+    if len(level):
+        count, patch = bodies(room.means[level], PATCH_REACH_M)
+        order = np.argsort(patch, kind="stable")
+        ends = np.cumsum(np.bincount(patch, minlength=count))[:-1]
+        for members in np.split(level[order], ends):
+            if np.ptp(room.means[members, :2], axis=0).max() > PATCH_M:
+                support[members] = True
+    return support
+
+
+def _with_underside(
+    room: SplatCloud, chosen: NDArray[np.intp], flat: NDArray[np.bool_], height_m: float
+) -> NDArray[np.intp]:
+    """The body with the splats in its support's plane that its outline there encloses."""
+    means = room.means
+    touching = means[chosen][means[chosen, 2] < height_m + CONTACT_M, :2]
+    if not len(touching):
+        return chosen
+    low = touching.min(axis=0) - 2 * CELL_M
+    shape = np.ceil((touching.max(axis=0) - low) / CELL_M).astype(int) + 3
+    contact = np.zeros(shape, dtype=bool)
+    contact[tuple(np.floor((touching - low) / CELL_M).astype(int).T)] = True
+    inside = binary_fill_holes(binary_closing(contact))
+    near = np.flatnonzero(flat & (np.abs(means[:, 2] - height_m) < STANDING_M))
+    cells = np.floor((means[near, :2] - low) / CELL_M).astype(int)
+    within = ((cells >= 0) & (cells < shape)).all(axis=1)
+    near, cells = near[within], cells[within]
+    return np.union1d(chosen, near[inside[tuple(cells.T)]])
 
 
 def _proposal(
@@ -81,7 +129,7 @@ def _proposal(
     if score < LEAST_SCORE:
         return None
     labels = np.zeros(len(room), dtype=bool)
-    labels[chosen] = True
+    labels[_with_underside(room, chosen, flat, below[0].height_m)] = True
     box = upright_box(room.select(labels), room.select(~labels))
     return Proposal(Separation(labels, np.zeros_like(labels), ()), box, score)
 
