@@ -16,11 +16,14 @@ from numpy.typing import NDArray
 from scenes.formats.atomic import write_file
 from scenes.package import ScenePackage, load_package, save_package
 from scenes.package_records import ViewPoint
-from scenes.prepare.cutout import Cutout, cut_out, undo_cut
+from scenes.prepare.cutout import Cutout, cut_out, make_object, undo_cut
+from scenes.prepare.floaters import remove_floaters
 from scenes.prepare.lifting import share
 from scenes.prepare.masks import GrabCutMasks, Masks, Prompt
 from scenes.prepare.prompted_views import PromptedView, drawn_picture, masked_views
+from scenes.prepare.proposals import Proposal, propose
 from scenes.prepare.reconstruction import View, read_picture
+from scenes.prepare.separate import Separation
 from scenes.render.native import NativeRenderer
 
 OUTLINE_RGB = (255, 64, 32)
@@ -63,6 +66,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--preview", type=Path, metavar="DIR", help="leave a picture of what was found per view"
     )
     parser.add_argument("--views", action="store_true", help="list the scene's views and end")
+    parser.add_argument(
+        "--propose", action="store_true", help="list what stands free and looks movable"
+    )
+    parser.add_argument(
+        "--accept", type=int, metavar="K", help="with --propose: cut out the K-th of the list"
+    )
+    parser.add_argument(
+        "--floaters", action="store_true", help="remove stray splats that hang in the room"
+    )
     parser.add_argument("--undo", action="store_true", help="put back what was cut last")
     parser.add_argument("--json", action="store_true", help="report as one JSON object")
 
@@ -84,6 +96,14 @@ def run(args: argparse.Namespace) -> int:
         gone = package.cuts[-1].object_id
         report = {"undone": gone, "objects": [item.object_id for item in before.objects]}
         lines = [f"{args.scene}: {gone or 'floaters'} put back, {len(before.room):,} splats"]
+    elif args.floaters:
+        cleared, count = remove_floaters(package)
+        if count:
+            save_package(cleared, args.scene)
+        report = {"floaters": count}
+        lines = [f"{args.scene}: {count} stray splats removed"]
+    elif args.propose and args.accept is None:
+        report, lines = _listed(propose(package.room))
     else:
         report, lines = _cut(args, package)
     print(
@@ -98,10 +118,15 @@ def _cut(args: argparse.Namespace, package: ScenePackage) -> tuple[dict[str, obj
     if not args.name:
         raise ValueError("nexus cut: what is the object called? give --name")
     object_id = args.id or id_of(args.name)
-    prompts = prompts_of(args.box, args.click, args.stroke_out)
-    views = prompted_views(package, prompts, args.photos)
     start = time.perf_counter()
-    done = cut(package, views, object_id=object_id, name=args.name, kind=args.kind)
+    views: list[PromptedView] = []
+    if args.propose:
+        found = accepted(propose(package.room), args.accept)
+        done = make_object(package, found, object_id=object_id, name=args.name, kind=args.kind)
+    else:
+        prompts = prompts_of(args.box, args.click, args.stroke_out)
+        views = prompted_views(package, prompts, args.photos)
+        done = cut(package, views, object_id=object_id, name=args.name, kind=args.kind)
     seconds = time.perf_counter() - start
     save_package(done.package, args.scene)
     if args.preview is not None:
@@ -130,6 +155,36 @@ def _cut(args: argparse.Namespace, package: ScenePackage) -> tuple[dict[str, obj
         if not v.used
     ]
     return report, lines
+
+
+def _listed(proposals: Sequence[Proposal]) -> tuple[dict[str, object], list[str]]:
+    rows = [
+        {
+            "number": number,
+            "score": round(item.score, 2),
+            "splats": int(item.found.labels.sum()),
+            "box_cm": [round(100 * side, 1) for side in item.box.size_m],
+            "place_m": [round(float(x), 2) for x in item.box.world_from_box.translation],
+        }
+        for number, item in enumerate(proposals, 1)
+    ]
+    lines = [
+        f"{row['number']:>3}  {' × '.join(f'{side:g}' for side in row['box_cm'])} cm at "
+        f"{', '.join(f'{x:g}' for x in row['place_m'])} m, {row['splats']:,} splats"
+        for row in rows
+    ]
+    return {"proposals": rows}, lines or ["nothing stands free in this room"]
+
+
+def accepted(proposals: Sequence[Proposal], number: int) -> Separation:
+    """The splats of one proposal, counted from 1.
+
+    Raises:
+        ValueError: there are not so many.
+    """
+    if not 1 <= number <= len(proposals):
+        raise ValueError(f"--accept {number}: there are {len(proposals)} proposals, counted from 1")
+    return proposals[number - 1].found
 
 
 def cut(

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_closing, binary_fill_holes
+from scipy.ndimage import binary_dilation, binary_erosion, binary_fill_holes
 
 from scenes.prepare.bodies import bodies
 from scenes.prepare.separate import Separation
@@ -26,6 +26,8 @@ PATCH_REACH_M = 0.1
 PATCH_M = 0.5
 """Level patches shorter than this are parts of things."""
 CELL_M = 0.01
+RING_GAP_CELLS = 3
+MARGIN_CELLS = 5
 CONTACT_M = 0.03
 """How far above its support a thing's outline there is looked at."""
 LEAST_SPLATS = 60
@@ -97,11 +99,13 @@ def _with_underside(
     touching = means[chosen][means[chosen, 2] < height_m + CONTACT_M, :2]
     if not len(touching):
         return chosen
-    low = touching.min(axis=0) - 2 * CELL_M
-    shape = np.ceil((touching.max(axis=0) - low) / CELL_M).astype(int) + 3
+    low = touching.min(axis=0) - MARGIN_CELLS * CELL_M
+    shape = np.ceil((touching.max(axis=0) - low) / CELL_M).astype(int) + MARGIN_CELLS + 1
     contact = np.zeros(shape, dtype=bool)
     contact[tuple(np.floor((touching - low) / CELL_M).astype(int).T)] = True
-    inside = binary_fill_holes(binary_closing(contact))
+    # Gaps in the outline are bridged before it is filled, and what that adds is taken off again.
+    filled = binary_fill_holes(binary_dilation(contact, iterations=RING_GAP_CELLS))
+    inside = np.asarray(binary_erosion(filled, iterations=RING_GAP_CELLS), dtype=bool)
     near = np.flatnonzero(flat & (np.abs(means[:, 2] - height_m) < STANDING_M))
     cells = np.floor((means[near, :2] - low) / CELL_M).astype(int)
     within = ((cells >= 0) & (cells < shape)).all(axis=1)

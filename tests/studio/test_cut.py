@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -138,6 +139,7 @@ def test_photos_are_looked_at_if_given(nexus, scene, tmp_path):
         (["--name", "a", "--box", "0.png", "30", "2", "1", "40"], "left < right"),
         (["--name", "a", "--click", "0.png", "30"], "wanted X Y of each point"),
         (["--name", "a", "--box", "0.png", "1", "1", "12", "12"], "there is no object"),
+        (["--name", "a", "--propose", "--accept", "7"], "--accept 7: there are 1 proposals"),
         (["--undo"], "there is no cut to undo"),
     ],
 )
@@ -150,3 +152,29 @@ def test_what_does_not_fit_is_refused_and_nothing_changes(nexus, scene, words, m
 
 def test_views_are_listed(nexus, scene):
     assert nexus(scene, "--views") == (0, "0.png\n1.png\n2.png\n", "")
+
+
+def test_a_proposal_is_accepted_with_one_word(nexus, scene):
+    before = fingerprint(scene)
+    code, out, _ = nexus(scene, "--propose", "--json")
+    (proposal,) = json.loads(out)["proposals"]
+    np.testing.assert_allclose(sorted(proposal["box_cm"]), [20, 25, 30], atol=2)
+    np.testing.assert_allclose(proposal["place_m"], [0, 0, 0], atol=0.02)
+    assert (code, fingerprint(scene)) == (0, before)
+    code, _, _ = nexus(scene, "--propose", "--accept", 1, "--name", "crate")
+    assert code == 0
+    assert len(load_package(scene).object_by_id("crate").splats) > 0.95 * 1800
+    nexus(scene, "--undo")
+    assert fingerprint(scene) == before
+
+
+def test_floaters_go_and_come_back(nexus, scene):
+    package = load_package(scene)
+    strays = splats_on(np.array([[0.5, 0.5, 0.9], [-0.5, 0.4, 1.2]]), (0.5, 0.5, 0.5))
+    save_package(replace(package, room=joined(package.room, strays)), scene)
+    before = fingerprint(scene)
+    code, out, _ = nexus(scene, "--floaters")
+    assert (code, "2 stray splats removed" in out) == (0, True)
+    assert len(load_package(scene).room) == len(package.room)
+    assert nexus(scene, "--undo")[0] == 0
+    assert fingerprint(scene) == before
