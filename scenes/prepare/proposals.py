@@ -23,8 +23,8 @@ LEAST_SHARE = 0.01
 LEVEL = 0.5
 """Upward spread of a splat, as a share of its largest, below which it lies level."""
 PATCH_REACH_M = 0.1
-PATCH_M = 0.5
-"""Level patches shorter than this are parts of things."""
+PATCH_M2 = 0.4
+"""Level patches of less area, counted in cells they touch, are parts of things."""
 CELL_M = 0.01
 RING_GAP_CELLS = 3
 MARGIN_CELLS = 5
@@ -86,7 +86,8 @@ def _support(room: SplatCloud, planes: tuple[LevelPlane, ...]) -> NDArray[np.boo
         order = np.argsort(patch, kind="stable")
         ends = np.cumsum(np.bincount(patch, minlength=count))[:-1]
         for members in np.split(level[order], ends):
-            if np.ptp(room.means[members, :2], axis=0).max() > PATCH_M:
+            cells = np.unique(np.floor(room.means[members, :2] / PATCH_REACH_M), axis=0)
+            if len(cells) * PATCH_REACH_M**2 > PATCH_M2:
                 support[members] = True
     return support
 
@@ -129,11 +130,12 @@ def _proposal(
     below = [p for p in planes if abs(low[2] - p.height_m) < STANDING_M + p.reach_m]
     if not below:
         return None
-    score = _surrounded(room, flat, low, high, below[0].height_m)
+    height = min(below, key=lambda plane: abs(low[2] - plane.height_m)).height_m
+    score = _surrounded(room, flat, low, high, height)
     if score < LEAST_SCORE:
         return None
     labels = np.zeros(len(room), dtype=bool)
-    labels[_with_underside(room, chosen, flat, below[0].height_m)] = True
+    labels[_with_underside(room, chosen, flat, height)] = True
     box = upright_box(room.select(labels), room.select(~labels))
     return Proposal(Separation(labels, np.zeros_like(labels), ()), box, score)
 
