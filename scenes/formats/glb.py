@@ -1,4 +1,4 @@
-"""Binary glTF 2.0 as a container: the JSON, the binary chunk, and accessors into it, all distrusted.
+"""Binary glTF 2.0 as a container: its JSON, its binary chunk, accessors into it; all distrusted.
 
 Source: Khronos glTF 2.0 specification, sections 3.6 (binary data) and 4 (GLB).
 """

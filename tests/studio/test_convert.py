@@ -1,8 +1,12 @@
 import json
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 
+from scenes.formats.blocks import SplatBlocks
+from scenes.formats.ply import write_ply_blocks
 from scenes.formats.registry import is_in_world_frame, read_splats, write_splats
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA
 from scenes.opening import open_scene
@@ -11,6 +15,11 @@ from scenes.pose import Pose
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel
 from studio.cli import main
+from studio.convert import SHOWN_FROM
+from studio.convert import convert as run_conversion
+from studio.progress import Progress
+
+FORMATS = ("ply", "spz", "splat", "glb")
 
 
 def cloud_of(n: int, coefficients: int = 1) -> SplatCloud:
@@ -70,6 +79,7 @@ def test_what_a_format_cannot_hold_is_said(convert, tmp_path):
         ("gone.ply", "b.spz", "No such file"),
         ("a.ply", "b.xyz", "unknown ending"),
         ("a.ply", "b.compressed.ply", "read only"),
+        ("a.usda", "b.ply", "USD is written only"),
         ("a.ply", "a.ply", "is the file to read"),
         ("a.ply", "gone/b.ply", "make the folder"),
         ("cut.ply", "b.ply", "truncated"),
@@ -82,6 +92,7 @@ def test_bad_input_is_one_line_and_exit_code_3(convert, tmp_path, source, target
     whole = (tmp_path / "a.ply").read_bytes()
     (tmp_path / "cut.ply").write_bytes(whole[:-1])
     (tmp_path / "text.txt").write_text("hello")
+    (tmp_path / "a.usda").write_text("#usda 1.0")
     before = sorted(p.name for p in tmp_path.iterdir())
     code, out, err = convert(tmp_path / source, tmp_path / target)
     assert (code, out) == (3, "")
@@ -100,7 +111,7 @@ def test_a_scene_becomes_one_file_in_place(convert, tmp_path):
     )
     save_package(package, tmp_path / "scene")
     where = placed @ chair.means.astype(float)
-    for name in ("a.ply", "a.spz"):
+    for name in ("a.ply", "a.spz", "a.glb"):
         assert convert(tmp_path / "scene", tmp_path / name)[0] == 0
         opened = open_scene(tmp_path / name).room
         assert len(opened) == 70
@@ -109,3 +120,81 @@ def test_a_scene_becomes_one_file_in_place(convert, tmp_path):
     assert is_in_world_frame(tmp_path / "a.ply")
     in_file = read_splats(tmp_path / "a.spz").means.astype(float)
     np.testing.assert_allclose(WORLD_FROM_FORWARD_CAMERA @ in_file[:50], room.means, atol=2e-4)
+
+
+def big_ply(path, count: int, coefficients: int = 1, *, bad: int | None = None) -> None:
+    """`count` splats, written block by block; splat `bad` has a position that is not a number."""
+    block = cloud_of(10_000, coefficients)
+    blocks = iter([block] * (count // len(block)))
+    write_ply_blocks(path, SplatBlocks(count, block.sh_degree, blocks))
+    if bad is not None:
+        row = path.stat().st_size - (count - bad) * 4 * (11 + 3 * coefficients)
+        with path.open("r+b") as file:
+            file.seek(row)
+            file.write(np.float32(np.nan).tobytes())
+
+
+@pytest.mark.parametrize("target", FORMATS)
+def test_damage_found_on_the_way_leaves_the_target_as_it_was(convert, tmp_path, target):
+    big_ply(tmp_path / "a.ply", 600_000, bad=599_998)
+    (tmp_path / f"b.{target}").write_bytes(b"before")
+    code, out, err = convert(tmp_path / "a.ply", tmp_path / f"b.{target}")
+    assert (code, out) == (3, "")
+    assert "number 599998" in err.splitlines()[-1]
+    assert (tmp_path / f"b.{target}").read_bytes() == b"before"
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_long_conversions_say_how_far_they_are(convert, tmp_path):
+    big_ply(tmp_path / "a.ply", SHOWN_FROM // 10_000 * 10_000)
+    assert convert(tmp_path / "a.ply", tmp_path / "b.splat")[2] == ""
+    big_ply(tmp_path / "a.ply", (SHOWN_FROM // 10_000 + 1) * 10_000)
+    code, out, err = convert(tmp_path / "a.ply", tmp_path / "b.splat", "--json")
+    assert code == 0
+    assert json.loads(out)["splats"] == (SHOWN_FROM // 10_000 + 1) * 10_000
+    assert err.startswith("writing b.splat …\n")
+    assert "530,000 splats" in err
+
+
+def test_progress_tells_the_share_and_the_time_left(tmp_path, monkeypatch):
+    big_ply(tmp_path / "a.ply", 530_000)
+    seconds = iter(range(0, 10_000, 10))
+    monkeypatch.setattr("studio.progress.time.monotonic", lambda: next(seconds))
+    lines = []
+    progress = Progress(lambda line, _: lines.append(line))
+    run_conversion(tmp_path / "a.ply", tmp_path / "b.splat", progress=progress)
+    assert len(lines) == 11
+    assert lines[1].startswith("writing b.splat  12%, 1 min 1")
+    assert lines[1].endswith("left  65,536 of 530,000 splats")
+    assert lines[-1].startswith("writing b.splat: ")
+
+
+PEAK = """
+import resource, sys
+from studio.cli import main
+from studio.convert import SHOWN_FROM
+from studio.convert import convert as run_conversion
+from studio.progress import Progress
+code = main(["convert", *sys.argv[1:], "--json"])
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, file=sys.stderr)
+sys.exit(code)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(
+    sys.platform == "win32", reason="peak memory is not told by the resource module"
+)
+@pytest.mark.parametrize(("count", "coefficients"), [(5_000_000, 1), (1_000_000, 16)])
+def test_memory_is_bounded_whatever_the_number_of_splats(tmp_path, count, coefficients):
+    big_ply(tmp_path / "a.ply", count, coefficients)
+    for source, target in [
+        *(("a.ply", f"b.{f}") for f in FORMATS),
+        ("b.spz", "c.ply"),
+        ("b.glb", "c.ply"),
+    ]:
+        words = [sys.executable, "-c", PEAK, tmp_path / source, tmp_path / target]
+        done = subprocess.run(words, capture_output=True, text=True, check=True)
+        assert json.loads(done.stdout)["splats"] == count
+        peak_bytes = int(done.stderr.split()[-1]) * (1 if sys.platform == "darwin" else 1024)
+        assert peak_bytes < 600e6, f"{source} to {target}"

@@ -1,5 +1,6 @@
 import gzip
 import struct
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -22,6 +23,19 @@ SH1 = bytes([136, 128, 120, 144, 128, 112, 152, 128, 104])
 def version_3(*, version=3, degree=1, count=1, flags=0, rotation=ROTATION, extra=b"", sh=SH1):
     header = struct.pack("<4sIIBBBB", b"NGSP", version, count, degree, 12, flags, 0)
     payload = POSITION + ALPHA + COLOUR + SCALE + rotation + sh[: 9 if degree else 0] + extra
+    return gzip.compress(header + payload, mtime=0)
+
+
+def version_3_of(n, degree, *, version=3):
+    """`n` splats of random bytes."""
+    rng = np.random.default_rng(n)
+    header = struct.pack("<4sIIBBBB", b"NGSP", version, n, degree, 12, 0, 0)
+    rotation = (3, (100, 155)) if version == 2 else (4, (0, 2))
+    parts = [(9, (0, 255)), (1, (0, 255)), (3, (0, 255)), (3, (0, 255)), rotation]
+    parts.append((3 * (0, 3, 8, 15, 24)[degree], (0, 255)))
+    payload = b"".join(
+        rng.integers(*limits, n * width, dtype=np.uint8).tobytes() for width, limits in parts
+    )
     return gzip.compress(header + payload, mtime=0)
 
 
@@ -172,7 +186,7 @@ def test_trailing_bytes_belong_to_announced_extensions_only(tmp_path):
     (tmp_path / "a.spz").write_bytes(version_3(flags=2, extra=b"more"))
     check_golden(read_spz(tmp_path / "a.spz"))
     (tmp_path / "a.spz").write_bytes(version_3(extra=b"more"))
-    with pytest.raises(FormatError, match="more than"):
+    with pytest.raises(FormatError, match="more bytes than announced"):
         read_spz(tmp_path / "a.spz")
 
 
@@ -208,6 +222,37 @@ def test_damage_is_named_in_one_line(tmp_path, data, said):
         read_spz(tmp_path / "a.spz")
     assert str(tmp_path / "a.spz") in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        version_3(count=50_000_000),
+        version_4(count=50_000_000, sizes=[n * 50_000_000 for n in (9, 1, 3, 3, 4, 9)]),
+        version_4(flags=2, extensions=b"\xff" * 2**20),
+    ],
+    ids=["v3", "v4", "extensions"],
+)
+def test_what_is_only_announced_takes_no_memory(tmp_path, data):
+    (tmp_path / "a.spz").write_bytes(data)
+    tracemalloc.start()
+    with pytest.raises(FormatError):
+        read_spz(tmp_path / "a.spz")
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 2**20
+
+
+@given(at=st.integers(0, 59), value=st.integers(0, 2**64 - 1))
+def test_other_counts_and_sizes_in_the_header_are_refused(tmp_path_factory, at, value):
+    good = version_4()
+    path = tmp_path_factory.mktemp("spz") / "a.spz"
+    path.write_bytes(good[:at] + struct.pack("<Q", value) + good[at + 8 :])
+    try:
+        cloud = read_spz(path)
+    except FormatError:
+        return
+    assert len(cloud) <= 1
 
 
 @pytest.mark.parametrize("good", [version_3(), version_3(version=2, rotation=b"abc"), version_4()])
