@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from scenes.formats.blocks import owned
 from scenes.formats.error import refusal
 from scenes.splats import SplatCloud, validate
 
@@ -33,7 +34,7 @@ def cloud_from_file(
     sh: NDArray[np.float32],
     start: int = 0,
 ) -> SplatCloud:
-    """A checked cloud of activated values; quaternions are normalised here.
+    """A checked cloud of activated values, which it keeps; quaternions are normalised here.
 
     Args:
         path: the file, for messages.
@@ -48,7 +49,13 @@ def cloud_from_file(
         FormatError: a value is not finite, a scale is not positive, a quaternion has no direction
             or an opacity is outside 0..1.
     """
-    cloud = SplatCloud(means, scales, unit_quaternions(path, quaternions, start), opacities, sh)
+    cloud = owned(
+        means=means,
+        scales=scales,
+        rotations=unit_quaternions(path, quaternions, start),
+        opacities=opacities,
+        sh=sh,
+    )
     try:
         validate(cloud, str(path), start=start)
     except ValueError as error:

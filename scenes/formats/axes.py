@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from scenes.formats.blocks import owned
 from scenes.frames import RDF_FROM_RUB
 from scenes.harmonics import turning_matrix
 from scenes.splats import SplatCloud
@@ -19,10 +20,10 @@ def flipped(cloud: SplatCloud) -> SplatCloud:
 
     These are `RDF_FROM_RUB` and, as glTF's axes are those of RUB, the axes of glTF too.
     """
-    return SplatCloud(
-        cloud.means * _SIGNS,
-        cloud.scales,
-        cloud.rotations * _QUATERNION_SIGNS,
-        cloud.opacities,
-        cloud.sh * _SH_SIGNS[: cloud.sh.shape[1], None],
+    return owned(
+        means=cloud.means * _SIGNS,
+        scales=cloud.scales,
+        rotations=cloud.rotations * _QUATERNION_SIGNS,
+        opacities=cloud.opacities,
+        sh=cloud.sh * _SH_SIGNS[: cloud.sh.shape[1], None],
     )

@@ -6,10 +6,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from scenes.splats import SH_COUNTS, SplatCloud
 
 ROWS_PER_BLOCK = 65_536
+FIRST_ROWS = 1 << 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,23 +49,33 @@ def in_blocks(cloud: SplatCloud, rows: int = ROWS_PER_BLOCK) -> SplatBlocks:
 def whole(splats: SplatBlocks) -> SplatCloud:
     """All blocks as one cloud.
 
-    Memory is taken as blocks arrive, never for a number of splats that a file only announces.
+    Beyond the first million splats room is made as blocks arrive, never for a number that a file
+    only announces.
 
     Raises:
         FormatError: the file behind the blocks is damaged.
     """
-    blocks = list(splats.blocks)
-    if len(blocks) == 1:
-        return blocks[0]
     k = SH_COUNTS[splats.sh_degree]
     shapes = {"means": (3,), "scales": (3,), "rotations": (4,), "opacities": (), "sh": (k, 3)}
-    arrays = {}
-    for name, shape in shapes.items():
-        parts = [getattr(block, name) for block in blocks]
-        array = np.concatenate([np.empty((0, *shape), dtype=np.float32), *parts])
-        # A cloud copies what could still be written to.
+    room = min(splats.count, FIRST_ROWS)
+    arrays = {name: np.empty((room, *shape), np.float32) for name, shape in shapes.items()}
+    start = 0
+    for block in splats.blocks:
+        stop = start + len(block)
+        if stop > room:
+            room = max(stop, min(splats.count, 2 * room))
+            for name, array in arrays.items():
+                array.resize((room, *shapes[name]), refcheck=False)
+        for name, array in arrays.items():
+            array[start:stop] = getattr(block, name)
+        start = stop
+    return owned(**{name: array[:start] for name, array in arrays.items()})
+
+
+def owned(**arrays: NDArray[np.float32]) -> SplatCloud:
+    """A cloud of arrays that nobody else holds, which therefore need no copy."""
+    for array in arrays.values():
         array.setflags(write=False)
-        arrays[name] = array
     return SplatCloud(**arrays)
 
 

@@ -62,8 +62,9 @@ def read_ply_blocks(path: Path, rows: int = ROWS_PER_BLOCK) -> SplatBlocks:
     element = require_rows(path, header, "vertex")
     assert element.dtype is not None
     rest = _rest_columns(path, element)
-    groups = (_MEANS, _COLOURS, ("opacity",), _scale_columns(element), _ROTATIONS, rest)
-    missing = [n for group in groups for n in group if n not in (element.dtype.names or ())]
+    scales = _scale_columns(element)
+    wanted = [*_MEANS, *_COLOURS, "opacity", *scales, *_ROTATIONS, *rest]
+    missing = [name for name in wanted if name not in (element.dtype.names or ())]
     if missing:
         raise refusal(
             path,
@@ -72,7 +73,7 @@ def read_ply_blocks(path: Path, rows: int = ROWS_PER_BLOCK) -> SplatBlocks:
             "this is a point cloud or a foreign PLY, give a Gaussian-splat PLY",
         )
     blocks = (
-        _decode(path, read_rows(path, element, *extent), groups, extent[0])
+        _decode(path, read_rows(path, element, *extent), scales, rest, extent[0])
         for extent in extents(element.count, rows)
     )
     return SplatBlocks(element.count, SH_COUNTS.index(1 + len(rest) // 3), blocks)
@@ -115,23 +116,25 @@ def ply_comments(path: Path) -> tuple[str, ...]:
 
 @damaged_values_are_quiet
 def _decode(
-    path: Path, rows: NDArray[np.void], groups: Sequence[Sequence[str]], start: int
+    path: Path, rows: NDArray[np.void], scales: Sequence[str], rest: Sequence[str], start: int
 ) -> SplatCloud:
-    means, colours, logits, logarithms, quaternions, channels = (
-        _columns(rows, group) for group in groups
-    )
-    scales = exponential(logarithms)
-    if scales.shape[1] == 2:
-        thickness = FLAT_SCALE * scales.min(axis=1, keepdims=True)
-        scales = np.concatenate([scales, thickness], axis=1)
-    higher = channels.reshape(len(rows), 3, channels.shape[1] // 3).swapaxes(1, 2)
+    widths = exponential(_columns(rows, scales))
+    if len(scales) == 2:
+        thickness = FLAT_SCALE * widths.min(axis=1, keepdims=True)
+        widths = np.concatenate([widths, thickness], axis=1)
+    k = 1 + len(rest) // 3
+    sh = np.empty((len(rows), k, 3), dtype=np.float32)
+    sh[:, 0] = _columns(rows, _COLOURS)
+    for i, name in enumerate(rest):
+        channel, above = divmod(i, k - 1)
+        sh[:, 1 + above, channel] = rows[name]
     return cloud_from_file(
         path,
-        means=means,
-        scales=scales,
-        quaternions=quaternions,
-        opacities=sigmoid(logits[:, 0]),
-        sh=np.concatenate([colours[:, None, :], higher], axis=1),
+        means=_columns(rows, _MEANS),
+        scales=widths,
+        quaternions=_columns(rows, _ROTATIONS),
+        opacities=sigmoid(_columns(rows, ("opacity",))[:, 0]),
+        sh=sh,
         start=start,
     )
 
