@@ -30,6 +30,7 @@ _CHUNK = struct.Struct("<I4s")
 _JSON, _BINARY = b"JSON", b"BIN\0"
 _KINDS = {5120: "<i1", UNSIGNED_BYTE: "<u1", 5122: "<i2", 5123: "<u2", FLOAT: "<f4"}
 _MAX_STRIDE = 252
+_VERTEX_DATA = 34962
 
 
 @dataclass(frozen=True, slots=True)
@@ -229,10 +230,10 @@ def glb_start(document: dict[str, Any], binary_bytes: int) -> bytes:
 
 
 def packed_views(sizes: Sequence[int]) -> Iterator[dict[str, int]]:
-    """Buffer views of these sizes, one after the other."""
+    """Buffer views of vertex data of these sizes, one after the other."""
     offset = 0
     for size in sizes:
-        yield {"buffer": 0, "byteOffset": offset, "byteLength": size}
+        yield {"buffer": 0, "byteOffset": offset, "byteLength": size, "target": _VERTEX_DATA}
         offset += size
 
 

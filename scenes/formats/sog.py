@@ -36,6 +36,7 @@ from scenes.splats import SH_COUNTS, SplatCloud
 META = "meta.json"
 MAX_PIXELS = 2**26
 MAX_FILE_BYTES = 2**29
+MAX_META_BYTES = 2**22
 PALETTE_COLUMNS = 64
 FIRST_TAG = 252
 
@@ -50,8 +51,8 @@ def is_sog_folder(path: Path) -> bool:
     if not (path / META).is_file():
         return False
     try:
-        meta = json.loads((path / META).read_bytes()[:MAX_FILE_BYTES])
-    except ValueError:
+        meta = json.loads(_Source(path).read(META))
+    except (ValueError, RecursionError):
         return False
     return isinstance(meta, dict) and isinstance(meta.get("means"), dict)
 
@@ -76,11 +77,18 @@ def read_sog_blocks(path: Path, rows: int = ROWS_PER_BLOCK) -> SplatBlocks:
         columns = _columns(source, json.loads(source.read(META)))
     except FormatError:
         raise
-    except (KeyError, IndexError, TypeError, ValueError, OverflowError, RecursionError) as error:
+    except (
+        LookupError,
+        AttributeError,
+        TypeError,
+        ValueError,
+        ArithmeticError,
+        RecursionError,
+    ) as e:
         raise refusal(
             path,
             META,
-            f"{type(error).__name__}: {error}",
+            f"{type(e).__name__}: {e}",
             "the file is damaged or of another version, export it again",
         ) from None
     blocks = (_decode(source.path, columns, *extent) for extent in extents(columns.count, rows))
@@ -96,16 +104,17 @@ class _Source:
     def read(self, name: str) -> bytes:
         if not name or set(name) & set("/\\:\0") or name in (".", ".."):
             raise refusal(self.path, META, f"file name {name!r:.80}", "do not trust this file")
+        limit = MAX_META_BYTES if name == META else MAX_FILE_BYTES
         if self.path.is_dir():
             file = self.path / name
-            if not file.is_file() or file.stat().st_size > MAX_FILE_BYTES:
+            if not file.is_file() or file.stat().st_size > limit:
                 raise refusal(
                     self.path, name, "missing or too large", "copy or export the folder again"
                 )
             return file.read_bytes()
         try:
             with zipfile.ZipFile(self.path) as archive:
-                if archive.getinfo(name).file_size > MAX_FILE_BYTES:
+                if archive.getinfo(name).file_size > limit:
                     raise refusal(self.path, name, "too large", "give a SOG file")
                 return archive.read(name)
         except KeyError:
@@ -139,7 +148,8 @@ class _Source:
             raise refusal(
                 self.path, name, f"{len(rgba)} pixels for {count} splats", "export it again"
             )
-        return rgba[:count]
+        # A copy, so that a large texture for few splats is not kept.
+        return rgba[:count].copy()
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,7 +185,7 @@ def _columns(source: _Source, meta: dict[str, Any]) -> _Columns:
         )
     coded = version == 2
     count = meta["count"] if coded else meta["means"]["shape"][0]
-    if not isinstance(count, int) or not 0 <= count <= MAX_PIXELS:
+    if type(count) is not int or not 0 <= count <= MAX_PIXELS:
         raise refusal(
             source.path, META, f"{count!r} splats, limit {MAX_PIXELS}", "the file is damaged"
         )

@@ -33,6 +33,9 @@ COEFFICIENTS = (0, 3, 8, 15, 24)
 MOST_INFLATED = 1032
 """Bytes that one byte of a deflate stream can become, by its definition."""
 
+MOST_UNPACKED = 32_768
+"""Bytes that one byte of a zstd stream can become: a block of 128 KiB takes 4 bytes at least."""
+
 MAX_WINDOW_BYTES = 1 << 26
 """What a zstd stream may ask to look back; no level below 22 does by more."""
 
@@ -249,7 +252,9 @@ def _streams(path: Path, header: SpzFile, start: bytes) -> tuple[tuple[int, int]
         table = list(_ENTRY.iter_unpack(file.read(streams * _ENTRY.size)))
         for name, width, (packed, plain) in zip(_NAMES, widths, table, strict=False):
             size = width * header.count
-            if plain != size or packed > file_size - end:
+            if plain != size or not size <= MOST_UNPACKED * packed <= MOST_UNPACKED * (
+                file_size - end
+            ):
                 raise refusal(
                     path,
                     f"byte {end} ({name})",

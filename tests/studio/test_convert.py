@@ -182,6 +182,7 @@ sys.exit(code)
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(900)
 @pytest.mark.skipif(
     sys.platform == "win32", reason="peak memory is not told by the resource module"
 )

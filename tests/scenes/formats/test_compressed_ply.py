@@ -1,7 +1,10 @@
 import struct
+import tracemalloc
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from scenes.formats.error import FormatError
 from scenes.formats.ply import read_ply
@@ -101,3 +104,29 @@ def test_every_truncation_is_refused(tmp_path):
         (tmp_path / "a.ply").write_bytes(good[:length])
         with pytest.raises(FormatError):
             read_ply(tmp_path / "a.ply")
+
+
+FUZZED = file_bytes([LOW, HIGH], sh=[[7] * 9] * 2)
+
+
+@given(at=st.integers(0, len(FUZZED) - 1), byte=st.integers(0, 255))
+def test_a_changed_byte_never_does_worse_than_an_error(tmp_path_factory, at, byte):
+    path = tmp_path_factory.mktemp("ply") / "a.ply"
+    path.write_bytes(FUZZED[:at] + bytes([byte]) + FUZZED[at + 1 :])
+    try:
+        cloud = read_ply(path)
+    except FormatError:
+        return
+    assert np.isfinite(cloud.sh).all()
+
+
+@pytest.mark.parametrize("element", [b"element vertex 2", b"element chunk 1", b"element sh 2"])
+def test_hostile_counts_are_refused_before_memory_is_taken(tmp_path, element):
+    more = element.rsplit(b" ", 1)[0] + b" 4000000000"
+    (tmp_path / "a.ply").write_bytes(FUZZED.replace(element, more))
+    tracemalloc.start()
+    with pytest.raises(FormatError):
+        read_ply(tmp_path / "a.ply")
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 2**20

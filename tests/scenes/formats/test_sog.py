@@ -4,6 +4,8 @@ import zipfile
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from PIL import Image
 
 from scenes.formats.error import FormatError
@@ -169,3 +171,45 @@ def test_every_truncation_of_the_zip_is_refused(tmp_path):
         path.write_bytes(good[:length])
         with pytest.raises(FormatError):
             read_sog(path)
+
+
+META_PLACES = [
+    (),
+    *[(name,) for name in ("version", "count", "means", "scales", "quats", "sh0", "shN")],
+    *[("means", name) for name in ("mins", "maxs", "files")],
+    *[("means", "files", 0), ("means", "mins", 0), ("scales", "codebook", 0)],
+    *[("shN", name) for name in ("codebook", "files")],
+]
+ANYTHING = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(-5, 2**70),
+    st.floats(),
+    st.text(max_size=3),
+    st.lists(st.integers(-2, 9), max_size=5),
+    st.dictionaries(st.sampled_from(["files", "mins"]), st.none()),
+)
+
+
+@given(place=st.sampled_from(META_PLACES), value=ANYTHING)
+def test_any_other_value_anywhere_never_does_worse_than_an_error(tmp_path_factory, place, value):
+    files = sog_files(quats_webp=GOOD_QUATS)
+    meta = {"": json.loads(files["meta.json"])}
+    *path, last = ("", *place)
+    at = meta
+    for step in path:
+        at = at[step]
+    at[last] = value
+    files["meta.json"] = json.dumps(meta[""]).encode()
+    try:
+        cloud = read_sog(write_folder(tmp_path_factory.mktemp("sog"), files))
+    except FormatError:
+        return
+    assert np.isfinite(cloud.means).all()
+
+
+def test_a_meta_file_nested_without_end(tmp_path):
+    files = {**sog_files(), "meta.json": b"[" * 100_000}
+    with pytest.raises(FormatError, match=r"meta\.json"):
+        read_sog(write_folder(tmp_path / "room", files))
+    assert not is_sog_folder(tmp_path / "room")

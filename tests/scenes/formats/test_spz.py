@@ -48,8 +48,10 @@ def version_4(
     extensions=b"",
     streams=(POSITION, ALPHA, COLOUR, SCALE, ROTATION, SH1),
     sizes=None,
+    announced=True,
 ):
-    packed = [zstandard.compress(stream) for stream in streams]
+    packer = zstandard.ZstdCompressor(write_content_size=announced)
+    packed = [packer.compress(stream) for stream in streams]
     offset = 32 + len(extensions)
     head = struct.pack(
         "<4sII4BI12x", b"NGSP", version, count, degree, 12, flags, len(packed), offset
@@ -71,7 +73,11 @@ def check_golden(cloud):
     np.testing.assert_array_equal(cloud.sh[0, 1:], stored * [[-1], [-1], [1]])
 
 
-@pytest.mark.parametrize("data", [version_3(), version_4()], ids=["v3", "v4"])
+@pytest.mark.parametrize(
+    "data",
+    [version_3(), version_4(), version_4(announced=False)],
+    ids=["v3", "v4", "v4, frames without sizes"],
+)
 def test_golden_values(tmp_path, data):
     (tmp_path / "a.spz").write_bytes(data)
     check_golden(read_spz(tmp_path / "a.spz"))
@@ -209,6 +215,18 @@ PARTS = (POSITION, ALPHA, COLOUR, SCALE, ROTATION, SH1)
         (version_4(degree=0), "6 streams"),
         (version_4(streams=PARTS[:5]), "5 streams"),
         (version_4(sizes=[9, 1, 3, 3, 4, 10]), "sh"),
+        (
+            version_4(
+                streams=(POSITION + b"x", *PARTS[1:]), sizes=[9, 1, 3, 3, 4, 9], announced=False
+            ),
+            "more bytes",
+        ),
+        (
+            version_4(
+                streams=(POSITION[1:], *PARTS[1:]), sizes=[9, 1, 3, 3, 4, 9], announced=False
+            ),
+            "8 bytes",
+        ),
         (version_4(streams=(POSITION + b"x", *PARTS[1:]), sizes=[9, 1, 3, 3, 4, 9]), "zstd"),
         (version_4(streams=(*PARTS[:4], b"\xff\xff\xff\x3f", SH1)), "splat 0.*quaternion norm"),
         (version_3(version=2, degree=0, rotation=b"\xff\xff\xff"), "splat 0.*quaternion norm"),
@@ -229,9 +247,14 @@ def test_damage_is_named_in_one_line(tmp_path, data, said):
     [
         version_3(count=50_000_000),
         version_4(count=50_000_000, sizes=[n * 50_000_000 for n in (9, 1, 3, 3, 4, 9)]),
+        version_4(
+            count=50_000_000,
+            sizes=[n * 50_000_000 for n in (9, 1, 3, 3, 4, 9)],
+            announced=False,
+        ),
         version_4(flags=2, extensions=b"\xff" * 2**20),
     ],
-    ids=["v3", "v4", "extensions"],
+    ids=["v3", "v4", "v4, frames without sizes", "extensions"],
 )
 def test_what_is_only_announced_takes_no_memory(tmp_path, data):
     (tmp_path / "a.spz").write_bytes(data)
