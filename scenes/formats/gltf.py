@@ -200,13 +200,16 @@ def _read(path: Path, found: list[_Splats], k: int, rows: int) -> Iterator[Splat
                     name: entry.read(path, file, start, stop)
                     for name, entry in splats.attributes.items()
                 }
-                yield flipped(_placed(_decode(path, values, k, first + start), splats.placement))
+                cloud = _decode(path, values, k, splats.placement.scale, first + start)
+                yield flipped(_placed(path, cloud, splats.placement))
             first += splats.count
 
 
 @damaged_values_are_quiet
-def _decode(path: Path, values: dict[str, NDArray[np.float32]], k: int, start: int) -> SplatCloud:
-    """Splats in the axes of their node, padded to `k` coefficients."""
+def _decode(
+    path: Path, values: dict[str, NDArray[np.float32]], k: int, scale: float, start: int
+) -> SplatCloud:
+    """Splats in the axes of their node, scaled, padded to `k` coefficients."""
     n = len(values["POSITION"])
     sh = np.zeros((n, k, 3), dtype=np.float32)
     for i, name in enumerate(_HARMONICS):
@@ -214,8 +217,8 @@ def _decode(path: Path, values: dict[str, NDArray[np.float32]], k: int, start: i
             sh[:, i] = values[name]
     return cloud_from_file(
         path,
-        means=values["POSITION"],
-        scales=values[_SCALE],
+        means=values["POSITION"] * np.float32(scale),
+        scales=values[_SCALE] * np.float32(scale),
         quaternions=np.roll(values[_ROTATION], 1, axis=1),
         opacities=values[_OPACITY][:, 0],
         sh=sh,
@@ -223,14 +226,20 @@ def _decode(path: Path, values: dict[str, NDArray[np.float32]], k: int, start: i
     )
 
 
-def _placed(cloud: SplatCloud, placement: Placement) -> SplatCloud:
-    if placement.is_identity():
+@damaged_values_are_quiet
+def _placed(path: Path, cloud: SplatCloud, placement: Placement) -> SplatCloud:
+    """Splats that have been scaled, turned and moved to where their node is."""
+    if placement.stays():
         return cloud
-    scale = np.float32(placement.scale)
-    sized = SplatCloud(
-        cloud.means * scale, cloud.scales * scale, cloud.rotations, cloud.opacities, cloud.sh
-    )
-    return turned(sized, placement.scene_from_node)
+    placed = turned(cloud, placement.scene_from_node)
+    if not np.isfinite(placed.means).all():
+        raise refusal(
+            path,
+            f"mesh {placement.mesh}",
+            "its node puts splats beyond the range of float32",
+            "export it with the transform applied",
+        )
+    return placed
 
 
 def _layout(degree: int) -> list[tuple[str, str, int]]:

@@ -17,6 +17,10 @@ SHEAR_TOLERANCE = 1e-4
 """How much more a node's matrix may stretch along one direction than along another."""
 
 
+FURTHEST = 1e12
+"""Numbers in nodes are smaller than this, and so are those of nodes within nodes."""
+
+
 @dataclass(frozen=True, slots=True)
 class Placement:
     """A mesh in a scene: scaled, then turned and moved.
@@ -31,14 +35,10 @@ class Placement:
     scale: float
     scene_from_node: Pose
 
-    def is_identity(self) -> bool:
-        """Whether the mesh is where its vertices say."""
+    def stays(self) -> bool:
+        """Whether the mesh, once scaled, is neither turned nor moved."""
         here = self.scene_from_node
-        return (
-            self.scale == 1.0
-            and np.array_equal(here.rotation, np.eye(3))
-            and not here.translation.any()
-        )
+        return np.array_equal(here.rotation, np.eye(3)) and not here.translation.any()
 
 
 def placements(glb: Glb) -> Iterator[Placement]:
@@ -101,13 +101,15 @@ def _numbers(
     if (
         not isinstance(values, list)
         or len(values) != len(default)
-        or not all(isinstance(v, (int, float)) and abs(v) < 1e12 for v in values)
+        or not all(isinstance(v, (int, float)) and abs(v) < FURTHEST for v in values)
     ):
         raise _bad(glb, index, f"{name} is not {len(default)} numbers")
     return np.array(values, dtype=np.float64)
 
 
 def _placement(glb: Glb, index: int, mesh: Any, scene_from_node: NDArray[np.float64]) -> Placement:
+    if not np.abs(scene_from_node).max() < FURTHEST:
+        raise _bad(glb, index, f"moves or scales by {FURTHEST:g} or more")
     linear = scene_from_node[:3, :3]
     u, stretch, v = np.linalg.svd(linear)
     if (

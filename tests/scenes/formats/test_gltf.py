@@ -97,6 +97,11 @@ def changed(*path_and_value):
 DELETED = object()
 
 
+def deep_nodes(**transform):
+    """A mesh in a node in a node, each with this transform."""
+    return changed("nodes", [{"children": [1], **transform}, {"mesh": 0, **transform}])
+
+
 def read(tmp_path, data):
     (tmp_path / "a.glb").write_bytes(data)
     return read_gltf(tmp_path / "a.glb")
@@ -320,6 +325,11 @@ PROPERTIES = (*PRIMITIVE, "extensions", KHR)
         (glb(changed("nodes", 0, "translation", [0, "x", 0])), "not 3 numbers"),
         (glb(changed("nodes", 0, "translation", [0, float("nan"), 0])), "not 3 numbers"),
         (glb(changed("nodes", 0, "matrix", [0] * 16)), "node 0"),
+        (glb(changed("nodes", 0, "translation", [1e12, 0, 0])), "not 3 numbers"),
+        (glb(changed("nodes", 0, "scale", [1e-60] * 3)), "scales.*> 0"),
+        (glb(changed("nodes", 0, "matrix", [*np.eye(4).ravel()[:15], 2.0])), "node 0"),
+        (glb(deep_nodes(scale=[1e11] * 3)), "node 1.*or more"),
+        (glb(deep_nodes(scale=[1e5] * 3), binary=struct.pack("<f", 1e35) + glb()[-88:]), "means"),
         (glb(changed("scenes", 0, "nodes", [])), "0 splats"),
         (glb(binary=struct.pack("<f", np.nan) + glb()[-88:]), "means.*number 0"),
         (glb(binary=glb()[-92:-80] + bytes(16) + glb()[-64:]), "splat 0.*quaternion norm 0"),
