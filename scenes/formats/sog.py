@@ -13,6 +13,7 @@ import io
 import json
 import warnings
 import zipfile
+import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -39,6 +40,12 @@ MAX_FILE_BYTES = 2**29
 MAX_META_BYTES = 2**22
 PALETTE_COLUMNS = 64
 FIRST_TAG = 252
+
+_MISFIT = (LookupError, AttributeError, TypeError, ValueError, ArithmeticError, RecursionError)
+"""What taking apart a meta.json of another shape raises."""
+
+_BAD_ZIP = (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, ValueError)
+_METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 
 Bytes = NDArray[np.uint8]
 Floats = NDArray[np.float64]
@@ -77,18 +84,11 @@ def read_sog_blocks(path: Path, rows: int = ROWS_PER_BLOCK) -> SplatBlocks:
         columns = _columns(source, json.loads(source.read(META)))
     except FormatError:
         raise
-    except (
-        LookupError,
-        AttributeError,
-        TypeError,
-        ValueError,
-        ArithmeticError,
-        RecursionError,
-    ) as e:
+    except _MISFIT as error:
         raise refusal(
             path,
             META,
-            f"{type(e).__name__}: {e}",
+            f"{type(error).__name__}: {error}",
             "the file is damaged or of another version, export it again",
         ) from None
     blocks = (_decode(source.path, columns, *extent) for extent in extents(columns.count, rows))
@@ -114,12 +114,21 @@ class _Source:
             return file.read_bytes()
         try:
             with zipfile.ZipFile(self.path) as archive:
-                if archive.getinfo(name).file_size > limit:
-                    raise refusal(self.path, name, "too large", "give a SOG file")
+                entry = archive.getinfo(name)
+                if entry.file_size > limit or entry.compress_type not in _METHODS:
+                    raise refusal(
+                        self.path,
+                        name,
+                        f"{entry.file_size} bytes by method {entry.compress_type}, limits {limit} "
+                        "and stored or deflated",
+                        "give a SOG file",
+                    )
                 return archive.read(name)
         except KeyError:
             raise refusal(self.path, name, "not in the zip", "give a SOG file") from None
-        except (zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError) as error:
+        except FormatError:
+            raise
+        except _BAD_ZIP as error:
             raise refusal(
                 self.path, name, f"{error}", "the file is truncated, copy or export it again"
             ) from None

@@ -208,6 +208,25 @@ def test_any_other_value_anywhere_never_does_worse_than_an_error(tmp_path_factor
     assert np.isfinite(cloud.means).all()
 
 
+METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED, zipfile.ZIP_LZMA)
+
+
+@given(method=st.sampled_from(METHODS), at=st.integers(0, 10_000), byte=st.integers(0, 255))
+def test_a_changed_byte_never_does_worse_than_an_error(tmp_path_factory, method, at, byte):
+    path = tmp_path_factory.mktemp("sog") / "a.sog"
+    with zipfile.ZipFile(path, "w", method) as archive:
+        for name, data in sog_files(quats_webp=GOOD_QUATS).items():
+            archive.writestr(name, data)
+    good = path.read_bytes()
+    at %= len(good)
+    path.write_bytes(good[:at] + bytes([byte]) + good[at + 1 :])
+    try:
+        cloud = read_sog(path)
+    except FormatError:
+        return
+    assert np.isfinite(cloud.means).all()
+
+
 def test_a_meta_file_nested_without_end(tmp_path):
     files = {**sog_files(), "meta.json": b"[" * 100_000}
     with pytest.raises(FormatError, match=r"meta\.json"):
