@@ -151,3 +151,12 @@ def test_changes_come_to_every_block(random_cloud):
     splats = in_blocks(cloud, 3).changed(lambda block: block.select(np.arange(len(block))[::-1]))
     assert splats.count == 10
     np.testing.assert_array_equal(next(splats.blocks).means, cloud.means[2::-1])
+
+
+@pytest.mark.parametrize("room", [0, 1, 7, 20])
+def test_room_grows_with_what_arrives(monkeypatch, random_cloud, room):
+    monkeypatch.setattr("scenes.formats.blocks.FIRST_ROWS", room)
+    cloud = random_cloud(20, 1)
+    check_same(whole(in_blocks(cloud, 3)), cloud)
+    announced = SplatBlocks(10**12, 1, in_blocks(cloud, 3).blocks)
+    check_same(whole(announced), cloud)
