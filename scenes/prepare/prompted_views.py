@@ -26,6 +26,8 @@ from scenes.splats import SplatCloud
 
 AROUND = 0.4
 """Of a box's size: how far around it the plane that the thing stands on is looked for."""
+LEAST_MASK = 0.1
+"""Of what may be the thing by the room's shape: a smaller mask was not found but lost."""
 FAR_OUTSIDE = 0.1
 """Of a box's size: what lies so far outside another view's box is not the thing."""
 
@@ -79,9 +81,11 @@ def masked_views(
         picture = _as_picture(drawing) if view.picture is None else view.picture
         background = _known_background(view, drawing, others)
         mask = masks.mask(picture, view.prompt, background)
-        if not mask.any() and view.prompt.box_px is not None:
-            # Colours tell nothing apart here; the room's shape still may.
-            mask = _within(view.prompt.box_px, mask.shape) & ~background
+        if view.prompt.box_px is not None:
+            possible = _within(view.prompt.box_px, mask.shape) & ~background
+            if mask.sum() < LEAST_MASK * possible.sum():
+                # Colours tell nothing apart here; the room's shape still may.
+                mask = possible
         masked.append(
             MaskedView(
                 view.name,

@@ -168,7 +168,7 @@ def _candidates(
         return np.zeros(0, dtype=np.intp)
     low, high = _weighted_range(positions[core], inside[core])
     # One view does not say how far back the thing reaches; the boxes of two do.
-    reach = (1.0 if len(votes) > 1 else 0.25) * (high - low).max() + 0.05
+    reach = (2.0 if len(votes) > 1 else 0.25) * (high - low).max() + 0.05
     near = ((positions > low - reach) & (positions < high + reach)).all(axis=1)
     inner = positions[near & in_boxes]
     low, high = inner.min(axis=0) - AROUND_M, inner.max(axis=0) + AROUND_M

@@ -8,15 +8,15 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scenes.prepare.cutout import cut_out, undo_cut
-from scenes.prepare.lifting import MaskedView
-from scenes.prepare.masks import GrabCutMasks, Prompt
 
 from scenes.cameras import Pinhole, pixel_centres
 from scenes.formats.ply import write_ply
 from scenes.mesh import PhysicalObject, PhysicalRoom
 from scenes.package import ScenePackage
+from scenes.prepare.cutout import cut_out, undo_cut
+from scenes.prepare.masks import GrabCutMasks, Prompt
 from scenes.prepare.pipeline import Prepared
+from scenes.prepare.prompted_views import PromptedView, masked_views
 from scenes.prepare.reconstruction import View, read_picture
 from scenes.rays import RayScene
 from scenes.render.native import NativeRenderer
@@ -69,7 +69,8 @@ def score_cutouts(
     for number, item in enumerate(room.objects):
         told.advance(number / len(room.objects), item.object_id)
         views = photos_of(item, room, prepared.reconstruction.views)
-        masked = [_masked(view, outline) for view, outline in views]
+        marked = [_marked(view, outline) for view, outline in views]
+        masked = masked_views(package.room, marked, masks=GrabCutMasks(), renderer=renderer)
         cut = cut_out(
             package,
             masked,
@@ -134,7 +135,7 @@ def _outlines(
     return whole, whole & (to_object.distance < to_rest.distance).reshape(shape)
 
 
-def _masked(view: View, outline: NDArray[np.bool_]) -> MaskedView:
+def _marked(view: View, outline: NDArray[np.bool_]) -> PromptedView:
     rows, columns = np.nonzero(outline)
     box = (
         float(columns.min()) - PADDING_PX,
@@ -142,9 +143,10 @@ def _masked(view: View, outline: NDArray[np.bool_]) -> MaskedView:
         float(columns.max()) + 1 + PADDING_PX,
         float(rows.max()) + 1 + PADDING_PX,
     )
-    mask = GrabCutMasks().mask(read_picture(view), Prompt(box_px=box))
     assert isinstance(view.camera, Pinhole)
-    return MaskedView(view.name, view.camera, view.world_from_camera, mask)
+    return PromptedView(
+        view.name, view.camera, view.world_from_camera, Prompt(box_px=box), read_picture(view)
+    )
 
 
 def _digest(cloud: SplatCloud, folder: Path) -> str:
