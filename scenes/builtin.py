@@ -11,7 +11,7 @@ import platformdirs
 
 from scenes.package import DISTRIBUTION, ScenePackage, Stage, load_package, save_package
 from scenes.package_files import PackageError
-from scenes.prepare.bake import bake
+from scenes.prepare.bake.bake import bake
 from scenes.samples import sample_room
 
 BAKE_SEED = 2026
@@ -22,7 +22,7 @@ _SOURCES = (
     "samples/*.py",
     "samples/data/*.npz",
     "formats/*.py",
-    *(f"prepare/{part}.py" for part in ("bake", "discs", "spacing", "surface")),
+    *(f"prepare/bake/{part}.py" for part in ("bake", "discs", "spacing", "surface")),
 )
 
 

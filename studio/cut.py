@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 from scenes.formats.atomic import write_file
 from scenes.package import ScenePackage, load_package, save_package
 from scenes.package_records import ViewPoint
-from scenes.prepare.cutout import Cutout, cut_out, make_object, undo_cut
-from scenes.prepare.floaters import remove_floaters
-from scenes.prepare.lifting import share
-from scenes.prepare.masks import GrabCutMasks, Masks, Prompt
-from scenes.prepare.prompted_views import PromptedView, drawn_picture, masked_views
-from scenes.prepare.proposals import Proposal, propose
+from scenes.prepare.cutout.cutout import Cutout, cut_out, make_object, undo_cut
+from scenes.prepare.cutout.floaters import remove_floaters
+from scenes.prepare.cutout.lifting import share
+from scenes.prepare.cutout.masks import GrabCutMasks, Masks, Prompt
+from scenes.prepare.cutout.prompted_views import PromptedView, drawn_picture, masked_views
+from scenes.prepare.cutout.proposals import Proposal, propose
+from scenes.prepare.cutout.separate import Separation
 from scenes.prepare.reconstruction import View, read_picture
-from scenes.prepare.separate import Separation
 from scenes.render.native import NativeRenderer
 
 OUTLINE_RGB = (255, 64, 32)

@@ -13,7 +13,7 @@ from scenes.cameras import Pinhole, pixel_centres
 from scenes.frames import look_at
 from scenes.mesh import CollisionMesh
 from scenes.pose import Pose
-from scenes.prepare.contact_sheet import contact_sheet
+from scenes.prepare.footage.contact_sheet import contact_sheet
 from scenes.prepare.pipeline import PREVIEWS, Prepared
 from scenes.prepare.stages import WorkFolder
 from scenes.rays import RayScene

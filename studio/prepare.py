@@ -77,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
         ValueError, OSError: as `scenes.prepare.pipeline.prepare`.
     """
     from scenes.formats.atomic import write_file
-    from scenes.prepare.capture import CaptureOptions
+    from scenes.prepare.footage.capture import CaptureOptions
     from scenes.prepare.pipeline import PrepareOptions, prepare
     from scenes.prepare.stages import open_work_folder
     from scenes.render.native import NativeRenderer

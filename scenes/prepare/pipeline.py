@@ -18,23 +18,23 @@ from scenes.mesh import CollisionMesh, QrCode
 from scenes.package import ScenePackage, save_package
 from scenes.package_records import ViewPoint
 from scenes.pose import Pose
-from scenes.prepare import checkpoint
-from scenes.prepare.align import align
-from scenes.prepare.alignment import Alignment, apply_alignment
-from scenes.prepare.anchors import find_anchors
-from scenes.prepare.by_length import align_by_length, picked_point
-from scenes.prepare.capture import Capture, CaptureOptions
+from scenes.prepare.align.align import align
+from scenes.prepare.align.alignment import Alignment, apply_alignment
+from scenes.prepare.align.anchors import find_anchors
+from scenes.prepare.align.by_length import align_by_length, picked_point
+from scenes.prepare.align.unmeasured import guessed_alignment
 from scenes.prepare.collision import mesh_of_splats
-from scenes.prepare.gather import gather
+from scenes.prepare.footage.capture import Capture, CaptureOptions
+from scenes.prepare.footage.gather import gather
+from scenes.prepare.poses.sfm import SfmReport, reconstruct
+from scenes.prepare.poses.sfm_job import SfmOptions
 from scenes.prepare.progress import Progress
 from scenes.prepare.reconstruction import Reconstruction
-from scenes.prepare.sfm import SfmReport, reconstruct
-from scenes.prepare.sfm_job import SfmOptions
 from scenes.prepare.stages import WorkFolder
-from scenes.prepare.train import BuiltInTrainer
-from scenes.prepare.trained_file import load_training, save_training
-from scenes.prepare.trainer import PRESETS, Preview, Stopwatch, TrainingResult
-from scenes.prepare.unmeasured import guessed_alignment
+from scenes.prepare.train import checkpoint
+from scenes.prepare.train.train import BuiltInTrainer
+from scenes.prepare.train.trained_file import load_training, save_training
+from scenes.prepare.train.trainer import PRESETS, Preview, Stopwatch, TrainingResult
 from scenes.render.native import NativeRenderer
 
 RIG_HEIGHT_M = 1.3
@@ -64,7 +64,7 @@ class PrepareOptions:
     """How a room is prepared.
 
     Attributes:
-        quality: one of `scenes.prepare.trainer.PRESETS`.
+        quality: one of `scenes.prepare.train.trainer.PRESETS`.
         sides_m: printed side of the codes: one for all, or by payload. None ignores codes.
         known_codes: codes whose poses in the world are known; then that is the room's world.
         known_length: tells the scale where there are no codes; None guesses it.

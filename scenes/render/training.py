@@ -1,6 +1,6 @@
 """Training steps of splats, in the native crate: draw, compare with a photo, go back, move.
 
-What a step does is spelt out in numpy in `scenes.prepare.reference_step`; tests hold the two
+What a step does is spelt out in numpy in `scenes.prepare.train.reference_step`; tests hold the two
 together.
 """
 
@@ -117,7 +117,7 @@ class TrainingTarget:
 
 
 class Trainee:
-    """Splats in training; their rows are described in `scenes.prepare.training_rows`.
+    """Splats in training; their rows are described in `scenes.prepare.train.training_rows`.
 
     Args:
         arrays: values, first moments, second moments (all (N, 11 + 3K) float32), steps (N,) uint32

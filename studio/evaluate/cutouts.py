@@ -13,10 +13,10 @@ from scenes.cameras import Pinhole, pixel_centres
 from scenes.formats.ply import write_ply
 from scenes.mesh import PhysicalObject, PhysicalRoom
 from scenes.package import ScenePackage
-from scenes.prepare.cutout import cut_out, undo_cut
-from scenes.prepare.masks import GrabCutMasks, Prompt
+from scenes.prepare.cutout.cutout import cut_out, undo_cut
+from scenes.prepare.cutout.masks import GrabCutMasks, Prompt
+from scenes.prepare.cutout.prompted_views import PromptedView, masked_views
 from scenes.prepare.pipeline import Prepared
-from scenes.prepare.prompted_views import PromptedView, masked_views
 from scenes.prepare.reconstruction import View, read_picture
 from scenes.rays import RayScene
 from scenes.render.native import NativeRenderer

@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 
 from scenes.mesh import PhysicalRoom
 from scenes.package import load_package
+from scenes.prepare.align.similarity import similarity_from_points
 from scenes.prepare.pipeline import Prepared, PrepareOptions, prepare
 from scenes.prepare.reconstruction import Reconstruction, View, read_picture
-from scenes.prepare.similarity import similarity_from_points
 from scenes.prepare.stages import open_work_folder
-from scenes.prepare.train import BuiltInTrainer
-from scenes.prepare.trainer import PRESETS, TrainingResult
+from scenes.prepare.train.train import BuiltInTrainer
+from scenes.prepare.train.trainer import PRESETS, TrainingResult
 from scenes.rays import RayScene
 from scenes.render.native import NativeRenderer
 from scenes.samples import sample_room

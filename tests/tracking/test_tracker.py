@@ -11,7 +11,7 @@ from scenes.cameras import Fisheye, Rig
 from scenes.frames import FRONT_FROM_BACK_LENS, look_at
 from scenes.mesh import PhysicalRoom
 from scenes.pose import Pose, rotation_angle, rotation_from_vector
-from scenes.prepare.bake import bake
+from scenes.prepare.bake.bake import bake
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats
 from scenes.samples import sample_room

@@ -13,11 +13,11 @@ from scenes.cameras import Pinhole
 from scenes.frames import look_at
 from scenes.mesh import TexturedMesh
 from scenes.pose import Pose
-from scenes.prepare.capture import CaptureOptions
-from scenes.prepare.gather import gather
+from scenes.prepare.footage.capture import CaptureOptions
+from scenes.prepare.footage.gather import gather
+from scenes.prepare.poses.sfm import reconstruct
+from scenes.prepare.poses.sfm_job import SfmOptions
 from scenes.prepare.reconstruction import Reconstruction, View
-from scenes.prepare.sfm import reconstruct
-from scenes.prepare.sfm_job import SfmOptions
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats, RenderOptions
 from scenes.splats import SH_C0, SplatCloud

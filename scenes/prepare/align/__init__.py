@@ -1,0 +1,1 @@
+"""The metric world that a reconstruction lies in."""

@@ -1,0 +1,407 @@
+"""Metric alignment on printed codes: one is enough, more make it better and check each other.
+
+Each code is a planar square of known side, and nothing is assumed of how codes stand to each other,
+unless their world poses are given.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.pose import Pose
+from scenes.prepare.align.alignment import Alignment, Anchor, bend_per_metre
+from scenes.prepare.align.anchors import AnchorSightings, Sighting
+from scenes.prepare.align.gravity import Gravity, find_gravity, standing_world
+from scenes.prepare.align.similarity import Similarity, similarity_from_points
+from scenes.prepare.align.squares import Observation, Placement, place
+from scenes.prepare.align.triangulate import UNIT_CORNERS, Square, find_square, rays, triangulated
+from scenes.prepare.reconstruction import Reconstruction, View
+
+FloatArray = NDArray[np.float64]
+
+DISAGREE_SIGMAS = 4.0
+DISAGREE_SHARE = 0.01
+"""Codes disagree about the scale if they differ by more than both."""
+
+LEAST_BASELINE_DEG = 3.0
+"""A code whose rays cross at less than this is used, with a warning."""
+
+MISPLACED_M = 0.02
+"""A code with a known place that is seen further from it than this is told to the user."""
+
+FLAT = 0.8
+"""A code whose normal has this much of up in it lies flat."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Code:
+    payload: str
+    side_m: float
+    square: Square
+    sightings: tuple[Sighting, ...]
+
+    @property
+    def corners_m(self) -> FloatArray:
+        return self.side_m * UNIT_CORNERS
+
+    @property
+    def start(self) -> Pose:
+        similarity = self.square.reconstruction_from_code
+        return Pose(similarity.rotation, similarity.translation)
+
+    @property
+    def metres_per_unit(self) -> float:
+        return self.side_m / self.square.reconstruction_from_code.scale
+
+
+def align(
+    reconstruction: Reconstruction,
+    sightings: Sequence[AnchorSightings],
+    *,
+    sides_m: Mapping[str, float] | float,
+    world_from_codes: Mapping[str, Pose] | None = None,
+    rng: np.random.Generator,
+) -> Alignment:
+    """Find the metric world of a reconstruction from the codes seen in it.
+
+    Args:
+        reconstruction: photos with poses, and the sparse points that the floor is found in.
+        sightings: from `find_anchors`.
+        sides_m: printed side by payload, or one for all: outer edge to outer edge of the dark
+            pattern, without its white border.
+        world_from_codes: known world poses of codes. Then the world is theirs, and their mutual
+            distances count too.
+        rng: for the search of the floor.
+
+    Raises:
+        ValueError: no code is usable, two disagree about the scale, or a side is no length. The
+            message says which, by how much, and what to do.
+    """
+    views = {view.name: view for view in reconstruction.views}
+    codes, warnings = _usable_codes(views, sightings, sides_m)
+    order = {view.name: k for k, view in enumerate(reconstruction.views)}
+    seen = {
+        code.payload: [_observation(s, views[s.view], order[s.view]) for s in code.sightings]
+        for code in codes
+    }
+    codes = _agreeing(codes, seen, warnings)
+    known = {p: w for p, w in (world_from_codes or {}).items() if p in {c.payload for c in codes}}
+    if known:
+        codes = [code for code in codes if code.payload in known]
+        world_from_reconstruction, covariance, placement = _on_known(codes, seen, known)
+        gravity = None
+    else:
+        gravity = find_gravity(reconstruction, rng=rng)
+        if gravity.floor_points == 0:
+            warnings.append(
+                "No floor was found in the sparse points, so up is taken from the cameras and may "
+                f"be {gravity.tilt_sigma_deg:.0f}° off; film the floor too, from where it has "
+                "texture."
+            )
+        world_from_reconstruction, covariance, placement = _on_free(codes, seen, gravity)
+    anchors = _anchors(codes, seen, placement, world_from_reconstruction, one_body=bool(known))
+    warnings += [_misplaced(a, known[a.payload]) for a in anchors if known and _is_off(a, known)]
+    return Alignment(
+        world_from_reconstruction,
+        covariance,
+        anchors,
+        gravity,
+        placement.groups,
+        np.stack([anchor.world_from_code.translation for anchor in anchors]),
+        bend_per_metre(reconstruction),
+        tuple(warnings),
+    )
+
+
+def _usable_codes(
+    views: Mapping[str, View],
+    sightings: Sequence[AnchorSightings],
+    sides_m: Mapping[str, float] | float,
+) -> tuple[list[_Code], list[str]]:
+    """Codes with a size and a place, and what is wrong with the others."""
+    codes: list[_Code] = []
+    warnings: list[str] = []
+    for anchor in sightings:
+        side_m = sides_m if isinstance(sides_m, float | int) else sides_m.get(anchor.payload)
+        if side_m is None:
+            warnings.append(
+                f"Code {anchor.payload!r} is not used: its printed side is not given; measure it."
+            )
+            continue
+        if not (math.isfinite(side_m) and 0.005 <= side_m <= 5.0):
+            raise ValueError(
+                f"code {anchor.payload!r}: side {side_m} m, wanted 0.005 to 5; give metres, "
+                "measured over the dark pattern without its white border"
+            )
+        code, problem = _placed_code(views, anchor, float(side_m))
+        if problem:
+            warnings.append(problem)
+        if code is not None:
+            codes.append(code)
+    if not codes:
+        raise ValueError(
+            "alignment: no code can be used. "
+            + (" ".join(warnings) or "None was found in the photos.")
+            + " Film a printed code of 20 cm or more from 1 to 4 m and from places half a metre "
+            "apart, or give two points and the length between them."
+        )
+    return codes, warnings
+
+
+def _placed_code(
+    views: Mapping[str, View], anchor: AnchorSightings, side_m: float
+) -> tuple[_Code | None, str]:
+    """The code where most photos see it; what to tell the user, if anything."""
+    name = f"Code {anchor.payload!r}"
+    if len(anchor.sightings) < 2:
+        refused = "; ".join(f"in {r.view} {r.reason}" for r in anchor.refusals[:2])
+        return None, (
+            f"{name} is not used: it was measured in {len(anchor.sightings)} photo(s), wanted 2 or "
+            f"more{' (' + refused + ')' if refused else ''}."
+        )
+    square = find_square([views[s.view] for s in anchor.sightings],
+                         [s.corners_px for s in anchor.sightings])  # fmt: skip
+    if square is None:
+        return None, (
+            f"{name} is not used: its {len(anchor.sightings)} photos are from almost one place or "
+            "do not agree where it is; film it from places half a metre apart, and do not move it."
+        )
+    agree = square.agrees
+    kept = tuple(s for s, ok in zip(anchor.sightings, agree, strict=True) if ok)
+    left = [s for s, ok in zip(anchor.sightings, agree, strict=True) if not ok]
+    code = _Code(anchor.payload, side_m, square, kept)
+    elsewhere = find_square([views[s.view] for s in left], [s.corners_px for s in left])
+    if elsewhere is not None:
+        there, here = elsewhere.reconstruction_from_code, square.reconstruction_from_code
+        away_m = code.metres_per_unit * float(np.linalg.norm(there.translation - here.translation))
+        first = next(s.view for s, ok in zip(left, elsewhere.agrees, strict=True) if ok)
+        count = int(elsewhere.agrees.sum())
+        moved = (
+            f"{name} was moved while filming: {len(kept)} photos see it at one place and {count} "
+            f"(from {first}) {1000 * away_m:.0f} mm away"
+        )
+        if 2 * count > len(kept):
+            return None, f"{moved}. It is not used; fix it to the wall and film again."
+        return code, f"{moved}. Only the first place is used."
+    if left:
+        return code, (
+            f"{name}: {len(left)} of {len(anchor.sightings)} photos do not agree with the others "
+            f"and are left out ({', '.join(s.view for s in left[:3])})."
+        )
+    if square.angle_deg < LEAST_BASELINE_DEG:
+        return code, (
+            f"{name} was filmed from almost one direction ({square.angle_deg:.1f}° between the "
+            f"outermost rays, better {LEAST_BASELINE_DEG:.0f} or more); the scale is uncertain."
+        )
+    return code, ""
+
+
+def _observation(sighting: Sighting, view: View, order: int) -> Observation:
+    return Observation(0, np.arange(4), view, order, sighting.corners_px, sighting.sigma_px)
+
+
+def _moved_to(seen: Observation, *, body: int, first_point: int = 0) -> Observation:
+    return Observation(
+        body, seen.points + first_point, seen.view, seen.order, seen.pixels, seen.sigma_px
+    )
+
+
+def _agreeing(
+    codes: list[_Code], seen: Mapping[str, list[Observation]], warnings: list[str]
+) -> list[_Code]:
+    """Without the one code whose size contradicts the others.
+
+    Raises:
+        ValueError: it cannot be told which of them is wrong.
+    """
+    if len(codes) < 2:
+        return codes
+    logs, sigmas = np.empty(len(codes)), np.empty(len(codes))
+    for k, code in enumerate(codes):
+        alone = place(
+            [code.corners_m],
+            seen[code.payload],
+            start=[code.start],
+            metres_per_unit=code.metres_per_unit,
+        )
+        logs[k] = math.log(alone.metres_per_unit)
+        sigmas[k] = math.sqrt(float(alone.covariance[-1, -1]))
+    apart = np.abs(logs[:, None] - logs[None])
+    limit = np.maximum(DISAGREE_SIGMAS * np.hypot(sigmas[:, None], sigmas[None]), DISAGREE_SHARE)
+    clash = apart > limit
+    if not clash.any():
+        return codes
+    worst = int(np.argmax(clash.sum(axis=1) * 1e3 + apart.sum(axis=1)))
+    rest = [k for k in range(len(codes)) if k != worst]
+    others = float(np.average(logs[rest], weights=1.0 / sigmas[rest] ** 2))
+    code = codes[worst]
+    looks_m = code.side_m * math.exp(others - logs[worst])
+    if len(codes) == 2 or clash[np.ix_(rest, rest)].any():
+        other = codes[rest[int(np.argmax(clash[worst][rest]))]]
+        j = codes.index(other)
+        raise ValueError(
+            f"alignment: codes {code.payload!r} and {other.payload!r} disagree about the scale by "
+            f"{100 * math.expm1(abs(logs[worst] - logs[j])):.1f} %: if {other.payload!r} is "
+            f"{1000 * other.side_m:.1f} mm wide, then {code.payload!r} is "
+            f"{1000 * code.side_m * math.exp(logs[j] - logs[worst]):.1f} mm, not "
+            f"{1000 * code.side_m:.1f}; measure both prints and give their sides"
+        )
+    warnings.append(
+        f"Code {code.payload!r} is not used: by the other codes it is {1000 * looks_m:.1f} mm "
+        f"wide, not {1000 * code.side_m:.1f} as given; measure the print."
+    )
+    return [c for c in codes if c is not code]
+
+
+def _on_known(
+    codes: Sequence[_Code], seen: Mapping[str, list[Observation]], known: Mapping[str, Pose]
+) -> tuple[Similarity, FloatArray, Placement]:
+    """The world of codes whose poses are known: one rigid body of all their corners."""
+    body = np.concatenate([known[code.payload] @ code.corners_m for code in codes])
+    observations = [
+        _moved_to(o, body=0, first_point=4 * k)
+        for k, code in enumerate(codes)
+        for o in seen[code.payload]
+    ]
+    first = codes[0]
+    known_first = known[first.payload]
+    turn = Pose(first.start.rotation, np.zeros(3)) @ Pose(known_first.rotation.T, np.zeros(3))
+    start = Pose(
+        np.asarray(turn.rotation),
+        first.start.translation - turn.rotation @ known_first.translation / first.metres_per_unit,
+    )
+    placement = place([body], observations, start=[start], metres_per_unit=first.metres_per_unit)
+    reconstruction_from_world = Similarity(
+        1.0 / placement.metres_per_unit, placement.rotations[0], placement.translations[0]
+    )
+    world_from_reconstruction = reconstruction_from_world.inverse()
+    change = np.zeros((7, 7))
+    change[:3, :3] = -world_from_reconstruction.rotation
+    change[3:6, 3:6] = -placement.metres_per_unit * world_from_reconstruction.rotation
+    change[6, 6] = 1.0
+    return world_from_reconstruction, change @ placement.covariance @ change.T, placement
+
+
+def _on_free(
+    codes: Sequence[_Code], seen: Mapping[str, list[Observation]], gravity: Gravity
+) -> tuple[Similarity, FloatArray, Placement]:
+    """The world by rule: gravity, floor, and the first code."""
+    placement = place(
+        [code.corners_m for code in codes],
+        [_moved_to(o, body=k) for k, code in enumerate(codes) for o in seen[code.payload]],
+        start=[code.start for code in codes],
+        metres_per_unit=float(np.median([code.metres_per_unit for code in codes])),
+    )
+    first = placement.rotations[0]
+    facing = first[:, 2] if abs(float(first[:, 2] @ gravity.up)) < FLAT else first[:, 1]
+    world_from_reconstruction = standing_world(
+        gravity, placement.translations[0], facing, placement.metres_per_unit
+    )
+    change = _as_seen_from_codes(codes, placement, world_from_reconstruction)
+    return world_from_reconstruction, change @ placement.covariance @ change.T, placement
+
+
+def _as_seen_from_codes(
+    codes: Sequence[_Code], placement: Placement, world_from_reconstruction: Similarity
+) -> FloatArray:
+    """(7, 6B + 1): how the world changes with the placement, after it is laid back on the codes.
+
+    A device that finds the codes in the room lays its own frame on them; what is left then is the
+    error that matters: least squares over all corners.
+    """
+    scale, turn = placement.metres_per_unit, world_from_reconstruction.rotation
+    count = placement.covariance.shape[0]
+    moves, places = [], []
+    for k, code in enumerate(codes):
+        arms = code.corners_m @ placement.rotations[k].T / scale
+        corners = world_from_reconstruction @ (placement.translations[k] + arms)
+        move = np.zeros((4, 3, count))
+        for j in range(4):
+            move[j, :, 6 * k : 6 * k + 3] = -scale * turn @ _cross(arms[j])
+            move[j, :, 6 * k + 3 : 6 * k + 6] = scale * turn
+            move[j, :, -1] = (
+                corners[j] - world_from_reconstruction.translation - scale * turn @ arms[j]
+            )
+        moves.append(move)
+        places.append(corners)
+    x = np.concatenate(places)
+    rigid = np.concatenate([np.concatenate([-_cross(p), np.eye(3)], axis=1) for p in x])
+    back = -np.linalg.pinv(rigid) @ np.concatenate(moves).reshape(-1, count)
+    change = np.zeros((7, count))
+    change[:6] = back
+    change[3:6, -1] -= world_from_reconstruction.translation
+    change[6, -1] = 1.0
+    return change
+
+
+def _cross(v: FloatArray) -> FloatArray:
+    """(3, 3) matrix M with M @ x = v × x."""
+    return np.cross(v, np.eye(3), axisb=1).T
+
+
+def _anchors(
+    codes: Sequence[_Code],
+    seen: Mapping[str, list[Observation]],
+    placement: Placement,
+    world_from_reconstruction: Similarity,
+    *,
+    one_body: bool,
+) -> tuple[Anchor, ...]:
+    """What came out for each code; `one_body` if all were placed together, as known."""
+    anchors, used = [], 0
+    for k, code in enumerate(codes):
+        observations = seen[code.payload]
+        residuals_px = placement.residuals_px[used : used + len(observations)]
+        used += len(observations)
+        corners_m = world_from_reconstruction @ _free_corners(observations)
+        if one_body:
+            measured = similarity_from_points(corners_m, code.corners_m)
+            world_from_code = Pose(measured.rotation, measured.translation)
+        else:
+            world_from_code = world_from_reconstruction.moved(
+                Pose(placement.rotations[k], placement.translations[k])
+            )
+        off_m = np.linalg.norm(corners_m - world_from_code @ code.corners_m, axis=1)
+        rms_px = np.sqrt([np.mean(r * r) for r in residuals_px])
+        edges_px = [o.pixels - np.roll(o.pixels, 1, axis=0) for o in observations]
+        m_per_px = code.side_m / np.array([np.linalg.norm(e, axis=1).mean() for e in edges_px])
+        anchors.append(
+            Anchor(
+                code.payload,
+                code.side_m,
+                world_from_code,
+                corners_m,
+                residual_px=float(np.sqrt(np.mean(rms_px**2))),
+                residual_mm=1000 * float(np.sqrt(np.mean((rms_px * m_per_px) ** 2))),
+                corner_mm=1000 * float(np.sqrt(np.mean(off_m**2))),
+                views=tuple(o.view.name for o in observations),
+            )
+        )
+    return tuple(anchors)
+
+
+def _is_off(anchor: Anchor, known: Mapping[str, Pose]) -> bool:
+    away = anchor.world_from_code.translation - known[anchor.payload].translation
+    return float(np.linalg.norm(away)) > MISPLACED_M
+
+
+def _misplaced(anchor: Anchor, world_from_code: Pose) -> str:
+    away = anchor.world_from_code.translation - world_from_code.translation
+    return (
+        f"Code {anchor.payload!r} is {1000 * float(np.linalg.norm(away)):.0f} mm from where it "
+        "should be, or another code is; see whether one was moved since, or align without their "
+        "old places."
+    )
+
+
+def _free_corners(observations: Sequence[Observation]) -> FloatArray:
+    """(4, 3) corners of one code, each from its own rays, in the reconstruction's frame."""
+    cast = [rays(o.view, o.pixels) for o in observations]
+    places = np.stack([place for place, _ in cast])
+    directions = np.stack([direction for _, direction in cast])
+    return np.stack([triangulated(places, directions[:, j]) for j in range(4)])

@@ -1,0 +1,56 @@
+"""A world for photos that nothing measures: up and floor are found, the scale is guessed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scenes.prepare.align.alignment import Alignment
+from scenes.prepare.align.gravity import find_gravity, standing_world
+from scenes.prepare.reconstruction import Reconstruction
+
+CARRIED_HEIGHT_M = 1.5
+"""How high people carry a phone while they film."""
+HEIGHT_SIGMA = 0.25
+"""Relative deviation of that guess."""
+TURN_SIGMA_RAD = 0.02
+UPRIGHT = 0.7
+GUESSED_GROUPS = 2
+"""As little as can be known: bounds on the error become wide."""
+
+
+def guessed_alignment(reconstruction: Reconstruction, *, rng: np.random.Generator) -> Alignment:
+    """Z up, the floor at 0, the cameras carried at 1.5 m, the origin below their middle.
+
+    Args:
+        reconstruction: photos with poses, and sparse points.
+        rng: for the search of the floor.
+
+    Raises:
+        ValueError: there are no views.
+    """
+    gravity = find_gravity(reconstruction, rng=rng)
+    eyes = np.stack([view.world_from_camera.translation for view in reconstruction.views])
+    height = float(np.median(eyes @ gravity.up) - gravity.floor)
+    scale = CARRIED_HEIGHT_M / height if height > 0 else 1.0
+    # X is to the right of the first photo; where that points up, it was held sideways.
+    axes = reconstruction.views[0].world_from_camera.rotation
+    right = axes[:, 0] if abs(float(axes[:, 0] @ gravity.up)) < UPRIGHT else axes[:, 1]
+    world_from_reconstruction = standing_world(gravity, eyes.mean(axis=0), right, scale)
+    covariance = np.diag([TURN_SIGMA_RAD**2] * 3 + [0.0] * 3 + [HEIGHT_SIGMA**2])
+    warnings = [
+        "The scale is a guess: nothing in the photos tells it. The phone is taken to have been "
+        f"carried {CARRIED_HEIGHT_M} m above the floor; lengths may be a quarter off. Print a "
+        "code, fix it to a wall, film it with the room and give its side, or give a known length."
+    ]
+    if gravity.floor_points == 0:
+        warnings.append("No floor was found either: up is taken from how the photos were held.")
+    return Alignment(
+        world_from_reconstruction,
+        covariance,
+        (),
+        gravity,
+        GUESSED_GROUPS,
+        world_from_reconstruction @ eyes[:1],
+        0.0,
+        tuple(warnings),
+    )

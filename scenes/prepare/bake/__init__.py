@@ -1,0 +1,1 @@
+"""Splats straight from meshes, with a scan's faults."""

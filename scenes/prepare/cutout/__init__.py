@@ -1,0 +1,1 @@
+"""Making movable objects of parts of a room."""

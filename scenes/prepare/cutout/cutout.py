@@ -1,0 +1,138 @@
+"""Making a movable object of a part of the room, and putting it back."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from scenes.cut import divide, restore
+from scenes.harmonics import turned
+from scenes.package import ScenePackage
+from scenes.package_records import Stage
+from scenes.prepare.cutout.fill import fill_support
+from scenes.prepare.cutout.lifting import MaskedView
+from scenes.prepare.cutout.separate import Separation, ViewVerdict, separate
+from scenes.prepare.cutout.upright_box import UprightBox, upright_box
+from scenes.render.native import NativeRenderer
+from scenes.state import ObjectModel
+
+LEAST_SPLATS = 30
+FLOATERS = "floaters"
+"""What the stage of a cut without an object is called after."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cutout:
+    """A package with one object more, and how it came about.
+
+    Attributes:
+        package: as it is now.
+        item: the new object.
+        box: around it.
+        views: what became of each view.
+        floaters: stray splats that were removed with it.
+        filled: splats laid where the support had never been seen.
+    """
+
+    package: ScenePackage
+    item: ObjectModel
+    box: UprightBox
+    views: tuple[ViewVerdict, ...]
+    floaters: int
+    filled: int
+
+
+def cut_out(
+    package: ScenePackage,
+    views: Sequence[MaskedView],
+    *,
+    object_id: str,
+    name: str,
+    kind: str,
+    renderer: NativeRenderer,
+) -> Cutout:
+    """Separate what the masks show from the room.
+
+    Args:
+        package: the scene; it is left as it is.
+        views: the object's masks in one to three views.
+        object_id: unique in the scene.
+        name: shown to people.
+        kind: shared by identical twins; empty if unique.
+        renderer: draws the room.
+
+    Raises:
+        ValueError: the id is taken or unfit, or the masks show no object.
+    """
+    if any(item.object_id.lower() == object_id.lower() for item in package.objects):
+        raise ValueError(
+            f"scene {package.name!r} already has an object {object_id!r}; choose another"
+        )
+    found = separate(package.room, views, renderer=renderer)
+    if found.labels.sum() < LEAST_SPLATS:
+        raise ValueError(
+            f"only {found.labels.sum()} splats were found, wanted {LEAST_SPLATS}: there is no "
+            "object in the boxes, or it is too small in these views; choose nearer ones"
+        )
+    return make_object(package, found, object_id=object_id, name=name, kind=kind)
+
+
+def make_object(
+    package: ScenePackage, found: Separation, *, object_id: str, name: str, kind: str
+) -> Cutout:
+    """The package after the found splats became an object; see `cut_out`."""
+    splats = package.room.select(found.labels)
+    left = package.room.select(~(found.labels | found.floaters))
+    box = upright_box(splats, left)
+    fill = fill_support(left, splats.means.astype(np.float64), box) if box.supported else None
+    room, cut = divide(
+        package.room, found.labels, object_id=object_id, floaters=found.floaters, fill=fill
+    )
+    item = ObjectModel(
+        object_id=object_id,
+        name=name,
+        kind=kind,
+        splats=turned(splats, box.world_from_box.inverse()),
+        box_m=box.size_m,
+        support_z_m=box.support_z_m,
+        world_from_object=box.world_from_box,
+    )
+    stray = int(found.floaters.sum())
+    stage = Stage(
+        f"cut {object_id}",
+        f"{len(splats)} splats, {stray} floaters removed, {cut.filled} filled in below",
+    )
+    changed = replace(
+        package,
+        room=room,
+        objects=(*package.objects, item),
+        cuts=(*package.cuts, cut),
+        stages=(*package.stages, stage),
+    )
+    return Cutout(changed, item, box, found.views, stray, cut.filled)
+
+
+def undo_cut(package: ScenePackage) -> ScenePackage:
+    """The package before its last cut; the room's splats are equal in every bit.
+
+    Raises:
+        ValueError: nothing was cut.
+    """
+    if not package.cuts:
+        raise ValueError(f"scene {package.name!r}: there is no cut to undo")
+    last = package.cuts[-1]
+    name = f"cut {last.object_id or FLOATERS}"
+    stages = list(package.stages)
+    for index in reversed(range(len(stages))):
+        if stages[index].name == name:
+            del stages[index]
+            break
+    return replace(
+        package,
+        room=restore(package.room, last),
+        objects=tuple(item for item in package.objects if item.object_id != last.object_id),
+        cuts=package.cuts[:-1],
+        stages=tuple(stages),
+    )

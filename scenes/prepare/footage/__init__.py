@@ -1,0 +1,1 @@
+"""Choosing pictures from videos and photos."""

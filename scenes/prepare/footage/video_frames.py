@@ -1,0 +1,258 @@
+"""A video as a capture: looked through once to choose, once more to take the chosen frames."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import av
+import cv2
+import numpy as np
+from av.error import FFmpegError
+from numpy.typing import NDArray
+
+from scenes.prepare.footage.capture import (
+    Capture,
+    CaptureError,
+    CaptureKind,
+    CaptureOptions,
+    Frame,
+    Gap,
+    Rejected,
+    too_few,
+)
+from scenes.prepare.footage.frame_choice import choose_frames
+from scenes.prepare.footage.panorama_views import PanoramaView, panorama_views, view_pictures
+from scenes.prepare.footage.photos import fitted, write_jpeg
+from scenes.prepare.footage.sharpness import (
+    LOOK_PX,
+    Quality,
+    Reason,
+    displacement,
+    judge,
+    verdict,
+)
+from scenes.prepare.progress import Progress
+
+LOOKS_PER_FRAME = 8
+"""Frames that are judged for each one that is taken."""
+LOOKING_SHARE = 0.7
+LITTLE_OVERLAP = 0.35
+LONGEST_SMEAR = 8
+"""Looks for which a smeared passage is bridged."""
+FEWER_PANORAMAS = 3
+"""A 360° picture shows the whole room, so fewer places are enough."""
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """A judged frame.
+
+    Attributes:
+        index: its number in the video.
+        t_s: its time.
+        quality: of the single picture.
+        moved: since the last look at a sharp frame, as a fraction of the width; 0 for a smeared
+            one, in which nothing can be followed.
+    """
+
+    index: int
+    t_s: float
+    quality: Quality
+    moved: float
+
+
+def gather_video(
+    file: Path, folder: Path, *, options: CaptureOptions, progress: Progress
+) -> Capture:
+    """Choose frames of a video and write them into `folder`, upright JPEG.
+
+    Raises:
+        CaptureError: it is no video, or too few frames are usable.
+        OSError: a picture cannot be written.
+    """
+    if file.suffix.lower() == ".insv" and options.rig is None:
+        raise CaptureError(
+            f"{file}: a 360° video needs the calibration of its lenses; give the camera's rig "
+            "file, or export a flat video from the camera's own program"
+        )
+    looks = _looks(file, options, progress)
+    typical = float(np.median([look.quality.blur for look in looks])) if looks else 0.0
+    reasons = [verdict(look.quality, typical, options.quality) for look in looks]
+    chosen = choose_frames(
+        np.array([look.moved for look in looks]),
+        np.array([look.quality.blur for look in looks]),
+        np.array([reason is None for reason in reasons], dtype=np.bool_),
+        wanted=options.frames if options.rig is None else options.frames // FEWER_PANORAMAS,
+        steps=options.steps,
+    )
+    taken = {int(i) for i in chosen}
+    rejected = [
+        Rejected(f"{file.name} at {clock(look.t_s)}", reasons[i] or Reason.ALIKE, look.t_s)
+        for i, look in enumerate(looks)
+        if i not in taken
+    ]
+    if len(taken) < options.least_frames:
+        raise too_few(file.name, len(taken), rejected, wanted=options.least_frames)
+    frames = _written(file, folder, [looks[i] for i in chosen], options, progress)
+    return Capture(
+        CaptureKind.VIDEO if options.rig is None else CaptureKind.PANORAMA,
+        file.name,
+        folder,
+        frames,
+        tuple(rejected),
+        _gaps(frames, looks, chosen),
+    )
+
+
+def clock(t_s: float) -> str:
+    """A time in a video as people say it, such as 1:07.4."""
+    return f"{int(t_s // 60)}:{t_s % 60:04.1f}"
+
+
+def _looks(file: Path, options: CaptureOptions, progress: Progress) -> list[Look]:
+    looks: list[Look] = []
+    before: NDArray[np.uint8] | None = None
+    sharp_blur, passed_over = 0.0, 0
+    with _opened(file) as (container, stream):
+        total = _frame_count(container, stream)
+        stride = max(1, total // (LOOKS_PER_FRAME * options.frames)) if total else 3
+        for index, t_s, frame in _decoded(file, container, stream):
+            if index % stride:
+                continue
+            grey = _grey(frame)
+            quality = judge(grey)
+            smeared = quality.blur > sharp_blur + options.quality.blur_over_typical
+            if before is not None and smeared and passed_over < LONGEST_SMEAR:
+                looks.append(Look(index, t_s, quality, 0.0))
+                passed_over += 1
+            else:
+                moved = displacement(before, grey) if before is not None else 0.0
+                looks.append(Look(index, t_s, quality, moved))
+                before, sharp_blur, passed_over = grey, quality.blur, 0
+            if len(looks) % 8 == 1:
+                done = min(1.0, index / total) if total else 0.5
+                progress(LOOKING_SHARE * done, f"looking through {file.name}, {clock(t_s)}")
+    if not looks:
+        raise CaptureError(f"{file}: a video without a single readable picture; copy it again")
+    return looks
+
+
+def _written(
+    file: Path, folder: Path, looks: list[Look], options: CaptureOptions, progress: Progress
+) -> tuple[Frame, ...]:
+    wanted = {look.index: look for look in looks}
+    views = panorama_views(options.rig) if options.rig else ()
+    frames: list[Frame] = []
+    taken = 0
+    with _opened(file) as (container, stream):
+        for index, t_s, frame in _decoded(file, container, stream):
+            look = wanted.pop(index, None)
+            if look is None:
+                continue
+            picture = _upright(frame.to_ndarray(format="bgr24"), frame)
+            taken += 1
+            for label, part, focal_px in _pictures(picture, options, views):
+                name = f"{taken - 1:04d}{label}.jpg"
+                write_jpeg(folder / name, part)
+                height, width = part.shape[:2]
+                frames.append(
+                    Frame(
+                        name=name,
+                        source=f"{file.name} at {clock(t_s)}",
+                        blur=look.quality.blur,
+                        lens=f"{width}×{height} video",
+                        focal_px=focal_px,
+                        t_s=t_s,
+                    )
+                )
+            done = taken / len(looks)
+            progress(LOOKING_SHARE + (1 - LOOKING_SHARE) * done, f"taking frame {clock(t_s)}")
+            if not wanted:
+                break
+    return tuple(frames)
+
+
+def _pictures(
+    picture: NDArray[np.uint8], options: CaptureOptions, views: tuple[PanoramaView, ...]
+) -> list[tuple[str, NDArray[np.uint8], float | None]]:
+    """What is stored of one frame: label, picture and focal length where it is known."""
+    if options.rig is None:
+        return [("", fitted(picture, options.longest_px), None)]
+    parts = view_pictures(picture, options.rig, views)
+    return [
+        (f"_{view.label}", part, view.camera.fx) for view, part in zip(views, parts, strict=True)
+    ]
+
+
+def _gaps(
+    frames: tuple[Frame, ...], looks: list[Look], chosen: NDArray[np.int64]
+) -> tuple[Gap, ...]:
+    path = np.cumsum([look.moved for look in looks])
+    moved = np.diff(path[chosen])
+    each = len(frames) // len(chosen)
+    return tuple(
+        Gap(frames[each * i].name, frames[each * (i + 1)].name, float(moved[i]))
+        for i in np.flatnonzero(moved > LITTLE_OVERLAP)
+    )
+
+
+@contextmanager
+def _opened(file: Path) -> Iterator[tuple[Any, Any]]:
+    try:
+        container = av.open(str(file))
+    except (FFmpegError, OSError) as error:
+        raise CaptureError(
+            f"{file}: no video that can be opened ({error.strerror or error}); export it as MP4"
+        ) from None
+    with container:
+        if not container.streams.video:
+            raise CaptureError(f"{file}: no picture track in it; give a video of the room")
+        stream = container.streams.video[0]
+        stream.thread_type = "AUTO"
+        stream.codec_context.thread_count = 2
+        yield container, stream
+
+
+def _decoded(file: Path, container: Any, stream: Any) -> Iterator[tuple[int, float, Any]]:
+    """(number, seconds, frame) of every readable frame; a damaged end is a shorter video."""
+    index = 0
+    try:
+        for frame in container.decode(stream):
+            yield index, float(frame.time or 0.0), frame
+            index += 1
+    except FFmpegError as error:
+        if index == 0:
+            raise CaptureError(
+                f"{file}: damaged before its first picture ({error.strerror or error}); "
+                "copy it from the camera again"
+            ) from None
+
+
+def _frame_count(container: Any, stream: Any) -> int:
+    if stream.frames:
+        return int(stream.frames)
+    if container.duration and stream.average_rate:
+        return int(container.duration / av.time_base * float(stream.average_rate))
+    return 0
+
+
+def _grey(frame: Any) -> NDArray[np.uint8]:
+    """The picture small and grey, upright."""
+    scale = min(1.0, LOOK_PX / max(frame.width, frame.height))
+    small = frame.reformat(
+        width=max(2, round(frame.width * scale)),
+        height=max(2, round(frame.height * scale)),
+        format="bgr24",
+        interpolation="AREA",
+    ).to_ndarray()
+    return np.asarray(cv2.cvtColor(_upright(small, frame), cv2.COLOR_BGR2GRAY), dtype=np.uint8)
+
+
+def _upright(picture: NDArray[np.uint8], frame: Any) -> NDArray[np.uint8]:
+    """Turned as the video's display matrix says; `rotation` is in degrees, anticlockwise."""
+    turns = round(frame.rotation / 90) % 4
+    return np.ascontiguousarray(np.rot90(picture, turns)) if turns else picture

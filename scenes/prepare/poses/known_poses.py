@@ -1,0 +1,87 @@
+"""Points for views whose poses are known already, and the check that the poses are right."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from scenes.cameras import Pinhole
+from scenes.prepare.footage.capture import CaptureError
+from scenes.prepare.poses.sfm import SFM_FOLDER, run_worker
+from scenes.prepare.poses.sfm_job import Job, KnownPose, Picture, SfmOptions
+from scenes.prepare.progress import Progress, silent
+from scenes.prepare.reconstruction import Reconstruction, View
+from scenes.prepare.saved_reconstruction import load_reconstruction
+
+LEAST_POINTS_PER_VIEW = 10
+WORST_POSES = 0.005
+"""Median distance of matches from where given poses put them, as a fraction of the width."""
+
+
+def triangulate(
+    views: Sequence[View],
+    work_dir: Path,
+    *,
+    source: str,
+    options: SfmOptions | None = None,
+    progress: Progress = silent,
+) -> Reconstruction:
+    """Find the points that pinhole views with known poses share; poses and scale are kept.
+
+    Args:
+        views: their pictures lie in one folder.
+        work_dir: folder for what the preparation makes.
+        source: what to call them in messages.
+        options: how features are found and matched.
+        progress: told how far it is.
+
+    Raises:
+        CaptureError: the poses are not those of the pictures, or hardly any points agree.
+        ValueError: a view is no pinhole.
+        WorkerError: the process that finds them crashed.
+        OSError: the disk is full or a folder is not writable.
+        Cancelled: from `progress`.
+    """
+    pictures = []
+    for view in views:
+        camera = view.camera
+        if not isinstance(camera, Pinhole):
+            raise ValueError(  # noqa: TRY004 - the view is of the right type, not of the right kind
+                f"triangulate: {view.name} is no pinhole view, wanted pinhole views"
+            )
+        camera_from_world = view.world_from_camera.inverse()
+        pictures.append(
+            Picture(
+                view.name,
+                lens=f"{camera}",
+                known=KnownPose(
+                    (camera.fx, camera.fy, camera.cx, camera.cy),
+                    tuple(camera_from_world.quaternion().tolist()),
+                    tuple(camera_from_world.translation.tolist()),
+                ),
+            )
+        )
+    job = Job(
+        work=work_dir / SFM_FOLDER,
+        pictures_folder=views[0].image.parent,
+        pictures=tuple(pictures),
+        ordered=True,
+        options=options or SfmOptions(),
+    )
+    result = run_worker(job, progress)
+    limit_px = WORST_POSES * views[0].camera.width_px
+    if result.pose_error_px is not None and result.pose_error_px > limit_px:
+        raise CaptureError(
+            f"{source}: matches lie {result.pose_error_px:.1f} px (median) from where the poses "
+            f"put them, limit {limit_px:.1f} px; the poses do not belong to these pictures: "
+            "export both again, or give the pictures alone"
+        )
+    found = load_reconstruction(job.work / "reconstruction")
+    wanted = LEAST_POINTS_PER_VIEW * len(views)
+    if len(found.points) < wanted:
+        raise CaptureError(
+            f"{source}: only {len(found.points)} points agree with the poses of {len(views)} "
+            f"pictures, wanted at least {wanted}; the pictures show too little in common: give "
+            "more of them"
+        )
+    return Reconstruction(tuple(views), found.points, found.colours, found.errors_px)

@@ -1,0 +1,1 @@
+"""Splats from photos with poses."""

@@ -1,0 +1,64 @@
+"""What changes on the way: learning rates, picture size, how many splats. All by the share done."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.prepare.train.training_rows import LOG_SCALE, LOGIT, MEAN, ROTATION, SH
+
+MEAN_RATE = 1.0e-3
+"""Per step and per metre of the typical distance at which the photos see the scene."""
+MEAN_DECAY = 0.02
+OTHER_RATES = {"log_scale": 0.02, "rotation": 0.006, "logit": 0.05, "colour": 0.012, "sh": 0.0004}
+OTHER_DECAY = 0.1
+DECAY_FROM = 0.7
+"""From this share on all rates but the mean's fall, to `OTHER_DECAY` at the end."""
+
+QUARTER_UNTIL = 0.04
+HALF_UNTIL = 0.14
+DENSIFY_EVERY = (20, 100)
+"""Steps between two densifications, at least and at most."""
+DENSIFICATIONS = 40
+"""So many are wanted in all: a slow machine that takes few steps must grow as well."""
+FULL_BUDGET_AT = 0.5
+DENSIFY_UNTIL = 0.8
+
+
+def rates(done: float, view_distance: float, width: int) -> NDArray[np.float32]:
+    """Learning rate of each of the `width` numbers of a row.
+
+    Args:
+        done: 0..1 of the training.
+        view_distance: typical distance from a camera to what it sees, in the world's unit.
+        width: numbers in a row.
+    """
+    fall = OTHER_DECAY ** max(0.0, (done - DECAY_FROM) / (1 - DECAY_FROM))
+    out = np.empty(width, dtype=np.float32)
+    out[MEAN] = MEAN_RATE * view_distance * MEAN_DECAY**done
+    out[LOG_SCALE] = OTHER_RATES["log_scale"] * fall
+    out[ROTATION] = OTHER_RATES["rotation"] * fall
+    out[LOGIT] = OTHER_RATES["logit"] * fall
+    out[SH] = OTHER_RATES["sh"] * fall
+    out[SH.start : SH.start + 3] = OTHER_RATES["colour"] * fall
+    return out
+
+
+def shrink(done: float) -> int:
+    """By how much photos are made smaller: 4, then 2, then 1."""
+    if done < QUARTER_UNTIL:
+        return 4
+    return 2 if done < HALF_UNTIL else 1
+
+
+def densify_after(done: float, iterations: int) -> int:
+    """Steps from one densification to the next, when `iterations` steps made `done` of the way."""
+    low, high = DENSIFY_EVERY
+    return int(np.clip(iterations / max(done, 1e-6) / DENSIFICATIONS, low, high))
+
+
+def splats_wanted(done: float, start: int, budget: int) -> int:
+    """Grows by the same factor per step from `start` to `budget`, which it reaches half-way."""
+    if start >= budget:
+        return budget
+    return round(start * (budget / start) ** min(done / FULL_BUDGET_AT, 1.0))

@@ -1,0 +1,186 @@
+"""COLMAP models and transforms.json, both of the photographed room."""
+
+from __future__ import annotations
+
+import json
+import shutil
+
+import cv2
+import numpy as np
+import pytest
+
+from scenes.formats.error import FormatError
+from scenes.frames import OPENGL_FROM_OPENCV
+from scenes.prepare.footage.capture import CaptureError
+from scenes.prepare.poses.import_colmap import import_colmap
+from scenes.prepare.poses.import_transforms import import_transforms
+from scenes.prepare.poses.sfm_job import SfmOptions
+from scenes.prepare.reconstruction import read_picture
+
+QUICK = SfmOptions(features=1500, finest=False, threads=2)
+
+
+@pytest.fixture(scope="module")
+def colmap_project(captured, reconstructed, tmp_path_factory):
+    """sparse/0 and images, as COLMAP leaves them, and what our own mapping made of it."""
+    capture, work = captured
+    project = tmp_path_factory.mktemp("project")
+    shutil.copytree(work / "sfm" / "models" / "kept", project / "sparse" / "0")
+    shutil.copytree(capture.folder, project / "images")
+    return project, reconstructed[0]
+
+
+def test_a_colmap_model_gives_the_same_as_mapping_it(colmap_project, tmp_path):
+    project, wanted = colmap_project
+    got = import_colmap(project, tmp_path)
+    assert [v.name for v in got.views] == [v.name for v in wanted.views]
+    for a, b in zip(got.views, wanted.views, strict=True):
+        assert a.camera == b.camera
+        assert np.array_equal(read_picture(a), read_picture(b))
+        assert np.allclose(a.world_from_camera.matrix(), b.world_from_camera.matrix(), atol=1e-9)
+    assert len(got.points) == len(wanted.points)
+
+
+def test_what_a_colmap_project_lacks_is_named(colmap_project, tmp_path):
+    project, _ = colmap_project
+    with pytest.raises(FormatError, match="no COLMAP model"):
+        import_colmap(project / "images", tmp_path / "a")
+    copy = tmp_path / "copy"
+    shutil.copytree(project, copy)
+    (copy / "images" / "03.jpg").unlink()
+    with pytest.raises(CaptureError, match=r"1 of 12 photos .* missing, such as 03.jpg"):
+        import_colmap(copy, tmp_path / "b")
+    shutil.rmtree(copy / "images")
+    with pytest.raises(FormatError, match="no folder `images`"):
+        import_colmap(copy, tmp_path / "c")
+
+
+@pytest.fixture
+def transforms(photographed, tmp_path):
+    """The true poses as nerfstudio writes them."""
+    folder = tmp_path / "app"
+    shutil.copytree(photographed.folder, folder / "images")
+    c = photographed.camera
+    values = {
+        "camera_model": "OPENCV",
+        "w": c.width_px,
+        "h": c.height_px,
+        "fl_x": c.fx,
+        "fl_y": c.fy,
+        "cx": c.cx,
+        "cy": c.cy,
+        "frames": [
+            {
+                "file_path": f"images/{name}",
+                "transform_matrix": (world_from_camera @ OPENGL_FROM_OPENCV.inverse())
+                .matrix()
+                .tolist(),
+            }
+            for name, world_from_camera in photographed.world_from_camera.items()
+        ],
+    }
+    return folder, values
+
+
+def written(folder, values):
+    path = folder / "transforms.json"
+    path.write_text(json.dumps(values))
+    return path
+
+
+def test_poses_of_an_app_keep_their_metres_and_get_points(transforms, photographed, tmp_path):
+    folder, values = transforms
+    written(folder, values)
+    got = import_transforms(folder, tmp_path / "work", options=QUICK)
+    for view, world_from_camera in zip(
+        got.views, photographed.world_from_camera.values(), strict=True
+    ):
+        assert view.camera == photographed.camera
+        assert np.allclose(view.world_from_camera.matrix(), world_from_camera.matrix(), atol=1e-9)
+    x, z = np.abs(got.points[:, 0]), np.abs(got.points[:, 2])
+    on_shell = np.minimum.reduce([x, np.abs(got.points[:, 1] - 4), z])
+    crate_top = np.abs(z - 0.9)
+    assert len(got.points) > 300
+    assert np.median(np.minimum(on_shell, crate_top)) < 0.02
+    assert np.median(got.errors_px) < 1.0
+
+
+def test_distortion_of_an_app_is_taken_out(transforms, tmp_path):
+    folder, values = transforms
+    values |= {"k1": -0.08, "k2": 0.01}
+    values["frames"] = values["frames"][:4]
+    height, width = values["h"], values["w"]
+    grid = np.stack(np.meshgrid(np.arange(width), np.arange(height)), -1).astype(np.float32)
+    matrix = np.array(
+        [
+            [values["fl_x"], 0, values["cx"] - 0.5],
+            [0, values["fl_y"], values["cy"] - 0.5],
+            [0, 0, 1],
+        ]
+    )
+    straight = cv2.undistortPoints(
+        grid.reshape(-1, 1, 2), matrix, np.array([-0.08, 0.01, 0, 0]), P=matrix
+    ).reshape(height, width, 2)
+    for frame in values["frames"]:
+        path = folder / frame["file_path"]
+        bent = cv2.remap(cv2.imread(str(path)), straight, None, cv2.INTER_LINEAR)
+        cv2.imwrite(str(path.with_suffix(".png")), bent)
+        frame["true"] = str(path)
+        frame["file_path"] = frame["file_path"].replace(".jpg", "")
+        path.rename(path.with_suffix(".true"))
+    written(folder, values)
+    got = import_transforms(folder, tmp_path / "work", options=QUICK)
+    for view, frame in zip(got.views, values["frames"], strict=True):
+        true = cv2.imread(str(folder / frame["true"].replace(".jpg", ".true")), 0)
+        flat = cv2.cvtColor(read_picture(view), cv2.COLOR_RGB2GRAY)
+        for part in (np.s_[40:180, 40:240], np.s_[180:320, 240:440], np.s_[180:320, 40:240]):
+            shift, _ = cv2.phaseCorrelate(np.float64(true[part]), np.float64(flat[part]))
+            assert np.hypot(*shift) < 0.1
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda v: v.pop("fl_x"), "frame 0: neither fl_x nor camera_angle_x"),
+        (lambda v: v.update(fl_x="wide"), "frame 0: fl_x is 'wide'"),
+        (lambda v: v.update(w=640), "the picture is 480×360 px, the file says 640×360"),
+        (lambda v: v.update(camera_model="EQUIRECTANGULAR"), "EQUIRECTANGULAR"),
+        (lambda v: v.update(frames=[]), "frames: missing or empty"),
+        (lambda v: v["frames"][0].pop("file_path"), "file_path is missing"),
+        (lambda v: v["frames"][2].update(file_path="images/99.jpg"), "there is no picture"),
+        (lambda v: v["frames"][1].pop("transform_matrix"), "transform_matrix is missing"),
+        (
+            lambda v: v["frames"][1].update(transform_matrix=(2 * np.eye(4)).tolist()),
+            "no rigid motion",
+        ),
+        (
+            lambda v: v["frames"][1].update(transform_matrix=np.full((4, 4), np.nan).tolist()),
+            "transform_matrix is missing or not",
+        ),
+    ],
+)
+def test_what_a_file_of_an_app_lacks_is_named(transforms, tmp_path, change, message):
+    folder, values = transforms
+    change(values)
+    with pytest.raises(FormatError, match=message):
+        import_transforms(written(folder, values), tmp_path / "work")
+
+
+def test_files_that_are_no_transforms_are_refused(tmp_path):
+    (tmp_path / "transforms.json").write_text("{")
+    with pytest.raises(FormatError, match="not JSON"):
+        import_transforms(tmp_path, tmp_path / "work")
+    with pytest.raises(FormatError, match="no such file"):
+        import_transforms(tmp_path / "absent.json", tmp_path / "work")
+
+
+def test_poses_of_other_pictures_are_found_out(transforms, tmp_path):
+    folder, values = transforms
+    frames = values["frames"]
+    matrices = [frame["transform_matrix"] for frame in frames]
+    order = np.random.default_rng(0).permutation(len(frames))
+    for frame, other in zip(frames, order, strict=True):
+        frame["transform_matrix"] = matrices[other]
+    written(folder, values)
+    with pytest.raises(CaptureError, match="poses do not belong to these pictures"):
+        import_transforms(folder, tmp_path / "work", options=QUICK)

@@ -1,0 +1,148 @@
+"""External trainers, played by a script."""
+
+import os
+import sys
+from dataclasses import replace
+
+import pytest
+
+from scenes.formats.registry import write_splats
+from scenes.prepare.progress import Cancelled, silent
+from scenes.prepare.train import external_trainers
+from scenes.prepare.train.external_trainers import (
+    ExternalJob,
+    ExternalProgram,
+    ExternalTrainer,
+    brush,
+    gsplat,
+    inria,
+    opensplat,
+)
+from scenes.prepare.train.trainer import TrainingOptions
+from tests.scenes.prepare.conftest import painted_ball
+
+OPTIONS = TrainingOptions(iterations=500, held_out_every=8, exposure=False)
+
+
+def trainer(program):
+    return ExternalTrainer(program, OPTIONS, stopwatch=lambda: 0.0)
+
+
+@pytest.fixture
+def program(tmp_path):
+    """Makes a program of a few lines of Python that know `data` and `out`."""
+
+    def make(body):
+        script = tmp_path / "fake.py"
+        script.write_text(
+            "import pathlib, shutil, sys, time\n"
+            f"data, out = map(pathlib.Path, sys.argv[1:])\n{body}\n"
+        )
+        return ExternalProgram(
+            "Fake",
+            lambda job: [sys.executable, str(script), str(job.data), str(job.out)],
+            "*.ply",
+            "install it",
+        )
+
+    return make
+
+
+@pytest.fixture
+def trained(tmp_path):
+    path = tmp_path / "ready.ply"
+    write_splats(path, painted_ball())
+    return path
+
+
+def test_its_splats_are_taken_and_judged(filmed_ball, program, trained, tmp_path):
+    fake = program(
+        "names = sorted(p.name for p in (data / 'images').iterdir())\n"
+        "assert '07.png' not in names and len(names) == 14, names\n"
+        "print('100/500\\r200/500', flush=True); time.sleep(1.2)\n"
+        f"shutil.copy({str(trained)!r}, out / 'export_500.ply')"
+    )
+    seen = []
+    result = trainer(fake).train(
+        filmed_ball, tmp_path, progress=lambda done, note: seen.append((done, note))
+    )
+    assert result.psnr_db > 40
+    assert [score.view for score in result.held_out] == ["07.png", "15.png"]
+    assert (0.4, "Fake: 200/500") in seen
+    assert result.trainer == "Fake"
+
+
+def test_a_missing_program_is_named_with_its_remedy(filmed_ball, tmp_path):
+    with pytest.raises(ValueError, match=r"Brush: no-such-brush was not found; install Brush"):
+        trainer(brush("no-such-brush")).train(filmed_ball, tmp_path, progress=silent)
+    lost = gsplat(tmp_path / "simple_trainer.py", sys.executable)
+    with pytest.raises(ValueError, match=r"simple_trainer\.py was not found"):
+        trainer(lost).train(filmed_ball, tmp_path, progress=silent)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_a_failing_program_said_is_passed_on(filmed_ball, program, tmp_path):
+    fake = program("print('CUDA out of memory'); sys.exit(3)")
+    with pytest.raises(ValueError, match=r"code 3: 'CUDA out of memory'.*trainer\.log"):
+        trainer(fake).train(filmed_ball, tmp_path, progress=silent)
+
+
+def test_no_splats_are_no_result(filmed_ball, program, tmp_path):
+    with pytest.raises(ValueError, match="left no splats"):
+        trainer(program("pass")).train(filmed_ball, tmp_path, progress=silent)
+
+
+def test_cancelling_ends_the_program(filmed_ball, program, tmp_path):
+    fake = program(
+        "import os; (out / 'pid').write_text(str(os.getpid()))\nprint('1/500', flush=True)\n"
+        "time.sleep(60)"
+    )
+    pids = []
+
+    def stop(done, note):
+        if done > 0:
+            pids.append(int((tmp_path / "trained" / "pid").read_text()))
+            raise Cancelled
+
+    with pytest.raises(Cancelled):
+        trainer(fake).train(filmed_ball, tmp_path, progress=stop)
+    with pytest.raises(ProcessLookupError):
+        os.kill(pids[0], 0)
+
+
+def test_splats_of_another_frame_are_refused(filmed_ball, program, trained, tmp_path):
+    moved = tmp_path / "moved.ply"
+    cloud = painted_ball()
+    write_splats(moved, replace(cloud, means=3 * cloud.means[:, [1, 2, 0]] + 2))
+    fake = program(f"shutil.copy({str(moved)!r}, out / 'x.ply')")
+    with pytest.raises(ValueError, match=r"dB, wanted at least 15 dB.*normalize-world-space"):
+        trainer(fake).train(filmed_ball, tmp_path, progress=silent)
+
+
+def test_command_lines_name_data_result_and_end(tmp_path):
+    job = ExternalJob(tmp_path / "in", tmp_path / "out", 700, 5000, 2)
+    for program in (
+        gsplat(tmp_path / "t.py"),
+        brush(),
+        opensplat(),
+        inria(tmp_path / "train.py"),
+    ):
+        words = program.command(job)
+        assert str(job.data) in words
+        assert any(word.startswith(str(job.out)) for word in words)
+        assert "700" in words
+    assert "--no-normalize-world-space" in gsplat(tmp_path / "t.py").command(job)
+
+
+@pytest.mark.parametrize(
+    ("line", "share"),
+    [
+        ("  4%|4 | 1200/30000 [00:10<", 0.04),
+        ("Step 15000: 0.0312 (50%)", 0.5),
+        ("iteration 30001", 1.0),
+        ("loading 12 images", 0.0),
+        ("", 0.0),
+    ],
+)
+def test_progress_is_read_from_what_they_print(line, share):
+    assert external_trainers._share_done(line, 30_000) == pytest.approx(share)

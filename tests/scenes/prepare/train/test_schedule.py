@@ -1,0 +1,38 @@
+"""What changes on the way."""
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from scenes.prepare.train import schedule
+from scenes.prepare.train.training_rows import LOGIT, MEAN, SH
+
+
+@given(start=st.integers(1, 10**6), budget=st.integers(1, 10**6))
+def test_the_number_of_splats_grows_to_the_budget_and_stays(start, budget):
+    wanted = [schedule.splats_wanted(done, start, budget) for done in np.linspace(0, 1, 21)]
+    assert wanted == sorted(wanted)
+    assert wanted[0] == min(start, budget)
+    assert wanted[-1] == wanted[10] == budget
+
+
+def test_rates_fall_each_in_its_own_way():
+    early, late, end = (schedule.rates(done, 2.0, 23) for done in (0.0, 0.6, 1.0))
+    assert early[MEAN][0] == np.float32(2 * schedule.MEAN_RATE)
+    assert np.isclose(end[MEAN][0] / early[MEAN][0], schedule.MEAN_DECAY)
+    assert early[LOGIT] == late[LOGIT]
+    assert np.isclose(end[LOGIT] / early[LOGIT], schedule.OTHER_DECAY)
+    assert (early[SH.start : SH.start + 3] > early[SH.start + 3]).all()
+
+
+def test_photos_grow_from_a_quarter_to_full_size():
+    sizes = [schedule.shrink(done) for done in np.linspace(0, 1, 101)]
+    assert sizes == sorted(sizes, reverse=True)
+    assert sorted(set(sizes)) == [1, 2, 4]
+
+
+def test_long_trainings_densify_every_hundred_steps_and_short_ones_more_often():
+    assert schedule.densify_after(0.1, 1000) == 100
+    assert schedule.densify_after(0.5, 1000) == 50
+    assert schedule.densify_after(0.5, 100) == 20
+    assert schedule.densify_after(0.0, 1) == 100
