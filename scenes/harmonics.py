@@ -11,6 +11,17 @@ from numpy.typing import NDArray
 from scenes.pose import Pose
 from scenes.splats import SH_C0, SH_COUNTS, SplatCloud
 
+C1 = 0.4886025119029199
+C2 = (1.0925484305920792, 0.31539156525252005, 0.5462742152960396)
+C3 = (
+    0.5900435899266435,
+    2.890611442640554,
+    0.4570457994644658,
+    0.3731763325901154,
+    1.445305721320277,
+)
+"""Factors of the bands' polynomials; that of degree 0 is `SH_C0`."""
+
 SNAP = 1e-12
 """Entries of a turning matrix this near to -1, 0 or 1 are that, so that axis flips are exact."""
 
@@ -29,23 +40,62 @@ def basis(directions: NDArray[np.float64], degree: int) -> NDArray[np.float64]:
     xx, yy, zz = x * x, y * y, z * z
     values = [
         np.full_like(x, SH_C0),
-        -0.4886025119029199 * y,
-        0.4886025119029199 * z,
-        -0.4886025119029199 * x,
-        1.0925484305920792 * x * y,
-        -1.0925484305920792 * y * z,
-        0.31539156525252005 * (2.0 * zz - xx - yy),
-        -1.0925484305920792 * x * z,
-        0.5462742152960396 * (xx - yy),
-        -0.5900435899266435 * y * (3.0 * xx - yy),
-        2.890611442640554 * x * y * z,
-        -0.4570457994644658 * y * (4.0 * zz - xx - yy),
-        0.3731763325901154 * z * (2.0 * zz - 3.0 * xx - 3.0 * yy),
-        -0.4570457994644658 * x * (4.0 * zz - xx - yy),
-        1.445305721320277 * z * (xx - yy),
-        -0.5900435899266435 * x * (xx - 3.0 * yy),
+        -C1 * y,
+        C1 * z,
+        -C1 * x,
+        C2[0] * x * y,
+        -C2[0] * y * z,
+        C2[1] * (2.0 * zz - xx - yy),
+        -C2[0] * x * z,
+        C2[2] * (xx - yy),
+        -C3[0] * y * (3.0 * xx - yy),
+        C3[1] * x * y * z,
+        -C3[2] * y * (4.0 * zz - xx - yy),
+        C3[3] * z * (2.0 * zz - 3.0 * xx - 3.0 * yy),
+        -C3[2] * x * (4.0 * zz - xx - yy),
+        C3[4] * z * (xx - yy),
+        -C3[0] * x * (xx - 3.0 * yy),
     ]
     return np.stack(values[: SH_COUNTS[degree]], axis=1)
+
+
+def slopes(directions: NDArray[np.float64], degree: int) -> NDArray[np.float64]:
+    """Derivatives of `basis` by x, y and z, of the polynomials as they stand there.
+
+    They differ off the sphere from those of other ways to write the same functions: only their part
+    at right angles to the direction has a meaning.
+
+    Args:
+        directions: (N, 3) unit vectors.
+        degree: 0 to 3.
+
+    Returns:
+        (N, (degree + 1)², 3).
+    """
+    x, y, z = directions.T
+    o = np.zeros_like(x)
+    xx, yy, zz = x * x, y * y, z * z
+    rows = [
+        (1.0, (o, o, o)),
+        (-C1, (o, o + 1.0, o)),
+        (C1, (o, o, o + 1.0)),
+        (-C1, (o + 1.0, o, o)),
+        (C2[0], (y, x, o)),
+        (-C2[0], (o, z, y)),
+        (C2[1], (-2.0 * x, -2.0 * y, 4.0 * z)),
+        (-C2[0], (z, o, x)),
+        (C2[2], (2.0 * x, -2.0 * y, o)),
+        (-C3[0], (6.0 * x * y, 3.0 * (xx - yy), o)),
+        (C3[1], (y * z, x * z, x * y)),
+        (-C3[2], (-2.0 * x * y, 4.0 * zz - xx - 3.0 * yy, 8.0 * y * z)),
+        (C3[3], (-6.0 * x * z, -6.0 * y * z, 6.0 * zz - 3.0 * xx - 3.0 * yy)),
+        (-C3[2], (4.0 * zz - 3.0 * xx - yy, -2.0 * x * y, 8.0 * x * z)),
+        (C3[4], (2.0 * x * z, -2.0 * y * z, xx - yy)),
+        (-C3[0], (3.0 * (xx - yy), -6.0 * x * y, o)),
+    ]
+    return np.stack(
+        [factor * np.stack(slope, axis=1) for factor, slope in rows[: SH_COUNTS[degree]]], axis=1
+    )
 
 
 def turning_matrix(rotation: NDArray[np.float64], degree: int) -> NDArray[np.float64]:

@@ -98,7 +98,9 @@ class Recording:
         Raises:
             ValueError: an array has the wrong shape or dtype or a value that is not finite.
         """
-        raw = self._tape.gradients(*self._flat(d_rgb, d_alpha, d_depth))
+        shape = self.rendering.alpha.shape
+        checked = checked_picture_gradients(shape, d_rgb=d_rgb, d_alpha=d_alpha, d_depth=d_depth)
+        raw = self._tape.gradients(*(values.ravel() for values in checked))
         camera = np.zeros(6)
         objects = []
         for posed, (means, scales, rotations, opacities, sh, twist) in zip(
@@ -119,19 +121,6 @@ class Recording:
             )
         return Gradients(tuple(objects), camera)
 
-    def _flat(
-        self,
-        d_rgb: NDArray[np.float32] | None,
-        d_alpha: NDArray[np.float32] | None,
-        d_depth: NDArray[np.float32] | None,
-    ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
-        height, width = self.rendering.alpha.shape
-        return (
-            _flat("d_rgb", d_rgb, (height, width, 3)),
-            _flat("d_alpha", d_alpha, (height, width)),
-            _flat("d_depth", d_depth, (height, width)),
-        )
-
 
 def record(
     renderer: NativeRenderer,
@@ -150,14 +139,39 @@ def record(
     return Recording(rendering, tape, objects, world_from_camera)
 
 
-def _flat(
+def checked_picture_gradients(
+    shape: tuple[int, ...],
+    *,
+    d_rgb: NDArray[np.float32] | None,
+    d_alpha: NDArray[np.float32] | None,
+    d_depth: NDArray[np.float32] | None,
+) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
+    """(H, W, 3), (H, W) and (H, W) gradients of a picture's values; zeros in place of None.
+
+    Args:
+        shape: (H, W).
+        d_rgb: dL/d rendering.rgb.
+        d_alpha: dL/d rendering.alpha.
+        d_depth: dL/d rendering.depth.
+
+    Raises:
+        ValueError: an array has the wrong shape or dtype or a value that is not finite.
+    """
+    return (
+        _checked("d_rgb", d_rgb, (*shape, 3)),
+        _checked("d_alpha", d_alpha, shape),
+        _checked("d_depth", d_depth, shape),
+    )
+
+
+def _checked(
     name: str, values: NDArray[np.float32] | None, shape: tuple[int, ...]
 ) -> NDArray[np.float32]:
     if values is None:
-        return np.zeros(int(np.prod(shape)), dtype=np.float32)
+        return np.zeros(shape, dtype=np.float32)
     if not isinstance(values, np.ndarray) or values.dtype != np.float32 or values.shape != shape:
         raise ValueError(f"{name}: got {described(values)}, wanted float32 {shape}")
     if not np.isfinite(values).all():
         count = int((~np.isfinite(values)).sum())
         raise ValueError(f"{name}: {count} of {values.size} values are not finite, wanted none")
-    return np.ascontiguousarray(values).ravel()
+    return np.ascontiguousarray(values)

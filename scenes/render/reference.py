@@ -17,7 +17,7 @@ pixel of its footprint, nearest first. It follows `scenes.render.renderer`, and 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -171,15 +171,22 @@ def _project_pinhole(
     z = np.where(in_front, points[:, 2], 1.0)
     focal = np.array([camera.fx, camera.fy])
     centre = np.array([camera.cx, camera.cy])
-    size = np.array([camera.width_px, camera.height_px], dtype=np.float64)
     tangents = points[:, :2] / z[:, None]
-    margin = JACOBIAN_MARGIN * size
-    clamped = np.clip(tangents, (-margin - centre) / focal, (size + margin - centre) / focal)
+    clamped = _clamped(camera, tangents)
     jacobians = np.zeros((len(points), 2, 3))
     jacobians[:, 0, 0] = focal[0] / z
     jacobians[:, 1, 1] = focal[1] / z
     jacobians[:, :, 2] = -focal / z[:, None] * clamped
     return focal * tangents + centre, points[:, 2], jacobians, in_front
+
+
+def _clamped(camera: Pinhole, tangents: FloatArray) -> FloatArray:
+    """(N, 2) x/z and y/z, kept within the margin beyond which the Jacobian is frozen."""
+    focal = np.array([camera.fx, camera.fy])
+    centre = np.array([camera.cx, camera.cy])
+    size = np.array([camera.width_px, camera.height_px], dtype=np.float64)
+    margin = JACOBIAN_MARGIN * size
+    return np.clip(tangents, (-margin - centre) / focal, (size + margin - centre) / focal)
 
 
 def _project_fisheye(
@@ -190,17 +197,15 @@ def _project_fisheye(
     With s = |(x, y)| and e = (x, y) / s, r = f·d(θ) moves by f·d'·z/range² along e and by r/s
     across.
     """
-    xy, z = points[:, :2], points[:, 2]
-    off_axis = np.hypot(xy[:, 0], xy[:, 1])
+    z = points[:, 2]
+    off_axis, along, across = _about_axis(points)
     ranges = np.linalg.norm(points, axis=1)
     angles = np.arctan2(off_axis, z)
     limit = min(ANGLE_MARGIN * camera.max_angle, np.pi - POLE_MARGIN_RAD)
     drawable = (angles <= limit) & (ranges > 0)
 
-    on_axis = off_axis < 1e-12 * np.abs(z)
+    on_axis = _is_on_axis(off_axis, z)
     safe_s = np.where(on_axis, 1.0, off_axis)
-    along = np.where(on_axis[:, None], [1.0, 0.0], xy / safe_s[:, None])
-    across = np.stack([-along[:, 1], along[:, 0]], axis=1)
     square = np.where(ranges > 0, ranges, 1.0) ** 2
     slopes = camera.f_px * camera.radius_slope(angles)
     radii = camera.radius_px(angles)
@@ -212,6 +217,19 @@ def _project_fisheye(
     jacobians[:, :, 2] = -(slopes * off_axis / square)[:, None] * along
     pixels = radii[:, None] * along + np.array([camera.cx, camera.cy])
     return pixels, ranges, jacobians, drawable
+
+
+def _about_axis(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Distances (N,) from the lens's axis, and unit vectors (N, 2) away from it and around it."""
+    xy = points[:, :2]
+    off_axis = np.hypot(xy[:, 0], xy[:, 1])
+    on_axis = _is_on_axis(off_axis, points[:, 2])
+    along = np.where(on_axis[:, None], [1.0, 0.0], xy / np.where(on_axis, 1.0, off_axis)[:, None])
+    return off_axis, along, np.stack([-along[:, 1], along[:, 0]], axis=1)
+
+
+def _is_on_axis(off_axis: FloatArray, z: FloatArray) -> BoolArray:
+    return off_axis < 1e-12 * np.abs(z)
 
 
 def _colours(cloud: SplatCloud, eye_in_object: FloatArray, degree: int) -> FloatArray:
@@ -234,25 +252,15 @@ def _blend(
     depth = np.zeros((height, width))
     ids = np.full((height, width), -1, dtype=np.int32)
     heaviest = np.zeros((height, width))
-    is_drawn = _inside_lens(camera) & _in_scope(camera, options)
 
-    rays = pixel_rays(camera)
-
-    for object_id, i in _draw_order(footprints):
-        prints = footprints[object_id]
-        window = _window(prints, i, height, width)
-        if window is None:
-            continue
-        alpha = _alpha(prints, i, window, rays)
-        through = transmittance[window]
-        is_live = is_drawn[window] & (through >= TRANSMITTANCE_STOP)
-        weight = np.where(is_live, alpha, 0.0) * through
+    for layer in _layers(footprints, camera, options, transmittance):
+        prints, i = footprints[layer.object_id], layer.splat
+        window, weight = layer.window, layer.weight
         rgb[window] += weight[..., None] * prints.colours[i]
         depth[window] += weight * prints.depths[i]
-        transmittance[window] = through - weight
         is_heavier = weight > heaviest[window]
         heaviest[window] = np.where(is_heavier, weight, heaviest[window])
-        ids[window] = np.where(is_heavier, object_id, ids[window])
+        ids[window] = np.where(is_heavier, layer.object_id, ids[window])
 
     alpha = 1.0 - transmittance
     background = np.asarray(options.background, dtype=np.float64)
@@ -263,6 +271,39 @@ def _blend(
         mean_depth.astype(np.float32),
         ids,
     )
+
+
+@dataclass(frozen=True, slots=True)
+class _Layer:
+    """What one splat puts on the pixels of its window."""
+
+    object_id: int
+    splat: int  # its place in its object's footprints
+    window: tuple[slice, slice]
+    alpha: FloatArray  # 0 where the splat is not drawn
+    weight: FloatArray  # alpha · transmittance in front of the splat
+
+
+def _layers(
+    footprints: Sequence[_Footprints],
+    camera: Pinhole | Fisheye,
+    options: RenderOptions,
+    transmittance: FloatArray,
+) -> Iterator[_Layer]:
+    """The splats that reach the picture, nearest first; each takes its share of `transmittance`."""
+    is_drawn = _inside_lens(camera) & _in_scope(camera, options)
+    rays = pixel_rays(camera)
+    for object_id, i in _draw_order(footprints):
+        prints = footprints[object_id]
+        window = _window(prints, i, *is_drawn.shape)
+        if window is None:
+            continue
+        through = transmittance[window]
+        is_live = is_drawn[window] & (through >= TRANSMITTANCE_STOP)
+        alpha = np.where(is_live, _alpha(prints, i, window, rays), 0.0)
+        weight = alpha * through
+        transmittance[window] = through - weight
+        yield _Layer(object_id, i, window, alpha, weight)
 
 
 def _draw_order(footprints: Sequence[_Footprints]) -> list[tuple[int, int]]:
@@ -336,17 +377,25 @@ def squared_distances(
         window: rows and columns.
         rays: (H, W, 3) unit directions of all pixels.
     """
-    rows, columns = window
     if prints.is_wide[i]:
         mean = prints.whitenings[i] @ prints.means[i]
         whitened = rays[window] @ prints.whitenings[i].T
         across = (np.cross(mean, whitened) ** 2).sum(axis=-1)
         distances = across / (whitened**2).sum(axis=-1)
         return np.where(whitened @ mean > 0, distances, mean @ mean)
-    dx = np.arange(columns.start, columns.stop) + 0.5 - prints.pixels[i, 0]
-    dy = (np.arange(rows.start, rows.stop) + 0.5 - prints.pixels[i, 1])[:, None]
+    dx, dy = _offsets(prints, i, window)
     (xx, xy), (_, yy) = prints.covariances[i]
     return (yy * dx * dx - 2 * xy * dx * dy + xx * dy * dy) / (xx * yy - xy * xy)
+
+
+def _offsets(
+    prints: _Footprints, i: int, window: tuple[slice, slice]
+) -> tuple[FloatArray, FloatArray]:
+    """From one splat's centre to the window's pixel centres: (1, columns) and (rows, 1), px."""
+    rows, columns = window
+    dx = np.arange(columns.start, columns.stop) + 0.5 - prints.pixels[i, 0]
+    dy = np.arange(rows.start, rows.stop) + 0.5 - prints.pixels[i, 1]
+    return dx[None, :], dy[:, None]
 
 
 def pixel_rays(camera: Pinhole | Fisheye) -> FloatArray:

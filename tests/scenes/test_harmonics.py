@@ -3,13 +3,22 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from scenes.frames import RDF_FROM_RUB
-from scenes.harmonics import basis, turned, turning_matrix
+from scenes.harmonics import basis, slopes, turned, turning_matrix
 from scenes.pose import Pose, rotation_from_quaternion
 
 
 def directions(n, seed=0):
     d = np.random.default_rng(seed).normal(size=(n, 3))
     return d / np.linalg.norm(d, axis=1, keepdims=True)
+
+
+def test_slopes_are_those_of_the_basis():
+    d, step = directions(20), 1e-5
+    for degree in range(4):
+        found = slopes(d, degree)
+        for axis, along in enumerate(step * np.eye(3)):
+            wanted = (basis(d + along, degree) - basis(d - along, degree)) / (2 * step)
+            np.testing.assert_allclose(found[..., axis], wanted, atol=1e-8)
 
 
 def test_basis_is_orthonormal_on_the_sphere():
