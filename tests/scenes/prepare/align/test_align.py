@@ -9,7 +9,7 @@ from scenes.prepare.align.alignment import apply_alignment
 from scenes.prepare.align.anchors import AnchorSightings, Refusal
 from scenes.prepare.align.similarity import similarity_from_points
 from scenes.prepare.align.triangulate import UNIT_CORNERS
-from tests.scenes.prepare.printed import SIDE_M, capture, wall_codes
+from tests.scenes.prepare.align.printed import SIDE_M, capture, wall_codes
 
 PLACES = np.array(
     [[-2.8, -2.3, 0.2], [2.7, 2.3, 2.4], [-2.8, 2.3, 1.0], [2.8, -2.3, 0.1], [0.0, 0.0, 1.0]]

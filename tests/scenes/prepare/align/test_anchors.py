@@ -12,7 +12,7 @@ from scenes.prepare.align.symbols import april_tag, qr_symbol
 from scenes.prepare.align.triangulate import predicted_corners
 from scenes.prepare.progress import Cancelled
 from scenes.prepare.reconstruction import Reconstruction, View
-from tests.scenes.prepare.printed import SIDE_M, photo_of, wall_codes
+from tests.scenes.prepare.align.printed import SIDE_M, photo_of, wall_codes
 
 CAMERA = Pinhole(320, 240, 400.0, 400.0, 160.0, 120.0)
 CODE = wall_codes(1)["code:0"]

@@ -6,7 +6,7 @@ import pytest
 from scenes.prepare.align.align import align
 from scenes.prepare.align.axis_scale import AxisScale, measured_axis_scale
 from scenes.splats import SplatCloud
-from tests.scenes.prepare.printed import SIDE_M, capture, wall_codes
+from tests.scenes.prepare.align.printed import SIDE_M, capture, wall_codes
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ from scenes.pose import rotation_from_vector
 from scenes.prepare.align.alignment import apply_alignment
 from scenes.prepare.align.by_length import align_by_length, align_by_object, picked_point
 from scenes.prepare.align.similarity import Similarity
-from tests.scenes.prepare.printed import capture
+from tests.scenes.prepare.align.printed import capture
 
 A, B = np.array([-2.5, 2.0, 0.7]), np.array([2.5, 2.2, 1.0])
 

@@ -3,7 +3,7 @@ import pytest
 
 from scenes.prepare.align.corners import refine_corners
 from scenes.prepare.align.symbols import april_tag, qr_symbol
-from tests.scenes.prepare.printed import photo_of, tilted_corners
+from tests.scenes.prepare.align.printed import photo_of, tilted_corners
 
 CODE = qr_symbol("room:1")
 

@@ -8,7 +8,7 @@ from scenes.pose import rotation_from_vector
 from scenes.prepare.align.gravity import find_gravity, standing_world, up_from_cameras
 from scenes.prepare.align.similarity import Similarity
 from scenes.prepare.reconstruction import Reconstruction
-from tests.scenes.prepare.printed import capture
+from tests.scenes.prepare.align.printed import capture
 
 TURNED = Similarity(0.4, rotation_from_vector([0.7, -1.1, 0.4]), np.array([1.0, 2.0, 3.0]))
 

@@ -6,7 +6,7 @@ import pytest
 
 from scenes.prepare.align.align import align
 from scenes.prepare.align.shared_origin import shared_origin_from_json, shared_origin_to_json
-from tests.scenes.prepare.printed import SIDE_M, capture, wall_codes
+from tests.scenes.prepare.align.printed import SIDE_M, capture, wall_codes
 
 
 @pytest.fixture(scope="module")

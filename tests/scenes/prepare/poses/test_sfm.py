@@ -179,7 +179,7 @@ def test_the_studio_itself_never_loads_pycolmap():
         ],
         capture_output=True,
         text=True,
-        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[3])},
+        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[4])},
         check=True,
     )
     assert done.stdout.strip() == "False"
