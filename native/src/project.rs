@@ -11,6 +11,8 @@ use crate::wide::WideSplat;
 /// log2(e) / 2: turns half a squared Mahalanobis distance into a power of two.
 const HALF_LOG2_E: f64 = std::f64::consts::LOG2_E / 2.0;
 
+/// Splats further away (metres) are not drawn: sums of their depths would overflow.
+const MAX_DEPTH: f64 = 1e15;
 /// Added to every reach, so that rounding never hides a pixel from the blend, which decides.
 const SLACK_PX: f64 = 0.01;
 /// Samples whose log2(255 · alpha) is this near to 0 are decided in double precision.
@@ -118,6 +120,14 @@ pub struct View {
     /// Splats whose largest standard deviation is seen under more than this are drawn by `wide`;
     /// radians.
     pub exact_above: f64,
+}
+
+impl View {
+    /// Whether splats so deep are drawn.
+    #[inline(always)]
+    fn reaches(&self, depth: f64) -> bool {
+        (depth >= self.near) & (depth <= MAX_DEPTH)
+    }
 }
 
 /// Where a chunk's visible splats go; all slices hold a chunk.
@@ -241,8 +251,8 @@ fn footprints<L: Lens>(posed: &PosedCloud, lens: &L, view: &View, index: usize) 
         out.depth[lane] = seen.depth;
         let scale = f64::from(block.max_scale[lane]);
         out.is_wide[lane] =
-            (scale * scale > limit_squared * seen.range_squared) & (seen.depth >= view.near);
-        out.drawable[lane] = seen.drawable & (seen.depth >= view.near);
+            (scale * scale > limit_squared * seen.range_squared) & view.reaches(seen.depth);
+        out.drawable[lane] = seen.drawable & view.reaches(seen.depth);
         sharp[lane] = seen.sharp;
         soft[lane] = seen.soft;
     }

@@ -385,7 +385,10 @@ fn blend_runs<L: Lens, const TRACK_OBJECTS: bool>(
             continue;
         }
         let wide = WideTile::new(wides.at(*slot), &rays);
-        let blocks = job.simd.run_lanes(TouchedBlocks(&wide));
+        let blocks = match wide.may_touch() {
+            true => job.simd.run_lanes(TouchedBlocks(&wide)),
+            false => 0,
+        };
         // What misses the tile does not part the others.
         if blocks == 0 {
             continue;

@@ -12,6 +12,8 @@ pub const CHUNK: usize = LANES * BLOCKS_PER_CHUNK;
 pub const MAX_MEAN: f32 = 1e6;
 /// Scales larger than this (metres) count as damaged: a rounded factor cannot hold thin ones.
 pub const MAX_SCALE: f32 = 1e4;
+/// Coefficients larger than this count as damaged: products of two colours would overflow.
+pub const MAX_SH: f32 = 1e15;
 /// log2(255): a splat is visible where `log2(alpha) >= -LOG2_255`.
 pub const LOG2_255: f32 = 7.994_353_4;
 
@@ -168,7 +170,7 @@ fn is_sound(arrays: &SplatArrays, i: usize) -> bool {
         && quaternion.iter().all(|v| v.is_finite())
         && quaternion.iter().any(|&v| v != 0.0)
         && arrays.opacities[i].is_finite()
-        && sh.iter().all(|v| v.is_finite())
+        && sh.iter().all(|v| v.abs() <= MAX_SH)
 }
 
 fn block_of(arrays: &SplatArrays, ids: &[u32]) -> Block {

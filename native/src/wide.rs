@@ -26,6 +26,17 @@ type Matrix = [[f64; 3]; 3];
 
 /// Samples whose log2(255 · alpha) is this near to 0 are decided in double precision.
 const DOUBT: f32 = 1e-3;
+/// What rounding may add to the terms that say whether a ray sees a splat, relative to them.
+const SLACK: f32 = 1e-5;
+
+/// The rays that see a splat: steep · |(x1, x2)| - reach · x0 <= 0, x as in `WideSplat::rows`.
+#[derive(Clone, Copy)]
+struct Cone {
+    reach: f32,
+    steep: f32,
+    /// Whether the eye is in the midst of what can be seen, or nearly: then all rays see it.
+    is_around: bool,
+}
 
 /// A wide splat before one camera.
 pub struct WideSplat {
@@ -35,6 +46,9 @@ pub struct WideSplat {
     square: f64,
     /// log2(255 · opacity)
     power: f64,
+    /// `rows` in single precision.
+    short_rows: [[f32; 3]; 3],
+    cone: Cone,
     mean: Vector,
     /// Blurred covariance in camera axes.
     covariance: Matrix,
@@ -58,14 +72,23 @@ impl WideSplat {
         let pulled = |v: &Vector, gain: f64| -> Vector {
             std::array::from_fn(|r| gain * (0..3).map(|k| whitening[k][r] * v[k]).sum::<f64>())
         };
+        let rows = [
+            pulled(&ahead, 1.0),
+            pulled(&side, length),
+            pulled(&up, length),
+        ];
+        let power = (255.0 * f64::from(original.opacity.min(1.0))).log2();
+        let (square, reach_square) = (length * length, power.max(0.0) / HALF_LOG2_E);
         WideSplat {
-            rows: [
-                pulled(&ahead, 1.0),
-                pulled(&side, length),
-                pulled(&up, length),
-            ],
-            square: length * length,
-            power: (255.0 * f64::from(original.opacity.min(1.0))).log2(),
+            rows,
+            square,
+            power,
+            short_rows: rows.map(|row| row.map(|v| v as f32)),
+            cone: Cone {
+                reach: reach_square.sqrt() as f32,
+                steep: (1.0 - reach_square / square).max(0.0).sqrt() as f32,
+                is_around: square <= reach_square * 1.001,
+            },
             mean,
             covariance: std::array::from_fn(|r| {
                 std::array::from_fn(|c| {
@@ -206,6 +229,8 @@ pub struct TileRays {
     /// Middle and half the size of the box that holds a block's offsets, block by block.
     middles: [[Block; 3]; GROUPS],
     halves: [[Block; 3]; GROUPS],
+    /// Largest offset of the whole tile along each axis.
+    reach: [f32; 3],
 }
 
 impl TileRays {
@@ -217,6 +242,7 @@ impl TileRays {
             offsets: [[[0.0; BLOCK_PIXELS]; 3]; BLOCKS],
             middles: [[[0.0; BLOCK_PIXELS]; 3]; GROUPS],
             halves: [[[0.0; BLOCK_PIXELS]; 3]; GROUPS],
+            reach: [0.0; 3],
         };
         for block in 0..BLOCKS {
             let x = (left + block % BLOCKS_ACROSS * BLOCK_WIDTH) as f64 + 0.5;
@@ -238,6 +264,7 @@ impl TileRays {
                 }
                 rays.middles[group][axis][place] = 0.5 * (low + high);
                 rays.halves[group][axis][place] = 0.5 * (high - low);
+                rays.reach[axis] = rays.reach[axis].max(high.max(-low));
             }
             rays.offsets[block] = offsets;
         }
@@ -253,8 +280,9 @@ impl TileRays {
 pub struct WideTile<'a> {
     splat: &'a WideSplat,
     rays: &'a TileRays,
-    rows: [[f32; 3]; 3],
     middle: [f32; 3],
+    /// What rounding may add to what `Cone` compares.
+    rounding: f32,
 }
 
 /// Which blocks of its tile a wide splat may touch, one bit each.
@@ -272,30 +300,48 @@ impl LaneWork for TouchedBlocks<'_> {
 impl<'a> WideTile<'a> {
     #[inline(always)]
     pub fn new(splat: &'a WideSplat, rays: &'a TileRays) -> WideTile<'a> {
+        let middle = splat.rows.map(|row| dot(&row, &rays.middle) as f32);
+        let [x, y, z] = middle.map(f32::abs);
+        let Cone { reach, steep, .. } = splat.cone;
         WideTile {
             splat,
             rays,
-            rows: splat.rows.map(|row| row.map(|v| v as f32)),
-            middle: splat.rows.map(|row| dot(&row, &rays.middle) as f32),
+            middle,
+            rounding: SLACK * (reach * x + steep * (y + z)),
         }
     }
 
-    /// The rays that see the splat are a cone: g = steep · |(x1, x2)| - reach · x0 <= 0, and over a
-    /// box of rays g is no less than at its middle minus what its halves add up to.
+    /// False only if no ray of the tile sees the splat: over a box of rays what `Cone` compares is no
+    /// less than at the middle minus what the halves add up to.
+    #[inline(always)]
+    pub fn may_touch(&self) -> bool {
+        let Cone {
+            reach,
+            steep,
+            is_around,
+        } = self.splat.cone;
+        let mut spread = [0.0f32; 3];
+        for k in 0..3 {
+            for axis in 0..3 {
+                spread[k] += self.splat.short_rows[k][axis].abs() * self.rays.reach[axis];
+            }
+        }
+        let [x, y, z] = self.middle;
+        let room = reach * (x + spread[0]) + steep * (spread[1] + spread[2]) + self.rounding;
+        let across = steep * steep * (y * y + z * z);
+        is_around || (room >= 0.0 && room * room >= across)
+    }
+
+    /// As `may_touch`, block by block.
     #[inline(always)]
     fn touched_blocks<V: Lanes>(&self) -> u32 {
-        /// What rounding may add to g, relative to its terms.
-        const SLACK: f32 = 1e-5;
-        let square = self.splat.square;
-        let reach_square = self.splat.power / HALF_LOG2_E;
-        if square <= reach_square * 1.001 {
+        let cone = &self.splat.cone;
+        if cone.is_around {
             return u32::MAX;
         }
-        let reach = reach_square.sqrt() as f32;
-        let steep = (1.0 - reach_square / square).sqrt() as f32;
         let [x, y, z] = self.middle;
-        let rounding = V::all(SLACK * (reach * x.abs() + steep * (y.abs() + z.abs())));
-        let (reach, steep) = (V::all(reach * (1.0 + SLACK)), V::all(steep));
+        let (reach, steep) = (V::all(cone.reach), V::all(cone.steep));
+        let rounding = V::all(self.rounding);
         let mut touched = 0;
         for group in 0..GROUPS {
             let middles = load3::<V>(&self.rays.middles[group]);
@@ -304,7 +350,7 @@ impl<'a> WideTile<'a> {
             let mut spread = [V::all(0.0); 3];
             for k in 0..3 {
                 for axis in 0..3 {
-                    let entry = self.rows[k][axis];
+                    let entry = self.splat.short_rows[k][axis];
                     at[k] = V::all(entry).mul_add(middles[axis], at[k]);
                     spread[k] = V::all(entry.abs()).mul_add(halves[axis], spread[k]);
                 }
@@ -328,7 +374,7 @@ impl<'a> WideTile<'a> {
         let mut at = [V::all(x), V::all(y), V::all(z)];
         for k in 0..3 {
             for axis in 0..3 {
-                at[k] = V::all(self.rows[k][axis]).mul_add(offsets[axis], at[k]);
+                at[k] = V::all(self.splat.short_rows[k][axis]).mul_add(offsets[axis], at[k]);
             }
         }
         let across = at[1].mul_add(at[1], at[2].mul(at[2]));

@@ -7,12 +7,13 @@ pixel of its footprint, nearest first. It follows `scenes.render.renderer`, and 
 - A fisheye draws nothing outside its lens circle (`max_angle`): background, alpha 0. Splats
   whose centre lies further than 1.15 · `max_angle` off axis, or within 0.05 rad of straight behind,
   are skipped, unless they are wide.
+- Splats deeper than 1e15 m are skipped: sums of such depths overflow float32.
 - The order is that of depth rounded to float32; ties go by object, then by place in the cloud.
 - Colours are clamped below at 0, before blending; opacities above 1 count as 1.
 - The splat that takes a pixel's transmittance below the stop is the last one blended there.
 - `ids` holds the object of the single splat with the largest blend weight, the first of equals.
 - Damaged splats are left out: a value that is not finite, a scale that is not positive, a
-  quaternion of zeros, a mean beyond 1000 km or a scale beyond 10 km.
+  quaternion of zeros, a mean beyond 1000 km, a scale beyond 10 km or a coefficient beyond 1e15.
 """
 
 from __future__ import annotations
@@ -47,6 +48,8 @@ ANGLE_MARGIN = 1.15
 POLE_MARGIN_RAD = 0.05
 MAX_MEAN_M = 1e6
 MAX_SCALE_M = 1e4
+MAX_SH = 1e15
+MAX_DEPTH_M = 1e15
 
 
 class ReferenceRenderer:
@@ -124,7 +127,7 @@ def _footprints(
     pixels, depths, jacobians, drawable = project(camera, means)  # type: ignore[arg-type]
     ranges = np.linalg.norm(means, axis=1)
     is_wide = cloud.scales.max(axis=1, initial=0.0) > options.exact_above_rad * ranges
-    drawable = (drawable | is_wide) & (depths >= options.near_m)
+    drawable = (drawable | is_wide) & (depths >= options.near_m) & (depths <= MAX_DEPTH_M)
 
     cloud = cloud.select(drawable)
     pixels, depths, jacobians = pixels[drawable], depths[drawable], jacobians[drawable]
@@ -160,6 +163,7 @@ def _is_sound(cloud: SplatCloud) -> BoolArray:
         & (np.abs(cloud.means) <= MAX_MEAN_M).all(axis=1)
         & ((cloud.scales > 0) & (cloud.scales <= MAX_SCALE_M)).all(axis=1)
         & (cloud.rotations != 0).any(axis=1)
+        & (np.abs(cloud.sh) <= MAX_SH).all(axis=(1, 2))
     )
 
 

@@ -35,8 +35,8 @@ TRANSMITTANCE_STOP = 1e-4
 LOW_PASS_PX2 = 0.3
 WIDE_RAD = math.radians(2.0)
 """Where EWA's error, 0.033 of alpha, begins to show: the value for `exact_above_rad` where what is
-near must be right. An exact sample costs several of EWA's, and a camera in the midst of a room
-has a sixth of its samples in splats that wide."""
+near must be right. It is not the default for what it costs: 1.1 times EWA's time through a pinhole
+in the midst of a room, 1.7 times through the two lenses of a 360° camera (docs/benchmarks.md)."""
 TILE_PX = 16
 """Side of the squares a picture is drawn in."""
 

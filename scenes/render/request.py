@@ -13,6 +13,8 @@ from scenes.splats import SH_COUNTS, SplatCloud
 
 MAX_THREADS = 256
 MAX_SIDE_PX = 32_768
+MAX_BACKGROUND = 1e15
+"""Gradients are products of colours, which must stay within float32."""
 
 
 def check_request(
@@ -86,18 +88,22 @@ def _check_options(options: RenderOptions) -> None:
 def _check_background(options: RenderOptions, camera: Pinhole | Fisheye) -> None:
     background = options.background
     if not isinstance(background, np.ndarray):
-        if len(background) != 3 or not all(math.isfinite(v) for v in background):
-            raise ValueError(f"options.background: got {background}, wanted three finite numbers")
+        if len(background) != 3 or not all(abs(v) <= MAX_BACKGROUND for v in background):
+            raise ValueError(
+                f"options.background: got {background}, wanted three finite numbers of at most "
+                f"{MAX_BACKGROUND:g}"
+            )
         return
     shape = (camera.height_px, camera.width_px, 3)
     if background.dtype != np.float32 or background.shape != shape:
         raise ValueError(
             f"options.background: got {described(background)}, wanted float32 {shape} or a colour"
         )
-    if not np.isfinite(background).all():
-        count = int((~np.isfinite(background)).sum())
+    is_bad = ~(np.abs(background) <= MAX_BACKGROUND)
+    if is_bad.any():
         raise ValueError(
-            f"options.background: got {count} of {background.size} values not finite, wanted none"
+            f"options.background: got {is_bad.sum()} of {background.size} values not finite or "
+            f"beyond {MAX_BACKGROUND:g}, wanted none"
         )
 
 

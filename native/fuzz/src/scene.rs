@@ -4,11 +4,14 @@
 use std::f64::consts::PI;
 
 use _native::project::{PosedCloud, View};
-use _native::scene::{Cloud, SplatArrays};
+use _native::scene::{Cloud, SplatArrays, MAX_SH};
 
 const MAX_SPLATS: usize = 40;
 const MAX_SIDE: usize = 40;
 const SH_COUNTS: [usize; 4] = [1, 4, 9, 16];
+
+/// What Python lets through.
+const MAX_BACKGROUND: f32 = 1e15;
 
 /// Values at which float code breaks.
 const ODD: [f32; 16] = [
@@ -91,8 +94,8 @@ impl<'a> Bytes<'a> {
     }
 }
 
-/// Squares of brighter colours overflow: the sums of a pose step of such splats are not numbers.
-const BRIGHTEST: f32 = 1e15;
+/// Squares of the slopes of brighter colours may overflow: Python refuses the sums of such a pose step.
+const BRIGHTEST: f32 = 1e9;
 
 /// A cloud and where it is.
 struct Object {
@@ -128,7 +131,10 @@ impl Scene {
         let focal = [bytes.positive(1.0, 200.0), bytes.positive(1.0, 200.0)];
         let centre = [bytes.finite(-10.0, 50.0), bytes.finite(-10.0, 50.0)];
         let max_angle = bytes.between(0.01, PI);
-        let background = std::array::from_fn(|_| bytes.finite(0.0, 1.0) as f32);
+        let background = std::array::from_fn(|_| {
+            let channel = bytes.finite(0.0, 1.0) as f32;
+            channel.clamp(-MAX_BACKGROUND, MAX_BACKGROUND)
+        });
         let occluder_m = bytes.between(0.1, 10.0) as f32;
         Scene {
             objects: (0..1 + bytes.upto(1)).map(|_| object(bytes)).collect(),
@@ -141,7 +147,7 @@ impl Scene {
         }
     }
 
-    /// Whether the squares of all finite colours are finite.
+    /// Whether the sums of a pose step must be numbers.
     pub fn has_squares(&self) -> bool {
         self.objects.iter().all(|object| object.has_squares)
     }
@@ -194,7 +200,9 @@ fn object(bytes: &mut Bytes) -> Object {
             sh: &sh,
             sh_count,
         }),
-        has_squares: sh.iter().all(|v| !v.is_finite() || v.abs() <= BRIGHTEST),
+        has_squares: sh
+            .iter()
+            .all(|v| !v.is_finite() || v.abs() <= BRIGHTEST || v.abs() > MAX_SH),
         rotation: rotation(bytes),
         translation: std::array::from_fn(|_| bytes.finite(-0.5, 0.5)),
     }

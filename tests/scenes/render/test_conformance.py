@@ -204,6 +204,7 @@ def test_every_size_of_picture(renderer, ball, at_origin, size):
         (RenderOptions(near_m=float("nan")), "near_m"),
         (RenderOptions(threads=-1), "threads"),
         (RenderOptions(background=(0.0, float("inf"), 0.0)), "background"),
+        (RenderOptions(background=(0.0, 0.0, -2e15)), "background"),
         (RenderOptions(background=(0.0, 0.0)), "background"),  # type: ignore[arg-type]
     ],
 )

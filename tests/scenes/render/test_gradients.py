@@ -154,10 +154,11 @@ def test_damaged_splats_have_no_gradient_and_harm_no_other(native, wild_cloud, s
     arrays["rotations"][2] = 0.0
     arrays["opacities"][3] = np.inf
     arrays["sh"][4] = -np.inf
-    arrays["scales"][5] = 1e-30
-    arrays["scales"][6] = 9e3
-    arrays["means"][7] = 1e5
-    arrays["rotations"][8] *= 1e-20
+    arrays["sh"][5] = 2e15
+    arrays["scales"][6] = 1e-30
+    arrays["scales"][7] = 9e3
+    arrays["means"][8] = 1e5
+    arrays["rotations"][9] *= 1e-20
     pose = Pose(np.eye(3), [0.0, 0.0, -1.5])
     shape = (small_lens.height_px, small_lens.width_px)
     d_rgb = np.random.default_rng(1).normal(size=(*shape, 3)).astype(np.float32)
@@ -165,13 +166,13 @@ def test_damaged_splats_have_no_gradient_and_harm_no_other(native, wild_cloud, s
     damaged = [PosedSplats(SplatCloud(**arrays), Pose.identity())]
     (found,) = record(native, damaged, small_lens, pose, options).gradients(d_rgb).objects
     for name in VALUES:
-        assert not getattr(found, name)[:5].any()
-        assert np.isfinite(getattr(found, name)[9:]).all()
-    whole = {name: array[5:] for name, array in arrays.items()}
+        assert not getattr(found, name)[:6].any()
+        assert np.isfinite(getattr(found, name)[10:]).all()
+    whole = {name: array[6:] for name, array in arrays.items()}
     sound = [PosedSplats(SplatCloud(**whole), Pose.identity())]
     (wanted,) = record(native, sound, small_lens, pose, options).gradients(d_rgb).objects
     for name in VALUES:
-        np.testing.assert_array_equal(getattr(found, name)[5:], getattr(wanted, name))
+        np.testing.assert_array_equal(getattr(found, name)[6:], getattr(wanted, name))
 
 
 def test_empty_pictures_have_empty_gradients(native, wild_cloud):

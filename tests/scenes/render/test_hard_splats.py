@@ -81,6 +81,30 @@ def test_no_gradient_is_nan(cloud, camera, portable):
         assert not np.isnan(getattr(found, name)).any()
 
 
+@pytest.mark.parametrize("camera", [Pinhole.from_fov(24, 20, 1.0), Fisheye.from_fov(24, np.pi)])
+def test_what_is_too_far_for_float32_is_not_drawn(own_renderer, ball, camera):
+    for range_m, is_drawn in ((0.99e15, True), (1.01e15, False)):
+        posed = PosedSplats(ball((0, 0, 1.0)), Pose(np.eye(3), [0.0, 0.0, range_m]))
+        picture = own_renderer.render([posed], camera, Pose.identity())
+        assert (picture.alpha.max() > 0.3) == is_drawn
+
+
+def test_extremes_that_are_drawn_have_finite_gradients(native, ball):
+    camera = Pinhole.from_fov(24, 20, 1.0)
+    options = RenderOptions(background=(1e15, -1e15, 0.5))
+    sh = np.full((1, 1, 3), 1e15, np.float32)
+    near = ball((0, 0, 2.0), sigma_m=0.3)
+    bright = SplatCloud(near.means, near.scales, near.rotations, near.opacities, sh)
+    far = PosedSplats(ball((0, 0, 1.0)), Pose(np.eye(3), [0.0, 0.0, 0.99e15]))
+    ones = np.ones((20, 24), np.float32)
+    objects = [PosedSplats(bright, Pose.identity()), far]
+    recording = record(native, objects, camera, Pose.identity(), options)
+    for found in recording.gradients(np.ones((20, 24, 3), np.float32), ones, ones).objects:
+        for name in ("means", "scales", "rotations", "opacities", "sh"):
+            assert np.isfinite(getattr(found, name)).all()
+        assert found.opacities.any()
+
+
 @pytest.mark.parametrize("z", [-1e6, -3.0, -0.2, -1e-30, 0.0, 0.01])
 def test_what_is_behind_a_pinhole_changes_nothing(renderer, ball, at_origin, z):
     camera, here = Pinhole.from_fov(24, 20, 1.0), Pose.identity()

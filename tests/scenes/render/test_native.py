@@ -246,9 +246,11 @@ def test_prepare_counts_the_damaged(native, wild_cloud):
     scales = cloud.scales.copy()
     scales[3, 1] = 0.0
     scales[7, 2] = np.nan
-    damaged = SplatCloud(cloud.means, scales, cloud.rotations, cloud.opacities, cloud.sh)
+    sh = cloud.sh.copy()
+    sh[4], sh[5] = 1e15, 1.1e15
+    damaged = SplatCloud(cloud.means, scales, cloud.rotations, cloud.opacities, sh)
     assert native.prepare(cloud) == 0
-    assert native.prepare(damaged) == 2
+    assert native.prepare(damaged) == 3
 
 
 def test_a_cloud_is_prepared_once_and_old_ones_are_forgotten(wild_cloud, at_origin, monkeypatch):
