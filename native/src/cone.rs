@@ -119,6 +119,7 @@ fn eigen(matrix: &Matrix) -> ([f64; 3], Matrix) {
                     sine * row[p] + cosine * row[q],
                 );
             }
+            #[allow(clippy::needless_range_loop)] // two columns of one matrix
             for k in 0..3 {
                 (a[p][k], a[q][k]) = (
                     cosine * a[p][k] - sine * a[q][k],

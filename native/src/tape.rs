@@ -237,11 +237,11 @@ fn pixel_gradients(
             let (block, lane) = Tile::place(x, y);
             let mut constant = d_picture.alpha[place];
             let background = job.background.at(place);
-            for channel in 0..3 {
+            for (channel, behind) in background.into_iter().enumerate() {
                 let d_colour = d_picture.rgb[3 * place + channel];
                 gradients.colour[block][channel][lane] = d_colour;
                 // What passes through a splat shows the background.
-                constant -= background[channel] * d_colour;
+                constant -= behind * d_colour;
                 matters |= d_colour != 0.0;
             }
             let d_depth = d_picture.depth[place];

@@ -114,7 +114,7 @@ impl WideSplat {
 
     /// Tiles that the splat may touch; None if there are none.
     pub fn tiles<L: Lens>(&self, lens: &L, scope: &Scope) -> Option<TileBox> {
-        if !(self.power >= 0.0) {
+        if self.power.is_nan() || self.power < 0.0 {
             return None;
         }
         let reach = self.power / HALF_LOG2_E;
