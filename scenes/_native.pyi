@@ -72,8 +72,9 @@ class Engine:
         *,
         lens: Lens,
         draw: Draw,
-    ) -> _Picture:
-        """Flat rgb, alpha, depth and ids; `camera_from_object` is (M, 12), row-major 3×4 each."""
+        picture: _Picture,
+    ) -> None:
+        """Draw over flat rgb, alpha, depth, ids; `camera_from_object` (M, 12), row-major 3×4."""
 
 _ObjectGradients = tuple[
     NDArray[np.float32],

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 
 use crate::pool::Pools;
 use crate::python_request::{
-    check_length, picture_arrays, pool_of, posed_clouds, with_lens, with_picture, DrawRequest,
+    check_length, pool_of, posed_clouds, with_lens, with_picture, DrawRequest,
     LensRequest, PictureArrays,
 };
 use crate::render::{self, Job};
@@ -116,8 +116,8 @@ impl Engine {
         self.simd.name()
     }
 
-    /// Draws clouds, each with its pose (twelve values, 3×4 row by row).
-    #[pyo3(signature = (clouds, camera_from_object, *, lens, draw))]
+    /// Draws clouds, each with its pose (twelve values, 3×4 row by row), over what is in `picture`.
+    #[pyo3(signature = (clouds, camera_from_object, *, lens, draw, picture))]
     fn render<'py>(
         &self,
         py: Python<'py>,
@@ -125,7 +125,8 @@ impl Engine {
         camera_from_object: PyReadonlyArray2<'py, f64>,
         lens: LensRequest,
         draw: DrawRequest<'py>,
-    ) -> PyResult<PictureArrays<'py>> {
+        picture: PictureArrays<'py>,
+    ) -> PyResult<()> {
         let view = draw.view(&lens)?;
         let scope = draw.scope(&view)?;
         let pool = pool_of(&self.pools, draw.threads)?;
@@ -137,14 +138,12 @@ impl Engine {
             pool: &pool,
         };
         let objects = posed_clouds(&clouds, camera_from_object.as_slice()?)?;
-        let arrays = picture_arrays(py, &view);
         let marked = draw.marked;
         let lens = lens.lens();
-        with_picture(&arrays, |picture| {
+        with_picture(&picture, &view, |picture| {
             py.detach(
                 || with_lens!(&lens, lens => self.engine.render(&objects, lens, &job, marked, picture)),
             );
-        })?;
-        Ok(arrays)
+        })
     }
 }

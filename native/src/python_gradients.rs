@@ -102,7 +102,7 @@ impl Differentiator {
         let objects = posed_clouds(&clouds, &poses)?;
         let arrays = picture_arrays(py, &view);
         let lens = lens.lens();
-        let tape = with_picture(&arrays, |picture| {
+        let tape = with_picture(&arrays, &view, |picture| {
             py.detach(
                 || with_lens!(&lens, lens => tape::Tape::record(&objects, lens, &job, picture)),
             )

@@ -222,15 +222,21 @@ pub(crate) fn picture_arrays<'py>(py: Python<'py>, view: &View) -> PictureArrays
     )
 }
 
-/// Lends a picture's arrays to `draw`; fails if they are in use.
+/// Lends a picture's arrays to `draw`; fails if they are in use or of another size.
 pub(crate) fn with_picture<R>(
     (rgb, alpha, depth, ids): &PictureArrays<'_>,
+    view: &View,
     draw: impl FnOnce(&mut Picture) -> R,
 ) -> PyResult<R> {
     let mut rgb = rgb.try_readwrite()?;
     let mut alpha = alpha.try_readwrite()?;
     let mut depth = depth.try_readwrite()?;
     let mut ids = ids.try_readwrite()?;
+    let pixels = view.width * view.height;
+    check_length("rgb", rgb.as_slice()?, 3 * pixels)?;
+    check_length("alpha", alpha.as_slice()?, pixels)?;
+    check_length("depth", depth.as_slice()?, pixels)?;
+    check_length("ids", ids.as_slice()?, pixels)?;
     Ok(draw(&mut Picture {
         rgb: rgb.as_slice_mut()?,
         alpha: alpha.as_slice_mut()?,

@@ -89,7 +89,7 @@ impl StillPicture {
             pool: &pool,
         };
         // Borrowing the arrays refuses a second update at the same time.
-        let touched = with_picture(&self.arrays(py), |picture| {
+        let touched = with_picture(&self.arrays(py), &self.view, |picture| {
             py.detach(|| {
                 let mut still = self.still.lock().unwrap_or_else(PoisonError::into_inner);
                 with_lens!(&self.lens, lens => still.update(objects, lens, &job, picture))

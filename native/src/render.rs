@@ -419,10 +419,10 @@ pub(crate) fn leave_tile(job: &Job, row: usize, column: usize, strip: &mut Pictu
     let width = job.view.width;
     let (left, right) = (column * TILE, ((column + 1) * TILE).min(width));
     for y in 0..strip.ids.len() / width {
-        strip.ids[y * width + left..y * width + right].fill(-1);
-        if matches!(job.background, Background::Plain([0.0, 0.0, 0.0])) {
-            continue;
-        }
+        let across = y * width + left..y * width + right;
+        strip.ids[across.clone()].fill(-1);
+        strip.alpha[across.clone()].fill(0.0);
+        strip.depth[across].fill(0.0);
         for x in left..right {
             let colour = job.background.at((row * TILE + y) * width + x);
             strip.rgb[3 * (y * width + x)..][..3].copy_from_slice(&colour);

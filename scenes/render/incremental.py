@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
-from scenes.render.native import NativeRenderer, rendering_of
+from scenes.render.native import NativeRenderer
+from scenes.render.picture_memory import rendering_of
 from scenes.render.renderer import PosedSplats, Rendering, RenderOptions, tiles_of
 
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
+from scenes.render.picture_memory import PictureMemory, rendering_of
 from scenes.render.renderer import PosedSplats, Rendering, RenderOptions
 from scenes.render.request import check_request, refuse_exact, refuse_parts
 from scenes.splats import SplatCloud
@@ -59,6 +60,7 @@ class NativeRenderer:
         self._differentiator = _native.Differentiator(instructions=self._engine.simd)
         self._clouds: OrderedDict[int, tuple[SplatCloud, _native.PreparedCloud]] = OrderedDict()
         self._lock = threading.Lock()
+        self._memory = PictureMemory()
 
     @property
     def instructions(self) -> str:
@@ -90,10 +92,7 @@ class NativeRenderer:
         """
         options = options or RenderOptions()
         check_request(objects, camera, options)
-        clouds = [self._prepared(posed.cloud) for posed in objects]
-        poses = _camera_from_objects(objects, world_from_camera)
-        flat = self._engine.render(clouds, poses, lens=lens_of(camera), draw=draw_of(options))
-        return rendering_of(flat, camera.height_px, camera.width_px)
+        return self._drawn(objects, camera, world_from_camera, draw_of(options))
 
     def shares(
         self,
@@ -109,13 +108,7 @@ class NativeRenderer:
         """
         check_request(objects, camera, options)
         options = replace(options, background=(0.0, 0.0, 0.0), sh_degree=0)
-        flat = self._engine.render(
-            [self._prepared(posed.cloud) for posed in objects],
-            _camera_from_objects(objects, world_from_camera),
-            lens=lens_of(camera),
-            draw=draw_of(options, marked=index),
-        )
-        return rendering_of(flat, camera.height_px, camera.width_px)
+        return self._drawn(objects, camera, world_from_camera, draw_of(options, marked=index))
 
     def record(
         self,
@@ -174,6 +167,25 @@ class NativeRenderer:
             gain=brightness[0],
             bias=brightness[1],
         )
+
+    def _drawn(
+        self,
+        objects: Sequence[PosedSplats],
+        camera: Pinhole | Fisheye,
+        world_from_camera: Pose,
+        draw: _native.Draw,
+    ) -> Rendering:
+        arrays = self._memory.take(camera.width_px * camera.height_px)
+        self._engine.render(
+            [self._prepared(posed.cloud) for posed in objects],
+            _camera_from_objects(objects, world_from_camera),
+            lens=lens_of(camera),
+            draw=draw,
+            picture=arrays,
+        )
+        drawn = rendering_of(arrays, camera.height_px, camera.width_px)
+        self._memory.give(arrays)
+        return drawn
 
     def _prepared(self, cloud: SplatCloud) -> _native.PreparedCloud:
         key = id(cloud)
@@ -265,18 +277,3 @@ def draw_of(options: RenderOptions, *, marked: int | None = None) -> _native.Dra
         "threads": options.threads,
         "marked": marked,
     }
-
-
-def rendering_of(
-    flat: tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], NDArray[np.int32]],
-    height: int,
-    width: int,
-) -> Rendering:
-    """The picture that flat rgb, alpha, depth and ids make; shares their memory."""
-    rgb, alpha, depth, ids = flat
-    return Rendering(
-        rgb.reshape(height, width, 3),
-        alpha.reshape(height, width),
-        depth.reshape(height, width),
-        ids.reshape(height, width),
-    )
