@@ -480,7 +480,8 @@ pub(crate) mod tests {
         assert!(!FISHEYE.can_see(&group([0.3, 0.0, -2.0], 0.01), &window));
     }
 
-    /// Whether the 1/255 box of a round splat of opacity 1 holds a pixel that may be drawn.
+    /// Whether the 1/255 ellipse of a round splat of opacity 1 may reach a pixel that is drawn: its
+    /// box does, and the circle around it.
     fn touches(lens: &impl Lens, group: &Group, window: &Window) -> bool {
         let seen = lens.project(group.centre);
         let reach = seen.jacobian.map(|row| {
@@ -491,6 +492,19 @@ pub(crate) mod tests {
         let inside = |at: f64, reach: f64, start: usize, end: usize| {
             at + reach >= start as f64 + 0.5 && at - reach <= end as f64 - 0.5
         };
+        let [first, second] = seen.jacobian;
+        let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let (xx, xy, yy) = (dot(first, first), dot(first, second), dot(second, second));
+        let widest = 0.5 * (xx + yy) + (0.25 * (xx - yy).powi(2) + xy * xy).sqrt();
+        let variance = widest * group.max_scale.powi(2) + LOW_PASS;
+        let circle_px = (2.0 * 255f64.ln() * variance).sqrt();
+        let gap = |at: f64, start: usize, end: usize| {
+            (start as f64 + 0.5 - at)
+                .max(at - end as f64 + 0.5)
+                .max(0.0)
+        };
+        let off_window =
+            gap(seen.u, window.left, window.right).hypot(gap(seen.v, window.top, window.bottom));
         let in_circle = lens.circle().is_none_or(|(radius, centre)| {
             // Measured against the box's nearest side only: a lower bound of the true distance.
             let off = ((seen.u - centre[0]).powi(2) + (seen.v - centre[1]).powi(2)).sqrt();
@@ -500,6 +514,7 @@ pub(crate) mod tests {
             && seen.depth >= group.near
             && inside(seen.u, reach[0], window.left, window.right)
             && inside(seen.v, reach[1], window.top, window.bottom)
+            && off_window <= circle_px
             && in_circle
     }
 

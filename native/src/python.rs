@@ -8,8 +8,8 @@ use pyo3::prelude::*;
 
 use crate::pool::Pools;
 use crate::python_request::{
-    check_length, pool_of, posed_clouds, with_lens, with_picture, DrawRequest,
-    LensRequest, PictureArrays,
+    check_length, pool_of, posed_clouds, with_lens, with_picture, DrawRequest, LensRequest,
+    PictureArrays,
 };
 use crate::render::{self, Job};
 use crate::scene::{Cloud, SplatArrays};
