@@ -70,7 +70,7 @@ def cut_out(
         raise ValueError(
             f"scene {package.name!r} already has an object {object_id!r}; choose another"
         )
-    found = separate(package.room, views, renderer=renderer)
+    found = separate(package.room, views, renderer=renderer, viewpoints=package.views)
     if found.labels.sum() < LEAST_SPLATS:
         raise ValueError(
             f"only {found.labels.sum()} splats were found, wanted {LEAST_SPLATS}: there is no "

@@ -84,6 +84,9 @@ def masked_views(
         if view.prompt.box_px is not None:
             possible = _within(view.prompt.box_px, mask.shape) & ~background
             if mask.sum() < LEAST_MASK * possible.sum():
+                # The room's shape may be wrong where the splats are hazy.
+                mask = masks.mask(picture, view.prompt)
+            if mask.sum() < LEAST_MASK * possible.sum():
                 # Colours tell nothing apart here; the room's shape still may.
                 mask = possible
         masked.append(

@@ -8,7 +8,7 @@ on neighbourhood and colour decides, and the body that the masks mean most is ke
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +16,11 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
+from scenes.package_records import ViewPoint
 from scenes.prepare.cutout.bodies import bodies
 from scenes.prepare.cutout.graph_cut import Links, cut, neighbour_links
 from scenes.prepare.cutout.lifting import MaskedView, Vote, lift
+from scenes.prepare.cutout.other_views import held_against_views
 from scenes.prepare.cutout.silhouettes import (
     BOX_SLACK,
     CORE,
@@ -69,6 +71,12 @@ AROUND_M = 0.1
 """How far beyond the boxes splats are looked at, to see what goes on there."""
 LINK_REACH_M = 0.06
 """Splats farther apart than this belong to different bodies."""
+TRAINED_REACH_M = 0.12
+"""The same in a trained room, whose splats are as large as they may be."""
+TRAINED_PLANE_M = 0.02
+"""Half the thickness of a trained floor."""
+BEYOND_FOUND = 0.3
+"""Of the size of what the masks found: how far around it the rest of the thing may lie."""
 BESIDE_M = 0.05
 """Bodies may lie this far outside the main body's bounding box to belong to it."""
 SPECK = 0.01
@@ -91,7 +99,11 @@ class Separation:
 
 
 def separate(
-    cloud: SplatCloud, views: Sequence[MaskedView], *, renderer: NativeRenderer
+    cloud: SplatCloud,
+    views: Sequence[MaskedView],
+    *,
+    renderer: NativeRenderer,
+    viewpoints: Sequence[ViewPoint] = (),
 ) -> Separation:
     """Find the splats of the thing that the masks show.
 
@@ -99,6 +111,7 @@ def separate(
         cloud: the whole room, metres, Z up.
         views: from different sides; two or three are enough.
         renderer: draws the room.
+        viewpoints: where else the room was seen from, to hold what was found against.
 
     Raises:
         ValueError: no view, or nothing but empty space lies in the masks.
@@ -129,8 +142,43 @@ def separate(
     links = neighbour_links(positions[chosen], cloud.colours()[chosen])
     belief = _belief(cloud, chosen, in_boxes[chosen], links, shown, votes)
     found = chosen[cut(belief, links, smoothness=SMOOTHNESS)]
-    labels, floaters = _main_body(cloud, found, shown, votes)
+    if viewpoints:
+        found = _held(cloud, found, in_boxes, (shown, votes), viewpoints, renderer)
+    reach = TRAINED_REACH_M if viewpoints else LINK_REACH_M
+    labels, floaters = _main_body(cloud, found, shown, votes, reach_m=reach)
     return Separation(labels, floaters, verdicts + empty)
+
+
+def _held(
+    cloud: SplatCloud,
+    found: NDArray[np.intp],
+    in_boxes: BoolArray,
+    shown: tuple[Sequence[MaskedView], Sequence[Vote]],
+    viewpoints: Sequence[ViewPoint],
+    renderer: NativeRenderer,
+) -> NDArray[np.intp]:
+    """Places of the thing's splats after all views were heard."""
+    views, votes = shown
+    if not len(found):
+        return found
+    positions = cloud.means.astype(np.float64)
+    inside, _ = _summed(votes)
+    low, high = _weighted_range(positions[found], inside[found] + 1e-6)
+    # The boxes of few views reach far back; what was found says where the thing is, though masks
+    # may have lost its upper or lower half.
+    reach = BEYOND_FOUND * (high - low).max() * np.array([1.0, 1.0, 3.0]) + 0.02
+    within = in_boxes & ((positions > low - reach) & (positions < high + reach)).all(axis=1)
+    guess = np.zeros(len(cloud), dtype=bool)
+    guess[found] = within[found]
+    inner = np.flatnonzero(within)
+    # Two boxes say how far back the thing reaches: what stands up between them is the thing, and
+    # a chair's back or leg that a mask lost is found again.
+    if len(views) > 1 and len(inner):
+        planes = _planes_around(cloud, positions[inner])
+        raised = tuple(replace(p, reach_m=max(p.reach_m, TRAINED_PLANE_M)) for p in planes)
+        lowest = min((p.height_m for p in raised), default=-np.inf)
+        guess[inner] = ~on_planes(positions[inner], raised) & (positions[inner, 2] > lowest)
+    return np.flatnonzero(held_against_views(cloud, guess, within, viewpoints, renderer=renderer))
 
 
 def _in_boxes(
@@ -212,7 +260,7 @@ def _belief(
         where = silhouette(positions, view, vote)
         cost = np.where(where.in_front, OUTSIDE_COST, BEHIND_COST)
         outside += np.where(where.framed & ~where.in_mask, cost, 0.0)
-    flat = on_planes(positions, _planes_around(cloud, chosen, positions[in_boxes]))
+    flat = on_planes(positions, _planes_around(cloud, positions[in_boxes]))
     free = _free_standing(cloud.select(chosen), links, in_boxes, ~flat)
     bound = VOTE_COST * lean - outside
     if len(views) > 1:
@@ -240,7 +288,7 @@ def _likeness(colours: NDArray[np.float32], *, like: BoolArray, unlike: BoolArra
 
 
 def _planes_around(
-    cloud: SplatCloud, chosen: NDArray[np.intp], inner: FloatArray
+    cloud: SplatCloud, inner: FloatArray
 ) -> tuple[LevelPlane, ...]:
     """Level planes of what surrounds the splats that lie in all boxes."""
     low, high = inner.min(axis=0), inner.max(axis=0)
@@ -284,6 +332,8 @@ def _main_body(
     found: NDArray[np.intp],
     views: Sequence[MaskedView],
     votes: Sequence[Vote],
+    *,
+    reach_m: float,
 ) -> tuple[BoolArray, BoolArray]:
     """The connected body that is meant, with what else lies beside it; specks there float.
 
@@ -294,7 +344,7 @@ def _main_body(
             "the masks and the splats do not agree on any object; draw the boxes closer around it"
         )
     positions = cloud.means[found].astype(np.float64)
-    count, body = bodies(positions, LINK_REACH_M)
+    count, body = bodies(positions, reach_m)
     inside, _ = _summed(votes)
     main = int(np.argmax(np.bincount(body, weights=inside[found], minlength=count)))
     points = np.concatenate([_clicked(view, vote) for view, vote in zip(views, votes, strict=True)])
