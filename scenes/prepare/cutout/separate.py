@@ -75,6 +75,8 @@ TRAINED_REACH_M = 0.12
 """The same in a trained room, whose splats are as large as they may be."""
 TRAINED_PLANE_M = 0.02
 """Half the thickness of a trained floor."""
+SOLID = 0.3
+"""Opacity from which on a splat of a trained room holds others together."""
 BEYOND_FOUND = 0.3
 """Of the size of what the masks found: how far around it the rest of the thing may lie."""
 BESIDE_M = 0.05
@@ -169,16 +171,29 @@ def _held(
     reach = BEYOND_FOUND * (high - low).max() * np.array([1.0, 1.0, 3.0]) + 0.02
     within = in_boxes & ((positions > low - reach) & (positions < high + reach)).all(axis=1)
     guess = np.zeros(len(cloud), dtype=bool)
-    guess[found] = within[found]
-    inner = np.flatnonzero(within)
+    guess[found] = True
     # Two boxes say how far back the thing reaches: what stands up between them is the thing, and
     # a chair's back or leg that a mask lost is found again.
-    if len(views) > 1 and len(inner):
-        planes = _planes_around(cloud, positions[inner])
-        raised = tuple(replace(p, reach_m=max(p.reach_m, TRAINED_PLANE_M)) for p in planes)
-        lowest = min((p.height_m for p in raised), default=-np.inf)
-        guess[inner] = ~on_planes(positions[inner], raised) & (positions[inner, 2] > lowest)
+    if len(views) > 1 and within.any():
+        solid = _standing(cloud, within) & (cloud.opacities >= SOLID)
+        if solid.any():
+            at = positions[solid]
+            count, body = bodies(at, LINK_REACH_M)
+            main = at[body == np.argmax(np.bincount(body, weights=inside[solid], minlength=count))]
+            low, high = main.min(axis=0) - BESIDE_M, main.max(axis=0) + BESIDE_M
+            within &= ((positions > low) & (positions < high))[:, :2].all(axis=1)
+        guess = _standing(cloud, within)
+    guess &= within
     return np.flatnonzero(held_against_views(cloud, guess, within, viewpoints, renderer=renderer))
+
+
+def _standing(cloud: SplatCloud, within: BoolArray) -> BoolArray:
+    """(N,) the splats above the lowest level plane around, and in none of the others."""
+    positions = cloud.means.astype(np.float64)
+    planes = _planes_around(cloud, positions[within])
+    raised = tuple(replace(p, reach_m=max(p.reach_m, TRAINED_PLANE_M)) for p in planes)
+    lowest = min((p.height_m for p in raised), default=-np.inf)
+    return within & ~on_planes(positions, raised) & (positions[:, 2] > lowest)
 
 
 def _in_boxes(
