@@ -21,7 +21,7 @@ from scenes.prepare.reconstruction import View, read_picture
 from scenes.rays import RayScene
 from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud
-from studio.evaluate.true_labels import object_triangles, static_triangles, true_labels
+from studio.evaluate.true_labels import labels_by_light, object_triangles, static_triangles
 from studio.progress import Progress
 
 VIEWS = 3
@@ -38,7 +38,7 @@ class CutScore:
 
     Attributes:
         object_id: of the physical object.
-        iou: overlap of its splats with the true ones, per splat.
+        iou: overlap of its splats with the true ones, per splat (`labels_by_light`).
         box_error_cm: largest error of the box's extents.
         exact: whether undoing the cut gave the same file, byte for byte.
     """
@@ -63,7 +63,7 @@ def score_cutouts(
     The boxes are those around the object's true outline, padded: what a careful person draws. The
     prepared world must be the physical one.
     """
-    labels = true_labels(package.room, room)
+    labels = labels_by_light(package.room, room, package.views, renderer=renderer)
     before = _digest(package.room, folder)
     scores = []
     for number, item in enumerate(room.objects):

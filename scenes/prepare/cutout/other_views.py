@@ -22,7 +22,7 @@ BoolArray = NDArray[np.bool_]
 
 MOST_VIEWS = 14
 LEAST_VIEWS = 3
-ROUNDS = 3
+ROUNDS = 2
 FRAMED = 0.95
 """Of the guess: what a view has to frame to speak."""
 LEAST_PX = 100

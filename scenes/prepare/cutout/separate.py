@@ -302,9 +302,7 @@ def _likeness(colours: NDArray[np.float32], *, like: BoolArray, unlike: BoolArra
     return np.clip(np.log(far / near), -2.0, 2.0)
 
 
-def _planes_around(
-    cloud: SplatCloud, inner: FloatArray
-) -> tuple[LevelPlane, ...]:
+def _planes_around(cloud: SplatCloud, inner: FloatArray) -> tuple[LevelPlane, ...]:
     """Level planes of what surrounds the splats that lie in all boxes."""
     low, high = inner.min(axis=0), inner.max(axis=0)
     means = cloud.means
