@@ -28,7 +28,7 @@ FRAMED = 0.95
 LEAST_PX = 100
 """A smaller silhouette says nothing."""
 SEEN_PX = 0.5
-"""Blend weight, in pixels, below which no view shows a splat: it stays as it was guessed."""
+"""Blend weight, in pixels, below which no view shows a splat."""
 MAJORITY = 0.5
 
 
@@ -38,6 +38,7 @@ def held_against_views(
     within: BoolArray,
     viewpoints: Sequence[ViewPoint],
     *,
+    hidden: BoolArray,
     renderer: NativeRenderer,
 ) -> BoolArray:
     """(N,) the thing's splats by where their light falls; the guess where too few views show it.
@@ -47,12 +48,13 @@ def held_against_views(
         guess: (N,) a first idea of the thing's splats.
         within: (N,) the splats that may be the thing's.
         viewpoints: of the room; those that frame the thing are used, evenly chosen.
+        hidden: (N,) what the splats are that no view shows.
         renderer: draws the room.
     """
     points = cloud.means[guess].astype(np.float64)
     framing = [view for view in viewpoints if len(points) and _framed(view, points) >= FRAMED]
     if len(framing) < LEAST_VIEWS:
-        return guess
+        return guess | hidden
     picks = np.linspace(0, len(framing) - 1, min(MOST_VIEWS, len(framing))).round().astype(int)
     labels = guess
     for _ in range(ROUNDS):
@@ -68,7 +70,7 @@ def held_against_views(
             inside += vote.inside
             seen += vote.seen
         shown = seen > SEEN_PX
-        labels = within & np.where(shown, inside > MAJORITY * seen, guess)
+        labels = np.where(shown, within & (inside > MAJORITY * seen), hidden)
     return labels
 
 

@@ -144,9 +144,11 @@ def separate(
     links = neighbour_links(positions[chosen], cloud.colours()[chosen])
     belief = _belief(cloud, chosen, in_boxes[chosen], links, shown, votes)
     found = chosen[cut(belief, links, smoothness=SMOOTHNESS)]
-    if viewpoints:
+    # Views that somebody marked have been heard already.
+    others = len(viewpoints) > len(views)
+    if others:
         found = _held(cloud, found, in_boxes, (shown, votes), viewpoints, renderer)
-    reach = TRAINED_REACH_M if viewpoints else LINK_REACH_M
+    reach = TRAINED_REACH_M if others else LINK_REACH_M
     labels, floaters = _main_body(cloud, found, shown, votes, reach_m=reach)
     return Separation(labels, floaters, verdicts + empty)
 
@@ -184,7 +186,14 @@ def _held(
             within &= ((positions > low) & (positions < high))[:, :2].all(axis=1)
         guess = _standing(cloud, within)
     guess &= within
-    return np.flatnonzero(held_against_views(cloud, guess, within, viewpoints, renderer=renderer))
+    # Undersides lie in the plane, where no view shows them: there what was found stands.
+    hidden = guess.copy()
+    hidden[found] = True
+    return np.flatnonzero(
+        held_against_views(
+            cloud, guess, within, viewpoints, hidden=hidden & in_boxes, renderer=renderer
+        )
+    )
 
 
 def _standing(cloud: SplatCloud, within: BoolArray) -> BoolArray:
