@@ -21,7 +21,12 @@ from scenes.prepare.reconstruction import View, read_picture
 from scenes.rays import RayScene
 from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud
-from studio.evaluate.true_labels import labels_by_light, object_triangles, static_triangles
+from studio.evaluate.true_labels import (
+    labels_by_light,
+    object_triangles,
+    static_triangles,
+    true_labels,
+)
 from studio.progress import Progress
 
 VIEWS = 3
@@ -38,13 +43,16 @@ class CutScore:
 
     Attributes:
         object_id: of the physical object.
-        iou: overlap of its splats with the true ones, per splat (`labels_by_light`).
+        iou: overlap of its splats with those nearest to its mesh, per splat (`true_labels`).
+        iou_by_light: the same with those whose light falls into its outlines (`labels_by_light`);
+            it is kinder: the cut is decided by the same kind of vote.
         box_error_cm: largest error of the box's extents.
         exact: whether undoing the cut gave the same file, byte for byte.
     """
 
     object_id: str
     iou: float
+    iou_by_light: float
     box_error_cm: float
     exact: bool
 
@@ -63,7 +71,8 @@ def score_cutouts(
     The boxes are those around the object's true outline, padded: what a careful person draws. The
     prepared world must be the physical one.
     """
-    labels = labels_by_light(package.room, room, package.views, renderer=renderer)
+    by_mesh = true_labels(package.room, room)
+    by_light = labels_by_light(package.room, room, package.views, renderer=renderer)
     before = _digest(package.room, folder)
     scores = []
     for number, item in enumerate(room.objects):
@@ -82,18 +91,23 @@ def score_cutouts(
         last = cut.package.cuts[-1]
         found = np.zeros(len(package.room), dtype=bool)
         found[last.places[last.is_object]] = True
-        truly = labels == number
         sizes = np.sort(cut.box.size_m[:2]) - np.sort(item.box_m[:2])
         error_m = max(float(np.abs(sizes).max()), abs(cut.box.size_m[2] - item.box_m[2]))
         scores.append(
             CutScore(
                 item.object_id,
-                float((found & truly).sum() / max((found | truly).sum(), 1)),
+                _overlap(found, by_mesh == number),
+                _overlap(found, by_light == number),
                 100 * error_m,
                 _digest(undo_cut(cut.package).room, folder) == before,
             )
         )
     return scores
+
+
+def _overlap(a: NDArray[np.bool_], b: NDArray[np.bool_]) -> float:
+    """Intersection over union."""
+    return float((a & b).sum() / max((a | b).sum(), 1))
 
 
 def photos_of(
