@@ -1,6 +1,6 @@
 """The scene package: a folder that holds a prepared room and reopens to the same room.
 
-Layout, format version 2 (lengths in metres, world right-handed and Z up):
+Layout, format version 3 (lengths in metres, world right-handed and Z up):
     scene.json           format, version, name, creator, stages, footprint; size and hash per file
     splats/room.ply      everything that does not move, in the world frame
     splats/objects/*.ply one file per movable object, in the object's frame
@@ -9,7 +9,8 @@ Layout, format version 2 (lengths in metres, world right-handed and Z up):
     cameras.json         where the 360° camera stands, and from where the room was photographed
     collision/room.glb   what things bump into, if it is known
     cuts.json, cuts/     what was taken out of the room, in order, so that it can be put back
-Version 1 had no views, no collision mesh and no cuts.
+In a compact package splats are .spz instead of .ply, a tenth of the size and slightly rounded, and
+there are no cuts. Version 1 had no views, no collision mesh and no cuts; version 2 was never compact.
 """
 
 from __future__ import annotations
@@ -27,6 +28,9 @@ from scenes.formats.atomic import write_folder
 from scenes.formats.error import FormatError
 from scenes.formats.mesh_glb import read_mesh, write_mesh
 from scenes.formats.ply import WORLD_COMMENT, read_ply, write_ply
+from scenes.formats.spz import read_spz, write_spz
+from scenes.frames import WORLD_FROM_FORWARD_CAMERA
+from scenes.harmonics import turned
 from scenes.mesh import CollisionMesh, QrCode
 from scenes.package_cuts import CUTS, read_cuts, write_cuts
 from scenes.package_files import (
@@ -62,11 +66,12 @@ from scenes.splats import SplatCloud, validate
 from scenes.state import ObjectModel
 
 FORMAT_NAME = "gaussiannexus scene"
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
 DISTRIBUTION = "gaussiannexus-studio"
 
 _SCENE, _OBJECTS, _ANCHORS, _CAMERAS = "scene.json", "objects.json", "anchors.json", "cameras.json"
-_ROOM, _COLLISION = "splats/room.ply", "collision/room.glb"
+_ROOM, _COLLISION = "splats/room", "collision/room.glb"
+_EXACT, _COMPACT = ".ply", ".spz"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -135,16 +140,20 @@ class ScenePackage:
         raise KeyError(f"scene {self.name!r} has no object {object_id!r}; it has: {known}")
 
 
-def save_package(package: ScenePackage, folder: str | Path, *, replace: bool = True) -> None:
+def save_package(
+    package: ScenePackage, folder: str | Path, *, replace: bool = True, compact: bool = False
+) -> None:
     """Write the package as a folder: whole, or not at all.
 
     Means, rotations and colours come back exactly, poses to 1e-12, scales and opacities within 1e-6
-    relative (see `scenes.formats.ply.write_ply`), and exactly from the second saving on.
+    relative (see `scenes.formats.ply.write_ply`), and exactly from the second saving on. A compact
+    package is rounded as `scenes.formats.spz.write_spz` says.
 
     Args:
         package: what to save.
         folder: where; it may exist if it is empty or a scene package, which is then replaced.
         replace: False keeps a package that another process puts there meanwhile.
+        compact: make it small, to be handed on: what was cut out can no longer be put back.
 
     Raises:
         PackageError: the folder holds something else, or splats have values no file may have.
@@ -156,7 +165,7 @@ def save_package(package: ScenePackage, folder: str | Path, *, replace: bool = T
             f"{target}: exists and is not a scene package; move it away or choose another folder"
         )
     _refuse_bad_splats(package)
-    write_folder(target, lambda part: _fill(part, package), replace=replace)
+    write_folder(target, lambda part: _fill(part, package, compact), replace=replace)
 
 
 def load_package(folder: str | Path) -> ScenePackage:
@@ -168,12 +177,12 @@ def load_package(folder: str | Path) -> ScenePackage:
     source = Path(folder)
     scene = _read_scene(source)
     files = scene.get("files")
-    verify_files(source / _SCENE, files, {_ROOM, _OBJECTS, _ANCHORS, _CAMERAS})
+    verify_files(source / _SCENE, files, {_OBJECTS, _ANCHORS, _CAMERAS})
     try:
         cameras = read_json(source / _CAMERAS)
         return ScenePackage(
             name=text(scene["name"], "name"),
-            room=_read_splats(source, _ROOM),
+            room=_read_room(source, scene["files"]),
             objects=tuple(
                 _read_object(source, scene["files"], item) for item in read_items(source / _OBJECTS)
             ),
@@ -214,11 +223,17 @@ def program_version() -> str:
         return f"{DISTRIBUTION} (not installed)"
 
 
-def _fill(part: Path, package: ScenePackage) -> None:
+def _fill(part: Path, package: ScenePackage, compact: bool) -> None:
     (part / "splats" / "objects").mkdir(parents=True)
-    write_ply(part / _ROOM, package.room, comments=[WORLD_COMMENT])
+    if compact:
+        # Upright in any other program too.
+        upright = turned(package.room, WORLD_FROM_FORWARD_CAMERA.inverse())
+        write_spz(part / f"{_ROOM}{_COMPACT}", upright)
+    else:
+        write_ply(part / f"{_ROOM}{_EXACT}", package.room, comments=[WORLD_COMMENT])
     for item in package.objects:
-        write_ply(part / _object_file(item.object_id), item.splats)
+        write = write_spz if compact else write_ply
+        write(part / f"{_object_stem(item.object_id)}{_COMPACT if compact else _EXACT}", item.splats)
     write_items(part / _OBJECTS, [object_to_json(item) for item in package.objects])
     write_items(part / _ANCHORS, [code_to_json(code) for code in package.codes])
     write_json(
@@ -231,7 +246,7 @@ def _fill(part: Path, package: ScenePackage) -> None:
     if package.collision is not None:
         (part / _COLLISION).parent.mkdir()
         write_mesh(part / _COLLISION, package.collision)
-    if package.cuts:
+    if package.cuts and not compact:
         write_cuts(part, package.cuts)
     files = sorted(path for path in part.rglob("*") if path.is_file())
     write_json(
@@ -291,22 +306,31 @@ def _read_scene(source: Path) -> dict[str, Any]:
     return scene
 
 
-def _read_splats(source: Path, name: str) -> SplatCloud:
-    try:
-        return read_ply(inside(source / _SCENE, name))
-    except FormatError as error:
-        raise PackageError(str(error)) from None
+def _read_room(source: Path, files: Mapping[str, Any]) -> SplatCloud:
+    if f"{_ROOM}{_EXACT}" in files:
+        return _read_splats(source, files, _ROOM)
+    return turned(_read_splats(source, files, _ROOM), WORLD_FROM_FORWARD_CAMERA)
 
 
-def _object_file(object_id: str) -> str:
-    return f"splats/objects/{object_id}.ply"
+def _read_splats(source: Path, files: Mapping[str, Any], stem: str) -> SplatCloud:
+    for suffix, read in ((_EXACT, read_ply), (_COMPACT, read_spz)):
+        if f"{stem}{suffix}" not in files:
+            continue
+        try:
+            return read(inside(source / _SCENE, f"{stem}{suffix}"))
+        except FormatError as error:
+            raise PackageError(str(error)) from None
+    raise PackageError(
+        f"{source / _SCENE}: does not list {stem}{_EXACT}; restore the folder from a copy"
+    )
+
+
+def _object_stem(object_id: str) -> str:
+    return f"splats/objects/{object_id}"
 
 
 def _read_object(source: Path, files: Mapping[str, Any], values: Mapping[str, Any]) -> ObjectModel:
-    name = _object_file(object_id_of(values))
-    if name not in files:
-        raise PackageError(f"{source / _SCENE}: does not list {name}; damaged")
-    return object_from_json(values, _read_splats(source, name))
+    return object_from_json(values, _read_splats(source, files, _object_stem(object_id_of(values))))
 
 
 def _read_collision(source: Path) -> CollisionMesh:

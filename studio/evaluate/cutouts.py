@@ -78,8 +78,8 @@ def score_cutouts(
     for number, item in enumerate(room.objects):
         told.advance(number / len(room.objects), item.object_id)
         views = photos_of(item, room, prepared.reconstruction.views)
-        marked = [_marked(view, outline) for view, outline in views]
-        masked = masked_views(package.room, marked, masks=GrabCutMasks(), renderer=renderer)
+        prompted = [marked(view, outline) for view, outline in views]
+        masked = masked_views(package.room, prompted, masks=GrabCutMasks(), renderer=renderer)
         cut = cut_out(
             package,
             masked,
@@ -149,7 +149,8 @@ def _outlines(
     return whole, whole & (to_object.distance < to_rest.distance).reshape(shape)
 
 
-def _marked(view: View, outline: NDArray[np.bool_]) -> PromptedView:
+def marked(view: View, outline: NDArray[np.bool_]) -> PromptedView:
+    """A photo with a box around an outline, padded as a careful person draws it."""
     rows, columns = np.nonzero(outline)
     box = (
         float(columns.min()) - PADDING_PX,

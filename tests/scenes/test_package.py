@@ -1,3 +1,4 @@
+import dataclasses
 import json
 import shutil
 import subprocess
@@ -332,6 +333,34 @@ def test_an_unwritable_place_is_one_line(package, tmp_path):
     (tmp_path / "file").write_text("x")
     with pytest.raises(WriteError, match="cannot write"):
         save_package(package, tmp_path / "file" / "room")
+
+
+def test_a_compact_package_is_small_and_opens_nearly_the_same(package, random_cloud, tmp_path):
+    # Within what the file can say: colours of real scans stay well inside ±1.
+    plain = dataclasses.replace(package, room=random_cloud(4000, 1, 5))
+    save_package(plain, tmp_path / "whole.gnx")
+    save_package(plain, tmp_path / "small.gnx", compact=True)
+    whole, small = (load_package(tmp_path / f"{name}.gnx") for name in ("whole", "small"))
+    for a, b in [
+        (whole.room, small.room),
+        *((x.splats, y.splats) for x, y in zip(whole.objects, small.objects, strict=True)),
+    ]:
+        np.testing.assert_allclose(b.means, a.means, atol=2.0**-12)
+        np.testing.assert_allclose(b.scales, a.scales, rtol=0.04)
+        np.testing.assert_allclose(b.opacities, a.opacities, atol=1 / 255)
+        same = np.abs((a.rotations * b.rotations).sum(axis=1))
+        assert (2 * np.arccos(np.clip(same, 0, 1))).max() < 0.01
+    for name in ("anchors.json", "cameras.json", "objects.json", "collision/room.glb"):
+        files = [tmp_path / f"{package}.gnx" / name for package in ("whole", "small")]
+        assert files[0].read_bytes() == files[1].read_bytes()
+    rooms = [tmp_path / "whole.gnx/splats/room.ply", tmp_path / "small.gnx/splats/room.spz"]
+    assert rooms[1].stat().st_size < 0.4 * rooms[0].stat().st_size
+
+
+def test_a_compact_room_is_upright_in_other_programs(package, tmp_path):
+    save_package(package, tmp_path / "small.gnx", compact=True)
+    opened = open_scene(tmp_path / "small.gnx" / "splats" / "room.spz")
+    np.testing.assert_allclose(opened.room.means, package.room.means, atol=2.0**-12)
 
 
 def test_open_scene_takes_packages_and_splat_files(saved, random_cloud, tmp_path):
