@@ -14,6 +14,13 @@ pub(crate) const VISIBLE_SIGMAS: f64 = 3.33;
 /// Added to the diagonal of every projected covariance, px².
 pub const LOW_PASS: f64 = 0.3;
 
+/// Focal lengths outside this, px, are refused before they come here: single precision holds neither
+/// the squares of such a picture's slopes nor, beyond the largest, single pixels.
+pub const FOCAL_PX: [f64; 2] = [1e-3, 1e7];
+/// Principal points further than this, px, from the picture's corner are refused too: within this,
+/// single precision tells pixels apart.
+pub const MAX_CENTRE_PX: f64 = 1e7;
+
 /// A point seen by a camera.
 #[derive(Clone, Copy)]
 pub struct Projected {

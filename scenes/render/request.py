@@ -15,6 +15,9 @@ MAX_THREADS = 256
 MAX_SIDE_PX = 32_768
 MAX_BACKGROUND = 1e15
 """Gradients are products of colours, which must stay within float32."""
+FOCAL_PX = (1e-3, 1e7)
+MAX_CENTRE_PX = 1e7
+"""Beyond these float32 holds neither the squares of a picture's slopes nor single pixels."""
 
 
 def check_request(
@@ -37,11 +40,22 @@ def check_request(
             f"camera: {camera.width_px}×{camera.height_px} px, "
             f"wanted at most {MAX_SIDE_PX} each way"
         )
-    if not (math.isfinite(camera.cx) and math.isfinite(camera.cy)):
-        raise ValueError(f"camera: centre ({camera.cx}, {camera.cy}) px, wanted finite values")
+    _check_lens(camera)
     _check_options(options)
     _check_background(options, camera)
     _check_scope(options, camera)
+
+
+def _check_lens(camera: Pinhole | Fisheye) -> None:
+    focals = (camera.f_px,) if isinstance(camera, Fisheye) else (camera.fx, camera.fy)
+    shortest, longest = FOCAL_PX
+    if not all(shortest <= focal <= longest for focal in focals):
+        raise ValueError(f"camera: focal length {focals} px, wanted {shortest:g} to {longest:g} px")
+    if not (abs(camera.cx) <= MAX_CENTRE_PX and abs(camera.cy) <= MAX_CENTRE_PX):
+        raise ValueError(
+            f"camera: centre ({camera.cx}, {camera.cy}) px, wanted finite numbers of at most "
+            f"{MAX_CENTRE_PX:g} px"
+        )
 
 
 def _check_arrays(cloud: SplatCloud, where: str) -> None:

@@ -3,6 +3,7 @@
 
 use std::f64::consts::PI;
 
+use _native::camera::{FOCAL_PX, MAX_CENTRE_PX};
 use _native::project::{PosedCloud, View};
 use _native::scene::{Cloud, SplatArrays, MAX_SH};
 
@@ -128,8 +129,12 @@ impl Scene {
             exact_above: f64::INFINITY,
         };
         let is_pinhole = bytes.upto(1) == 0;
-        let focal = [bytes.positive(1.0, 200.0), bytes.positive(1.0, 200.0)];
-        let centre = [bytes.finite(-10.0, 50.0), bytes.finite(-10.0, 50.0)];
+        let [shortest, longest] = FOCAL_PX;
+        let focal = std::array::from_fn(|_| bytes.positive(1.0, 200.0).clamp(shortest, longest));
+        let centre = std::array::from_fn(|_| {
+            let place = bytes.finite(-10.0, 50.0);
+            place.clamp(-MAX_CENTRE_PX, MAX_CENTRE_PX)
+        });
         let max_angle = bytes.between(0.01, PI);
         let background = std::array::from_fn(|_| {
             let channel = bytes.finite(0.0, 1.0) as f32;

@@ -43,6 +43,9 @@ def _narrow(limits):
 
 CAMERAS = st.sampled_from(
     [
+        Pinhole(9, 8, 1e7, 1e-3, 4.5, 4.0),
+        Pinhole(9, 8, 20.0, 20.0, -1e7, 1e7),
+        Fisheye(9, 8, 1e-3, 4.5, 4.0, np.pi),
         Pinhole(1, 1, 1.0, 1.0, 0.5, 0.5),
         Pinhole.from_fov(21, 18, 1.2),
         Fisheye.from_fov(1, np.pi),

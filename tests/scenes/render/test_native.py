@@ -281,3 +281,18 @@ def test_a_missing_crate_says_what_to_do(monkeypatch):
 def test_too_large_a_picture_is_refused(native):
     with pytest.raises(ValueError, match=r"camera: 40000×1 px, wanted at most 32768"):
         native.render([], Pinhole(40000, 1, 1.0, 1.0, 0.0, 0.0), HERE)
+
+
+@pytest.mark.parametrize(
+    ("camera", "message"),
+    [
+        (Pinhole(8, 8, 2e7, 9.0, 4.0, 4.0), r"focal length \(20000000.0, 9.0\) px, wanted 0.001"),
+        (Pinhole(8, 8, 9.0, 9e-4, 4.0, 4.0), r"focal length \(9.0, 0.0009\) px, wanted 0.001 to"),
+        (Fisheye(8, 8, 2e7, 4.0, 4.0, 1.0), r"focal length \(20000000.0,\) px, wanted 0.001 to"),
+        (Pinhole(8, 8, 9.0, 9.0, -2e7, 4.0), r"centre \(-20000000.0, 4.0\) px, wanted finite"),
+        (Pinhole(8, 8, 9.0, 9.0, 4.0, np.nan), r"centre \(4.0, nan\) px, wanted finite"),
+    ],
+)
+def test_cameras_beyond_float32_are_refused(own_renderer, camera, message):
+    with pytest.raises(ValueError, match=f"camera: {message}"):
+        own_renderer.render([], camera, Pose.identity())
