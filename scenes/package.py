@@ -4,7 +4,7 @@ Layout, format version 3 (lengths in metres, world right-handed and Z up):
     scene.json           format, version, name, creator, stages, footprint; size and hash per file
     splats/room.ply      everything that does not move, in the world frame
     splats/objects/*.ply one file per movable object, in the object's frame
-    objects.json         id, name, kind, box, support height, last pose
+    objects.json         id, name, kind, box, support height, last pose, solid parts, guessed mass
     anchors.json         printed QR codes: payload, side, pose
     cameras.json         where the 360° camera stands, and from where the room was photographed
     collision/room.glb   what things bump into, if it is known

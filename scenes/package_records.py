@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from scenes.cameras import Fisheye, Pinhole, camera_from_json, camera_to_json
-from scenes.mesh import QrCode
+from scenes.mesh import BoxPart, QrCode
 from scenes.package_files import numbers, text
 from scenes.pose import Pose
 from scenes.splats import SplatCloud
@@ -16,6 +16,11 @@ from scenes.state import ObjectModel
 
 OBJECT_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 """An object's id is the name of its file."""
+LEAST_MASS_KG = 1e-6
+LEAST_HALF_SIZE_M = 1e-6
+"""Physics takes no body without mass and no box without volume."""
+MOST_PARTS = 1000
+"""Of one object; more are a damaged file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +56,8 @@ def object_to_json(item: ObjectModel) -> dict[str, Any]:
         "box_m": list(item.box_m),
         "support_z_m": item.support_z_m,
         "world_from_object": pose_to_json(item.world_from_object),
+        "parts": [part_to_json(part) for part in item.parts],
+        "guessed_mass_kg": item.guessed_mass_kg,
     }
 
 
@@ -61,6 +68,8 @@ def object_from_json(values: Mapping[str, Any], splats: SplatCloud) -> ObjectMod
         KeyError, TypeError, ValueError: a field is missing or has a value that no object can have.
     """
     x, y, z = numbers(values["box_m"], 3, "box_m", least=0.0)
+    # Scenes that were saved before objects had parts and a mass have neither field.
+    mass = values.get("guessed_mass_kg")
     return ObjectModel(
         object_id=object_id_of(values),
         name=text(values["name"], "name"),
@@ -69,7 +78,33 @@ def object_from_json(values: Mapping[str, Any], splats: SplatCloud) -> ObjectMod
         box_m=(x, y, z),
         support_z_m=numbers([values["support_z_m"]], 1, "support_z_m")[0],
         world_from_object=pose_from_json(values["world_from_object"]),
+        parts=tuple(part_from_json(part) for part in _list(values.get("parts", []), "parts")),
+        guessed_mass_kg=None
+        if mass is None
+        else numbers([mass], 1, "guessed_mass_kg", least=LEAST_MASS_KG)[0],
     )
+
+
+def part_to_json(part: BoxPart) -> dict[str, Any]:
+    """A solid box of an object as plain values."""
+    return {
+        "half_size_m": list(part.half_size_m),
+        "object_from_box": pose_to_json(part.object_from_box),
+    }
+
+
+def part_from_json(values: Mapping[str, Any]) -> BoxPart:
+    """Inverse of `part_to_json`; raises as `object_from_json`."""
+    x, y, z = numbers(values["half_size_m"], 3, "half_size_m", least=LEAST_HALF_SIZE_M)
+    return BoxPart(pose_from_json(values["object_from_box"]), (x, y, z))
+
+
+def _list(values: object, what: str) -> list[Mapping[str, Any]]:
+    if not isinstance(values, list) or not all(isinstance(item, dict) for item in values):
+        raise ValueError(f"{what}: {values!r}, wanted a list of objects")
+    if len(values) > MOST_PARTS:
+        raise ValueError(f"{what}: {len(values)}, wanted at most {MOST_PARTS}")
+    return values
 
 
 def object_id_of(values: Mapping[str, Any]) -> str:

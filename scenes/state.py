@@ -11,6 +11,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from scenes.mesh import BoxPart
 from scenes.pose import Pose
 from scenes.splats import SplatCloud
 
@@ -42,6 +43,8 @@ class ObjectModel:
         box_m: extents (x, y, z) in metres of the up-fixed bounding box.
         support_z_m: height of the plane it stood on in the scan, world metres.
         world_from_object: last known pose.
+        parts: solid boxes for contact, in the object's frame; empty where nobody has made any.
+        guessed_mass_kg: from its size alone, easily wrong by a factor of two; None if not guessed.
     """
 
     object_id: str
@@ -51,6 +54,8 @@ class ObjectModel:
     box_m: tuple[float, float, float]
     support_z_m: float
     world_from_object: Pose
+    parts: tuple[BoxPart, ...] = ()
+    guessed_mass_kg: float | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,7 +13,7 @@ from scenes.formats.error import FormatError
 from scenes.formats.ply import WORLD_COMMENT, write_ply
 from scenes.formats.registry import write_splats
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA
-from scenes.mesh import CollisionMesh, QrCode
+from scenes.mesh import BoxPart, CollisionMesh, QrCode
 from scenes.opening import open_scene
 from scenes.package import (
     FORMAT_VERSION,
@@ -41,6 +41,8 @@ def package(random_cloud) -> ScenePackage:
             box_m=(0.4, 0.5, 0.9),
             support_z_m=0.01,
             world_from_object=Pose.from_yaw(0.3 * number, (1.0, -2.0, 0.1 * number)),
+            parts=(BoxPart(Pose.from_yaw(0.1, (0.0, 0.1, 0.45)), (0.2, 0.25, 0.45 / number)),),
+            guessed_mass_kg=4.5,
         )
 
     return ScenePackage(
@@ -104,6 +106,10 @@ def test_everything_reopens(package, saved):
         assert (ours.box_m, ours.support_z_m) == (theirs.box_m, theirs.support_z_m)
         check_cloud(theirs.splats, ours.splats)
         check_pose(theirs.world_from_object, ours.world_from_object)
+        assert theirs.guessed_mass_kg == ours.guessed_mass_kg
+        (part,), (wanted,) = theirs.parts, ours.parts
+        assert part.half_size_m == wanted.half_size_m
+        check_pose(part.object_from_box, wanted.object_from_box)
     assert [(c.payload, c.side_m) for c in back.codes] == [("GNX-A", 0.16)]
     check_pose(back.codes[0].world_from_code, package.codes[0].world_from_code)
 
@@ -245,6 +251,14 @@ def reseal(saved, name, values):
         ("world_from_object", {"wxyz": [2, 0, 0, 0], "translation_m": [0, 0, 0]}, "norm 2"),
         ("world_from_object", {"wxyz": [1, 0, 0, 0]}, "'translation_m' is missing"),
         ("world_from_object", [1], "indices"),
+        ("guessed_mass_kg", 0, "guessed_mass_kg"),
+        ("guessed_mass_kg", "4 kg", "guessed_mass_kg"),
+        ("parts", {}, "parts"),
+        ("parts", [1], "parts"),
+        ("parts", [{}], "'half_size_m' is missing"),
+        ("parts", [{"half_size_m": [1, 1, 0]}], "half_size_m"),
+        ("parts", [{"half_size_m": [1, 1, 1], "object_from_box": 7}], "not subscriptable"),
+        ("parts", [{}] * 1001, "at most 1000"),
     ],
 )
 def test_bad_objects_are_refused_in_one_line(saved, field, value, said):
@@ -255,6 +269,15 @@ def test_bad_objects_are_refused_in_one_line(saved, field, value, said):
         load_package(saved)
     assert "\n" not in str(caught.value)
     assert "room.gnx" in str(caught.value)
+
+
+def test_objects_saved_without_parts_and_mass_still_open(saved):
+    values = json.loads((saved / "objects.json").read_text())
+    for item in values["items"]:
+        del item["parts"], item["guessed_mass_kg"]
+    reseal(saved, "objects.json", values)
+    for item in load_package(saved).objects:
+        assert (item.parts, item.guessed_mass_kg) == ((), None)
 
 
 def test_every_file_is_protected_by_size_and_checksum(saved):

@@ -14,6 +14,7 @@ from scenes.package_records import Stage
 from scenes.prepare.cutout.fill import fill_support
 from scenes.prepare.cutout.lifting import MaskedView
 from scenes.prepare.cutout.separate import Separation, ViewVerdict, separate
+from scenes.prepare.cutout.solid_parts import guessed_mass_kg, solid_parts
 from scenes.prepare.cutout.upright_box import UprightBox, upright_box
 from scenes.render.native import NativeRenderer
 from scenes.state import ObjectModel
@@ -90,14 +91,18 @@ def make_object(
     room, cut = divide(
         package.room, found.labels, object_id=object_id, floaters=found.floaters, fill=fill
     )
+    own = turned(splats, box.world_from_box.inverse())
+    parts = solid_parts(own, box.size_m)
     item = ObjectModel(
         object_id=object_id,
         name=name,
         kind=kind,
-        splats=turned(splats, box.world_from_box.inverse()),
+        splats=own,
         box_m=box.size_m,
         support_z_m=box.support_z_m,
         world_from_object=box.world_from_box,
+        parts=parts,
+        guessed_mass_kg=guessed_mass_kg(parts, box.size_m),
     )
     stray = int(found.floaters.sum())
     stage = Stage(

@@ -1,0 +1,142 @@
+"""Solid boxes that stand in for an object where things bump into it, and a guess of its mass.
+
+Collision wants few convex parts. Splats lie on surfaces, and the undersides of things are seldom
+seen; so the cells that a walk from outside cannot reach are taken for solid, and are covered with
+upright boxes, the largest first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from scenes.mesh import BoxPart
+from scenes.pose import Pose, rotation_from_quaternion
+from scenes.splats import SplatCloud
+
+BoolArray = NDArray[np.bool_]
+
+CELLS_ALONG = 28
+"""Cells along the longest side."""
+CELL_M = (0.01, 0.04)
+"""A cell's side at least and at most, metres."""
+SOLID = 0.5
+"""Opacity in a cell from which on it is filled."""
+MOST_PARTS = 16
+LEAST_SHARE = 0.01
+"""Of what is solid: a part that adds less is left out."""
+
+DENSITY_OF_SIZE = ((0.4, 550.0), (1.3, 220.0), (np.inf, 150.0))
+"""Longest side in metres, and kg/m³ of what is solid: books and boxes; chairs and stools, whose
+legs take more cells than wood; cupboards and sofas, which are hollow."""
+
+
+def solid_parts(cloud: SplatCloud, box_m: tuple[float, float, float]) -> tuple[BoxPart, ...]:
+    """Boxes that cover what is solid of an object; one of the size of `box_m` if little is known.
+
+    Args:
+        cloud: the object's splats in its own frame: origin on the support plane, Z up, metres.
+        box_m: its extents (x, y, z); nothing of a part lies outside.
+    """
+    size = np.maximum(np.array(box_m, dtype=np.float64), 1e-3)
+    cell = size / np.maximum(np.round(size / np.clip(size.max() / CELLS_ALONG, *CELL_M)), 1)
+    filled = _enclosed(_filled(cloud, size, cell))
+    total = int(filled.sum())
+    parts: list[BoxPart] = []
+    left = filled.copy()
+    while left.any() and len(parts) < MOST_PARTS:
+        low, high = _largest_box(left)
+        left[low[0] : high[0], low[1] : high[1], low[2] : high[2]] = False
+        if parts and np.prod(high - low) < LEAST_SHARE * total:
+            break
+        centre = 0.5 * (low + high) * cell - (0.5 * size[0], 0.5 * size[1], 0.0)
+        half = 0.5 * (high - low) * cell
+        parts.append(_part(centre, half))
+    return tuple(parts) or (_part(np.array([0.0, 0.0, 0.5 * size[2]]), 0.5 * size),)
+
+
+def guessed_mass_kg(parts: Sequence[BoxPart], box_m: tuple[float, float, float]) -> float:
+    """A mass for parts that do not overlap: their volume times a density typical of the size.
+
+    It is a guess from size alone, easily wrong by a factor of two.
+    """
+    volume = sum(8.0 * float(np.prod(part.half_size_m)) for part in parts)
+    density = next(kg for longest, kg in DENSITY_OF_SIZE if max(box_m) <= longest)
+    return volume * density
+
+
+def _part(centre: NDArray[np.float64], half: NDArray[np.float64]) -> BoxPart:
+    x, y, z = (float(extent) for extent in half)
+    return BoxPart(Pose.from_yaw(0.0, (float(centre[0]), float(centre[1]), float(centre[2]))), (x, y, z))
+
+
+def _filled(cloud: SplatCloud, size: NDArray[np.float64], cell: NDArray[np.float64]) -> BoolArray:
+    """(X, Y, Z) cells that hold enough opacity, sampled on each splat's two larger axes."""
+    shape = tuple(int(n) for n in np.round(size / cell))
+    through = np.zeros(shape)
+    if not len(cloud):
+        return through > 0
+    order = np.argsort(-cloud.scales, axis=1)[:, :2]
+    scales = np.take_along_axis(cloud.scales.astype(np.float64), order, axis=1)
+    turned = rotation_from_quaternion(cloud.rotations)
+    axes = np.take_along_axis(turned, order[:, None, :], axis=2) * scales[:, None, :]
+    clear = np.log1p(-np.clip(cloud.opacities.astype(np.float64), 0.0, 0.99))
+    steps = (-1.0, -0.5, 0.0, 0.5, 1.0)
+    for u in steps:
+        for v in steps:
+            points = cloud.means + u * axes[:, :, 0] + v * axes[:, :, 1]
+            index = np.floor((points + (0.5 * size[0], 0.5 * size[1], 0.0)) / cell).astype(np.intp)
+            inside = ((index >= 0) & (index < shape)).all(axis=1)
+            weight = clear[inside] * np.exp(-0.5 * (u * u + v * v))
+            # A splat's samples share it: all of them in one cell fill it once.
+            np.add.at(through, tuple(index[inside].T), weight / 5.0)
+    return 1.0 - np.exp(through) > SOLID
+
+
+def _enclosed(filled: BoolArray) -> BoolArray:
+    """The cells that a walk from the sides or above does not reach; nothing enters from below."""
+    # Walls go on below, so that gaps at their foot close as those above do.
+    below = np.pad(filled, ((2, 2), (2, 2), (2, 0)), mode="constant")
+    below[..., :2] = below[..., 2:3]
+    closed = ndimage.binary_closing(np.pad(below, ((0, 0), (0, 0), (0, 2))), np.ones((3, 3, 3)))
+    walls = closed[2:-2, 2:-2, 2:-2] | filled
+    around = np.pad(~walls, ((1, 1), (1, 1), (0, 1)), constant_values=True)
+    bodies, _ = ndimage.label(around)
+    outside = bodies == bodies[0, 0, -1]
+    return ~outside[1:-1, 1:-1, :-1]
+
+
+def _largest_box(filled: BoolArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """First and past-the-last corner of the box of most cells that are all filled.
+
+    Grown from the cell deepest inside, one layer at a time on the side where most is won.
+    """
+    depth = ndimage.distance_transform_cdt(np.pad(filled, 1), metric="chessboard")[1:-1, 1:-1, 1:-1]
+    seeds = np.argwhere(depth == depth.max())
+    best = (np.zeros(3, dtype=np.intp), np.zeros(3, dtype=np.intp))
+    for seed in seeds[:: max(len(seeds) // 12, 1)]:
+        for order in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+            low, high = _grown(filled, seed, order)
+            if np.prod(high - low) > np.prod(best[1] - best[0]):
+                best = low, high
+    return best
+
+
+def _grown(
+    filled: BoolArray, seed: NDArray[np.intp], order: tuple[int, ...]
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """The box around a cell, stretched along one axis after the other while it stays filled."""
+    low, high = seed.copy(), seed + 1
+    for axis in order:
+        for edge, step in ((low, -1), (high, 1)):
+            while 0 <= edge[axis] + min(step, 0) and edge[axis] + max(step, 0) <= filled.shape[axis]:
+                layer = [slice(low[a], high[a]) for a in range(3)]
+                at = edge[axis] - 1 if step < 0 else edge[axis]
+                layer[axis] = slice(at, at + 1)
+                if not filled[tuple(layer)].all():
+                    break
+                edge[axis] += step
+    return low, high
