@@ -122,7 +122,14 @@ def _cut(args: argparse.Namespace, package: ScenePackage) -> tuple[dict[str, obj
     views: list[PromptedView] = []
     if args.propose:
         found = accepted(propose(package.room), args.accept)
-        done = make_object(package, found, object_id=object_id, name=args.name, kind=args.kind)
+        done = make_object(
+            package,
+            found,
+            object_id=object_id,
+            name=args.name,
+            kind=args.kind,
+            renderer=NativeRenderer(),
+        )
     else:
         prompts = prompts_of(args.box, args.click, args.stroke_out)
         views = prompted_views(package, prompts, args.photos)

@@ -13,13 +13,20 @@ from scenes.package import ScenePackage
 from scenes.package_records import Stage
 from scenes.prepare.cutout.fill import fill_support
 from scenes.prepare.cutout.lifting import MaskedView
+from scenes.prepare.cutout.seen_surface import seen_surface
 from scenes.prepare.cutout.separate import Separation, ViewVerdict, separate
 from scenes.prepare.cutout.solid_parts import guessed_mass_kg, solid_parts
 from scenes.prepare.cutout.upright_box import UprightBox, upright_box
 from scenes.render.native import NativeRenderer
+from scenes.splats import SplatCloud
 from scenes.state import ObjectModel
 
 LEAST_SPLATS = 30
+BESIDE_BOX_M = 0.03
+"""An object's splats farther outside its box than this float."""
+BELOW_SUPPORT_M = 0.01
+MOST_BESIDE = 0.2
+"""Of the object's opacity: more than this is no haze, and the box must be wrong."""
 FLOATERS = "floaters"
 """What the stage of a cut without an object is called after."""
 
@@ -77,16 +84,25 @@ def cut_out(
             f"only {found.labels.sum()} splats were found, wanted {LEAST_SPLATS}: there is no "
             "object in the boxes, or it is too small in these views; choose nearer ones"
         )
-    return make_object(package, found, object_id=object_id, name=name, kind=kind)
+    return make_object(
+        package, found, object_id=object_id, name=name, kind=kind, renderer=renderer
+    )
 
 
 def make_object(
-    package: ScenePackage, found: Separation, *, object_id: str, name: str, kind: str
+    package: ScenePackage,
+    found: Separation,
+    *,
+    object_id: str,
+    name: str,
+    kind: str,
+    renderer: NativeRenderer,
 ) -> Cutout:
     """The package after the found splats became an object; see `cut_out`."""
+    box = _box(package, found, renderer)
+    found = _without_haze(package.room, found, box)
     splats = package.room.select(found.labels)
     left = package.room.select(~(found.labels | found.floaters))
-    box = upright_box(splats, left)
     fill = fill_support(left, splats.means.astype(np.float64), box) if box.supported else None
     room, cut = divide(
         package.room, found.labels, object_id=object_id, floaters=found.floaters, fill=fill
@@ -117,6 +133,24 @@ def make_object(
         stages=(*package.stages, stage),
     )
     return Cutout(changed, item, box, found.views, stray, cut.filled)
+
+
+def _box(package: ScenePackage, found: Separation, renderer: NativeRenderer) -> UprightBox:
+    """Around the surface that the room's views show of the found splats, else around the splats."""
+    room = package.room
+    surface = seen_surface(room, found.labels, package.views, renderer=renderer)
+    gone = found.labels | found.floaters
+    return upright_box(room.select(found.labels), room.select(~gone), surface)
+
+
+def _without_haze(room: SplatCloud, found: Separation, box: UprightBox) -> Separation:
+    """Splats that hang well outside the object's box float; those below its support are that's."""
+    below = found.labels & (room.means[:, 2] < box.support_z_m - BELOW_SUPPORT_M)
+    beside = found.labels & ~below & ~box.holds(room.means.astype(np.float64), BESIDE_BOX_M)
+    opacity = float(room.opacities[beside | below].sum())
+    if opacity > MOST_BESIDE * float(room.opacities[found.labels].sum()):
+        return found
+    return replace(found, labels=found.labels & ~(beside | below), floaters=found.floaters | beside)
 
 
 def undo_cut(package: ScenePackage) -> ScenePackage:

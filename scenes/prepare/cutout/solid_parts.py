@@ -1,8 +1,8 @@
 """Solid boxes that stand in for an object where things bump into it, and a guess of its mass.
 
 Collision wants few convex parts. Splats lie on surfaces, and the undersides of things are seldom
-seen; so the cells that a walk from outside cannot reach are taken for solid, and are covered with
-upright boxes, the largest first.
+seen; so cells with walls on most sides are taken for solid, and what is solid is covered with upright
+boxes, the largest first.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ CELL_M = (0.01, 0.04)
 SOLID = 0.5
 """Opacity in a cell from which on it is filled."""
 MOST_PARTS = 16
+WALLS = 4
 LEAST_SHARE = 0.01
 """Of what is solid: a part that adds less is left out."""
 
@@ -97,16 +98,19 @@ def _filled(cloud: SplatCloud, size: NDArray[np.float64], cell: NDArray[np.float
 
 
 def _enclosed(filled: BoolArray) -> BoolArray:
-    """The cells that a walk from the sides or above does not reach; nothing enters from below."""
-    # Walls go on below, so that gaps at their foot close as those above do.
-    below = np.pad(filled, ((2, 2), (2, 2), (2, 0)), mode="constant")
-    below[..., :2] = below[..., 2:3]
-    closed = ndimage.binary_closing(np.pad(below, ((0, 0), (0, 0), (0, 2))), np.ones((3, 3, 3)))
-    walls = closed[2:-2, 2:-2, 2:-2] | filled
-    around = np.pad(~walls, ((1, 1), (1, 1), (0, 1)), constant_values=True)
-    bodies, _ = ndimage.label(around)
-    outside = bodies == bodies[0, 0, -1]
-    return ~outside[1:-1, 1:-1, :-1]
+    """The filled cells, and those that are walled in to at least `WALLS` of four sides and above.
+
+    One side may be missing: scans have gaps, and nobody sees undersides.
+    """
+    closed = ndimage.binary_closing(np.pad(filled, 2), np.ones((3, 3, 3)))[2:-2, 2:-2, 2:-2]
+    walls = closed | filled
+    blocked = np.zeros(walls.shape, dtype=np.int8)
+    for axis, ends in ((0, (1, -1)), (1, (1, -1)), (2, (-1,))):
+        for step in ends:
+            turned = np.flip(walls, axis) if step < 0 else walls
+            behind = np.logical_or.accumulate(turned, axis=axis)
+            blocked += np.flip(behind, axis) if step < 0 else behind
+    return walls | (blocked >= WALLS)
 
 
 def _largest_box(filled: BoolArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.pose import Pose
+from scenes.prepare.cutout.seen_surface import NOTHING, SeenSurface
 from scenes.splats import SplatCloud
 
 FloatArray = NDArray[np.float64]
@@ -20,6 +21,10 @@ SOLID = 0.3
 SUPPORT_REACH_M = 0.06
 """A support is looked for this far above and below the object's lowest splats."""
 LEAST_SUPPORT = 12
+SURFACE_TAIL = 0.0005
+"""The same as `TAIL` for points that several views agree about."""
+LEAST_SURFACE = 300
+"""Points of a surface from which on they say more than splats."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,8 +43,16 @@ class UprightBox:
     support_z_m: float
     supported: bool
 
+    def holds(self, points: FloatArray, margin_m: float) -> NDArray[np.bool_]:
+        """(N,) whether world points (N, 3) lie in the box or at most a margin beside it."""
+        in_box = self.world_from_box.inverse() @ points
+        half = 0.5 * np.array(self.size_m)
+        return (np.abs(in_box - (0.0, 0.0, half[2])) <= half + margin_m).all(axis=1)
 
-def upright_box(cloud: SplatCloud, surroundings: SplatCloud) -> UprightBox:
+
+def upright_box(
+    cloud: SplatCloud, surroundings: SplatCloud, surface: SeenSurface = NOTHING
+) -> UprightBox:
     """The box of an object.
 
     The yaw is that of the smallest rectangle around the object seen from above, of the four alike
@@ -48,6 +61,7 @@ def upright_box(cloud: SplatCloud, surroundings: SplatCloud) -> UprightBox:
     Args:
         cloud: the object's splats, world frame.
         surroundings: the room without it.
+        surface: what views agree about; where it is enough, it decides instead of the splats.
 
     Raises:
         ValueError: there are fewer than four splats.
@@ -58,12 +72,18 @@ def upright_box(cloud: SplatCloud, surroundings: SplatCloud) -> UprightBox:
     chosen = cloud.select(solid) if solid.sum() >= 4 else cloud
     points = chosen.means.astype(np.float64)
     weights = chosen.opacities.astype(np.float64)
-    bottom, top = _span(points[:, 2], weights)
-    support, found = _support(points, surroundings, bottom)
-    yaw = _yaw(points, weights)
+    bottom, top = _span(points[:, 2], weights, TAIL)
+    beside = surroundings.means.astype(np.float64)
+    tail = TAIL
+    if len(surface.thing) >= LEAST_SURFACE:
+        points, weights, tail = surface.thing, np.ones(len(surface.thing)), SURFACE_TAIL
+        bottom, top = _span(points[:, 2], weights, tail)
+        beside = surface.around
+    support, found = _support(points, beside, bottom)
+    yaw = _yaw(points, weights, tail)
     axes = np.array([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]])
-    low_x, high_x = _span(points[:, :2] @ axes[0], weights)
-    low_y, high_y = _span(points[:, :2] @ axes[1], weights)
+    low_x, high_x = _span(points[:, :2] @ axes[0], weights, tail)
+    low_y, high_y = _span(points[:, :2] @ axes[1], weights, tail)
     centre = axes.T @ (0.5 * (low_x + high_x), 0.5 * (low_y + high_y))
     return UprightBox(
         Pose.from_yaw(yaw, (centre[0], centre[1], support)),
@@ -73,33 +93,32 @@ def upright_box(cloud: SplatCloud, surroundings: SplatCloud) -> UprightBox:
     )
 
 
-def _span(values: FloatArray, weights: FloatArray) -> tuple[float, float]:
-    """Lowest and highest value without the tails of the weight."""
+def _span(values: FloatArray, weights: FloatArray, tail: float) -> tuple[float, float]:
+    """Lowest and highest value without a share `tail` of the weight at each end."""
     order = np.argsort(values)
     running = np.cumsum(weights[order]) / weights.sum()
-    low, high = np.searchsorted(running, (TAIL, 1.0 - TAIL))
+    low, high = np.searchsorted(running, (tail, 1.0 - tail))
     last = len(values) - 1
     return float(values[order[min(low, last)]]), float(values[order[min(high, last)]])
 
 
-def _yaw(points: FloatArray, weights: FloatArray) -> float:
+def _yaw(points: FloatArray, weights: FloatArray, tail: float) -> float:
     """Angle of the smallest rectangle around the points seen from above, within ±45°."""
     inner = np.ones(len(points), dtype=bool)
     for axis in (0, 1):
-        low, high = _span(points[:, axis], weights)
+        low, high = _span(points[:, axis], weights, tail)
         inner &= (points[:, axis] >= low) & (points[:, axis] <= high)
     _, _, angle_deg = cv2.minAreaRect(points[inner, :2].astype(np.float32))
     return float(np.deg2rad((angle_deg + 45.0) % 90.0 - 45.0))
 
 
-def _support(points: FloatArray, surroundings: SplatCloud, bottom: float) -> tuple[float, bool]:
+def _support(points: FloatArray, means: FloatArray, bottom: float) -> tuple[float, bool]:
     """Height of the flat thing under or around the object's foot, and whether there is one."""
     low = points[:, :2].min(axis=0) - 0.1
     high = points[:, :2].max(axis=0) + 0.1
-    means = surroundings.means
     beside = ((means[:, :2] > low) & (means[:, :2] < high)).all(axis=1)
     beside &= np.abs(means[:, 2] - bottom) < SUPPORT_REACH_M
-    heights = means[beside, 2].astype(np.float64)
+    heights = means[beside, 2]
     if len(heights) < LEAST_SUPPORT:
         return bottom, False
     counts, edges = np.histogram(heights, bins=np.arange(-1, 2.01, 0.1) * SUPPORT_REACH_M + bottom)

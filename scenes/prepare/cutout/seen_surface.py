@@ -1,0 +1,183 @@
+"""Where a thing's surface is, as many views of the room together see it.
+
+Splats of a trained room float before and behind what they paint, and big ones end far beyond their
+centres. What views agree about is firmer: the depth of what is drawn inside the thing's outline,
+kept where several views find a surface in the same place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from scenes.cameras import Pinhole, pixel_centres
+from scenes.package_records import ViewPoint
+from scenes.pose import Pose
+from scenes.prepare.cutout.bodies import bodies
+from scenes.prepare.cutout.lifting import share
+from scenes.prepare.surface_depth import surface_depth
+from scenes.render.native import NativeRenderer
+from scenes.splats import SplatCloud
+
+FloatArray = NDArray[np.float64]
+
+MOST_VIEWS = 24
+MARGIN = 0.25
+"""Of the thing's size in a view: how far around it the view is cropped."""
+MOST_PX = 260
+"""Longest side of a crop."""
+MAJORITY = 0.5
+"""Share of a pixel's light from which on it is the thing's."""
+PURE = 0.9
+"""The same for its depth to be the thing's alone."""
+LEAST_PX = 60
+"""A smaller outline says nothing."""
+RIM_PX = 3.0
+"""How far a depth may be carried to the outline: depth is unsure at edges, outlines are not."""
+CELL_M = 0.01
+"""Least side of a cell in which views agree."""
+CELL_PX = 2.0
+"""A cell is also at least as wide as so many pixels of the crops."""
+AGREEING = 4
+"""How many views have to find a surface in the same cell."""
+LEAST_VIEWS = 6
+"""Of fewer views so many seldom agree."""
+GAP_M = 0.03
+"""Pieces of surface farther apart than twice this are different things."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SeenSurface:
+    """What views agree about; world points, none where too few views frame the thing whole.
+
+    Attributes:
+        thing: (P, 3) on the thing's surface.
+        around: (Q, 3) on surfaces beside it, as far as the thing is large.
+    """
+
+    thing: FloatArray
+    around: FloatArray
+
+
+NOTHING = SeenSurface(np.zeros((0, 3)), np.zeros((0, 3)))
+
+
+def seen_surface(
+    cloud: SplatCloud,
+    labels: NDArray[np.bool_],
+    viewpoints: Sequence[ViewPoint],
+    *,
+    renderer: NativeRenderer,
+) -> SeenSurface:
+    """Points on the surfaces of a thing and of what is beside it that `AGREEING` views see.
+
+    Args:
+        cloud: the whole room, metres.
+        labels: (N,) the thing's splats.
+        viewpoints: of the room; pinhole ones that frame the thing whole are used, evenly chosen.
+        renderer: draws the room.
+    """
+    own = cloud.means[labels].astype(np.float64)
+    framing = [
+        (view, crop)
+        for view in viewpoints
+        if isinstance(view.camera, Pinhole)
+        and (crop := cropped(view.camera, view.world_from_camera, own)) is not None
+    ]
+    if len(framing) < LEAST_VIEWS:
+        return NOTHING
+    picks = np.linspace(0, len(framing) - 1, min(MOST_VIEWS, len(framing))).round().astype(int)
+    things, arounds, sizes_m = [], [], []
+    for pick in picks:
+        view, camera = framing[pick]
+        thing, around = _surface_in_view(cloud, labels, camera, view.world_from_camera, renderer)
+        things.append(thing)
+        arounds.append(around)
+        away = np.linalg.norm(thing - view.world_from_camera.translation, axis=1)
+        sizes_m.append(away / camera.fx)
+    pixels_m = np.concatenate(sizes_m)
+    if not len(pixels_m):
+        return NOTHING
+    cell_m = max(CELL_M, CELL_PX * float(np.median(pixels_m)))
+    thing = _agreed(things, cell_m)
+    if not len(thing):
+        return NOTHING
+    _, body = bodies(thing, GAP_M)
+    thing = thing[body == np.argmax(np.bincount(body))]
+    around = _agreed(arounds, cell_m)
+    low, high = thing.min(axis=0), thing.max(axis=0)
+    reach = (high - low).max()
+    near = ((around > low - reach) & (around < high + reach)).all(axis=1)
+    return SeenSurface(thing, around[near])
+
+
+def cropped(camera: Pinhole, world_from_camera: Pose, points: FloatArray) -> Pinhole | None:
+    """The part of a view around world points (N, 3), at most `MOST_PX` large.
+
+    None where a point lies outside the picture, but for the outermost few.
+    """
+    if not len(points):
+        return None
+    in_camera = world_from_camera.inverse() @ points
+    if (in_camera[:, 2] <= 0).mean() > 0.02:
+        return None
+    pixels, _ = camera.project(in_camera[in_camera[:, 2] > 0])
+    low, high = np.percentile(pixels, (1, 99), axis=0)
+    limit = np.array([camera.width_px, camera.height_px])
+    if (low < 0).any() or (high > limit).any():
+        return None
+    reach = MARGIN * (high - low).max() + 4
+    first = np.floor(np.maximum(low - reach, 0)).astype(int)
+    last = np.ceil(np.minimum(high + reach, limit)).astype(int)
+    scale = min(1.0, MOST_PX / float((last - first).max()))
+    size = np.maximum(np.round((last - first) * scale).astype(int), 1)
+    return Pinhole(
+        int(size[0]),
+        int(size[1]),
+        camera.fx * scale,
+        camera.fy * scale,
+        (camera.cx - float(first[0])) * scale,
+        (camera.cy - float(first[1])) * scale,
+    )
+
+
+def _surface_in_view(
+    cloud: SplatCloud,
+    labels: NDArray[np.bool_],
+    camera: Pinhole,
+    world_from_camera: Pose,
+    renderer: NativeRenderer,
+) -> tuple[FloatArray, FloatArray]:
+    """World points (K, 3) drawn inside the thing's outline, up to its rim, and (L, 3) outside."""
+    light = share(cloud, labels, camera, world_from_camera, renderer=renderer)
+    outline = light > MAJORITY
+    if outline.sum() < LEAST_PX:
+        return np.zeros((0, 3)), np.zeros((0, 3))
+    depth = surface_depth(cloud, camera, world_from_camera, renderer=renderer)
+    rays = camera.unproject(pixel_centres(camera)).reshape(*depth.shape, 3)
+    rays = rays / rays[..., 2:]
+    away = (light < 1.0 - PURE) & (depth > 0)
+    around = world_from_camera @ (rays[away] * depth[away].astype(np.float64)[:, None])
+    sure = (light > PURE) & (depth > 0)
+    if not sure.any():
+        return np.zeros((0, 3)), around
+    apart, nearest = ndimage.distance_transform_edt(~sure, return_indices=True)
+    reached = outline & (apart <= RIM_PX)
+    z = depth[nearest[0], nearest[1]][reached].astype(np.float64)
+    return world_from_camera @ (rays[reached] * z[:, None]), around
+
+
+def _agreed(by_view: Sequence[FloatArray], cell_m: float) -> FloatArray:
+    """(K, 3) the points of all views in whose cell enough views have some."""
+    points = np.concatenate(by_view)
+    if not len(points):
+        return points
+    view = np.repeat(np.arange(len(by_view)), [len(there) for there in by_view])
+    _, cell = np.unique(np.floor(points / cell_m).astype(np.int64), axis=0, return_inverse=True)
+    cell = cell.ravel()
+    pairs = np.unique(np.stack([cell, view], axis=1), axis=0)
+    return points[np.bincount(pairs[:, 0])[cell] >= AGREEING]
