@@ -22,6 +22,7 @@ from scenes.prepare.cutout.lifting import share
 from scenes.prepare.cutout.masks import GrabCutMasks, Masks, Prompt
 from scenes.prepare.cutout.prompted_views import PromptedView, drawn_picture, masked_views
 from scenes.prepare.cutout.proposals import Proposal, propose
+from scenes.prepare.cutout.sam_masks import SamMasks
 from scenes.prepare.cutout.separate import Separation
 from scenes.prepare.reconstruction import View, read_picture
 from scenes.render.native import NativeRenderer
@@ -61,6 +62,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         metavar="DIR",
         help="photos named as the views; else splats are drawn",
+    )
+    parser.add_argument(
+        "--masks-model",
+        type=Path,
+        metavar="FILE.onnx",
+        help="encoder of a SAM 2 export, its decoder beside it, to find masks with; else GrabCut",
     )
     parser.add_argument(
         "--preview", type=Path, metavar="DIR", help="leave a picture of what was found per view"
@@ -133,7 +140,8 @@ def _cut(args: argparse.Namespace, package: ScenePackage) -> tuple[dict[str, obj
     else:
         prompts = prompts_of(args.box, args.click, args.stroke_out)
         views = prompted_views(package, prompts, args.photos)
-        done = cut(package, views, object_id=object_id, name=args.name, kind=args.kind)
+        masks = GrabCutMasks() if args.masks_model is None else SamMasks(args.masks_model)
+        done = cut(package, views, object_id=object_id, name=args.name, kind=args.kind, masks=masks)
     seconds = time.perf_counter() - start
     save_package(done.package, args.scene)
     if args.preview is not None:

@@ -139,6 +139,14 @@ def test_photos_are_looked_at_if_given(nexus, scene, tmp_path):
         (["--name", "a", "--box", "0.png", "30", "2", "1", "40"], "left < right"),
         (["--name", "a", "--click", "0.png", "30"], "wanted X Y of each point"),
         (["--name", "a", "--box", "0.png", "1", "1", "12", "12"], "there is no object"),
+        (
+            ["--name", "a", "--box", "0.png", "1", "2", "30", "40", "--masks-model", "no.onnx"],
+            "no.onnx: which file is its decoder?",
+        ),
+        (
+            ["--name", "a", "--box", "0.png", "1", "2", "3", "4", "--masks-model", "encoder.onnx"],
+            "encoder.onnx: no such file",
+        ),
         (["--name", "a", "--propose", "--accept", "7"], "--accept 7: there are 1 proposals"),
         (["--undo"], "there is no cut to undo"),
     ],

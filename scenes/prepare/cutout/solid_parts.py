@@ -89,11 +89,13 @@ def _filled(cloud: SplatCloud, size: NDArray[np.float64], cell: NDArray[np.float
     for u in steps:
         for v in steps:
             points = cloud.means + u * axes[:, :, 0] + v * axes[:, :, 1]
-            index = np.floor((points + (0.5 * size[0], 0.5 * size[1], 0.0)) / cell).astype(np.intp)
-            inside = ((index >= 0) & (index < shape)).all(axis=1)
+            at = (points + (0.5 * size[0], 0.5 * size[1], 0.0)) / cell
+            # Faces lie on the box: half of their splats are a little outside.
+            inside = ((at > -1) & (at < np.array(shape) + 1)).all(axis=1)
+            index = np.clip(np.floor(at).astype(np.intp), 0, np.array(shape) - 1)[inside]
             weight = clear[inside] * np.exp(-0.5 * (u * u + v * v))
             # A splat's samples share it: all of them in one cell fill it once.
-            np.add.at(through, tuple(index[inside].T), weight / 5.0)
+            np.add.at(through, tuple(index.T), weight / 5.0)
     return 1.0 - np.exp(through) > SOLID
 
 
