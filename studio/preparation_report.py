@@ -14,13 +14,15 @@ from scenes.frames import look_at
 from scenes.mesh import CollisionMesh
 from scenes.pose import Pose
 from scenes.prepare.footage.contact_sheet import contact_sheet
-from scenes.prepare.pipeline import PREVIEWS, Prepared
+from scenes.prepare.pipeline import Prepared
+from scenes.prepare.room_splats import PREVIEWS
 from scenes.prepare.stages import WorkFolder
 from scenes.rays import RayScene
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats, RenderOptions
 from studio.figures import INK, as_svg, figure_style
 from studio.page import embedded_jpeg, page
+from studio.preparation_verdict import verdict_of
 from studio.rows import Row, describe_machine
 
 Picture = NDArray[np.uint8]
@@ -36,13 +38,13 @@ def render_report(
     prepared: Prepared, work: WorkFolder, rows: list[Row], renderer: NativeRenderer
 ) -> str:
     """The page as HTML, complete in itself."""
-    alignment = prepared.alignment
+    verdict = verdict_of(prepared)
     return page("preparation.html.j2").render(
         prepared=prepared,
         package=prepared.package,
         rows=rows,
         minutes=sum(stage.seconds or 0.0 for stage in prepared.package.stages) / 60,
-        metric=bool(alignment.anchors),
+        verdict=verdict,
         cards=_cards(rows),
         contact=embedded_jpeg(
             contact_sheet(
@@ -60,7 +62,6 @@ def render_report(
         if prepared.package.collision is not None
         else "",
         errors=_errors(prepared),
-        warnings=[*prepared.sfm.advice, *alignment.warnings],
         rejected=prepared.capture.counts(),
         machine=describe_machine(),
     )
@@ -69,6 +70,7 @@ def render_report(
 def _cards(rows: list[Row]) -> list[dict[str, str]]:
     shown = (
         ("prepare.wall_min", "Time, all stages", "min", "{:.1f}"),
+        ("prepare.preview_min", "To the first picture", "min", "{:.1f}"),
         ("prepare.placed", "Pictures placed", "", "{:.0%}"),
         ("prepare.psnr_db", "Views kept aside", "dB", "{:.1f}"),
         ("prepare.alignment_mm.predicted_95", "Position error, 95 % bound", "mm", "{:.1f}"),
@@ -77,7 +79,7 @@ def _cards(rows: list[Row]) -> list[dict[str, str]]:
     return [
         {"title": title, "value": form.format(values[name]), "unit": unit}
         for name, title, unit, form in shown
-        if values.get(name) is not None
+        if values.get(name) is not None and values[name] == values[name]
     ]
 
 

@@ -8,66 +8,149 @@ import sys
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
+from studio.preparation_verdict import preview_min, verdict_of
 from studio.rows import Row, as_json, as_table, at_most, exit_code
 
 if TYPE_CHECKING:
-    from scenes.prepare.pipeline import KnownLength, Prepared
+    from scenes.cameras import Rig
+    from scenes.mesh import QrCode
+    from scenes.prepare.options import KnownLength, PrepareOptions
+    from scenes.prepare.pipeline import Prepared
 
 QUALITIES = ("preview", "default", "fine")
-REPORT = "report.html"
+TRAINERS = ("built-in", "gsplat", "brush", "opensplat", "inria")
+REPORT, ORIGIN = "report.html", "shared-origin.json"
+
+EXAMPLES = """\
+examples:
+  a phone video, codes of 20 cm on the walls
+    nexus prepare room.mp4 --qr-size 0.2 --out room.gnx
+  photos, a length measured in the room, its ends in two photos each
+    nexus prepare photos --length 2.035 --end a 3.jpg 812 400 --end a 7.jpg 640 391 \\
+      --end b 3.jpg 820 1210 --end b 7.jpg 655 1188 --out room.gnx
+  a 360° camera's own video, both lenses side by side
+    nexus prepare walk.insv --rig rig.json --qr-size 0.2 --out room.gnx
+  poses that COLMAP found, or an app with ARKit, in metres
+    nexus prepare photos --poses project/sparse/0 --qr-size 0.2 --out room.gnx
+    nexus prepare photos --poses transforms.json --metric-poses --out room.gnx
+  splats that were trained elsewhere on those poses
+    nexus prepare photos --poses project --splats point_cloud.ply --qr-size 0.2 --out room.gnx
+  another trainer, and a headset's mesh to collide with
+    nexus prepare room.mp4 --trainer brush --mesh headset.glb --qr-size 0.2 --out room.gnx"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's flags."""
+    parser.epilog = EXAMPLES
     parser.add_argument(
         "source", type=Path, metavar="INPUT", help="a video, or a folder of photos; only read"
     )
     parser.add_argument(
         "--out", type=Path, required=True, metavar="SCENE", help="folder of the scene package"
     )
+    _pictures(parser.add_argument_group("pictures and where they were taken"))
+    _scale(parser.add_argument_group("scale, up and origin"))
+    _splats(parser.add_argument_group("splats and mesh"))
+    parser.add_argument("--seed", type=int, default=0, help="decides everything random")
     parser.add_argument(
+        "--work",
+        type=Path,
+        metavar="DIR",
+        help="where finished stages are kept, to go on there (default: SCENE.prepare)",
+    )
+    parser.add_argument("--json", action="store_true", help="print the figures as JSON")
+    # What contradicts itself is told like any other wrong command line.
+    parser.set_defaults(refuse=parser.error)
+
+
+def _pictures(group: argparse._ArgumentGroup) -> None:
+    group.add_argument("--frames", type=int, metavar="N", help="how many a video should give")
+    group.add_argument(
+        "--rig",
+        type=Path,
+        metavar="FILE",
+        help="calibration of the 360° camera that took the video, lenses side by side in it",
+    )
+    group.add_argument(
+        "--poses",
+        type=Path,
+        metavar="PATH",
+        help="take poses from a COLMAP model's folder or a transforms.json of nerfstudio or an "
+        "ARKit app, instead of finding them; INPUT is the folder of its photos",
+    )
+    group.add_argument(
+        "--metric-poses", action="store_true", help="those poses are in metres, as ARKit's are"
+    )
+
+
+def _scale(group: argparse._ArgumentGroup) -> None:
+    group.add_argument(
         "--qr-size",
         type=_sides,
         metavar="M",
         help="printed side of the codes in metres, without the white border; "
         "or CODE=M,CODE=M where they differ. Without it the scale is guessed",
     )
-    parser.add_argument(
+    group.add_argument(
         "--anchors",
         type=Path,
         metavar="FILE",
         help="anchors.json of a scene whose world this one shall share",
     )
-    parser.add_argument(
+    group.add_argument(
         "--length",
         type=float,
         metavar="M",
         help="a length measured in the room, where no code is; --end says between what",
     )
-    parser.add_argument(
+    group.add_argument(
         "--end",
         nargs=4,
         action="append",
         metavar=("WHICH", "PHOTO", "X", "Y"),
         help="pixel of one end of the length (a or b) in a photo; two photos or more for each end",
     )
-    parser.add_argument(
+
+
+def _splats(group: argparse._ArgumentGroup) -> None:
+    group.add_argument(
         "--quality",
         choices=QUALITIES,
         default="default",
         help="training time: half a minute, two, eight",
     )
-    parser.add_argument("--frames", type=int, metavar="N", help="how many a video should give")
-    parser.add_argument("--seed", type=int, default=0, help="decides everything random")
-    parser.add_argument(
-        "--work",
-        type=Path,
-        metavar="DIR",
-        help="where unfinished stages are kept, to go on there (default: SCENE.prepare)",
+    group.add_argument(
+        "--trainer",
+        choices=TRAINERS,
+        default="built-in",
+        help="what trains; the others are programs of their own, under their own licences",
     )
-    parser.add_argument("--json", action="store_true", help="print the figures as JSON")
+    group.add_argument(
+        "--trainer-program",
+        type=Path,
+        metavar="FILE",
+        help="where that program is: gsplat's simple_trainer.py, Inria's train.py, or the binary "
+        "if it is not on the PATH",
+    )
+    group.add_argument(
+        "--splats",
+        type=Path,
+        metavar="FILE",
+        help="take splats that were trained on the photos at --poses; refused if they do not draw "
+        "the photos",
+    )
+    group.add_argument(
+        "--mesh",
+        type=Path,
+        metavar="FILE",
+        help="collide with a headset's mesh of the room (.glb, .obj, .ply, .stl), laid on the "
+        "splats' surface; otherwise that surface",
+    )
+    group.add_argument(
+        "--keep-floaters", action="store_true", help="leave stray splats where they are"
+    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -77,26 +160,19 @@ def run(args: argparse.Namespace) -> int:
         ValueError, OSError: as `scenes.prepare.pipeline.prepare`.
     """
     from scenes.formats.atomic import write_file
-    from scenes.prepare.footage.capture import CaptureOptions
-    from scenes.prepare.pipeline import PrepareOptions, prepare
+    from scenes.prepare.align.shared_origin import shared_origin_to_json
+    from scenes.prepare.pipeline import prepare
     from scenes.prepare.stages import open_work_folder
     from scenes.render.native import NativeRenderer
     from studio.preparation_report import render_report
     from studio.progress import StageProgress, text_progress
 
+    options = _options(args)
     told = StageProgress(text_progress())
     work = open_work_folder(
         args.work or args.out.with_name(f"{args.out.name}.prepare"),
         seconds=time.monotonic,
         progress=told,
-    )
-    options = PrepareOptions(
-        quality=args.quality,
-        sides_m=args.qr_size,
-        known_codes=_known_codes(args.anchors),
-        known_length=_known_length(args.length, args.end or []),
-        capture=CaptureOptions() if args.frames is None else CaptureOptions(frames=args.frames),
-        seed=args.seed,
     )
     renderer = NativeRenderer()
     prepared = prepare(args.source, args.out, work=work, options=options, renderer=renderer)
@@ -104,15 +180,55 @@ def run(args: argparse.Namespace) -> int:
     rows = rows_of(prepared)
     report = work.path / REPORT
     write_file(report, [render_report(prepared, work, rows, renderer).encode()])
+    if prepared.alignment.anchors:
+        text = shared_origin_to_json(prepared.alignment)
+        write_file(work.path / ORIGIN, [text.encode()])
     if args.json:
         print(json.dumps(as_json("prepare", rows, args.seed), indent=2))
     else:
         print(as_table(rows))
-    for warning in prepared.alignment.warnings:
-        print(f"note: {warning}", file=sys.stderr)
+    verdict = verdict_of(prepared)
+    print(verdict.headline, file=sys.stderr)
+    for note in verdict.notes:
+        print(f"note: {note}", file=sys.stderr)
     print(f"scene: {args.out}\nreport: {report}", file=sys.stderr)
     print(f"next: nexus studio {args.out}", file=sys.stderr)
     return exit_code(rows)
+
+
+def _options(args: argparse.Namespace) -> PrepareOptions:
+    """The options, or the end of the program where the command line contradicts itself.
+
+    Raises:
+        ValueError: a file that a flag names is damaged.
+    """
+    from scenes.prepare.footage.capture import CaptureOptions
+    from scenes.prepare.options import PrepareOptions
+
+    codes, rig = _known_codes(args.anchors), _rig(args.rig)
+    for path in (args.poses, args.splats, args.mesh, args.trainer_program):
+        if path is not None and not path.exists():
+            raise ValueError(f"{path}: there is no such file or folder; check the name")
+    try:
+        frames = {} if args.frames is None else {"frames": args.frames}
+        return PrepareOptions(
+            quality=args.quality,
+            poses=args.poses,
+            metric_poses=args.metric_poses,
+            splats=args.splats,
+            trainer=args.trainer,
+            program=args.trainer_program,
+            headset_mesh=args.mesh,
+            sides_m=args.qr_size,
+            known_codes=codes,
+            known_length=_known_length(args.length, args.end or []),
+            capture=CaptureOptions(**frames, rig=rig),
+            seed=args.seed,
+            keep_floaters=args.keep_floaters,
+        )
+    except ValueError as error:
+        refuse: NoReturn = args.refuse(str(error))
+        return refuse
 
 
 def rows_of(prepared: Prepared) -> list[Row]:
@@ -122,12 +238,14 @@ def rows_of(prepared: Prepared) -> list[Row]:
     count = len(prepared.sfm.placed) + len(prepared.sfm.failed)
     rows = [
         at_most("prepare.wall_min", sum(seconds.values()) / 60, "min"),
+        Row("prepare.preview_min", preview_min(prepared), "min"),
         at_most("prepare.train_min", seconds.get("training", 0.0) / 60, "min"),
         Row("prepare.placed", len(prepared.sfm.placed) / count, ""),
         Row("prepare.reprojection_px", prepared.sfm.error_px, "px"),
         Row("prepare.psnr_db", training.psnr_db, "dB"),
         Row("prepare.ssim", training.ssim, ""),
-        Row("prepare.splats", len(training.cloud), ""),
+        Row("prepare.splats", len(prepared.package.room), ""),
+        Row("prepare.floaters", prepared.floaters, ""),
     ]
     if alignment.anchors:
         middle = prepared.package.footprint_m.mean(axis=0)
@@ -155,7 +273,7 @@ def _known_length(length_m: float | None, ends: Sequence[Sequence[str]]) -> Know
     Raises:
         ValueError: an end is neither a nor b or has no pixel, or only one of both flags is given.
     """
-    from scenes.prepare.pipeline import KnownLength
+    from scenes.prepare.options import KnownLength
 
     if length_m is None and not ends:
         return None
@@ -172,7 +290,7 @@ def _known_length(length_m: float | None, ends: Sequence[Sequence[str]]) -> Know
     return KnownLength(length_m, picks["a"], picks["b"])
 
 
-def _known_codes(path: Path | None) -> tuple:
+def _known_codes(path: Path | None) -> tuple[QrCode, ...]:
     from scenes.package_files import read_items
     from scenes.package_records import code_from_json
 
@@ -182,3 +300,17 @@ def _known_codes(path: Path | None) -> tuple:
         return tuple(code_from_json(values) for values in read_items(path))
     except KeyError as error:
         raise ValueError(f"{path}: field {error} is missing; give a scene's anchors.json") from None
+
+
+def _rig(path: Path | None) -> Rig | None:
+    from scenes.cameras import rig_from_json
+
+    if path is None:
+        return None
+    try:
+        return rig_from_json(json.loads(path.read_text(encoding="utf-8")))
+    except (ValueError, TypeError, AttributeError) as error:
+        raise ValueError(
+            f"{path}: no calibration of a 360° camera ({error}); wanted JSON with lenses and "
+            "rig_from_lens, see docs/preparation.md"
+        ) from None

@@ -1,4 +1,4 @@
-"""The room's hidden mesh, from splats where no headset has scanned one, or a headset's, registered.
+"""The room's hidden mesh, from its splats.
 
 Depth pictures of the splats are fused in a truncated signed distance volume (Curless and Levoy
 1996); the mesh is its zero surface, thinned.
@@ -7,7 +7,6 @@ Depth pictures of the splats are fused in a truncated signed distance volume (Cu
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -32,23 +31,6 @@ LEAST_VIEWS = 1.5
 PICTURE_PX = (320, 240)
 MOST_FACES = 60_000
 SMALLEST_BODY_FACES = 60
-ICP_POINTS = 40_000
-ICP_REACHES_M = (0.30, 0.10, 0.04)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Registration:
-    """How a headset's mesh lies in the room.
-
-    Attributes:
-        world_from_mesh: its pose.
-        rms_m: distance of its vertices to the splats' surface, where they overlap.
-        overlap: share of its vertices that have a partner there.
-    """
-
-    world_from_mesh: Pose
-    rms_m: float
-    overlap: float
 
 
 def mesh_of_splats(
@@ -111,40 +93,6 @@ def mesh_of_splats(
     return _tidied(volume.extract_triangle_mesh(LEAST_VIEWS).to_legacy())
 
 
-def register_mesh(mesh: CollisionMesh, room: CollisionMesh, world_from_guess: Pose) -> Registration:
-    """Fit a headset's mesh to the room's by point-to-plane ICP from a first guess.
-
-    Args:
-        mesh: the headset's, in its own frame, metres.
-        room: the room's, world.
-        world_from_guess: roughly the mesh's pose, within some 30 cm and 10°: from the shared code.
-
-    Raises:
-        ValueError: less than a fifth of the mesh finds a partner.
-    """
-    import open3d as o3d
-
-    moving, fixed = _as_points(mesh), _as_points(room)
-    matrix = world_from_guess.matrix()
-    fit = None
-    for reach_m in ICP_REACHES_M:
-        fit = o3d.pipelines.registration.registration_icp(
-            moving,
-            fixed,
-            reach_m,
-            matrix,
-            o3d.pipelines.registration.TransformationEstimationPointToPlane(),
-        )
-        matrix = fit.transformation
-    assert fit is not None
-    if fit.fitness < 0.2:
-        raise ValueError(
-            f"only {fit.fitness:.0%} of the headset's mesh lies on the room's surfaces, "
-            "wanted 20 %; is it a mesh of this room, and is the shared code the same?"
-        )
-    return Registration(Pose.from_matrix(matrix), float(fit.inlier_rmse), float(fit.fitness))
-
-
 def _shrunk(camera: Pinhole) -> Pinhole:
     scale = min(1.0, PICTURE_PX[0] / camera.width_px, PICTURE_PX[1] / camera.height_px)
     return Pinhole(
@@ -172,16 +120,3 @@ def _tidied(mesh: Any) -> CollisionMesh:
         np.asarray(mesh.vertices),
         np.asarray(mesh.triangles),
     )
-
-
-def _as_points(mesh: CollisionMesh) -> Any:
-    import open3d as o3d
-
-    surface = o3d.geometry.TriangleMesh(
-        o3d.utility.Vector3dVector(mesh.vertices.astype(np.float64)),
-        o3d.utility.Vector3iVector(mesh.faces.copy()),
-    )
-    surface.compute_vertex_normals()
-    # Open3D samples with its own generator; the same meshes shall give the same pose.
-    o3d.utility.random.seed(0)
-    return surface.sample_points_uniformly(ICP_POINTS)

@@ -3,94 +3,49 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from scenes.cameras import Pinhole
+from scenes.formats.atomic import write_file
 from scenes.formats.mesh_glb import read_mesh, write_mesh
 from scenes.frames import look_at
 from scenes.mesh import CollisionMesh, QrCode
 from scenes.package import ScenePackage, save_package
-from scenes.package_records import ViewPoint
+from scenes.package_records import ViewPoint, code_to_json
 from scenes.pose import Pose
 from scenes.prepare.align.align import align
 from scenes.prepare.align.alignment import Alignment, apply_alignment
 from scenes.prepare.align.anchors import find_anchors
 from scenes.prepare.align.by_length import align_by_length, picked_point
-from scenes.prepare.align.unmeasured import guessed_alignment
+from scenes.prepare.align.saved_alignment import load_alignment, save_alignment
+from scenes.prepare.align.unmeasured import guessed_alignment, stated_alignment
 from scenes.prepare.collision import mesh_of_splats
-from scenes.prepare.footage.capture import Capture, CaptureOptions
-from scenes.prepare.footage.gather import gather
+from scenes.prepare.cutout.floaters import remove_floaters
+from scenes.prepare.footage.capture import Capture
+from scenes.prepare.footage.gather import capture_key, gather
+from scenes.prepare.headset_mesh import place_mesh
+from scenes.prepare.options import PrepareOptions
+from scenes.prepare.poses.given_poses import as_capture, as_report, import_poses, load_imported
 from scenes.prepare.poses.sfm import SfmReport, reconstruct
-from scenes.prepare.poses.sfm_job import SfmOptions
 from scenes.prepare.progress import Progress
 from scenes.prepare.reconstruction import Reconstruction
-from scenes.prepare.stages import WorkFolder
+from scenes.prepare.room_splats import import_splats, train_room, trainer_of
+from scenes.prepare.stages import WorkFolder, stamps
 from scenes.prepare.train import checkpoint
-from scenes.prepare.train.train import BuiltInTrainer
 from scenes.prepare.train.trained_file import load_training, save_training
-from scenes.prepare.train.trainer import PRESETS, Preview, Stopwatch, TrainingResult
+from scenes.prepare.train.trainer import TrainingResult
 from scenes.render.native import NativeRenderer
 
 RIG_HEIGHT_M = 1.3
 FOOTPRINT_SHARE = 0.02
 """Of the sparse points, left out at each side when the room's extent is found."""
 COLLISION_VIEWS = 60
-PREVIEWS, COLLISION_FILE = "previews", "room.glb"
-
-
-@dataclass(frozen=True, slots=True)
-class KnownLength:
-    """A length measured in the room.
-
-    Attributes:
-        metres: the length.
-        a_px: pixel (x, y) of its one end by photo, in two photos or more.
-        b_px: of its other end.
-    """
-
-    metres: float
-    a_px: Mapping[str, tuple[float, float]]
-    b_px: Mapping[str, tuple[float, float]]
-
-
-@dataclass(frozen=True, slots=True)
-class PrepareOptions:
-    """How a room is prepared.
-
-    Attributes:
-        quality: one of `scenes.prepare.train.trainer.PRESETS`.
-        sides_m: printed side of the codes: one for all, or by payload. None ignores codes.
-        known_codes: codes whose poses in the world are known; then that is the room's world.
-        known_length: tells the scale where there are no codes; None guesses it.
-        capture: how frames are chosen.
-        sfm: how they are placed.
-        seed: decides everything random.
-        collision: whether a collision mesh is made.
-
-    Raises:
-        ValueError: there is no such quality.
-    """
-
-    quality: str = "default"
-    sides_m: Mapping[str, float] | float | None = None
-    known_codes: tuple[QrCode, ...] = ()
-    known_length: KnownLength | None = None
-    capture: CaptureOptions = field(default_factory=CaptureOptions)
-    sfm: SfmOptions = field(default_factory=SfmOptions)
-    seed: int = 0
-    collision: bool = True
-
-    def __post_init__(self) -> None:
-        if self.quality not in PRESETS:
-            raise ValueError(
-                f"quality {self.quality!r}: there is none; wanted one of {', '.join(PRESETS)}"
-            )
+TRAINING = "training"
+COLLISION_FILE, REGISTRATION_FILE = "room.glb", "registration.txt"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,6 +59,7 @@ class Prepared:
         reconstruction: photos with poses and sparse points, in world metres.
         alignment: how scale, up and origin were found.
         training: the splats and how well views that were kept aside are drawn.
+        floaters: stray splats that were taken out of the room; undoing the cut brings them back.
     """
 
     package: ScenePackage
@@ -112,6 +68,7 @@ class Prepared:
     reconstruction: Reconstruction
     alignment: Alignment
     training: TrainingResult
+    floaters: int
 
 
 def prepare(
@@ -133,15 +90,24 @@ def prepare(
 
     Raises:
         CaptureError: the pictures cannot become a room; says what to film instead.
-        ValueError: codes contradict each other, or the package has no place.
+        ValueError: codes contradict each other, what was given does not fit the photos, or the
+            package has no place.
         OSError: the disk is full; finished stages are kept.
         Cancelled: as raised by the progress of `work`.
     """
-    capture, reconstruction, sfm = _photos_with_poses(source, work, options)
+    if options.poses is None:
+        capture, reconstruction, sfm = _photos_with_poses(source, work, options)
+    else:
+        capture, reconstruction, sfm = _photos_with_given_poses(
+            source, options.poses, work, options
+        )
     alignment = _aligned(reconstruction, work, options)
     metric = apply_alignment(reconstruction, alignment)
-    training = _trained(metric, work, options, work.seconds)
-    mesh = _collision(training, metric, work, renderer) if options.collision else None
+    if options.splats is None:
+        training = _trained(metric, work, options)
+    else:
+        training = _imported(options.splats, reconstruction, alignment, work, options, renderer)
+    mesh = _collision(training, metric, work, options, renderer) if options.collision else None
     footprint = _footprint(metric)
     package = ScenePackage(
         name=target.stem,
@@ -157,8 +123,11 @@ def prepare(
         ),
         collision=mesh,
     )
+    floaters = 0
+    if not options.keep_floaters:
+        package, floaters = remove_floaters(package)
     save_package(package, target)
-    return Prepared(package, capture, sfm, metric, alignment, training)
+    return Prepared(package, capture, sfm, metric, alignment, training, floaters)
 
 
 def _photos_with_poses(
@@ -169,7 +138,7 @@ def _photos_with_poses(
 
     capture = work.run(
         "capture",
-        {"source": str(source.resolve()), "options": asdict(options.capture)},
+        capture_key(source, options.capture),
         make=frames,
         load=frames,
         detail=lambda result: result.summary(),
@@ -188,44 +157,74 @@ def _photos_with_poses(
     return capture, reconstruction, report
 
 
+def _photos_with_given_poses(
+    pictures: Path, poses: Path, work: WorkFolder, options: PrepareOptions
+) -> tuple[Capture, Reconstruction, SfmReport]:
+    def make(folder: Path, progress: Progress) -> Reconstruction:
+        return import_poses(poses, pictures, folder, options=options.sfm, progress=progress)
+
+    reconstruction = work.run(
+        "poses",
+        {
+            "pictures": str(pictures.resolve()),
+            "given": stamps(poses),
+            "options": asdict(options.sfm),
+        },
+        make=make,
+        load=lambda folder, progress: load_imported(folder),
+        detail=lambda found: f"poses of {len(found.views)} photos taken from {poses.name}",
+    )
+    report = as_report(reconstruction, poses, pictures)
+    return as_capture(reconstruction, pictures), reconstruction, report
+
+
 def _aligned(
     reconstruction: Reconstruction, work: WorkFolder, options: PrepareOptions
 ) -> Alignment:
-    """Codes are quickly found again: nothing is kept but the time that it took."""
-
     def make(folder: Path, progress: Progress) -> Alignment:
-        del folder
-        rng = np.random.default_rng(options.seed)
-        if options.known_length is not None:
-            length = options.known_length
-            return align_by_length(
-                reconstruction,
-                picked_point(reconstruction, length.a_px),
-                picked_point(reconstruction, length.b_px),
-                length_m=length.metres,
-                rng=rng,
-            )
-        if options.sides_m is None:
-            return guessed_alignment(reconstruction, rng=rng)
-        sightings = find_anchors(reconstruction, progress=progress)
-        return align(
-            reconstruction,
-            sightings,
-            sides_m=options.sides_m,
-            world_from_codes={code.payload: code.world_from_code for code in options.known_codes},
-            rng=rng,
-        )
+        alignment = _alignment(reconstruction, options, progress)
+        save_alignment(alignment, folder)
+        return alignment
 
     return work.run(
         "alignment",
         {
             "sides_m": options.sides_m,
-            "codes": [str(code) for code in options.known_codes],
-            "length": str(options.known_length),
+            "codes": [code_to_json(code) for code in options.known_codes],
+            "length": None if options.known_length is None else asdict(options.known_length),
+            "metric": options.metric_poses,
+            "seed": options.seed,
         },
         make=make,
-        load=make,
+        load=lambda folder, progress: load_alignment(folder),
         detail=_alignment_in_words,
+    )
+
+
+def _alignment(
+    reconstruction: Reconstruction, options: PrepareOptions, progress: Progress
+) -> Alignment:
+    """By whatever tells the scale: a length, codes, an app's metres, or nothing."""
+    rng = np.random.default_rng(options.seed)
+    if options.known_length is not None:
+        length = options.known_length
+        return align_by_length(
+            reconstruction,
+            picked_point(reconstruction, length.a_px),
+            picked_point(reconstruction, length.b_px),
+            length_m=length.metres,
+            rng=rng,
+        )
+    if options.sides_m is None:
+        return (stated_alignment if options.metric_poses else guessed_alignment)(
+            reconstruction, rng=rng
+        )
+    return align(
+        reconstruction,
+        find_anchors(reconstruction, progress=progress),
+        sides_m=options.sides_m,
+        world_from_codes={code.payload: code.world_from_code for code in options.known_codes},
+        rng=rng,
     )
 
 
@@ -239,37 +238,56 @@ def _alignment_in_words(alignment: Alignment) -> str:
     return f"on {codes}"
 
 
-def _trained(
-    metric: Reconstruction, work: WorkFolder, options: PrepareOptions, stopwatch: Stopwatch
-) -> TrainingResult:
-    trainer = BuiltInTrainer(
-        PRESETS[options.quality],
-        rng=lambda: np.random.default_rng(options.seed),
-        stopwatch=stopwatch,
-    )
-
+def _trained(metric: Reconstruction, work: WorkFolder, options: PrepareOptions) -> TrainingResult:
     def make(folder: Path, progress: Progress) -> TrainingResult:
-        previews = folder / PREVIEWS
-        previews.mkdir(exist_ok=True)
-
-        def show(preview: Preview) -> None:
-            both = np.hstack([preview.photo, preview.picture])
-            Image.fromarray(both).save(previews / f"{round(1000 * preview.done):04d}.jpg")
-
-        result = trainer.train(metric, folder, progress=progress, show=show)
+        trainer = trainer_of(options, work.seconds)
+        result = train_room(metric, folder, trainer=trainer, progress=progress)
         save_training(result, folder)
         checkpoint.remove(folder)
         return result
 
     return work.run(
-        "training",
-        {"quality": options.quality, "seed": options.seed},
+        TRAINING,
+        {
+            "quality": options.quality,
+            "seed": options.seed,
+            "trainer": options.trainer,
+            "program": str(options.program),
+        },
         make=make,
         load=lambda folder, progress: load_training(folder),
-        detail=lambda result: (
-            f"{len(result.cloud):,} splats by {result.trainer}, {result.psnr_db:.1f} dB on "
-            f"{len(result.held_out)} views kept aside"
-        ),
+        detail=_training_in_words,
+    )
+
+
+def _imported(
+    file: Path,
+    reconstruction: Reconstruction,
+    alignment: Alignment,
+    work: WorkFolder,
+    options: PrepareOptions,
+    renderer: NativeRenderer,
+) -> TrainingResult:
+    def make(folder: Path, progress: Progress) -> TrainingResult:
+        result = import_splats(
+            file, reconstruction, alignment, options=options, renderer=renderer, progress=progress
+        )
+        save_training(result, folder)
+        return result
+
+    return work.run(
+        TRAINING,
+        {"splats": stamps(file), "quality": options.quality},
+        make=make,
+        load=lambda folder, progress: load_training(folder),
+        detail=_training_in_words,
+    )
+
+
+def _training_in_words(result: TrainingResult) -> str:
+    return (
+        f"{len(result.cloud):,} splats by {result.trainer}, {result.psnr_db:.1f} dB on "
+        f"{len(result.held_out)} views kept aside"
     )
 
 
@@ -277,8 +295,10 @@ def _collision(
     training: TrainingResult,
     metric: Reconstruction,
     work: WorkFolder,
+    options: PrepareOptions,
     renderer: NativeRenderer,
 ) -> CollisionMesh | None:
+    """The splats' own surface, or a headset's mesh laid on it."""
     views = [
         (view.camera, view.world_from_camera)
         for view in metric.views
@@ -286,7 +306,7 @@ def _collision(
     ]
     chosen = views[:: max(1, math.ceil(len(views) / COLLISION_VIEWS))]
 
-    def make(folder: Path, progress: Progress) -> CollisionMesh | None:
+    def of_splats(folder: Path, progress: Progress) -> CollisionMesh | None:
         try:
             mesh = mesh_of_splats(training.cloud, chosen, renderer=renderer, progress=progress)
         except ValueError:
@@ -300,10 +320,10 @@ def _collision(
         path = folder / COLLISION_FILE
         return read_mesh(path) if path.is_file() else None
 
-    return work.run(
+    surface = work.run(
         "collision",
         {},
-        make=make,
+        make=of_splats,
         load=load,
         detail=lambda mesh: (
             "none: the splats show no surface that views agree about"
@@ -311,6 +331,36 @@ def _collision(
             else f"{len(mesh.faces):,} triangles"
         ),
     )
+    if options.headset_mesh is None:
+        return surface
+    return _headset_mesh(options.headset_mesh, surface, work)
+
+
+def _headset_mesh(file: Path, surface: CollisionMesh | None, work: WorkFolder) -> CollisionMesh:
+    def make(folder: Path, progress: Progress) -> tuple[CollisionMesh, str]:
+        if surface is None:
+            raise ValueError(
+                f"{file}: cannot be laid on the room, whose splats show no surface; train longer "
+                "or go without the mesh"
+            )
+        mesh, registration = place_mesh(read_mesh(file), surface, progress=progress)
+        write_mesh(folder / COLLISION_FILE, mesh)
+        write_file(folder / REGISTRATION_FILE, [registration.summary().encode()])
+        return mesh, registration.summary()
+
+    def load(folder: Path, progress: Progress) -> tuple[CollisionMesh, str]:
+        del progress
+        words = (folder / REGISTRATION_FILE).read_text(encoding="utf-8")
+        return read_mesh(folder / COLLISION_FILE), words
+
+    mesh, _ = work.run(
+        "headset mesh",
+        {"file": stamps(file)},
+        make=make,
+        load=load,
+        detail=lambda result: f"{len(result[0].faces):,} triangles of {file.name}, {result[1]}",
+    )
+    return mesh
 
 
 def _footprint(metric: Reconstruction) -> NDArray[np.float64]:

@@ -110,6 +110,17 @@ def open_work_folder(path: Path, *, seconds: Callable[[], float], progress: Prog
     return WorkFolder(path, seconds, progress)
 
 
+def stamps(path: Path) -> list[tuple[str, int, int]]:
+    """Name, size and time of a file, or of a folder's files: they change when its content does.
+
+    Raises:
+        OSError: it is not there.
+    """
+    files = sorted(path.iterdir()) if path.is_dir() else [path]
+    status = [(file, file.stat()) for file in files]
+    return [(str(file.resolve()), s.st_size, s.st_mtime_ns) for file, s in status]
+
+
 def _key_of(before: str, name: str, ingredients: Mapping[str, Any]) -> str:
     text = json.dumps([before, name, dict(ingredients)], sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from scenes.mesh import PhysicalRoom
 from scenes.package import load_package
 from scenes.prepare.align.similarity import similarity_from_points
-from scenes.prepare.pipeline import Prepared, PrepareOptions, prepare
+from scenes.prepare.options import PrepareOptions
+from scenes.prepare.pipeline import Prepared, prepare
 from scenes.prepare.reconstruction import Reconstruction, View, read_picture
 from scenes.prepare.stages import open_work_folder
 from scenes.prepare.train.train import BuiltInTrainer
@@ -27,10 +28,12 @@ from sim.phone import SAMPLE_CAPTURE, TRAINING_SET, PhoneOptions, film
 from sim.phone_capture import IMAGES, Capture
 from studio.evaluate.cutouts import CutScore, score_cutouts
 from studio.evaluate.true_labels import triangles_of
+from studio.preparation_verdict import preview_min
 from studio.progress import Progress, StageProgress
 from studio.rows import Row, at_least, at_most
 
 WALL_BAR_MIN = 8.0
+PREVIEW_BAR_MIN = 3.0
 PSNR_BAR_DB = 32.0
 ALIGNMENT_BAR_MM = 5.0
 IOU_BAR = 0.95
@@ -89,6 +92,7 @@ def preparation_rows(
     inside = float((errors_m <= bounds_m).mean())
     return [
         at_most("prepare.wall_min", minutes, "min", bar=WALL_BAR_MIN),
+        at_most("prepare.preview_min", preview_min(prepared), "min", bar=PREVIEW_BAR_MIN),
         at_most(
             "prepare.alignment_mm.median",
             1000 * float(np.median(errors_m)),

@@ -67,6 +67,16 @@ def gather(
     return capture
 
 
+def capture_key(source: Path | Sequence[Path], options: CaptureOptions) -> dict[str, Any]:
+    """What `gather` chooses from and how, as plain values: other files give another key.
+
+    Raises:
+        CaptureError: there is nothing to choose from.
+    """
+    files, _ = _files(source)
+    return _key(files, options)
+
+
 def _files(source: Path | Sequence[Path]) -> tuple[list[Path], str]:
     """The files that are meant, and what to call them."""
     if not isinstance(source, Path):

@@ -54,6 +54,7 @@ def import_transforms(
     file: Path,
     work_dir: Path,
     *,
+    pictures: Path | None = None,
     options: SfmOptions | None = None,
     progress: Progress = silent,
 ) -> Reconstruction:
@@ -65,6 +66,7 @@ def import_transforms(
     Args:
         file: a `transforms.json`, or its folder.
         work_dir: folder for what the preparation makes; made if missing.
+        pictures: where pictures are looked for, by name, that are not where the file says.
         options: how features are found and matched.
         progress: told how far it is.
 
@@ -82,7 +84,7 @@ def import_transforms(
     views = []
     for number, frame in enumerate(frames):
         where = f"frame {number}"
-        picture_path = _picture_path(path, where, frame)
+        picture_path = _picture_path(path, where, frame, pictures)
         progress(READING_SHARE * number / len(frames), f"reading {picture_path.name}")
         picture = read_upright(picture_path)
         if picture is None:
@@ -123,12 +125,15 @@ def _read(path: Path) -> dict[str, Any]:
     return dict(values)
 
 
-def _picture_path(path: Path, where: str, frame: Mapping[str, Any]) -> Path:
+def _picture_path(path: Path, where: str, frame: Mapping[str, Any], pictures: Path | None) -> Path:
     told = frame.get("file_path")
     if not isinstance(told, str) or not told:
         raise refusal(path, where, "file_path is missing", "export it from the app again")
     direct = path.parent / told
-    candidates = [direct, *(direct.with_name(direct.name + s) for s in GUESSED_SUFFIXES)]
+    places = [direct] if pictures is None else [direct, pictures / direct.name]
+    candidates = [
+        place.with_name(place.name + s) for place in places for s in ("", *GUESSED_SUFFIXES)
+    ]
     found = next((candidate for candidate in candidates if candidate.is_file()), None)
     if found is None:
         raise refusal(

@@ -3,9 +3,8 @@ import pytest
 
 from scenes.cameras import Pinhole
 from scenes.frames import look_at
-from scenes.mesh import CollisionMesh
-from scenes.pose import Pose, quaternion_from_rotation
-from scenes.prepare.collision import mesh_of_splats, register_mesh
+from scenes.pose import quaternion_from_rotation
+from scenes.prepare.collision import mesh_of_splats
 from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud, concatenate
 
@@ -64,22 +63,6 @@ def test_faces_look_to_the_free_side(mesh):
     normals = np.cross(b - a, c - a)
     floor = (a[:, 2] < 0.02) & (a[:, 0] > 0.2) & (a[:, 1] > 0.2)
     assert (normals[floor, 2] > 0).mean() > 0.98
-
-
-def test_a_headset_mesh_is_put_back(mesh):
-    true = Pose.from_yaw(np.deg2rad(4.0), (0.08, -0.05, 0.03))
-    moved = CollisionMesh(true.inverse() @ mesh.vertices, mesh.faces)
-    fit = register_mesh(moved, mesh, Pose.identity())
-    left = fit.world_from_mesh @ true.inverse()
-    assert np.linalg.norm(left.translation) < 0.004
-    assert abs(left.yaw()) < np.deg2rad(0.2)
-    assert fit.overlap > 0.95
-
-
-def test_a_foreign_mesh_is_refused(mesh):
-    far = CollisionMesh(mesh.vertices + 50.0, mesh.faces)
-    with pytest.raises(ValueError, match="mesh of this room"):
-        register_mesh(far, mesh, Pose.identity())
 
 
 def test_nothing_seen(corner):

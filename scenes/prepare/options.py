@@ -1,0 +1,132 @@
+"""What a preparation can be told, and which of it does not go together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from scenes.mesh import QrCode
+from scenes.prepare.footage.capture import CaptureOptions
+from scenes.prepare.poses.sfm_job import SfmOptions
+from scenes.prepare.train.trainer import PRESETS
+
+BUILT_IN = "built-in"
+PROGRAMS = ("gsplat", "brush", "opensplat", "inria")
+SCRIPTS = ("gsplat", "inria")
+"""Programs that are scripts somewhere on the disk: where must be said."""
+
+
+@dataclass(frozen=True, slots=True)
+class KnownLength:
+    """A length measured in the room.
+
+    Attributes:
+        metres: the length.
+        a_px: pixel (x, y) of its one end by photo, in two photos or more.
+        b_px: of its other end.
+    """
+
+    metres: float
+    a_px: Mapping[str, tuple[float, float]]
+    b_px: Mapping[str, tuple[float, float]]
+
+
+@dataclass(frozen=True, slots=True)
+class PrepareOptions:
+    """How a room is prepared.
+
+    Attributes:
+        quality: one of `scenes.prepare.train.trainer.PRESETS`.
+        poses: a COLMAP model or a transforms.json to take the photos' poses from.
+        metric_poses: whether those poses are in metres, as augmented-reality apps write them.
+        splats: a file that was trained on the photos, in the frame of `poses`, instead of training.
+        trainer: `BUILT_IN`, or one of `PROGRAMS`.
+        program: where that program is; needed for `SCRIPTS`.
+        headset_mesh: a mesh of the room to collide with, instead of one of the splats.
+        sides_m: printed side of the codes: one for all, or by payload. None ignores codes.
+        known_codes: codes whose poses in the world are known; then that is the room's world.
+        known_length: tells the scale where there are no codes; None guesses it.
+        capture: how frames are chosen.
+        sfm: how they are placed.
+        seed: decides everything random.
+        collision: whether a collision mesh is made.
+        keep_floaters: whether stray splats stay in the room.
+
+    Raises:
+        ValueError: two of them contradict each other, or there is no such quality or trainer.
+    """
+
+    quality: str = "default"
+    poses: Path | None = None
+    metric_poses: bool = False
+    splats: Path | None = None
+    trainer: str = BUILT_IN
+    program: Path | None = None
+    headset_mesh: Path | None = None
+    sides_m: Mapping[str, float] | float | None = None
+    known_codes: tuple[QrCode, ...] = ()
+    known_length: KnownLength | None = None
+    capture: CaptureOptions = field(default_factory=CaptureOptions)
+    sfm: SfmOptions = field(default_factory=SfmOptions)
+    seed: int = 0
+    collision: bool = True
+    keep_floaters: bool = False
+
+    def __post_init__(self) -> None:
+        if self.quality not in PRESETS:
+            raise ValueError(
+                f"quality {self.quality!r}: there is none; wanted one of {', '.join(PRESETS)}"
+            )
+        if self.trainer not in (BUILT_IN, *PROGRAMS):
+            raise ValueError(
+                f"trainer {self.trainer!r}: there is none; wanted {BUILT_IN}, {', '.join(PROGRAMS)}"
+            )
+        wrong = next((words for is_wrong, words in self._contradictions() if is_wrong), None)
+        if wrong is not None:
+            raise ValueError(wrong)
+
+    def _contradictions(self) -> tuple[tuple[bool, str], ...]:
+        external = self.trainer != BUILT_IN
+        return (
+            (
+                self.splats is not None and self.poses is None,
+                "trained splats need the poses they were trained with: give these too",
+            ),
+            (
+                self.splats is not None and external,
+                "splats that are trained already and a trainer: give one of both",
+            ),
+            (
+                self.trainer in SCRIPTS and self.program is None,
+                f"{self.trainer} is a script of its own: say where it is",
+            ),
+            (
+                self.program is not None and not external,
+                "a program to train with, and no trainer that it belongs to",
+            ),
+            (
+                self.metric_poses and self.poses is None,
+                "poses are said to be in metres, and none are given",
+            ),
+            (
+                self.metric_poses and self.known_length is not None,
+                "a length, and poses that are in metres already: give one of both",
+            ),
+            (
+                self.known_length is not None and self.sides_m is not None,
+                "a length and the codes' size both tell the scale: give one of them",
+            ),
+            (
+                bool(self.known_codes) and self.sides_m is None,
+                "codes with known places need their printed size too",
+            ),
+            (
+                self.capture.rig is not None and self.poses is not None,
+                "a 360° video's lenses, and poses of other pictures: give one of both",
+            ),
+            (
+                self.headset_mesh is not None and not self.collision,
+                "a headset's mesh, and no collision mesh wanted: give one of both",
+            ),
+        )

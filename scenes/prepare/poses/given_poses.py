@@ -1,0 +1,116 @@
+"""Poses that another program found: a COLMAP model, or an app's transforms.json."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from scenes.formats.error import refusal
+from scenes.prepare.footage.capture import (
+    PICTURE_SUFFIXES,
+    Capture,
+    CaptureError,
+    CaptureKind,
+    Frame,
+)
+from scenes.prepare.poses.import_colmap import find_model, import_colmap
+from scenes.prepare.poses.import_transforms import import_transforms
+from scenes.prepare.poses.sfm import LEAST_VIEWS, SfmReport
+from scenes.prepare.poses.sfm_job import SfmOptions
+from scenes.prepare.progress import Progress, silent
+from scenes.prepare.reconstruction import Reconstruction
+from scenes.prepare.saved_reconstruction import load_reconstruction, save_reconstruction
+
+TRANSFORMS = "transforms.json"
+KEPT = "reconstruction"
+
+
+def import_poses(
+    poses: Path,
+    pictures: Path,
+    work_dir: Path,
+    *,
+    options: SfmOptions | None = None,
+    progress: Progress = silent,
+) -> Reconstruction:
+    """Photos with the poses that were found for them elsewhere, kept in `work_dir`.
+
+    Args:
+        poses: a COLMAP model's folder (or a project with `sparse/0` in it), a transforms.json, or
+            a folder with one.
+        pictures: the photos' folder.
+        work_dir: folder for what the preparation makes.
+        options: how features are found where only poses are given.
+        progress: told how far it is.
+
+    Raises:
+        FormatError: there is neither, or it is damaged.
+        CaptureError: poses and photos do not belong together, or are too few.
+        WorkerError, OSError, Cancelled: as the importers.
+    """
+    if not pictures.is_dir():
+        raise CaptureError(
+            f"{pictures}: no folder of photos; give the photos that {poses.name} was made from"
+        )
+    model = find_model(poses) if poses.is_dir() else None
+    if model is not None:
+        found = import_colmap(
+            poses, work_dir, pictures=pictures, options=options, progress=progress
+        )
+    elif poses.suffix == ".json" or (poses / TRANSFORMS).is_file():
+        found = import_transforms(
+            poses, work_dir, pictures=pictures, options=options, progress=progress
+        )
+    else:
+        raise refusal(
+            poses,
+            "",
+            "neither a COLMAP model nor a transforms.json",
+            "give the folder with cameras, images and points3D, or the JSON file",
+        )
+    if len(found.views) < LEAST_VIEWS:
+        raise CaptureError(
+            f"{poses}: poses of {len(found.views)} photos, wanted at least {LEAST_VIEWS}; "
+            "export more of them"
+        )
+    save_reconstruction(found, work_dir / KEPT)
+    return found
+
+
+def load_imported(work_dir: Path) -> Reconstruction:
+    """What `import_poses` kept.
+
+    Raises:
+        ValueError: it is missing or damaged.
+    """
+    return load_reconstruction(work_dir / KEPT)
+
+
+def as_capture(reconstruction: Reconstruction, pictures: Path) -> Capture:
+    """The views as if they had been chosen from the photos; the report shows them."""
+    first = reconstruction.views[0]
+    frames = tuple(
+        Frame(view.image.name, view.name, 0.0, f"{view.camera}") for view in reconstruction.views
+    )
+    return Capture(CaptureKind.PHOTOS, pictures.name, first.image.parent, frames)
+
+
+def as_report(reconstruction: Reconstruction, poses: Path, pictures: Path) -> SfmReport:
+    """What there is to say of poses that are taken as they are."""
+    names = tuple(view.name for view in reconstruction.views)
+    count = sum(file.suffix.lower() in PICTURE_SUFFIXES for file in pictures.iterdir())
+    advice = (
+        f"{poses.name} has poses for {len(names)} of {count} photos; the others are not used",
+    )
+    errors = reconstruction.errors_px
+    return SfmReport(
+        placed=names,
+        failed=(),
+        models=(len(names),),
+        mapper=f"no mapper, poses of {poses.name}",
+        points=len(reconstruction.points),
+        error_px=float(np.mean(errors)) if len(errors) else float("nan"),
+        advice=advice if count > len(names) else (),
+        times={},
+    )
