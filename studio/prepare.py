@@ -24,9 +24,7 @@ TRAINERS = ("built-in", "gsplat", "brush", "opensplat", "inria")
 REPORT, ORIGIN = "report.html", "shared-origin.json"
 
 EXAMPLES = """\
-examples:
-  a phone video, codes of 20 cm on the walls
-    nexus prepare room.mp4 --qr-size 0.2 --out room.gnx
+more examples:
   photos, a length measured in the room, its ends in two photos each
     nexus prepare photos --length 2.035 --end a 3.jpg 812 400 --end a 7.jpg 640 391 \\
       --end b 3.jpg 820 1210 --end b 7.jpg 655 1188 --out room.gnx
@@ -43,7 +41,7 @@ examples:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's flags."""
-    parser.epilog = EXAMPLES
+    parser.epilog = f"{parser.epilog or ''}\n\n{EXAMPLES}"
     parser.add_argument(
         "source", type=Path, metavar="INPUT", help="a video, or a folder of photos; only read"
     )

@@ -18,9 +18,9 @@ ICP_POINTS = 40_000
 ICP_REACHES_M = (0.30, 0.10, 0.04)
 LEAST_OVERLAP = 0.2
 
-SEARCH_POINTS = 4_000
+SEARCH_POINTS = 1_500
 SEARCH_REACHES_M = (0.6, 0.25)
-SEARCH_STEP_DEG = 15.0
+SEARCH_STEP_DEG = 20.0
 HEIGHTS = (0.02, 0.98)
 """Of a room's points: where its floor and its ceiling are taken to be, whatever hangs out."""
 
@@ -72,10 +72,8 @@ def place_mesh(
             best = (float(fit.fitness), Pose.from_matrix(fit.transformation))
         progress((number + 1) / len(guesses), f"heading {number + 1} of {len(guesses)}")
     registration = register_mesh(mesh, room, best[1])
-    return (
-        CollisionMesh(registration.world_from_mesh @ mesh.vertices.astype(np.float64), mesh.faces),
-        registration,
-    )
+    vertices = registration.world_from_mesh @ mesh.vertices.astype(np.float64)
+    return CollisionMesh(vertices.astype(np.float32), mesh.faces), registration
 
 
 def register_mesh(mesh: CollisionMesh, room: CollisionMesh, world_from_guess: Pose) -> Registration:
