@@ -13,6 +13,7 @@ GOOD_PSNR_DB = 24.0
 """Below this, views from between the photos look blurred or wrong at first sight."""
 PREVIEW_PSNR_DB = 20.0
 """From here on a preview shows the room."""
+FEW_STEPS, WANTED_STEPS = 600, 1500
 PLACED_SHARE = 0.8
 LEAST_VIEWS_FOR_ROOM = 20
 
@@ -61,9 +62,18 @@ def preview_min(prepared: Prepared) -> float:
 
 
 def _likeness(prepared: Prepared) -> tuple[str, str] | None:
-    quality = prepared.training.psnr_db
+    training = prepared.training
+    quality = training.psnr_db
     if not quality < GOOD_PSNR_DB:
         return None
+    steps = training.history[-1].iteration if training.history else 0
+    if 0 < steps < FEW_STEPS:
+        return (
+            f"it is hardly trained ({quality:.1f} dB)",
+            f"The training came to {steps} steps only, so views kept aside are drawn at "
+            f"{quality:.1f} dB: the machine was busy or is slow. Prepare again with --steps "
+            f"{WANTED_STEPS}, which takes as long as it takes; the stages before are kept.",
+        )
     return (
         f"it looks poor from new places ({quality:.1f} dB)",
         f"Views kept aside are drawn at {quality:.1f} dB, good is {GOOD_PSNR_DB:.0f} or more: the "

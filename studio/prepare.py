@@ -120,6 +120,13 @@ def _splats(group: argparse._ArgumentGroup) -> None:
         help="training time: half a minute, two, eight",
     )
     group.add_argument(
+        "--steps",
+        type=int,
+        metavar="N",
+        help="end the training after so many steps instead of by time: the same splats however "
+        "busy the machine is",
+    )
+    group.add_argument(
         "--trainer",
         choices=TRAINERS,
         default="built-in",
@@ -211,6 +218,7 @@ def _options(args: argparse.Namespace) -> PrepareOptions:
         frames = {} if args.frames is None else {"frames": args.frames}
         return PrepareOptions(
             quality=args.quality,
+            steps=args.steps,
             poses=args.poses,
             metric_poses=args.metric_poses,
             splats=args.splats,

@@ -38,6 +38,7 @@ class PrepareOptions:
 
     Attributes:
         quality: one of `scenes.prepare.train.trainer.PRESETS`.
+        steps: training ends after so many, instead of by the quality's time: alike everywhere.
         poses: a COLMAP model or a transforms.json to take the photos' poses from.
         metric_poses: whether those poses are in metres, as augmented-reality apps write them.
         splats: a file that was trained on the photos, in the frame of `poses`, instead of training.
@@ -58,6 +59,7 @@ class PrepareOptions:
     """
 
     quality: str = "default"
+    steps: int | None = None
     poses: Path | None = None
     metric_poses: bool = False
     splats: Path | None = None
@@ -92,6 +94,14 @@ class PrepareOptions:
             (
                 self.splats is not None and self.poses is None,
                 "trained splats need the poses they were trained with: give these too",
+            ),
+            (
+                self.steps is not None and self.steps < 1,
+                f"{self.steps} training steps: wanted at least 1",
+            ),
+            (
+                self.splats is not None and self.steps is not None,
+                "splats that are trained already, and steps to train: give one of both",
             ),
             (
                 self.splats is not None and external,

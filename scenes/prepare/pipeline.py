@@ -250,6 +250,7 @@ def _trained(metric: Reconstruction, work: WorkFolder, options: PrepareOptions) 
         TRAINING,
         {
             "quality": options.quality,
+            "steps": options.steps,
             "seed": options.seed,
             "trainer": options.trainer,
             "program": str(options.program),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -44,6 +45,8 @@ PREVIEWS = "previews"
 def trainer_of(options: PrepareOptions, stopwatch: Stopwatch) -> Trainer:
     """What trains: the built-in trainer, or the program that was asked for."""
     preset = PRESETS[options.quality]
+    if options.steps is not None:
+        preset = replace(preset, seconds=None, iterations=options.steps)
     if options.trainer == BUILT_IN:
         return BuiltInTrainer(
             preset, rng=lambda: np.random.default_rng(options.seed), stopwatch=stopwatch
