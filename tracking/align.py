@@ -149,9 +149,7 @@ def shifted(
     if grounded and ray[2] < -0.02:
         place = eye + ray * ((anchor[2] - eye[2]) / ray[2])
     else:
-        before = anchor - eye
-        forward = world_from_camera.rotation[:, 2]
-        place = eye + ray * (float(before @ forward) / max(float(ray @ forward), 0.1))
+        place = eye + ray * float(np.linalg.norm(anchor - eye))
     step = place - anchor
     length = float(np.linalg.norm(step))
     if length > STEEPEST_M:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,7 +16,8 @@ from scenes.cameras import Rig
 from scenes.pose import Pose, rotation_angle
 from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
 from scenes.splats import SplatCloud
-from tracking.pictures import blurred, box_blurred, grey, slopes
+from tracking.native import TrackKernels
+from tracking.pictures import bell_blurred, box_blurred, grey, slopes
 
 FloatArray = NDArray[np.float32]
 BoolArray = NDArray[np.bool_]
@@ -41,6 +41,13 @@ SHADOW_DISCOUNT = 0.97
 
 SHADOW_HUE = 0.02
 """Standard deviation of colour differences, of a 0..1 channel, between a place and its shadow."""
+
+
+NEIGHBOUR_NOISE = 0.06
+"""Standard deviation between a drawn neighbour and its live picture, of a 0..1 channel."""
+
+LIKENESS_GAIN = 3.0
+"""Colours with a third of the full likeness already count as the object's own."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,6 +90,10 @@ class Exposure:
     gain: NDArray[np.float64]
     falloff: NDArray[np.float64]
     offset: NDArray[np.float64]
+
+    def rows(self) -> list[list[float]]:
+        """Gain, falloff and offset as the native kernel wants them."""
+        return [self.gain.tolist(), self.falloff.tolist(), self.offset.tolist()]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -135,7 +146,7 @@ def fit_exposure(
     plate: FloatArray,
     coverage: FloatArray,
     *,
-    samples: int = 64,
+    samples: int = 40,
     iterations: int = 6,
 ) -> Exposure:
     """Robust fit of a lens's gain, vignetting and offset, insensitive to people and objects.
@@ -160,9 +171,10 @@ def fit_exposure(
     if len(observed) < 50:
         return neutral
     fits = [
-        _robust_linear(
-            np.stack([model[:, c], model[:, c] * radius2, np.ones(len(model))], axis=1),
-            observed[:, c],
+        TrackKernels.exposure(
+            np.ascontiguousarray(model[:, c]),
+            radius2,
+            np.ascontiguousarray(observed[:, c]),
             iterations,
         )
         for c in range(3)
@@ -187,14 +199,14 @@ def expose(plate: FloatArray, exposure: Exposure, *, radius2: FloatArray) -> Flo
 
 
 def difference(live: FloatArray, expected: FloatArray, noise: FloatArray) -> Difference:
-    """Soft foreground probability of a view.
+    """Soft foreground probability of a view; a part of the native kernel `change`.
 
     Args:
         live: (H, W, 3) float32 0..1.
         expected: (H, W, 3) float32, the empty room at the same exposure.
         noise: (H, W) float32 standard deviation per channel.
     """
-    residual = np.asarray(cv2.GaussianBlur(live - expected, (3, 3), 0.8), dtype=np.float32)
+    residual = bell_blurred(live - expected, 0.8, 1)
     distance2 = np.einsum("hwc,hwc->hw", residual, residual) / (noise * noise)
     shadow = _shadow_likelihood(live, expected, noise)
     weighed = distance2 * (1.0 - SHADOW_DISCOUNT * shadow)
@@ -204,7 +216,7 @@ def difference(live: FloatArray, expected: FloatArray, noise: FloatArray) -> Dif
 
 def _shadow_likelihood(live: FloatArray, expected: FloatArray, noise: FloatArray) -> FloatArray:
     """(H, W) 0..1: the pixel looks like the same surface in other light."""
-    live, expected = blurred(live, 1.2), blurred(expected, 1.2)
+    live, expected = bell_blurred(live, 1.2, 3), bell_blurred(expected, 1.2, 3)
     power = np.einsum("hwc,hwc->hw", expected, expected) + 1e-4
     ratio = np.einsum("hwc,hwc->hw", live, expected) / power
     hue = live - ratio[..., None] * expected
@@ -220,18 +232,3 @@ def _shadow_likelihood(live: FloatArray, expected: FloatArray, noise: FloatArray
     gx, gy = slopes(detail)
     texture_change2 = box_blurred((gx * gx + gy * gy).astype(np.float32), 3) / 0.05**2
     return (plausible * np.exp(-0.5 * hue2) * np.exp(-0.5 * texture_change2)).astype(np.float32)
-
-
-def _robust_linear(
-    a: NDArray[np.float64], b: NDArray[np.float64], iterations: int
-) -> NDArray[np.float64]:
-    """Least squares of a·x = b that ignores outliers."""
-    x = np.array([1.0, 0.0, 0.0])
-    x[2] = float(np.median(b - a[:, 0]))
-    for _ in range(iterations):
-        residual = b - a @ x
-        scale = max(1.5 * float(np.median(np.abs(residual))), 0.01)
-        weight = 1.0 / (1.0 + (residual / scale) ** 2) ** 2
-        weighted = a * weight[:, None]
-        x[:] = np.linalg.solve(weighted.T @ a + 1e-9 * np.eye(3), weighted.T @ b)
-    return x

@@ -169,6 +169,7 @@ def _try(
         reaches_px=reaches_px,
         use_texture=task.use_texture,
         slide_first=slide,
+        sketch=task.track.sketch,
     )
 
 

@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.cameras import Pinhole
+from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
 from scenes.render.renderer import Rendering
-from tracking.pictures import blurred, slopes
+from tracking.pictures import slopes
 
 FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]
@@ -64,9 +64,11 @@ class Texture:
 
 
 def contour_points(
-    drawn: Rendering, camera: Pinhole, object_from_camera: Pose, *, limit: int
+    drawn: Rendering, camera: Pinhole | Fisheye, object_from_camera: Pose, *, limit: int
 ) -> Contour:
     """Sub-pixel crossings of alpha = ½, lifted to 3D by the drawn depth.
+
+    The readable twin of `tracking.kernels.contour_of`.
 
     Args:
         drawn: the object alone.
@@ -75,7 +77,7 @@ def contour_points(
         limit: keep about this many points, evenly.
     """
     alpha = drawn.alpha
-    slope_x, slope_y = slopes(blurred(alpha, 1.0))
+    slope_x, slope_y = _blurred_slopes(alpha)
     parts = [_crossings(alpha, slope_x, slope_y, axis) for axis in (0, 1)]
     pixels = np.concatenate([p[0] for p in parts])
     inside = np.concatenate([p[1] for p in parts])
@@ -97,7 +99,7 @@ def contour_points(
 def texture_points(
     drawn: Rendering,
     picture: FloatArray,
-    camera: Pinhole,
+    camera: Pinhole | Fisheye,
     object_from_camera: Pose,
     *,
     limit: int,
@@ -127,30 +129,37 @@ def texture_points(
     return Texture(points, picture[rows, columns], steepness)
 
 
-def lift(camera: Pinhole, pixels: Points, depth_m: Points) -> Points:
-    """(N, 2) pixels and (N,) depths along z -> (N, 3) points in the camera."""
-    x = (pixels[:, 0] - camera.cx) / camera.fx
-    y = (pixels[:, 1] - camera.cy) / camera.fy
-    return np.stack([x * depth_m, y * depth_m, depth_m], axis=1)
+def lift(camera: Pinhole | Fisheye, pixels: Points, depth_m: Points) -> Points:
+    """(N, 2) pixels and their depths (z of a pinhole, range of a fisheye) -> (N, 3) points."""
+    rays = camera.unproject(pixels)
+    along = rays[:, 2:] if isinstance(camera, Pinhole) else 1.0
+    return np.ascontiguousarray(rays / along * depth_m[:, None])
 
 
 def sample(image: FloatArray, pixels: Points) -> FloatArray:
-    """Bilinear values at (..., 2) pixels of an (H, W[, C]) float32 picture."""
-    shape = pixels.shape[:-1]
-    map_xy = (pixels.reshape(-1, 2) - 0.5).astype(np.float32)
-    # cv2.remap takes destinations of at most 2¹⁵ rows: fold long lists into a wide picture.
-    width = 1024
-    count = len(map_xy)
-    rows = max(1, -(-count // width))
-    padded = np.zeros((rows * width, 2), np.float32)
-    padded[:count] = map_xy
-    table = padded.reshape(rows, width, 2)
-    values = cv2.remap(
-        image, table[..., 0], table[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
-    )
-    channels = image.shape[2:]
-    flat = np.asarray(values, dtype=np.float32).reshape(rows * width, *channels)[:count]
-    return flat.reshape(*shape, *channels)
+    """Bilinear values at (..., 2) pixels of an (H, W[, C]) float32 picture; the border repeats."""
+    height, width = image.shape[:2]
+    x = np.clip(pixels[..., 0] - 0.5, 0.0, width - 1.0)
+    y = np.clip(pixels[..., 1] - 0.5, 0.0, height - 1.0)
+    left, above = x.astype(np.intp), y.astype(np.intp)
+    right, below = np.minimum(left + 1, width - 1), np.minimum(above + 1, height - 1)
+    across, down = (x - left).astype(np.float32), (y - above).astype(np.float32)
+    if image.ndim == 3:
+        across, down = across[..., None], down[..., None]
+    upper = image[above, left] + across * (image[above, right] - image[above, left])
+    lower = image[below, left] + across * (image[below, right] - image[below, left])
+    return upper + down * (lower - upper)
+
+
+def _blurred_slopes(alpha: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Derivatives along x and y, up to a factor, of the picture blurred by a pixel."""
+    offsets = np.arange(-3.0, 4.0)
+    bell = np.exp(-0.5 * offsets**2)
+    odd = offsets * bell
+    border = cv2.BORDER_REPLICATE
+    along_x = cv2.sepFilter2D(alpha, cv2.CV_32F, odd, bell, borderType=border)
+    along_y = cv2.sepFilter2D(alpha, cv2.CV_32F, bell, odd, borderType=border)
+    return np.asarray(along_x, dtype=np.float32), np.asarray(along_y, dtype=np.float32)
 
 
 def _crossings(

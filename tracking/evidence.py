@@ -1,61 +1,57 @@
-"""What a frame shows of one object: a native-resolution crop, compared with all that is known."""
+"""What a frame shows of one object: a window of a lens picture, compared with all that is known."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from devices.messages import Frame
-from scenes.cameras import Pinhole
+from scenes.cameras import Fisheye
 from scenes.pose import Pose
 from scenes.render.renderer import Renderer
-from scenes.warp import VirtualView, warp
-from tracking.background import Exposure, Plates, difference
-from tracking.model import RENDER_OPTIONS, TrackModel
-from tracking.rectify import crop_around, expose_view
+from tracking.background import Exposure, Plates
+from tracking.kernels import KERNELS, SeenWindow
+from tracking.layers import LayerMemo
+from tracking.model import TrackModel
+from tracking.window import Layer, Window, window_around
 
 FloatArray = NDArray[np.float32]
-
-NEIGHBOUR_NOISE = 0.06
-"""Standard deviation between a drawn neighbour and its live picture, of a 0..1 channel."""
 
 OUTSIDE_M = 0.02
 """How far outside the room's walls an object's origin may be measured."""
 
-LIKENESS_GAIN = 3.0
-"""Colours with a third of the full likeness already count as the object's own."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Evidence:
-    """What a crop shows of one object.
+    """What a window shows of one object.
 
     Attributes:
-        view: the crop.
+        view: the window.
         live: (H, W, 3) float32 0..1.
         foreground: (H, W) float32 0..1, neither the empty room nor another tracked object.
         own: (H, W) float32 0..1, foreground with the object's colours.
-        hidden: (H, W) float32 0..1, covered by a nearer tracked object or out of the lens.
+        hidden: (H, W) float32 0..1, covered by a nearer tracked object.
+        seen: the same for the native solver.
     """
 
-    view: VirtualView
+    view: Window
     live: FloatArray
     foreground: FloatArray
     own: FloatArray
     hidden: FloatArray
+    seen: SeenWindow
 
     @property
-    def camera(self) -> Pinhole:
-        """Of the crop."""
+    def camera(self) -> Fisheye:
+        """Of the window."""
         return self.view.camera
 
     @property
     def world_from_camera(self) -> Pose:
-        """Pose of the crop's camera."""
+        """Pose of the window's camera."""
         return self.view.world_from_camera
 
 
@@ -70,6 +66,7 @@ class Scene:
         exposures: one per lens.
         renderer: draws splats.
         bounds_m: (2, 3) lowest and highest corner of the room.
+        layers: objects drawn into the lens pictures.
     """
 
     frame: Frame
@@ -78,6 +75,7 @@ class Scene:
     exposures: tuple[Exposure, ...]
     renderer: Renderer
     bounds_m: NDArray[np.float64]
+    layers: LayerMemo
 
     def holds(self, world_from_object: Pose) -> bool:
         """Whether something at a pose is inside the room."""
@@ -90,9 +88,9 @@ Neighbour = tuple[TrackModel, Pose]
 """Another tracked object and where it is."""
 
 
-def view_of(scene: Scene, model: TrackModel, world_from_object: Pose) -> VirtualView:
-    """The crop's camera for an object believed to be at a pose."""
-    return crop_around(
+def view_of(scene: Scene, model: TrackModel, world_from_object: Pose) -> Window:
+    """The window of an object believed to be at a pose."""
+    return window_around(
         scene.frame.rig,
         scene.world_from_rig,
         model.centre_at(world_from_object),
@@ -101,72 +99,69 @@ def view_of(scene: Scene, model: TrackModel, world_from_object: Pose) -> Virtual
 
 
 def gather(
-    scene: Scene, model: TrackModel, view: VirtualView, neighbours: Sequence[Neighbour]
+    scene: Scene, model: TrackModel, view: Window, neighbours: Sequence[Neighbour]
 ) -> Evidence:
-    """Cut an object's crop out of a frame and tell what in it may be the object.
+    """Cut an object's window out of a frame and tell what in it may be the object.
 
     Args:
         scene: the frame.
         model: the object.
-        view: the crop's camera.
-        neighbours: all other tracked objects; those in the crop are drawn into the background.
+        view: its window.
+        neighbours: all other tracked objects; those in the window are drawn into the background.
     """
-    image = np.asarray(warp(scene.frame.images[view.lens], view.table), dtype=np.uint8)
-    live = image.astype(np.float32) * np.float32(1.0 / 255.0)
-    expected = expose_view(view, scene.plates, scene.exposures[view.lens])
-    noise = np.asarray(warp(scene.plates.noise[view.lens], view.table), dtype=np.float32)
-    hidden = (~view.table.valid).astype(np.float32)
-    near = [n for n in neighbours if _in_view(n, view)]
-    if near:
-        expected, noise, nearer = _with_neighbours(scene, view, near, expected, noise)
-        hidden = np.maximum(hidden, nearer)
-    change = difference(live, expected, np.maximum(noise, 1e-3))
-    foreground = change.probability * view.table.valid
-    likeness = cv2.GaussianBlur(model.colours.likeness(image), (3, 3), 0.7)
-    own = foreground * np.clip(likeness * LIKENESS_GAIN, 0.0, 1.0)
-    return Evidence(
-        view,
-        live,
-        foreground.astype(np.float32),
-        own.astype(np.float32),
-        hidden,
+    layers = layers_in(scene, view, neighbours)
+    lens, part = scene.frame.rig.lenses[view.lens], view.part
+    live, foreground, own, hidden = KERNELS.change(
+        np.ascontiguousarray(scene.frame.images[view.lens][part]),
+        np.ascontiguousarray(scene.plates.images[view.lens][part]),
+        np.ascontiguousarray(scene.plates.noise[view.lens][part]),
+        lens_size=(lens.width_px, lens.height_px),
+        window=view.corner_and_size,
+        shrink=view.shrink,
+        exposure=scene.exposures[view.lens].rows(),
+        layers=[layer.request(view.target_range_m) for layer in layers],
+        table=model.colours.table,
     )
+    shape = (view.camera.height_px, view.camera.width_px)
+    seen = SeenWindow(live, foreground, own, hidden, (shape[1], shape[0]))
+    pictures = (foreground.reshape(shape), own.reshape(shape), hidden.reshape(shape))
+    return Evidence(view, live.reshape(*shape, 3), *pictures, seen)
 
 
-def _in_view(neighbour: Neighbour, view: VirtualView) -> bool:
-    """Whether a neighbour's sphere touches the crop's cone."""
+def layers_in(scene: Scene, view: Window, neighbours: Sequence[Neighbour]) -> list[Layer]:
+    """The neighbours that reach into a window, drawn; the farthest first."""
+    near = [n for n in neighbours if _in_view(n, view)]
+    eye = view.world_from_camera.translation
+    near.sort(key=lambda n: -float(np.linalg.norm(n[0].centre_at(n[1]) - eye)))
+    rig = scene.frame.rig
+    return [
+        scene.layers.layer(
+            model.object_id,
+            model.splats_at(world_from_object),
+            window_around(
+                rig,
+                scene.world_from_rig,
+                model.centre_at(world_from_object),
+                radius_m=model.radius_m,
+                lens=view.lens,
+            ),
+            rig.lenses[view.lens],
+            scene.renderer,
+        )
+        for model, world_from_object in near
+    ]
+
+
+def _in_view(neighbour: Neighbour, view: Window) -> bool:
+    """Whether a neighbour's sphere touches the window."""
     model, world_from_object = neighbour
     centre = view.world_from_camera.inverse() @ model.centre_at(world_from_object)
-    if centre[2] < 0.1:
-        return False
-    spread = model.radius_m / centre[2]
-    x, y = abs(centre[0] / centre[2]), abs(centre[1] / centre[2])
     camera = view.camera
-    return bool(
-        x < 0.5 * camera.width_px / camera.fx + spread
-        and y < 0.5 * camera.height_px / camera.fy + spread
-    )
-
-
-def _with_neighbours(
-    scene: Scene,
-    view: VirtualView,
-    near: Sequence[Neighbour],
-    expected: FloatArray,
-    noise: FloatArray,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Background and noise with the neighbours drawn in, and what of them is in front."""
-    drawn = scene.renderer.render(
-        [m.splats_at(p) for m, p in near], view.camera, view.world_from_camera, RENDER_OPTIONS
-    )
-    exposure = scene.exposures[view.lens]
-    gain = exposure.gain.astype(np.float32)
-    colours = drawn.rgb * gain + exposure.offset.astype(np.float32) * drawn.alpha[..., None]
-    alpha = drawn.alpha[..., None]
-    behind = expected * (1 - alpha) + colours
-    edge = cv2.dilate(drawn.alpha, np.ones((3, 3), np.uint8))
-    rough = np.maximum(noise, NEIGHBOUR_NOISE * edge)
-    # The crop is aimed at the object's centre: what is drawn nearer than that is in front of it.
-    own_depth = float((view.world_from_camera.inverse() @ view.target)[2])
-    nearer = drawn.alpha * ((drawn.depth > 0) & (drawn.depth < own_depth))
-    return behind.astype(np.float32), rough.astype(np.float32), nearer.astype(np.float32)
+    distance = float(np.linalg.norm(centre))
+    spread = camera.f_px * model.radius_m / max(distance, model.radius_m)
+    angle = float(np.arctan2(np.hypot(centre[0], centre[1]), centre[2]))
+    if angle > camera.max_angle + spread / camera.f_px:
+        return False
+    x, y = camera.project(centre[None])[0][0]
+    across = -spread < x < camera.width_px + spread
+    return bool(across and -spread < y < camera.height_px + spread)

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from scenes.pose import wrap_angle
 from scenes.state import TrackState
-from scenes.warp import warp
 from tracking.beliefs import HEAVY_HEIGHT_M, is_believable, is_doubtful, measure
 from tracking.evidence import Evidence, gather, view_of
+from tracking.kernels import KERNELS
 from tracking.metrics import ROUND
 from tracking.recover import find, overview
 from tracking.smooth import Motion, pose_vector, vector_pose
@@ -27,6 +27,13 @@ GONE_BELOW = 0.25
 CHANGED_LEVEL = 0.055
 CHANGED_SHARE = 0.02
 """A crop has changed if colours differ by the level in this share of the silhouette."""
+
+PATCH_PX = 5
+"""Side of the squares that are compared."""
+
+BESIDE_PX = 6.0
+BESIDE_STEP = 4
+"""The surroundings are looked at this far outside every so many contour points."""
 
 RESTING_STEP_M = 0.005
 RESTING_STEP_RAD = math.radians(0.7)
@@ -50,17 +57,19 @@ FLOOR_COVARIANCE = np.diag([0.004**2, 0.004**2, 0.003**2, math.radians(0.4) ** 2
 
 
 def first_look(task: Task) -> bool:
-    """Whether a resting object's crop is unchanged, so that nothing needs to be solved."""
+    """Whether a resting object looks as it did, so that nothing needs to be solved."""
     rest, track = task.track.rest, task.track
-    if rest is None or track.state is not TrackState.STATIC:
+    if rest is None or track.state is not TrackState.STATIC or rest.inside == 0:
         return False
-    live = warp(task.scene.frame.images[rest.view.lens], rest.view.table)
-    live = np.asarray(live, dtype=np.float32) * np.float32(1 / 255.0)
-    apart = cv2.GaussianBlur(live - rest.picture, (5, 5), 1.2)
+    apart = _colours_at(task, rest.lens, rest.corners) - rest.colours
     # Exposure drifts alike everywhere; what has changed is what differs from that.
-    apart = np.abs(apart - np.median(apart[::4, ::4].reshape(-1, 3), axis=0))
-    changed = apart.max(axis=2)[rest.silhouette] > CHANGED_LEVEL
-    return bool(changed.mean() < CHANGED_SHARE) if changed.size else False
+    apart = np.abs(apart - np.median(apart, axis=0))[: rest.inside]
+    return float((apart.max(axis=1) > CHANGED_LEVEL).mean()) < CHANGED_SHARE
+
+
+def _colours_at(task: Task, lens: int, corners: NDArray[np.int64]) -> NDArray[np.float32]:
+    means = KERNELS.patch_means(task.scene.frame.images[lens], corners, PATCH_PX)
+    return means.reshape(-1, 3)
 
 
 def follow(task: Task, unchanged: bool) -> Track:
@@ -104,6 +113,7 @@ def _accept(task: Task, evidence: Evidence, fit: Fit) -> Track:
         visible_fraction=fit.visible_fraction,
         confidence=min(1.0, fit.agreement / 0.9),
         missed_frames=0,
+        sketch=fit.sketch,
     )
     sigma = np.sqrt(np.diag(fit.covariance))
     far = max(MOVED_M, SIGNIFICANT * float(np.linalg.norm(sigma[:2])))
@@ -201,5 +211,13 @@ def _rest(task: Task, evidence: Evidence, fit: Fit) -> Rest | None:
     """How the object looks now, unless something covers it."""
     if fit.covered_fraction > 0.1:
         return task.track.rest
-    wide = cv2.dilate((fit.drawn.alpha > 0.5).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
-    return Rest(evidence.view, evidence.live, wide)
+    sketch, view = fit.sketch, evidence.view
+    camera_from_object = view.world_from_camera.inverse() @ fit.world_from_object
+    inside, _ = view.camera.project(camera_from_object @ sketch.surface)
+    border, _ = view.camera.project(camera_from_object @ sketch.contour.points)
+    around = (border + BESIDE_PX * sketch.contour.normals)[::BESIDE_STEP]
+    pixels = view.lens_pixels(np.concatenate([inside, around]))
+    lens = task.scene.frame.rig.lenses[view.lens]
+    limit = np.array([lens.width_px, lens.height_px]) - PATCH_PX
+    corners = np.clip(np.floor(pixels - 0.5 * PATCH_PX), 0, limit).astype(np.int64)
+    return Rest(view.lens, corners, _colours_at(task, view.lens, corners), len(inside))

@@ -2,19 +2,24 @@
 
 Along each contour normal the edge is found twice: first as the place where the object's foreground
 ends (robust, a pixel or so), then by a fit of a two-colour step to the live picture (sub-pixel).
+
+The readable twin of the native kernels `edges` and `refine` (`tracking.kernels`).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.cameras import Pinhole
+from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
 from tracking.contour import Contour, Texture, sample
-from tracking.evidence import Evidence
+
+if TYPE_CHECKING:
+    from tracking.evidence import Evidence
 
 FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]
@@ -58,13 +63,19 @@ PLAIN_CORRELATION = 4.0
 CONTOUR_CORRELATION = 2.0
 """Neighbouring points share their noise: so many of them count as one."""
 
+TEXTURE_CUTOFF = 3.0
+"""Tukey's constant for texture, in standard deviations."""
+
+LOW_PASS_PX = 0.4
+"""The renderer's low-pass filter and the alpha of overlapping splats widen a silhouette by this."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rows:
-    """Linearised measurements: `jacobian @ step ≈ residual` with step in (x, y, z, yaw).
+    """Linearised measurements: `jacobian @ step ≈ residual`, a step being shift and turn.
 
     Attributes:
-        jacobian: (N, 4).
+        jacobian: (N, 6).
         residual: (N,) pixels or colour, divided by its standard deviation together with `jacobian`.
         weight: (N,) 0..1.
     """
@@ -94,24 +105,43 @@ class Edges:
 
 
 def projection(
-    points: Points, world_from_object: Pose, camera: Pinhole, camera_from_world: Pose
+    points: Points,
+    world_from_object: Pose,
+    camera: Pinhole | Fisheye,
+    camera_from_world: Pose,
 ) -> tuple[Points, Points]:
-    """Pixels (N, 2) of object points; their derivative (N, 2, 4) by x, y, z, yaw of the pose."""
+    """Pixels (N, 2) of object points; their derivative (N, 2, 6) by shift and turn of the pose.
+
+    Shifts are along the world's axes, turns about them through the object's origin.
+    """
     turned = points @ world_from_object.rotation.T
     in_camera = (turned + world_from_object.translation) @ camera_from_world.rotation.T
     in_camera += camera_from_world.translation
-    x, y = in_camera[:, 0], in_camera[:, 1]
-    z = np.maximum(in_camera[:, 2], 0.05)
-    pixels = np.stack([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy], axis=1)
-    by_camera = np.zeros((len(points), 2, 3))
-    by_camera[:, 0, 0] = camera.fx / z
-    by_camera[:, 0, 2] = -camera.fx * x / (z * z)
-    by_camera[:, 1, 1] = camera.fy / z
-    by_camera[:, 1, 2] = -camera.fy * y / (z * z)
+    pixels, by_camera = _seen(in_camera, camera)
     by_world = by_camera @ camera_from_world.rotation
-    about_up = np.stack([-turned[:, 1], turned[:, 0], np.zeros(len(points))], axis=1)
-    by_yaw = np.einsum("nij,nj->ni", by_world, about_up)
-    return pixels, np.concatenate([by_world, by_yaw[:, :, None]], axis=2)
+    by_turn = np.cross(turned[:, None, :], by_world)
+    return pixels, np.concatenate([by_world, by_turn], axis=2)
+
+
+def _seen(points: Points, camera: Pinhole | Fisheye) -> tuple[Points, Points]:
+    """Pixels (N, 2) of camera points and their derivative (N, 2, 3) by those."""
+    x, y, z = points.T
+    jacobian = np.zeros((len(points), 2, 3))
+    if isinstance(camera, Pinhole):
+        jacobian[:, 0, 0], jacobian[:, 0, 2] = camera.fx / z, -camera.fx * x / (z * z)
+        jacobian[:, 1, 1], jacobian[:, 1, 2] = camera.fy / z, -camera.fy * y / (z * z)
+        return camera.project(points)[0], jacobian
+    # r = f·d(θ) along (x, y)/ρ: its derivative along ρ, across it, and along z.
+    rho, distance2 = np.hypot(x, y), x * x + y * y + z * z
+    angle = np.arctan2(rho, z)
+    slope = camera.f_px * camera.radius_slope(angle)
+    across = camera.radius_px(angle) / np.maximum(rho, 1e-12)
+    unit = np.stack([x, y], axis=1) / np.maximum(rho, 1e-12)[:, None]
+    outward = unit[:, :, None] * unit[:, None, :]
+    by_rho = (slope * z / distance2)[:, None, None] * outward
+    jacobian[:, :, :2] = by_rho + across[:, None, None] * (np.eye(2) - outward)
+    jacobian[:, :, 2] = -(slope * rho / distance2)[:, None] * unit
+    return camera.project(points)[0], jacobian
 
 
 def measure_contour(
@@ -178,7 +208,7 @@ def measure_texture(
     seen = sample(smooth_live, pixels).astype(np.float64)
     usable = sample(evidence.own, pixels) * (1 - sample(evidence.hidden, pixels)) > 0.25
     if usable.sum() < 12:
-        return Rows(np.zeros((0, 4)), np.zeros(0), np.zeros(0))
+        return Rows(np.zeros((0, 6)), np.zeros(0), np.zeros(0))
     model = texture.values.astype(np.float64)
     gain, level = _gain_and_level(model[usable], seen[usable])
     residual = seen - (gain * model + level)
@@ -187,7 +217,7 @@ def measure_texture(
     shared = TEXTURE_CORRELATION if textured else PLAIN_CORRELATION
     weight = np.repeat(usable.astype(np.float64), 3) / (3.0 * shared)
     return Rows(
-        jacobian.reshape(-1, 4) / TEXTURE_SIGMA, -residual.reshape(-1) / TEXTURE_SIGMA, weight
+        jacobian.reshape(-1, 6) / TEXTURE_SIGMA, -residual.reshape(-1) / TEXTURE_SIGMA, weight
     )
 
 

@@ -14,15 +14,26 @@ def blurred(picture: FloatArray, sigma_px: float) -> FloatArray:
     return np.asarray(cv2.GaussianBlur(picture, (0, 0), sigma_px), dtype=np.float32)
 
 
+def bell_blurred(picture: FloatArray, sigma_px: float, reach_px: int) -> FloatArray:
+    """Gaussian blur cut off beyond a reach, the border repeated: what the native kernels do."""
+    side = 2 * reach_px + 1
+    border = cv2.BORDER_REPLICATE
+    blurry = cv2.GaussianBlur(picture, (side, side), sigma_px, borderType=border)
+    return np.asarray(blurry, dtype=np.float32)
+
+
 def box_blurred(picture: FloatArray, side_px: int) -> FloatArray:
     """Mean over a square window."""
-    return np.asarray(cv2.blur(picture, (side_px, side_px)), dtype=np.float32)
+    return np.asarray(
+        cv2.blur(picture, (side_px, side_px), borderType=cv2.BORDER_REPLICATE), dtype=np.float32
+    )
 
 
 def slopes(picture: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Derivatives per pixel along x and y."""
-    gx = cv2.Sobel(picture, cv2.CV_32F, 1, 0, ksize=3, scale=0.125)
-    gy = cv2.Sobel(picture, cv2.CV_32F, 0, 1, ksize=3, scale=0.125)
+    border = cv2.BORDER_REPLICATE
+    gx = cv2.Sobel(picture, cv2.CV_32F, 1, 0, ksize=3, scale=0.125, borderType=border)
+    gy = cv2.Sobel(picture, cv2.CV_32F, 0, 1, ksize=3, scale=0.125, borderType=border)
     return np.asarray(gx, dtype=np.float32), np.asarray(gy, dtype=np.float32)
 
 

@@ -1,4 +1,4 @@
-"""Pose of one object in one crop: robust Gauss-Newton on contour, texture and prior."""
+"""Pose of one object in one window: robust Gauss-Newton on contour, texture and prior."""
 
 from __future__ import annotations
 
@@ -8,25 +8,24 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.pose import Pose, wrap_angle
-from scenes.render.renderer import Renderer, Rendering
-from tracking.align import detail, slide
-from tracking.contour import Contour, Texture, contour_points, texture_points
+from scenes.pose import Pose
+from scenes.render.renderer import Renderer
+from tracking.align import slide
+from tracking.contour import sample
 from tracking.evidence import Evidence
+from tracking.kernels import KERNELS, Measurement, refined, rows_of
 from tracking.metrics import ROUND
-from tracking.model import RENDER_OPTIONS, TrackModel
-from tracking.observe import Edges, Rows, measure_contour, measure_texture
-from tracking.pictures import blurred
+from tracking.model import TrackModel
+from tracking.pictures import bell_blurred
+from tracking.sketch import LEAST_AREA_PX, TEXTURE_BLUR_PX, Sketch, draw, sketched
 from tracking.smooth import pose_vector, vector_pose
 
 Points = NDArray[np.float64]
 
-CONTOUR_POINTS = 260
-TEXTURE_POINTS = 500
-LEAST_SLOPE = 0.012
-TEXTURE_BLUR_PX = 0.8
 AGREE_PX = 1.6
 """An edge this near to the drawn one agrees with the pose."""
+
+JUDGE_REACH_PX = 4.0
 
 GROUNDED_M = 0.015
 """A height prior at least this tight means that the object stands on something."""
@@ -34,23 +33,27 @@ GROUNDED_M = 0.015
 FINE_REACH_PX = 4.5
 """Texture takes part from rounds with at most this reach."""
 
-TEXTURE_CUTOFF = 3.0
-"""Tukey's constant for texture, in standard deviations."""
+LEAST_TEXTURE = 12
+
+LEVEL_SIGMA_RAD = 1e-5
+"""Objects are upright: the tilt's standard deviation."""
 
 HALO_M = 0.0025
 HALO_SIGMA_M = 0.0015
-"""Splats reach past the surface they stand for; how far is measured with the pose (5th unknown)."""
-
-LOW_PASS_PX = 0.4
-"""The renderer's low-pass filter and the alpha of overlapping splats widen a silhouette by this."""
+"""Splats reach past the surface they stand for; how far is measured with the pose (7th unknown)."""
 
 ROUND_YAW_SIGMA = 3.0
 """Radians: what is reported for the yaw of a round object."""
 
+DETAIL_PX = 3.0
+"""A pattern is known by what differs from its surroundings of this size."""
 
 TEXTURED_SHARE = 0.8
 PLAIN_SHARE = 0.3
 """How much of a pose's quality is likeness, the rest being the contour's agreement."""
+
+UPRIGHT = [0, 1, 2, 5, 6]
+"""Unknowns of an upright object among shift, turn and halo."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,6 +72,12 @@ class Prior:
     halo_m: float = HALO_M
     halo_sigma_m: float = HALO_SIGMA_M
 
+    def seven(self) -> Points:
+        """(7,) standard deviations of shift, turn and halo."""
+        x, y, z, yaw = self.sigma
+        level = LEVEL_SIGMA_RAD
+        return np.array([x, y, z, level, level, yaw, self.halo_sigma_m])
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fit:
@@ -84,7 +93,7 @@ class Fit:
         halo_sigma_m: standard deviation of that.
         likeness: -1..1, correlation of the drawn colours with the live ones.
         textured: whether that likeness must be high.
-        drawn: the object at the pose.
+        sketch: the object as it was drawn near the pose.
     """
 
     world_from_object: Pose
@@ -96,7 +105,7 @@ class Fit:
     halo_sigma_m: float
     likeness: float
     textured: bool
-    drawn: Rendering
+    sketch: Sketch
 
     @property
     def quality(self) -> float:
@@ -125,11 +134,12 @@ def solve(
     reaches_px: Sequence[float] = TRACKING_REACHES,
     use_texture: bool = True,
     slide_first: bool = False,
+    sketch: Sketch | None = None,
 ) -> Fit:
-    """Refine a pose: each round draws the object once and takes a few steps.
+    """Refine a pose: the object is drawn only where its sketch no longer serves.
 
     Args:
-        evidence: what the crop shows.
+        evidence: what the window shows.
         model: the object.
         start_world_from_object: pose to begin with.
         prior: soft knowledge, such as the support plane.
@@ -137,55 +147,49 @@ def solve(
         reaches_px: how far from the drawn contour edges are looked for, one per round.
         use_texture: whether the object's inner colours take part.
         slide_first: begin by sliding the silhouette to where it covers most.
+        sketch: of the frame before; drawn if None.
     """
     world_from_object, halo_m = start_world_from_object, prior.halo_m
-    information = np.diag(1.0 / np.append(prior.sigma, prior.halo_sigma_m) ** 2)
-    smooth_live = blurred(evidence.live, TEXTURE_BLUR_PX)
-    for reach in reaches_px:
+    if slide_first:
         drawn = draw(model, world_from_object, evidence, renderer)
-        if float(drawn.alpha.max()) < 0.5:
-            break
-        if slide_first and reach == reaches_px[0]:
-            world_from_object = slide(
-                world_from_object, drawn, evidence, model, grounded=prior.sigma[2] < GROUNDED_M
-            )
-            drawn = draw(model, world_from_object, evidence, renderer)
-        contour, texture = _features(drawn, evidence, world_from_object, use_texture=use_texture)
-        for _ in range(3 if reach <= 4 else 2):
-            px_per_m = _px_per_m(evidence, model, world_from_object)
-            edges = measure_contour(
-                evidence,
-                contour,
-                world_from_object,
-                reach_px=reach,
-                offset_px=LOW_PASS_PX + halo_m * px_per_m,
-            )
-            inner = None
-            if texture is not None and len(texture) >= 12 and reach <= FINE_REACH_PX:
-                inner = measure_texture(
-                    evidence, smooth_live, texture, world_from_object, textured=model.textured
-                )
-            step, information = _step(
-                edges, inner, reach, prior, world_from_object, halo_m, px_per_m
-            )
-            if model.symmetry == ROUND:
-                step[3] = 0.0
-            world_from_object = vector_pose(pose_vector(world_from_object) + step[:4])
-            halo_m += float(step[4])
-            if np.abs(step[:3]).max() < 2e-4 and abs(step[3]) < 5e-4:
-                break
-    return judge(evidence, model, world_from_object, information, renderer, halo_m=halo_m)
+        world_from_object = slide(
+            world_from_object, drawn, evidence, model, grounded=prior.sigma[2] < GROUNDED_M
+        )
+    if sketch is None or not sketch.serves(evidence, world_from_object):
+        sketch = sketched(model, world_from_object, evidence, renderer)
+    information = np.diag(1.0 / prior.seven() ** 2)
+    coarse = [(reach, 2) for reach in reaches_px if reach > FINE_REACH_PX]
+    fine = [(reach, 3) for reach in reaches_px if reach <= FINE_REACH_PX]
+    for rounds in (coarse[:1], coarse[1:], fine):
+        if not rounds or sketch.area_px < LEAST_AREA_PX:
+            continue
+        if not sketch.serves(evidence, world_from_object):
+            sketch = sketched(model, world_from_object, evidence, renderer)
+        is_fine = use_texture and rounds is fine
+        measurement = _measurement(evidence, model, prior, sketch, use_texture=is_fine)
+        world_from_object, halo_m, information = refined(
+            evidence.seen, measurement, world_from_object, halo_m, rounds=rounds
+        )
+        world_from_object = vector_pose(pose_vector(world_from_object))
+    upright = information[np.ix_(UPRIGHT, UPRIGHT)]
+    return judge(evidence, model, world_from_object, upright, sketch, halo_m=halo_m)
 
 
-def draw(
-    model: TrackModel, world_from_object: Pose, evidence: Evidence, renderer: Renderer
-) -> Rendering:
-    """The object alone, as the crop's camera would see it."""
-    return renderer.render(
-        (model.splats_at(world_from_object),),
-        evidence.camera,
-        evidence.world_from_camera,
-        RENDER_OPTIONS,
+def _measurement(
+    evidence: Evidence, model: TrackModel, prior: Prior, sketch: Sketch, *, use_texture: bool
+) -> Measurement:
+    has_texture = use_texture and len(sketch.texture) >= LEAST_TEXTURE
+    return Measurement(
+        camera=evidence.camera,
+        world_from_camera=evidence.world_from_camera,
+        outline=sketch.contour,
+        texture=sketch.texture if has_texture else None,
+        textured=model.textured,
+        centre_m=model.centre_m,
+        prior_mean=vector_pose(prior.mean),
+        prior_sigma=prior.seven(),
+        prior_halo_m=prior.halo_m,
+        is_round=model.symmetry == ROUND,
     )
 
 
@@ -194,115 +198,91 @@ def judge(
     model: TrackModel,
     world_from_object: Pose,
     information: Points,
-    renderer: Renderer,
+    sketch: Sketch,
     *,
     halo_m: float = HALO_M,
 ) -> Fit:
     """How well the picture supports a pose, without changing it.
 
     Args:
-        evidence: what the crop shows.
+        evidence: what the window shows.
         model: the object.
         world_from_object: to be judged.
         information: (5, 5) of x, y, z, yaw and halo.
-        renderer: draws the object.
+        sketch: the object drawn near the pose.
         halo_m: how far the drawn contour lies outside the real one.
     """
-    drawn = draw(model, world_from_object, evidence, renderer)
     covariance = np.asarray(np.linalg.inv(information + 1e-9 * np.eye(5)), dtype=np.float64)
-    halo_sigma_m = float(np.sqrt(covariance[4, 4]))
-    covariance = covariance[:4, :4]
-    silhouette = drawn.alpha > 0.5
-    area = int(silhouette.sum())
-    if area < 12:
-        return Fit(
-            world_from_object,
-            covariance,
-            0.0,
-            0.0,
-            0.0,
-            halo_m,
-            halo_sigma_m,
-            0.0,
-            model.textured,
-            drawn,
-        )
-    contour, _ = _features(drawn, evidence, world_from_object, use_texture=False)
-    offset_px = LOW_PASS_PX + halo_m * _px_per_m(evidence, model, world_from_object)
-    edges = measure_contour(evidence, contour, world_from_object, reach_px=4.0, offset_px=offset_px)
-    agrees = edges.found & (np.abs(edges.offset_px) < AGREE_PX) & ~edges.hidden
-    shown = evidence.own * (1 - evidence.hidden)
-    foreign = np.maximum(evidence.foreground - evidence.own, evidence.hidden)
+    agreement = visible = covered = likeness = 0.0
+    if sketch.area_px >= LEAST_AREA_PX:
+        agreement = _agreement(evidence, model, world_from_object, sketch, halo_m)
+        visible, covered, likeness = _surface_shown(evidence, model, world_from_object, sketch)
     return Fit(
-        world_from_object,
-        _with_symmetry(covariance, model),
-        float(agrees.mean()) if len(agrees) else 0.0,
-        float((shown[silhouette] > 0.35).mean()),
-        float((foreign[silhouette] > 0.5).mean()),
+        world_from_object=world_from_object,
+        covariance=_with_symmetry(covariance[:4, :4], model),
+        agreement=agreement,
+        visible_fraction=visible,
+        covered_fraction=covered,
+        halo_m=halo_m,
+        halo_sigma_m=float(np.sqrt(covariance[4, 4])),
+        likeness=likeness,
+        textured=model.textured,
+        sketch=sketch,
+    )
+
+
+def _agreement(
+    evidence: Evidence, model: TrackModel, world_from_object: Pose, sketch: Sketch, halo_m: float
+) -> float:
+    """Share of the contour whose edge is where it should be."""
+    prior = Prior(pose_vector(world_from_object), np.ones(4))
+    measurement = _measurement(evidence, model, prior, sketch, use_texture=False)
+    offset, _, found, hidden = KERNELS.edges(
+        evidence.seen,
+        measurement.request(),
+        rows_of(world_from_object),
         halo_m,
-        halo_sigma_m,
-        _correlation(model, drawn, evidence, silhouette),
-        model.textured,
-        drawn,
+        reach_px=JUDGE_REACH_PX,
     )
+    agrees = found & (np.abs(offset) < AGREE_PX) & ~hidden
+    return float(agrees.mean()) if len(agrees) else 0.0
 
 
-def _features(
-    drawn: Rendering, evidence: Evidence, world_from_object: Pose, *, use_texture: bool
-) -> tuple[Contour, Texture | None]:
-    object_from_camera = world_from_object.inverse() @ evidence.world_from_camera
-    contour = contour_points(drawn, evidence.camera, object_from_camera, limit=CONTOUR_POINTS)
-    if not use_texture:
-        return contour, None
-    picture = blurred(drawn.rgb, TEXTURE_BLUR_PX)
-    texture = texture_points(
-        drawn,
-        picture,
-        evidence.camera,
-        object_from_camera,
-        limit=TEXTURE_POINTS,
-        least_slope=LEAST_SLOPE,
-    )
-    return contour, texture
+def _surface_shown(
+    evidence: Evidence, model: TrackModel, world_from_object: Pose, sketch: Sketch
+) -> tuple[float, float, float]:
+    """Shares of the surface that show the object, and something in front; likeness of colours."""
+    camera_from_object = evidence.world_from_camera.inverse() @ world_from_object
+    pixels, _ = evidence.camera.project(camera_from_object @ sketch.surface)
+    own, foreground = sample(evidence.own, pixels), sample(evidence.foreground, pixels)
+    hidden = sample(evidence.hidden, pixels)
+    visible = own * (1 - hidden) > 0.35
+    covered = np.maximum(foreground - own, hidden) > 0.5
+    shown = (own > 0.35) & (hidden < 0.5)
+    if shown.sum() < LEAST_AREA_PX:
+        return float(visible.mean()), float(covered.mean()), 0.0
+    live = sample(bell_blurred(evidence.live, TEXTURE_BLUR_PX, 3), pixels[shown])
+    drawn = sketch.colours[shown]
+    if model.textured:
+        around = _surroundings(pixels[shown])
+        live, drawn = live - around @ live, drawn - around @ drawn
+    return float(visible.mean()), float(covered.mean()), _correlation(drawn, live)
 
 
-def _px_per_m(evidence: Evidence, model: TrackModel, world_from_object: Pose) -> float:
-    """Pixels that a metre across the view takes at the object's distance."""
-    camera_from_world = evidence.world_from_camera.inverse()
-    depth = float((camera_from_world @ model.centre_at(world_from_object))[2])
-    return evidence.camera.fx / max(depth, 0.1)
+def _surroundings(pixels: Points) -> NDArray[np.float32]:
+    """(N, N) weights that average each point's surroundings."""
+    x, y = pixels.astype(np.float32).T
+    apart2 = (x[:, None] - x) ** 2 + (y[:, None] - y) ** 2
+    weight = np.exp(-0.5 / DETAIL_PX**2 * apart2)
+    return weight / weight.sum(axis=1, keepdims=True)
 
 
-def _step(
-    edges: Edges,
-    inner: Rows | None,
-    reach_px: float,
-    prior: Prior,
-    world_from_object: Pose,
-    halo_m: float,
-    px_per_m: float,
-) -> tuple[Points, Points]:
-    """One robust Gauss-Newton step in (x, y, z, yaw, halo) and the information (5, 5) behind it."""
-    information: Points = np.diag(1.0 / np.append(prior.sigma, prior.halo_sigma_m) ** 2)
-    apart = np.append(prior.mean - pose_vector(world_from_object), prior.halo_m - halo_m)
-    apart[3] = wrap_angle(float(apart[3]))
-    right = information @ apart
-    # Tukey's cut-off shrinks with the reach, from half of it down to about 2.5 σ.
-    cutoff = max(2.5, 1.3 * reach_px)
-    # A wider halo puts the drawn edge closer to the seen one: residual = J·step - px_per_m·halo.
-    outline = np.column_stack([edges.rows.jacobian, -px_per_m / edges.sigma_px])
-    parts = [(outline, edges.rows, cutoff)]
-    if inner is not None and len(inner.residual):
-        padded = np.column_stack([inner.jacobian, np.zeros(len(inner.residual))])
-        parts.append((padded, inner, TEXTURE_CUTOFF))
-    for jacobian, rows, limit in parts:
-        weight = rows.weight * np.clip(1.0 - (rows.residual / limit) ** 2, 0.0, None) ** 2
-        weighted = jacobian * weight[:, None]
-        information = information + weighted.T @ jacobian
-        right = right + weighted.T @ rows.residual
-    step = np.asarray(np.linalg.solve(information + 1e-9 * np.eye(5), right), dtype=np.float64)
-    longest = max(float(np.abs(step[:3]).max()) / 0.15, abs(float(step[3])) / 0.35, 1.0)
-    return step / longest, information
+def _correlation(first: NDArray[np.float32], second: NDArray[np.float32]) -> float:
+    """-1..1 of two lists of colours about their means."""
+    a = (first - first.mean(axis=0)).astype(np.float64).ravel()
+    b = (second - second.mean(axis=0)).astype(np.float64).ravel()
+    norm = float(np.sqrt((a @ a) * (b @ b)))
+    return float(a @ b) / norm if norm > 1e-9 else 0.0
 
 
 def _with_symmetry(covariance: Points, model: TrackModel) -> Points:
@@ -312,24 +292,3 @@ def _with_symmetry(covariance: Points, model: TrackModel) -> Points:
     covariance[3, :] = covariance[:, 3] = 0.0
     covariance[3, 3] = ROUND_YAW_SIGMA**2
     return covariance
-
-
-def _correlation(
-    model: TrackModel, drawn: Rendering, evidence: Evidence, silhouette: NDArray[np.bool_]
-) -> float:
-    """Correlation of drawn and live colours over the part of the silhouette that is shown.
-
-    A pattern is known by its detail; of a plain object only the shading can be compared.
-    """
-    shown = silhouette & (evidence.own > 0.35) & (evidence.hidden < 0.5)
-    if shown.sum() < 20:
-        return 0.0
-    if model.textured:
-        inside = drawn.alpha > 0.5
-        first, second = detail(drawn.rgb, inside), detail(evidence.live, inside)
-    else:
-        first, second = blurred(drawn.rgb, 1.0), blurred(evidence.live, 1.0)
-    a, b = first[shown].astype(np.float64), second[shown].astype(np.float64)
-    a, b = a - a.mean(axis=0), b - b.mean(axis=0)
-    norm = float(np.sqrt((a * a).sum() * (b * b).sum()))
-    return float((a * b).sum()) / norm if norm > 1e-9 else 0.0

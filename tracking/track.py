@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from devices.messages import Frame
 from scenes.pose import Pose
 from scenes.state import TrackedObject, TrackState
-from scenes.warp import VirtualView
 from tracking.evidence import Neighbour, Scene
 from tracking.model import TrackModel
+from tracking.sketch import Sketch
 from tracking.smooth import Motion
 from tracking.solve import (
     HALO_M,
@@ -31,17 +31,19 @@ SEARCH_PERIOD_NS = 800_000_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rest:
-    """How a resting object looks, to see cheaply whether anything changed.
+    """How a resting object looks at some places, to see cheaply whether anything changed.
 
     Attributes:
-        view: the crop it is looked at through.
-        picture: (H, W, 3) float32 the crop when its pose was last confirmed.
-        silhouette: (H, W) bool, a little widened.
+        lens: index of the lens it is looked at through.
+        corners: (N, 2) int64 left and top of small squares of the lens picture.
+        colours: (N, 3) float32 mean of each when its pose was last confirmed.
+        inside: how many of them, the first ones, are on the object; the others lie around it.
     """
 
-    view: VirtualView
-    picture: FloatArray
-    silhouette: NDArray[np.bool_]
+    lens: int
+    corners: NDArray[np.int64]
+    colours: FloatArray
+    inside: int
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,6 +62,7 @@ class Track:
         still_frames: frames in a row with hardly a step.
         missed_frames: frames in a row without agreement.
         rest: how it looks at rest; None while it isn't known to rest.
+        sketch: how it was drawn last; None before.
         searched_ns: frame time of the last search over the whole scene.
     """
 
@@ -74,6 +77,7 @@ class Track:
     still_frames: int
     missed_frames: int
     rest: Rest | None
+    sketch: Sketch | None
     searched_ns: int
 
 
@@ -118,6 +122,7 @@ def new_track(model: TrackModel) -> Track:
         still_frames=RESTING_FRAMES,
         missed_frames=0,
         rest=None,
+        sketch=None,
         searched_ns=-SEARCH_PERIOD_NS,
     )
 

@@ -22,6 +22,7 @@ from tracking.background import Exposure, Plates, fit_exposure, render_plates
 from tracking.calibrate import Calibration, calibrate
 from tracking.evidence import Neighbour, Scene
 from tracking.follow import first_look, follow
+from tracking.layers import LayerMemo
 from tracking.learn import learn
 from tracking.model import TrackModel, make_model
 from tracking.output import Stopwatch, TrackOutput, no_stopwatch
@@ -115,6 +116,7 @@ class Tracker:
         self._renderer = renderer
         self._options = options or TrackerOptions()
         self._stopwatch = stopwatch
+        self._layers = LayerMemo()
         self._models: tuple[TrackModel, ...] = tuple(make_model(o, renderer) for o in objects)
         # A few stray splats hang outside every scan.
         self._bounds_m = (
@@ -230,6 +232,7 @@ class Tracker:
             exposures,
             self._renderer,
             self._bounds_m,
+            self._layers,
         )
 
     def _task(

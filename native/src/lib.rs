@@ -39,6 +39,7 @@ mod python_gradients;
 mod python_probe;
 mod python_request;
 mod python_still;
+mod python_track;
 mod python_train;
 pub mod render;
 pub mod scene;
@@ -51,6 +52,12 @@ pub mod sort;
 mod square_avx512;
 pub mod still;
 pub mod tape;
+pub mod track_change;
+pub mod track_contour;
+pub mod track_edges;
+pub mod track_light;
+pub mod track_picture;
+pub mod track_solve;
 pub mod train_backward;
 pub mod train_splats;
 pub mod train_step;
@@ -67,6 +74,8 @@ mod _native {
     use crate::python_probe::Probe;
     #[pymodule_export]
     use crate::python_still::StillPicture;
+    #[pymodule_export]
+    use crate::python_track::{SeenWindow, TrackKernels};
     #[pymodule_export]
     use crate::python_train::{Trainee, TrainingTarget};
 }

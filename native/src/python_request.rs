@@ -51,6 +51,11 @@ pub struct LensRequest {
 }
 
 impl LensRequest {
+    /// Width and height in pixels.
+    pub(crate) fn size(&self) -> (usize, usize) {
+        self.size
+    }
+
     pub(crate) fn lens(&self) -> AnyLens {
         let focal = self.focal[0];
         match (self.max_angle, self.distortion) {

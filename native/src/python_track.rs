@@ -1,0 +1,584 @@
+//! What Python sees of the tracker's kernels.
+
+use std::sync::OnceLock;
+
+use numpy::{PyArray1, PyReadonlyArray3, PyReadonlyArrayDyn};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+use crate::camera::Lens;
+use crate::python_request::{check_length, with_lens, LensRequest};
+use crate::track_change::{change, ChangeModel, Cut, Exposure, Layer, Window, BINS};
+use crate::track_contour::{contour, lifted, Drawn};
+use crate::track_edges::{EdgeModel, CHANNELS};
+use crate::track_light;
+use crate::track_picture::{filtered, gaussian, Picture};
+use crate::track_solve::{Estimate, Outline, Prior, Problem, Rigid, SolveModel, Texture, UNKNOWNS};
+
+type Floats<'py> = PyReadonlyArrayDyn<'py, f32>;
+type Doubles<'py> = PyReadonlyArrayDyn<'py, f64>;
+type Flat<'py, T> = Bound<'py, PyArray1<T>>;
+
+/// Texture is compared after a Gaussian of this many pixels.
+const TEXTURE_BLUR_PX: f32 = 0.8;
+
+/// The tracker's constants, as `tracking.kernels` gathers them.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct Constants {
+    neighbour_noise: f32,
+    likeness_gain: f32,
+    shadow_darkest: [f32; 2],
+    shadow_gone: [f32; 2],
+    shadow_discount: f32,
+    shadow_hue: f32,
+    sample_step_px: f64,
+    side_px: f64,
+    least_step: f64,
+    distance_penalty: f64,
+    foreign: f64,
+    light_range: [f32; 2],
+    alike_sigma: f32,
+    cut_px: f64,
+    weak_reach_px: f64,
+    weak_slope: f64,
+    weak_sigma_px: f64,
+    edge_sigma_px: f64,
+    coarse_sigma_px: f64,
+    faint_contrast: f64,
+    low_pass_px: f64,
+    contour_correlation: f64,
+    texture_sigma: f64,
+    texture_cutoff: f64,
+    run_reach_px: f64,
+}
+
+/// Another object drawn into a rectangle of the lens picture.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct LayerRequest<'py> {
+    corner: [isize; 2],
+    size: [usize; 2],
+    rgb: Floats<'py>,
+    alpha: Floats<'py>,
+    nearer: Floats<'py>,
+}
+
+/// Contour points of an object.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct OutlineRequest<'py> {
+    points: Doubles<'py>,
+    normals: Doubles<'py>,
+    inner_px: Doubles<'py>,
+    outer_px: Doubles<'py>,
+    colours: Floats<'py>,
+}
+
+/// Texture points of an object.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct TextureRequest<'py> {
+    points: Doubles<'py>,
+    values: Floats<'py>,
+    slopes: Floats<'py>,
+    correlation: f64,
+}
+
+/// What a pose is measured against, apart from the window.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct ProblemRequest<'py> {
+    lens: LensRequest,
+    focal: f64,
+    camera_from_world: [f64; 12],
+    outline: OutlineRequest<'py>,
+    texture: Option<TextureRequest<'py>>,
+    centre: [f64; 3],
+    prior_mean: [f64; 12],
+    prior_sigma: [f64; UNKNOWNS],
+    prior_halo: f64,
+    is_round: bool,
+}
+
+/// A window of a lens picture as the solver reads it.
+#[pyclass(frozen, module = "scenes._native", name = "SeenWindow")]
+pub struct SeenWindow {
+    pixels: Vec<f32>,
+    smooth: OnceLock<Vec<f32>>,
+    width: usize,
+    height: usize,
+}
+
+#[pymethods]
+impl SeenWindow {
+    #[new]
+    fn new(
+        live: Floats<'_>,
+        foreground: Floats<'_>,
+        own: Floats<'_>,
+        hidden: Floats<'_>,
+        size: (usize, usize),
+    ) -> PyResult<Self> {
+        let count = size.0 * size.1;
+        let (live, foreground) = (live.as_slice()?, foreground.as_slice()?);
+        let (own, hidden) = (own.as_slice()?, hidden.as_slice()?);
+        check_length("live", live, 3 * count)?;
+        check_length("foreground", foreground, count)?;
+        check_length("own", own, count)?;
+        check_length("hidden", hidden, count)?;
+        if count == 0 {
+            return Err(PyValueError::new_err(
+                "window: no pixels, wanted at least one",
+            ));
+        }
+        let mut pixels = Vec::with_capacity(CHANNELS * count);
+        for (place, rgb) in live.chunks_exact(3).enumerate() {
+            pixels.extend_from_slice(rgb);
+            pixels.extend([foreground[place], own[place], hidden[place]]);
+        }
+        Ok(SeenWindow {
+            pixels,
+            smooth: OnceLock::new(),
+            width: size.0,
+            height: size.1,
+        })
+    }
+}
+
+impl SeenWindow {
+    fn picture(&self) -> Picture<'_, CHANNELS> {
+        Picture {
+            values: &self.pixels,
+            width: self.width,
+            height: self.height,
+        }
+    }
+
+    /// The live colours, smoothed like a texture's values.
+    fn smooth(&self) -> Picture<'_, 3> {
+        let values = self.smooth.get_or_init(|| {
+            let pixels = self.pixels.chunks_exact(CHANNELS);
+            let live: Vec<f32> = pixels.flat_map(|p| [p[0], p[1], p[2]]).collect();
+            filtered(
+                &live,
+                [self.width, self.height],
+                3,
+                &gaussian(TEXTURE_BLUR_PX, 3),
+            )
+        });
+        Picture {
+            values,
+            width: self.width,
+            height: self.height,
+        }
+    }
+}
+
+/// The tracker's kernels with their constants.
+#[pyclass(frozen, module = "scenes._native", name = "TrackKernels")]
+pub struct TrackKernels {
+    change: ChangeModel,
+    solve: SolveModel,
+    run_reach_px: f64,
+}
+
+type ContourArrays<'py> = (
+    Flat<'py, f64>,
+    Flat<'py, f64>,
+    Flat<'py, f64>,
+    Flat<'py, f64>,
+    Flat<'py, f32>,
+);
+type ChangeArrays<'py> = (
+    Flat<'py, f32>,
+    Flat<'py, f32>,
+    Flat<'py, f32>,
+    Flat<'py, f32>,
+);
+type EdgeArrays<'py> = (
+    Flat<'py, f64>,
+    Flat<'py, f64>,
+    Flat<'py, bool>,
+    Flat<'py, bool>,
+);
+
+#[pymethods]
+impl TrackKernels {
+    #[new]
+    fn new(constants: Constants) -> Self {
+        let c = constants;
+        TrackKernels {
+            change: ChangeModel {
+                neighbour_noise: c.neighbour_noise,
+                likeness_gain: c.likeness_gain,
+                shadow_darkest: c.shadow_darkest,
+                shadow_gone: c.shadow_gone,
+                shadow_discount: c.shadow_discount,
+                shadow_hue: c.shadow_hue,
+            },
+            solve: SolveModel {
+                edges: EdgeModel {
+                    sample_step_px: c.sample_step_px,
+                    side_px: c.side_px,
+                    least_step: c.least_step,
+                    distance_penalty: c.distance_penalty,
+                    foreign: c.foreign,
+                    light_range: c.light_range,
+                    alike_sigma: c.alike_sigma,
+                    cut_px: c.cut_px,
+                    weak_reach_px: c.weak_reach_px,
+                    weak_slope: c.weak_slope,
+                    weak_sigma_px: c.weak_sigma_px,
+                    edge_sigma_px: c.edge_sigma_px,
+                    coarse_sigma_px: c.coarse_sigma_px,
+                    faint_contrast: c.faint_contrast,
+                },
+                low_pass_px: c.low_pass_px,
+                contour_correlation: c.contour_correlation,
+                texture_sigma: c.texture_sigma,
+                texture_cutoff: c.texture_cutoff,
+                texture_correlation: 1.0,
+                focal: 1.0,
+                is_round: false,
+            },
+            run_reach_px: c.run_reach_px,
+        }
+    }
+
+    /// Live picture, foreground, own colours and what is hidden, of a window of a lens picture.
+    ///
+    /// The pictures are cut from the lens's; `window` is left and top in lens pixels, then width and
+    /// height in pixels of the window, each `shrink` × `shrink` of the lens.
+    #[pyo3(signature = (live, plate, noise, *, lens_size, window, shrink, exposure, layers, table))]
+    #[allow(clippy::too_many_arguments)]
+    fn change<'py>(
+        &self,
+        py: Python<'py>,
+        live: PyReadonlyArrayDyn<'py, u8>,
+        plate: Floats<'py>,
+        noise: Floats<'py>,
+        lens_size: [usize; 2],
+        window: [usize; 4],
+        shrink: usize,
+        exposure: [[f32; 3]; 3],
+        layers: Vec<LayerRequest<'py>>,
+        table: Floats<'py>,
+    ) -> PyResult<ChangeArrays<'py>> {
+        let [left, top, width, height] = window;
+        if shrink == 0 || width == 0 || height == 0 {
+            return Err(PyValueError::new_err(format!(
+                "window: {window:?} of {shrink} px each, wanted at least one pixel"
+            )));
+        }
+        let window = Window {
+            left,
+            top,
+            width,
+            height,
+            shrink,
+            lens: lens_size,
+        };
+        let cut = Cut {
+            live: live.as_slice()?,
+            plate: plate.as_slice()?,
+            noise: noise.as_slice()?,
+        };
+        let pixels = width * height * shrink * shrink;
+        check_length("live", cut.live, 3 * pixels)?;
+        check_length("plate", cut.plate, 3 * pixels)?;
+        check_length("noise", cut.noise, pixels)?;
+        let table = table.as_slice()?;
+        check_length("table", table, BINS * BINS * BINS)?;
+        let layers = layers.iter().map(layer_of).collect::<PyResult<Vec<_>>>()?;
+        let [gain, falloff, offset] = exposure;
+        let exposure = Exposure {
+            gain,
+            falloff,
+            offset,
+        };
+        let found = py.detach(|| change(&cut, &window, &exposure, &layers, table, &self.change));
+        Ok((
+            PyArray1::from_vec(py, found.live),
+            PyArray1::from_vec(py, found.foreground),
+            PyArray1::from_vec(py, found.own),
+            PyArray1::from_vec(py, found.hidden),
+        ))
+    }
+
+    /// Points (camera axes), normals, widths inside and outside, and colours of a silhouette.
+    #[pyo3(signature = (rgb, alpha, depth, *, lens, limit))]
+    fn contour<'py>(
+        &self,
+        py: Python<'py>,
+        rgb: Floats<'py>,
+        alpha: Floats<'py>,
+        depth: Floats<'py>,
+        lens: LensRequest,
+        limit: usize,
+    ) -> PyResult<ContourArrays<'py>> {
+        let (width, height) = lens.size();
+        let drawn = Drawn {
+            rgb: Picture {
+                values: rgb.as_slice()?,
+                width,
+                height,
+            },
+            alpha: Picture {
+                values: alpha.as_slice()?,
+                width,
+                height,
+            },
+            depth: depth.as_slice()?,
+        };
+        check_length("rgb", drawn.rgb.values, 3 * width * height)?;
+        check_length("alpha", drawn.alpha.values, width * height)?;
+        check_length("depth", drawn.depth, width * height)?;
+        let reach = self.run_reach_px;
+        let found =
+            py.detach(|| with_lens!(&lens.lens(), lens => contour(&drawn, lens, limit, reach)));
+        Ok((
+            PyArray1::from_vec(py, found.points.into_flattened()),
+            PyArray1::from_vec(py, found.normals.into_flattened()),
+            PyArray1::from_vec(py, found.inner),
+            PyArray1::from_vec(py, found.outer),
+            PyArray1::from_vec(py, found.colours.into_flattened()),
+        ))
+    }
+
+    /// A pose after some Gauss-Newton steps per search distance: rotation and translation row by
+    /// row (12), halo, information (7 × 7, flat).
+    #[pyo3(signature = (window, problem, start, halo, *, rounds))]
+    fn refine(
+        &self,
+        py: Python<'_>,
+        window: &SeenWindow,
+        problem: ProblemRequest<'_>,
+        start: [f64; 12],
+        halo: f64,
+        rounds: Vec<(f64, usize)>,
+    ) -> PyResult<([f64; 12], f64, Vec<f64>)> {
+        let lens = problem.lens.lens();
+        let problem = PlainProblem::of(&problem, &self.solve)?;
+        let mut at = Estimate {
+            world_from_object: rigid(&start),
+            halo,
+            information: Default::default(),
+        };
+        py.detach(|| {
+            with_lens!(&lens, lens => {
+                let problem = problem.seen(lens, window);
+                for (reach_px, steps) in rounds {
+                    at = problem.refine(at, reach_px, steps);
+                }
+            });
+        });
+        let information = at.information.as_flattened().to_vec();
+        Ok((rows_of(&at.world_from_object), at.halo, information))
+    }
+
+    /// What is seen at every contour point of a pose: outward distance of the edge less what the
+    /// halo explains, its standard deviation, whether it was found, whether something is in front.
+    #[pyo3(signature = (window, problem, pose, halo, *, reach_px))]
+    fn edges<'py>(
+        &self,
+        py: Python<'py>,
+        window: &SeenWindow,
+        problem: ProblemRequest<'py>,
+        pose: [f64; 12],
+        halo: f64,
+        reach_px: f64,
+    ) -> PyResult<EdgeArrays<'py>> {
+        let lens = problem.lens.lens();
+        let problem = PlainProblem::of(&problem, &self.solve)?;
+        let found = py.detach(|| {
+            with_lens!(&lens, lens => {
+                problem.seen(lens, window).edges(&rigid(&pose), halo, reach_px)
+            })
+        });
+        Ok((
+            PyArray1::from_iter(py, found.iter().map(|edge| edge.offset)),
+            PyArray1::from_iter(py, found.iter().map(|edge| edge.sigma)),
+            PyArray1::from_iter(py, found.iter().map(|edge| edge.found)),
+            PyArray1::from_iter(py, found.iter().map(|edge| edge.covered || edge.foreign)),
+        ))
+    }
+
+    /// Points in camera axes of pixels and their depths; three values each.
+    #[staticmethod]
+    fn lift<'py>(
+        py: Python<'py>,
+        pixels: Doubles<'py>,
+        depth: Doubles<'py>,
+        lens: LensRequest,
+    ) -> PyResult<Flat<'py, f64>> {
+        let (pixels, depth) = (pixels.as_slice()?, depth.as_slice()?);
+        check_length("pixels", pixels, 2 * depth.len())?;
+        let points: Vec<[f64; 3]> = with_lens!(&lens.lens(), lens => {
+            let pairs = pixels.chunks_exact(2).zip(depth);
+            pairs.map(|(p, depth)| lifted(lens, [p[0], p[1]], *depth)).collect()
+        });
+        Ok(PyArray1::from_vec(py, points.into_flattened()))
+    }
+
+    /// Gain, falloff and offset of one channel.
+    #[staticmethod]
+    fn exposure(
+        plate: Doubles<'_>,
+        radius2: Doubles<'_>,
+        seen: Doubles<'_>,
+        rounds: usize,
+    ) -> PyResult<[f64; 3]> {
+        let (plate, seen) = (plate.as_slice()?, seen.as_slice()?);
+        let radius2 = radius2.as_slice()?;
+        check_length("radius2", radius2, plate.len())?;
+        check_length("seen", seen, plate.len())?;
+        if plate.is_empty() {
+            return Err(PyValueError::new_err(
+                "exposure: no pixels, wanted at least one",
+            ));
+        }
+        Ok(track_light::exposure(plate, radius2, seen, rounds))
+    }
+
+    /// Mean RGB, 0..1, of squares of `side` pixels whose left and top are in `corners`. The rows of
+    /// the picture may be apart, their pixels may not.
+    #[staticmethod]
+    fn patch_means<'py>(
+        py: Python<'py>,
+        live: PyReadonlyArray3<'py, u8>,
+        corners: PyReadonlyArrayDyn<'py, i64>,
+        side: usize,
+    ) -> PyResult<Flat<'py, f32>> {
+        let live = live.as_array();
+        let (height, width, channels) = live.dim();
+        if channels != 3 || live.strides()[1..] != [3, 1] {
+            return Err(PyValueError::new_err(format!(
+                "live: shape {:?} with strides {:?}, wanted RGB pixels without gaps",
+                live.shape(),
+                live.strides()
+            )));
+        }
+        let inside = |corner: &[i64]| -> PyResult<[usize; 2]> {
+            let fits = |at: i64, size: usize| at >= 0 && at as usize + side <= size;
+            if !(fits(corner[0], width) && fits(corner[1], height)) {
+                return Err(PyValueError::new_err(format!(
+                    "corners: {corner:?}, wanted {side} px squares within {width}×{height} px"
+                )));
+            }
+            Ok([corner[0] as usize, corner[1] as usize])
+        };
+        let corners = corners.as_slice()?.chunks_exact(2).map(inside);
+        let corners = corners.collect::<PyResult<Vec<_>>>()?;
+        let rows: Vec<_> = live.outer_iter().collect();
+        let rows: Vec<&[u8]> = rows.iter().filter_map(|row| row.to_slice()).collect();
+        if rows.len() != height {
+            return Err(PyValueError::new_err("live: rows with gaps, wanted none"));
+        }
+        let means =
+            track_light::patch_means(&corners, side, |row, column| &rows[row][3 * column..]);
+        Ok(PyArray1::from_vec(py, means))
+    }
+}
+
+fn layer_of<'a>(request: &'a LayerRequest<'_>) -> PyResult<Layer<'a>> {
+    let [width, height] = request.size;
+    let layer = Layer {
+        left: request.corner[0],
+        top: request.corner[1],
+        width,
+        height,
+        rgb: request.rgb.as_slice()?,
+        alpha: request.alpha.as_slice()?,
+        nearer: request.nearer.as_slice()?,
+    };
+    check_length("layer.rgb", layer.rgb, 3 * width * height)?;
+    check_length("layer.alpha", layer.alpha, width * height)?;
+    check_length("layer.nearer", layer.nearer, width * height)?;
+    Ok(layer)
+}
+
+/// A problem with its arrays borrowed and checked, free of Python.
+struct PlainProblem<'a> {
+    outline: Outline<'a>,
+    texture: Option<Texture<'a>>,
+    camera_from_world: Rigid,
+    centre: [f64; 3],
+    prior: Prior,
+    model: SolveModel,
+}
+
+impl<'a> PlainProblem<'a> {
+    fn of(request: &'a ProblemRequest<'_>, model: &SolveModel) -> PyResult<Self> {
+        let outline = Outline {
+            points: request.outline.points.as_slice()?,
+            normals: request.outline.normals.as_slice()?,
+            inner: request.outline.inner_px.as_slice()?,
+            outer: request.outline.outer_px.as_slice()?,
+            colours: request.outline.colours.as_slice()?,
+        };
+        let count = outline.inner.len();
+        check_length("outline.points", outline.points, 3 * count)?;
+        check_length("outline.normals", outline.normals, 2 * count)?;
+        check_length("outline.outer_px", outline.outer, count)?;
+        check_length("outline.colours", outline.colours, 3 * count)?;
+        let mut model = SolveModel {
+            focal: request.focal,
+            is_round: request.is_round,
+            ..*model
+        };
+        let mut texture = None;
+        if let Some(asked) = &request.texture {
+            let found = Texture {
+                points: asked.points.as_slice()?,
+                values: asked.values.as_slice()?,
+                slopes: asked.slopes.as_slice()?,
+            };
+            check_length("texture.values", found.values, found.points.len())?;
+            check_length("texture.slopes", found.slopes, 2 * found.points.len())?;
+            model.texture_correlation = asked.correlation;
+            texture = Some(found);
+        }
+        Ok(PlainProblem {
+            outline,
+            texture,
+            camera_from_world: rigid(&request.camera_from_world),
+            centre: request.centre,
+            prior: Prior {
+                mean: rigid(&request.prior_mean),
+                sigma: request.prior_sigma,
+                halo: request.prior_halo,
+            },
+            model,
+        })
+    }
+
+    fn seen<'b, L: Lens>(&'b self, lens: &'b L, window: &'b SeenWindow) -> Problem<'b, L> {
+        Problem {
+            lens,
+            camera_from_world: self.camera_from_world,
+            window: window.picture(),
+            smooth: window.smooth(),
+            outline: self.outline,
+            texture: self.texture,
+            centre: self.centre,
+            prior: self.prior,
+            model: self.model,
+        }
+    }
+}
+
+/// A pose from its 3 × 4 matrix, row by row.
+fn rigid(rows: &[f64; 12]) -> Rigid {
+    Rigid {
+        rotation: std::array::from_fn(|i| std::array::from_fn(|j| rows[4 * i + j])),
+        translation: std::array::from_fn(|i| rows[4 * i + 3]),
+    }
+}
+
+fn rows_of(pose: &Rigid) -> [f64; 12] {
+    std::array::from_fn(|k| match k % 4 {
+        3 => pose.translation[k / 4],
+        column => pose.rotation[k / 4][column],
+    })
+}

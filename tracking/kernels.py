@@ -1,0 +1,172 @@
+"""The tracker's native kernels with their constants; numpy says the same in the modules named here.
+
+`tracking.background` and `tracking.reference` (what changed), `tracking.contour` (points of a drawn
+object), `tracking.observe` (edges and texture), `tracking.reference` (Gauss-Newton).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.cameras import Fisheye, Pinhole
+from scenes.pose import Pose
+from scenes.render.native import lens_of
+from scenes.render.renderer import Rendering
+from tracking import background, contour, observe
+from tracking.contour import Contour, Texture
+from tracking.native import SeenWindow, TrackKernels
+
+if TYPE_CHECKING:
+    from scenes._native import TrackProblem
+
+Points = NDArray[np.float64]
+
+__all__ = ["KERNELS", "Measurement", "SeenWindow", "contour_of", "rows_of"]
+
+KERNELS = TrackKernels(
+    {
+        "neighbour_noise": background.NEIGHBOUR_NOISE,
+        "likeness_gain": background.LIKENESS_GAIN,
+        "shadow_darkest": background.SHADOW_DARKEST,
+        "shadow_gone": background.SHADOW_GONE,
+        "shadow_discount": background.SHADOW_DISCOUNT,
+        "shadow_hue": background.SHADOW_HUE,
+        "sample_step_px": observe.SAMPLE_STEP_PX,
+        "side_px": observe.SIDE_PX,
+        "least_step": observe.LEAST_STEP,
+        "distance_penalty": observe.DISTANCE_PENALTY,
+        "foreign": observe.FOREIGN,
+        "light_range": observe.LIGHT_RANGE,
+        "alike_sigma": observe.ALIKE_SIGMA,
+        "cut_px": observe.CUT_PX,
+        "weak_reach_px": observe.WEAK_REACH_PX,
+        "weak_slope": observe.WEAK_SLOPE,
+        "weak_sigma_px": observe.WEAK_SIGMA_PX,
+        "edge_sigma_px": observe.EDGE_SIGMA_PX,
+        "coarse_sigma_px": observe.COARSE_SIGMA_PX,
+        "faint_contrast": observe.FAINT_CONTRAST,
+        "low_pass_px": observe.LOW_PASS_PX,
+        "contour_correlation": observe.CONTOUR_CORRELATION,
+        "texture_sigma": observe.TEXTURE_SIGMA,
+        "texture_cutoff": observe.TEXTURE_CUTOFF,
+        "run_reach_px": contour.REACH_PX,
+    }
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Measurement:
+    """What a pose is measured by in one window.
+
+    Attributes:
+        camera: of the window.
+        world_from_camera: its pose.
+        outline: silhouette points.
+        texture: surface points, or None to leave them out.
+        textured: whether the object has a pattern; shading alone is trusted less.
+        centre_m: (3,) of the object in its own frame.
+        prior_mean: pose believed before looking.
+        prior_sigma: (7,) standard deviations: shift, turn about the world's axes, halo.
+        prior_halo_m: halo believed before looking.
+        is_round: yaw cannot be seen.
+    """
+
+    camera: Fisheye | Pinhole
+    world_from_camera: Pose
+    outline: Contour
+    texture: Texture | None
+    textured: bool
+    centre_m: Points
+    prior_mean: Pose
+    prior_sigma: Points
+    prior_halo_m: float
+    is_round: bool
+
+    def request(self) -> TrackProblem:
+        """In the words of the native crate."""
+        outline, texture = self.outline, self.texture
+        camera = self.camera
+        shared = observe.TEXTURE_CORRELATION if self.textured else observe.PLAIN_CORRELATION
+        return {
+            "lens": lens_of(camera),
+            "focal": camera.fx if isinstance(camera, Pinhole) else camera.f_px,
+            "camera_from_world": rows_of(self.world_from_camera.inverse()),
+            "outline": {
+                "points": outline.points,
+                "normals": outline.normals,
+                "inner_px": outline.inner_px,
+                "outer_px": outline.outer_px,
+                "colours": outline.colours,
+            },
+            "texture": None
+            if texture is None
+            else {
+                "points": texture.points,
+                "values": texture.values,
+                "slopes": texture.slopes,
+                "correlation": shared,
+            },
+            "centre": self.centre_m,
+            "prior_mean": rows_of(self.prior_mean),
+            "prior_sigma": self.prior_sigma,
+            "prior_halo": self.prior_halo_m,
+            "is_round": self.is_round,
+        }
+
+
+def refined(
+    seen: SeenWindow,
+    measurement: Measurement,
+    world_from_object: Pose,
+    halo_m: float,
+    *,
+    rounds: Sequence[tuple[float, int]],
+) -> tuple[Pose, float, Points]:
+    """A pose after Gauss-Newton, its halo, and the information (7, 7) behind them.
+
+    Args:
+        seen: the window.
+        measurement: what to measure by.
+        world_from_object: where to begin.
+        halo_m: where to begin.
+        rounds: reach in pixels and number of steps, one after the other.
+    """
+    rows, halo, information = KERNELS.refine(
+        seen, measurement.request(), rows_of(world_from_object), halo_m, rounds=list(rounds)
+    )
+    return pose_of(rows), halo, np.array(information).reshape(7, 7)
+
+
+def contour_of(
+    drawn: Rendering, camera: Fisheye | Pinhole, object_from_camera: Pose, *, limit: int
+) -> Contour:
+    """`tracking.contour.contour_points`, natively."""
+    points, normals, inner, outer, colours = KERNELS.contour(
+        drawn.rgb, drawn.alpha, drawn.depth, lens=lens_of(camera), limit=limit
+    )
+    return Contour(
+        np.ascontiguousarray(object_from_camera @ points.reshape(-1, 3)),
+        normals.reshape(-1, 2),
+        inner,
+        outer,
+        colours.reshape(-1, 3),
+    )
+
+
+def rows_of(pose: Pose) -> list[float]:
+    """The twelve numbers of a pose's 3 × 4 matrix, row by row."""
+    return np.column_stack([pose.rotation, pose.translation]).ravel().tolist()
+
+
+def pose_of(rows: Sequence[float]) -> Pose:
+    """Inverse of `rows_of`."""
+    matrix = np.array(rows).reshape(3, 4)
+    return Pose(matrix[:, :3], matrix[:, 3])
+
+
+Request = Mapping[str, object]

@@ -1,0 +1,204 @@
+"""What the tracker's native kernels do, in numpy; tests hold the two together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.cameras import Pinhole
+from scenes.pose import Pose, rotation_from_vector
+from tracking.background import LIKENESS_GAIN, NEIGHBOUR_NOISE, Exposure, difference, expose
+from tracking.colours import BINS, ColourModel
+from tracking.evidence import Evidence
+from tracking.kernels import Measurement
+from tracking.observe import (
+    LOW_PASS_PX,
+    TEXTURE_CUTOFF,
+    Rows,
+    measure_contour,
+    measure_texture,
+)
+from tracking.pictures import bell_blurred
+from tracking.window import Layer, Window
+
+FloatArray = NDArray[np.float32]
+Points = NDArray[np.float64]
+
+TEXTURE_BLUR_PX = 0.8
+
+
+def change(
+    live: NDArray[np.uint8],
+    plate: FloatArray,
+    noise: FloatArray,
+    *,
+    lens_size: tuple[int, int],
+    window: Window,
+    exposure: Exposure,
+    layers: Sequence[Layer],
+    colours: ColourModel,
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Live picture, foreground, own colours and what is hidden, of a window of a lens picture.
+
+    Args:
+        live: (H, W, 3) uint8 at the lens's pixels, cut to the window.
+        plate: (H, W, 3) the empty room there.
+        noise: (H, W) its standard deviation.
+        lens_size: width and height of the lens picture.
+        window: where it was cut.
+        exposure: of the lens.
+        layers: other objects, the farthest first.
+        colours: of the object that the window is about.
+    """
+    shrink = window.shrink
+    seen = _shrunk(live.astype(np.float32) * np.float32(1 / 255), shrink)
+    height, width = seen.shape[:2]
+    x = (window.left + (np.arange(width) + 0.5) * shrink) * 2 / lens_size[0] - 1
+    y = (window.top + (np.arange(height) + 0.5) * shrink) * 2 / lens_size[1] - 1
+    radius2 = (x[None, :] ** 2 + y[:, None] ** 2).astype(np.float32)
+    expected = expose(_shrunk(plate, shrink), exposure, radius2=radius2)
+    rough = np.maximum(_shrunk(noise, shrink), 1e-3)
+    hidden = np.zeros((height, width), np.float32)
+    for layer in layers:
+        rgb, alpha, nearer = (_laid(p, layer, window) for p in _pictures(layer, window))
+        gain, offset = exposure.gain.astype(np.float32), exposure.offset.astype(np.float32)
+        expected = expected * (1 - alpha) + rgb * gain + offset * alpha
+        edge = cv2.dilate(alpha, np.ones((3, 3), np.uint8))
+        rough = np.maximum(rough, NEIGHBOUR_NOISE * edge)
+        hidden = np.maximum(hidden, nearer[..., 0])
+    foreground = difference(seen, expected, rough).probability
+    bins = np.clip((seen * BINS).astype(int), 0, BINS - 1)
+    likeness = bell_blurred(colours.table[bins[..., 0], bins[..., 1], bins[..., 2]], 0.7, 1)
+    own = foreground * np.clip(likeness * LIKENESS_GAIN, 0.0, 1.0)
+    return seen, foreground, own.astype(np.float32), hidden
+
+
+def _shrunk(picture: FloatArray, shrink: int) -> FloatArray:
+    height, width = picture.shape[0] // shrink, picture.shape[1] // shrink
+    blocks = picture.reshape(height, shrink, width, shrink, *picture.shape[2:])
+    return blocks.mean(axis=(1, 3)).astype(np.float32)
+
+
+def _pictures(layer: Layer, window: Window) -> tuple[FloatArray, FloatArray, FloatArray]:
+    is_nearer = (layer.range_m > 0) & (layer.range_m < window.target_range_m)
+    return layer.rgb, layer.alpha[..., None], (layer.alpha * is_nearer)[..., None]
+
+
+def _laid(picture: FloatArray, layer: Layer, window: Window) -> FloatArray:
+    """A layer's picture in the window, 0 around it."""
+    _, _, width, height = window.corner_and_size
+    whole = np.zeros((height * window.shrink, width * window.shrink, picture.shape[2]), np.float32)
+    left, top = layer.left - window.left, layer.top - window.top
+    rows = slice(max(top, 0), max(min(top + picture.shape[0], whole.shape[0]), 0))
+    columns = slice(max(left, 0), max(min(left + picture.shape[1], whole.shape[1]), 0))
+    if rows.start < rows.stop and columns.start < columns.stop:
+        part = picture[rows.start - top : rows.stop - top, columns.start - left :]
+        whole[rows, columns] = part[:, : columns.stop - columns.start]
+    return _shrunk(whole, window.shrink)
+
+
+def refined(
+    evidence: Evidence,
+    measurement: Measurement,
+    world_from_object: Pose,
+    halo_m: float,
+    *,
+    rounds: Sequence[tuple[float, int]],
+) -> tuple[Pose, float, Points]:
+    """A pose after Gauss-Newton, its halo, and the information (7, 7) behind them.
+
+    Args:
+        evidence: the window.
+        measurement: what to measure by.
+        world_from_object: where to begin.
+        halo_m: where to begin.
+        rounds: reach in pixels and number of steps, one after the other.
+    """
+    information = np.zeros((7, 7))
+    for reach_px, steps in rounds:
+        for _ in range(steps):
+            step, information = _step(evidence, measurement, world_from_object, halo_m, reach_px)
+            if measurement.is_round:
+                step[5] = 0.0
+            world_from_object = Pose(
+                rotation_from_vector(step[3:6]) @ world_from_object.rotation,
+                world_from_object.translation + step[:3],
+            )
+            halo_m += float(step[6])
+            if np.abs(step[:3]).max() < 2e-4 and np.abs(step[3:6]).max() < 5e-4:
+                break
+    return world_from_object, halo_m, information
+
+
+def px_per_m(measurement: Measurement, world_from_object: Pose) -> float:
+    """Pixels that a metre across the view takes at the object's distance."""
+    camera = measurement.camera
+    in_world = world_from_object @ measurement.centre_m
+    centre = measurement.world_from_camera.inverse() @ in_world
+    if isinstance(camera, Pinhole):
+        return camera.fx / max(float(centre[2]), 0.1)
+    return camera.f_px / max(float(np.linalg.norm(centre)), 0.1)
+
+
+def _step(
+    evidence: Evidence,
+    measurement: Measurement,
+    world_from_object: Pose,
+    halo_m: float,
+    reach_px: float,
+) -> tuple[Points, Points]:
+    """One robust Gauss-Newton step (7,) and the information (7, 7) behind it."""
+    information = np.diag(1.0 / measurement.prior_sigma**2)
+    mean = measurement.prior_mean
+    turn = cv2.Rodrigues(mean.rotation @ world_from_object.rotation.T)[0].ravel()
+    shift = mean.translation - world_from_object.translation
+    right = information @ np.array([*shift, *turn, measurement.prior_halo_m - halo_m])
+    scale = px_per_m(measurement, world_from_object)
+    edges = measure_contour(
+        evidence,
+        measurement.outline,
+        world_from_object,
+        reach_px=reach_px,
+        offset_px=LOW_PASS_PX + halo_m * scale,
+    )
+    # A wider halo puts the drawn edge closer to the seen one.
+    outline = np.column_stack([edges.rows.jacobian, -scale / edges.sigma_px])
+    # Tukey's cut-off shrinks with the reach, from half of it down to about 2.5 σ.
+    parts = [(outline, edges.rows, max(2.5, 1.3 * reach_px))]
+    if measurement.texture is not None:
+        inner = _texture_rows(evidence, measurement, world_from_object)
+        parts.append((np.pad(inner.jacobian, ((0, 0), (0, 1))), inner, TEXTURE_CUTOFF))
+    for jacobian, rows, limit in parts:
+        weight = rows.weight * np.clip(1.0 - (rows.residual / limit) ** 2, 0.0, None) ** 2
+        weighted = jacobian * weight[:, None]
+        information = information + weighted.T @ jacobian
+        right = right + weighted.T @ rows.residual
+    step = np.asarray(np.linalg.solve(information + 1e-9 * np.eye(7), right), dtype=np.float64)
+    longest = max(float(np.abs(step[:3]).max()) / 0.15, float(np.abs(step[3:6]).max()) / 0.35, 1.0)
+    return step / longest, information
+
+
+def _texture_rows(evidence: Evidence, measurement: Measurement, world_from_object: Pose) -> Rows:
+    assert measurement.texture is not None
+    smooth = bell_blurred(evidence.live, TEXTURE_BLUR_PX, 3)
+    return measure_texture(
+        evidence, smooth, measurement.texture, world_from_object, textured=measurement.textured
+    )
+
+
+def exposure(
+    plate: Points, radius2: Points, seen: Points, iterations: int
+) -> tuple[float, float, float]:
+    """Gain, falloff and offset of one channel: robust least squares that ignores outliers."""
+    a = np.stack([plate, plate * radius2, np.ones(len(plate))], axis=1)
+    x = np.array([1.0, 0.0, float(np.median(seen - plate))])
+    for _ in range(iterations):
+        residual = seen - a @ x
+        scale = max(1.5 * float(np.median(np.abs(residual))), 0.01)
+        weight = 1.0 / (1.0 + (residual / scale) ** 2) ** 2
+        weighted = a * weight[:, None]
+        x = np.linalg.solve(weighted.T @ a + 1e-9 * np.eye(3), weighted.T @ seen)
+    return float(x[0]), float(x[1]), float(x[2])
