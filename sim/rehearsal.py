@@ -80,7 +80,7 @@ class _Session:
         settings = scenario.camera
         self._rig: Rig = default_rig(settings.lens_size_px)
         self._true_rig = room.world_from_rig
-        self._known_rig = _with_error(
+        self._known_rig = marker_estimate(
             self._true_rig, pose_rng, settings.pose_error_deg, settings.pose_error_cm
         )
         camera_xy = room.world_from_rig.translation[:2]
@@ -236,7 +236,9 @@ def _head_camera(world_from_head: Pose) -> Pose:
     return world_from_head @ Pose(level.rotation, FACE_IN_HEAD)
 
 
-def _with_error(pose: Pose, rng: np.random.Generator, error_deg: float, error_cm: float) -> Pose:
+def marker_estimate(
+    pose: Pose, rng: np.random.Generator, error_deg: float, error_cm: float
+) -> Pose:
     """A pose off by `error_deg` about a random axis and `error_cm` in a random direction."""
     axis, direction = rng.standard_normal((2, 3))
     axis /= np.linalg.norm(axis)

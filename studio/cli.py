@@ -74,6 +74,18 @@ VERBS = (
         "nexus evaluate preparation lab --json",
     ),
     Verb(
+        "track",
+        "studio.track",
+        "follow a scene's objects in recorded footage and write their poses",
+        "nexus track lab session.mp4 --camera camera.json --out tracks.json",
+    ),
+    Verb(
+        "evaluate",
+        "studio.evaluate.tracker",
+        "hold the tracker against the truth, with the paper's method on the same frames",
+        "nexus evaluate room --method paper --seeds 5 --plot",
+    ),
+    Verb(
         "cut",
         "studio.cut",
         "make a movable object of a part of a scanned room, or put it back",

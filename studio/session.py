@@ -29,11 +29,10 @@ from scenes.package import ScenePackage
 from scenes.state import SceneState, reduce_state
 from studio.evaluate.perfect_detector import PerfectDetector
 from studio.latency import Latencies
+from studio.methods import METHODS, make_method
 from studio.pipeline import ExactExecutor, Executor, PacedExecutor, RecorderThread
 from studio.sources import SessionInput, recorded_inputs, simulated_inputs
 from tracking.output import TrackingMethod, TrackOutput
-
-METHODS = ("own", "paper")
 
 
 class Pace(StrEnum):
@@ -239,7 +238,10 @@ def open_session(plan: SessionPlan) -> Session:
     made = _recorded(plan) if plan.recording is not None else _simulated(plan)
     scene, info, inputs, duration_ns = made
     perfect_detector = PerfectDetector()
-    methods = {name: _make_method(name, scene, perfect_detector) for name in plan.methods}
+    methods = {
+        name: make_method(name, scene, perfect_detector, stopwatch=time.perf_counter_ns)
+        for name in plan.methods
+    }
     return Session(
         plan,
         scene,
@@ -326,21 +328,6 @@ def _recorded(plan: SessionPlan) -> Made:
             f"({info.scene_hash[:12]}, here {found[:12]}); tracks cannot be compared"
         )
     return scene, info, partial(recorded_inputs, path, info), 0
-
-
-def _make_method(
-    name: str, scene: ScenePackage, perfect_detector: PerfectDetector
-) -> TrackingMethod[Any]:
-    from scenes.render.native import NativeRenderer
-    from tracking.paper import PaperTracker
-    from tracking.tracker import Tracker
-
-    renderer, stopwatch = NativeRenderer(), time.perf_counter_ns
-    if name == "own":
-        return Tracker(scene.room, scene.objects, renderer, stopwatch=stopwatch)
-    return PaperTracker(
-        scene.room, scene.objects, renderer, detector=perfect_detector, stopwatch=stopwatch
-    )
 
 
 def _discard(_value: RecordedValue) -> None:

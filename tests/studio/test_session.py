@@ -4,9 +4,10 @@ import pytest
 
 from devices.recording import read_recording
 from devices.recording_codec import RecordedTrack
+from studio.methods import METHODS
 from studio.pipeline import CancelledError
 from studio.replay import Comparison
-from studio.session import METHODS, Pace, SessionPlan, open_session
+from studio.session import Pace, SessionPlan, open_session
 from studio.sources import recorded_inputs
 
 

@@ -1,0 +1,124 @@
+"""The lab with ten movable objects: its own five, a third chair and stool, and small things.
+
+The scan knows the copies by the splats of the objects they are copies of.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from scenes.mesh import PhysicalObject, PhysicalRoom
+from scenes.opening import open_scene
+from scenes.package import ScenePackage
+from scenes.pose import Pose
+from scenes.samples import sample_room
+from scenes.state import ObjectModel
+
+DESK_M, BENCH_M = 0.74, 0.5
+"""Heights of the lab's desk and bench."""
+
+
+@dataclass(frozen=True, slots=True)
+class Copy:
+    """A further object: whose copy it is, in which room that is, and where it stands."""
+
+    object_id: str
+    scene: str
+    original: str
+    world_from_object: Pose
+
+
+COPIES = (
+    Copy("chair-3", "lab", "chair-1", Pose.from_yaw(0.6, (-1.75, 1.75, 0.0))),
+    Copy("stool-3", "lab", "stool-1", Pose.from_yaw(0.2, (-0.45, 0.15, 0.0))),
+    Copy("book-2", "desk", "book-1", Pose.from_yaw(1.3, (2.45, -0.35, DESK_M))),
+    Copy("mug-1", "desk", "mug-1", Pose.from_yaw(0.4, (2.40, 0.02, DESK_M))),
+    Copy("box-1", "desk", "box-1", Pose.from_yaw(-0.4, (0.75, 2.22, BENCH_M))),
+)
+
+
+def ten_objects() -> tuple[PhysicalRoom, ScenePackage]:
+    """The physical room and its scan; the scan knows every object where it stands."""
+    rooms = {name: sample_room(name) for name in ("lab", "desk")}
+    scans = {name: open_scene(name) for name in rooms}
+    things: list[PhysicalObject] = list(rooms["lab"].objects)
+    models: list[ObjectModel] = list(scans["lab"].objects)
+    for copy in COPIES:
+        thing = rooms[copy.scene].object_by_id(copy.original)
+        things.append(
+            replace(thing, object_id=copy.object_id, world_from_object=copy.world_from_object)
+        )
+        model = next(m for m in scans[copy.scene].objects if m.object_id == copy.original)
+        models.append(
+            replace(
+                model,
+                object_id=copy.object_id,
+                name=copy.object_id,
+                support_z_m=float(copy.world_from_object.translation[2]),
+                world_from_object=copy.world_from_object,
+            )
+        )
+    room = replace(rooms["lab"], objects=tuple(things))
+    return room, replace(scans["lab"], objects=tuple(models))
+
+
+def scanned_poses(room: PhysicalRoom) -> Mapping[str, Pose]:
+    """Where every object stood when the room was scanned, by id."""
+    return {thing.object_id: thing.world_from_object for thing in room.objects}
+
+
+def shuffled(room: PhysicalRoom, rng: np.random.Generator) -> Mapping[str, Pose]:
+    """All objects somewhere else: furniture on the floor, small things on desk and bench.
+
+    No two are so near that they touch, nor so nearly in line that one hides the other from the
+    camera; the most spread of many random layouts is taken.
+    """
+    eye = room.world_from_rig.translation
+    best: tuple[float, Mapping[str, Pose]] | None = None
+    for _ in range(400):
+        poses = {
+            thing.object_id: Pose.from_yaw(float(rng.uniform(-np.pi, np.pi)), _place(thing, rng))
+            for thing in room.objects
+        }
+        worth = _spread(room, poses, eye)
+        if best is None or worth > best[0]:
+            best = (worth, poses)
+    if best is None:
+        raise RuntimeError("a layout is drawn before the best is taken")
+    return best[1]
+
+
+def _place(
+    thing: PhysicalObject, rng: np.random.Generator
+) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    if thing.box_m[2] > 0.3:
+        return np.array([rng.uniform(-2.2, 1.7), rng.uniform(0.1, 1.75), 0.0])
+    if rng.random() < 0.6:
+        return np.array([rng.uniform(2.33, 2.65), rng.uniform(-0.45, 0.75), DESK_M])
+    return np.array([rng.uniform(0.6, 1.6), rng.uniform(2.2, 2.32), BENCH_M])
+
+
+def _spread(
+    room: PhysicalRoom,
+    poses: Mapping[str, Pose],
+    eye: np.ndarray[tuple[int], np.dtype[np.float64]],
+) -> float:
+    """The tightest pair: free space between two, in their own sizes, and free angle between."""
+    places = np.array([poses[thing.object_id].translation for thing in room.objects])
+    radii = np.array([0.5 * float(np.hypot(*thing.box_m[:2])) for thing in room.objects])
+    sight = places - eye
+    azimuth = np.arctan2(sight[:, 1], sight[:, 0])
+    away = np.hypot(sight[:, 0], sight[:, 1])
+    half_angle = np.arcsin(np.minimum(radii / away, 0.9))
+    tightest = np.inf
+    for i in range(len(places)):
+        for j in range(i):
+            if abs(places[i, 2] - places[j, 2]) > 0.1 and min(places[i, 2], places[j, 2]) > 0:
+                continue
+            gap = float(np.linalg.norm(places[i, :2] - places[j, :2])) - radii[i] - radii[j]
+            angle = abs(azimuth[i] - azimuth[j]) - half_angle[i] - half_angle[j]
+            tightest = min(tightest, gap / 0.1 if gap < 0 else 1.0 + angle)
+    return tightest

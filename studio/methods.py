@@ -1,0 +1,47 @@
+"""The trackers by the names that people give them on the command line."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from scenes.package import ScenePackage
+from studio.evaluate.perfect_detector import PerfectDetector
+from tracking.output import Stopwatch, TrackingMethod, no_stopwatch
+
+METHODS = ("own", "paper")
+
+
+def make_method(
+    name: str,
+    scene: ScenePackage,
+    perfect_detector: PerfectDetector | None = None,
+    *,
+    stopwatch: Stopwatch = no_stopwatch,
+) -> TrackingMethod[Any]:
+    """A tracker for the objects of a scene.
+
+    Args:
+        name: one of `METHODS`.
+        scene: splats of the room and of its objects, with their last known poses.
+        perfect_detector: finds the objects for the paper's method in place of its trained network;
+            without one, it looks for what differs from the empty room.
+        stopwatch: for the stage durations.
+
+    Raises:
+        ValueError: no such method.
+    """
+    from scenes.render.native import NativeRenderer
+    from tracking.paper import PaperTracker
+    from tracking.tracker import Tracker
+
+    if name == "own":
+        return Tracker(scene.room, scene.objects, NativeRenderer(), stopwatch=stopwatch)
+    if name == "paper":
+        return PaperTracker(
+            scene.room,
+            scene.objects,
+            NativeRenderer(),
+            detector=perfect_detector,
+            stopwatch=stopwatch,
+        )
+    raise ValueError(f"tracking method {name!r}: wanted one of {', '.join(METHODS)}")
