@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from scenes.prepare.train.training_rows import LOG_SCALE, LOGIT, MEAN, ROTATION, SH
 
-MEAN_RATE = 1.0e-3
+MEAN_RATE = 5.0e-4
 """Per step and per metre of the typical distance at which the photos see the scene."""
 MEAN_DECAY = 0.02
 OTHER_RATES = {"log_scale": 0.02, "rotation": 0.006, "logit": 0.05, "colour": 0.012, "sh": 0.0004}

@@ -1,28 +1,48 @@
-"""The first splats: one at every point that structure from motion found."""
+"""The first splats: flat ones, on the surfaces that the photos show."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import KDTree
+from scipy.spatial.transform import Rotation
 
 from scenes.harmonics import SH_C0
 from scenes.prepare.reconstruction import Reconstruction
+from scenes.prepare.train.dense_points import dense_points
+from scenes.prepare.train.seen_surfaces import Surface
+from scenes.prepare.train.training_photos import typical_distance
 from scenes.prepare.train.training_rows import TrainingRows, rows_of_cloud
 from scenes.splats import SplatCloud
 
 NEIGHBOURS = 3
+AROUND = 10
 FIRST_OPACITY = 0.3
 FEWEST_POINTS = 10
 """Fewer points than this say nothing about a room."""
+SPACING = 0.025
+"""Of the points that stereo adds, as a share of the distance at which the photos see the scene."""
+FIRST_SHARE = 0.4
+"""Of the budget, at most: the rest goes where the error is."""
+FLATTEST = 0.2
 
 
 def seed_rows(
-    reconstruction: Reconstruction, sh_count: int, budget: int, rng: np.random.Generator
+    reconstruction: Reconstruction,
+    surfaces: Sequence[Surface],
+    sh_count: int,
+    budget: int,
+    rng: np.random.Generator,
 ) -> TrainingRows:
-    """Round splats as wide as the distance to their neighbours (Kerbl et al. 2023, section 5.1).
+    """Splats as wide as the distance to their neighbours, and as thick as the neighbourhood is.
+
+    The width is that of Kerbl et al. 2023, section 5.1.
 
     Args:
         reconstruction: its points and colours.
+        surfaces: what stereo has seen; may be empty.
         sh_count: coefficients per splat; all but the first are zero.
         budget: splats at most; of more points a sample is taken.
         rng: draws that sample.
@@ -36,22 +56,36 @@ def seed_rows(
             f"training: {len(points)} points to start from, wanted at least {FEWEST_POINTS}; "
             "film again with more overlap and texture"
         )
-    chosen = np.arange(len(points))
+    colours = reconstruction.colours.astype(np.float32)
+    if surfaces:
+        more = dense_points(surfaces, SPACING * typical_distance(reconstruction))
+        count = min(len(more.points), max(round(FIRST_SHARE * budget) - len(points), 0))
+        added = np.sort(rng.choice(len(more.points), count, replace=False))
+        points = np.concatenate([points, more.points[added]])
+        colours = np.concatenate([colours, more.colours[added]])
     if len(points) > budget:
         chosen = np.sort(rng.choice(len(points), budget, replace=False))
-    points = points[chosen]
-    distances, _ = KDTree(points).query(points, k=NEIGHBOURS + 1)
-    spacing = np.sqrt(np.mean(distances[:, 1:] ** 2, axis=1))
+        points, colours = points[chosen], colours[chosen]
+    return rows_of_cloud(_discs(points, colours), sh_count)
+
+
+def _discs(points: NDArray[np.float64], colours: NDArray[np.float32]) -> SplatCloud:
+    distances, near = KDTree(points).query(points, k=min(AROUND, len(points)))
+    spacing = np.sqrt(np.mean(distances[:, 1 : NEIGHBOURS + 1] ** 2, axis=1))
     # Points on top of each other would start without any width, lonely ones as wide as the room.
     spacing = np.clip(spacing, *np.quantile(spacing, [0.02, 0.98]))
     spacing = np.maximum(spacing, 1e-6 * max(float(np.ptp(points)), 1e-6))
-    n = len(points)
-    colours = reconstruction.colours[chosen].astype(np.float32) / 255
-    cloud = SplatCloud(
+    around = points[near] - points[near].mean(axis=1, keepdims=True)
+    spread, axes = np.linalg.eigh(np.einsum("nki,nkj->nij", around, around))
+    thin = np.sqrt(np.maximum(spread[:, 0], 0) / np.maximum(spread[:, 1], 1e-30))
+    scales = np.repeat(spacing[:, None], 3, axis=1)
+    scales[:, 0] *= np.clip(thin, FLATTEST, 1)
+    turned = np.linalg.det(axes) < 0
+    axes[turned, :, 2] *= -1
+    return SplatCloud(
         points.astype(np.float32),
-        np.repeat(spacing[:, None], 3, axis=1).astype(np.float32),
-        np.tile(np.array([1, 0, 0, 0], dtype=np.float32), (n, 1)),
-        np.full(n, FIRST_OPACITY, dtype=np.float32),
-        ((colours - 0.5) / SH_C0)[:, None, :].astype(np.float32),
+        scales.astype(np.float32),
+        Rotation.from_matrix(axes).as_quat()[:, [3, 0, 1, 2]].astype(np.float32),
+        np.full(len(points), FIRST_OPACITY, dtype=np.float32),
+        ((colours / 255 - 0.5) / SH_C0)[:, None, :].astype(np.float32),
     )
-    return rows_of_cloud(cloud, sh_count)

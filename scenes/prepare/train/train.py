@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,8 @@ from scenes.prepare.train.densify import densify, morton_order
 from scenes.prepare.train.exposure import Exposures, fitted
 from scenes.prepare.train.held_out import draw_photo, psnr_db, score_photo
 from scenes.prepare.train.seed import seed_rows
+from scenes.prepare.train.seen_surfaces import judge, surfaces_of
+from scenes.prepare.train.stereo import seen_depths
 from scenes.prepare.train.trainer import (
     Moment,
     Preview,
@@ -24,12 +27,12 @@ from scenes.prepare.train.trainer import (
     TrainingResult,
 )
 from scenes.prepare.train.training_photos import Photos, typical_distance
-from scenes.prepare.train.training_rows import SH, TrainingRows
+from scenes.prepare.train.training_rows import MEAN, SH, TrainingRows
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import RenderOptions
 from scenes.render.training import Exposure, Trainee
 
-NAME = "built-in 1"
+NAME = "built-in 2"
 REPORT_EVERY = 20
 LOSS_MEMORY = 0.99
 SAVE_EVERY_S = 60.0
@@ -98,6 +101,8 @@ class _Run:
         rng: np.random.Generator,
         stopwatch: Stopwatch,
     ) -> None:
+        self._seconds_before = 0.0
+        self._began = stopwatch()
         self.job = _describe(options, reconstruction)
         self.iteration = 0
         self._densified_at = 0
@@ -110,7 +115,12 @@ class _Run:
             longest_px=options.longest_px,
         )
         self._distance = typical_distance(reconstruction)
-        rows = seed_rows(reconstruction, (options.sh_degree + 1) ** 2, options.budget, rng)
+        # Views kept aside must not have a say in anything.
+        shown = replace(reconstruction, views=self._photos.training)
+        self._surfaces = surfaces_of(seen_depths(shown))
+        rows = seed_rows(
+            reconstruction, self._surfaces, (options.sh_degree + 1) ** 2, options.budget, rng
+        )
         self._first_splats = len(rows)
         self._take(rows)
         self._exposures = Exposures(len(self._photos.training))
@@ -124,8 +134,6 @@ class _Run:
             near_m=0.01 * self._distance,
             threads=options.threads,
         )
-        self._seconds_before = 0.0
-        self._began = stopwatch()
 
     @property
     def seconds(self) -> float:
@@ -172,7 +180,10 @@ class _Run:
     def _densify(self, done: float) -> None:
         budget = self._options.budget
         wanted = schedule.splats_wanted(done, self._first_splats, budget)
-        rows = densify(self._rows(), wanted, self._rng)
+        rows = self._rows()
+        verdict = judge(rows.values[:, MEAN], self._surfaces)
+        rows.values[:, MEAN] += verdict.offset
+        rows = densify(rows.select(~verdict.is_stray), wanted, self._rng)
         self._take(rows.select(morton_order(rows.values[:, :3])))
 
     def preview(self, show: ShowPreview | None) -> None:

@@ -1,0 +1,247 @@
+"""How far away things are, seen by photos in pairs, before anything is trained.
+
+Two photos are turned until the same thing lies on the same row of both (rectified along the line
+between their cameras), and semi-global matching finds by how much it is shifted (Hirschmüller 2008,
+OpenCV's). A pixel's depth is believed where the pairs of its view agree.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.cameras import Pinhole, pixel_centres
+from scenes.pose import Pose
+from scenes.prepare.reconstruction import Reconstruction, View, read_picture
+
+DepthMap = NDArray[np.float32]
+
+LONGEST_PX = 320
+PARTNERS = 4
+BEST_ANGLE_RAD = 0.15
+"""Between the rays of two photos to the same point: less is uncertain, more looks different."""
+LEAST_ANGLE_RAD, MOST_ANGLE_RAD = 0.03, 0.45
+LEAST_SHARED = 0.25
+"""Share of a view's points that its partner has to see."""
+MOST_ALONG = 0.75
+"""Cosine between the line to a partner and the view's axis from which on nothing can be turned to
+the same rows."""
+NEAREST, FARTHEST = 0.6, 1.6
+"""Depths are looked for from this share of the nearest known point's to that of the farthest's."""
+MOST_SHIFT_PX = 256
+BLOCK_PX = 5
+AGREEMENT = 0.015
+"""Relative difference of depths that agree."""
+LEAST_AGREEING = 2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SeenDepth:
+    """What a view's partners say about its depth.
+
+    Attributes:
+        view: whose.
+        camera: the lens at the size of the picture.
+        picture: (H, W, 3) uint8 RGB.
+        depth: (H, W) float32 z in the world's unit; 0 where partners do not agree.
+    """
+
+    view: View
+    camera: Pinhole
+    picture: NDArray[np.uint8]
+    depth: DepthMap
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Small:
+    """A view's photo at the size that is matched."""
+
+    view: View
+    camera: Pinhole
+    picture: NDArray[np.uint8]
+    grey: NDArray[np.uint8]
+    known: NDArray[np.float64]
+    """(N,) z of the sparse points seen, 0 of those not seen."""
+
+    @property
+    def pose(self) -> Pose:
+        return self.view.world_from_camera
+
+
+def seen_depths(reconstruction: Reconstruction) -> list[SeenDepth]:
+    """Depth of every view through a pinhole that has partners, in the order of the views."""
+    small = [_read(view, reconstruction.points) for view in reconstruction.views if _is_flat(view)]
+    out = []
+    for own in small:
+        depths = [
+            pair_depth(own, other, _range_of(own))
+            for other in _partners(own, small, reconstruction.points)
+        ]
+        if len(depths) >= LEAST_AGREEING:
+            out.append(SeenDepth(own.view, own.camera, own.picture, agreed(depths)))
+    return out
+
+
+def agreed(depths: Sequence[DepthMap]) -> DepthMap:
+    """Mean of the depths that agree with most others, pixel by pixel; 0 where too few do."""
+    stack = np.stack(depths)
+    known = stack > 0
+    best = np.zeros(stack.shape[1:], dtype=np.float32)
+    votes = np.zeros(stack.shape[1:], dtype=np.int64)
+    for candidate in stack:
+        close = known & (np.abs(stack - candidate) <= AGREEMENT * candidate) & (candidate > 0)
+        count = close.sum(axis=0)
+        mean = (stack * close).sum(axis=0) / np.maximum(count, 1)
+        better = count > votes
+        best[better], votes[better] = mean[better], count[better]
+    return np.where(votes >= LEAST_AGREEING, best, 0.0).astype(np.float32)
+
+
+def pair_depth(own: _Small, other: _Small, depths: tuple[float, float]) -> DepthMap:
+    """(H, W) z of `own`'s pixels as the pair sees it; 0 where it does not match."""
+    line = other.pose.translation - own.pose.translation
+    baseline = float(np.linalg.norm(line))
+    world_from_turned = _turned(own.pose, other.pose, line / baseline)
+    focal = own.camera.fx
+    near, far = depths
+    least = focal * baseline / far
+    count = min(focal * baseline / near - least, MOST_SHIFT_PX)
+    count = int(16 * np.ceil(max(count, 16) / 16))
+    turned_from_own = world_from_turned.T @ own.pose.rotation
+    corners = _directions(own.camera, np.array(_corners(own.camera))) @ turned_from_own.T
+    if (corners[:, 2] < 0.3).any():
+        return np.zeros(own.grey.shape, dtype=np.float32)
+    flat = focal * corners[:, :2] / corners[:, 2:]
+    low, high = np.floor(flat.min(axis=0)), np.ceil(flat.max(axis=0))
+    low[0] -= count
+    size = int(high[0] - low[0]), int(high[1] - low[1])
+    if size[0] * size[1] > 8 * own.grey.size:
+        return np.zeros(own.grey.shape, dtype=np.float32)
+    left = _lens(focal, -low[0], -low[1])
+    right = _lens(focal, -low[0] + least, -low[1])
+    turned_from_other = world_from_turned.T @ other.pose.rotation
+    pictures = [
+        _redrawn(own, left, turned_from_own, size),
+        _redrawn(other, right, turned_from_other, size),
+    ]
+    matcher = cv2.StereoSGBM.create(
+        minDisparity=0,
+        numDisparities=count,
+        blockSize=BLOCK_PX,
+        P1=8 * BLOCK_PX**2,
+        P2=32 * BLOCK_PX**2,
+        disp12MaxDiff=1,
+        uniquenessRatio=8,
+        speckleWindowSize=100,
+        speckleRange=1,
+        preFilterCap=31,
+        mode=cv2.STEREO_SGBM_MODE_SGBM_3WAY,
+    )
+    shift = matcher.compute(*pictures).astype(np.float32) / 16
+    shift[shift < 0] = -1e6
+    rays = _directions(own.camera, pixel_centres(own.camera)) @ turned_from_own.T
+    place = focal * rays[:, :2] / rays[:, 2:] - low
+    column = np.clip(np.floor(place[:, 0]).astype(int), 0, size[0] - 1)
+    row = np.clip(np.floor(place[:, 1]).astype(int), 0, size[1] - 1)
+    found = shift[row, column]
+    depth = focal * baseline / np.maximum(found + least, 1e-6) / rays[:, 2]
+    return np.where(found >= 0, depth, 0.0).reshape(own.grey.shape).astype(np.float32)
+
+
+def _is_flat(view: View) -> bool:
+    return isinstance(view.camera, Pinhole)
+
+
+def _read(view: View, points: NDArray[np.float64]) -> _Small:
+    full = view.camera
+    assert isinstance(full, Pinhole)
+    scale = min(1.0, LONGEST_PX / max(full.width_px, full.height_px))
+    width, height = round(full.width_px * scale), round(full.height_px * scale)
+    x, y = width / full.width_px, height / full.height_px
+    camera = Pinhole(width, height, full.fx * x, full.fy * y, full.cx * x, full.cy * y)
+    picture = cv2.resize(read_picture(view), (width, height), interpolation=cv2.INTER_AREA)
+    in_camera = view.world_from_camera.inverse() @ points
+    _, is_seen = camera.project(in_camera)
+    return _Small(
+        view,
+        camera,
+        np.asarray(picture, dtype=np.uint8),
+        cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY).astype(np.uint8),
+        np.where(is_seen, in_camera[:, 2], 0.0),
+    )
+
+
+def _range_of(own: _Small) -> tuple[float, float]:
+    near, far = np.quantile(own.known[own.known > 0], (0.01, 0.99))
+    return NEAREST * float(near), FARTHEST * float(far)
+
+
+def _partners(own: _Small, views: Sequence[_Small], points: NDArray[np.float64]) -> list[_Small]:
+    """The views that see the same from a little aside, the best first."""
+    mine = own.known > 0
+    if mine.sum() < 20:
+        return []
+    rays = points - own.pose.translation
+    axis = own.pose.rotation[:, 2]
+    ranked = []
+    for other in views:
+        shared = mine & (other.known > 0)
+        line = other.pose.translation - own.pose.translation
+        baseline = np.linalg.norm(line)
+        if other is own or baseline < 1e-9 or shared.sum() < LEAST_SHARED * mine.sum():
+            continue
+        if abs(line @ axis) > MOST_ALONG * baseline:
+            continue
+        theirs = points[shared] - other.pose.translation
+        cosine = (rays[shared] * theirs).sum(axis=1)
+        cosine /= np.linalg.norm(rays[shared], axis=1) * np.linalg.norm(theirs, axis=1)
+        angle = float(np.median(np.arccos(np.clip(cosine, -1, 1))))
+        if LEAST_ANGLE_RAD < angle < MOST_ANGLE_RAD:
+            ranked.append((abs(np.log(angle / BEST_ANGLE_RAD)), other))
+    ranked.sort(key=lambda entry: entry[0])
+    return [other for _, other in ranked[:PARTNERS]]
+
+
+def _turned(own: Pose, other: Pose, along: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(3, 3) world from a camera that looks where both do, with rows along the line between."""
+    forward = own.rotation[:, 2] + other.rotation[:, 2]
+    forward = forward - (forward @ along) * along
+    forward /= np.linalg.norm(forward)
+    return np.stack([along, np.cross(forward, along), forward], axis=1)
+
+
+def _lens(focal: float, cx: float, cy: float) -> NDArray[np.float64]:
+    return np.array([[focal, 0, cx], [0, focal, cy], [0, 0, 1]])
+
+
+def _corners(camera: Pinhole) -> list[tuple[float, float]]:
+    width, height = float(camera.width_px), float(camera.height_px)
+    return [(0.0, 0.0), (width, 0.0), (0.0, height), (width, height)]
+
+
+def _directions(camera: Pinhole, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N, 3) rays through pixels, with z = 1."""
+    x = (pixels[:, 0] - camera.cx) / camera.fx
+    y = (pixels[:, 1] - camera.cy) / camera.fy
+    return np.stack([x, y, np.ones(len(x))], axis=1)
+
+
+def _redrawn(
+    view: _Small,
+    lens: NDArray[np.float64],
+    turned_from_camera: NDArray[np.float64],
+    size: tuple[int, int],
+) -> NDArray[np.uint8]:
+    """The photo as the turned camera would take it."""
+    camera = view.camera
+    own = np.array([[camera.fx, 0, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1]])
+    # OpenCV counts pixels from the centre of the first.
+    half = np.array([[1, 0, 0.5], [0, 1, 0.5], [0, 0, 1]])
+    camera_from_turned = own @ turned_from_camera.T @ np.linalg.inv(lens)
+    matrix = np.linalg.inv(half) @ camera_from_turned @ half
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    return np.asarray(cv2.warpPerspective(view.grey, matrix, size, flags=flags), dtype=np.uint8)
