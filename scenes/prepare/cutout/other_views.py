@@ -27,8 +27,10 @@ FRAMED = 0.95
 """Of the guess: what a view has to frame to speak."""
 LEAST_PX = 100
 """A smaller silhouette says nothing."""
-SEEN_PX = 0.5
-"""Blend weight, in pixels, below which no view shows a splat."""
+BARELY = 0.25
+"""Of the light that a splat of the guess typically has: so much has to fall outside the silhouettes
+to take a hidden splat away. Light leaks between the splats of a wall and along its foot, and what it
+shows of undersides falls outside as often as inside."""
 MAJORITY = 0.5
 
 
@@ -48,7 +50,7 @@ def held_against_views(
         guess: (N,) a first idea of the thing's splats.
         within: (N,) the splats that may be the thing's.
         viewpoints: of the room; those that frame the thing are used, evenly chosen.
-        hidden: (N,) what the splats are that no view shows.
+        hidden: (N,) what the splats are that no view shows; where True, barely shown ones too.
         renderer: draws the room.
     """
     points = cloud.means[guess].astype(np.float64)
@@ -69,8 +71,9 @@ def held_against_views(
             vote = lift(cloud, masked, renderer=renderer)
             inside += vote.inside
             seen += vote.seen
-        shown = seen > SEEN_PX
-        labels = np.where(shown, within & (inside > MAJORITY * seen), hidden)
+        held = BARELY * float(np.median(seen[guess])) if guess.any() else 0.0
+        share_inside = (inside + held * hidden) / np.maximum(seen + held * hidden, 1e-9)
+        labels = (within | hidden) & (share_inside > MAJORITY)
     return labels
 
 

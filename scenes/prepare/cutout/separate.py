@@ -186,8 +186,8 @@ def _held(
             within &= ((positions > low) & (positions < high))[:, :2].all(axis=1)
         guess = _standing(cloud, within)
     guess &= within
-    # Undersides lie in the plane, where no view shows them: there what was found stands.
-    hidden = guess.copy()
+    # What the marks found stands where no view shows it: undersides, and what lies inside.
+    hidden = np.zeros(len(cloud), dtype=bool)
     hidden[found] = True
     return np.flatnonzero(
         held_against_views(
