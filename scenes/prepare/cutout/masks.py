@@ -125,7 +125,7 @@ class GrabCutMasks:
             for x, y in (points - (x0, y0)) * scale:
                 centre = (round(x - 0.5), round(y - 0.5))
                 cv2.circle(hints, centre, max(1, round(STROKE_PX * scale)), int(hint), -1)
-        if not (hints == cv2.GC_BGD).any() or not in_box.any():
+        if (hints == cv2.GC_BGD).all() or not (hints == cv2.GC_BGD).any():
             return _pasted(hints != cv2.GC_BGD, (x0, y0, x1, y1), (height, width))
         bgr = np.ascontiguousarray(small[..., ::-1])
         models = np.zeros((1, 65)), np.zeros((1, 65))

@@ -30,7 +30,7 @@ WALLS = 4
 LEAST_SHARE = 0.01
 """Of what is solid: a part that adds less is left out."""
 
-DENSITY_OF_SIZE = ((0.4, 550.0), (1.3, 220.0), (np.inf, 150.0))
+DENSITY_OF_SIZE = ((0.4, 450.0), (1.3, 220.0), (np.inf, 150.0))
 """Longest side in metres, and kg/m³ of what is solid: books and boxes; chairs and stools, whose
 legs take more cells than wood; cupboards and sofas, which are hollow."""
 
@@ -62,7 +62,7 @@ def solid_parts(cloud: SplatCloud, box_m: tuple[float, float, float]) -> tuple[B
 def guessed_mass_kg(parts: Sequence[BoxPart], box_m: tuple[float, float, float]) -> float:
     """A mass for parts that do not overlap: their volume times a density typical of the size.
 
-    It is a guess from size alone, easily wrong by a factor of two.
+    It is a guess from size alone, easily wrong by a factor of three.
     """
     volume = sum(8.0 * float(np.prod(part.half_size_m)) for part in parts)
     density = next(kg for longest, kg in DENSITY_OF_SIZE if max(box_m) <= longest)

@@ -64,3 +64,9 @@ def test_what_cannot_be_meant_is_refused():
     picture, _ = picture_of([])
     with pytest.raises(ValueError, match="leaves nothing of the 120×90 px picture"):
         GrabCutMasks().mask(picture, Prompt((130.0, 5.0, 150.0, 20.0)))
+
+
+def test_a_box_full_of_known_background_holds_nothing():
+    picture, _ = picture_of([(30, 60, 40, 80)])
+    known = np.ones(picture.shape[:2], dtype=bool)
+    assert not GrabCutMasks().mask(picture, Prompt((38.0, 28.0, 82.0, 62.0)), known).any()
