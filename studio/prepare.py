@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 QUALITIES = ("preview", "default", "fine")
 TRAINERS = ("built-in", "gsplat", "brush", "opensplat", "inria")
+LEAST_SIDE_M, MOST_SIDE_M = 0.005, 5.0
+LEAST_FRAMES = 8
 REPORT, ORIGIN = "report.html", "shared-origin.json"
 
 EXAMPLES = """\
@@ -64,7 +66,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _pictures(group: argparse._ArgumentGroup) -> None:
-    group.add_argument("--frames", type=int, metavar="N", help="how many a video should give")
+    group.add_argument(
+        "--frames", type=_frames, metavar="N", help="how many a video should give (80)"
+    )
     group.add_argument(
         "--rig",
         type=Path,
@@ -260,17 +264,32 @@ def rows_of(prepared: Prepared) -> list[Row]:
     return rows
 
 
+def _frames(text: str) -> int:
+    if not text.isdigit() or int(text) < LEAST_FRAMES:
+        raise argparse.ArgumentTypeError(f"{text}: wanted {LEAST_FRAMES} or more")
+    return int(text)
+
+
 def _sides(text: str) -> float | Mapping[str, float]:
     """`0.2`, or `CODE=0.2,OTHER=0.16`."""
     try:
         if "=" not in text:
-            return float(text)
+            return _side(text)
         pairs = [part.rpartition("=") for part in text.split(",")]
-        return {payload.strip(): float(side) for payload, _, side in pairs}
+        return {payload.strip(): _side(side) for payload, _, side in pairs}
     except ValueError:
         raise argparse.ArgumentTypeError(
             f"{text!r}: wanted metres such as 0.2, or CODE=0.2,OTHER=0.16"
         ) from None
+
+
+def _side(text: str) -> float:
+    side_m = float(text)
+    if not LEAST_SIDE_M <= side_m <= MOST_SIDE_M:
+        raise argparse.ArgumentTypeError(
+            f"{text}: a code's side in metres, wanted {LEAST_SIDE_M} to {MOST_SIDE_M}"
+        )
+    return side_m
 
 
 def _known_length(length_m: float | None, ends: Sequence[Sequence[str]]) -> KnownLength | None:

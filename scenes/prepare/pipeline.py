@@ -2,38 +2,32 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.cameras import Pinhole
-from scenes.formats.atomic import write_file
-from scenes.formats.mesh_glb import read_mesh, write_mesh
 from scenes.frames import look_at
-from scenes.mesh import CollisionMesh, QrCode
+from scenes.mesh import QrCode
 from scenes.package import ScenePackage, save_package
 from scenes.package_records import ViewPoint, code_to_json
 from scenes.pose import Pose
-from scenes.prepare.align.align import align
 from scenes.prepare.align.alignment import Alignment, apply_alignment
-from scenes.prepare.align.anchors import find_anchors
-from scenes.prepare.align.by_length import align_by_length, picked_point
+from scenes.prepare.align.metric import alignment_in_words, metric_alignment
 from scenes.prepare.align.saved_alignment import load_alignment, save_alignment
-from scenes.prepare.align.unmeasured import guessed_alignment, stated_alignment
-from scenes.prepare.collision import mesh_of_splats
+from scenes.prepare.collision_stages import collision_mesh
 from scenes.prepare.cutout.floaters import remove_floaters
+from scenes.prepare.dense_points import with_dense_points
 from scenes.prepare.footage.capture import Capture
 from scenes.prepare.footage.gather import capture_key, gather
-from scenes.prepare.headset_mesh import place_mesh
 from scenes.prepare.options import PrepareOptions
 from scenes.prepare.poses.given_poses import as_capture, as_report, import_poses, load_imported
 from scenes.prepare.poses.sfm import SfmReport, reconstruct
 from scenes.prepare.progress import Progress
 from scenes.prepare.reconstruction import Reconstruction
 from scenes.prepare.room_splats import import_splats, train_room, trainer_of
+from scenes.prepare.saved_reconstruction import load_reconstruction, save_reconstruction
 from scenes.prepare.stages import WorkFolder, stamps
 from scenes.prepare.train import checkpoint
 from scenes.prepare.train.trained_file import load_training, save_training
@@ -43,9 +37,10 @@ from scenes.render.native import NativeRenderer
 RIG_HEIGHT_M = 1.3
 FOOTPRINT_SHARE = 0.02
 """Of the sparse points, left out at each side when the room's extent is found."""
-COLLISION_VIEWS = 60
 TRAINING = "training"
-COLLISION_FILE, REGISTRATION_FILE = "room.glb", "registration.txt"
+POINTS_FOLDER = "points"
+DENSE_POINTS = 30_000
+"""To start training from; structure from motion leaves a tenth of it in a room."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,10 +99,12 @@ def prepare(
     alignment = _aligned(reconstruction, work, options)
     metric = apply_alignment(reconstruction, alignment)
     if options.splats is None:
-        training = _trained(metric, work, options)
+        training = _trained(_with_more_points(metric, work, options), work, options)
     else:
         training = _imported(options.splats, reconstruction, alignment, work, options, renderer)
-    mesh = _collision(training, metric, work, options, renderer) if options.collision else None
+    mesh = None
+    if options.collision:
+        mesh = collision_mesh(training, metric, work, options, renderer)
     footprint = _footprint(metric)
     package = ScenePackage(
         name=target.stem,
@@ -182,7 +179,7 @@ def _aligned(
     reconstruction: Reconstruction, work: WorkFolder, options: PrepareOptions
 ) -> Alignment:
     def make(folder: Path, progress: Progress) -> Alignment:
-        alignment = _alignment(reconstruction, options, progress)
+        alignment = metric_alignment(reconstruction, options, progress)
         save_alignment(alignment, folder)
         return alignment
 
@@ -197,45 +194,31 @@ def _aligned(
         },
         make=make,
         load=lambda folder, progress: load_alignment(folder),
-        detail=_alignment_in_words,
+        detail=alignment_in_words,
     )
 
 
-def _alignment(
-    reconstruction: Reconstruction, options: PrepareOptions, progress: Progress
-) -> Alignment:
-    """By whatever tells the scale: a length, codes, an app's metres, or nothing."""
-    rng = np.random.default_rng(options.seed)
-    if options.known_length is not None:
-        length = options.known_length
-        return align_by_length(
-            reconstruction,
-            picked_point(reconstruction, length.a_px),
-            picked_point(reconstruction, length.b_px),
-            length_m=length.metres,
-            rng=rng,
-        )
-    if options.sides_m is None:
-        return (stated_alignment if options.metric_poses else guessed_alignment)(
-            reconstruction, rng=rng
-        )
-    return align(
-        reconstruction,
-        find_anchors(reconstruction, progress=progress),
-        sides_m=options.sides_m,
-        world_from_codes={code.payload: code.world_from_code for code in options.known_codes},
-        rng=rng,
-    )
+def _with_more_points(
+    metric: Reconstruction, work: WorkFolder, options: PrepareOptions
+) -> Reconstruction:
+    """Only what is trained sees them: scale, floor and footprint rest on the sparse points."""
 
+    def make(folder: Path, progress: Progress) -> Reconstruction:
+        rng = np.random.default_rng(options.seed)
+        dense = with_dense_points(metric, DENSE_POINTS, rng=rng, progress=progress)
+        save_reconstruction(dense, folder / POINTS_FOLDER)
+        return dense
 
-def _alignment_in_words(alignment: Alignment) -> str:
-    if not alignment.anchors:
-        return alignment.warnings[0] if alignment.warnings else "on a measured length"
-    codes = ", ".join(
-        f"{anchor.payload} ({len(anchor.views)} photos, {anchor.residual_mm:.1f} mm)"
-        for anchor in alignment.anchors
+    return work.run(
+        "dense points",
+        {"wanted": DENSE_POINTS, "seed": options.seed},
+        make=make,
+        load=lambda folder, progress: load_reconstruction(folder / POINTS_FOLDER),
+        detail=lambda dense: (
+            f"{len(dense.points) - len(metric.points):,} points beside the {len(metric.points):,} "
+            "sparse ones"
+        ),
     )
-    return f"on {codes}"
 
 
 def _trained(metric: Reconstruction, work: WorkFolder, options: PrepareOptions) -> TrainingResult:
@@ -290,78 +273,6 @@ def _training_in_words(result: TrainingResult) -> str:
         f"{len(result.cloud):,} splats by {result.trainer}, {result.psnr_db:.1f} dB on "
         f"{len(result.held_out)} views kept aside"
     )
-
-
-def _collision(
-    training: TrainingResult,
-    metric: Reconstruction,
-    work: WorkFolder,
-    options: PrepareOptions,
-    renderer: NativeRenderer,
-) -> CollisionMesh | None:
-    """The splats' own surface, or a headset's mesh laid on it."""
-    views = [
-        (view.camera, view.world_from_camera)
-        for view in metric.views
-        if isinstance(view.camera, Pinhole)
-    ]
-    chosen = views[:: max(1, math.ceil(len(views) / COLLISION_VIEWS))]
-
-    def of_splats(folder: Path, progress: Progress) -> CollisionMesh | None:
-        try:
-            mesh = mesh_of_splats(training.cloud, chosen, renderer=renderer, progress=progress)
-        except ValueError:
-            # A room without a hidden mesh can be walked in all the same, so it is not refused.
-            return None
-        write_mesh(folder / COLLISION_FILE, mesh)
-        return mesh
-
-    def load(folder: Path, progress: Progress) -> CollisionMesh | None:
-        del progress
-        path = folder / COLLISION_FILE
-        return read_mesh(path) if path.is_file() else None
-
-    surface = work.run(
-        "collision",
-        {},
-        make=of_splats,
-        load=load,
-        detail=lambda mesh: (
-            "none: the splats show no surface that views agree about"
-            if mesh is None
-            else f"{len(mesh.faces):,} triangles"
-        ),
-    )
-    if options.headset_mesh is None:
-        return surface
-    return _headset_mesh(options.headset_mesh, surface, work)
-
-
-def _headset_mesh(file: Path, surface: CollisionMesh | None, work: WorkFolder) -> CollisionMesh:
-    def make(folder: Path, progress: Progress) -> tuple[CollisionMesh, str]:
-        if surface is None:
-            raise ValueError(
-                f"{file}: cannot be laid on the room, whose splats show no surface; train longer "
-                "or go without the mesh"
-            )
-        mesh, registration = place_mesh(read_mesh(file), surface, progress=progress)
-        write_mesh(folder / COLLISION_FILE, mesh)
-        write_file(folder / REGISTRATION_FILE, [registration.summary().encode()])
-        return mesh, registration.summary()
-
-    def load(folder: Path, progress: Progress) -> tuple[CollisionMesh, str]:
-        del progress
-        words = (folder / REGISTRATION_FILE).read_text(encoding="utf-8")
-        return read_mesh(folder / COLLISION_FILE), words
-
-    mesh, _ = work.run(
-        "headset mesh",
-        {"file": stamps(file)},
-        make=make,
-        load=load,
-        detail=lambda result: f"{len(result[0].faces):,} triangles of {file.name}, {result[1]}",
-    )
-    return mesh
 
 
 def _footprint(metric: Reconstruction) -> NDArray[np.float64]:

@@ -6,9 +6,7 @@ unless their world poses are given.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,44 +17,17 @@ from scenes.prepare.align.anchors import AnchorSightings, Sighting
 from scenes.prepare.align.gravity import Gravity, find_gravity, standing_world
 from scenes.prepare.align.similarity import Similarity, similarity_from_points
 from scenes.prepare.align.squares import Observation, Placement, place
-from scenes.prepare.align.triangulate import UNIT_CORNERS, Square, find_square, rays, triangulated
+from scenes.prepare.align.triangulate import rays, triangulated
+from scenes.prepare.align.usable_codes import Code, agreeing, usable_codes
 from scenes.prepare.reconstruction import Reconstruction, View
 
 FloatArray = NDArray[np.float64]
-
-DISAGREE_SIGMAS = 4.0
-DISAGREE_SHARE = 0.01
-"""Codes disagree about the scale if they differ by more than both."""
-
-LEAST_BASELINE_DEG = 3.0
-"""A code whose rays cross at less than this is used, with a warning."""
 
 MISPLACED_M = 0.02
 """A code with a known place that is seen further from it than this is told to the user."""
 
 FLAT = 0.8
 """A code whose normal has this much of up in it lies flat."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Code:
-    payload: str
-    side_m: float
-    square: Square
-    sightings: tuple[Sighting, ...]
-
-    @property
-    def corners_m(self) -> FloatArray:
-        return self.side_m * UNIT_CORNERS
-
-    @property
-    def start(self) -> Pose:
-        similarity = self.square.reconstruction_from_code
-        return Pose(similarity.rotation, similarity.translation)
-
-    @property
-    def metres_per_unit(self) -> float:
-        return self.side_m / self.square.reconstruction_from_code.scale
 
 
 def align(
@@ -83,13 +54,13 @@ def align(
             message says which, by how much, and what to do.
     """
     views = {view.name: view for view in reconstruction.views}
-    codes, warnings = _usable_codes(views, sightings, sides_m)
+    codes, warnings = usable_codes(views, sightings, sides_m)
     order = {view.name: k for k, view in enumerate(reconstruction.views)}
     seen = {
         code.payload: [_observation(s, views[s.view], order[s.view]) for s in code.sightings]
         for code in codes
     }
-    codes = _agreeing(codes, seen, warnings)
+    codes = agreeing(codes, seen, warnings)
     known = {p: w for p, w in (world_from_codes or {}).items() if p in {c.payload for c in codes}}
     if known:
         codes = [code for code in codes if code.payload in known]
@@ -118,89 +89,6 @@ def align(
     )
 
 
-def _usable_codes(
-    views: Mapping[str, View],
-    sightings: Sequence[AnchorSightings],
-    sides_m: Mapping[str, float] | float,
-) -> tuple[list[_Code], list[str]]:
-    """Codes with a size and a place, and what is wrong with the others."""
-    codes: list[_Code] = []
-    warnings: list[str] = []
-    for anchor in sightings:
-        side_m = sides_m if isinstance(sides_m, float | int) else sides_m.get(anchor.payload)
-        if side_m is None:
-            warnings.append(
-                f"Code {anchor.payload!r} is not used: its printed side is not given; measure it."
-            )
-            continue
-        if not (math.isfinite(side_m) and 0.005 <= side_m <= 5.0):
-            raise ValueError(
-                f"code {anchor.payload!r}: side {side_m} m, wanted 0.005 to 5; give metres, "
-                "measured over the dark pattern without its white border"
-            )
-        code, problem = _placed_code(views, anchor, float(side_m))
-        if problem:
-            warnings.append(problem)
-        if code is not None:
-            codes.append(code)
-    if not codes:
-        raise ValueError(
-            "alignment: no code can be used. "
-            + (" ".join(warnings) or "None was found in the photos.")
-            + " Film a printed code of 20 cm or more from 1 to 4 m and from places half a metre "
-            "apart, or give two points and the length between them."
-        )
-    return codes, warnings
-
-
-def _placed_code(
-    views: Mapping[str, View], anchor: AnchorSightings, side_m: float
-) -> tuple[_Code | None, str]:
-    """The code where most photos see it; what to tell the user, if anything."""
-    name = f"Code {anchor.payload!r}"
-    if len(anchor.sightings) < 2:
-        refused = "; ".join(f"in {r.view} {r.reason}" for r in anchor.refusals[:2])
-        return None, (
-            f"{name} is not used: it was measured in {len(anchor.sightings)} photo(s), wanted 2 or "
-            f"more{' (' + refused + ')' if refused else ''}."
-        )
-    square = find_square([views[s.view] for s in anchor.sightings],
-                         [s.corners_px for s in anchor.sightings])  # fmt: skip
-    if square is None:
-        return None, (
-            f"{name} is not used: its {len(anchor.sightings)} photos are from almost one place or "
-            "do not agree where it is; film it from places half a metre apart, and do not move it."
-        )
-    agree = square.agrees
-    kept = tuple(s for s, ok in zip(anchor.sightings, agree, strict=True) if ok)
-    left = [s for s, ok in zip(anchor.sightings, agree, strict=True) if not ok]
-    code = _Code(anchor.payload, side_m, square, kept)
-    elsewhere = find_square([views[s.view] for s in left], [s.corners_px for s in left])
-    if elsewhere is not None:
-        there, here = elsewhere.reconstruction_from_code, square.reconstruction_from_code
-        away_m = code.metres_per_unit * float(np.linalg.norm(there.translation - here.translation))
-        first = next(s.view for s, ok in zip(left, elsewhere.agrees, strict=True) if ok)
-        count = int(elsewhere.agrees.sum())
-        moved = (
-            f"{name} was moved while filming: {len(kept)} photos see it at one place and {count} "
-            f"(from {first}) {1000 * away_m:.0f} mm away"
-        )
-        if 2 * count > len(kept):
-            return None, f"{moved}. It is not used; fix it to the wall and film again."
-        return code, f"{moved}. Only the first place is used."
-    if left:
-        return code, (
-            f"{name}: {len(left)} of {len(anchor.sightings)} photos do not agree with the others "
-            f"and are left out ({', '.join(s.view for s in left[:3])})."
-        )
-    if square.angle_deg < LEAST_BASELINE_DEG:
-        return code, (
-            f"{name} was filmed from almost one direction ({square.angle_deg:.1f}° between the "
-            f"outermost rays, better {LEAST_BASELINE_DEG:.0f} or more); the scale is uncertain."
-        )
-    return code, ""
-
-
 def _observation(sighting: Sighting, view: View, order: int) -> Observation:
     return Observation(0, np.arange(4), view, order, sighting.corners_px, sighting.sigma_px)
 
@@ -211,55 +99,8 @@ def _moved_to(seen: Observation, *, body: int, first_point: int = 0) -> Observat
     )
 
 
-def _agreeing(
-    codes: list[_Code], seen: Mapping[str, list[Observation]], warnings: list[str]
-) -> list[_Code]:
-    """Without the one code whose size contradicts the others.
-
-    Raises:
-        ValueError: it cannot be told which of them is wrong.
-    """
-    if len(codes) < 2:
-        return codes
-    logs, sigmas = np.empty(len(codes)), np.empty(len(codes))
-    for k, code in enumerate(codes):
-        alone = place(
-            [code.corners_m],
-            seen[code.payload],
-            start=[code.start],
-            metres_per_unit=code.metres_per_unit,
-        )
-        logs[k] = math.log(alone.metres_per_unit)
-        sigmas[k] = math.sqrt(float(alone.covariance[-1, -1]))
-    apart = np.abs(logs[:, None] - logs[None])
-    limit = np.maximum(DISAGREE_SIGMAS * np.hypot(sigmas[:, None], sigmas[None]), DISAGREE_SHARE)
-    clash = apart > limit
-    if not clash.any():
-        return codes
-    worst = int(np.argmax(clash.sum(axis=1) * 1e3 + apart.sum(axis=1)))
-    rest = [k for k in range(len(codes)) if k != worst]
-    others = float(np.average(logs[rest], weights=1.0 / sigmas[rest] ** 2))
-    code = codes[worst]
-    looks_m = code.side_m * math.exp(others - logs[worst])
-    if len(codes) == 2 or clash[np.ix_(rest, rest)].any():
-        other = codes[rest[int(np.argmax(clash[worst][rest]))]]
-        j = codes.index(other)
-        raise ValueError(
-            f"alignment: codes {code.payload!r} and {other.payload!r} disagree about the scale by "
-            f"{100 * math.expm1(abs(logs[worst] - logs[j])):.1f} %: if {other.payload!r} is "
-            f"{1000 * other.side_m:.1f} mm wide, then {code.payload!r} is "
-            f"{1000 * code.side_m * math.exp(logs[j] - logs[worst]):.1f} mm, not "
-            f"{1000 * code.side_m:.1f}; measure both prints and give their sides"
-        )
-    warnings.append(
-        f"Code {code.payload!r} is not used: by the other codes it is {1000 * looks_m:.1f} mm "
-        f"wide, not {1000 * code.side_m:.1f} as given; measure the print."
-    )
-    return [c for c in codes if c is not code]
-
-
 def _on_known(
-    codes: Sequence[_Code], seen: Mapping[str, list[Observation]], known: Mapping[str, Pose]
+    codes: Sequence[Code], seen: Mapping[str, list[Observation]], known: Mapping[str, Pose]
 ) -> tuple[Similarity, FloatArray, Placement]:
     """The world of codes whose poses are known: one rigid body of all their corners."""
     body = np.concatenate([known[code.payload] @ code.corners_m for code in codes])
@@ -288,7 +129,7 @@ def _on_known(
 
 
 def _on_free(
-    codes: Sequence[_Code], seen: Mapping[str, list[Observation]], gravity: Gravity
+    codes: Sequence[Code], seen: Mapping[str, list[Observation]], gravity: Gravity
 ) -> tuple[Similarity, FloatArray, Placement]:
     """The world by rule: gravity, floor, and the first code."""
     placement = place(
@@ -307,7 +148,7 @@ def _on_free(
 
 
 def _as_seen_from_codes(
-    codes: Sequence[_Code], placement: Placement, world_from_reconstruction: Similarity
+    codes: Sequence[Code], placement: Placement, world_from_reconstruction: Similarity
 ) -> FloatArray:
     """(7, 6B + 1): how the world changes with the placement, after it is laid back on the codes.
 
@@ -345,7 +186,7 @@ def _cross(v: FloatArray) -> FloatArray:
 
 
 def _anchors(
-    codes: Sequence[_Code],
+    codes: Sequence[Code],
     seen: Mapping[str, list[Observation]],
     placement: Placement,
     world_from_reconstruction: Similarity,

@@ -108,7 +108,7 @@ def test_a_reopened_preparation_makes_nothing_again(project, tmp_path, monkeypat
     def never(*words, **named):
         raise AssertionError("made again")
 
-    for name in ("import_poses", "_alignment", "train_room"):
+    for name in ("import_poses", "metric_alignment", "train_room"):
         monkeypatch.setattr(pipeline, name, never)
     again = prepared(project, tmp_path)
     assert again.package.stages[:2] == first.package.stages[:2]

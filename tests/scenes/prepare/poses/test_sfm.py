@@ -164,7 +164,7 @@ def test_photos_of_different_rooms_do_not_become_one(speckled, tmp_path):
 
 
 def test_only_sift_is_ever_asked_for():
-    code = Path(sfm_module.__file__).with_name("sfm_worker.py").read_text(encoding="utf-8")
+    code = Path(sfm_module.__file__).with_name("sfm_features.py").read_text(encoding="utf-8")
     assert "FeatureExtractorType.SIFT" in code
     assert "FeatureMatcherType.SIFT_BRUTEFORCE" in code
     assert "ALIKED" not in code

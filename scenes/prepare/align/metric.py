@@ -1,0 +1,63 @@
+"""The metric world by whatever tells it: codes, a length, an app's metres, or a guess."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scenes.prepare.align.align import align
+from scenes.prepare.align.alignment import Alignment
+from scenes.prepare.align.anchors import find_anchors
+from scenes.prepare.align.by_length import align_by_length, picked_point
+from scenes.prepare.align.unmeasured import guessed_alignment, stated_alignment
+from scenes.prepare.options import PrepareOptions
+from scenes.prepare.progress import Progress
+from scenes.prepare.reconstruction import Reconstruction
+
+
+def metric_alignment(
+    reconstruction: Reconstruction, options: PrepareOptions, progress: Progress
+) -> Alignment:
+    """The metric world by whatever tells the scale.
+
+    Args:
+        reconstruction: photos with poses and sparse points, in their own frame.
+        options: which of it is given.
+        progress: told while codes are looked for.
+
+    Raises:
+        ValueError: no code can be used, codes contradict each other, or the length's ends are no
+            points of the photos.
+        Cancelled: from `progress`.
+    """
+    rng = np.random.default_rng(options.seed)
+    if options.known_length is not None:
+        length = options.known_length
+        return align_by_length(
+            reconstruction,
+            picked_point(reconstruction, length.a_px),
+            picked_point(reconstruction, length.b_px),
+            length_m=length.metres,
+            rng=rng,
+        )
+    if options.sides_m is None:
+        return (stated_alignment if options.metric_poses else guessed_alignment)(
+            reconstruction, rng=rng
+        )
+    return align(
+        reconstruction,
+        find_anchors(reconstruction, progress=progress),
+        sides_m=options.sides_m,
+        world_from_codes={code.payload: code.world_from_code for code in options.known_codes},
+        rng=rng,
+    )
+
+
+def alignment_in_words(alignment: Alignment) -> str:
+    """One line for people."""
+    if not alignment.anchors:
+        return alignment.warnings[0] if alignment.warnings else "on a measured length"
+    codes = ", ".join(
+        f"{anchor.payload} ({len(anchor.views)} photos, {anchor.residual_mm:.1f} mm)"
+        for anchor in alignment.anchors
+    )
+    return f"on {codes}"

@@ -1,0 +1,138 @@
+"""Features of every picture, and which of them are the same in two pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pycolmap
+
+from scenes.prepare.poses.pairs import (
+    Pair,
+    all_pairs,
+    neighbour_pairs,
+    picture_signatures,
+    similar_pairs,
+)
+from scenes.prepare.poses.sfm_session import Refused, Worker, open_database
+
+PICTURES_AT_ONCE = 8
+PAIRS_AT_ONCE = 60
+FOCAL_OVER_LONGEST = 0.85
+"""Of a phone's main camera, for pictures that do not tell theirs."""
+
+
+def extract(worker: Worker) -> None:
+    """SIFT features of every picture; pictures of one lens share a camera."""
+    job, o = worker.job, worker.job.options
+    options = pycolmap.FeatureExtractionOptions()
+    options.type = pycolmap.FeatureExtractorType.SIFT
+    options.num_threads = o.threads
+    options.max_image_size = o.longest_px
+    options.sift.max_num_features = o.features
+    options.sift.first_octave = -1 if o.finest else 0
+    lenses = list(dict.fromkeys(picture.lens for picture in job.pictures))
+    count = 0
+    for lens in lenses:
+        pictures = [picture for picture in job.pictures if picture.lens == lens]
+        focals = [p.focal_px for p in pictures if p.focal_px]
+        for start in range(0, len(pictures), PICTURES_AT_ONCE):
+            names = [p.name for p in pictures[start : start + PICTURES_AT_ONCE]]
+            reader = pycolmap.ImageReaderOptions()
+            given = pictures[0].known
+            reader.camera_model = "PINHOLE" if given else o.lens
+            reader.default_focal_length_factor = FOCAL_OVER_LONGEST
+            known = _camera_of(worker, pictures)
+            if known is not None:
+                reader.existing_camera_id = known
+            elif given:
+                reader.camera_params = ",".join(repr(value) for value in given.pinhole)
+            elif focals:
+                path = job.pictures_folder / pictures[0].name
+                reader.camera_params = _start_values(
+                    reader.camera_model, path, float(np.median(focals))
+                )
+            pycolmap.extract_features(
+                worker.database,
+                job.pictures_folder,
+                names,
+                pycolmap.CameraMode.SINGLE,
+                reader,
+                options,
+                pycolmap.Device.cpu,
+            )
+            count += len(names)
+            worker.tell(
+                "extraction", count / len(job.pictures), f"features: {count}/{len(job.pictures)}"
+            )
+
+
+def _start_values(model: str, path: Path, focal_px: float) -> str:
+    camera = pycolmap.Camera.create(
+        0, getattr(pycolmap.CameraModelId, model), focal_px, *_size(path)
+    )
+    return camera.params_to_string()
+
+
+def _size(path: Path) -> tuple[int, int]:
+    bitmap = pycolmap.Bitmap.read(path, as_rgb=False)
+    if bitmap is None:
+        raise Refused(f"{path}: no picture that can be read; gather the pictures again")
+    return bitmap.width, bitmap.height
+
+
+def _camera_of(worker: Worker, pictures: Sequence[Any]) -> int | None:
+    """The camera that an already extracted picture of the same lens has."""
+    if not worker.database.exists():
+        return None
+    with open_database(worker.database) as database:
+        for picture in pictures:
+            image = database.read_image_with_name(picture.name)
+            if image is not None:
+                return int(image.camera_id)
+    return None
+
+
+def match(worker: Worker) -> None:
+    """SIFT matches and two-view geometry of the chosen pairs; pairs done before are skipped."""
+    job = worker.job
+    names = [picture.name for picture in job.pictures]
+    worker.tell("matching", 0.0, "which pictures look alike")
+    pairs = _chosen_pairs(worker)
+    options = pycolmap.FeatureMatchingOptions()
+    options.type = pycolmap.FeatureMatcherType.SIFT_BRUTEFORCE
+    options.num_threads = job.options.threads
+    verification = pycolmap.TwoViewGeometryOptions()
+    verification.ransac.random_seed = job.options.seed
+    pairing = pycolmap.ImportedPairingOptions()
+    pairing.match_list_path = job.work / "pairs.txt"
+    for start in range(0, len(pairs), PAIRS_AT_ONCE):
+        block = pairs[start : start + PAIRS_AT_ONCE]
+        lines = [f"{names[i]} {names[j]}" for i, j in block]
+        (job.work / "pairs.txt").write_text("\n".join(lines), encoding="utf-8")
+        pycolmap.match_image_pairs(
+            worker.database, options, pairing, verification, pycolmap.Device.cpu
+        )
+        done = min(len(pairs), start + PAIRS_AT_ONCE)
+        worker.tell("matching", done / len(pairs), f"matching: {done}/{len(pairs)} pairs")
+
+
+def _chosen_pairs(worker: Worker) -> list[Pair]:
+    job, o = worker.job, worker.job.options
+    count = len(job.pictures)
+    few = count <= o.exhaustive_up_to
+    if o.matching == "exhaustive" or (o.matching == "auto" and few):
+        pairs = all_pairs(count)
+    else:
+        near = neighbour_pairs(count, o.neighbours) if job.ordered else []
+        each = o.similar if job.ordered else o.similar + o.neighbours
+        with open_database(worker.database) as database:
+            ids = [database.read_image_with_name(p.name).image_id for p in job.pictures]
+            descriptors = [np.asarray(database.read_descriptors(i).data) for i in ids]
+        signatures = picture_signatures(descriptors, np.random.default_rng(o.seed))
+        apart = o.neighbours + 1 if job.ordered else 1
+        far = similar_pairs(signatures, each, apart=apart)
+        pairs = list(dict.fromkeys([*near, *far]))
+    return sorted(pairs, key=lambda pair: (pair[0] // PICTURES_AT_ONCE, pair[1]))

@@ -1,0 +1,170 @@
+"""Poses and points from matches: by a mapper, by given poses, or a finished model as it is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+import pycolmap
+
+from scenes.prepare.poses.sfm_job import Attempt, Job, write_json
+from scenes.prepare.poses.sfm_session import MAPPING_FILE, Refused, Worker, open_database
+
+ENOUGH = 0.9
+"""Share of placed pictures at which no other mapper is tried."""
+LEAST_POINTS = 20
+"""A picture that sees fewer points has no place that can be relied on."""
+KNOWN_POSES = "known poses"
+LOSS_SCALE_PX = 0.5
+REFINEMENT_STEPS = 60
+WRONG_MATCH_PX = 2.0
+LEAST_ANGLE_DEG = 1.5
+
+
+def map_pictures(worker: Worker) -> None:
+    """Poses and points by the mappers in turn, until one places enough pictures; then refined."""
+    job = worker.job
+    attempts: list[tuple[Attempt, Any]] = []
+    for mapper in _mappers(job):
+        folder = job.work / "models" / mapper.replace(" ", "-")
+        folder.mkdir(parents=True, exist_ok=True)
+        models = [model for model in _mapped(worker, mapper, folder).values() if _placed(model)]
+        models.sort(key=lambda model: -len(_placed(model)))
+        found = tuple(tuple(_placed(model)) for model in models)
+        attempts.append((Attempt(mapper, found), models[0] if models else None))
+        if found and len(found[0]) >= ENOUGH * len(job.pictures):
+            break
+    attempts.sort(key=lambda item: len(item[0].models[0]) if item[0].models else 0)
+    kept, model = attempts[-1]
+    folder = job.work / "models" / "kept"
+    if model is not None:
+        worker.tell("mapping", 0.95, "refining poses and lens")
+        if kept.mapper != KNOWN_POSES:
+            _refine(model, job)
+            kept = replace(kept, models=(tuple(_placed(model)), *kept.models[1:]))
+        folder.mkdir(exist_ok=True)
+        model.write(folder)
+    _keep(
+        job, [*(attempt for attempt, _ in attempts[:-1]), kept], None if model is None else folder
+    )
+
+
+def _refine(model: Any, job: Job) -> None:
+    """Adjust everything once more with a loss that wrong matches cannot pull (Cauchy)."""
+    options = pycolmap.BundleAdjustmentOptions()
+    options.ceres.loss_function_type = pycolmap.LossFunctionType.CAUCHY
+    options.ceres.loss_function_scale = LOSS_SCALE_PX
+    options.ceres.solver_options.num_threads = job.options.threads
+    options.ceres.solver_options.max_num_iterations = REFINEMENT_STEPS
+    pycolmap.bundle_adjustment(model, options)
+    pycolmap.ObservationManager(model).filter_all_points3D(WRONG_MATCH_PX, LEAST_ANGLE_DEG)
+    model.update_point_3d_errors()
+
+
+def _mappers(job: Job) -> list[str]:
+    if all(picture.known for picture in job.pictures):
+        return [KNOWN_POSES]
+    if job.options.mapper == "global":
+        return ["global"]
+    both = ["incremental", "incremental-forward"]
+    return [*both, "global"] if job.options.mapper == "auto" else both
+
+
+def _mapped(worker: Worker, mapper: str, folder: Path) -> dict[int, Any]:
+    job = worker.job
+    count = len(job.pictures)
+    placed = 0
+
+    def next_picture() -> None:
+        nonlocal placed
+        placed += 1
+        worker.tell(
+            "mapping", min(0.95, placed / count), f"{mapper} mapping: picture {placed}/{count}"
+        )
+
+    worker.tell("mapping", 0.0, f"{mapper} mapping")
+    if mapper == KNOWN_POSES:
+        return {0: _triangulated(worker, folder)}
+    if mapper == "global":
+        options = pycolmap.GlobalPipelineOptions()
+        options.num_threads = job.options.threads
+        options.random_seed = job.options.seed
+        return pycolmap.global_mapping(worker.database, job.pictures_folder, folder, options)
+    options = pycolmap.IncrementalPipelineOptions()
+    options.num_threads = job.options.threads
+    options.random_seed = job.options.seed
+    options.min_model_size = 3
+    if mapper == "incremental-forward":
+        options.mapper.init_max_forward_motion = 1.0
+        options.mapper.init_min_tri_angle = 4.0
+    return pycolmap.incremental_mapping(
+        worker.database,
+        job.pictures_folder,
+        folder,
+        options,
+        next_image_callback=next_picture,
+    )
+
+
+def _triangulated(worker: Worker, folder: Path) -> Any:
+    """The model of the given poses, with the points that agree with them."""
+    job = worker.job
+    with open_database(worker.database) as database:
+        images = {p.name: database.read_image_with_name(p.name) for p in job.pictures}
+        cameras = database.read_all_cameras()
+    lines = [
+        f"{c.camera_id} PINHOLE {c.width} {c.height} {' '.join(map(repr, c.params.tolist()))}"
+        for c in cameras
+    ]
+    (folder / "cameras.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    lines = []
+    for picture in job.pictures:
+        assert picture.known is not None
+        numbers = " ".join(map(repr, (*picture.known.wxyz, *picture.known.translation)))
+        image = images[picture.name]
+        lines.append(f"{image.image_id} {numbers} {image.camera_id} {picture.name}\n")
+    (folder / "images.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    (folder / "points3D.txt").write_text("", encoding="utf-8")
+    options = pycolmap.IncrementalPipelineOptions()
+    options.num_threads = job.options.threads
+    options.random_seed = job.options.seed
+    return pycolmap.triangulate_points(
+        pycolmap.Reconstruction(folder), worker.database, job.pictures_folder, folder, True, options
+    )
+
+
+def import_model(worker: Worker) -> None:
+    """Take a finished model as it is."""
+    job = worker.job
+    assert job.import_model is not None
+    worker.tell("mapping", 0.0, "reading the model")
+    model = pycolmap.Reconstruction(job.import_model)
+    names = _placed(model, least_points=0)
+    if not names:
+        raise Refused(f"{job.import_model}: no picture of the model has a pose; map it again")
+    missing = [name for name in names if not (job.pictures_folder / name).is_file()]
+    if missing:
+        raise Refused(
+            f"{job.pictures_folder}: {len(missing)} of {len(names)} photos of the model are "
+            f"missing, such as {missing[0]}; give the folder that the model was made from"
+        )
+    best = job.work / "models" / "import"
+    best.mkdir(parents=True, exist_ok=True)
+    model.write(best)
+    _keep(job, [Attempt("import", (tuple(names),))], best)
+
+
+def _keep(job: Job, attempts: Sequence[Attempt], best: Path | None) -> None:
+    kept = None if best is None else best.relative_to(job.work).as_posix()
+    values = {"attempts": [asdict(attempt) for attempt in attempts], "kept": kept}
+    write_json(job.work / MAPPING_FILE, values)
+
+
+def _placed(model: Any, *, least_points: int = LEAST_POINTS) -> list[str]:
+    return sorted(
+        image.name
+        for image in model.images.values()
+        if image.has_pose and image.num_points3D >= least_points
+    )
