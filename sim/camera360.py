@@ -251,7 +251,7 @@ class Camera360:
     ) -> tuple[LensView, NDArray[np.int64]]:
         s = self._options.supersampling
         rgb = lens.rest_rgb.copy()
-        ids = np.ascontiguousarray(lens.rest.ids[s // 2 :: s, s // 2 :: s])
+        ids = lens.rest.ids[s // 2 :: s, s // 2 :: s].copy()
         counts = lens.rest_counts.copy()
         whole = PixelRect(0, 0, lens.fine.width_px, lens.fine.height_px)
         for rect in clusters([r for body in moving for r in body.touched], s):
