@@ -134,6 +134,7 @@ class FilmSet:
         told: Told,
     ) -> None:
         camera = self._opened(conditions)
+        camera.view({})  # an empty room: what was filmed before leaves no trace in this take
         size = conditions.lens_size_px
         sensor = Sensor(camera.rig, np.random.default_rng(seed), options=conditions.sensor())
         encoder = H264Encoder(

@@ -113,12 +113,14 @@ def _spread(
     azimuth = np.arctan2(sight[:, 1], sight[:, 0])
     away = np.hypot(sight[:, 0], sight[:, 1])
     half_angle = np.arcsin(np.minimum(radii / away, 0.9))
-    tightest = np.inf
-    for i in range(len(places)):
-        for j in range(i):
-            if abs(places[i, 2] - places[j, 2]) > 0.1 and min(places[i, 2], places[j, 2]) > 0:
-                continue
-            gap = float(np.linalg.norm(places[i, :2] - places[j, :2])) - radii[i] - radii[j]
-            angle = abs(azimuth[i] - azimuth[j]) - half_angle[i] - half_angle[j]
-            tightest = min(tightest, gap / 0.1 if gap < 0 else 1.0 + angle)
-    return tightest
+    first, second = np.triu_indices(len(places), 1)
+    # A thing on the desk and one on the floor neither touch nor, seen from above, hide each other.
+    height = places[:, 2]
+    level = (np.abs(height[first] - height[second]) < 0.1) | (
+        np.minimum(height[first], height[second]) == 0
+    )
+    first, second = first[level], second[level]
+    gap = np.linalg.norm(places[first, :2] - places[second, :2], axis=1)
+    gap -= radii[first] + radii[second]
+    angle = np.abs(azimuth[first] - azimuth[second]) - half_angle[first] - half_angle[second]
+    return float(np.where(gap < 0, gap / 0.1, 1.0 + angle).min())

@@ -41,7 +41,7 @@ class Table:
 TABLES: Mapping[str, Table] = {
     "room": Table("paper_tables", "room", 1, 5, "the paper's table 1: a chair in a room"),
     "table": Table("paper_tables", "table", 1, 5, "the paper's table 2: a book on a table"),
-    "occlusion": Table("occlusion", "evaluate", 1, 5, "a moving chair hidden by 0 to 100 %"),
+    "occlusion": Table("occlusion", "evaluate", 1, 5, "a moving chair, more and more of it hidden"),
     "twins": Table("twins", "evaluate", 3, 10, "two identical chairs that change places"),
     "recover": Table("recover", "evaluate", 2, 5, "ten objects moved between sessions"),
     "sequence": Table("sequence", "evaluate", 1, 5, "motion in steps of one to four frames"),
