@@ -53,12 +53,14 @@ class Paced:
         latency_ms: of every published frame.
         dropped: pictures that were not tracked.
         seconds: from the first picture's time to the last publication.
+        cpu_s: processor time of the whole program meanwhile, decoding included.
         stage_ms: median of each stage.
     """
 
     latency_ms: tuple[float, ...]
     dropped: int
     seconds: float
+    cpu_s: float
     stage_ms: Mapping[str, float]
 
 
@@ -108,6 +110,7 @@ def paced(method: TrackingMethod[Any], take: Take, known_world_from_rig: Pose) -
     state, _ = method.step(method.start(), frames.first(), 0)
     latency_ms: list[float] = []
     stages: dict[str, list[float]] = {}
+    cpu_s = time.process_time()
     clock = WallClock()
     last_ns = 0
 
@@ -126,7 +129,8 @@ def paced(method: TrackingMethod[Any], take: Take, known_world_from_rig: Pose) -
         cancelled=threading.Event(),
     )
     medians = {name: float(np.median(values)) for name, values in stages.items()}
-    return Paced(tuple(latency_ms), dropped, last_ns / 1e9, medians)
+    cpu_s = time.process_time() - cpu_s
+    return Paced(tuple(latency_ms), dropped, last_ns / 1e9, cpu_s, medians)
 
 
 class _Decoder:
@@ -183,6 +187,8 @@ def _report(runs: Mapping[str, list[Paced]]) -> Findings:
         dropped = sum(run.dropped for run in seen)
         findings.rows.append(Row(row_name(method, "track.dropped"), float(dropped), ""))
         findings.rows.append(Row(row_name(method, "track.published"), float(len(latency)), ""))
+        cores = sum(run.cpu_s for run in seen) / sum(run.seconds for run in seen)
+        findings.rows.append(Row(row_name(method, "track.cores_used"), cores, ""))
         lines = [["stage", "median ms"]]
         for stage in seen[0].stage_ms:
             value = float(np.median([run.stage_ms[stage] for run in seen]))

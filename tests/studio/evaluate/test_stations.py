@@ -1,4 +1,5 @@
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -30,7 +31,7 @@ def test_six_positions_on_the_paper_s_grid(protocol):
     places = np.array(protocol.positions_m)
     assert len({tuple(place) for place in places}) == 6
     across, away = STEPS_M[protocol.scene]
-    for before, after in zip(places[:-1], places[1:], strict=True):
+    for before, after in pairwise(places):
         step = np.abs(after - before)
         assert np.allclose(sorted(step), sorted([0.0, across if step[0] > 0 else away]))
 

@@ -26,7 +26,12 @@ def shots(desk):
     return [
         Shot(
             k * 100_000_000,
-            standing({**poses, "book-1": Pose(book.rotation, book.translation + [0.02 * k, 0, 0])}),
+            standing(
+                {
+                    **poses,
+                    "book-1": Pose(book.rotation, book.translation + np.array([0.02 * k, 0, 0])),
+                }
+            ),
         )
         for k in range(3)
     ]
