@@ -23,17 +23,9 @@ def desk():
 def shots(desk):
     poses = {thing.object_id: thing.world_from_object for thing in desk.objects}
     book = poses["book-1"]
+    way = [Pose(book.rotation, book.translation + np.array([0.02 * k, 0, 0])) for k in range(3)]
     return [
-        Shot(
-            k * 100_000_000,
-            standing(
-                {
-                    **poses,
-                    "book-1": Pose(book.rotation, book.translation + np.array([0.02 * k, 0, 0])),
-                }
-            ),
-        )
-        for k in range(3)
+        Shot(k * 100_000_000, standing({**poses, "book-1": pose})) for k, pose in enumerate(way)
     ]
 
 
