@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from scenes.pose import wrap_angle
+from scenes.state import TrackedObject
 from studio.evaluate.findings import (
     TITLES,
     Asked,
@@ -22,7 +23,7 @@ from studio.evaluate.findings import (
 from studio.evaluate.stations import ROOM, TABLE, Protocol, Sample, samples
 from studio.figures import OTHER, OWN
 from studio.rows import Row, at_most
-from tracking.metrics import PAPER_ROOM, PAPER_TABLE
+from tracking.metrics import PAPER_ROOM, PAPER_TABLE, error_table
 
 ROOM_BARS = {"world_cm.mean": 2.0, "yaw_deg.mean": 1.0, "yaw_deg.max": 3.0, "flips": 0.0}
 TRUE_CAMERA_BARS = {"world_cm.mean": 1.5, "yaw_deg.mean": 0.8}
@@ -100,10 +101,42 @@ def _report(
             )
         title = f"{prefix}: {TITLES[method]}"
         findings.text.append(paper_columns(title, groups, printed=printed))
+        if method == "paper":
+            findings.rows.extend(_noticed_rows(prefix, seen))
     findings.drawings.append(
         Drawing(prefix, lambda figure: _draw_positions(figure, protocol, found))
     )
     return findings
+
+
+def noticed(seen: Sequence[Sample]) -> list[Sample]:
+    """Stations at which the pose is another one than at the station before.
+
+    The paper's method estimates only what it has noticed to move; the others carry the error of not
+    having noticed, which says nothing of its optimiser.
+    """
+    fresh = []
+    before: Sample | None = None
+    for sample in seen:
+        if before is None or before.seed != sample.seed or not _is_same(before.track, sample.track):
+            fresh.append(sample)
+        before = sample
+    return fresh
+
+
+def _is_same(a: TrackedObject, b: TrackedObject) -> bool:
+    return np.allclose(a.world_from_object.matrix(), b.world_from_object.matrix(), atol=1e-9)
+
+
+def _noticed_rows(prefix: str, seen: Sequence[Sample]) -> list[Row]:
+    fresh = noticed(seen)
+    base = f"paper.{prefix}.noticed"
+    rows = [Row(base, len(fresh) / len(seen), "")]
+    if fresh:
+        table = error_table([sample.error for sample in fresh])
+        rows.append(Row(f"{base}.world_cm.mean", table["world_cm"].mean, "cm"))
+        rows.append(Row(f"{base}.yaw_deg.mean", table["yaw_deg"].mean, "deg"))
+    return rows
 
 
 def _draw_positions(

@@ -5,7 +5,7 @@ import pytest
 
 from scenes.pose import Pose
 from studio.evaluate.findings import aligned, error_rows, paper_columns
-from studio.evaluate.paper_tables import CHI2_95_OF_4, coverage_row, squared_distance
+from studio.evaluate.paper_tables import CHI2_95_OF_4, coverage_row, noticed, squared_distance
 from studio.evaluate.stations import Sample, Station
 from tracking.metrics import PAPER_ROOM, PoseError, pose_error
 
@@ -60,3 +60,9 @@ def test_the_ellipsoid_holds_what_it_should(answer):
     held = coverage_row("own", "c", [sample(answer, 0.9 * edge)] * 19 + [sample(answer, 2 * edge)])
     assert held.passed is True
     assert coverage_row("own", "c", [sample(answer, 0.0)] * 20).passed is False
+
+
+def test_a_pose_that_did_not_change_was_not_estimated_again(answer):
+    first, second, third = sample(answer, 0.02), sample(answer, 0.02), sample(answer, 0.03)
+    assert noticed([first, second, third]) == [first, third]
+    assert noticed([]) == []
