@@ -170,29 +170,43 @@ fn blend_block<const TRACK_OBJECTS: bool>(block: &mut PixelBlock, todo: &PatchLi
     if todo.list.is_empty() {
         return;
     }
-    let before = load_pixels(block);
-    let (mut after, nearest) = blend_list::<TRACK_OBJECTS, false>(before, todo);
-    let is_doubtful = _mm256_cmp_ps::<_CMP_LT_OQ>(nearest, _mm256_set1_ps(STEP_DOUBT));
-    if _mm256_movemask_ps(is_doubtful) != 0 {
-        after = blend_carefully::<TRACK_OBJECTS>(before, todo);
+    let stop = _mm256_set1_ps(TRANSMITTANCE_STOP);
+    let mut pixels = load_pixels(block);
+    for run in todo.list.chunks(RUN) {
+        let (mut after, nearest) = blend_run::<TRACK_OBJECTS, false>(pixels, run, todo);
+        let is_doubtful = _mm256_cmp_ps::<_CMP_LT_OQ>(nearest, _mm256_set1_ps(STEP_DOUBT));
+        if _mm256_movemask_ps(is_doubtful) != 0 {
+            after = blend_carefully::<TRACK_OBJECTS>(pixels, run, todo);
+        }
+        pixels = after;
+        let is_live = _mm256_cmp_ps::<_CMP_GE_OQ>(pixels.transmittance, stop);
+        if _mm256_movemask_ps(is_live) == 0 {
+            break;
+        }
     }
-    store_pixels(block, &after);
+    store_pixels(block, &pixels);
 }
 
-/// The rare second pass, in which doubtful samples go to the judge. Kept apart so that the call
-/// costs the first pass no registers.
+/// The rare second look at a run, in which doubtful samples go to the judge. Kept apart so that the
+/// call costs the first no registers.
 #[cold]
 #[inline(never)]
 #[target_feature(enable = "avx2,fma")]
-fn blend_carefully<const TRACK_OBJECTS: bool>(before: Pixels, todo: &PatchList) -> Pixels {
-    blend_list::<TRACK_OBJECTS, true>(before, todo).0
+fn blend_carefully<const TRACK_OBJECTS: bool>(
+    before: Pixels,
+    run: &[u8],
+    todo: &PatchList,
+) -> Pixels {
+    blend_run::<TRACK_OBJECTS, true>(before, run, todo).0
 }
 
-/// Blends a list of splats; also returns how near any sample came to the 1/255 step, per lane.
+/// Blends a run of the list of `todo`; also returns how near any sample came to the 1/255 step, per
+/// lane.
 #[target_feature(enable = "avx2,fma")]
 #[inline]
-fn blend_list<const TRACK_OBJECTS: bool, const CAREFUL: bool>(
+fn blend_run<const TRACK_OBJECTS: bool, const CAREFUL: bool>(
     mut pixels: Pixels,
+    run: &[u8],
     todo: &PatchList,
 ) -> (Pixels, __m256) {
     let (left, top) = corner::<BLOCK_PIXELS>(todo.patch);
@@ -205,27 +219,20 @@ fn blend_list<const TRACK_OBJECTS: bool, const CAREFUL: bool>(
         _mm256_setr_ps(0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0),
     );
     let mut nearest = _mm256_set1_ps(f32::INFINITY);
-    for run in todo.list.chunks(RUN) {
-        for &place in run {
-            let place = place as usize % BATCH;
-            let splat = &todo.splats[place];
-            let power = power_at(splat, x, y);
-            let distance = _mm256_andnot_ps(_mm256_set1_ps(-0.0), power);
-            nearest = _mm256_min_ps(nearest, distance);
-            let mut is_drawn = _mm256_cmp_ps::<_CMP_GE_OQ>(power, _mm256_setzero_ps());
-            if CAREFUL {
-                let is_doubtful = _mm256_cmp_ps::<_CMP_LT_OQ>(distance, _mm256_set1_ps(STEP_DOUBT));
-                let verdict = _mm256_movemask_ps(is_drawn) as u32;
-                let doubtful = _mm256_movemask_ps(is_doubtful) as u32;
-                is_drawn = mask_of(todo.settle::<BLOCK_PIXELS>(place, verdict, doubtful));
-            }
-            blend_one::<TRACK_OBJECTS>(&mut pixels, splat, power, is_drawn);
+    for &place in run {
+        let place = place as usize % BATCH;
+        let splat = &todo.splats[place];
+        let power = power_at(splat, x, y);
+        let distance = _mm256_andnot_ps(_mm256_set1_ps(-0.0), power);
+        nearest = _mm256_min_ps(nearest, distance);
+        let mut is_drawn = _mm256_cmp_ps::<_CMP_GE_OQ>(power, _mm256_setzero_ps());
+        if CAREFUL {
+            let is_doubtful = _mm256_cmp_ps::<_CMP_LT_OQ>(distance, _mm256_set1_ps(STEP_DOUBT));
+            let verdict = _mm256_movemask_ps(is_drawn) as u32;
+            let doubtful = _mm256_movemask_ps(is_doubtful) as u32;
+            is_drawn = mask_of(todo.settle::<BLOCK_PIXELS>(place, verdict, doubtful));
         }
-        let stop = _mm256_set1_ps(TRANSMITTANCE_STOP);
-        let is_live = _mm256_cmp_ps::<_CMP_GE_OQ>(pixels.transmittance, stop);
-        if _mm256_movemask_ps(is_live) == 0 {
-            break;
-        }
+        blend_one::<TRACK_OBJECTS>(&mut pixels, splat, power, is_drawn);
     }
     (pixels, nearest)
 }

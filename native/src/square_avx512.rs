@@ -9,6 +9,7 @@ use crate::blend::{TileSplat, ALPHA_OF, BLOCKS, BLOCKS_ACROSS, BLOCK_PIXELS, TRA
 
 pub const SQUARES: usize = BLOCKS / 2;
 pub const SQUARE_PIXELS: usize = 2 * BLOCK_PIXELS;
+pub const ROWS_OF_SQUARES: usize = SQUARES / BLOCKS_ACROSS;
 
 /// The blocks that make up a square.
 #[inline(always)]
@@ -151,6 +152,29 @@ pub fn square_masks(splats: &[TileSplat; 4]) -> [u16; 4] {
     let masks = _mm512_maskz_compress_epi32(0b0001_0001_0001_0001, bits);
     let masks = _mm_cvtsi128_si64(_mm256_castsi256_si128(_mm512_cvtepi32_epi16(masks))) as u64;
     std::array::from_fn(|k| (masks >> (16 * k)) as u16)
+}
+
+/// What of four splats depends on the row of pixels alone, for each row of squares: `b·y + u0` and
+/// `power - v²` of the row's four rows of pixels, splat after splat.
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2,popcnt")]
+#[inline]
+pub fn row_terms(splats: &[TileSplat; 4]) -> [[__m512; 2]; ROWS_OF_SQUARES] {
+    let [quarter, half, _] = thirds(splats);
+    let b = _mm512_permute_ps::<0b01_01_01_01>(quarter);
+    let u0 = _mm512_permute_ps::<0b10_10_10_10>(quarter);
+    let c = _mm512_permute_ps::<0b11_11_11_11>(quarter);
+    let v0 = _mm512_permute_ps::<0b00_00_00_00>(half);
+    let power = _mm512_permute_ps::<0b01_01_01_01>(half);
+    let mut rows = _mm512_setr_ps(
+        0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0,
+    );
+    let mut terms = [[_mm512_setzero_ps(); 2]; ROWS_OF_SQUARES];
+    for term in &mut terms {
+        let v = _mm512_fmadd_ps(c, rows, v0);
+        *term = [_mm512_fmadd_ps(b, rows, u0), _mm512_fnmadd_ps(v, v, power)];
+        rows = _mm512_add_ps(rows, _mm512_set1_ps(4.0));
+    }
+    terms
 }
 
 /// The first, middle and last four values of each of four splats: (a, b, u0, c), (v0, power, red,
