@@ -23,6 +23,8 @@ DENSIFICATIONS = 40
 """So many are wanted in all: a slow machine that takes few steps must grow as well."""
 FULL_BUDGET_AT = 0.5
 DENSIFY_UNTIL = 0.8
+PUT_BACK_UNTIL = 0.95
+"""Splats are put back on surfaces for longer than they are split."""
 
 
 def rates(done: float, view_distance: float, width: int) -> NDArray[np.float32]:

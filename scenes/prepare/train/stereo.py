@@ -20,7 +20,6 @@ from scenes.prepare.reconstruction import Reconstruction, View, read_picture
 
 DepthMap = NDArray[np.float32]
 
-LONGEST_PX = 320
 PARTNERS = 4
 BEST_ANGLE_RAD = 0.15
 """Between the rays of two photos to the same point: less is uncertain, more looks different."""
@@ -72,9 +71,18 @@ class _Small:
         return self.view.world_from_camera
 
 
-def seen_depths(reconstruction: Reconstruction) -> list[SeenDepth]:
-    """Depth of every view through a pinhole that has partners, in the order of the views."""
-    small = [_read(view, reconstruction.points) for view in reconstruction.views if _is_flat(view)]
+def seen_depths(reconstruction: Reconstruction, *, longest_px: int) -> list[SeenDepth]:
+    """Depth of every view through a pinhole that has partners, in the order of the views.
+
+    Args:
+        reconstruction: photos, and points that tell which of them see the same.
+        longest_px: longer side of the pictures that are matched.
+    """
+    small = [
+        _read(view, reconstruction.points, longest_px)
+        for view in reconstruction.views
+        if isinstance(view.camera, Pinhole)
+    ]
     out = []
     for own in small:
         depths = [
@@ -152,14 +160,10 @@ def pair_depth(own: _Small, other: _Small, depths: tuple[float, float]) -> Depth
     return np.where(found >= 0, depth, 0.0).reshape(own.grey.shape).astype(np.float32)
 
 
-def _is_flat(view: View) -> bool:
-    return isinstance(view.camera, Pinhole)
-
-
-def _read(view: View, points: NDArray[np.float64]) -> _Small:
+def _read(view: View, points: NDArray[np.float64], longest_px: int) -> _Small:
     full = view.camera
     assert isinstance(full, Pinhole)
-    scale = min(1.0, LONGEST_PX / max(full.width_px, full.height_px))
+    scale = min(1.0, longest_px / max(full.width_px, full.height_px))
     width, height = round(full.width_px * scale), round(full.height_px * scale)
     x, y = width / full.width_px, height / full.height_px
     camera = Pinhole(width, height, full.fx * x, full.fy * y, full.cx * x, full.cy * y)

@@ -31,6 +31,7 @@ from scenes.prepare.train.training_rows import MEAN, SH, TrainingRows
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import RenderOptions
 from scenes.render.training import Exposure, Trainee
+from scenes.splats import SplatCloud
 
 NAME = "built-in 2"
 REPORT_EVERY = 20
@@ -117,7 +118,7 @@ class _Run:
         self._distance = typical_distance(reconstruction)
         # Views kept aside must not have a say in anything.
         shown = replace(reconstruction, views=self._photos.training)
-        self._surfaces = surfaces_of(seen_depths(shown))
+        self._surfaces = surfaces_of(seen_depths(shown, longest_px=options.longest_px // 2))
         rows = seed_rows(
             reconstruction, self._surfaces, (options.sh_degree + 1) ** 2, options.budget, rng
         )
@@ -173,13 +174,15 @@ class _Run:
         self._loss = LOSS_MEMORY * before + (1 - LOSS_MEMORY) * distance.loss
         since = self.iteration - self._densified_at
         is_due = since >= schedule.densify_after(self.done, self.iteration)
-        if is_due and done < schedule.DENSIFY_UNTIL:
+        if is_due and done < schedule.PUT_BACK_UNTIL:
             self._densify(done)
             self._densified_at = self.iteration
 
     def _densify(self, done: float) -> None:
-        budget = self._options.budget
-        wanted = schedule.splats_wanted(done, self._first_splats, budget)
+        """Put splats back on surfaces; split where the error is, until the last part."""
+        wanted = 0
+        if done < schedule.DENSIFY_UNTIL:
+            wanted = schedule.splats_wanted(done, self._first_splats, self._options.budget)
         rows = self._rows()
         verdict = judge(rows.values[:, MEAN], self._surfaces)
         rows.values[:, MEAN] += verdict.offset
@@ -248,7 +251,14 @@ class _Run:
             score_photo(self._renderer, cloud, self._photos.photo(view), self._drawing, lens=lens)
             for view in self._photos.held_out
         )
-        return TrainingResult(cloud, scores, tuple(self._history), NAME)
+        return TrainingResult(cloud, scores, tuple(self._history), NAME, self._floating(cloud))
+
+    def _floating(self, cloud: SplatCloud) -> float | None:
+        """Share of the splats that are not where the views see surfaces; None if they see none."""
+        if not self._surfaces or not len(cloud):
+            return None
+        verdict = judge(cloud.means, self._surfaces)
+        return float((verdict.is_stray | verdict.offset.any(axis=1)).mean())
 
     def _moment(self, quality: float | None) -> Moment:
         return Moment(self.iteration, self.seconds, self._splats, self._loss, quality)

@@ -22,6 +22,7 @@ def save_training(result: TrainingResult, folder: Path) -> None:
     write_ply(folder / SPLATS, result.cloud, comments=[WORLD_COMMENT])
     values = {
         "trainer": result.trainer,
+        "floating": result.floating,
         "held_out": [asdict(score) for score in result.held_out],
         "history": [asdict(moment) for moment in result.history],
     }
@@ -40,4 +41,5 @@ def load_training(folder: Path) -> TrainingResult:
         tuple(ViewScore(**score) for score in values["held_out"]),
         tuple(Moment(**moment) for moment in values["history"]),
         values["trainer"],
+        values.get("floating"),
     )

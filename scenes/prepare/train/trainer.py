@@ -141,12 +141,15 @@ class TrainingResult:
         held_out: scores of the views that were kept aside.
         history: how it went.
         trainer: name and version of what trained.
+        floating: share of the splats that hang off the surfaces that the photos themselves show;
+            None if nobody has looked.
     """
 
     cloud: SplatCloud
     held_out: tuple[ViewScore, ...]
     history: tuple[Moment, ...]
     trainer: str
+    floating: float | None = None
 
     @property
     def psnr_db(self) -> float:

@@ -22,7 +22,7 @@ def corner(photographed):
 
 
 def test_depth_is_that_of_the_planes(corner):
-    found = seen_depths(corner)
+    found = seen_depths(corner, longest_px=320)
     assert [seen.view.name for seen in found] == [view.name for view in corner.views]
     off, shares = [], []
     for seen in found:
@@ -43,7 +43,7 @@ def test_depth_is_that_of_the_planes(corner):
 
 def test_a_view_alone_says_nothing(corner):
     alone = Reconstruction(corner.views[:1], corner.points, corner.colours, corner.errors_px)
-    assert seen_depths(alone) == []
+    assert seen_depths(alone, longest_px=320) == []
 
 
 def test_depths_agree_or_are_not_known():

@@ -61,6 +61,14 @@ def test_the_budget_is_filled_and_kept(result):
     assert 0.9 * OPTIONS.budget <= len(trained.cloud) <= OPTIONS.budget
 
 
+def test_splats_lie_on_what_was_filmed(result):
+    trained, _, _ = result
+    from_ball = np.abs(np.linalg.norm(trained.cloud.means, axis=1) - 1)
+    assert np.median(from_ball) < 0.05
+    assert trained.floating is not None
+    assert trained.floating < 0.05
+
+
 def test_it_tells_how_it_goes(result):
     trained, previews, notes = result
     assert [done for done, _ in notes] == sorted(done for done, _ in notes)
