@@ -44,7 +44,8 @@ class ObjectModel:
         support_z_m: height of the plane it stood on in the scan, world metres.
         world_from_object: last known pose.
         parts: solid boxes for contact, in the object's frame; empty where nobody has made any.
-        guessed_mass_kg: from its size alone, easily wrong by a factor of three; None if not guessed.
+        guessed_mass_kg: from its size alone, easily wrong by a factor of three; None if not
+            guessed.
     """
 
     object_id: str

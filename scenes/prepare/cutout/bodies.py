@@ -1,4 +1,4 @@
-"""Which points hang together."""
+"""Which points, and which splats, hang together."""
 
 from __future__ import annotations
 
@@ -7,6 +7,12 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
+
+from scenes.pose import rotation_from_quaternion
+from scenes.splats import SplatCloud
+
+FAINT = 0.05
+"""Splats of less opacity hold no others together."""
 
 
 def bodies(positions: NDArray[np.floating], reach_m: float) -> tuple[int, NDArray[np.intp]]:
@@ -22,3 +28,34 @@ def bodies(positions: NDArray[np.floating], reach_m: float) -> tuple[int, NDArra
     graph = csr_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
     count, body = connected_components(graph, directed=False)
     return int(count), body[cell_of.ravel()].astype(np.intp)
+
+
+def bodies_of_splats(cloud: SplatCloud, reach_m: float) -> tuple[int, NDArray[np.intp]]:
+    """As `bodies`, for splats: one that is large hangs together with whatever its axes reach."""
+    ends, owner = _reaching(cloud, reach_m)
+    count, body_of_end = bodies(ends, reach_m)
+    # A splat's ends are one splat: bodies that share one are the same.
+    return _joined(body_of_end, owner, count, len(cloud))
+
+
+def _reaching(cloud: SplatCloud, reach_m: float) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+    """Centres, and for large splats the ends of their axes; and whose they are."""
+    means = cloud.means.astype(np.float64)
+    solid = np.flatnonzero((cloud.scales.max(axis=1) > reach_m / 4) & (cloud.opacities >= FAINT))
+    axes = rotation_from_quaternion(cloud.rotations[solid]) * cloud.scales[solid][:, None, :]
+    points, owners = [means], [np.arange(len(means))]
+    for axis in range(3):
+        for step in (-2.0, -1.0, 1.0, 2.0):
+            points.append(means[solid] + step * axes[:, :, axis])
+            owners.append(solid)
+    return np.concatenate(points), np.concatenate(owners)
+
+
+def _joined(
+    body_of_end: NDArray[np.intp], owner: NDArray[np.intp], count: int, splats: int
+) -> tuple[int, NDArray[np.intp]]:
+    """How many bodies are left when those that share a splat are one, and (N,) each splat's."""
+    own = body_of_end[:splats]
+    graph = csr_array((np.ones(len(owner)), (own[owner], body_of_end)), shape=(count, count))
+    left, merged = connected_components(graph, directed=False)
+    return int(left), np.asarray(merged, dtype=np.intp)[own]

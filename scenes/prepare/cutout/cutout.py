@@ -84,9 +84,7 @@ def cut_out(
             f"only {found.labels.sum()} splats were found, wanted {LEAST_SPLATS}: there is no "
             "object in the boxes, or it is too small in these views; choose nearer ones"
         )
-    return make_object(
-        package, found, object_id=object_id, name=name, kind=kind, renderer=renderer
-    )
+    return make_object(package, found, object_id=object_id, name=name, kind=kind, renderer=renderer)
 
 
 def make_object(

@@ -6,21 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
 
 from scenes.cut import divide
 from scenes.package import ScenePackage
 from scenes.package_records import Stage
-from scenes.pose import rotation_from_quaternion
-from scenes.prepare.cutout.bodies import bodies
+from scenes.prepare.cutout.bodies import bodies_of_splats
 from scenes.prepare.cutout.cutout import FLOATERS
 from scenes.splats import SplatCloud
 
 REACH_M = 0.12
 """Splats of a surface are closer to each other than this, plus their own size."""
-FAINT = 0.05
-"""Splats of less opacity hold no others together."""
 LEAST_AREA_M2 = 0.004
 """What hangs together with less opaque surface than this, away from all else, is no thing."""
 
@@ -33,13 +28,10 @@ def find_floaters(cloud: SplatCloud) -> NDArray[np.bool_]:
     """
     if not len(cloud):
         return np.zeros(0, dtype=bool)
-    ends, owner = _reaching(cloud)
-    count, body_of_end = bodies(ends, REACH_M)
-    # A splat's ends are one splat: bodies that share one are the same.
-    body = _joined(body_of_end, owner, count, len(cloud))
+    count, body = bodies_of_splats(cloud, REACH_M)
     sizes = np.sort(cloud.scales.astype(np.float64), axis=1)[:, 1:]
     area = np.pi * sizes.prod(axis=1) * cloud.opacities
-    total = np.bincount(body, weights=area, minlength=int(body.max()) + 1)
+    total = np.bincount(body, weights=area, minlength=count)
     return total[body] < LEAST_AREA_M2
 
 
@@ -57,26 +49,3 @@ def remove_floaters(package: ScenePackage) -> tuple[ScenePackage, int]:
         package, room=room, cuts=(*package.cuts, cut), stages=(*package.stages, stage)
     )
     return changed, len(cut.taken)
-
-
-def _reaching(cloud: SplatCloud) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
-    """Centres, and for large splats the ends of their axes; and whose they are."""
-    means = cloud.means.astype(np.float64)
-    solid = np.flatnonzero((cloud.scales.max(axis=1) > REACH_M / 4) & (cloud.opacities >= FAINT))
-    axes = rotation_from_quaternion(cloud.rotations[solid]) * cloud.scales[solid][:, None, :]
-    points, owners = [means], [np.arange(len(means))]
-    for axis in range(3):
-        for step in (-2.0, -1.0, 1.0, 2.0):
-            points.append(means[solid] + step * axes[:, :, axis])
-            owners.append(solid)
-    return np.concatenate(points), np.concatenate(owners)
-
-
-def _joined(
-    body_of_end: NDArray[np.intp], owner: NDArray[np.intp], count: int, splats: int
-) -> NDArray[np.intp]:
-    """(N,) the body of each splat when bodies that share a splat are one."""
-    own = body_of_end[:splats]
-    graph = csr_array((np.ones(len(owner)), (own[owner], body_of_end)), shape=(count, count))
-    _, merged = connected_components(graph, directed=False)
-    return np.asarray(merged, dtype=np.intp)[own]

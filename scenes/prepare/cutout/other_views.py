@@ -28,9 +28,9 @@ FRAMED = 0.95
 LEAST_PX = 100
 """A smaller silhouette says nothing."""
 BARELY = 0.25
-"""Of the light that a splat of the guess typically has: so much has to fall outside the silhouettes
-to take a hidden splat away. Light leaks between the splats of a wall and along its foot, and what it
-shows of undersides falls outside as often as inside."""
+"""Of the light that a splat of the guess typically has: so much has to fall outside the
+silhouettes to take a hidden splat away. Light leaks between the splats of a wall and along its
+foot, and what it shows of undersides falls outside as often as inside."""
 MAJORITY = 0.5
 
 

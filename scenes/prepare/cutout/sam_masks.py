@@ -51,12 +51,13 @@ class SamMasks:
         _check(encoder, self._encoder, ("image",), FEATURES)
         _check(decoder, self._decoder, DECODER_INPUTS, DECODER_OUTPUTS)
         shape = next(i.shape for i in self._encoder.get_inputs() if i.name == "image")
-        if len(shape) != 4 or shape[1] != 3 or shape[2] != shape[3] or not isinstance(shape[2], int):
+        side = shape[-1]
+        if not isinstance(side, int) or list(shape[1:]) != [3, side, side]:
             raise ValueError(
                 f"{encoder}: its image is {shape}, wanted [1, 3, S, S]; give the encoder of a "
                 "SAM 2 export"
             )
-        self._side_px: int = shape[2]
+        self._side_px = side
         self._decoder_file = decoder
 
     def mask(
@@ -147,9 +148,7 @@ def _opened(file: Path, threads: int) -> Any:
     options.intra_op_num_threads = threads
     options.log_severity_level = 4
     try:
-        return onnxruntime.InferenceSession(
-            str(file), options, providers=["CPUExecutionProvider"]
-        )
+        return onnxruntime.InferenceSession(str(file), options, providers=["CPUExecutionProvider"])
     except Exception as error:  # the runtime has a dozen unrelated classes
         reason = str(error).splitlines()[0]
         raise ValueError(f"{file}: not a readable ONNX network: {reason}") from error

@@ -47,7 +47,9 @@ AGREEING = 4
 LEAST_VIEWS = 6
 """Of fewer views so many seldom agree."""
 GAP_M = 0.03
-"""Pieces of surface farther apart than twice this are different things."""
+SPECK = 0.02
+"""A piece of surface that far away from all others, with less than this share of the largest
+one's points, is none of the thing's."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,8 +108,9 @@ def seen_surface(
     thing = _agreed(things, cell_m)
     if not len(thing):
         return NOTHING
-    _, body = bodies(thing, GAP_M)
-    thing = thing[body == np.argmax(np.bincount(body))]
+    count, body = bodies(thing, GAP_M)
+    points_of = np.bincount(body, minlength=count)
+    thing = thing[points_of[body] >= SPECK * points_of.max()]
     around = _agreed(arounds, cell_m)
     low, high = thing.min(axis=0), thing.max(axis=0)
     reach = (high - low).max()
@@ -165,7 +168,9 @@ def _surface_in_view(
     sure = (light > PURE) & (depth > 0)
     if not sure.any():
         return np.zeros((0, 3)), around
-    apart, nearest = ndimage.distance_transform_edt(~sure, return_indices=True)
+    found = ndimage.distance_transform_edt(~sure, return_indices=True)
+    assert isinstance(found, tuple)
+    apart, nearest = found
     reached = outline & (apart <= RIM_PX)
     z = depth[nearest[0], nearest[1]][reached].astype(np.float64)
     return world_from_camera @ (rays[reached] * z[:, None]), around

@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from scenes.package_records import ViewPoint
-from scenes.prepare.cutout.bodies import bodies
+from scenes.prepare.cutout.bodies import bodies, bodies_of_splats
 from scenes.prepare.cutout.graph_cut import Links, cut, neighbour_links
 from scenes.prepare.cutout.lifting import MaskedView, Vote, lift
 from scenes.prepare.cutout.other_views import held_against_views
@@ -366,7 +366,7 @@ def _main_body(
             "the masks and the splats do not agree on any object; draw the boxes closer around it"
         )
     positions = cloud.means[found].astype(np.float64)
-    count, body = bodies(positions, reach_m)
+    count, body = bodies_of_splats(cloud.select(found), reach_m)
     inside, _ = _summed(votes)
     main = int(np.argmax(np.bincount(body, weights=inside[found], minlength=count)))
     points = np.concatenate([_clicked(view, vote) for view, vote in zip(views, votes, strict=True)])

@@ -1,8 +1,8 @@
 """Solid boxes that stand in for an object where things bump into it, and a guess of its mass.
 
 Collision wants few convex parts. Splats lie on surfaces, and the undersides of things are seldom
-seen; so cells with walls on most sides are taken for solid, and what is solid is covered with upright
-boxes, the largest first.
+seen; so cells with walls on most sides are taken for solid, and what is solid is covered with
+upright boxes, the largest first.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def guessed_mass_kg(parts: Sequence[BoxPart], box_m: tuple[float, float, float])
 
 def _part(centre: NDArray[np.float64], half: NDArray[np.float64]) -> BoxPart:
     x, y, z = (float(extent) for extent in half)
-    return BoxPart(Pose.from_yaw(0.0, (float(centre[0]), float(centre[1]), float(centre[2]))), (x, y, z))
+    return BoxPart(Pose(np.eye(3), centre), (x, y, z))
 
 
 def _filled(cloud: SplatCloud, size: NDArray[np.float64], cell: NDArray[np.float64]) -> BoolArray:
@@ -80,6 +80,7 @@ def _filled(cloud: SplatCloud, size: NDArray[np.float64], cell: NDArray[np.float
     through = np.zeros(shape)
     if not len(cloud):
         return through > 0
+    corner = np.array([-0.5 * size[0], -0.5 * size[1], 0.0])
     order = np.argsort(-cloud.scales, axis=1)[:, :2]
     scales = np.take_along_axis(cloud.scales.astype(np.float64), order, axis=1)
     turned = rotation_from_quaternion(cloud.rotations)
@@ -89,7 +90,7 @@ def _filled(cloud: SplatCloud, size: NDArray[np.float64], cell: NDArray[np.float
     for u in steps:
         for v in steps:
             points = cloud.means + u * axes[:, :, 0] + v * axes[:, :, 1]
-            at = (points + (0.5 * size[0], 0.5 * size[1], 0.0)) / cell
+            at = (points - corner) / cell
             # Faces lie on the box: half of their splats are a little outside.
             inside = ((at > -1) & (at < np.array(shape) + 1)).all(axis=1)
             index = np.clip(np.floor(at).astype(np.intp), 0, np.array(shape) - 1)[inside]
@@ -104,8 +105,8 @@ def _enclosed(filled: BoolArray) -> BoolArray:
 
     One side may be missing: scans have gaps, and nobody sees undersides.
     """
-    closed = ndimage.binary_closing(np.pad(filled, 2), np.ones((3, 3, 3)))[2:-2, 2:-2, 2:-2]
-    walls = closed | filled
+    closed = np.asarray(ndimage.binary_closing(np.pad(filled, 2), np.ones((3, 3, 3))), dtype=bool)
+    walls = closed[2:-2, 2:-2, 2:-2] | filled
     blocked = np.zeros(walls.shape, dtype=np.int8)
     for axis, ends in ((0, (1, -1)), (1, (1, -1)), (2, (-1,))):
         for step in ends:
@@ -120,7 +121,8 @@ def _largest_box(filled: BoolArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]
 
     Grown from the cell deepest inside, one layer at a time on the side where most is won.
     """
-    depth = ndimage.distance_transform_cdt(np.pad(filled, 1), metric="chessboard")[1:-1, 1:-1, 1:-1]
+    padded = ndimage.distance_transform_cdt(np.pad(filled, 1), metric="chessboard")
+    depth = np.asarray(padded)[1:-1, 1:-1, 1:-1]
     seeds = np.argwhere(depth == depth.max())
     best = (np.zeros(3, dtype=np.intp), np.zeros(3, dtype=np.intp))
     for seed in seeds[:: max(len(seeds) // 12, 1)]:
@@ -137,12 +139,15 @@ def _grown(
     """The box around a cell, stretched along one axis after the other while it stays filled."""
     low, high = seed.copy(), seed + 1
     for axis in order:
-        for edge, step in ((low, -1), (high, 1)):
-            while 0 <= edge[axis] + min(step, 0) and edge[axis] + max(step, 0) <= filled.shape[axis]:
-                layer = [slice(low[a], high[a]) for a in range(3)]
-                at = edge[axis] - 1 if step < 0 else edge[axis]
-                layer[axis] = slice(at, at + 1)
-                if not filled[tuple(layer)].all():
-                    break
-                edge[axis] += step
+        layer = [slice(first, last) for first, last in zip(low, high, strict=True)]
+        while low[axis] > 0:
+            layer[axis] = slice(low[axis] - 1, low[axis])
+            if not filled[tuple(layer)].all():
+                break
+            low[axis] -= 1
+        while high[axis] < filled.shape[axis]:
+            layer[axis] = slice(high[axis], high[axis] + 1)
+            if not filled[tuple(layer)].all():
+                break
+            high[axis] += 1
     return low, high

@@ -47,7 +47,8 @@ class UprightBox:
         """(N,) whether world points (N, 3) lie in the box or at most a margin beside it."""
         in_box = self.world_from_box.inverse() @ points
         half = 0.5 * np.array(self.size_m)
-        return (np.abs(in_box - (0.0, 0.0, half[2])) <= half + margin_m).all(axis=1)
+        beyond = np.abs(in_box - (0.0, 0.0, half[2])) - half
+        return np.asarray(beyond.max(axis=1) <= margin_m)
 
 
 def upright_box(

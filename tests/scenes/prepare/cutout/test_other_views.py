@@ -68,7 +68,7 @@ def walk(count):
         ViewPoint(
             f"{k}.jpg",
             CAMERA,
-            look_at(centre + (1.2 * np.cos(a), 1.2 * np.sin(a), 0.5 + 0.3 * (k % 2)), centre),
+            look_at(np.array([1.2 * np.cos(a), 1.2 * np.sin(a), 0.7 + 0.3 * (k % 2)]), centre),
         )
         for k, a in enumerate(turns)
     )

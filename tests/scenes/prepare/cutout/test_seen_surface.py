@@ -56,7 +56,7 @@ def room():
 def walk(count, *, camera=CAMERA):
     turns = np.linspace(0, 2 * np.pi, count, endpoint=False) + 0.15
     eyes = [
-        CENTRE + (1.3 * np.cos(a), 1.3 * np.sin(a), 0.35 + 0.3 * (k % 2))
+        np.array([1.3 * np.cos(a), 1.3 * np.sin(a), 0.55 + 0.3 * (k % 2)])
         for k, a in enumerate(turns)
     ]
     return tuple(ViewPoint(f"{k}", camera, look_at(eye, CENTRE)) for k, eye in enumerate(eyes))
@@ -95,7 +95,8 @@ def test_few_views_say_nothing_nor_do_those_that_cut_the_thing_off(room):
 @settings(max_examples=20, deadline=None)
 @given(turn=st.floats(0, 6.28), far=st.floats(1.0, 6.0), high=st.floats(-0.5, 1.5))
 def test_a_crop_sees_the_same_points_larger_or_smaller(turn, far, high):
-    world_from_camera = look_at(CENTRE + (far * np.cos(turn), far * np.sin(turn), high), CENTRE)
+    eye = np.array([far * np.cos(turn), far * np.sin(turn), 0.2 + high])
+    world_from_camera = look_at(eye, CENTRE)
     points = CENTRE + np.random.default_rng(1).uniform(-0.5, 0.5, (200, 3)) * SIZE
     camera = Pinhole(1280, 960, 900.0, 900.0, 640.0, 480.0)
     crop = cropped(camera, world_from_camera, points)

@@ -52,7 +52,9 @@ def test_parts_stay_in_the_box_apart_from_each_other_and_masses_are_near(name):
     for item in open_scene(name).objects:
         parts = solid_parts(item.splats, item.box_m)
         assert 1 <= len(parts) <= 16
-        low, high = np.array([(corners(p).min(axis=0), corners(p).max(axis=0)) for p in parts]).swapaxes(0, 1)
+        low, high = np.array(
+            [(corners(p).min(axis=0), corners(p).max(axis=0)) for p in parts]
+        ).swapaxes(0, 1)
         half = 0.5 * np.array([*item.box_m[:2], 0.0])
         assert (low > -half - 1e-9).all()
         assert (high < np.array([*half[:2], item.box_m[2]]) + 1e-9).all()
