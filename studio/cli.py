@@ -92,6 +92,12 @@ VERBS = (
         "nexus cut room.gnx --name stool --box 12.jpg 40 21 56 43 --box 31.jpg 12 9 30 35",
     ),
     Verb(
+        "gallery",
+        "studio.gallery",
+        "pictures of before and after, from a prepared scene",
+        "nexus gallery room.gnx --out docs/pictures/gallery",
+    ),
+    Verb(
         "bench raster",
         "studio.bench.raster",
         "measure the splat renderer",
