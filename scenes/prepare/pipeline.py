@@ -18,10 +18,10 @@ from scenes.prepare.align.metric import alignment_in_words, metric_alignment
 from scenes.prepare.align.saved_alignment import load_alignment, save_alignment
 from scenes.prepare.collision_stages import collision_mesh
 from scenes.prepare.cutout.floaters import remove_floaters
-from scenes.prepare.dense_points import with_dense_points
 from scenes.prepare.footage.capture import Capture
 from scenes.prepare.footage.gather import capture_key, gather
 from scenes.prepare.options import PrepareOptions
+from scenes.prepare.outdoor_points import with_outdoor_points
 from scenes.prepare.poses.given_poses import as_capture, as_report, import_poses, load_imported
 from scenes.prepare.poses.sfm import SfmReport, reconstruct
 from scenes.prepare.progress import Progress
@@ -31,7 +31,7 @@ from scenes.prepare.saved_reconstruction import load_reconstruction, save_recons
 from scenes.prepare.stages import WorkFolder, stamps
 from scenes.prepare.train import checkpoint
 from scenes.prepare.train.trained_file import load_training, save_training
-from scenes.prepare.train.trainer import TrainingResult
+from scenes.prepare.train.trainer import PRESETS, TrainingResult
 from scenes.render.native import NativeRenderer
 
 RIG_HEIGHT_M = 1.3
@@ -39,8 +39,8 @@ FOOTPRINT_SHARE = 0.02
 """Of the sparse points, left out at each side when the room's extent is found."""
 TRAINING = "training"
 POINTS_FOLDER = "points"
-DENSE_POINTS = 30_000
-"""To start training from; structure from motion leaves a tenth of it in a room."""
+OUTDOOR_POINTS = 30_000
+"""To start training from; structure from motion leaves a thousand of a street."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,7 +99,7 @@ def prepare(
     alignment = _aligned(reconstruction, work, options)
     metric = apply_alignment(reconstruction, alignment)
     if options.splats is None:
-        training = _trained(_with_more_points(metric, work, options), work, options)
+        training = _trained(_with_outdoor_points(metric, work, options), work, options)
     else:
         training = _imported(options.splats, reconstruction, alignment, work, options, renderer)
     mesh = None
@@ -198,26 +198,33 @@ def _aligned(
     )
 
 
-def _with_more_points(
+def _with_outdoor_points(
     metric: Reconstruction, work: WorkFolder, options: PrepareOptions
 ) -> Reconstruction:
     """Only what is trained sees them: scale, floor and footprint rest on the sparse points."""
+    every = PRESETS[options.quality].held_out_every
 
     def make(folder: Path, progress: Progress) -> Reconstruction:
-        rng = np.random.default_rng(options.seed)
-        dense = with_dense_points(metric, DENSE_POINTS, rng=rng, progress=progress)
-        save_reconstruction(dense, folder / POINTS_FOLDER)
-        return dense
+        found = with_outdoor_points(
+            metric,
+            OUTDOOR_POINTS,
+            held_out_every=every,
+            rng=np.random.default_rng(options.seed),
+            progress=progress,
+        )
+        save_reconstruction(found, folder / POINTS_FOLDER)
+        return found
+
+    def detail(found: Reconstruction) -> str:
+        added = len(found.points) - len(metric.points)
+        return f"{added:,} points" if added else "none: the photos show a room"
 
     return work.run(
-        "dense points",
-        {"wanted": DENSE_POINTS, "seed": options.seed},
+        "outdoor points",
+        {"wanted": OUTDOOR_POINTS, "held_out_every": every, "seed": options.seed},
         make=make,
         load=lambda folder, progress: load_reconstruction(folder / POINTS_FOLDER),
-        detail=lambda dense: (
-            f"{len(dense.points) - len(metric.points):,} points beside the {len(metric.points):,} "
-            "sparse ones"
-        ),
+        detail=detail,
     )
 
 

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -6,7 +8,7 @@ from scenes.cameras import Pinhole
 from scenes.frames import look_at
 from scenes.mesh import TexturedMesh
 from scenes.pose import Pose
-from scenes.prepare.dense_points import with_dense_points
+from scenes.prepare.outdoor_points import with_outdoor_points
 from scenes.prepare.reconstruction import Reconstruction, View
 
 CAMERA = Pinhole.from_fov(288, 216, 1.2)
@@ -20,7 +22,7 @@ def wall(rng, speckled, corners):
 
 @pytest.fixture(scope="module")
 def street(raycast, speckled, tmp_path_factory):
-    """A speckled wall at y = 4 and floor at z = 0 under a plain blue sky, from five places."""
+    """A speckled wall at y = 4 and floor at z = 0 under a blue sky, from the way towards it."""
     rng = np.random.default_rng(3)
     meshes = [
         (wall(rng, speckled, [(-4, 4, 0), (4, 4, 0), (4, 4, 2.2), (-4, 4, 2.2)]), Pose.identity()),
@@ -28,8 +30,10 @@ def street(raycast, speckled, tmp_path_factory):
     ]
     folder = tmp_path_factory.mktemp("street")
     views = []
-    for k in range(5):
-        pose = look_at(np.array([0.3 * k - 0.6, -0.5, 1.5]), np.array([0.1 * k, 4.0, 1.4]))
+    for k in range(6):
+        pose = look_at(
+            np.array([0.1 * k - 0.3, 0.35 * k - 1.8, 1.5]), np.array([0.1 * k, 4.0, 1.3])
+        )
         picture, depth, _ = raycast(meshes, CAMERA, pose, shade=False)
         picture[~(np.isfinite(depth) & (depth > 0))] = (90, 140, 220)
         path = folder / f"{k}.png"
@@ -48,7 +52,7 @@ def street(raycast, speckled, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def dense(street):
-    return with_dense_points(street, 5000, rng=np.random.default_rng(0))
+    return with_outdoor_points(street, 5000, held_out_every=0, rng=np.random.default_rng(0))
 
 
 def test_new_points_lie_on_what_the_photos_show(street, dense):
@@ -76,7 +80,7 @@ def test_sparse_points_come_first_and_the_limit_holds(street, dense):
 
 
 def test_the_same_seed_gives_the_same_points(street, dense):
-    again = with_dense_points(street, 5000, rng=np.random.default_rng(0))
+    again = with_outdoor_points(street, 5000, held_out_every=0, rng=np.random.default_rng(0))
     assert np.array_equal(again.points, dense.points)
 
 
@@ -87,4 +91,37 @@ def test_photos_without_points_are_left_as_they_are(street):
         np.zeros((0, 3), dtype=np.uint8),
         np.zeros(0, dtype=np.float32),
     )
-    assert with_dense_points(bare, 5000, rng=np.random.default_rng(0)) is bare
+    assert with_outdoor_points(bare, 5000, held_out_every=0, rng=np.random.default_rng(0)) is bare
+
+
+def test_photos_from_the_side_are_left_to_stereo(street):
+    """And the sky is the same from everywhere."""
+    aside = tuple(
+        View(
+            view.name,
+            view.image,
+            view.camera,
+            look_at(np.array([x, -1.0, 1.5]), np.array([x, 4.0, 1.4])),
+        )
+        for view, x in zip(street.views, np.linspace(-1, 1, 6), strict=True)
+    )
+    room = Reconstruction(aside, street.points, street.colours, street.errors_px)
+    found = with_outdoor_points(room, 5000, held_out_every=0, rng=np.random.default_rng(0))
+    new = found.points[len(street.points) :]
+    assert (np.linalg.norm(new, axis=1) > 15.0).all()
+
+
+def test_views_kept_aside_have_no_say(street, tmp_path):
+    spoilt = tmp_path / "noise.png"
+    noise = np.random.default_rng(0).integers(0, 256, (216, 288, 3), dtype=np.uint8)
+    cv2.imwrite(str(spoilt), noise)
+    views = tuple(
+        View(v.name, spoilt, v.camera, v.world_from_camera) if k % 3 == 2 else v
+        for k, v in enumerate(street.views)
+    )
+    changed = Reconstruction(views, street.points, street.colours, street.errors_px)
+    a, b = (
+        with_outdoor_points(r, 5000, held_out_every=3, rng=np.random.default_rng(0))
+        for r in (street, changed)
+    )
+    assert np.array_equal(a.points, b.points)

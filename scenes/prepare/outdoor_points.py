@@ -1,13 +1,15 @@
-"""Points between the points: where structure from motion left few, splats need more to start from.
+"""Points for what the trainer's stereo cannot see: the way ahead, and the sky.
 
-Each photo is compared with a few neighbours over planes at growing distance (plane sweep, Collins
-1996, with normalised cross-correlation); a distance counts if another photo's agrees with it. What
-is blue above the horizon is sky: it is put on a far dome, or splats near the cameras would have to
-paint it.
+Photos taken in the direction of walking cannot be turned until their rows agree. Here each is
+compared with a few neighbours over planes at growing distance (plane sweep, Collins 1996, with
+normalised cross-correlation); a distance counts if another photo's agrees with it. What is blue
+above the horizon is sky: it is put on a far dome, or splats near the cameras would have to paint
+it. A room that is filmed from the side gets neither.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -17,9 +19,11 @@ from numpy.typing import NDArray
 from scenes.cameras import Pinhole, pixel_centres
 from scenes.pose import Pose
 from scenes.prepare.progress import Progress, silent
-from scenes.prepare.reconstruction import Reconstruction
-from scenes.prepare.train.training_photos import read_photo
+from scenes.prepare.reconstruction import Reconstruction, View
+from scenes.prepare.train.training_photos import Photos, read_photo
 
+LOOKING_AHEAD = 0.75
+"""Cosine between a photo's axis and the way to the next, from which stereo sees nothing."""
 PICTURE_PX = 288
 PLANES = 64
 NEIGHBOURS = 4
@@ -57,34 +61,38 @@ class _Look:
     farthest: float
 
 
-def with_dense_points(
+def with_outdoor_points(
     metric: Reconstruction,
     wanted: int,
     *,
+    held_out_every: int,
     rng: np.random.Generator,
     progress: Progress = silent,
 ) -> Reconstruction:
-    """The reconstruction with points where photos agree about a surface, and in the sky.
+    """The reconstruction with points on the way ahead and in the sky, if it shows either.
 
     Args:
         metric: photos with poses and sparse points; world, Z up.
         wanted: points in all, at most; sparse ones come first.
+        held_out_every: of so many views one judges the training and has no say here; 0 for none.
         rng: chooses among more.
         progress: told after every photo.
 
     Raises:
-        ValueError: a photo cannot be read.
+        ValueError: a photo cannot be read, or fewer than two views are left.
     """
-    looks = _looks(metric)
+    photos = Photos(metric, held_out_every=held_out_every, longest_px=PICTURE_PX)
+    looks = _looks(metric, photos.training)
     if len(looks) < 3:
         return metric
-    partners = _partners(looks, metric.points)
-    inverse = []
-    for number, look in enumerate(looks):
-        others = [looks[k] for k in partners[number]]
-        inverse.append(_swept(look, others))
-        progress(0.9 * (number + 1) / len(looks), f"photo {number + 1} of {len(looks)}")
-    points, colours = _agreed(looks, inverse, partners)
+    points, colours = np.zeros((0, 3)), np.zeros((0, 3), dtype=np.uint8)
+    if _look_ahead(looks):
+        partners = _partners(looks, metric.points)
+        inverse = []
+        for number, look in enumerate(looks):
+            inverse.append(_swept(look, [looks[k] for k in partners[number]]))
+            progress(0.9 * (number + 1) / len(looks), f"photo {number + 1} of {len(looks)}")
+        points, colours = _agreed(looks, inverse, partners)
     sky, sky_colours = _sky(looks, metric.points)
     room = max(wanted - len(metric.points) - len(sky), 0)
     if len(points) > room:
@@ -92,6 +100,8 @@ def with_dense_points(
         points, colours = points[chosen], colours[chosen]
     added = len(points) + len(sky)
     progress(1.0, f"{added:,} points")
+    if not added:
+        return metric
     return Reconstruction(
         metric.views,
         np.concatenate([metric.points, points, sky]),
@@ -100,9 +110,22 @@ def with_dense_points(
     )
 
 
-def _looks(metric: Reconstruction) -> list[_Look]:
+def _look_ahead(looks: list[_Look]) -> bool:
+    """Whether most photos look along the way to the next place that they were taken from."""
+    eyes = np.stack([look.world_from_camera.translation for look in looks])
+    axes = np.stack([look.world_from_camera.rotation[:, 2] for look in looks])
+    apart = eyes[:, None] - eyes[None]
+    distance = np.linalg.norm(apart, axis=2)
+    np.fill_diagonal(distance, np.inf)
+    nearest = distance.argmin(axis=1)
+    place = np.arange(len(looks))
+    way = apart[place, nearest] / np.maximum(distance[place, nearest], 1e-12)[:, None]
+    return float(np.median(np.abs(np.einsum("kc,kc->k", way, axes)))) > LOOKING_AHEAD
+
+
+def _looks(metric: Reconstruction, views: Sequence[View]) -> list[_Look]:
     looks = []
-    for view in metric.views:
+    for view in views:
         if not isinstance(view.camera, Pinhole):
             continue
         in_camera = view.world_from_camera.inverse() @ metric.points
