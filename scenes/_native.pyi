@@ -1,6 +1,6 @@
-"""The native crate; called through `scenes.render.native` and `scenes.render.training` only."""
+"""The native crate; called through `scenes.render.native`, `.training` and `tracking.native`."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TypedDict
 
 import numpy as np
@@ -251,3 +251,132 @@ class Trainee:
         falloff: tuple[float, float],
     ) -> _Distance:
         """One step towards `target`; `camera_from_world` is a row-major 3×4 matrix."""
+
+class TrackOutline(TypedDict):
+    """Contour points of an object; see `tracking.contour.Contour`."""
+
+    points: NDArray[np.float64]
+    normals: NDArray[np.float64]
+    inner_px: NDArray[np.float64]
+    outer_px: NDArray[np.float64]
+    colours: NDArray[np.float32]
+
+class TrackTexture(TypedDict):
+    """Texture points of an object; `correlation` of them count as one."""
+
+    points: NDArray[np.float64]
+    values: NDArray[np.float32]
+    slopes: NDArray[np.float32]
+    correlation: float
+
+class TrackProblem(TypedDict):
+    """What a pose is measured by; see `tracking.kernels.Measurement`. Poses are 3 × 4, flat."""
+
+    lens: Lens
+    focal: float
+    camera_from_world: list[float]
+    outline: TrackOutline
+    texture: TrackTexture | None
+    centre: NDArray[np.float64]
+    prior_mean: list[float]
+    prior_sigma: NDArray[np.float64]
+    prior_halo: float
+    low_pass_px: float
+    is_round: bool
+
+class TrackLayer(TypedDict):
+    """An object drawn into a rectangle of a lens picture; see `tracking.window.Layer`."""
+
+    corner: tuple[int, int]
+    size: tuple[int, int]
+    rgb: NDArray[np.float32]
+    alpha: NDArray[np.float32]
+    nearer: NDArray[np.float32]
+
+class SeenWindow:
+    """A window of a lens picture as the solver reads it; `size` is width and height."""
+
+    def __init__(
+        self,
+        live: NDArray[np.float32],
+        foreground: NDArray[np.float32],
+        own: NDArray[np.float32],
+        hidden: NDArray[np.float32],
+        size: tuple[int, int],
+    ) -> None: ...
+
+class TrackKernels:
+    """The tracker's kernels with their constants; arrays come and go C-contiguous."""
+
+    def __init__(self, constants: Mapping[str, float | tuple[float, float]]) -> None: ...
+    def change(
+        self,
+        live: NDArray[np.uint8],
+        plate: NDArray[np.float32],
+        noise: NDArray[np.float32],
+        *,
+        lens_size: tuple[int, int],
+        window: tuple[int, int, int, int],
+        shrink: int,
+        exposure: list[list[float]],
+        layers: list[TrackLayer],
+        table: NDArray[np.float32],
+    ) -> tuple[
+        NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]
+    ]:
+        """Live picture, foreground, own colours and what is hidden, flat, of a window."""
+
+    @staticmethod
+    def contour(
+        rgb: NDArray[np.float32],
+        alpha: NDArray[np.float32],
+        depth: NDArray[np.float32],
+        *,
+        lens: Lens,
+        limit: int,
+        reach_px: float,
+    ) -> tuple[
+        NDArray[np.float64],
+        NDArray[np.float64],
+        NDArray[np.float64],
+        NDArray[np.float64],
+        NDArray[np.float32],
+    ]:
+        """Points in camera axes, normals, widths inside and outside, colours, all flat."""
+
+    def refine(
+        self,
+        window: SeenWindow,
+        problem: TrackProblem,
+        start: list[float],
+        halo: float,
+        *,
+        rounds: list[tuple[float, int]],
+    ) -> tuple[list[float], float, list[float]]:
+        """A pose after Gauss-Newton, its halo and the information (7 × 7, flat)."""
+
+    def edges(
+        self,
+        window: SeenWindow,
+        problem: TrackProblem,
+        pose: list[float],
+        halo: float,
+        *,
+        reach_px: float,
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_]]:
+        """Distance, its standard deviation, found and hidden of the edge at every contour point."""
+
+    @staticmethod
+    def exposure(
+        plate: NDArray[np.float64],
+        radius2: NDArray[np.float64],
+        seen: NDArray[np.float64],
+        rounds: int,
+    ) -> tuple[float, float, float]:
+        """Gain, falloff and offset of one channel."""
+
+    @staticmethod
+    def patch_means(
+        live: NDArray[np.uint8], corners: NDArray[np.int64], side: int
+    ) -> NDArray[np.float32]:
+        """Mean RGB, 0..1, flat, of squares whose left and top are in `corners`."""

@@ -50,6 +50,13 @@ LIFTED_M = 0.015
 """A small object nearer than the first to a support is first taken to stand on it, nearer than the
 second perhaps."""
 
+REST_RADIUS_M = 0.01
+"""A resting object that is found farther from its place may be in somebody's hands."""
+
+JUMP_M = 0.08
+FASTEST_M_S = 2.0
+"""An object may be this far from its prediction, and so much farther per second unseen."""
+
 RESTING_SIGMA_M = 0.012
 RESTING_SIGMA_RAD = math.radians(1.5)
 MOVING_SIGMA_M = 0.10
@@ -100,6 +107,14 @@ def measure(task: Task, evidence: Evidence, predicted_world_from_object: Pose) -
     beliefs = priors(task, predicted_world_from_object)
     quick = TRACKING_REACHES if task.track.missed_frames == 0 else COLD_REACHES
     best = _try(task, evidence, predicted_world_from_object, beliefs[0], reaches_px=quick)
+    best_belief = beliefs[0]
+    if len(beliefs) > 1 and _has_left(task, best):
+        # What is carried looks like something that slides along its support, and the other way
+        # round: both are tried, and the likelier one is taken.
+        other = _try(task, evidence, predicted_world_from_object, beliefs[1], reaches_px=quick)
+        wide = max(beliefs, key=lambda belief: belief.sigma[2])
+        if _surprise(other, beliefs[1], wide) < _surprise(best, best_belief, wide):
+            best, best_belief = other, beliefs[1]
     if _is_convincing(best) or best.covered_fraction > 0.5:
         return best
     # Not where it was expected: slide it there first, then try other yaws too.
@@ -115,10 +130,42 @@ def measure(task: Task, evidence: Evidence, predicted_world_from_object: Pose) -
             other = _try(task, evidence, start, wide, reaches_px=reaches, slide=True)
             if free and not _is_lifted(task, other.world_from_object):
                 continue
+            if not _is_reachable(task, predicted_world_from_object, other):
+                continue
             margin = 0.06 if is_believable(best) else 0.02
-            if _worth(other, belief) > _worth(best, beliefs[0]) + margin:
-                best = other
+            if _worth(other, belief) > _worth(best, best_belief) + margin:
+                best, best_belief = other, belief
     return best
+
+
+def _has_left(task: Task, fit: Fit) -> bool:
+    """Whether an object is not simply where it rested."""
+    if task.track.state is not TrackState.STATIC or task.track.missed_frames > 0:
+        return True
+    apart = fit.world_from_object.translation - task.track.world_from_object.translation
+    return float(np.linalg.norm(apart)) > REST_RADIUS_M
+
+
+def _surprise(fit: Fit, belief: Prior, wide: Prior) -> float:
+    """-2 log likelihood of a fit under a belief, up to what all beliefs share.
+
+    Args:
+        fit: the solution.
+        belief: it was found with; its height counts.
+        wide: the widest belief; its place and yaw count, whatever was believed.
+    """
+    found = pose_vector(fit.world_from_object)
+    apart = (found - wide.mean) / wide.sigma
+    apart[3] = wrap_angle(float(found[3] - wide.mean[3])) / wide.sigma[3]
+    apart[2] = (found[2] - belief.mean[2]) / belief.sigma[2]
+    return fit.misfit + float(apart @ apart) + 2.0 * math.log(belief.sigma[2])
+
+
+def _is_reachable(task: Task, predicted_world_from_object: Pose, fit: Fit) -> bool:
+    """Whether people can have moved an object there since it was seen last."""
+    apart = fit.world_from_object.translation - predicted_world_from_object.translation
+    elapsed = (task.scene.frame.t_ns - task.track.motion.t_ns) * 1e-9
+    return float(np.linalg.norm(apart)) < JUMP_M + FASTEST_M_S * elapsed
 
 
 def is_doubtful(task: Task, fit: Fit) -> bool:

@@ -19,7 +19,7 @@ Points = NDArray[np.float64]
 HALF = 0.5
 """Alpha of the silhouette."""
 
-REACH_PX = 6
+REACH_PX = 6.0
 """How far from the contour the width of a part and of the gap beside it is looked at."""
 
 
@@ -64,7 +64,12 @@ class Texture:
 
 
 def contour_points(
-    drawn: Rendering, camera: Pinhole | Fisheye, object_from_camera: Pose, *, limit: int
+    drawn: Rendering,
+    camera: Pinhole | Fisheye,
+    object_from_camera: Pose,
+    *,
+    limit: int,
+    reach_px: float = REACH_PX,
 ) -> Contour:
     """Sub-pixel crossings of alpha = ½, lifted to 3D by the drawn depth.
 
@@ -75,6 +80,7 @@ def contour_points(
         camera: it was drawn with.
         object_from_camera: inverse of the pose it was drawn at.
         limit: keep about this many points, evenly.
+        reach_px: how far parts and gaps are measured.
     """
     alpha = drawn.alpha
     slope_x, slope_y = _blurred_slopes(alpha)
@@ -87,8 +93,8 @@ def contour_points(
         chosen = order[np.linspace(0, len(order) - 1, limit).astype(int)]
         pixels, inside, normals = pixels[chosen], inside[chosen], normals[chosen]
     depth = drawn.depth[inside[:, 1], inside[:, 0]].astype(np.float64)
-    inner = _run_length(alpha, pixels, -normals, inside=True)
-    outer = _run_length(alpha, pixels, normals, inside=False)
+    inner = _run_length(alpha, pixels, -normals, reach_px, inside=True)
+    outer = _run_length(alpha, pixels, normals, reach_px, inside=False)
     points = object_from_camera @ lift(camera, pixels, depth)
     deep = pixels - normals * np.minimum(0.5 * inner, 2.0)[:, None]
     covered = np.maximum(sample(alpha, deep), 0.3)
@@ -188,10 +194,12 @@ def _crossings(
     return pixels[good], inside[good], normals
 
 
-def _run_length(alpha: FloatArray, pixels: Points, heading: Points, *, inside: bool) -> Points:
-    """(N,) pixels one can go along a heading before alpha crosses ½ again, at most `REACH_PX`."""
-    steps = np.arange(0.75, REACH_PX + 0.01, 0.5)
+def _run_length(
+    alpha: FloatArray, pixels: Points, heading: Points, reach_px: float, *, inside: bool
+) -> Points:
+    """(N,) pixels one can go along a heading before alpha crosses ½ again, at most a reach."""
+    steps = np.arange(0.75, reach_px + 0.01, 0.5)
     path = sample(alpha, pixels[:, None, :] + steps[None, :, None] * heading[:, None, :])
     left = (path < HALF) if inside else (path > HALF)
-    first = np.where(left.any(axis=1), steps[np.argmax(left, axis=1)], REACH_PX)
+    first = np.where(left.any(axis=1), steps[np.argmax(left, axis=1)], reach_px)
     return np.maximum(first - 0.25, 1.0)

@@ -6,7 +6,7 @@ object), `tracking.observe` (edges and texture), `tracking.reference` (Gauss-New
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -17,12 +17,12 @@ from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
 from scenes.render.native import lens_of
 from scenes.render.renderer import Rendering
-from tracking import background, contour, observe
+from tracking import background, observe
 from tracking.contour import Contour, Texture
 from tracking.native import SeenWindow, TrackKernels
 
 if TYPE_CHECKING:
-    from scenes._native import TrackProblem
+    from tracking.native import TrackProblem
 
 Points = NDArray[np.float64]
 
@@ -50,11 +50,9 @@ KERNELS = TrackKernels(
         "edge_sigma_px": observe.EDGE_SIGMA_PX,
         "coarse_sigma_px": observe.COARSE_SIGMA_PX,
         "faint_contrast": observe.FAINT_CONTRAST,
-        "low_pass_px": observe.LOW_PASS_PX,
         "contour_correlation": observe.CONTOUR_CORRELATION,
         "texture_sigma": observe.TEXTURE_SIGMA,
         "texture_cutoff": observe.TEXTURE_CUTOFF,
-        "run_reach_px": contour.REACH_PX,
     }
 )
 
@@ -73,6 +71,7 @@ class Measurement:
         prior_mean: pose believed before looking.
         prior_sigma: (7,) standard deviations: shift, turn about the world's axes, halo.
         prior_halo_m: halo believed before looking.
+        low_pass_px: by how much the drawing widened the outline.
         is_round: yaw cannot be seen.
     """
 
@@ -85,6 +84,7 @@ class Measurement:
     prior_mean: Pose
     prior_sigma: Points
     prior_halo_m: float
+    low_pass_px: float
     is_round: bool
 
     def request(self) -> TrackProblem:
@@ -115,6 +115,7 @@ class Measurement:
             "prior_mean": rows_of(self.prior_mean),
             "prior_sigma": self.prior_sigma,
             "prior_halo": self.prior_halo_m,
+            "low_pass_px": self.low_pass_px,
             "is_round": self.is_round,
         }
 
@@ -143,11 +144,16 @@ def refined(
 
 
 def contour_of(
-    drawn: Rendering, camera: Fisheye | Pinhole, object_from_camera: Pose, *, limit: int
+    drawn: Rendering,
+    camera: Fisheye | Pinhole,
+    object_from_camera: Pose,
+    *,
+    limit: int,
+    reach_px: float,
 ) -> Contour:
     """`tracking.contour.contour_points`, natively."""
     points, normals, inner, outer, colours = KERNELS.contour(
-        drawn.rgb, drawn.alpha, drawn.depth, lens=lens_of(camera), limit=limit
+        drawn.rgb, drawn.alpha, drawn.depth, lens=lens_of(camera), limit=limit, reach_px=reach_px
     )
     return Contour(
         np.ascontiguousarray(object_from_camera @ points.reshape(-1, 3)),
@@ -167,6 +173,3 @@ def pose_of(rows: Sequence[float]) -> Pose:
     """Inverse of `rows_of`."""
     matrix = np.array(rows).reshape(3, 4)
     return Pose(matrix[:, :3], matrix[:, 3])
-
-
-Request = Mapping[str, object]

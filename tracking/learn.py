@@ -9,16 +9,17 @@ are not.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from devices.messages import Frame
-from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
 from tracking.background import Exposure, Plates, plate_noise
 from tracking.pictures import box_blurred, resized
+from tracking.window import Layer
 
 FloatArray = NDArray[np.float32]
 
@@ -41,62 +42,123 @@ SHRINK = 4
 BLEND = 0.25
 """Share of the live picture in a pixel that was learned before."""
 
+BANDS = 12
+"""A lens is learned in so many bands, one at a time."""
+
+MARGIN_SIDE = 1 / 90
+"""Rows beside a band that are looked at with it, as a share of the lens picture's side."""
+
 ROUGH_SIDE = 1 / 24
 """Surroundings over which the roughness of pixels not yet learned is estimated."""
+
+
+@dataclass(frozen=True, slots=True)
+class Band:
+    """Whole rows of one lens's picture.
+
+    Attributes:
+        lens: index of the lens.
+        top: first row.
+        bottom: row after the last.
+    """
+
+    lens: int
+    top: int
+    bottom: int
+
+
+def whole_lens(index: int, height_px: int) -> Band:
+    """All rows of a lens."""
+    return Band(index, 0, height_px)
+
+
+def band_of(turn: int, heights_px: Sequence[int]) -> Band:
+    """The band whose turn it is: every lens from top to bottom, one lens after the other."""
+    lens, part = divmod(turn % (BANDS * len(heights_px)), BANDS)
+    height = heights_px[lens]
+    return Band(lens, height * part // BANDS, height * (part + 1) // BANDS)
 
 
 def learn(
     plates: Plates,
     frame: Frame,
     exposures: Sequence[Exposure],
-    objects: Sequence[PosedSplats],
-    renderer: Renderer,
-    *,
-    lenses: Sequence[int],
+    taken: Sequence[Layer],
+    band: Band,
 ) -> Plates:
-    """The plates with what this frame shows of the room.
+    """The plates with what this frame shows of the room in a band.
 
     Args:
         plates: so far.
         frame: live pictures.
         exposures: one per lens, of this frame.
-        objects: movable objects where they are believed to be; nothing is learned there.
-        renderer: draws splats.
-        lenses: which lenses to learn from.
+        taken: movable objects as drawn into the band's lens; nothing is learned there.
+        band: what to learn from.
     """
     images, noise, learned = list(plates.images), list(plates.noise), list(plates.learned)
-    for index in lenses:
-        camera = frame.rig.lenses[index]
-        world_from_lens = plates.world_from_rig @ frame.rig.rig_from_lens[index]
-        taken = np.zeros((camera.height_px, camera.width_px), np.uint8)
-        if objects:
-            drawn = renderer.render(objects, camera, world_from_lens, RenderOptions())
-            side = 2 * max(1, round(KEEP_AWAY_SIDE * camera.width_px)) + 1
-            taken = cv2.dilate((drawn.alpha > 0.05).astype(np.uint8), np.ones((side, side)))
-        images[index], noise[index], learned[index] = _learn_lens(
-            frame.images[index],
-            images[index],
-            learned[index],
-            exposures[index],
-            usable=(taken == 0) & (plates.coverage[index] > 0.5),
-        )
+    index = band.lens
+    height, width = images[index].shape[:2]
+    margin = max(SHRINK, round(MARGIN_SIDE * width)) // SHRINK * SHRINK
+    top = max(band.top - margin, 0) // SHRINK * SHRINK
+    bottom = min(band.bottom + margin, height)
+    rows = slice(top, bottom)
+    free = _free_of(taken, rows, width)
+    image, rough, known = _learn_rows(
+        frame.images[index][rows],
+        images[index][rows],
+        learned[index][rows],
+        exposures[index],
+        usable=free & (plates.coverage[index][rows] > 0.5),
+        radius2=_radius2(height, width)[rows],
+    )
+    inner = slice(band.top - top, band.bottom - top)
+    for pictures, part in ((images, image), (noise, rough), (learned, known)):
+        pictures[index] = _with_rows(pictures[index], part[inner], band)
     return replace(plates, images=tuple(images), noise=tuple(noise), learned=tuple(learned))
 
 
-def _learn_lens(
+def _with_rows(picture: NDArray[Any], part: NDArray[Any], band: Band) -> NDArray[Any]:
+    if band.top == 0 and band.bottom == len(picture):
+        return part
+    changed = picture.copy()
+    changed[band.top : band.bottom] = part
+    return changed
+
+
+def _free_of(taken: Sequence[Layer], rows: slice, width: int) -> NDArray[np.bool_]:
+    """(rows, W) bool: away from all drawn objects."""
+    shown = np.zeros((rows.stop - rows.start, width), np.uint8)
+    for layer in taken:
+        first, last = max(layer.top, rows.start), min(layer.top + len(layer.alpha), rows.stop)
+        if first < last:
+            drawn = layer.alpha[first - layer.top : last - layer.top] > 0.05
+            part = shown[first - rows.start : last - rows.start, layer.left :]
+            part = part[:, : drawn.shape[1]]
+            np.maximum(part, drawn, out=part)
+    side = 2 * max(1, round(KEEP_AWAY_SIDE * width)) + 1
+    return cv2.dilate(shown, np.ones((side, side))) == 0
+
+
+def _radius2(height: int, width: int) -> FloatArray:
+    """(H, W) squared distance from the centre, 1 at the border."""
+    x = ((np.arange(width, dtype=np.float32) + 0.5) / width - 0.5) * 2
+    y = ((np.arange(height, dtype=np.float32) + 0.5) / height - 0.5) * 2
+    return x[None, :] ** 2 + y[:, None] ** 2
+
+
+def _learn_rows(
     live: NDArray[np.uint8],
     plate: FloatArray,
     learned: NDArray[np.bool_],
     exposure: Exposure,
     *,
     usable: NDArray[np.bool_],
+    radius2: FloatArray,
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """New plate, noise and learned mask of one lens."""
+    """New plate, noise and learned mask of some rows of one lens."""
     height, width = plate.shape[:2]
-    x = ((np.arange(width, dtype=np.float32) + 0.5) / width - 0.5) * 2
-    y = ((np.arange(height, dtype=np.float32) + 0.5) / height - 0.5) * 2
-    radius2 = (x[None, :] ** 2 + y[:, None] ** 2)[..., None]
-    gain = exposure.gain.astype(np.float32) + radius2 * exposure.falloff.astype(np.float32)
+    falloff = radius2[..., None] * exposure.falloff.astype(np.float32)
+    gain = exposure.gain.astype(np.float32) + falloff
     neutral = (live.astype(np.float32) / 255.0 - exposure.offset.astype(np.float32)) / gain
     residual = neutral - plate
     small = (width // SHRINK, height // SHRINK)
@@ -109,11 +171,12 @@ def _learn_lens(
     share = np.where(learned, np.float32(BLEND), np.float32(1.0)) * take
     plate = plate + residual * share[..., None]
     known = learned | take
-    speckle = np.abs(small_residual - mean_residual).mean(axis=2)
-    taken = cv2.resize(take.astype(np.uint8), small, interpolation=cv2.INTER_NEAREST) > 0
-    rough = cv2.resize(_roughness(speckle, taken), (width, height))
     noise = plate_noise(plate)
-    noise = np.where(known, noise, np.maximum(noise, rough))
+    if not known.all():
+        speckle = np.abs(small_residual - mean_residual).mean(axis=2)
+        taken = cv2.resize(take.astype(np.uint8), small, interpolation=cv2.INTER_NEAREST) > 0
+        rough = cv2.resize(_roughness(speckle, taken), (width, height))
+        noise = np.where(known, noise, np.maximum(noise, rough))
     return plate, noise.astype(np.float32), known
 
 

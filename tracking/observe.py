@@ -58,16 +58,13 @@ FAINT_CONTRAST = 0.07
 """Colour steps fainter than this leave an edge where the foreground put it."""
 
 TEXTURE_SIGMA = 0.07
-TEXTURE_CORRELATION = 1.0
+TEXTURE_CORRELATION = 3.0
 PLAIN_CORRELATION = 4.0
-CONTOUR_CORRELATION = 2.0
+CONTOUR_CORRELATION = 3.0
 """Neighbouring points share their noise: so many of them count as one."""
 
 TEXTURE_CUTOFF = 3.0
 """Tukey's constant for texture, in standard deviations."""
-
-LOW_PASS_PX = 0.4
-"""The renderer's low-pass filter and the alpha of overlapping splats widen a silhouette by this."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -216,9 +213,9 @@ def measure_texture(
     jacobian = np.einsum("nci,nij->ncj", slopes, by_pose)
     shared = TEXTURE_CORRELATION if textured else PLAIN_CORRELATION
     weight = np.repeat(usable.astype(np.float64), 3) / (3.0 * shared)
-    return Rows(
-        jacobian.reshape(-1, 6) / TEXTURE_SIGMA, -residual.reshape(-1) / TEXTURE_SIGMA, weight
-    )
+    # Light and blur that no gain explains: what matches badly counts for little.
+    sigma = max(TEXTURE_SIGMA, 1.5 * float(np.median(np.abs(residual[usable]))))
+    return Rows(jacobian.reshape(-1, 6) / sigma, -residual.reshape(-1) / sigma, weight)
 
 
 def _coarse_edges(

@@ -15,7 +15,6 @@ from tracking.colours import BINS, ColourModel
 from tracking.evidence import Evidence
 from tracking.kernels import Measurement
 from tracking.observe import (
-    LOW_PASS_PX,
     TEXTURE_CUTOFF,
     Rows,
     measure_contour,
@@ -162,7 +161,7 @@ def _step(
         measurement.outline,
         world_from_object,
         reach_px=reach_px,
-        offset_px=LOW_PASS_PX + halo_m * scale,
+        offset_px=measurement.low_pass_px + halo_m * scale,
     )
     # A wider halo puts the drawn edge closer to the seen one.
     outline = np.column_stack([edges.rows.jacobian, -scale / edges.sigma_px])

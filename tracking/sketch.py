@@ -6,23 +6,28 @@ same side, at about the same size: then nothing has to be drawn.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from scenes.cameras import Fisheye
 from scenes.pose import Pose, rotation_angle
 from scenes.render.renderer import Renderer, Rendering
-from tracking.contour import Contour, Texture, lift, texture_points
+from tracking.contour import REACH_PX, Contour, Texture, lift, sample, texture_points
 from tracking.evidence import Evidence
 from tracking.kernels import contour_of
 from tracking.model import RENDER_OPTIONS, TrackModel
-from tracking.pictures import bell_blurred
+from tracking.pictures import bell_blurred, resized
 
 FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]
 
 CONTOUR_POINTS = 260
+LEAST_POINTS = 40
+AROUND_PX2 = 25.0
+"""A contour is about this times as long, squared, as the silhouette is large: a point a pixel."""
+
 TEXTURE_POINTS = 400
 SURFACE_POINTS = 360
 LEAST_SLOPE = 0.012
@@ -34,6 +39,14 @@ SCALED = 0.03
 
 LEAST_AREA_PX = 12
 
+DEEP_PX = 2.0
+"""The colour inside a contour is taken this far from it."""
+
+DRAWN_RADIUS_PX = 120
+MOST_FINER = 4
+"""Small objects are drawn finer than they are seen, up to so many times: at a few pixels the many
+splats of each widen the silhouette by a pixel."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sketch:
@@ -43,6 +56,7 @@ class Sketch:
         camera_from_object: from where it was drawn.
         lens: index of the lens it was drawn for.
         shrink: of the window it was drawn in.
+        finer: pixels it was drawn with, each way, per pixel of the window.
         contour: silhouette points.
         texture: surface points with structure.
         surface: (N, 3) points evenly over the silhouette, in the object's frame.
@@ -53,6 +67,7 @@ class Sketch:
     camera_from_object: Pose
     lens: int
     shrink: int
+    finer: int
     contour: Contour
     texture: Texture
     surface: Points
@@ -91,9 +106,24 @@ def sketched(
     model: TrackModel, world_from_object: Pose, evidence: Evidence, renderer: Renderer
 ) -> Sketch:
     """Draw an object at a pose and pick its points."""
-    drawn = draw(model, world_from_object, evidence, renderer)
-    camera = evidence.camera
     object_from_camera = world_from_object.inverse() @ evidence.world_from_camera
+    camera = evidence.camera
+    radius_px = camera.f_px * model.radius_m / max(evidence.view.target_range_m, model.radius_m)
+    finer = int(np.clip(np.ceil(DRAWN_RADIUS_PX / radius_px), 1, MOST_FINER))
+    fine = camera.resized(camera.width_px * finer, camera.height_px * finer)
+    posed = model.splats_at(world_from_object)
+    drawn = renderer.render((posed,), fine, evidence.world_from_camera, RENDER_OPTIONS)
+    around_px = int(np.sqrt(AROUND_PX2 * float((drawn.alpha > 0.5).sum()))) // finer
+    contour = contour_of(
+        drawn,
+        fine,
+        object_from_camera,
+        limit=int(np.clip(around_px, LEAST_POINTS, CONTOUR_POINTS)),
+        reach_px=REACH_PX * finer,
+    )
+    drawn = _shrunk(drawn, finer)
+    if finer > 1:
+        contour = _as_seen(contour, drawn, camera, object_from_camera, finer)
     picture = bell_blurred(drawn.rgb, TEXTURE_BLUR_PX, 3)
     texture = texture_points(
         drawn,
@@ -114,9 +144,37 @@ def sketched(
         camera_from_object=object_from_camera.inverse(),
         lens=evidence.view.lens,
         shrink=evidence.view.shrink,
-        contour=contour_of(drawn, camera, object_from_camera, limit=CONTOUR_POINTS),
+        finer=finer,
+        contour=contour,
         texture=texture,
         surface=object_from_camera @ lift(camera, pixels, depth),
         colours=picture[rows, columns] / drawn.alpha[rows, columns, None],
         area_px=area,
     )
+
+
+def _shrunk(drawn: Rendering, finer: int) -> Rendering:
+    """The picture at the window's own pixels: what a lens makes of it."""
+    if finer == 1:
+        return drawn
+    height, width = drawn.alpha.shape
+    size = (width // finer, height // finer)
+    alpha = resized(drawn.alpha, size)
+    depth = resized(drawn.depth * drawn.alpha, size) / np.maximum(alpha, 1e-6)
+    return Rendering(resized(drawn.rgb, size), alpha, np.asarray(depth, dtype=np.float32))
+
+
+def _as_seen(
+    contour: Contour,
+    drawn: Rendering,
+    camera: Fisheye,
+    object_from_camera: Pose,
+    finer: int,
+) -> Contour:
+    """A contour found in a finer drawing, with the widths and colours that the window shows."""
+    inner_px, outer_px = contour.inner_px / finer, contour.outer_px / finer
+    pixels, _ = camera.project(object_from_camera.inverse() @ contour.points)
+    deep = pixels - contour.normals * np.minimum(0.5 * inner_px, DEEP_PX)[:, None]
+    covered = np.maximum(sample(drawn.alpha, deep), 0.3)
+    colours = np.ascontiguousarray(sample(drawn.rgb, deep) / covered[:, None])
+    return replace(contour, inner_px=inner_px, outer_px=outer_px, colours=colours)

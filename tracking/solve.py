@@ -16,6 +16,7 @@ from tracking.evidence import Evidence
 from tracking.kernels import KERNELS, Measurement, refined, rows_of
 from tracking.metrics import ROUND
 from tracking.model import TrackModel
+from tracking.observe import CONTOUR_CORRELATION
 from tracking.pictures import bell_blurred
 from tracking.sketch import LEAST_AREA_PX, TEXTURE_BLUR_PX, Sketch, draw, sketched
 from tracking.smooth import pose_vector, vector_pose
@@ -26,6 +27,8 @@ AGREE_PX = 1.6
 """An edge this near to the drawn one agrees with the pose."""
 
 JUDGE_REACH_PX = 4.0
+MISFIT_CUTOFF = 5.0
+"""Edges farther off than so many standard deviations all count alike."""
 
 GROUNDED_M = 0.015
 """A height prior at least this tight means that the object stands on something."""
@@ -37,6 +40,9 @@ LEAST_TEXTURE = 12
 
 LEVEL_SIGMA_RAD = 1e-5
 """Objects are upright: the tilt's standard deviation."""
+
+LOW_PASS_PX = 0.4
+"""The renderer's low-pass filter and the alpha of overlapping splats widen a silhouette by this."""
 
 HALO_M = 0.0025
 HALO_SIGMA_M = 0.0015
@@ -87,6 +93,7 @@ class Fit:
         world_from_object: `world_from_object`.
         covariance: (4, 4) of x, y, z, yaw.
         agreement: 0..1, share of the contour whose edge was seen where it was drawn.
+        misfit: sum of the contour's squared residuals in standard deviations, robust.
         visible_fraction: 0..1, share of the drawn silhouette that shows the object.
         covered_fraction: 0..1, share of the silhouette that shows something else in front.
         halo_m: how far the drawn contour lies outside the seen one, at the object's distance.
@@ -99,6 +106,7 @@ class Fit:
     world_from_object: Pose
     covariance: Points
     agreement: float
+    misfit: float
     visible_fraction: float
     covered_fraction: float
     halo_m: float
@@ -189,6 +197,7 @@ def _measurement(
         prior_mean=vector_pose(prior.mean),
         prior_sigma=prior.seven(),
         prior_halo_m=prior.halo_m,
+        low_pass_px=LOW_PASS_PX / sketch.finer,
         is_round=model.symmetry == ROUND,
     )
 
@@ -213,14 +222,15 @@ def judge(
         halo_m: how far the drawn contour lies outside the real one.
     """
     covariance = np.asarray(np.linalg.inv(information + 1e-9 * np.eye(5)), dtype=np.float64)
-    agreement = visible = covered = likeness = 0.0
+    agreement = misfit = visible = covered = likeness = 0.0
     if sketch.area_px >= LEAST_AREA_PX:
-        agreement = _agreement(evidence, model, world_from_object, sketch, halo_m)
+        agreement, misfit = _agreement(evidence, model, world_from_object, sketch, halo_m)
         visible, covered, likeness = _surface_shown(evidence, model, world_from_object, sketch)
     return Fit(
         world_from_object=world_from_object,
         covariance=_with_symmetry(covariance[:4, :4], model),
         agreement=agreement,
+        misfit=misfit,
         visible_fraction=visible,
         covered_fraction=covered,
         halo_m=halo_m,
@@ -233,19 +243,24 @@ def judge(
 
 def _agreement(
     evidence: Evidence, model: TrackModel, world_from_object: Pose, sketch: Sketch, halo_m: float
-) -> float:
-    """Share of the contour whose edge is where it should be."""
+) -> tuple[float, float]:
+    """Share of the contour whose edge is where it should be, and the misfit of all of it."""
     prior = Prior(pose_vector(world_from_object), np.ones(4))
     measurement = _measurement(evidence, model, prior, sketch, use_texture=False)
-    offset, _, found, hidden = KERNELS.edges(
+    offset, sigma, found, hidden = KERNELS.edges(
         evidence.seen,
         measurement.request(),
         rows_of(world_from_object),
         halo_m,
         reach_px=JUDGE_REACH_PX,
     )
+    if len(offset) == 0:
+        return 0.0, 0.0
     agrees = found & (np.abs(offset) < AGREE_PX) & ~hidden
-    return float(agrees.mean()) if len(agrees) else 0.0
+    relative = np.where(found, np.clip(np.abs(offset / sigma) / MISFIT_CUTOFF, 0.0, 1.0), 1.0)
+    # Tukey's loss, scaled to be a square near 0.
+    loss = MISFIT_CUTOFF**2 / 3 * (1.0 - (1.0 - relative**2) ** 3)
+    return float(agrees.mean()), float(loss[~hidden].sum()) / CONTOUR_CORRELATION
 
 
 def _surface_shown(

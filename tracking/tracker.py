@@ -23,17 +23,18 @@ from tracking.calibrate import Calibration, calibrate
 from tracking.evidence import Neighbour, Scene
 from tracking.follow import first_look, follow
 from tracking.layers import LayerMemo
-from tracking.learn import learn
+from tracking.learn import Band, band_of, learn, whole_lens
 from tracking.model import TrackModel, make_model
 from tracking.output import Stopwatch, TrackOutput, no_stopwatch
 from tracking.track import Task, Track, new_track, report
+from tracking.window import window_around
 
 RIG_MOVED_M = 0.02
 RIG_TURNED_RAD = np.deg2rad(0.6)
 """A marker that moved more than this means that the camera was moved, not that the marker shook."""
 
-LEARN_PERIOD = 15
-"""Frames between two looks at what has become of the room, one lens at a time."""
+LEARN_PERIOD = 5
+"""Frames between two looks at what has become of the room, a band of a lens at a time."""
 
 TURN_PERIOD = 4
 """Frames between two fresh measurements of resting objects, one object at a time."""
@@ -162,8 +163,10 @@ class Tracker:
             searched = searched or tracks[name].searched_ns == frame.t_ns
         posed = self._stopwatch()
         if state.frames and state.frames % LEARN_PERIOD == 0:
-            lens = state.frames // LEARN_PERIOD % len(frame.images)
-            rig = replace(rig, plates=self._learned(rig.plates, frame, tracks, lenses=(lens,)))
+            heights = [lens.height_px for lens in frame.rig.lenses]
+            band = band_of(state.frames // LEARN_PERIOD, heights)
+            plates = self._learned(rig.plates, frame, tracks, scene.exposures, band)
+            rig = replace(rig, plates=plates)
         objects = tuple(report(m, tracks[m.object_id], frame) for m in self._models)
         ended = self._stopwatch()
         stages = {
@@ -204,7 +207,10 @@ class Tracker:
         else:
             calibration = Calibration(nominal, np.full(6, 1e-3), 1.0, True)
         plates = render_plates(self._renderer, self._room, frame.rig, calibration.world_from_rig)
-        plates = self._learned(plates, frame, state.tracks, lenses=range(len(frame.images)))
+        exposures = _exposures(frame, plates)
+        for index, lens in enumerate(frame.rig.lenses):
+            band = whole_lens(index, lens.height_px)
+            plates = self._learned(plates, frame, state.tracks, exposures, band)
         return RigState(marker_world_from_rig, calibration, plates)
 
     def _learned(
@@ -212,16 +218,28 @@ class Tracker:
         plates: Plates,
         frame: Frame,
         tracks: Mapping[str, Track],
-        *,
-        lenses: Sequence[int],
+        exposures: tuple[Exposure, ...],
+        band: Band,
     ) -> Plates:
-        """Plates with what this frame shows of the room, away from all objects."""
-        standing = [
-            PosedSplats(m.source.splats, tracks[m.object_id].world_from_object)
-            for m in self._models
+        """Plates with what this frame shows of the room in a band, away from all objects."""
+        lens = frame.rig.lenses[band.lens]
+        taken = [
+            self._layers.layer(
+                model.object_id,
+                model.splats_at(tracks[model.object_id].world_from_object),
+                window_around(
+                    frame.rig,
+                    plates.world_from_rig,
+                    model.centre_at(tracks[model.object_id].world_from_object),
+                    radius_m=model.radius_m,
+                    lens=band.lens,
+                ),
+                lens,
+                self._renderer,
+            )
+            for model in self._models
         ]
-        exposures = _exposures(frame, plates)
-        return learn(plates, frame, exposures, standing, self._renderer, lenses=lenses)
+        return learn(plates, frame, exposures, taken, band)
 
     def _scene(self, frame: Frame, rig: RigState) -> Scene:
         exposures = _exposures(frame, rig.plates)

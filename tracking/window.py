@@ -7,8 +7,8 @@ the object is near, and its camera is the lens with another origin.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 from scenes.cameras import Fisheye, Rig
 from scenes.pose import Pose
 from scenes.warp import best_lens
+
+if TYPE_CHECKING:
+    from tracking.native import TrackLayer
 
 MARGIN = 1.55
 """Side of a window over the angular size of the object in it."""
@@ -144,7 +147,7 @@ class Layer:
     alpha: NDArray[np.float32]
     range_m: NDArray[np.float32]
 
-    def request(self, own_range_m: float) -> Mapping[str, object]:
+    def request(self, own_range_m: float) -> TrackLayer:
         """In the words of the native crate; what is nearer than a range hides what is there."""
         height, width = self.alpha.shape
         nearer = (self.range_m > 0) & (self.range_m < own_range_m)

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use crate::camera::Lens;
 use crate::python_request::{check_length, with_lens, LensRequest};
 use crate::track_change::{change, ChangeModel, Cut, Exposure, Layer, Window, BINS};
-use crate::track_contour::{contour, lifted, Drawn};
+use crate::track_contour::{contour, Drawn};
 use crate::track_edges::{EdgeModel, CHANNELS};
 use crate::track_light;
 use crate::track_picture::{filtered, gaussian, Picture};
@@ -46,11 +46,9 @@ struct Constants {
     edge_sigma_px: f64,
     coarse_sigma_px: f64,
     faint_contrast: f64,
-    low_pass_px: f64,
     contour_correlation: f64,
     texture_sigma: f64,
     texture_cutoff: f64,
-    run_reach_px: f64,
 }
 
 /// Another object drawn into a rectangle of the lens picture.
@@ -98,6 +96,7 @@ struct ProblemRequest<'py> {
     prior_mean: [f64; 12],
     prior_sigma: [f64; UNKNOWNS],
     prior_halo: f64,
+    low_pass_px: f64,
     is_round: bool,
 }
 
@@ -180,7 +179,6 @@ impl SeenWindow {
 pub struct TrackKernels {
     change: ChangeModel,
     solve: SolveModel,
-    run_reach_px: f64,
 }
 
 type ContourArrays<'py> = (
@@ -234,7 +232,7 @@ impl TrackKernels {
                     coarse_sigma_px: c.coarse_sigma_px,
                     faint_contrast: c.faint_contrast,
                 },
-                low_pass_px: c.low_pass_px,
+                low_pass_px: 0.0,
                 contour_correlation: c.contour_correlation,
                 texture_sigma: c.texture_sigma,
                 texture_cutoff: c.texture_cutoff,
@@ -242,7 +240,6 @@ impl TrackKernels {
                 focal: 1.0,
                 is_round: false,
             },
-            run_reach_px: c.run_reach_px,
         }
     }
 
@@ -307,15 +304,16 @@ impl TrackKernels {
     }
 
     /// Points (camera axes), normals, widths inside and outside, and colours of a silhouette.
-    #[pyo3(signature = (rgb, alpha, depth, *, lens, limit))]
+    #[staticmethod]
+    #[pyo3(signature = (rgb, alpha, depth, *, lens, limit, reach_px))]
     fn contour<'py>(
-        &self,
         py: Python<'py>,
         rgb: Floats<'py>,
         alpha: Floats<'py>,
         depth: Floats<'py>,
         lens: LensRequest,
         limit: usize,
+        reach_px: f64,
     ) -> PyResult<ContourArrays<'py>> {
         let (width, height) = lens.size();
         let drawn = Drawn {
@@ -334,9 +332,8 @@ impl TrackKernels {
         check_length("rgb", drawn.rgb.values, 3 * width * height)?;
         check_length("alpha", drawn.alpha.values, width * height)?;
         check_length("depth", drawn.depth, width * height)?;
-        let reach = self.run_reach_px;
         let found =
-            py.detach(|| with_lens!(&lens.lens(), lens => contour(&drawn, lens, limit, reach)));
+            py.detach(|| with_lens!(&lens.lens(), lens => contour(&drawn, lens, limit, reach_px)));
         Ok((
             PyArray1::from_vec(py, found.points.into_flattened()),
             PyArray1::from_vec(py, found.normals.into_flattened()),
@@ -402,23 +399,6 @@ impl TrackKernels {
             PyArray1::from_iter(py, found.iter().map(|edge| edge.found)),
             PyArray1::from_iter(py, found.iter().map(|edge| edge.covered || edge.foreign)),
         ))
-    }
-
-    /// Points in camera axes of pixels and their depths; three values each.
-    #[staticmethod]
-    fn lift<'py>(
-        py: Python<'py>,
-        pixels: Doubles<'py>,
-        depth: Doubles<'py>,
-        lens: LensRequest,
-    ) -> PyResult<Flat<'py, f64>> {
-        let (pixels, depth) = (pixels.as_slice()?, depth.as_slice()?);
-        check_length("pixels", pixels, 2 * depth.len())?;
-        let points: Vec<[f64; 3]> = with_lens!(&lens.lens(), lens => {
-            let pairs = pixels.chunks_exact(2).zip(depth);
-            pairs.map(|(p, depth)| lifted(lens, [p[0], p[1]], *depth)).collect()
-        });
-        Ok(PyArray1::from_vec(py, points.into_flattened()))
     }
 
     /// Gain, falloff and offset of one channel.
@@ -525,6 +505,7 @@ impl<'a> PlainProblem<'a> {
         let mut model = SolveModel {
             focal: request.focal,
             is_round: request.is_round,
+            low_pass_px: request.low_pass_px,
             ..*model
         };
         let mut texture = None;

@@ -268,16 +268,23 @@ impl<L: Lens> Problem<'_, L> {
             return;
         }
         let (gain, level) = gain_and_level(&drawn, &seen);
+        let apart: Vec<[f64; 3]> = drawn
+            .iter()
+            .zip(&seen)
+            .map(|(d, s)| std::array::from_fn(|k| gain * d[k] + level[k] - s[k]))
+            .collect();
+        let sizes: Vec<f64> = apart.iter().flatten().map(|apart| apart.abs()).collect();
+        // Light and blur that no gain explains: what matches badly counts for little.
+        let sigma = self.model.texture_sigma.max(1.5 * median(&sizes));
         let share = 1.0 / (3.0 * self.model.texture_correlation);
         for (row, (k, by_pose)) in used.iter().enumerate() {
             for channel in 0..3 {
                 let slope = &texture.slopes[6 * k + 2 * channel..][..2];
                 let [sx, sy] = [0, 1].map(|axis| gain * f64::from(slope[axis]));
-                let apart = gain * drawn[row][channel] + level[channel] - seen[row][channel];
-                let residual = apart / self.model.texture_sigma;
+                let residual = apart[row][channel] / sigma;
                 let jacobian = std::array::from_fn(|i| match i {
                     6 => 0.0,
-                    _ => (sx * by_pose[0][i] + sy * by_pose[1][i]) / self.model.texture_sigma,
+                    _ => (sx * by_pose[0][i] + sy * by_pose[1][i]) / sigma,
                 });
                 sums.add(
                     &jacobian,

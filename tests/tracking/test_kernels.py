@@ -1,0 +1,277 @@
+"""The native kernels of the tracker against their readable twins."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scenes.cameras import Fisheye, Pinhole, Rig
+from scenes.frames import FRONT_FROM_BACK_LENS, look_at
+from scenes.pose import Pose, rotation_angle, rotation_from_vector
+from scenes.render.native import NativeRenderer
+from scenes.render.renderer import PosedSplats, RenderOptions
+from scenes.splats import SplatCloud
+from tracking import reference
+from tracking.background import Exposure
+from tracking.colours import ColourModel
+from tracking.contour import contour_points, texture_points
+from tracking.evidence import Evidence
+from tracking.kernels import KERNELS, Measurement, SeenWindow, contour_of, refined, rows_of
+from tracking.observe import measure_contour, projection
+from tracking.pictures import bell_blurred
+from tracking.window import Layer, window_around
+
+LENS = Fisheye.from_fov(480, math.radians(200))
+DISTORTED = replace(LENS, f_px=0.9 * LENS.f_px, distortion=(0.02, -0.01, 0.002, 0.0))
+RIG = Rig((LENS, LENS), (Pose.identity(), FRONT_FROM_BACK_LENS))
+CHAIR = np.array([0.0, 0.0, 0.4])
+
+
+def brick(rng, count=1500):
+    """A brick of splats, each face in its own colours."""
+    axis, side = rng.integers(0, 3, count), rng.choice([-1.0, 1.0], count)
+    means = rng.uniform(-1, 1, (count, 3))
+    means[np.arange(count), axis] = side
+    colours = (
+        0.3 + 0.2 * axis[:, None] * np.array([1.0, 0.4, -0.5]) + rng.normal(0, 0.1, (count, 3))
+    )
+    scales = np.full((count, 3), 0.02)
+    return SplatCloud(
+        (means * np.array([0.3, 0.2, 0.4]) + CHAIR).astype(np.float32),
+        scales.astype(np.float32),
+        np.tile(np.array([1, 0, 0, 0], np.float32), (count, 1)),
+        np.full(count, 0.9, np.float32),
+        ((colours - 0.5) / 0.2821).astype(np.float32)[:, None, :],
+    )
+
+
+@pytest.fixture(scope="module", params=[LENS, DISTORTED], ids=["equidistant", "distorted"])
+def seen(request):
+    """A window with a brick in front of noise, and what was drawn."""
+    rng = np.random.default_rng(4)
+    rig = Rig((request.param, request.param), (Pose.identity(), FRONT_FROM_BACK_LENS))
+    world_from_rig = look_at(np.array([2.0, 0.3, 1.2]), np.array([0.0, 0.5, 0.4]))
+    world_from_object = Pose.from_yaw(0.4, (0.0, 0.0, 0.0))
+    window = window_around(rig, world_from_rig, world_from_object @ CHAIR, radius_m=0.6)
+    drawn = NativeRenderer().render(
+        (PosedSplats(brick(rng), world_from_object),),
+        window.camera,
+        window.world_from_camera,
+        RenderOptions(antialias=True),
+    )
+    alpha = drawn.alpha[..., None]
+    room = rng.uniform(0.55, 0.75, drawn.rgb.shape)
+    noise = rng.normal(0, 0.02, drawn.rgb.shape)
+    live = np.clip(drawn.rgb + (1 - alpha) * room + noise, 0, 1).astype(np.float32)
+    foreground = np.clip(drawn.alpha + rng.normal(0, 0.05, drawn.alpha.shape), 0, 1)
+    foreground = foreground.astype(np.float32)
+    own = foreground * rng.uniform(0.8, 1.0, foreground.shape).astype(np.float32)
+    hidden = np.zeros_like(foreground)
+    hidden[:, : hidden.shape[1] * 4 // 10] = 1.0
+    shape = (window.camera.width_px, window.camera.height_px)
+    native = SeenWindow(live, foreground, own, hidden, shape)
+    return Evidence(window, live, foreground, own, hidden, native), drawn, world_from_object
+
+
+def measured(evidence, drawn, world_from_object, *, is_round=False):
+    camera = evidence.camera
+    object_from_camera = world_from_object.inverse() @ evidence.world_from_camera
+    picture = bell_blurred(drawn.rgb, 0.8, 3)
+    return Measurement(
+        camera=camera,
+        world_from_camera=evidence.world_from_camera,
+        outline=contour_of(drawn, camera, object_from_camera, limit=150, reach_px=6.0),
+        texture=texture_points(
+            drawn, picture, camera, object_from_camera, limit=120, least_slope=0.01
+        ),
+        textured=True,
+        centre_m=CHAIR,
+        prior_mean=world_from_object,
+        prior_sigma=np.array([0.2, 0.2, 0.1, 0.05, 0.05, 0.4, 0.002]),
+        prior_halo_m=0.002,
+        low_pass_px=0.3,
+        is_round=is_round,
+    )
+
+
+@pytest.mark.parametrize("limit", [60, 100_000])
+def test_contours_are_the_readable_ones(seen, limit):
+    evidence, drawn, world_from_object = seen
+    object_from_camera = world_from_object.inverse() @ evidence.world_from_camera
+    found = contour_of(drawn, evidence.camera, object_from_camera, limit=limit, reach_px=6.0)
+    wanted = contour_points(drawn, evidence.camera, object_from_camera, limit=limit)
+    assert len(found) == len(wanted) > 50
+    np.testing.assert_allclose(found.points, wanted.points, atol=1e-5)
+    np.testing.assert_allclose(found.normals, wanted.normals, atol=1e-4)
+    np.testing.assert_allclose(found.colours, wanted.colours, atol=1e-4)
+    for one, other in ((found.inner_px, wanted.inner_px), (found.outer_px, wanted.outer_px)):
+        # A width is a whole number of steps: alpha within rounding of ½ may fall either way.
+        assert (np.abs(one - other) < 1e-6).mean() > 0.98
+
+
+def test_a_contour_projects_back_to_where_it_was_found(seen):
+    evidence, drawn, world_from_object = seen
+    object_from_camera = world_from_object.inverse() @ evidence.world_from_camera
+    found = contour_of(drawn, evidence.camera, object_from_camera, limit=500, reach_px=6.0)
+    pixels, _ = evidence.camera.project(object_from_camera.inverse() @ found.points)
+    left, top = np.floor(pixels - 0.5).astype(int).T
+    corners = np.stack([drawn.alpha[top + b, left + a] for a in (0, 1) for b in (0, 1)])
+    assert (corners.min(axis=0) < 0.5).all() and (corners.max(axis=0) > 0.5).all()
+
+
+@pytest.mark.parametrize("reach_px", [2.5, 9.0])
+def test_edges_are_the_readable_ones(seen, reach_px):
+    evidence, drawn, world_from_object = seen
+    measurement = measured(evidence, drawn, world_from_object)
+    pose = Pose.from_yaw(0.43, (0.01, -0.012, 0.005))
+    halo_m = 0.003
+    scale = reference.px_per_m(measurement, pose)
+    wanted = measure_contour(
+        evidence,
+        measurement.outline,
+        pose,
+        reach_px=reach_px,
+        offset_px=measurement.low_pass_px + halo_m * scale,
+    )
+    offset, sigma, found, hidden = KERNELS.edges(
+        evidence.seen, measurement.request(), rows_of(pose), halo_m, reach_px=reach_px
+    )
+    same = np.abs(offset - wanted.offset_px) < 1e-3
+    assert same.mean() > 0.97
+    assert (found == wanted.found).mean() > 0.97
+    np.testing.assert_array_equal(hidden, wanted.hidden)
+    np.testing.assert_allclose(sigma[same], wanted.sigma_px[same], atol=1e-3)
+    assert found.mean() > 0.5 and 0.0 < hidden.mean() < 0.5
+
+
+@pytest.mark.parametrize("is_round", [False, True])
+def test_a_refinement_is_the_readable_one(seen, is_round):
+    evidence, drawn, world_from_object = seen
+    measurement = measured(evidence, drawn, world_from_object, is_round=is_round)
+    turned = rotation_from_vector([0.01, -0.02, 0.05]) @ world_from_object.rotation
+    start = Pose(turned, world_from_object.translation + np.array([0.02, -0.015, 0.01]))
+    rounds = [(6.0, 2), (2.5, 3)]
+    found = refined(evidence.seen, measurement, start, 0.002, rounds=rounds)
+    wanted = reference.refined(evidence, measurement, start, 0.002, rounds=rounds)
+    apart = found[0].inverse() @ wanted[0]
+    assert float(np.linalg.norm(apart.translation)) < 2e-4
+    assert math.degrees(rotation_angle(apart.rotation)) < 0.03
+    assert abs(found[1] - wanted[1]) < 1e-4
+    np.testing.assert_allclose(found[2], wanted[2], rtol=0.03, atol=0.03 * np.abs(wanted[2]).max())
+
+
+def test_a_refinement_finds_the_pose_that_was_drawn(seen):
+    evidence, drawn, world_from_object = seen
+    measurement = measured(evidence, drawn, world_from_object)
+    measurement = replace(measurement, low_pass_px=0.0, prior_halo_m=0.0)
+    start = Pose.from_yaw(world_from_object.yaw() + 0.04, (0.03, -0.02, 0.01))
+    found, _, _ = refined(evidence.seen, measurement, start, 0.0, rounds=[(9.0, 3), (3.0, 6)])
+    apart = found.inverse() @ world_from_object
+    assert float(np.linalg.norm(apart.translation)) < 0.02
+    assert math.degrees(rotation_angle(apart.rotation)) < 1.0
+
+
+def test_the_readable_derivatives_are_differences(seen):
+    evidence, drawn, world_from_object = seen
+    outline = measured(evidence, drawn, world_from_object).outline
+    camera_from_world = evidence.world_from_camera.inverse()
+    camera = evidence.camera
+
+    def pixels(step):
+        pose = Pose(
+            rotation_from_vector(step[3:]) @ world_from_object.rotation,
+            world_from_object.translation + step[:3],
+        )
+        return camera.project(camera_from_world @ (pose @ outline.points))[0]
+
+    _, derivative = projection(outline.points, world_from_object, camera, camera_from_world)
+    for k in range(6):
+        step = 1e-5 * np.eye(6)[k]
+        difference = (pixels(step) - pixels(-step)) / 2e-5
+        np.testing.assert_allclose(derivative[:, :, k], difference, atol=1e-3)
+
+
+@pytest.mark.parametrize("camera", [LENS, DISTORTED, Pinhole(90, 80, 70.0, 75.0, 44.0, 41.0)])
+def test_projections_know_every_camera(camera):
+    rng = np.random.default_rng(3)
+    points = rng.normal(0, 0.4, (40, 3)) + np.array([0, 0, 2.0])
+    _, derivative = projection(points, Pose.identity(), camera, Pose.identity())
+    for k in range(3):
+        step = 1e-6 * np.eye(3)[k]
+        difference = (camera.project(points + step)[0] - camera.project(points - step)[0]) / 2e-6
+        np.testing.assert_allclose(derivative[:, :, k], difference, rtol=1e-4, atol=1e-3)
+
+
+@pytest.mark.parametrize("shrink", [1, 2])
+@pytest.mark.parametrize("seed", range(3))
+def test_changes_are_the_readable_ones(seed, shrink):
+    rng = np.random.default_rng(seed)
+    window = window_around(RIG, Pose.identity(), (0.1, 0.2, 1.5 / shrink), radius_m=0.4)
+    while window.shrink != shrink:
+        window = window_around(RIG, Pose.identity(), (0.1, 0.1, 0.62), radius_m=0.55)
+    width, height = window.camera.width_px * shrink, window.camera.height_px * shrink
+    smooth = bell_blurred(rng.uniform(0, 1, (height, width, 3)).astype(np.float32), 3.0, 9)
+    plate = np.clip(0.5 + 6 * (smooth - 0.5), 0, 1)
+    relit = plate * rng.uniform(0.6, 1.2, (height, width, 1)).astype(np.float32)
+    live = (np.where(rng.random((height, width, 1)) < 0.7, plate, relit) * 255).astype(np.uint8)
+    noise = rng.uniform(0.01, 0.06, (height, width)).astype(np.float32)
+    exposure = Exposure(np.array([1.1, 1.0, 0.9]), np.array([-0.1, 0, 0.1]), np.full(3, 0.02))
+    colours = ColourModel.of_pixels(rng.uniform(0.3, 0.7, (200, 3)))
+    shape = (40, 50)
+    layers = [
+        Layer(
+            window.left + left,
+            window.top + top,
+            rng.uniform(0, 0.5, (*shape, 3)).astype(np.float32),
+            rng.uniform(0, 1, shape).astype(np.float32),
+            rng.uniform(0, 3, shape).astype(np.float32),
+        )
+        for left, top in ((-20, 11), (30, -9))
+    ]
+    size = (LENS.width_px, LENS.height_px)
+    wanted = reference.change(
+        live,
+        plate,
+        noise,
+        lens_size=size,
+        window=window,
+        exposure=exposure,
+        layers=layers,
+        colours=colours,
+    )
+    found = KERNELS.change(
+        live,
+        plate,
+        noise,
+        lens_size=size,
+        window=window.corner_and_size,
+        shrink=shrink,
+        exposure=exposure.rows(),
+        layers=[layer.request(window.target_range_m) for layer in layers],
+        table=colours.table,
+    )
+    for one, other, tolerance in zip(found, wanted, (1e-6, 2e-3, 2e-3, 1e-6), strict=True):
+        assert (np.abs(one.reshape(other.shape) - other) < tolerance).mean() > 0.999
+    assert 0.05 < float((wanted[1] > 0.5).mean()) < 0.95
+
+
+def test_exposures_are_the_readable_ones():
+    rng = np.random.default_rng(1)
+    plate, radius2 = rng.uniform(0, 1, 400), rng.uniform(0, 1, 400)
+    seen = plate * (1.2 - 0.3 * radius2) - 0.02 + rng.normal(0, 0.01, 400)
+    seen[::5] = rng.uniform(0, 1, 80)
+    found = KERNELS.exposure(plate, radius2, seen, 6)
+    np.testing.assert_allclose(found, reference.exposure(plate, radius2, seen, 6), atol=1e-9)
+    np.testing.assert_allclose(found, (1.2, -0.3, -0.02), atol=0.02)
+
+
+def test_patches_of_a_lens_in_a_wide_picture_are_averaged():
+    picture = np.random.default_rng(2).integers(0, 256, (40, 90, 3), dtype=np.uint8)
+    lens = picture[:, 45:]
+    corners = np.array([[0, 0], [40, 35], [7, 20]])
+    found = KERNELS.patch_means(lens, corners, 5).reshape(-1, 3)
+    wanted = [lens[y : y + 5, x : x + 5].mean(axis=(0, 1)) / 255 for x, y in corners]
+    np.testing.assert_allclose(found, wanted, atol=1e-6)
+    with pytest.raises(ValueError, match="wanted 5 px squares within 45×40 px"):
+        KERNELS.patch_means(lens, np.array([[41, 0]]), 5)
