@@ -12,6 +12,7 @@ from scenes.pose import Pose, wrap_angle
 from scenes.state import TrackState
 from tracking.evidence import Evidence
 from tracking.metrics import ROUND
+from tracking.observe import CONTOUR_CORRELATION
 from tracking.smooth import pose_vector, vector_pose
 from tracking.solve import (
     COLD_REACHES,
@@ -108,7 +109,7 @@ def measure(task: Task, evidence: Evidence, predicted_world_from_object: Pose) -
     quick = TRACKING_REACHES if task.track.missed_frames == 0 else COLD_REACHES
     best = _try(task, evidence, predicted_world_from_object, beliefs[0], reaches_px=quick)
     best_belief = beliefs[0]
-    if len(beliefs) > 1 and _has_left(task, best):
+    if len(beliefs) > 1 and not task.is_first and _has_left(task, best):
         # What is carried looks like something that slides along its support, and the other way
         # round: both are tried, and the likelier one is taken.
         other = _try(task, evidence, predicted_world_from_object, beliefs[1], reaches_px=quick)
@@ -158,7 +159,10 @@ def _surprise(fit: Fit, belief: Prior, wide: Prior) -> float:
     apart = (found - wide.mean) / wide.sigma
     apart[3] = wrap_angle(float(found[3] - wide.mean[3])) / wide.sigma[3]
     apart[2] = (found[2] - belief.mean[2]) / belief.sigma[2]
-    return fit.misfit + float(apart @ apart) + 2.0 * math.log(belief.sigma[2])
+    # The model's own errors scale the misfit of every pose alike: what counts is the ratio.
+    weight = len(fit.sketch.contour) / CONTOUR_CORRELATION
+    seen = weight * math.log(max(fit.misfit, 1.0))
+    return seen + float(apart @ apart) + 2.0 * math.log(belief.sigma[2])
 
 
 def _is_reachable(task: Task, predicted_world_from_object: Pose, fit: Fit) -> bool:

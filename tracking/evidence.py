@@ -62,6 +62,7 @@ class Scene:
     Attributes:
         frame: the live pictures.
         world_from_rig: refined pose of the camera.
+        camera_sigma: (6,) its standard deviations: rotation in radians, translation in metres.
         plates: the empty room.
         exposures: one per lens.
         renderer: draws splats.
@@ -71,6 +72,7 @@ class Scene:
 
     frame: Frame
     world_from_rig: Pose
+    camera_sigma: NDArray[np.float64]
     plates: Plates
     exposures: tuple[Exposure, ...]
     renderer: Renderer

@@ -52,8 +52,14 @@ REST_BLEND = 0.2
 LOST_AFTER = 12
 """Frames without agreement, with the place in view, after which an object counts as lost."""
 
-FLOOR_COVARIANCE = np.diag([0.004**2, 0.004**2, 0.003**2, math.radians(0.4) ** 2])
-"""What no single solve can be better than: camera pose, model scale and halo (systematic)."""
+FLOOR_COVARIANCE = np.diag([0.002**2, 0.002**2, 0.002**2, math.radians(0.3) ** 2])
+"""What no single solve can be better than: the model's own faults."""
+
+SCALE_SIGMA = 0.003
+"""A scan's scale is known to about this share: it moves what is far from the camera."""
+
+CAMERA_TRUST = 1.5
+"""A camera's true error over its reported standard deviation: neighbouring pixels err alike."""
 
 
 def first_look(task: Task) -> bool:
@@ -109,7 +115,7 @@ def _accept(task: Task, evidence: Evidence, fit: Fit) -> Track:
     distance, turn = float(np.linalg.norm(step[:3])), abs(float(step[3]))
     seen = replace(
         track,
-        covariance=fit.covariance + FLOOR_COVARIANCE,
+        covariance=_known(task, fit),
         visible_fraction=fit.visible_fraction,
         confidence=min(1.0, fit.agreement / 0.9),
         missed_frames=0,
@@ -149,6 +155,24 @@ def _accept(task: Task, evidence: Evidence, fit: Fit) -> Track:
         still_frames=still_frames,
         rest=None,
     )
+
+
+def _known(task: Task, fit: Fit) -> NDArray[np.float64]:
+    """(4, 4) covariance of a fit with what its camera and its scan are off by."""
+    scene = task.scene
+    apart = fit.world_from_object.translation - scene.world_from_rig.translation
+    across = np.array(
+        [[0.0, -apart[2], apart[1]], [apart[2], 0.0, -apart[0]], [-apart[1], apart[0], 0.0]]
+    )
+    rotation = scene.world_from_rig.rotation
+    turn, shift = (
+        rotation @ np.diag((CAMERA_TRUST * sigma) ** 2) @ rotation.T
+        for sigma in (scene.camera_sigma[:3], scene.camera_sigma[3:])
+    )
+    known = fit.covariance + FLOOR_COVARIANCE
+    known[:3, :3] += across @ turn @ across.T + shift + SCALE_SIGMA**2 * np.outer(apart, apart)
+    known[3, 3] += float(turn[2, 2])
+    return known
 
 
 def _miss(task: Task, fit: Fit) -> Track:
@@ -199,7 +223,7 @@ def _search(task: Task) -> Track:
         world_from_object=fit.world_from_object,
         motion=Motion.rest(now),
         state=TrackState.TRACKED,
-        covariance=fit.covariance + FLOOR_COVARIANCE,
+        covariance=_known(task, fit),
         visible_fraction=fit.visible_fraction,
         confidence=min(1.0, fit.agreement / 0.9),
         still_frames=0,

@@ -222,13 +222,15 @@ def judge(
         halo_m: how far the drawn contour lies outside the real one.
     """
     covariance = np.asarray(np.linalg.inv(information + 1e-9 * np.eye(5)), dtype=np.float64)
+    count = len(sketch.contour) / CONTOUR_CORRELATION
     agreement = misfit = visible = covered = likeness = 0.0
     if sketch.area_px >= LEAST_AREA_PX:
         agreement, misfit = _agreement(evidence, model, world_from_object, sketch, halo_m)
         visible, covered, likeness = _surface_shown(evidence, model, world_from_object, sketch)
     return Fit(
         world_from_object=world_from_object,
-        covariance=_with_symmetry(covariance[:4, :4], model),
+        # Residuals larger than their standard deviations tell of a model that is off.
+        covariance=_with_symmetry(covariance[:4, :4] * max(1.0, misfit / max(count, 1.0)), model),
         agreement=agreement,
         misfit=misfit,
         visible_fraction=visible,

@@ -246,6 +246,7 @@ class Tracker:
         return Scene(
             frame,
             rig.calibration.world_from_rig,
+            rig.calibration.sigma,
             rig.plates,
             exposures,
             self._renderer,

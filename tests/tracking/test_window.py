@@ -1,0 +1,93 @@
+"""Windows of a lens picture, what is drawn into them, and when a drawing still serves."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from scenes.cameras import Fisheye, Rig
+from scenes.frames import FRONT_FROM_BACK_LENS
+from scenes.pose import Pose
+from scenes.render.native import NativeRenderer
+from scenes.render.renderer import PosedSplats
+from scenes.splats import SplatCloud
+from tracking.layers import KEPT, LayerMemo
+from tracking.window import LARGEST_SIDE_PX, window_around
+
+LENS = Fisheye.from_fov(480, math.radians(200))
+RIG = Rig((LENS, LENS), (Pose.identity(), FRONT_FROM_BACK_LENS))
+PLACES = st.tuples(*[st.floats(-3.0, 3.0)] * 3).filter(lambda p: np.linalg.norm(p) > 0.3)
+
+
+def ball(count=300):
+    rng = np.random.default_rng(5)
+    means = rng.normal(size=(count, 3))
+    means *= 0.1 / np.linalg.norm(means, axis=1, keepdims=True)
+    return SplatCloud(
+        means.astype(np.float32),
+        np.full((count, 3), 0.015, np.float32),
+        np.tile(np.array([1, 0, 0, 0], np.float32), (count, 1)),
+        np.full(count, 0.9, np.float32),
+        rng.uniform(-1, 1, (count, 1, 3)).astype(np.float32),
+    )
+
+
+@given(PLACES, st.floats(0.05, 0.8))
+def test_a_window_lies_in_the_picture_and_sees_what_the_lens_sees(place, radius_m):
+    window = window_around(RIG, Pose.identity(), place, radius_m=radius_m)
+    left, top, width, height = window.corner_and_size
+    assert left >= 0 and left + width * window.shrink <= LENS.width_px
+    assert top >= 0 and top + height * window.shrink <= LENS.height_px
+    assert max(width, height) <= LARGEST_SIDE_PX
+    point = window.world_from_camera.inverse() @ np.array([place])
+    in_window, _ = window.camera.project(point)
+    in_lens, seen = LENS.project(point)
+    np.testing.assert_allclose(window.lens_pixels(in_window), in_lens, atol=1e-6)
+    if seen[0]:
+        assert (in_window[0] >= 0).all() and (in_window[0] <= (width, height)).all()
+
+
+def test_a_near_object_is_looked_at_in_whole_shrunk_pixels():
+    near = window_around(RIG, Pose.identity(), (0.0, 0.1, 0.7), radius_m=0.5)
+    far = window_around(RIG, Pose.identity(), (0.0, 0.1, 3.0), radius_m=0.5)
+    assert near.shrink == 2 and far.shrink == 1
+    rows, columns = near.part
+    assert rows.stop - rows.start == 2 * near.camera.height_px
+    assert columns.stop - columns.start == 2 * near.camera.width_px
+
+
+@pytest.mark.parametrize("place", [(0.2, 0.1, 1.5), (1.5, 0.0, 0.05)])
+def test_a_layer_is_what_the_whole_lens_would_show(place):
+    renderer, cloud = NativeRenderer(), ball()
+    posed = PosedSplats(cloud, Pose.from_yaw(0.3, place))
+    window = window_around(RIG, Pose.identity(), place, radius_m=0.15, lens=0)
+    layer = LayerMemo().layer("ball", posed, window, LENS, renderer)
+    whole = renderer.render((posed,), LENS, Pose.identity())
+    height, width = layer.alpha.shape
+    part = (slice(layer.top, layer.top + height), slice(layer.left, layer.left + width))
+    assert float(layer.alpha.max()) > 0.9
+    # The layer's drawing takes the filter of small splats: their rims differ a little.
+    assert float(np.abs(layer.alpha - whole.alpha[part]).mean()) < 0.05
+    nearer = np.asarray(layer.request(own_range_m=10.0)["nearer"])
+    np.testing.assert_array_equal(nearer > 0, layer.range_m > 0)
+    assert not np.asarray(layer.request(own_range_m=0.1)["nearer"]).any()
+
+
+def test_a_memo_remembers_what_stands_still_and_forgets_what_is_old():
+    renderer, cloud, memo = NativeRenderer(), ball(20), LayerMemo()
+
+    def layer(x):
+        posed = PosedSplats(cloud, Pose.from_yaw(0.0, (x, 0.0, 2.0)))
+        window = window_around(RIG, Pose.identity(), (x, 0.0, 2.0), radius_m=0.15, lens=0)
+        return memo.layer("ball", posed, window, LENS, renderer)
+
+    first = layer(0.0)
+    assert layer(0.0) is first
+    assert layer(0.01) is not first
+    for k in range(KEPT):
+        layer(0.02 + 0.01 * k)
+    again = layer(0.0)
+    assert again is not first
+    np.testing.assert_array_equal(again.alpha, first.alpha)
