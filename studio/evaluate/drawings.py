@@ -7,8 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from studio.evaluate.findings import Drawing
 from studio.rows import describe_machine, program_version
@@ -45,9 +47,20 @@ def write_drawings(drawings: Sequence[Drawing], folder: Path, *, caption: str) -
             figure = Figure(figsize=(8.0, 5.4), layout="constrained")
             FigureCanvasAgg(figure)
             drawing.draw(figure)
+            for axes in figure.axes:
+                _plain_numbers(axes)
             figure.supxlabel(f"{caption}\n{place}", fontsize=7, color="0.4")
             for suffix in (".png", ".svg"):
                 path = folder / f"{drawing.name}{suffix}"
                 figure.savefig(path, dpi=150)
                 written.append(path)
     return written
+
+
+def _plain_numbers(axes: Axes) -> None:
+    """Logarithmic scales marked 1, 2, 5, 10 rather than by powers."""
+    for axis in (axes.xaxis, axes.yaxis):
+        if axis.get_scale() == "log":
+            axis.set_major_locator(LogLocator(base=10.0, subs=(1.0, 2.0, 5.0)))
+            axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+            axis.set_minor_formatter(NullFormatter())
