@@ -51,11 +51,14 @@ class Take:
         """How it was filmed: lenses, seed, versions."""
         return read_session(self.folder / RECORDING)
 
-    def play(self, known_world_from_rig: Pose) -> Iterator[SessionInput]:
+    def play(
+        self, known_world_from_rig: Pose, *, with_masks: bool = True
+    ) -> Iterator[SessionInput]:
         """Its frames in order, decoded.
 
         Args:
             known_world_from_rig: `world_from_rig` that the frames carry: what a marker says.
+            with_masks: whether somebody will look at the masks, which take time to decode.
 
         Raises:
             RecordingError: the take is damaged.
@@ -65,11 +68,14 @@ class Take:
         with zipfile.ZipFile(self.folder / BODY_NUMBERS) as pictures:
             info = self.session()
             for message in recorded_inputs(path, info):
+                frame = replace(message.frame, world_from_rig=known_world_from_rig)
+                if not with_masks:
+                    yield replace(message, frame=frame)
+                    continue
                 ids = [
                     _decoded(pictures.read(picture_name(message.frame.seq, lens)))
                     for lens in range(len(info.rig.lenses))
                 ]
-                frame = replace(message.frame, world_from_rig=known_world_from_rig)
                 yield replace(message, frame=frame, masks=IdMasks(ids, numbers))
 
 

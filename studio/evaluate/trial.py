@@ -174,4 +174,5 @@ def film_messages(
     asked.told.begin(f"filming {what}, seed {seed}")
     take = film_set.film(taken, asked.conditions, seed=seed, told=asked.told.advance)
     asked.told.finish()
-    return take.play(marker_pose(film_set.room.world_from_rig, asked.conditions, seed=seed))
+    known = marker_pose(film_set.room.world_from_rig, asked.conditions, seed=seed)
+    return take.play(known, with_masks="paper" in asked.methods)
