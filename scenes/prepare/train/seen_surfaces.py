@@ -32,6 +32,8 @@ SEEN_SLACK, FILLED_SLACK = 0.01, 0.12
 REACH = 0.06
 """What is off a surface by less than this share of its depth is put back on it."""
 LEAST_VIEWS = 2
+ASKED = 20
+"""Views that are asked to confirm what one sees, itself among them."""
 BEFORE, UPON, BEHIND = range(3)
 """Where a place lies to a surface: in front of it, on it, behind it."""
 
@@ -69,14 +71,18 @@ def surfaces_of(depths: Sequence[SeenDepth]) -> list[Surface]:
 
 
 def _confirmed(surface: Surface, others: Sequence[Surface]) -> Surface:
-    """The surface where other views see it too, at their mean depth; depth 0 elsewhere."""
+    """The surface where views near by see it too, at their mean depth; depth 0 elsewhere."""
+    eye = surface.world_from_camera.translation
+    others = sorted(
+        others, key=lambda other: float(np.linalg.norm(other.world_from_camera.translation - eye))
+    )
     camera = surface.camera
     seen = np.flatnonzero(surface.is_seen)
     rays = camera.unproject(pixel_centres(camera)[seen])
     places = rays * (surface.depth.ravel()[seen] / rays[:, 2])[:, None]
     places = (surface.world_from_camera @ places).astype(np.float32)
     tally = _Tally(len(seen))
-    for other in others:
+    for other in others[:ASKED]:
         tally.add(other, places)
     before, upon, *_ = tally.counts
     # The view itself is one of those upon it.
