@@ -42,6 +42,8 @@ SKY_REACH = 6.0
 SKY_CELL_DEG = 2.0
 SKY_BLUE = 1.12
 """Sky has so much more blue than red."""
+OUTDOORS_M = 15.0
+"""Who sees no farther is in a room, and its blue walls are no sky."""
 LEAST_SKY = 0.03
 """Less of all pictures than this is no sky."""
 
@@ -280,6 +282,11 @@ def _agrees(look: _Look, inverse: GreyPicture, world: FloatArray) -> NDArray[np.
 
 def _sky(looks: list[_Look], points: FloatArray) -> tuple[FloatArray, NDArray[np.uint8]]:
     """Points on a far dome in the directions in which photos show sky; none in a room."""
+    nothing = np.zeros((0, 3)), np.zeros((0, 3), dtype=np.uint8)
+    centre = np.stack([look.world_from_camera.translation for look in looks]).mean(axis=0)
+    far_m = float(np.quantile(np.linalg.norm(points - centre, axis=1), 0.98))
+    if far_m < OUTDOORS_M:
+        return nothing
     rays, colours, pixels = [], [], 0
     for look in looks:
         r, b = look.colours[..., 0].astype(np.float32), look.colours[..., 2].astype(np.float32)
@@ -295,7 +302,7 @@ def _sky(looks: list[_Look], points: FloatArray) -> tuple[FloatArray, NDArray[np
         pixels += blue.size
     towards, seen = np.concatenate(rays), np.concatenate(colours)
     if len(towards) < LEAST_SKY * pixels:
-        return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.uint8)
+        return nothing
     cell = np.deg2rad(SKY_CELL_DEG)
     _, first, inverse, count = np.unique(
         np.floor(towards / cell).astype(np.int64),
@@ -307,7 +314,4 @@ def _sky(looks: list[_Look], points: FloatArray) -> tuple[FloatArray, NDArray[np
     mean = np.stack(
         [np.bincount(inverse.ravel(), weights=seen[:, c]) / count for c in range(3)], axis=1
     )
-    eyes = np.stack([look.world_from_camera.translation for look in looks])
-    centre = eyes.mean(axis=0)
-    reach = SKY_REACH * float(np.quantile(np.linalg.norm(points - centre, axis=1), 0.98))
-    return centre + reach * towards[first], np.round(mean).astype(np.uint8)
+    return centre + SKY_REACH * far_m * towards[first], np.round(mean).astype(np.uint8)
