@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from scenes.cameras import Pinhole
 from scenes.mesh import CollisionMesh
@@ -24,6 +25,8 @@ VOXEL_SHARE = 1 / 120
 LEAST_VOXEL_M = 0.02
 REACH_VOXELS = 4.0
 """How far from a surface the signed distance is kept; things thinner than twice that may vanish."""
+SKY_SHARE = 8.0
+"""What is so much farther away than the nearest quarter of a picture is sky, or as good as."""
 FARTHEST_SHARE = 4.0
 """How far the fused surface reaches, in typical distances."""
 LEAST_VIEWS = 1.5
@@ -62,7 +65,7 @@ def mesh_of_splats(
         progress((index + 1) / len(views), f"view {index + 1} of {len(views)}")
     if not depths:
         raise ValueError("the splats show no surface to any view; is the room trained?")
-    typical_m = float(np.median([np.median(depth[depth > 0]) for _, _, depth in depths]))
+    typical_m = float(np.median([typical_depth(depth) for _, _, depth in depths]))
     # Depth in metres, farthest first seen, and the reach of the signed distance in voxels.
     limits = (1.0, FARTHEST_SHARE * typical_m, REACH_VOXELS)
     tensor: Any = o3d.core.Tensor
@@ -91,6 +94,16 @@ def mesh_of_splats(
         blocks = volume.compute_unique_block_coordinates(picture, lens, camera_from_world, *limits)
         volume.integrate(blocks, picture, lens, camera_from_world, *limits)
     return _tidied(volume.extract_triangle_mesh(LEAST_VIEWS).to_legacy())
+
+
+def typical_depth(depth: NDArray[np.float32]) -> float:
+    """Median of what is seen in a depth picture, the sky left out: a few metres, not its dome's.
+
+    Args:
+        depth: (H, W) metres, 0 where nothing is; something has to be.
+    """
+    seen = depth[depth > 0]
+    return float(np.median(seen[seen <= SKY_SHARE * np.quantile(seen, 0.25)]))
 
 
 def _shrunk(camera: Pinhole) -> Pinhole:

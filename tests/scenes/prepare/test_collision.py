@@ -4,7 +4,7 @@ import pytest
 from scenes.cameras import Pinhole
 from scenes.frames import look_at
 from scenes.pose import quaternion_from_rotation
-from scenes.prepare.collision import mesh_of_splats
+from scenes.prepare.collision import mesh_of_splats, typical_depth
 from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud, concatenate
 
@@ -69,3 +69,13 @@ def test_nothing_seen(corner):
     away = look_at(np.array([5.0, 5.0, 1.0]), np.array([9.0, 9.0, 1.0]))
     with pytest.raises(ValueError, match="no surface"):
         mesh_of_splats(corner, [(CAMERA, away)], renderer=NativeRenderer())
+
+
+def test_the_sky_does_not_coarsen_the_ground():
+    rng = np.random.default_rng(0)
+    ground = rng.uniform(2.0, 12.0, (60, 80)).astype(np.float32)
+    street = ground.copy()
+    street[:25] = 590.0
+    street[25:27] = 0.0
+    assert typical_depth(street) == pytest.approx(float(np.median(ground)), rel=0.1)
+    assert typical_depth(ground) == float(np.median(ground))
