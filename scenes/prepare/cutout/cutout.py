@@ -25,7 +25,8 @@ LEAST_SPLATS = 30
 BESIDE_BOX_M = 0.03
 """An object's splats farther outside its box than this float."""
 BELOW_SUPPORT_M = 0.01
-MOST_BESIDE = 0.2
+"""And those farther below what it stands on: they would leave its colours there."""
+MOST_BESIDE = 0.3
 """Of the object's opacity: more than this is no haze, and the box must be wrong."""
 FLOATERS = "floaters"
 """What the stage of a cut without an object is called after."""
@@ -142,13 +143,14 @@ def _box(package: ScenePackage, found: Separation, renderer: NativeRenderer) -> 
 
 
 def _without_haze(room: SplatCloud, found: Separation, box: UprightBox) -> Separation:
-    """Splats that hang well outside the object's box float; those below its support are that's."""
-    below = found.labels & (room.means[:, 2] < box.support_z_m - BELOW_SUPPORT_M)
-    beside = found.labels & ~below & ~box.holds(room.means.astype(np.float64), BESIDE_BOX_M)
-    opacity = float(room.opacities[beside | below].sum())
-    if opacity > MOST_BESIDE * float(room.opacities[found.labels].sum()):
+    """Splats that paint the object but hang well outside its box or below its support float."""
+    beside = found.labels & (
+        ~box.holds(room.means.astype(np.float64), BESIDE_BOX_M)
+        | (room.means[:, 2] < box.support_z_m - BELOW_SUPPORT_M)
+    )
+    if room.opacities[beside].sum() > MOST_BESIDE * room.opacities[found.labels].sum():
         return found
-    return replace(found, labels=found.labels & ~(beside | below), floaters=found.floaters | beside)
+    return replace(found, labels=found.labels & ~beside, floaters=found.floaters | beside)
 
 
 def undo_cut(package: ScenePackage) -> ScenePackage:
