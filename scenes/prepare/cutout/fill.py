@@ -27,6 +27,8 @@ RIM_M = 0.35
 OVERLAP = 0.75
 """Standard deviation of a new splat in cells' steps: enough to leave no gaps."""
 STEP_CELLS = 2
+SOURCES = 5
+"""Splats of the support that a new one takes its colour from."""
 OPACITY = 0.95
 THICKNESS_M = 0.0008
 
@@ -57,7 +59,8 @@ def fill_support(room: SplatCloud, footprint: FloatArray, box: UprightBox) -> Sp
     if not chosen.any():
         return None
     places = low + (np.stack([columns, rows], axis=1)[chosen] + 0.5) * CELL_M
-    outside = ~hole[_cells(support.means[:, :2].astype(np.float64), low, shape)]
+    # What lies under the object was never seen, covered or not: its colours are nobody's.
+    outside = ~inside[_cells(support.means[:, :2].astype(np.float64), low, shape)]
     if not outside.any():
         return None
     return _laid(places, support.select(outside), box.support_z_m, hole, low)
@@ -109,14 +112,17 @@ def _laid(
     rim_rows, rim_columns = np.nonzero(rim)
     rim_xy = low + (np.stack([rim_columns, rim_rows], axis=1) + 0.5) * CELL_M
     _, nearest = KDTree(rim_xy).query(places)
-    mirrored = 2.0 * rim_xy[nearest] - places
-    _, source = KDTree(support.means[:, :2].astype(np.float64)).query(mirrored)
     n = len(places)
+    mirrored = 2.0 * rim_xy[nearest] - places
+    # One stray colour would be a spot; of several beside each other the middle one is the floor's.
+    among = min(SOURCES, len(support))
+    _, source = KDTree(support.means[:, :2].astype(np.float64)).query(mirrored, k=among)
+    colours = np.median(support.sh[source.reshape(n, among)], axis=1)
     spread = OVERLAP * STEP_CELLS * CELL_M
     return SplatCloud(
         np.column_stack([places, np.full(n, height_m)]).astype(np.float32),
         np.tile(np.array([spread, spread, THICKNESS_M], dtype=np.float32), (n, 1)),
         np.tile(np.array([1, 0, 0, 0], dtype=np.float32), (n, 1)),
         np.full(n, OPACITY, dtype=np.float32),
-        support.sh[source],
+        colours,
     )

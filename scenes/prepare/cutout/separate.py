@@ -148,8 +148,7 @@ def separate(
     others = len(viewpoints) > len(views)
     if others:
         found = _held(cloud, found, in_boxes, (shown, votes), viewpoints, renderer)
-    reach = TRAINED_REACH_M if others else LINK_REACH_M
-    labels, floaters = _main_body(cloud, found, shown, votes, reach_m=reach)
+    labels, floaters = _main_body(cloud, found, shown, votes, trained=others)
     return Separation(labels, floaters, verdicts + empty)
 
 
@@ -355,7 +354,7 @@ def _main_body(
     views: Sequence[MaskedView],
     votes: Sequence[Vote],
     *,
-    reach_m: float,
+    trained: bool,
 ) -> tuple[BoolArray, BoolArray]:
     """The connected body that is meant, with what else lies beside it; specks there float.
 
@@ -366,7 +365,10 @@ def _main_body(
             "the masks and the splats do not agree on any object; draw the boxes closer around it"
         )
     positions = cloud.means[found].astype(np.float64)
-    count, body = bodies_of_splats(cloud.select(found), reach_m)
+    if trained:
+        count, body = bodies_of_splats(cloud.select(found), TRAINED_REACH_M)
+    else:
+        count, body = bodies(positions, LINK_REACH_M)
     inside, _ = _summed(votes)
     main = int(np.argmax(np.bincount(body, weights=inside[found], minlength=count)))
     points = np.concatenate([_clicked(view, vote) for view, vote in zip(views, votes, strict=True)])
