@@ -237,14 +237,14 @@ def _head_camera(world_from_head: Pose) -> Pose:
 
 
 def marker_estimate(
-    pose: Pose, rng: np.random.Generator, error_deg: float, error_cm: float
+    world_from_rig: Pose, rng: np.random.Generator, error_deg: float, error_cm: float
 ) -> Pose:
     """A pose off by `error_deg` about a random axis and `error_cm` in a random direction."""
     axis, direction = rng.standard_normal((2, 3))
     axis /= np.linalg.norm(axis)
     direction /= np.linalg.norm(direction)
-    rotation = rotation_from_vector(math.radians(error_deg) * axis) @ pose.rotation
-    return Pose(rotation, pose.translation + 0.01 * error_cm * direction)
+    rotation = rotation_from_vector(math.radians(error_deg) * axis) @ world_from_rig.rotation
+    return Pose(rotation, world_from_rig.translation + 0.01 * error_cm * direction)
 
 
 def _has_moved(first: Pose, now: Pose) -> bool:

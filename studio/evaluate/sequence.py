@@ -82,15 +82,15 @@ def evaluate(asked: Asked) -> Findings:
 
 
 def way(
-    motion: Motion, start: Pose, seconds: Iterable[float], rng: np.random.Generator
+    motion: Motion, world_from_start: Pose, seconds: Iterable[float], rng: np.random.Generator
 ) -> list[Pose]:
     """Poses along the motion, which leaves its start gently."""
     amplitude = rng.uniform(0.4, 1.0, (4, 2))
     amplitude /= amplitude.sum(axis=1, keepdims=True)
     phase = rng.uniform(0, 2 * math.pi, (4, 2))
     reach = np.array([*motion.reach_m, motion.turn_rad])
-    middle = np.array([*motion.centre_m, start.yaw()])
-    begin = np.array([*start.translation, start.yaw()])
+    middle = np.array([*motion.centre_m, world_from_start.yaw()])
+    begin = np.array([*world_from_start.translation, world_from_start.yaw()])
     poses = []
     for t in seconds:
         angle = 2 * math.pi * t / motion.period_s * np.array([1.0, 2.0]) + phase

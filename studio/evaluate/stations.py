@@ -97,14 +97,14 @@ class Sample:
     error: PoseError
 
 
-def stations(protocol: Protocol, scanned: Pose) -> tuple[Station, ...]:
+def stations(protocol: Protocol, scanned_world_from_object: Pose) -> tuple[Station, ...]:
     """All 24 in the order they are visited; yaw is counted from the pose in the scan."""
     visited = []
     for index, place in enumerate(protocol.positions_m):
         # Back and forth, so that the object is never turned by more than 90° at a time.
         turns = YAWS_DEG if index % 2 == 0 else YAWS_DEG[::-1]
         for turn_deg in turns:
-            yaw = scanned.yaw() + np.radians(turn_deg)
+            yaw = scanned_world_from_object.yaw() + np.radians(turn_deg)
             pose = Pose.from_yaw(yaw, np.array([*place, protocol.height_m]))
             visited.append(Station(index + 1, turn_deg, pose))
     return tuple(visited)
@@ -132,9 +132,11 @@ def shots(protocol: Protocol) -> tuple[tuple[Shot, ...], dict[int, Station]]:
     return taken, ends
 
 
-def carried(start: Pose, end: Pose, steps: int) -> list[Pose]:
+def carried(world_from_start: Pose, world_from_end: Pose, steps: int) -> list[Pose]:
     """Poses on the way from one to the other, the last included: slow, quick, slow."""
-    return [interpolate(start, end, eased(k / steps)) for k in range(1, steps + 1)]
+    return [
+        interpolate(world_from_start, world_from_end, eased(k / steps)) for k in range(1, steps + 1)
+    ]
 
 
 def eased(time: float) -> float:

@@ -29,7 +29,19 @@ from studio.sources import SessionInput, recorded_inputs
 
 RECORDING, BODY_NUMBERS = "take.mcap", "body-numbers.zip"
 
-PICTURE_SOURCES = ("devices/video.py", "sim/*.py", "scenes/samples/*.py", "scenes/samples/data/*")
+PICTURE_SOURCES = (
+    "devices/video.py",
+    "scenes/cameras.py",
+    "scenes/samples/*.py",
+    "scenes/samples/data/*",
+    "sim/camera360.py",
+    "sim/lens_*.py",
+    "sim/sensor.py",
+    "sim/shadows.py",
+    "sim/stand.py",
+    "sim/tessellate.py",
+)
+"""Code and data that decide what the simulated camera sees."""
 
 CACHE_LIMIT_BYTES = 4 * 1024**3
 """What all takes together may occupy; the longest unused go first."""
