@@ -321,9 +321,7 @@ class TrackKernels:
         exposure: list[list[float]],
         layers: list[TrackLayer],
         table: NDArray[np.float32],
-    ) -> tuple[
-        NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]
-    ]:
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
         """Live picture, foreground, own colours and what is hidden, flat, of a window."""
 
     @staticmethod

@@ -233,7 +233,9 @@ def _fill(part: Path, package: ScenePackage, compact: bool) -> None:
         write_ply(part / f"{_ROOM}{_EXACT}", package.room, comments=[WORLD_COMMENT])
     for item in package.objects:
         write = write_spz if compact else write_ply
-        write(part / f"{_object_stem(item.object_id)}{_COMPACT if compact else _EXACT}", item.splats)
+        write(
+            part / f"{_object_stem(item.object_id)}{_COMPACT if compact else _EXACT}", item.splats
+        )
     write_items(part / _OBJECTS, [object_to_json(item) for item in package.objects])
     write_items(part / _ANCHORS, [code_to_json(code) for code in package.codes])
     write_json(
