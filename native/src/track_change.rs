@@ -180,8 +180,8 @@ fn lay(
             let (mut rgb, mut alpha, mut nearer) = ([0.0; 3], 0.0, 0.0);
             for y in top..top + shrink {
                 for place in (left..left + shrink).filter_map(|x| at(x, y)) {
-                    for channel in 0..3 {
-                        rgb[channel] += layer.rgb[3 * place + channel];
+                    for (sum, value) in rgb.iter_mut().zip(&layer.rgb[3 * place..][..3]) {
+                        *sum += value;
                     }
                     alpha += layer.alpha[place];
                     nearer += layer.alpha[place] * layer.nearer[place];
@@ -192,9 +192,8 @@ fn lay(
             }
             let alpha = alpha * share;
             let place = row * window.width + column;
-            for channel in 0..3 {
-                let drawn = rgb[channel] * share * exposure.gain[channel]
-                    + exposure.offset[channel] * alpha;
+            for (channel, sum) in rgb.into_iter().enumerate() {
+                let drawn = sum * share * exposure.gain[channel] + exposure.offset[channel] * alpha;
                 let room = &mut seen.room[3 * place + channel];
                 *room = *room * (1.0 - alpha) + drawn;
             }
@@ -274,7 +273,7 @@ pub(crate) fn exp(x: f32) -> f32 {
     let part = power - (shifted - 12_582_912.0);
     let series = 1.0
         + part
-            * (0.693_147_2
+            * (std::f32::consts::LN_2
                 + part
                     * (0.240_226_5
                         + part * (0.055_504_1 + part * (0.009_618_1 + part * 0.001_333_4))));
