@@ -113,8 +113,7 @@ def measure(task: Task, evidence: Evidence, predicted_world_from_object: Pose) -
         # What is carried looks like something that slides along its support, and the other way
         # round: both are tried, and the likelier one is taken.
         other = _try(task, evidence, predicted_world_from_object, beliefs[1], reaches_px=quick)
-        wide = max(beliefs, key=lambda belief: belief.sigma[2])
-        if _surprise(other, beliefs[1], wide) < _surprise(best, best_belief, wide):
+        if _is_likelier(task, (other, beliefs[1]), (best, beliefs[0])):
             best, best_belief = other, beliefs[1]
     if _is_convincing(best) or best.covered_fraction > 0.5:
         return best
@@ -145,6 +144,14 @@ def _has_left(task: Task, fit: Fit) -> bool:
         return True
     apart = fit.world_from_object.translation - task.track.world_from_object.translation
     return float(np.linalg.norm(apart)) > REST_RADIUS_M
+
+
+def _is_likelier(task: Task, other: tuple[Fit, Prior], best: tuple[Fit, Prior]) -> bool:
+    """Whether the first of two fits, each with the belief behind it, is the likelier."""
+    carried, wide = max((other, best), key=lambda found: found[1].sigma[2])
+    if not _is_lifted(task, carried.world_from_object):
+        return carried is best[0]
+    return _surprise(*other, wide) < _surprise(*best, wide)
 
 
 def _surprise(fit: Fit, belief: Prior, wide: Prior) -> float:

@@ -154,7 +154,7 @@ def sample(image: FloatArray, pixels: Points) -> FloatArray:
         across, down = across[..., None], down[..., None]
     upper = image[above, left] + across * (image[above, right] - image[above, left])
     lower = image[below, left] + across * (image[below, right] - image[below, left])
-    return upper + down * (lower - upper)
+    return np.asarray(upper + down * (lower - upper), dtype=np.float32)
 
 
 def _blurred_slopes(alpha: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -42,7 +42,7 @@ SHRINK = 4
 BLEND = 0.25
 """Share of the live picture in a pixel that was learned before."""
 
-BANDS = 12
+BANDS = 24
 """A lens is learned in so many bands, one at a time."""
 
 MARGIN_SIDE = 1 / 90
@@ -143,7 +143,7 @@ def _radius2(height: int, width: int) -> FloatArray:
     """(H, W) squared distance from the centre, 1 at the border."""
     x = ((np.arange(width, dtype=np.float32) + 0.5) / width - 0.5) * 2
     y = ((np.arange(height, dtype=np.float32) + 0.5) / height - 0.5) * 2
-    return x[None, :] ** 2 + y[:, None] ** 2
+    return np.asarray(x[None, :] ** 2 + y[:, None] ** 2, dtype=np.float32)
 
 
 def _learn_rows(
@@ -160,7 +160,7 @@ def _learn_rows(
     falloff = radius2[..., None] * exposure.falloff.astype(np.float32)
     gain = exposure.gain.astype(np.float32) + falloff
     neutral = (live.astype(np.float32) / 255.0 - exposure.offset.astype(np.float32)) / gain
-    residual = neutral - plate
+    residual = np.asarray(neutral - plate, dtype=np.float32)
     small = (width // SHRINK, height // SHRINK)
     small_residual, small_plate = resized(residual, small), resized(plate, small)
     side = max(3, round(COHERENT_SIDE * width / SHRINK)) | 1

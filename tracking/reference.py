@@ -68,6 +68,7 @@ def change(
         edge = cv2.dilate(alpha, np.ones((3, 3), np.uint8))
         rough = np.maximum(rough, NEIGHBOUR_NOISE * edge)
         hidden = np.maximum(hidden, nearer[..., 0])
+    expected = np.asarray(expected, dtype=np.float32)
     foreground = difference(seen, expected, rough).probability
     bins = np.clip((seen * BINS).astype(int), 0, BINS - 1)
     likeness = bell_blurred(colours.table[bins[..., 0], bins[..., 1], bins[..., 2]], 0.7, 1)

@@ -39,6 +39,9 @@ SCALED = 0.03
 
 LEAST_AREA_PX = 12
 
+TRIM_PX = 8
+"""Kept around what was drawn."""
+
 DEEP_PX = 2.0
 """The colour inside a contour is taken this far from it."""
 
@@ -106,13 +109,15 @@ def sketched(
     model: TrackModel, world_from_object: Pose, evidence: Evidence, renderer: Renderer
 ) -> Sketch:
     """Draw an object at a pose and pick its points."""
-    object_from_camera = world_from_object.inverse() @ evidence.world_from_camera
+    view = evidence.view
+    object_from_camera = world_from_object.inverse() @ view.world_from_camera
     camera = evidence.camera
-    radius_px = camera.f_px * model.radius_m / max(evidence.view.target_range_m, model.radius_m)
+    radius_px = camera.f_px * model.radius_m / max(view.target_range_m, model.radius_m)
     finer = int(np.clip(np.ceil(DRAWN_RADIUS_PX / radius_px), 1, MOST_FINER))
     fine = camera.resized(camera.width_px * finer, camera.height_px * finer)
     posed = model.splats_at(world_from_object)
-    drawn = renderer.render((posed,), fine, evidence.world_from_camera, RENDER_OPTIONS)
+    drawn = renderer.render((posed,), fine, view.world_from_camera, RENDER_OPTIONS)
+    drawn, fine, camera = _trimmed(drawn, camera, finer)
     around_px = int(np.sqrt(AROUND_PX2 * float((drawn.alpha > 0.5).sum()))) // finer
     contour = contour_of(
         drawn,
@@ -138,12 +143,12 @@ def sketched(
     if area > SURFACE_POINTS:
         chosen = np.linspace(0, area - 1, SURFACE_POINTS).astype(int)
         rows, columns = rows[chosen], columns[chosen]
-    pixels = np.stack([columns, rows], axis=1) + 0.5
+    pixels = np.stack([columns, rows], axis=1).astype(np.float64) + 0.5
     depth = drawn.depth[rows, columns].astype(np.float64)
     return Sketch(
         camera_from_object=object_from_camera.inverse(),
-        lens=evidence.view.lens,
-        shrink=evidence.view.shrink,
+        lens=view.lens,
+        shrink=view.shrink,
         finer=finer,
         contour=contour,
         texture=texture,
@@ -151,6 +156,32 @@ def sketched(
         colours=picture[rows, columns] / drawn.alpha[rows, columns, None],
         area_px=area,
     )
+
+
+def _trimmed(drawn: Rendering, camera: Fisheye, finer: int) -> tuple[Rendering, Fisheye, Fisheye]:
+    """The part of a fine drawing that shows anything; its camera, and that of the window there."""
+    sides: list[slice] = []
+    for axis in (0, 1):
+        shown = np.flatnonzero(drawn.alpha.max(axis=1 - axis) > 0.0)
+        first, last = (int(shown[0]), int(shown[-1])) if len(shown) else (0, 0)
+        limit = drawn.alpha.shape[axis] // finer
+        low = max(first // finer - TRIM_PX, 0)
+        high = min(last // finer + 1 + TRIM_PX, limit)
+        sides.append(slice(low, high))
+    rows, columns = sides
+    trimmed = replace(
+        camera,
+        width_px=columns.stop - columns.start,
+        height_px=rows.stop - rows.start,
+        cx=camera.cx - columns.start,
+        cy=camera.cy - rows.start,
+    )
+    fine = trimmed.resized(trimmed.width_px * finer, trimmed.height_px * finer)
+    part = tuple(slice(side.start * finer, side.stop * finer) for side in sides)
+    rgb, alpha, depth = (
+        np.ascontiguousarray(p[part]) for p in (drawn.rgb, drawn.alpha, drawn.depth)
+    )
+    return Rendering(rgb, alpha, depth), fine, trimmed
 
 
 def _shrunk(drawn: Rendering, finer: int) -> Rendering:

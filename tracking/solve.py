@@ -294,7 +294,7 @@ def _surroundings(pixels: Points) -> NDArray[np.float32]:
     return weight / weight.sum(axis=1, keepdims=True)
 
 
-def _correlation(first: NDArray[np.float32], second: NDArray[np.float32]) -> float:
+def _correlation(first: NDArray[np.floating], second: NDArray[np.floating]) -> float:
     """-1..1 of two lists of colours about their means."""
     a = (first - first.mean(axis=0)).astype(np.float64).ravel()
     b = (second - second.mean(axis=0)).astype(np.float64).ravel()

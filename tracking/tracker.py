@@ -33,7 +33,7 @@ RIG_MOVED_M = 0.02
 RIG_TURNED_RAD = np.deg2rad(0.6)
 """A marker that moved more than this means that the camera was moved, not that the marker shook."""
 
-LEARN_PERIOD = 5
+LEARN_PERIOD = 4
 """Frames between two looks at what has become of the room, a band of a lens at a time."""
 
 TURN_PERIOD = 4

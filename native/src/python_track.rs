@@ -134,7 +134,7 @@ impl SeenWindow {
         let mut pixels = Vec::with_capacity(CHANNELS * count);
         for (place, rgb) in live.chunks_exact(3).enumerate() {
             pixels.extend_from_slice(rgb);
-            pixels.extend([foreground[place], own[place], hidden[place]]);
+            pixels.extend([foreground[place], own[place], hidden[place], 0.0, 0.0]);
         }
         Ok(SeenWindow {
             pixels,

@@ -121,41 +121,72 @@ fn bin(value: f32) -> usize {
 fn expected(cut: &Cut<'_>, window: &Window, exposure: &Exposure) -> Expected {
     let pixels = window.width * window.height;
     let mut seen = Expected {
-        live: Vec::with_capacity(3 * pixels),
-        room: Vec::with_capacity(3 * pixels),
-        noise: Vec::with_capacity(pixels),
+        live: vec![0.0; 3 * pixels],
+        room: vec![0.0; 3 * pixels],
+        noise: vec![0.0; pixels],
         hidden: vec![0.0; pixels],
     };
-    let share = 1.0 / (window.shrink * window.shrink) as f32;
-    let [across, down] = window.lens.map(|side| 2.0 / side as f32);
-    let line = window.width * window.shrink;
+    let shrink = window.shrink;
+    let line = window.width * shrink;
     for row in 0..window.height {
-        for column in 0..window.width {
-            let (mut live, mut plate, mut noise) = ([0.0; 3], [0.0; 3], 0.0);
-            let (left, top) = (column * window.shrink, row * window.shrink);
-            for y in top..top + window.shrink {
-                for place in y * line + left..y * line + left + window.shrink {
-                    for channel in 0..3 {
-                        live[channel] += f32::from(cut.live[3 * place + channel]);
-                        plate[channel] += cut.plate[3 * place + channel];
-                    }
-                    noise += cut.noise[place];
-                }
+        let here = row * window.width..(row + 1) * window.width;
+        let wide = 3 * here.start..3 * here.end;
+        for y in row * shrink..(row + 1) * shrink {
+            let from = y * line..(y + 1) * line;
+            let from3 = 3 * from.start..3 * from.end;
+            add_shrunk(
+                &mut seen.live[wide.clone()],
+                &cut.live[from3.clone()],
+                shrink,
+            );
+            add_shrunk(&mut seen.room[wide.clone()], &cut.plate[from3], shrink);
+            for (to, part) in seen.noise[here.clone()]
+                .iter_mut()
+                .zip(cut.noise[from].chunks_exact(shrink))
+            {
+                *to += part.iter().sum::<f32>();
             }
-            let half = 0.5 * window.shrink as f32;
-            let x = ((window.left + left) as f32 + half) * across - 1.0;
-            let y = ((window.top + top) as f32 + half) * down - 1.0;
+        }
+    }
+    let share = 1.0 / (shrink * shrink) as f32;
+    seen.live
+        .iter_mut()
+        .for_each(|v| *v *= share * (1.0 / 255.0));
+    seen.noise
+        .iter_mut()
+        .for_each(|v| *v = (*v * share).max(1e-3));
+    let [across, down] = window.lens.map(|side| 2.0 / side as f32);
+    let middle = |first: usize, k: usize| first as f32 + (k as f32 + 0.5) * shrink as f32;
+    for (row, room) in seen.room.chunks_exact_mut(3 * window.width).enumerate() {
+        let y = middle(window.top, row) * down - 1.0;
+        for (column, rgb) in room.chunks_exact_mut(3).enumerate() {
+            let x = middle(window.left, column) * across - 1.0;
             let radius2 = x * x + y * y;
             for channel in 0..3 {
                 let gain = exposure.gain[channel] + radius2 * exposure.falloff[channel];
-                seen.live.push(live[channel] * share * (1.0 / 255.0));
-                seen.room
-                    .push(plate[channel] * share * gain + exposure.offset[channel]);
+                rgb[channel] = rgb[channel] * share * gain + exposure.offset[channel];
             }
-            seen.noise.push((noise * share).max(1e-3));
         }
     }
     seen
+}
+
+/// Adds RGB pixels to those that so many of them make one of.
+#[inline(always)]
+fn add_shrunk<T: Copy + Into<f32>>(to: &mut [f32], from: &[T], shrink: usize) {
+    if shrink == 1 {
+        for (to, &from) in to.iter_mut().zip(from) {
+            *to += from.into();
+        }
+        return;
+    }
+    for (to, part) in to.chunks_exact_mut(3).zip(from.chunks_exact(3 * shrink)) {
+        for rgb in part.chunks_exact(3) {
+            for channel in 0..3 {
+                to[channel] += rgb[channel].into();
+            }
+        }
+    }
 }
 
 /// Draws another object into what is expected.

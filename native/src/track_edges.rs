@@ -5,8 +5,8 @@ use crate::track_change::exp;
 use crate::track_contour::along;
 use crate::track_picture::Picture;
 
-/// A pixel of a window: red, green, blue, foreground, own, hidden.
-pub const CHANNELS: usize = 6;
+/// A pixel of a window: red, green, blue, foreground, own, hidden, and two that fill a register.
+pub const CHANNELS: usize = 8;
 const FOREGROUND: usize = 3;
 const OWN: usize = 4;
 const HIDDEN: usize = 5;

@@ -11,9 +11,11 @@ pub struct Picture<'a, const CHANNELS: usize> {
 impl<const CHANNELS: usize> Picture<'_, CHANNELS> {
     /// The values of one pixel.
     #[inline(always)]
-    pub fn at(&self, column: usize, row: usize) -> [f32; CHANNELS] {
+    fn at(&self, column: usize, row: usize) -> &[f32; CHANNELS] {
         let start = (row * self.width + column) * CHANNELS;
-        std::array::from_fn(|channel| self.values[start + channel])
+        self.values[start..start + CHANNELS]
+            .try_into()
+            .expect("a pixel has its channels")
     }
 
     /// Bilinear values at a point; the first pixel's centre is (0.5, 0.5), the border is repeated.
@@ -23,24 +25,25 @@ impl<const CHANNELS: usize> Picture<'_, CHANNELS> {
         let (above, below, down) = neighbours(y, self.height);
         let [a, b] = [self.at(left, above), self.at(right, above)];
         let [c, d] = [self.at(left, below), self.at(right, below)];
-        std::array::from_fn(|k| {
+        let mut values = [0.0; CHANNELS];
+        for k in 0..CHANNELS {
             let upper = a[k] + across * (b[k] - a[k]);
             let lower = c[k] + across * (d[k] - c[k]);
-            upper + down * (lower - upper)
-        })
+            values[k] = upper + down * (lower - upper);
+        }
+        values
     }
 }
 
 /// The two pixels that a place lies between, and its share of the second.
 #[inline(always)]
 fn neighbours(place: f64, size: usize) -> (usize, usize, f32) {
-    let place = (place - 0.5).clamp(0.0, (size - 1) as f64);
-    let first = place as usize;
-    (
-        first,
-        (first + 1).min(size - 1),
-        (place - first as f64) as f32,
-    )
+    let place = (place - 0.5).max(0.0).min((size - 1) as f64);
+    // A signed whole number: a machine has an instruction for that.
+    let first = place as i32;
+    let share = (place - f64::from(first)) as f32;
+    let first = first as usize;
+    (first, (first + 1).min(size - 1), share)
 }
 
 /// Weights of a Gaussian at whole steps from -reach to reach, which sum to 1.

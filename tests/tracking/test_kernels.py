@@ -117,7 +117,8 @@ def test_a_contour_projects_back_to_where_it_was_found(seen):
     pixels, _ = evidence.camera.project(object_from_camera.inverse() @ found.points)
     left, top = np.floor(pixels - 0.5).astype(int).T
     corners = np.stack([drawn.alpha[top + b, left + a] for a in (0, 1) for b in (0, 1)])
-    assert (corners.min(axis=0) < 0.5).all() and (corners.max(axis=0) > 0.5).all()
+    assert (corners.min(axis=0) < 0.5).all()
+    assert (corners.max(axis=0) > 0.5).all()
 
 
 @pytest.mark.parametrize("reach_px", [2.5, 9.0])
@@ -142,7 +143,8 @@ def test_edges_are_the_readable_ones(seen, reach_px):
     assert (found == wanted.found).mean() > 0.97
     np.testing.assert_array_equal(hidden, wanted.hidden)
     np.testing.assert_allclose(sigma[same], wanted.sigma_px[same], atol=1e-3)
-    assert found.mean() > 0.5 and 0.0 < hidden.mean() < 0.5
+    assert found.mean() > 0.5
+    assert 0.0 < hidden.mean() < 0.5
 
 
 @pytest.mark.parametrize("is_round", [False, True])

@@ -38,21 +38,25 @@ def ball(count=300):
 def test_a_window_lies_in_the_picture_and_sees_what_the_lens_sees(place, radius_m):
     window = window_around(RIG, Pose.identity(), place, radius_m=radius_m)
     left, top, width, height = window.corner_and_size
-    assert left >= 0 and left + width * window.shrink <= LENS.width_px
-    assert top >= 0 and top + height * window.shrink <= LENS.height_px
+    assert left >= 0
+    assert left + width * window.shrink <= LENS.width_px
+    assert top >= 0
+    assert top + height * window.shrink <= LENS.height_px
     assert max(width, height) <= LARGEST_SIDE_PX
     point = window.world_from_camera.inverse() @ np.array([place])
     in_window, _ = window.camera.project(point)
     in_lens, seen = LENS.project(point)
     np.testing.assert_allclose(window.lens_pixels(in_window), in_lens, atol=1e-6)
     if seen[0]:
-        assert (in_window[0] >= 0).all() and (in_window[0] <= (width, height)).all()
+        assert (in_window[0] >= 0).all()
+        assert (in_window[0] <= (width, height)).all()
 
 
 def test_a_near_object_is_looked_at_in_whole_shrunk_pixels():
     near = window_around(RIG, Pose.identity(), (0.0, 0.1, 0.7), radius_m=0.5)
     far = window_around(RIG, Pose.identity(), (0.0, 0.1, 3.0), radius_m=0.5)
-    assert near.shrink == 2 and far.shrink == 1
+    assert near.shrink == 2
+    assert far.shrink == 1
     rows, columns = near.part
     assert rows.stop - rows.start == 2 * near.camera.height_px
     assert columns.stop - columns.start == 2 * near.camera.width_px
