@@ -146,7 +146,7 @@ def fit_exposure(
     plate: FloatArray,
     coverage: FloatArray,
     *,
-    samples: int = 40,
+    samples: int = 32,
     iterations: int = 6,
 ) -> Exposure:
     """Robust fit of a lens's gain, vignetting and offset, insensitive to people and objects.

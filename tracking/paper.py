@@ -42,13 +42,15 @@ from tracking.identity import (
     settle,
     update_tracks,
 )
-from tracking.learn import learn
+from tracking.layers import LayerMemo
+from tracking.learn import learn, whole_lens
 from tracking.model import RENDER_OPTIONS, make_model
 from tracking.output import Stopwatch, TrackOutput, no_stopwatch
 from tracking.rectify import RectifiedView, front, rectify
 from tracking.refine import chamfer, contour_pixels, minimise_chamfer, observe_contour
 from tracking.search import Matcher, SiftMatcher, coarse_yaw
 from tracking.smooth import Glide, Kalman
+from tracking.window import window_around
 
 UPDATE_NS = 1_000_000_000
 """The paper's budget: one pose per object and second."""
@@ -206,11 +208,26 @@ class PaperTracker:
         if state.plates is not None and state.plates.stands_at(world_from_rig):
             return state
         plates = render_plates(self._renderer, self._room, frame.rig, world_from_rig)
+        front_lens = frame.rig.lenses[0]
         standing = [
-            PosedSplats(o.splats, state.tracks[o.object_id].kalman.pose()) for o in self._objects
+            LayerMemo().layer(
+                o.object_id,
+                PosedSplats(o.splats, pose),
+                window_around(
+                    frame.rig,
+                    world_from_rig,
+                    pose @ np.array([0.0, 0.0, 0.5 * o.box_m[2]]),
+                    radius_m=0.5 * float(np.linalg.norm(o.box_m)),
+                    lens=0,
+                ),
+                front_lens,
+                self._renderer,
+            )
+            for o in self._objects
+            for pose in (state.tracks[o.object_id].kalman.pose(),)
         ]
         exposure = fit_exposure(frame.images[0], plates.images[0], plates.coverage[0])
-        plates = learn(plates, frame, (exposure,), standing, self._renderer, lenses=(0,))
+        plates = learn(plates, frame, (exposure,), standing, whole_lens(0, front_lens.height_px))
         return replace(
             state,
             plates=plates,

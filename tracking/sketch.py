@@ -23,13 +23,13 @@ from tracking.pictures import bell_blurred, resized
 FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]
 
-CONTOUR_POINTS = 260
+CONTOUR_POINTS = 200
 LEAST_POINTS = 40
 AROUND_PX2 = 25.0
 """A contour is about this times as long, squared, as the silhouette is large: a point a pixel."""
 
-TEXTURE_POINTS = 400
-SURFACE_POINTS = 360
+TEXTURE_POINTS = 300
+SURFACE_POINTS = 240
 LEAST_SLOPE = 0.012
 TEXTURE_BLUR_PX = 0.8
 

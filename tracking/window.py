@@ -20,7 +20,7 @@ from scenes.warp import best_lens
 if TYPE_CHECKING:
     from tracking.native import TrackLayer
 
-MARGIN = 1.55
+MARGIN = 1.4
 """Side of a window over the angular size of the object in it."""
 
 LEAST_SIDE_PX = 112
