@@ -45,6 +45,9 @@ HEAVY_HEIGHT_M = 0.3
 
 CONTACT_SIGMA_M = 0.003
 CARRIED_SIGMA_M = 0.08
+LIFTS_M = (0.04, 0.08, 0.12)
+"""How much higher a thing is looked for that was not found where it was: hands lift it."""
+
 SNAP_M = 0.03
 REACHABLE_M = 0.15
 LIFTED_M = 0.015
@@ -117,17 +120,18 @@ def measure(task: Task, evidence: Evidence, predicted_world_from_object: Pose) -
             best, best_belief = other, beliefs[1]
     if _is_convincing(best) or best.covered_fraction > 0.5:
         return best
-    # Not where it was expected: slide it there first, then try other yaws too.
+    # Not where it was expected: slide it there first, then try other yaws, or in the air, too.
     turns = (0.0,) if task.model.symmetry == ROUND or is_believable(best) else (0.0, 0.35, -0.35)
     for belief in beliefs:
         free = belief.sigma[2] > CONTACT_SIGMA_M
         wide = replace(belief, sigma=belief.sigma * np.array([2.0, 2.0, 1.0, 2.0]))
-        for turn in turns:
+        for lift, turn in [(0.0, turn) for turn in turns] + [(z, 0.0) for z in LIFTS_M if free]:
             start = vector_pose(
-                pose_vector(predicted_world_from_object) + np.array([0.0, 0.0, 0.0, turn])
+                pose_vector(predicted_world_from_object) + np.array([0.0, 0.0, lift, turn])
             )
-            reaches = SLID_REACHES if task.model.textured else COLD_REACHES
-            other = _try(task, evidence, start, wide, reaches_px=reaches, slide=True)
+            slid = SLID_REACHES if task.model.textured else COLD_REACHES
+            reaches = TRACKING_REACHES if lift else slid
+            other = _try(task, evidence, start, wide, reaches_px=reaches, slide=lift == 0.0)
             if free and not _is_lifted(task, other.world_from_object):
                 continue
             if not _is_reachable(task, predicted_world_from_object, other):
