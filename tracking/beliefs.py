@@ -34,6 +34,10 @@ CONVINCING_LIKENESS = 0.38
 LEAST_LIKENESS = 0.35
 """What the likeness of a textured object must reach to convince, and to be believed at all."""
 
+RECOGNISED_LIKENESS = 0.5
+RECOGNISED_AGREEMENT = 0.3
+"""A pattern this like the drawn one needs less of an outline."""
+
 FAR_PRICE = 0.012
 """Quality that a pose costs per squared standard deviation from its prediction."""
 
@@ -144,8 +148,14 @@ def measure(task: Task, evidence: Evidence, predicted_world_from_object: Pose) -
 
 def _has_left(task: Task, fit: Fit) -> bool:
     """Whether an object is not simply where it rested."""
-    if task.track.state is not TrackState.STATIC or task.track.missed_frames > 0:
-        return True
+    rested = task.track.state is TrackState.STATIC and task.track.missed_frames == 0
+    return not rested or _has_left_its_rest(task, fit)
+
+
+def _has_left_its_rest(task: Task, fit: Fit) -> bool:
+    """Whether an object that rested was found elsewhere."""
+    if task.track.state is not TrackState.STATIC:
+        return False
     apart = fit.world_from_object.translation - task.track.world_from_object.translation
     return float(np.linalg.norm(apart)) > REST_RADIUS_M
 
@@ -187,13 +197,15 @@ def is_doubtful(task: Task, fit: Fit) -> bool:
     """Whether a believable fit is still too weak for where it is: in the air, or after a gap."""
     if not task.scene.holds(fit.world_from_object):
         return True
-    small = task.model.source.box_m[2] < HEAVY_HEIGHT_M
-    if not (small and task.model.textured):
+    if task.model.source.box_m[2] >= HEAVY_HEIGHT_M:
         return False
     unsure = task.track.missed_frames > 0
+    weak = fit.agreement < CONVINCING and not _is_recognised(fit)
+    if weak and (unsure or _has_left_its_rest(task, fit)):
+        return True
     lifted = _is_lifted(task, fit.world_from_object)
     wanted = LEAST_LIKENESS + 0.05 * lifted + 0.12 * unsure
-    return fit.likeness < wanted or (unsure and fit.agreement < CONVINCING)
+    return task.model.textured and fit.likeness < wanted
 
 
 def _is_lifted(task: Task, world_from_object: Pose) -> bool:
@@ -243,4 +255,10 @@ def _is_convincing(fit: Fit) -> bool:
 def is_believable(fit: Fit) -> bool:
     """Whether enough of the object is seen, agrees and looks like it."""
     alike = not fit.textured or fit.likeness >= LEAST_LIKENESS
-    return fit.agreement >= HOLD_BELOW and fit.visible_fraction >= LEAST_VISIBLE and alike
+    least = RECOGNISED_AGREEMENT if _is_recognised(fit) else HOLD_BELOW
+    return fit.agreement >= least and fit.visible_fraction >= LEAST_VISIBLE and alike
+
+
+def _is_recognised(fit: Fit) -> bool:
+    """Whether an object's pattern alone tells that it is there."""
+    return fit.textured and fit.likeness >= RECOGNISED_LIKENESS

@@ -162,9 +162,9 @@ fn expected(cut: &Cut<'_>, window: &Window, exposure: &Exposure) -> Expected {
         for (column, rgb) in room.chunks_exact_mut(3).enumerate() {
             let x = middle(window.left, column) * across - 1.0;
             let radius2 = x * x + y * y;
-            for channel in 0..3 {
+            for (channel, value) in rgb.iter_mut().enumerate() {
                 let gain = exposure.gain[channel] + radius2 * exposure.falloff[channel];
-                rgb[channel] = rgb[channel] * share * gain + exposure.offset[channel];
+                *value = *value * share * gain + exposure.offset[channel];
             }
         }
     }
@@ -211,7 +211,7 @@ fn lay(
             let (mut rgb, mut alpha, mut nearer) = ([0.0; 3], 0.0, 0.0);
             for y in top..top + shrink {
                 for place in (left..left + shrink).filter_map(|x| at(x, y)) {
-                    for (sum, value) in rgb.iter_mut().zip(&layer.rgb[3 * place..][..3]) {
+                    for (sum, value) in rgb.iter_mut().zip(&layer.rgb[3 * place..]) {
                         *sum += value;
                     }
                     alpha += layer.alpha[place];
@@ -223,10 +223,10 @@ fn lay(
             }
             let alpha = alpha * share;
             let place = row * window.width + column;
-            for (channel, sum) in rgb.into_iter().enumerate() {
-                let drawn = sum * share * exposure.gain[channel] + exposure.offset[channel] * alpha;
-                let room = &mut seen.room[3 * place + channel];
-                *room = *room * (1.0 - alpha) + drawn;
+            let room = &mut seen.room[3 * place..3 * place + 3];
+            for (channel, (room, drawn)) in room.iter_mut().zip(rgb).enumerate() {
+                let lit = drawn * share * exposure.gain[channel];
+                *room = *room * (1.0 - alpha) + lit + exposure.offset[channel] * alpha;
             }
             seen.hidden[place] = seen.hidden[place].max(nearer * share);
             for y in row.saturating_sub(1)..(row + 2).min(window.height) {

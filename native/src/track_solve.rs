@@ -114,8 +114,8 @@ impl<L: Lens> Problem<'_, L> {
             at.information = information;
             at.halo += step[6];
             let pose = &mut at.world_from_object;
-            for (at, shift) in pose.translation.iter_mut().zip(&step) {
-                *at += shift;
+            for (place, shift) in pose.translation.iter_mut().zip(&step) {
+                *place += shift;
             }
             pose.rotation = product(&turn([step[3], step[4], step[5]]), &pose.rotation);
             let shift = step[..3].iter().fold(0.0, |m: f64, s| m.max(s.abs()));
@@ -278,7 +278,7 @@ impl<L: Lens> Problem<'_, L> {
         let sigma = self.model.texture_sigma.max(1.5 * median(&sizes));
         let share = 1.0 / (3.0 * self.model.texture_correlation);
         for (row, (k, by_pose)) in used.iter().enumerate() {
-            for (channel, apart) in apart[row].into_iter().enumerate() {
+            for (channel, apart) in apart[row].iter().enumerate() {
                 let slope = &texture.slopes[6 * k + 2 * channel..][..2];
                 let [sx, sy] = [0, 1].map(|axis| gain * f64::from(slope[axis]));
                 let residual = apart / sigma;
