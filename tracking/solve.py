@@ -27,9 +27,6 @@ AGREE_PX = 1.6
 """An edge this near to the drawn one agrees with the pose."""
 
 JUDGE_REACH_PX = 4.0
-LEAST_OUTLINE = 0.4
-"""Agreement is a share of at least so much of the contour."""
-
 MISFIT_CUTOFF = 5.0
 """Edges farther off than so many standard deviations all count alike."""
 
@@ -95,7 +92,7 @@ class Fit:
     Attributes:
         world_from_object: `world_from_object`.
         covariance: (4, 4) of x, y, z, yaw.
-        agreement: 0..1, share of the contour, where nothing covers it, whose edge was seen.
+        agreement: 0..1, share of the contour whose edge was seen where it was drawn.
         misfit: sum of the contour's squared residuals in standard deviations, robust.
         visible_fraction: 0..1, share of the drawn silhouette that shows the object.
         covered_fraction: 0..1, share of the silhouette that shows something else in front.
@@ -249,7 +246,7 @@ def judge(
 def _agreement(
     evidence: Evidence, model: TrackModel, world_from_object: Pose, sketch: Sketch, halo_m: float
 ) -> tuple[float, float]:
-    """Share of the free contour whose edge is where it should be, and the misfit of all of it."""
+    """Share of the contour whose edge is where it should be, and the misfit of what is free."""
     prior = Prior(pose_vector(world_from_object), np.ones(4))
     measurement = _measurement(evidence, model, prior, sketch, use_texture=False)
     offset, sigma, found, hidden = KERNELS.edges(
@@ -265,9 +262,7 @@ def _agreement(
     relative = np.where(found, np.clip(np.abs(offset / sigma) / MISFIT_CUTOFF, 0.0, 1.0), 1.0)
     # Tukey's loss, scaled to be a square near 0.
     loss = MISFIT_CUTOFF**2 / 3 * (1.0 - (1.0 - relative**2) ** 3)
-    # What is covered tells nothing, but a small rest of an outline must not decide alone.
-    asked = max(int((~hidden).sum()), int(LEAST_OUTLINE * len(offset)), 1)
-    return float(agrees.sum()) / asked, float(loss[~hidden].sum()) / CONTOUR_CORRELATION
+    return float(agrees.mean()), float(loss[~hidden].sum()) / CONTOUR_CORRELATION
 
 
 def _surface_shown(
