@@ -76,6 +76,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"also write figures as PNG and SVG ({DEFAULT_PLOTS})",
     )  # fmt: skip
     parser.add_argument(
+        "--lens-px", type=int, default=usual.lens_size_px,
+        help=f"side of each lens's picture, even ({usual.lens_size_px}); smaller is quicker",
+    )  # fmt: skip
+    parser.add_argument(
         "--noise", type=float, default=usual.noise, help="of the simulated sensor's; 0: none"
     )
     parser.add_argument(
@@ -105,6 +109,7 @@ def run(args: argparse.Namespace) -> int:
     seeds = table.seeds if args.seeds is None else args.seeds
     _check(args, seeds)
     conditions = Conditions(
+        lens_size_px=args.lens_px,
         noise=args.noise,
         drift=args.drift,
         bitrate_mbps=args.bitrate_mbps,
@@ -137,6 +142,7 @@ def run(args: argparse.Namespace) -> int:
 def _check(args: argparse.Namespace, seeds: int) -> None:
     limits = {
         "--seeds": (seeds, 1, 100),
+        "--lens-px": (args.lens_px, 64, 4096),
         "--noise": (args.noise, 0, 20),
         "--drift": (args.drift, 0, 20),
         "--bitrate-mbps": (args.bitrate_mbps, 0.5, 400),
@@ -146,6 +152,8 @@ def _check(args: argparse.Namespace, seeds: int) -> None:
     for flag, (value, low, high) in limits.items():
         if not low <= value <= high:
             raise ValueError(f"{flag} {value:g}: wanted {low:g} to {high:g}")
+    if args.lens_px % 2:
+        raise ValueError(f"--lens-px {args.lens_px}: wanted an even number")
 
 
 def _as_text(findings: Findings, caption: str) -> str:

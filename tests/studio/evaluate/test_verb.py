@@ -67,6 +67,8 @@ def test_plots_say_what_was_run(tmp_path):
     ("words", "said"),
     [
         (["--seeds", "0"], "--seeds 0: wanted 1 to 100"),
+        (["--lens-px", "481"], "--lens-px 481: wanted an even number"),
+        (["--lens-px", "16"], "--lens-px 16: wanted 64 to 4096"),
         (["--noise", "-1"], "--noise -1: wanted 0 to 20"),
         (["--bitrate-mbps", "0"], "--bitrate-mbps 0: wanted 0.5 to 400"),
     ],
