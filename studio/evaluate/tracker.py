@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import json
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -125,12 +126,12 @@ def run(args: argparse.Namespace) -> int:
     )
     evaluate = getattr(importlib.import_module(f"studio.evaluate.{table.module}"), table.function)
     findings: Findings = evaluate(asked)
-    caption = f"nexus evaluate {args.table} · {' and '.join(asked.methods)} · {seeds} seeds"
+    caption = f"nexus evaluate {args.table} · {' and '.join(asked.methods)} · {seeds} {'seed' if seeds == 1 else 'seeds'}"
     if args.plot is not None:
         from studio.evaluate.drawings import write_drawings
 
         for path in write_drawings(findings.drawings, args.plot, caption=caption):
-            asked.told.begin(f"figure {path}")
+            print(f"figure: {path}", file=sys.stderr)
     if args.json:
         values = as_json(f"evaluate {args.table}", findings.rows)
         print(json.dumps({**values, "seeds": seeds, "methods": list(asked.methods)}, indent=2))
