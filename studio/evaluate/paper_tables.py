@@ -149,13 +149,13 @@ def _draw_positions(
         if method not in found:
             continue
         seen = np.array([s.track.world_from_object.translation[:2] for s in found[method]])
+        true = np.array([s.station.world_from_object.translation[:2] for s in found[method]])
+        axes.plot(*np.stack([true, seen]).transpose(2, 0, 1), color=colour, lw=0.7, alpha=0.5)
         axes.plot(seen[:, 0], seen[:, 1], ".", color=colour, ms=7, alpha=0.7, label=TITLES[method])
     axes.plot(places[:, 0], places[:, 1], "+", ms=13, color="black", label="truth", zorder=3)
     for index, place in enumerate(places, 1):
         axes.annotate(f"P{index}", (place[0], place[1]), (6, 6), textcoords="offset points")
-    span = np.ptp(places, axis=0).max()
-    axes.set_xlim(places[:, 0].min() - 0.3 * span, places[:, 0].max() + 0.3 * span)
-    axes.set_ylim(places[:, 1].min() - 0.3 * span, places[:, 1].max() + 0.3 * span)
+    axes.margins(0.12)
     axes.set_aspect("equal")
     axes.set_xlabel("x, m")
     axes.set_ylabel("y, m (away from the camera)")

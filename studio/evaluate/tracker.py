@@ -126,7 +126,8 @@ def run(args: argparse.Namespace) -> int:
     )
     evaluate = getattr(importlib.import_module(f"studio.evaluate.{table.module}"), table.function)
     findings: Findings = evaluate(asked)
-    caption = f"nexus evaluate {args.table} · {' and '.join(asked.methods)} · {seeds} {'seed' if seeds == 1 else 'seeds'}"
+    runs = "1 seed" if seeds == 1 else f"{seeds} seeds"
+    caption = f"nexus evaluate {args.table} · {' and '.join(asked.methods)} · {runs}"
     if args.plot is not None:
         from studio.evaluate.drawings import write_drawings
 
