@@ -13,55 +13,50 @@ pub struct Entry {
     pub columns: [u16; 2],
 }
 
-/// Consecutive rows of tiles and the splats that touch each, in depth order.
+/// The splats that touch each row of tiles, in depth order.
 #[derive(Default)]
-pub struct Band {
-    first_row: usize,
+pub struct RowLists {
     /// One entry per row of tiles, plus the end.
     starts: Vec<u32>,
     entries: Vec<Entry>,
     cursors: Vec<u32>,
 }
 
-impl Band {
-    /// Fills the band from all splats in depth order.
+impl RowLists {
+    /// Fills the lists from splats in depth order: their slots and boxes.
     #[inline(always)]
-    pub fn fill(&mut self, rows: std::ops::Range<usize>, order: &[u32], boxes: &[TileBox]) {
-        let count = rows.len();
-        self.first_row = rows.start;
-        let clip = |b: &TileBox| {
-            let top = usize::from(b.rows[0]).max(rows.start);
-            let end = (usize::from(b.rows[1]) + 1).min(rows.end);
-            (top - rows.start, end.saturating_sub(rows.start))
-        };
+    pub fn fill(
+        &mut self,
+        rows_of_tiles: usize,
+        slots: impl Iterator<Item = u32>,
+        boxes: &[TileBox],
+    ) {
+        let rows_of = |tiles: &TileBox| usize::from(tiles.rows[0])..usize::from(tiles.rows[1]) + 1;
         self.starts.clear();
-        self.starts.resize(count + 1, 0);
+        self.starts.resize(rows_of_tiles + 1, 0);
         for tiles in boxes {
-            let (top, end) = clip(tiles);
-            for row in top..end {
-                self.starts[row + 1] += 1;
+            for count in &mut self.starts[1..][rows_of(tiles)] {
+                *count += 1;
             }
         }
         accumulate(&mut self.starts);
         self.cursors.clear();
-        self.cursors.extend_from_slice(&self.starts[..count]);
+        self.cursors
+            .extend_from_slice(&self.starts[..rows_of_tiles]);
         self.entries
-            .resize(self.starts[count] as usize, Entry::default());
-        for (tiles, &slot) in boxes.iter().zip(order) {
-            let (top, end) = clip(tiles);
+            .resize(self.starts[rows_of_tiles] as usize, Entry::default());
+        for (tiles, slot) in boxes.iter().zip(slots) {
             let columns = tiles.columns;
-            for row in top..end {
-                let cursor = &mut self.cursors[row];
+            for cursor in &mut self.cursors[rows_of(tiles)] {
                 self.entries[*cursor as usize] = Entry { slot, columns };
                 *cursor += 1;
             }
         }
     }
 
-    /// Splats that touch one of the band's rows of tiles.
+    /// Splats that touch a row of tiles.
     pub fn row(&self, row_of_tiles: usize) -> &[Entry] {
-        let row = row_of_tiles - self.first_row;
-        &self.entries[self.starts[row] as usize..self.starts[row + 1] as usize]
+        &self.entries[self.starts[row_of_tiles] as usize..self.starts[row_of_tiles + 1] as usize]
     }
 }
 
@@ -75,16 +70,41 @@ pub struct TileRow {
 }
 
 impl TileRow {
-    /// Fills the row; `columns` is the number of tiles along it.
+    /// Fills the row from lists of its splats that follow one another in depth; `columns` is the
+    /// number of tiles along it.
     #[inline(always)]
-    pub fn fill(&mut self, row: usize, columns: usize, entries: &[Entry], records: &[Record]) {
+    pub fn fill<'a>(
+        &mut self,
+        row: usize,
+        columns: usize,
+        lists: impl Iterator<Item = &'a [Entry]> + Clone,
+        records: &[Record],
+    ) {
+        self.spans.clear();
+        self.starts.clear();
+        self.starts.resize(columns + 1, 0);
+        for entries in lists.clone() {
+            self.count(row, columns, entries, records);
+        }
+        accumulate(&mut self.starts);
+        self.cursors.clear();
+        self.cursors.extend_from_slice(&self.starts[..columns]);
+        self.slots.resize(self.starts[columns] as usize, 0);
+        for (entry, &[first, end]) in lists.flatten().zip(&self.spans) {
+            for cursor in &mut self.cursors[usize::from(first)..usize::from(end)] {
+                self.slots[*cursor as usize] = entry.slot;
+                *cursor += 1;
+            }
+        }
+    }
+
+    /// Finds which tiles each splat of a list touches, and counts them one place late in `starts`.
+    #[inline(always)]
+    fn count(&mut self, row: usize, columns: usize, entries: &[Entry], records: &[Record]) {
         // Narrower boxes are taken as they are: the exact border costs more than it saves.
         const EXACT_FROM_COLUMNS: u16 = 3;
         const FETCH_AHEAD: usize = 16;
         let top = (row * TILE) as i32;
-        self.spans.clear();
-        self.starts.clear();
-        self.starts.resize(columns + 1, 0);
         let is_wide = |[first, last]: [u16; 2]| last - first + 1 >= EXACT_FROM_COLUMNS;
         for (place, entry) in entries.iter().enumerate() {
             let [first, last] = entry.columns;
@@ -100,16 +120,6 @@ impl TileRow {
             self.spans.push(span);
             for count in &mut self.starts[usize::from(span[0]) + 1..=usize::from(span[1])] {
                 *count += 1;
-            }
-        }
-        accumulate(&mut self.starts);
-        self.cursors.clear();
-        self.cursors.extend_from_slice(&self.starts[..columns]);
-        self.slots.resize(self.starts[columns] as usize, 0);
-        for (entry, &[first, end]) in entries.iter().zip(&self.spans) {
-            for cursor in &mut self.cursors[usize::from(first)..usize::from(end)] {
-                self.slots[*cursor as usize] = entry.slot;
-                *cursor += 1;
             }
         }
     }
@@ -180,14 +190,15 @@ mod tests {
     }
 
     #[test]
-    fn bands_keep_depth_order() {
+    fn rows_keep_depth_order() {
         let boxes = [[0, 2], [1, 1], [0, 0]].map(|rows| TileBox {
             columns: [3, 4],
             rows,
         });
-        let mut band = Band::default();
-        band.fill(1..3, &[5, 6, 7], &boxes);
-        let slots = |row| band.row(row).iter().map(|e| e.slot).collect::<Vec<_>>();
+        let mut lists = RowLists::default();
+        lists.fill(3, [5, 6, 7].into_iter(), &boxes);
+        let slots = |row| lists.row(row).iter().map(|e| e.slot).collect::<Vec<_>>();
+        assert_eq!(slots(0), [5, 7]);
         assert_eq!(slots(1), [5, 6]);
         assert_eq!(slots(2), [5]);
     }

@@ -47,6 +47,7 @@ pub mod scope;
 pub mod sh;
 pub mod sh_slope;
 pub mod simd;
+pub mod slab;
 pub mod sort;
 #[cfg(target_arch = "x86_64")]
 mod square_avx512;

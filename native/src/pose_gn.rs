@@ -47,7 +47,7 @@ impl<const D: usize> PoseEngine<D> {
             let objects = std::slice::from_ref(object);
             render::project_all(objects, lens, job, &mut buffers.scratch);
             fill_motions(object, lens, job, directions, &mut buffers);
-            render::sort_by_depth(&mut buffers.scratch);
+            render::sort_by_depth(job, &mut buffers.scratch);
             render::bin_into_rows(job, &mut buffers.scratch);
             sum_tiles(objects, lens, job, &buffers, target, drawn)
         });
@@ -65,25 +65,25 @@ fn fill_motions<L: Curved, const D: usize>(
     buffers: &mut Buffers<D>,
 ) {
     let Buffers { scratch, motions } = buffers;
-    let size = scratch.counts.len() * CHUNK;
+    let size = scratch.groups.len() * CHUNK;
     if motions.len() < size {
         motions.resize(size, Motion::default());
     }
     (
         motions[..size].par_chunks_mut(CHUNK),
         scratch.records[..size].par_chunks(CHUNK),
-        &scratch.counts,
+        &scratch.groups,
         &scratch.chunks,
     )
         .into_par_iter()
-        .for_each(|(motions, records, &count, &chunk)| {
+        .for_each(|(motions, records, group, &chunk)| {
             job.simd.run_lanes(FillChunk {
                 object,
                 lens,
                 job,
                 directions,
                 chunk,
-                records: &records[..count],
+                records: &records[..group.count],
                 motions,
             });
         });

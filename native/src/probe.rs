@@ -53,7 +53,7 @@ impl Probe {
     /// Sorts what `project` found; once, since it is sorted after that.
     pub fn sort(&mut self, job: &Job) {
         let scratch = &mut self.tape.scratch;
-        job.pool.install(|| render::sort_by_depth(scratch));
+        job.pool.install(|| render::sort_by_depth(job, scratch));
     }
 
     /// Lists the splats of every tile.

@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use rayon::prelude::*;
 use rayon::ThreadPool;
 
-use crate::bin::{Band, TileRow, TILE};
+use crate::bin::{TileRow, TILE};
 use crate::blend::{Tile, TileWork, BLOCK_WIDTH, TRANSMITTANCE_STOP};
 use crate::camera::{Group, Lens};
 use crate::ewa::ExactJudge;
@@ -13,7 +13,7 @@ use crate::project::{project_chunk, Needle, PosedCloud, Record, Slots, TileBox, 
 use crate::scene::CHUNK;
 use crate::scope::{Scope, Window};
 use crate::simd::Simd;
-use crate::sort;
+use crate::slab::{self, Slab};
 use crate::wide::{self, TileRays, TouchedBlocks, WideBlend, WideSplats, WideTile};
 
 /// Largest width and height, set by the 16-bit rows and tile columns.
@@ -65,36 +65,32 @@ pub(crate) struct Scratch {
     keys: Vec<u32>,
     boxes: Vec<TileBox>,
     pub(crate) needles: Vec<Needle>,
-    /// Records of each group of `CHUNK` slots.
-    pub(crate) counts: Vec<usize>,
+    /// What is in each `CHUNK` slots.
+    pub(crate) groups: Vec<slab::Group>,
     /// Which chunk of its cloud each of those groups came from.
     pub(crate) chunks: Vec<usize>,
-    pairs: Vec<u64>,
-    spare: Vec<u64>,
-    order: Vec<u32>,
-    ordered_boxes: Vec<TileBox>,
-    pub(crate) bands: Vec<Band>,
+    slabs: Vec<Slab>,
 }
 
 impl Scratch {
     /// Projects `objects` and lists their splats for every row of tiles, in depth order.
     pub(crate) fn list_splats<L: Lens>(&mut self, objects: &[PosedCloud], lens: &L, job: &Job) {
         project_all(objects, lens, job, self);
-        sort_by_depth(self);
+        sort_by_depth(job, self);
         bin_into_rows(job, self);
     }
 
     /// Where records are, chunk by chunk.
     fn slots(&self) -> impl Iterator<Item = usize> + '_ {
-        let groups = self.counts.iter().enumerate();
-        groups.flat_map(|(group, &count)| group * CHUNK..group * CHUNK + count)
+        let groups = self.groups.iter().enumerate();
+        groups.flat_map(|(place, group)| place * CHUNK..place * CHUNK + group.count)
     }
 
     /// Colours an object's splats (1, depth, 0) and the others (0, 0, depth): blended, they give the
     /// object's share of each pixel, and its summed depth beside that of the rest.
     fn mark(&mut self, object: u32) {
-        for (group, &count) in self.counts.iter().enumerate() {
-            for record in &mut self.records[group * CHUNK..group * CHUNK + count] {
+        for (place, group) in self.groups.iter().enumerate() {
+            for record in &mut self.records[place * CHUNK..place * CHUNK + group.count] {
                 record.colour = if record.object == object {
                     [1.0, record.depth, 0.0]
                 } else {
@@ -106,13 +102,22 @@ impl Scratch {
 
     /// Fills the lists of one row of tiles.
     pub(crate) fn fill_row(&self, row: usize, job: &Job, lists: &mut TileRow) {
-        let rows_of_tiles = job.view.height.div_ceil(TILE);
-        let rows_per_band = rows_of_tiles.div_ceil(self.bands.len());
-        let entries = self.bands[row / rows_per_band].row(row);
+        let entries = self.slabs.iter().map(|slab| slab.row(row));
         job.simd.run(
             #[inline(always)]
             || lists.fill(row, job.view.width.div_ceil(TILE), entries, &self.records),
         );
+    }
+
+    /// The slabs, to be filled, and what they are filled from.
+    fn slabs(&mut self) -> (&mut [Slab], slab::Projected<'_>) {
+        let splats = slab::Projected {
+            groups: &self.groups,
+            records: &self.records,
+            keys: &self.keys,
+            boxes: &self.boxes,
+        };
+        (&mut self.slabs, splats)
     }
 }
 
@@ -155,7 +160,7 @@ impl Engine {
     }
 }
 
-/// Fills records, keys, boxes and needles; leaves (key, slot) pairs in scene order.
+/// Fills records, keys, boxes and needles, chunk by chunk in scene order.
 pub(crate) fn project_all<L: Lens>(
     objects: &[PosedCloud],
     lens: &L,
@@ -190,10 +195,10 @@ pub(crate) fn project_all<L: Lens>(
     }
     scratch.chunks.clear();
     scratch.chunks.extend(seen.iter().map(|&(_, chunk)| chunk));
-    scratch.counts.clear();
-    scratch.counts.resize(seen.len(), 0);
+    scratch.groups.clear();
+    scratch.groups.resize(seen.len(), slab::Group::default());
     (
-        &mut scratch.counts,
+        &mut scratch.groups,
         scratch.records[..size].par_chunks_mut(CHUNK),
         scratch.keys[..size].par_chunks_mut(CHUNK),
         scratch.boxes[..size].par_chunks_mut(CHUNK),
@@ -201,74 +206,49 @@ pub(crate) fn project_all<L: Lens>(
         &seen,
     )
         .into_par_iter()
-        .for_each(|(count, records, keys, boxes, needles, &(posed, chunk))| {
+        .for_each(|(group, records, keys, boxes, needles, &(posed, chunk))| {
             let mut slots = Slots {
                 records,
                 keys,
                 boxes,
                 needles,
             };
-            *count = job.simd.run(
+            *group = job.simd.run(
                 #[inline(always)]
-                || project_chunk(posed, lens, &job.view, job.scope, chunk, &mut slots),
+                || {
+                    let count = project_chunk(posed, lens, &job.view, job.scope, chunk, &mut slots);
+                    slab::Group::new(&slots.keys[..count])
+                },
             );
         });
-    scratch.pairs.clear();
-    for (chunk, &count) in scratch.counts.iter().enumerate() {
-        let first = chunk * CHUNK;
-        let pairs =
-            (first..first + count).map(|slot| u64::from(scratch.keys[slot]) << 32 | slot as u64);
-        scratch.pairs.extend(pairs);
-    }
 }
 
 /// Orders the visible splats by depth; ties by object, then by place in the cloud.
-pub(crate) fn sort_by_depth(scratch: &mut Scratch) {
-    sort::sort_by_key(&mut scratch.pairs, &mut scratch.spare);
-    let records = &scratch.records;
-    sort::break_ties(&mut scratch.pairs, |slot| {
-        let record = &records[slot as usize];
-        (record.object, record.index)
-    });
-    scratch.order.clear();
-    scratch
-        .order
-        .extend(scratch.pairs.iter().map(|&pair| pair as u32));
-    scratch.ordered_boxes.clear();
-    scratch.ordered_boxes.extend(
-        scratch
-            .order
-            .iter()
-            .map(|&slot| scratch.boxes[slot as usize]),
-    );
+pub(crate) fn sort_by_depth(job: &Job, scratch: &mut Scratch) {
+    let ranges = slab::cut(&scratch.groups, rayon::current_num_threads());
+    scratch.slabs.resize_with(ranges.len(), Slab::default);
+    let (slabs, splats) = scratch.slabs();
+    (slabs, &ranges)
+        .into_par_iter()
+        .with_max_len(1)
+        .for_each(|(slab, range)| {
+            job.simd.run(
+                #[inline(always)]
+                || slab.sort(range, &splats),
+            );
+        });
 }
 
 /// Lists the splats of every row of tiles, in depth order.
 pub(crate) fn bin_into_rows(job: &Job, scratch: &mut Scratch) {
-    // Every band reads all boxes; more bands than threads only even the load out.
-    const BANDS_PER_THREAD: usize = 2;
     let rows_of_tiles = job.view.height.div_ceil(TILE);
-    let wanted = match rayon::current_num_threads() {
-        1 => 1,
-        threads => (threads * BANDS_PER_THREAD).min(rows_of_tiles),
-    };
-    let rows_per_band = rows_of_tiles.div_ceil(wanted);
-    scratch
-        .bands
-        .resize_with(rows_of_tiles.div_ceil(rows_per_band), Band::default);
-    let (order, boxes) = (&scratch.order, &scratch.ordered_boxes);
-    scratch
-        .bands
-        .par_iter_mut()
-        .enumerate()
-        .for_each(|(index, band)| {
-            let first = index * rows_per_band;
-            let end = (first + rows_per_band).min(rows_of_tiles);
-            job.simd.run(
-                #[inline(always)]
-                || band.fill(first..end, order, boxes),
-            );
-        });
+    let (slabs, splats) = scratch.slabs();
+    slabs.par_iter_mut().with_max_len(1).for_each(|slab| {
+        job.simd.run(
+            #[inline(always)]
+            || slab.bin(rows_of_tiles, &splats),
+        );
+    });
 }
 
 /// Blends every tile; a task is a row of tiles, whose pixels lie together in the picture.

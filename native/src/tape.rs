@@ -46,7 +46,7 @@ impl Tape {
         let mut scratch = Scratch::default();
         job.pool.install(|| {
             render::project_all(objects, lens, job, &mut scratch);
-            render::sort_by_depth(&mut scratch);
+            render::sort_by_depth(job, &mut scratch);
             render::bin_into_rows(job, &mut scratch);
             render::blend_all::<L, true>(objects, lens, job, &scratch, picture);
         });
@@ -79,9 +79,7 @@ impl Tape {
         d_picture: &PictureGradients,
     ) -> Vec<RowSums> {
         let (width, height) = (job.view.width, job.view.height);
-        let bands = &self.scratch.bands;
         let rows_of_tiles = height.div_ceil(TILE);
-        let rows_per_band = rows_of_tiles.div_ceil(bands.len());
         let columns = width.div_ceil(TILE);
         let judge = ExactJudge {
             objects,
@@ -94,8 +92,7 @@ impl Tape {
             .map_init(
                 || (TileRow::default(), Samples::default()),
                 |(lists, samples), row| {
-                    let entries = bands[row / rows_per_band].row(row);
-                    lists.fill(row, columns, entries, &self.scratch.records);
+                    self.scratch.fill_row(row, job, lists);
                     let mut out = RowSums {
                         slots: Vec::new(),
                         sums: Vec::new(),
@@ -135,7 +132,7 @@ impl Tape {
 
     /// Adds up each splat's tiles, row by row and from left to right.
     fn sum_rows(&self, rows: &[RowSums]) -> Vec<[f64; SUMS]> {
-        let count = self.scratch.counts.len() * CHUNK;
+        let count = self.scratch.groups.len() * CHUNK;
         let mut totals = vec![[0.0; SUMS]; count];
         let share = count.div_ceil(rayon::current_num_threads()).max(1);
         totals
@@ -167,12 +164,12 @@ impl Tape {
     ) -> Vec<ObjectGradients> {
         let groups: Vec<(Vec<SplatGradient>, TwistGradient)> = self
             .scratch
-            .counts
+            .groups
             .par_iter()
             .enumerate()
-            .map(|(group, &count)| {
+            .map(|(place, group)| {
                 let mut twist = TwistGradient::default();
-                let splats = (group * CHUNK..group * CHUNK + count)
+                let splats = (place * CHUNK..place * CHUNK + group.count)
                     .filter(|&slot| sums[slot].iter().any(|&v| v != 0.0))
                     .map(|slot| {
                         let record = &self.scratch.records[slot];

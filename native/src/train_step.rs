@@ -94,7 +94,7 @@ impl Trainee {
             job.simd,
         );
         let compared = Instant::now();
-        let records = self.scratch.counts.len() * CHUNK;
+        let records = self.scratch.groups.len() * CHUNK;
         self.sums
             .fill(lens, job, &self.scratch, records, &self.loss);
         let summed = Instant::now();
@@ -140,16 +140,16 @@ fn project_back<L: Curved>(
 ) -> Vec<GroupGradients> {
     let sh_count = posed.cloud.sh_count;
     scratch
-        .counts
+        .groups
         .par_iter()
         .zip(&scratch.chunks)
         .enumerate()
-        .map(|(group, (&count, &chunk))| {
+        .map(|(place, (group, &chunk))| {
             let mut out = GroupGradients {
                 chunk,
                 ..GroupGradients::default()
             };
-            let slots = group * CHUNK..group * CHUNK + count;
+            let slots = place * CHUNK..place * CHUNK + group.count;
             for (record, sums) in scratch.records[slots.clone()]
                 .iter()
                 .zip(&sums.totals[slots])
