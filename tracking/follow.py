@@ -49,6 +49,9 @@ SIGNIFICANT = 2.5
 REST_BLEND = 0.2
 """Share of a new measurement in a resting object's pose."""
 
+COASTED_FRAMES = 4
+"""A moving object is expected on its way for this many frames without agreement."""
+
 LOST_AFTER = 12
 """Frames without agreement, with the place in view, after which an object counts as lost."""
 
@@ -188,7 +191,7 @@ def _miss(task: Task, fit: Fit) -> Track:
         missed_frames=missed,
         still_frames=0,
         state=TrackState.OCCLUDED,
-        motion=Motion.rest(now),
+        motion=track.motion if missed <= COASTED_FRAMES else Motion.rest(now),
         rest=None,
     )
     gone = fit.visible_fraction < GONE_BELOW and fit.covered_fraction < 0.35
