@@ -34,6 +34,11 @@ CONVINCING_LIKENESS = 0.38
 LEAST_LIKENESS = 0.35
 """What the likeness of a textured object must reach to convince, and to be believed at all."""
 
+RECOGNISED_LIKENESS = 0.5
+RECOGNISED_VISIBLE = 0.6
+RECOGNISED_AGREEMENT = 0.3
+"""A pattern that is seen this well, and is this like the drawn one, needs less of an outline."""
+
 FAR_PRICE = 0.012
 """Quality that a pose costs per squared standard deviation from its prediction."""
 
@@ -196,7 +201,8 @@ def is_doubtful(task: Task, fit: Fit) -> bool:
     if task.model.source.box_m[2] >= HEAVY_HEIGHT_M:
         return False
     unsure = task.track.missed_frames > 0
-    if fit.agreement < CONVINCING and (unsure or _has_left_its_rest(task, fit)):
+    weak = fit.agreement < CONVINCING and not _is_recognised(fit)
+    if weak and (unsure or _has_left_its_rest(task, fit)):
         return True
     lifted = _is_lifted(task, fit.world_from_object)
     wanted = LEAST_LIKENESS + 0.05 * lifted + 0.12 * unsure
@@ -250,4 +256,11 @@ def _is_convincing(fit: Fit) -> bool:
 def is_believable(fit: Fit) -> bool:
     """Whether enough of the object is seen, agrees and looks like it."""
     alike = not fit.textured or fit.likeness >= LEAST_LIKENESS
-    return fit.agreement >= HOLD_BELOW and fit.visible_fraction >= LEAST_VISIBLE and alike
+    least = RECOGNISED_AGREEMENT if _is_recognised(fit) else HOLD_BELOW
+    return fit.agreement >= least and fit.visible_fraction >= LEAST_VISIBLE and alike
+
+
+def _is_recognised(fit: Fit) -> bool:
+    """Whether an object's pattern alone tells that it is there."""
+    shows = fit.visible_fraction >= RECOGNISED_VISIBLE
+    return fit.textured and shows and fit.likeness >= RECOGNISED_LIKENESS

@@ -50,7 +50,7 @@ REST_BLEND = 0.2
 """Share of a new measurement in a resting object's pose."""
 
 COASTED_FRAMES = 4
-"""A moving object is expected on its way for this many frames without agreement."""
+"""A carried object is expected on its way for this many frames without agreement."""
 
 LOST_AFTER = 12
 """Frames without agreement, with the place in view, after which an object counts as lost."""
@@ -182,6 +182,7 @@ def _miss(task: Task, fit: Fit) -> Track:
     """The track after a frame without a measurement: hold it, or look around."""
     track, now = task.track, task.scene.frame.t_ns
     missed = track.missed_frames + 1
+    is_carried = task.model.source.box_m[2] < HEAVY_HEIGHT_M
     grown = track.covariance + np.diag([0.03**2, 0.03**2, 0.002**2, math.radians(3) ** 2])
     held = replace(
         track,
@@ -191,7 +192,7 @@ def _miss(task: Task, fit: Fit) -> Track:
         missed_frames=missed,
         still_frames=0,
         state=TrackState.OCCLUDED,
-        motion=track.motion if missed <= COASTED_FRAMES else Motion.rest(now),
+        motion=track.motion if is_carried and missed <= COASTED_FRAMES else Motion.rest(now),
         rest=None,
     )
     gone = fit.visible_fraction < GONE_BELOW and fit.covered_fraction < 0.35
