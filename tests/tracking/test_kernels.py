@@ -6,12 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scenes.cameras import Fisheye, Pinhole, Rig
+from scenes.cameras import Fisheye, Pinhole, Rig, pixel_centres
 from scenes.frames import FRONT_FROM_BACK_LENS, look_at
 from scenes.pose import Pose, rotation_angle, rotation_from_vector
-from scenes.render.native import NativeRenderer
-from scenes.render.renderer import PosedSplats, RenderOptions
-from scenes.splats import SplatCloud
+from scenes.render.renderer import Rendering
 from tracking import reference
 from tracking.background import Exposure
 from tracking.colours import ColourModel
@@ -28,38 +26,40 @@ RIG = Rig((LENS, LENS), (Pose.identity(), FRONT_FROM_BACK_LENS))
 CHAIR = np.array([0.0, 0.0, 0.4])
 
 
-def brick(rng, count=1500):
-    """A brick of splats, each face in its own colours."""
-    axis, side = rng.integers(0, 3, count), rng.choice([-1.0, 1.0], count)
-    means = rng.uniform(-1, 1, (count, 3))
-    means[np.arange(count), axis] = side
-    colours = (
-        0.3 + 0.2 * axis[:, None] * np.array([1.0, 0.4, -0.5]) + rng.normal(0, 0.1, (count, 3))
-    )
-    scales = np.full((count, 3), 0.02)
-    return SplatCloud(
-        (means * np.array([0.3, 0.2, 0.4]) + CHAIR).astype(np.float32),
-        scales.astype(np.float32),
-        np.tile(np.array([1, 0, 0, 0], np.float32), (count, 1)),
-        np.full(count, 0.9, np.float32),
-        ((colours - 0.5) / 0.2821).astype(np.float32)[:, None, :],
-    )
+AXES_M = np.array([0.3, 0.2, 0.4])
+
+
+def egg(camera, world_from_camera, world_from_object):
+    """A coloured egg as a lens sees it: nine rays a pixel meet it where a quadratic says."""
+    fine = camera.resized(3 * camera.width_px, 3 * camera.height_px)
+    object_from_camera = world_from_object.inverse() @ world_from_camera
+    eye = (object_from_camera.translation - CHAIR) / AXES_M
+    rays = fine.unproject(pixel_centres(fine)) @ object_from_camera.rotation.T / AXES_M
+    along, length2 = rays @ eye, (rays**2).sum(axis=1)
+    root = along**2 - length2 * (eye @ eye - 1)
+    hit = root > 0
+    distance = np.where(hit, (-along - np.sqrt(np.maximum(root, 0))) / length2, 0.0)
+    place = eye + distance[:, None] * rays
+    colours = 0.45 + 0.15 * np.sin(9 * place) + 0.1 * place[:, 2:]
+    shape = (camera.height_px, 3, camera.width_px, 3)
+
+    def averaged(values):
+        return (values * hit).reshape(shape).mean(axis=(1, 3)).astype(np.float32)
+
+    alpha = averaged(np.ones(len(hit)))
+    rgb = np.stack([averaged(channel) for channel in colours.T], axis=2)
+    return Rendering(rgb, alpha, averaged(distance) / np.maximum(alpha, np.float32(1e-6)))
 
 
 @pytest.fixture(scope="module", params=[LENS, DISTORTED], ids=["equidistant", "distorted"])
 def seen(request):
-    """A window with a brick in front of noise, and what was drawn."""
+    """A window with an egg in front of noise, and the egg alone."""
     rng = np.random.default_rng(4)
     rig = Rig((request.param, request.param), (Pose.identity(), FRONT_FROM_BACK_LENS))
     world_from_rig = look_at(np.array([2.0, 0.3, 1.2]), np.array([0.0, 0.5, 0.4]))
     world_from_object = Pose.from_yaw(0.4, (0.0, 0.0, 0.0))
     window = window_around(rig, world_from_rig, world_from_object @ CHAIR, radius_m=0.6)
-    drawn = NativeRenderer().render(
-        (PosedSplats(brick(rng), world_from_object),),
-        window.camera,
-        window.world_from_camera,
-        RenderOptions(antialias=True),
-    )
+    drawn = egg(window.camera, window.world_from_camera, world_from_object)
     alpha = drawn.alpha[..., None]
     room = rng.uniform(0.55, 0.75, drawn.rgb.shape)
     noise = rng.normal(0, 0.02, drawn.rgb.shape)
@@ -68,7 +68,7 @@ def seen(request):
     foreground = foreground.astype(np.float32)
     own = foreground * rng.uniform(0.8, 1.0, foreground.shape).astype(np.float32)
     hidden = np.zeros_like(foreground)
-    hidden[:, : hidden.shape[1] * 4 // 10] = 1.0
+    hidden[:, : hidden.shape[1] * 46 // 100] = 1.0
     shape = (window.camera.width_px, window.camera.height_px)
     native = SeenWindow(live, foreground, own, hidden, shape)
     return Evidence(window, live, foreground, own, hidden, native), drawn, world_from_object
@@ -163,7 +163,7 @@ def test_a_refinement_is_the_readable_one(seen, is_round):
     np.testing.assert_allclose(found[2], wanted[2], rtol=0.03, atol=0.03 * np.abs(wanted[2]).max())
 
 
-def test_a_refinement_finds_the_pose_that_was_drawn(seen):
+def test_a_refinement_comes_near_the_pose_that_was_drawn(seen):
     evidence, drawn, world_from_object = seen
     measurement = measured(evidence, drawn, world_from_object)
     measurement = replace(measurement, low_pass_px=0.0, prior_halo_m=0.0)
@@ -171,7 +171,8 @@ def test_a_refinement_finds_the_pose_that_was_drawn(seen):
     found, _, _ = refined(evidence.seen, measurement, start, 0.0, rounds=[(9.0, 3), (3.0, 6)])
     apart = found.inverse() @ world_from_object
     assert float(np.linalg.norm(apart.translation)) < 0.02
-    assert math.degrees(rotation_angle(apart.rotation)) < 1.0
+    # Half of it is hidden, and the outline of an egg slides over it as it turns.
+    assert rotation_angle(apart.rotation) < 0.75 * 0.04
 
 
 def test_the_readable_derivatives_are_differences(seen):
