@@ -1,4 +1,4 @@
-"""Views that the later stages look at: the paper's rectified front view and crops of one object."""
+"""The paper's rectified front view, compared with the empty room."""
 
 from __future__ import annotations
 
@@ -6,22 +6,16 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from devices.messages import Frame
 from scenes.cameras import Pinhole, Rig
 from scenes.pose import Pose
-from scenes.warp import VirtualView, front_view, view_towards, warp
+from scenes.warp import VirtualView, front_view, warp
 from tracking.background import Difference, Exposure, Plates, difference, expose
 
 FRONT_SIZE_PX = 640
 """Side of the rectified view (paper 4.4.1)."""
-
-CROP_MARGIN = 1.55
-"""Side of a crop over the angular size of the object in it."""
-
-CROP_SIZES_PX = (120, 320)
-"""Smallest and largest side of a crop."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,34 +82,3 @@ def front(rig: Rig, world_from_rig: Pose, *, fov_deg: float) -> VirtualView:
     if not 10.0 <= fov_deg <= 175.0:
         raise ValueError(f"rectified view: field of view {fov_deg}°, wanted 10..175°")
     return front_view(rig, world_from_rig, size_px=FRONT_SIZE_PX, fov=math.radians(fov_deg))
-
-
-def crop_around(
-    rig: Rig,
-    world_from_rig: Pose,
-    centre_in_world: ArrayLike,
-    *,
-    radius_m: float,
-    lens: int | None = None,
-) -> VirtualView:
-    """A view of one object at the lens's own resolution.
-
-    Args:
-        rig: the 360° camera.
-        world_from_rig: its pose.
-        centre_in_world: (3,) centre of the object.
-        radius_m: of the sphere around the object.
-        lens: take this lens instead of the one that sees the centre best.
-    """
-    centre = np.asarray(centre_in_world, dtype=np.float64)
-    distance = max(float(np.linalg.norm(centre - world_from_rig.translation)), 1.05 * radius_m)
-    focal = rig.lenses[0].f_px
-    half_tangent = math.tan(math.asin(min(0.8, radius_m / distance)))
-    wanted = 2.0 * CROP_MARGIN * half_tangent * focal
-    low, high = CROP_SIZES_PX
-    size = int(min(max(wanted, low), high)) // 2 * 2
-    if wanted > high:
-        focal *= high / wanted
-    return view_towards(
-        rig, world_from_rig, centre, size_px=(size, size), focal_px=focal, lens=lens
-    )
