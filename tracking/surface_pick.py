@@ -1,4 +1,4 @@
-"""Corners that somebody clicks in a lens picture, put onto the flat surface that the room has there.
+"""Corners clicked in a lens picture, put onto the flat surface that the room has there.
 
 The room's splats are drawn from the camera; what is drawn between the clicks gives a plane, and
 the rays of the clicks meet it in the corners.

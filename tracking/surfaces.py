@@ -45,7 +45,7 @@ MARGIN = 0.15
 """Of the longest side: how far beyond the edge the coarse picture looks."""
 
 DOUBLED = 2
-"""The coarse picture is looked up this many times finer and averaged, or thin lines would flicker."""
+"""The coarse picture is looked up so many times finer and averaged, or thin lines would flicker."""
 
 NEARER_M = 0.03
 """What is in front of a surface by less than this lies on it."""

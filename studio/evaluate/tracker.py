@@ -49,6 +49,7 @@ TABLES: Mapping[str, Table] = {
     "rest": Table("rest", "evaluate", 1, 5, "how much the poses of still objects shake"),
     "distance": Table("distance", "evaluate", 1, 5, "error against size, beside the bound"),
     "camera": Table("camera", "evaluate", 5, 10, "what is left of the camera pose's error"),
+    "surface": Table("surface", "evaluate", 2, 5, "where the corners of live surfaces come out"),
     "latency": Table("latency", "evaluate", 1, 3, "30 frames a second in, poses out"),
 }
 

@@ -62,7 +62,7 @@ def test_beyond_the_horizon_there_is_nothing():
         (POSTER[:3], "four finite"),
         (np.where(POSTER == 0.3, np.nan, POSTER), "four finite"),
         (POSTER[[0, 2, 1, 3]], "convex|span no area"),
-        (POSTER + [[0, 0, 0.5], [0, 0, 0], [0, 0, 0.5], [0, 0, 0]], "off their plane"),
+        (POSTER + np.array([[0, 0, 0.5], [0, 0, 0], [0, 0, 0.5], [0, 0, 0]]), "off their plane"),
         (POSTER[[0, 0, 0, 0]], "span no area"),
         (np.array([[0, 0, 1], [1, 0, 1], [0.2, 0.2, 1], [0, 1, 1.0]]), "convex"),
     ],
@@ -107,7 +107,7 @@ def test_a_poster_in_a_fisheye_picture_comes_out_as_its_artwork(raycast):
 
 
 def test_tables_between_projected_places_are_right_to_a_twentieth_of_a_pixel():
-    quad = quad_of(POSTER + [0.9, 0.2, -0.9])
+    quad = quad_of(POSTER + np.array([0.9, 0.2, -0.9]))
     size = native_size_px(quad, RIG, Pose.identity())
     table = surface_view(quad, RIG, Pose.identity(), size).tables[0]
     y, x = np.mgrid[0 : size[1], 0 : size[0]] + 0.5
@@ -120,7 +120,7 @@ def test_tables_between_projected_places_are_right_to_a_twentieth_of_a_pixel():
 
 def test_the_lens_that_sees_a_surface_best_is_taken():
     ahead = surface_view(quad_of(POSTER), RIG, Pose.identity(), (60, 40))
-    behind = quad_of((POSTER * [-1, 1, -1]))
+    behind = quad_of(POSTER * [-1, 1, -1])
     assert [table.lens for table in ahead.tables] == [0]
     assert [t.lens for t in surface_view(behind, RIG, Pose.identity(), (60, 40)).tables] == [1]
     # From behind nobody sees anything.
