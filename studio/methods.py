@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from scenes.package import ScenePackage
-from studio.evaluate.perfect_detector import PerfectDetector
+from tracking.detect import Detector
+from tracking.matcher import Matcher
 from tracking.output import Stopwatch, TrackingMethod, no_stopwatch
 
 METHODS = ("own", "paper")
@@ -14,8 +15,9 @@ METHODS = ("own", "paper")
 def make_method(
     name: str,
     scene: ScenePackage,
-    perfect_detector: PerfectDetector | None = None,
+    detector: Detector | None = None,
     *,
+    matcher: Matcher | None = None,
     stopwatch: Stopwatch = no_stopwatch,
 ) -> TrackingMethod[Any]:
     """A tracker for the objects of a scene.
@@ -23,8 +25,9 @@ def make_method(
     Args:
         name: one of `METHODS`.
         scene: splats of the room and of its objects, with their last known poses.
-        perfect_detector: finds the objects for the paper's method in place of its trained network;
-            without one, it looks for what differs from the empty room.
+        detector: finds the objects for the paper's method, such as a perfect one in place of its
+            trained network; without one, it looks for what differs from the empty room.
+        matcher: finds corresponding points for the paper's method; SIFT if None.
         stopwatch: for the stage durations.
 
     Raises:
@@ -41,7 +44,8 @@ def make_method(
             scene.room,
             scene.objects,
             NativeRenderer(),
-            detector=perfect_detector,
+            detector=detector,
+            matcher=matcher,
             stopwatch=stopwatch,
         )
     raise ValueError(f"tracking method {name!r}: wanted one of {', '.join(METHODS)}")

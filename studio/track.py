@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from devices.messages import Frame
     from studio.rows import Row
+    from tracking.detect import Detector
+    from tracking.matcher import Matcher
     from tracking.output import TrackingMethod, TrackOutput
 
 RECORDING_SUFFIX = ".mcap"
@@ -38,6 +40,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--method", choices=("own", "paper"), default="own", help="tracker (default: own)"
     )
+    parser.add_argument(
+        "--detector",
+        type=Path,
+        metavar="FILE.onnx",
+        help="with --method paper: your YOLO11-seg network finds the objects (default: what "
+        "differs from the empty room)",
+    )
+    parser.add_argument(
+        "--matcher",
+        type=Path,
+        metavar="FILE.onnx",
+        help="with --method paper: your extractor with LightGlue finds corresponding points "
+        "(default: SIFT)",
+    )
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
 
 
@@ -51,13 +67,16 @@ def run(args: argparse.Namespace) -> int:
 
     if args.out.is_dir() or not args.out.parent.is_dir():
         raise ValueError(f"{args.out}: wanted a file name in a folder that exists")
+    detector, matcher = _networks(args.method, args.detector, args.matcher)
     frames, span_ns = _frames(args.video, args.camera)
     scene = open_scene(args.scene)
     if not scene.objects:
         raise ValueError(
             f"{args.scene}: no movable object in it; cut one out with 'nexus cut' first"
         )
-    method = make_method(args.method, scene, stopwatch=time.perf_counter_ns)
+    method = make_method(
+        args.method, scene, detector, matcher=matcher, stopwatch=time.perf_counter_ns
+    )
     progress = text_progress()
     progress.begin(f"tracking {args.video.name}")
 
@@ -159,6 +178,30 @@ def tracks_as_json(
     if not tally.frames:
         raise ValueError("the footage is without a single picture")
     yield b"\n]}}\n"
+
+
+def _networks(
+    method: str, detector_file: Path | None, matcher_file: Path | None
+) -> tuple[Detector | None, Matcher | None]:
+    """The user's networks, opened and tried before anything else begins.
+
+    Raises:
+        ValueError: a file is missing or is another network, or the method has no use for one.
+    """
+    if method != "paper" and (detector_file or matcher_file):
+        raise ValueError(
+            "--detector and --matcher: our own tracker needs no networks; add --method paper"
+        )
+    detector, matcher = None, None
+    if detector_file is not None:
+        from tracking.yolo import YoloSegDetector
+
+        detector = YoloSegDetector(detector_file)
+    if matcher_file is not None:
+        from tracking.lightglue import LightGlueMatcher
+
+        matcher = LightGlueMatcher(matcher_file)
+    return detector, matcher
 
 
 def _frames(video: Path, camera_file: Path | None) -> tuple[Iterator[Frame], int]:

@@ -44,11 +44,12 @@ from tracking.identity import (
 )
 from tracking.layers import LayerMemo
 from tracking.learn import learn, whole_lens
+from tracking.matcher import Matcher, SiftMatcher
 from tracking.model import RENDER_OPTIONS, make_model
 from tracking.output import Stopwatch, TrackOutput, no_stopwatch
 from tracking.rectify import RectifiedView, front, rectify
 from tracking.refine import chamfer, contour_pixels, minimise_chamfer, observe_contour
-from tracking.search import Matcher, SiftMatcher, coarse_yaw
+from tracking.search import coarse_yaw
 from tracking.smooth import Glide, Kalman
 from tracking.window import window_around
 

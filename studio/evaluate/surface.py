@@ -1,16 +1,17 @@
 """How exactly live surfaces lie on what they show: corners against the truth, two ways.
 
 The true corners of boards and posters come from the room's meshes. Once the camera has found its
-own pose, each corner's place in the lens picture is compared with the true one; and the surface's
-picture, made from noisy compressed video, is registered to what is painted on the mesh, which
-needs no pose at all. Corners clicked in the lens picture are compared in the room.
+own pose, each corner's place in the lens picture is compared with the true one. The surface's
+picture, made from noisy compressed video, is also registered to what is painted on the mesh: that
+needs no pose at all, but is right to a few tenths of a pixel only, so it has no bar. Corners
+clicked in the lens picture are compared in the room.
 """
 
 from __future__ import annotations
 
 import time
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import cv2
@@ -31,8 +32,8 @@ from studio.evaluate.flat_faces import FlatFaces
 from studio.evaluate.trial import Answer, Trial, film_messages
 from studio.rows import Row, at_most
 from tracking.surface_pick import corners_from_clicks
-from tracking.surface_view import fineness, native_size_px, quad_of
-from tracking.surfaces import SurfacesState, step
+from tracking.surface_view import native_size_px, quad_of
+from tracking.surfaces import SurfacePicture, SurfacesState, step
 
 SCENE = "lab"
 TOWARDS: Mapping[str, tuple[float, float, float]] = {
@@ -53,8 +54,26 @@ CLICK_PX = 0.5
 BAR_PX = 2.0
 
 REGISTERED = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 200, 1e-7)
+ECC_BLUR_PX = 5
 LEAST_CORRELATION = 0.8
 """A registration that fits worse has not found the picture."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Look:
+    """A frame, with the camera where a method says it is and where it truly is."""
+
+    frame: Frame
+    world_from_rig: Pose
+    true_world_from_rig: Pose
+
+    def lens_px(self, points: NDArray[np.float64], lens: int) -> NDArray[np.float64]:
+        """(N, 2) where the method takes world points to be in a lens picture."""
+        return _in_lens(self.frame, self.world_from_rig, lens, points)
+
+    def true_lens_px(self, points: NDArray[np.float64], lens: int) -> NDArray[np.float64]:
+        """(N, 2) where they are."""
+        return _in_lens(self.frame, self.true_world_from_rig, lens, points)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,7 +82,7 @@ class Shown:
 
     Attributes:
         corner_px: (4,) how far each corner is off in the lens picture.
-        registered_px: (4,) the same by registration, in the surface's pixels; NaN if it failed.
+        registered_px: (4,) the same by registration; NaN if it failed.
         clicked_mm: (4,) how far clicked corners are off in the room.
         picture: what is shown.
         painting: what should be.
@@ -91,109 +110,112 @@ def evaluate(asked: Asked) -> Findings:
     shown: dict[str, dict[str, list[Shown]]] = {
         name: defaultdict(list[Shown]) for name in asked.methods
     }
-    step_ms: list[float] = []
+    step_ms = float("inf")
     with FilmSet(room, cache=asked.cache) as film_set:
         for seed in asked.seeds:
-            frame, answers = _located(film_set, trial, taken, asked, seed)
-            for method, answer in answers.items():
-                pose = answer.world_from_rig or answer.truth.world_from_rig
-                surfaces = _surfaces(faces, frame, pose)
-                clicks = np.random.default_rng([seed, 43])
-                for surface, seen in _shown(surfaces, frame, pose, answer, faces):
-                    clicked = _clicked(surface, frame, pose, answer, scene.room, clicks)
-                    shown[method][surface.surface_id].append(
-                        Shown(seen[0], seen[1], clicked, seen[2], seen[3])
-                    )
-                if method == asked.methods[0]:
-                    step_ms.append(_step_ms(surfaces, frame, pose))
-    return _report(shown, min(step_ms))
+            for method, look in _looks(film_set, trial, taken, asked, seed).items():
+                surfaces = _surfaces(faces, look)
+                _, pictures = step(SurfacesState(), look.frame, surfaces, look.world_from_rig)
+                hand = np.random.default_rng([seed, 43])
+                for surface, seen in zip(surfaces, pictures, strict=True):
+                    judged = _judged(look, surface, seen, faces, _clicker(look, scene.room, hand))
+                    shown[method][surface.surface_id].append(judged)
+                step_ms = min(step_ms, _step_ms(surfaces, look))
+    return _report(shown, step_ms)
 
 
-def _located(
+def _looks(
     film_set: FilmSet, trial: Trial, taken: list[Shot], asked: Asked, seed: int
-) -> tuple[Frame, Mapping[str, Answer]]:
-    """The last frame of a take, and what the methods said of it."""
+) -> Mapping[str, Look]:
+    """The last frame of a take, as each method has it."""
     states = trial.start()
-    found: tuple[Frame, Mapping[str, Answer]] | None = None
+    looks: Mapping[str, Look] = {}
     for message in film_messages(film_set, taken, asked, seed=seed, what=f"{SCENE}, boards"):
         states, answers = trial.step(states, message)
-        found = message.frame, answers
-    if found is None:
-        raise ValueError("a take without a single frame cannot be judged")
-    return found
+        looks = {name: _look(message.frame, answer) for name, answer in answers.items()}
+    return looks
 
 
-def _surfaces(faces: FlatFaces, frame: Frame, world_from_rig: Pose) -> list[LiveSurface]:
+def _look(frame: Frame, answer: Answer) -> Look:
+    known = answer.world_from_rig or frame.world_from_rig
+    assert known is not None  # a take is played with a known pose
+    return Look(frame, known, answer.truth.world_from_rig)
+
+
+def _surfaces(faces: FlatFaces, look: Look) -> list[LiveSurface]:
     """The true boards, as fine as the lenses see them."""
     surfaces = []
     for name, place in TOWARDS.items():
         corners = faces.rectangle_towards(place)
-        size = native_size_px(quad_of(corners), frame.rig, world_from_rig)
-        surfaces.append(LiveSurface(name, corners, size, frame.stream_id))
+        size = native_size_px(quad_of(corners), look.frame.rig, look.world_from_rig)
+        surfaces.append(LiveSurface(name, corners, size, look.frame.stream_id))
     return surfaces
 
 
-def _shown(
-    surfaces: list[LiveSurface], frame: Frame, pose: Pose, answer: Answer, faces: FlatFaces
-) -> Iterable[
-    tuple[
-        LiveSurface,
-        tuple[
-            NDArray[np.float64], NDArray[np.float64], NDArray[np.uint8], NDArray[np.uint8]
-        ],
-    ]
-]:
-    """Each surface with its corners' errors, two ways, its picture and the painting."""
-    _, pictures = step(SurfacesState(), frame, surfaces, pose)
-    for surface, seen in zip(surfaces, pictures, strict=True):
-        painting = faces.painting(quad_of(surface.corners_in_world), surface.size_px)
-        lens = 0 if seen.lens is None else seen.lens
-        apart = _in_lens(frame, pose, lens, surface.corners_in_world) - _in_lens(
-            frame, answer.truth.world_from_rig, lens, surface.corners_in_world
-        )
-        registered = registered_corners_px(painting, seen.picture)
-        yield surface, (np.linalg.norm(apart, axis=1), registered, seen.picture, painting)
+def _judged(
+    look: Look, surface: LiveSurface, seen: SurfacePicture, faces: FlatFaces, click: Clicker
+) -> Shown:
+    """One surface against the truth.
+
+    Raises:
+        ValueError: no lens sees it.
+    """
+    if seen.lens is None:
+        raise ValueError(f"surface {surface.surface_id!r}: no lens sees it, so it is no test")
+    corners, quad = surface.corners_in_world, quad_of(surface.corners_in_world)
+    apart = look.lens_px(corners, seen.lens) - look.true_lens_px(corners, seen.lens)
+    painting = faces.painting(quad, surface.size_px)
+    places, _ = quad.points(registered_corners(painting, seen.picture))
+    moved = look.lens_px(places, seen.lens) - look.lens_px(corners, seen.lens)
+    clicked = click(corners, seen.lens)
+    return Shown(
+        np.linalg.norm(apart, axis=1),
+        np.linalg.norm(moved, axis=1),
+        1000.0 * np.linalg.norm(clicked - corners, axis=1),
+        seen.picture,
+        painting,
+    )
 
 
-def registered_corners_px(
+def registered_corners(
     painting: NDArray[np.uint8], picture: NDArray[np.uint8]
 ) -> NDArray[np.float64]:
-    """(4,) pixels between the corners of two pictures of one thing, by a homography (ECC).
+    """(4, 2) where a painting's corners are in a picture of it, 0..1 across the picture.
 
-    NaN where the two are not enough alike.
+    By the affine map under which the two correlate best (ECC): a camera pose that is a little off
+    does no more, and a homography's corners would swing where a painting is plain. NaN where the
+    two are not enough alike.
     """
     greys = [cv2.cvtColor(p, cv2.COLOR_RGB2GRAY) for p in (painting, picture)]
-    start = np.eye(3, dtype=np.float32)
-    try:
-        alike, found = cv2.findTransformECC(  # pyright: ignore[reportCallIssue]
-            *greys, start, cv2.MOTION_HOMOGRAPHY, REGISTERED, None, 5
-        )  # pyright: ignore[reportArgumentType]
-    except cv2.error:
-        return np.full(4, np.nan)
-    if alike < LEAST_CORRELATION:
-        return np.full(4, np.nan)
     height, width = painting.shape[:2]
-    corners = np.array([[[0, 0], [width, 0], [width, height], [0, height]]], np.float32) - 0.5
-    moved = cv2.perspectiveTransform(corners, np.asarray(found, dtype=np.float32))
-    return np.linalg.norm((moved - corners)[0].astype(np.float64), axis=1)
+    found = np.eye(2, 3, dtype=np.float32)
+    everywhere = np.full((height, width), 255, np.uint8)
+    try:
+        alike, found = cv2.findTransformECC(
+            greys[0], greys[1], found, cv2.MOTION_AFFINE, REGISTERED, everywhere, ECC_BLUR_PX
+        )
+    except cv2.error:
+        alike = 0.0
+    if alike < LEAST_CORRELATION:
+        return np.full((4, 2), np.nan)
+    corners = np.array([[0, 0], [width, 0], [width, height], [0, height]], np.float64)
+    affine = np.asarray(found, dtype=np.float64)
+    # OpenCV counts from the middle of the first pixel.
+    moved = (corners - 0.5) @ affine[:, :2].T + affine[:, 2] + 0.5
+    return moved / (width, height)
 
 
-def _clicked(
-    surface: LiveSurface,
-    frame: Frame,
-    pose: Pose,
-    answer: Answer,
-    room: SplatCloud,
-    rng: np.random.Generator,
-) -> NDArray[np.float64]:
-    """(4,) millimetres between true corners and those that somebody clicks in the live picture."""
-    corners = surface.corners_in_world
-    quad, rig = quad_of(corners), frame.rig
-    lens = max(range(len(rig.lenses)), key=lambda i: fineness(quad, rig, pose, i))
-    where = _in_lens(frame, answer.truth.world_from_rig, lens, corners)
-    clicks = where + rng.normal(scale=CLICK_PX, size=where.shape)
-    found = corners_from_clicks(clicks, lens, rig, pose, room, NativeRenderer())
-    return 1000.0 * np.linalg.norm(found - corners, axis=1)
+Clicker = Callable[[NDArray[np.float64], int], NDArray[np.float64]]
+"""True corners and a lens in; the corners that somebody gets by clicking them in its picture."""
+
+
+def _clicker(look: Look, room: SplatCloud, rng: np.random.Generator) -> Clicker:
+    def click(corners: NDArray[np.float64], lens: int) -> NDArray[np.float64]:
+        clicks = look.true_lens_px(corners, lens) + rng.normal(scale=CLICK_PX, size=(4, 2))
+        rig = look.frame.rig
+        return corners_from_clicks(clicks, lens, rig, look.world_from_rig, room, NativeRenderer())
+
+    return click
 
 
 def _in_lens(
@@ -203,8 +225,9 @@ def _in_lens(
     return frame.rig.lenses[lens].project(world_from_lens.inverse() @ points)[0]
 
 
-def _step_ms(surfaces: list[LiveSurface], frame: Frame, pose: Pose) -> float:
+def _step_ms(surfaces: list[LiveSurface], look: Look) -> float:
     """Processor milliseconds a surface and frame: the quickest of many steps."""
+    frame, pose = look.frame, look.world_from_rig
     state, _ = step(SurfacesState(), frame, surfaces, pose)
     quickest = float("inf")
     for _ in range(TIMED_STEPS):
@@ -222,10 +245,13 @@ def _report(results: Results, step_ms: float) -> Findings:
         registered = np.concatenate([shown.registered_px for shown in seen])
         clicked = np.concatenate([shown.clicked_mm for shown in seen])
         bar = own_bar(method, BAR_PX)
-        for name, values in (("corner_px", corner), ("registered_px", registered)):
+        for name, values, limit in (
+            ("corner_px", corner, bar),
+            ("registered_px", registered, None),
+        ):
             full = row_name(method, f"surface.{name}")
-            findings.rows.append(at_most(full, float(np.nanmean(values)), "px", bar=bar))
-            findings.rows.append(at_most(f"{full}.max", float(np.nanmax(values)), "px", bar=bar))
+            findings.rows.append(at_most(full, float(np.nanmean(values)), "px", bar=limit))
+            findings.rows.append(at_most(f"{full}.max", float(np.nanmax(values)), "px", bar=limit))
         unregistered = float(np.isnan(registered).mean())
         findings.rows.append(Row(row_name(method, "surface.unregistered"), unregistered, ""))
         findings.rows.append(

@@ -149,3 +149,18 @@ def test_a_recording_without_the_camera_s_place_says_so(tiny, tmp_path, capsys):
     assert main(["track", str(tmp_path / "tiny"), str(path), "--out", str(out)]) == EXIT_INPUT
     assert "has no camera pose" in capsys.readouterr().err
     assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("flags", "message"),
+    [
+        (["--matcher", "none.onnx"], "add --method paper"),
+        (["--method", "paper", "--matcher", "none.onnx"], "no such file"),
+        (["--method", "paper", "--detector", "none.onnx"], "no such file"),
+    ],
+)
+def test_networks_are_refused_before_anything_begins(tmp_path, capsys, flags, message):
+    out = tmp_path / "tracks.json"
+    assert main(["track", "lab", str(tmp_path), "--out", str(out), *flags]) == EXIT_INPUT
+    assert message in capsys.readouterr().err
+    assert not out.exists()

@@ -4,7 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from tracking.search import Matches, SiftMatcher, coarse_yaw, keypoint_loss
+from tracking.matcher import Matches, SiftMatcher
+from tracking.search import coarse_yaw, keypoint_loss
 
 
 def points(count, *, outliers=0, seed=0):
