@@ -3,8 +3,8 @@
 The true corners of boards and posters come from the room's meshes. Once the camera has found its
 own pose, each corner's place in the lens picture is compared with the true one. The surface's
 picture, made from noisy compressed video, is also registered to what is painted on the mesh: that
-needs no pose at all, but is right to a few tenths of a pixel only, so it has no bar. Corners
-clicked in the lens picture are compared in the room.
+needs no pose at all, adds a tenth of a pixel of its own and has no bar: it confirms the first
+figure. Corners clicked in the lens picture are compared in the room.
 """
 
 from __future__ import annotations
@@ -55,6 +55,9 @@ BAR_PX = 2.0
 
 REGISTERED = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 200, 1e-7)
 ECC_BLUR_PX = 5
+ECC_ROUNDS = 3
+"""What one registration leaves of a shift, for the pictures' borders, the next one finds."""
+
 LEAST_CORRELATION = 0.8
 """A registration that fits worse has not found the picture."""
 
@@ -188,20 +191,27 @@ def registered_corners(
     """
     greys = [cv2.cvtColor(p, cv2.COLOR_RGB2GRAY) for p in (painting, picture)]
     height, width = painting.shape[:2]
-    found = np.eye(2, 3, dtype=np.float32)
     everywhere = np.full((height, width), 255, np.uint8)
-    try:
-        alike, found = cv2.findTransformECC(
-            greys[0], greys[1], found, cv2.MOTION_AFFINE, REGISTERED, everywhere, ECC_BLUR_PX
-        )
-    except cv2.error:
-        alike = 0.0
+    total, alike = np.eye(3), 0.0
+    for _ in range(ECC_ROUNDS):
+        aligned_so_far = cv2.warpAffine(
+            greys[1], total[:2], (width, height),
+            flags=cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP, borderMode=cv2.BORDER_REPLICATE,
+        )  # fmt: skip
+        still = np.eye(2, 3, dtype=np.float32)
+        try:
+            alike, still = cv2.findTransformECC(
+                greys[0], aligned_so_far, still, cv2.MOTION_AFFINE, REGISTERED, everywhere,
+                ECC_BLUR_PX,
+            )  # fmt: skip
+        except cv2.error:
+            return np.full((4, 2), np.nan)
+        total = total @ np.vstack([np.asarray(still, dtype=np.float64), [0.0, 0.0, 1.0]])
     if alike < LEAST_CORRELATION:
         return np.full((4, 2), np.nan)
     corners = np.array([[0, 0], [width, 0], [width, height], [0, height]], np.float64)
-    affine = np.asarray(found, dtype=np.float64)
     # OpenCV counts from the middle of the first pixel.
-    moved = (corners - 0.5) @ affine[:, :2].T + affine[:, 2] + 0.5
+    moved = (corners - 0.5) @ total[:2, :2].T + total[:2, 2] + 0.5
     return moved / (width, height)
 
 
