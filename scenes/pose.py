@@ -90,7 +90,7 @@ class Pose:
         """Compose with a pose, or map points of shape (..., 3)."""
         if isinstance(other, Pose):
             return Pose(
-                _renormalised(self.rotation @ other.rotation),
+                renormalised(self.rotation @ other.rotation),
                 self.rotation @ other.translation + self.translation,
             )
         points = np.asarray(other, dtype=np.float64)
@@ -191,6 +191,6 @@ def wrap_angle(angle_rad: float) -> float:
     return (angle_rad + math.pi) % (2 * math.pi) - math.pi
 
 
-def _renormalised(rotation: NDArray[np.float64]) -> NDArray[np.float64]:
+def renormalised(rotation: NDArray[np.float64]) -> NDArray[np.float64]:
     """One Newton step towards the nearest rotation, so that long chains do not drift."""
     return 1.5 * rotation - 0.5 * rotation @ rotation.T @ rotation
