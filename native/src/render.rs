@@ -109,6 +109,11 @@ impl Scratch {
         );
     }
 
+    /// How many splats touch a row of tiles.
+    fn splats_of_row(&self, row: usize) -> usize {
+        self.slabs.iter().map(|slab| slab.row(row).len()).sum()
+    }
+
     /// The slabs, to be filled, and what they are filled from.
     fn slabs(&mut self) -> (&mut [Slab], slab::Projected<'_>) {
         let splats = slab::Projected {
@@ -270,44 +275,45 @@ pub(crate) fn blend_all<L: Lens, const TRACK_OBJECTS: bool>(
         true => WideSplats::new(objects, lens, &scratch.records, scratch.slots()),
         false => WideSplats::default(),
     };
-    (
-        picture.rgb.par_chunks_mut(3 * strip),
-        picture.alpha.par_chunks_mut(strip),
-        picture.depth.par_chunks_mut(strip),
-        picture.ids.par_chunks_mut(strip),
-    )
-        .into_par_iter()
-        .with_max_len(1)
+    let mut rows: Vec<_> = picture
+        .rgb
+        .chunks_mut(3 * strip)
+        .zip(picture.alpha.chunks_mut(strip))
+        .zip(picture.depth.chunks_mut(strip))
+        .zip(picture.ids.chunks_mut(strip))
         .enumerate()
-        .for_each_init(
-            TileRow::default,
-            |lists, (row, (rgb, alpha, depth, ids))| {
-                if job.scope.row_is_open(row) {
-                    scratch.fill_row(row, job, lists);
+        .collect();
+    // Threads take rows as they go. With the fullest first, the last ones to end are short.
+    rows.sort_by_cached_key(|(row, _)| std::cmp::Reverse(scratch.splats_of_row(*row)));
+    rows.into_iter().par_bridge().for_each_init(
+        TileRow::default,
+        |lists, (row, (((rgb, alpha), depth), ids))| {
+            if job.scope.row_is_open(row) {
+                scratch.fill_row(row, job, lists);
+            }
+            let mut strip = Picture {
+                rgb,
+                alpha,
+                depth,
+                ids,
+            };
+            for column in 0..width.div_ceil(TILE) {
+                if !job.scope.is_open(row, column) {
+                    leave_tile(job, row, column, &mut strip);
+                    continue;
                 }
-                let mut strip = Picture {
-                    rgb,
-                    alpha,
-                    depth,
-                    ids,
+                let work = TileWork {
+                    records: &scratch.records,
+                    needles: &scratch.needles,
+                    slots: lists.tile(column),
+                    left: (column * TILE) as i32,
+                    top: (row * TILE) as i32,
+                    judge: &judge,
                 };
-                for column in 0..width.div_ceil(TILE) {
-                    if !job.scope.is_open(row, column) {
-                        leave_tile(job, row, column, &mut strip);
-                        continue;
-                    }
-                    let work = TileWork {
-                        records: &scratch.records,
-                        needles: &scratch.needles,
-                        slots: lists.tile(column),
-                        left: (column * TILE) as i32,
-                        top: (row * TILE) as i32,
-                        judge: &judge,
-                    };
-                    draw_tile::<L, TRACK_OBJECTS>(&judge, &wides, job, &work, &mut strip);
-                }
-            },
-        );
+                draw_tile::<L, TRACK_OBJECTS>(&judge, &wides, job, &work, &mut strip);
+            }
+        },
+    );
 }
 
 /// Blends one tile and writes it to its strip of the picture.

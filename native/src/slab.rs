@@ -221,8 +221,9 @@ mod tests {
 
     #[test]
     fn nothing_is_one_empty_slab() {
-        assert_eq!(cut(&[], 4), [0..u32::MAX]);
-        assert_eq!(cut(&[Group::new(&[])], 4), [0..u32::MAX]);
+        for groups in [&[][..], &[Group::new(&[])]] {
+            assert!(cut(groups, 4).into_iter().eq(std::iter::once(0..u32::MAX)));
+        }
     }
 
     #[test]
