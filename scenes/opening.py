@@ -17,7 +17,7 @@ from scenes.pose import Pose
 from scenes.samples import SAMPLE_NAMES
 
 
-def open_scene(name_or_path: str | Path, *, cache_dir: Path | None = None) -> ScenePackage:
+def open_scene(name_or_path: str | Path) -> ScenePackage:
     """Open a built-in room, a scene package or a plain splat file.
 
     A splat file becomes a scene without objects: axes are turned from the file's (x right, y down,
@@ -26,15 +26,13 @@ def open_scene(name_or_path: str | Path, *, cache_dir: Path | None = None) -> Sc
 
     Args:
         name_or_path: a name of `scenes.samples.SAMPLE_NAMES`, a package folder or a splat file.
-        cache_dir: where built-in rooms are kept; by default the user's cache folder.
 
     Raises:
         PackageError: there is nothing of that name, or it is foreign or damaged.
         FormatError: a splat file is damaged.
-        WriteError: a built-in room cannot be kept because the cache folder is full or read-only.
     """
     if str(name_or_path) in SAMPLE_NAMES:
-        return open_builtin(str(name_or_path), cache_dir)
+        return open_builtin(str(name_or_path))
     path = Path(name_or_path)
     if not path.exists():
         raise PackageError(
