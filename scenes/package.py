@@ -10,7 +10,7 @@ Layout, format version 3 (lengths in metres, world right-handed and Z up):
     collision/room.glb   what things bump into, if it is known
     cuts.json, cuts/     what was taken out of the room, in order, so that it can be put back
 In a compact package splats are .spz instead of .ply, a tenth of the size and slightly rounded, and
-there are no cuts. Version 1 had no views, no collision mesh and no cuts; version 2 was never compact.
+there are no cuts. Version 1 had no views, no collision mesh and no cuts; version 2 was not compact.
 """
 
 from __future__ import annotations

@@ -29,5 +29,5 @@ def test_a_built_in_scan_is_what_prepare_made(name):
 
 
 def test_an_unknown_room_is_refused():
-    with pytest.raises(PackageError, match="kitchen.*lab"):
+    with pytest.raises(PackageError, match=r"kitchen.*lab"):
         open_scene("kitchen")
