@@ -68,7 +68,7 @@ class Measurement:
         texture: surface points, or None to leave them out.
         textured: whether the object has a pattern; shading alone is trusted less.
         centre_m: (3,) of the object in its own frame.
-        prior_mean: pose believed before looking.
+        prior_world_from_object: pose believed before looking.
         prior_sigma: (7,) standard deviations: shift, turn about the world's axes, halo.
         prior_halo_m: halo believed before looking.
         low_pass_px: by how much the drawing widened the outline.
@@ -81,7 +81,7 @@ class Measurement:
     texture: Texture | None
     textured: bool
     centre_m: Points
-    prior_mean: Pose
+    prior_world_from_object: Pose
     prior_sigma: Points
     prior_halo_m: float
     low_pass_px: float
@@ -112,7 +112,7 @@ class Measurement:
                 "correlation": shared,
             },
             "centre": self.centre_m,
-            "prior_mean": rows_of(self.prior_mean),
+            "prior_mean": rows_of(self.prior_world_from_object),
             "prior_sigma": self.prior_sigma,
             "prior_halo": self.prior_halo_m,
             "low_pass_px": self.low_pass_px,
@@ -164,9 +164,9 @@ def contour_of(
     )
 
 
-def rows_of(pose: Pose) -> list[float]:
+def rows_of(a_from_b: Pose) -> list[float]:
     """The twelve numbers of a pose's 3 × 4 matrix, row by row."""
-    return np.column_stack([pose.rotation, pose.translation]).ravel().tolist()
+    return np.column_stack([a_from_b.rotation, a_from_b.translation]).ravel().tolist()
 
 
 def pose_of(rows: Sequence[float]) -> Pose:

@@ -152,7 +152,7 @@ def _step(
 ) -> tuple[Points, Points]:
     """One robust Gauss-Newton step (7,) and the information (7, 7) behind it."""
     information = np.diag(1.0 / measurement.prior_sigma**2)
-    mean = measurement.prior_mean
+    mean = measurement.prior_world_from_object
     turn = cv2.Rodrigues(mean.rotation @ world_from_object.rotation.T)[0].ravel()
     shift = mean.translation - world_from_object.translation
     right = information @ np.array([*shift, *turn, measurement.prior_halo_m - halo_m])

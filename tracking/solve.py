@@ -194,7 +194,7 @@ def _measurement(
         texture=sketch.texture if has_texture else None,
         textured=model.textured,
         centre_m=model.centre_m,
-        prior_mean=vector_pose(prior.mean),
+        prior_world_from_object=vector_pose(prior.mean),
         prior_sigma=prior.seven(),
         prior_halo_m=prior.halo_m,
         low_pass_px=LOW_PASS_PX / sketch.finer,

@@ -87,7 +87,7 @@ def measured(evidence, drawn, world_from_object, *, is_round=False):
         ),
         textured=True,
         centre_m=CHAIR,
-        prior_mean=world_from_object,
+        prior_world_from_object=world_from_object,
         prior_sigma=np.array([0.2, 0.2, 0.1, 0.05, 0.05, 0.4, 0.002]),
         prior_halo_m=0.002,
         low_pass_px=0.3,

@@ -1,8 +1,8 @@
 """From what a person marks in views of a room to masks, with the room's shape to help.
 
 Colour alone takes the floor between a stool's legs for the stool. Where the splats lie says better
-what cannot be the thing: what lies in the level plane around it, and what is seen in its box in one
-view but lies outside its box in another.
+what cannot be the thing: what lies in the level plane around it and looks like it, and what is seen
+in its box in one view but lies outside its box in another.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
@@ -28,6 +29,11 @@ AROUND = 0.4
 """Of a box's size: how far around it the plane that the thing stands on is looked for."""
 LEAST_MASK = 0.1
 """Of what may be the thing by the room's shape: a smaller mask was not found but lost."""
+PLAIN_COLOUR, SHADOW, GLOSS = 12.0, 45.0, 15.0
+"""How far, in CIELAB, the hue of a thing in a plane may be from the plane's, and how much darker or
+lighter it may be: a book is no thicker than the splats of the table under it are blurred."""
+PLANE_SAMPLES, COMMON = 500, 0.1
+"""A hue counts as the plane's if so much of it has the like: not a sheet of paper on the table."""
 FAR_OUTSIDE = 0.1
 """Of a box's size: what lies so far outside another view's box is not the thing."""
 
@@ -79,7 +85,7 @@ def masked_views(
         )
         others = [other for other in views if other is not view and other.prompt.box_px is not None]
         picture = _as_picture(drawing) if view.picture is None else view.picture
-        background = _known_background(view, drawing, others)
+        background = _known_background(view, drawing, picture, others)
         mask = masks.mask(picture, view.prompt, background)
         if view.prompt.box_px is not None:
             possible = _within(view.prompt.box_px, mask.shape) & ~background
@@ -123,7 +129,10 @@ def _as_picture(drawing: Rendering) -> NDArray[np.uint8]:
 
 
 def _known_background(
-    view: PromptedView, drawing: Rendering, others: Sequence[PromptedView]
+    view: PromptedView,
+    drawing: Rendering,
+    picture: NDArray[np.uint8],
+    others: Sequence[PromptedView],
 ) -> NDArray[np.bool_]:
     """(H, W) True where the splats show something that cannot be the thing."""
     background = np.zeros(drawing.depth.shape, dtype=bool)
@@ -143,6 +152,8 @@ def _known_background(
     beside = points[drawn & ~inner]
     planes: tuple[LevelPlane, ...] = levels(beside[:, 2], np.ones(len(beside)))
     known = on_planes(points, planes)
+    colours = picture[y0:y1, x0:x1].reshape(-1, 3)
+    known[inner] &= looks_like(colours[inner], colours[known & drawn & ~inner])
     for other in others:
         assert other.prompt.box_px is not None
         known |= ~in_box(
@@ -153,3 +164,22 @@ def _known_background(
     patch = known.reshape(y1 - y0, x1 - x0).astype(np.uint8)
     background[y0:y1, x0:x1] = cv2.morphologyEx(patch, cv2.MORPH_OPEN, np.ones((3, 3))) > 0
     return background
+
+
+def looks_like(colours: NDArray[np.uint8], surface: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    """(N,) whether RGB colours may be those of a surface, in light or in shadow.
+
+    Args:
+        colours: (N, 3) in question.
+        surface: (M, 3) seen on it.
+    """
+    if not len(colours) or not len(surface):
+        return np.ones(len(colours), dtype=bool)
+    asked = cv2.cvtColor(colours[None].astype(np.float32) / 255, cv2.COLOR_RGB2LAB)[0]
+    known = cv2.cvtColor(surface[None].astype(np.float32) / 255, cv2.COLOR_RGB2LAB)[0]
+    known = known[:: max(1, len(known) // PLANE_SAMPLES)]
+    like = max(1, round(COMMON * len(known)))
+    hue, _ = cKDTree(known[:, 1:]).query(asked[:, 1:], k=[like])
+    darkest, lightest = np.quantile(known[:, 0], (COMMON, 1 - COMMON))
+    lit = (asked[:, 0] > darkest - SHADOW) & (asked[:, 0] < lightest + GLOSS)
+    return lit & (hue[:, 0] < PLAIN_COLOUR)
