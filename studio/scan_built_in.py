@@ -90,6 +90,7 @@ def scanned(room: PhysicalRoom, folder: Path, *, quality: str, told: Progress) -
         views = prepared.reconstruction.views
         package = _without(package, item, room, views, renderer)
     told.finish(f"{len(package.objects)} objects")
+    save_package(package, target)
     return replace(
         package,
         name=room.name,
