@@ -179,7 +179,7 @@ def looks_like(colours: NDArray[np.uint8], surface: NDArray[np.uint8]) -> NDArra
     known = cv2.cvtColor(surface[None].astype(np.float32) / 255, cv2.COLOR_RGB2LAB)[0]
     known = known[:: max(1, len(known) // PLANE_SAMPLES)]
     like = max(1, round(COMMON * len(known)))
-    hue, _ = KDTree(known[:, 1:]).query(asked[:, 1:], k=[like])
+    hue, _ = KDTree(known[:, 1:]).query(asked[:, 1:], k=like)
     darkest, lightest = np.quantile(known[:, 0], (COMMON, 1 - COMMON))
     lit = (asked[:, 0] > darkest - SHADOW) & (asked[:, 0] < lightest + GLOSS)
-    return lit & (hue[:, 0] < PLAIN_COLOUR)
+    return lit & (hue.reshape(len(asked), like)[:, -1] < PLAIN_COLOUR)
