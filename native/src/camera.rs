@@ -1,14 +1,12 @@
 //! Camera models: where a point falls, how the picture moves with it, and which chunks can be seen.
 
+use crate::angles::{angle_from, sine_and_cosine};
 use crate::cone::{self, PixelBox};
+use crate::round_lens::{can_see_round, sees_ball_round, RoundLens};
 use crate::scope::Window;
 
 /// Share of the picture's width (height) beyond its border at which the pinhole Jacobian is frozen.
 const JACOBIAN_MARGIN: f64 = 0.15;
-/// A fisheye draws splats whose centre lies up to this many lens radii off axis, ...
-const ANGLE_MARGIN: f64 = 1.15;
-/// ... but never nearer than this (radians) to straight behind, where the Jacobian has its pole.
-const POLE_MARGIN: f64 = 0.05;
 /// sqrt(2 ln 255): standard deviations at which a splat of opacity 1 fades below 1/255.
 pub(crate) const VISIBLE_SIGMAS: f64 = 3.33;
 /// Added to the diagonal of every projected covariance, px².
@@ -32,24 +30,6 @@ pub struct Projected {
     /// d(u, v) / d(x, y, z), px per metre.
     pub jacobian: [[f64; 3]; 2],
     pub drawable: bool,
-}
-
-/// A lens whose picture depends on the angle off axis alone.
-pub(crate) trait RoundLens: Lens {
-    /// Half the field of view, radians.
-    fn max_angle(&self) -> f64;
-
-    /// Largest angle off axis of a splat's centre; splats beyond are not drawn.
-    #[inline(always)]
-    fn angle_limit(&self) -> f64 {
-        (ANGLE_MARGIN * self.max_angle()).min(std::f64::consts::PI - POLE_MARGIN)
-    }
-
-    /// Distance from the picture's centre, px.
-    fn radius(&self, angle: f64) -> f64;
-
-    /// Bounds of how the radius grows with the angle, px per radian.
-    fn slopes(&self) -> [f64; 2];
 }
 
 /// Splats whose means lie in a sphere, in camera axes; metres.
@@ -279,143 +259,6 @@ impl Lens for Fisheye {
     }
 }
 
-/// `Lens::sees_ball` of round lenses.
-pub(crate) fn sees_ball_round<L: RoundLens>(
-    lens: &L,
-    centre: &[f64; 3],
-    radius: f64,
-    window: &Window,
-) -> bool {
-    let distance = centre.iter().map(|v| v * v).sum::<f64>().sqrt();
-    if distance <= radius {
-        return true;
-    }
-    let half_width = (radius / distance).asin();
-    let is_near = |ray: [f64; 3], limit: f64| angle_between(*centre, ray) <= half_width + limit;
-    let (middle, half_diagonal) = window.disc();
-    is_near([0.0, 0.0, 1.0], lens.max_angle())
-        && (!window.is_part
-            || is_near(
-                lens.ray(middle[0], middle[1]),
-                half_diagonal / lens.slopes()[0],
-            ))
-}
-
-/// `Lens::can_see` of round lenses.
-pub(crate) fn can_see_round<L: RoundLens>(lens: &L, group: &Group, window: &Window) -> bool {
-    let Group { centre, radius, .. } = *group;
-    let [x, y, z] = centre;
-    let distance = (x * x + y * y + z * z).sqrt();
-    if distance + radius < group.near {
-        return false;
-    }
-    if distance <= radius {
-        return true;
-    }
-    let nearest = (distance - radius).max(group.near);
-    let angle = (x * x + y * y).sqrt().atan2(z);
-    let half_width = (radius / distance).asin();
-    let limit = lens.angle_limit();
-    let first = (angle - half_width).max(0.0);
-    if first > limit {
-        return false;
-    }
-    let [least, most] = lens.slopes();
-    // Around the axis the picture stretches by angle / sin(angle), along it by one, both times
-    // a slope.
-    let last = (angle + half_width).min(limit);
-    let stretch = (last / last.sin().max(1e-9)).max(1.0);
-    let gain = most * stretch * group.max_scale / nearest;
-    let reach = VISIBLE_SIGMAS * (gain * gain + LOW_PASS).sqrt();
-    if lens.radius(first) - reach > lens.radius(lens.max_angle()) {
-        return false;
-    }
-    if !window.is_part {
-        return true;
-    }
-    // Nowhere is the picture of an angle smaller than the least slope makes it.
-    let (middle, half_diagonal) = window.disc();
-    let apart = angle_between(centre, lens.ray(middle[0], middle[1]));
-    apart <= half_width + (half_diagonal + reach) / least
-}
-
-/// Angle between two vectors.
-fn angle_between(p: [f64; 3], q: [f64; 3]) -> f64 {
-    let cross = [
-        p[1] * q[2] - p[2] * q[1],
-        p[2] * q[0] - p[0] * q[2],
-        p[0] * q[1] - p[1] * q[0],
-    ];
-    let length = |v: [f64; 3]| (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
-    length(cross).atan2(p[0] * q[0] + p[1] * q[1] + p[2] * q[2])
-}
-
-/// sin(angle) / angle and cos(angle) for 0 <= angle <= π to the last digits, without branches.
-#[inline(always)]
-pub(crate) fn sine_and_cosine(angle: f64) -> (f64, f64) {
-    // Taylor series of the half angle, whose square is below 2.5: the next term is below 1e-16.
-    const TERMS: usize = 11;
-    /// 1 / (2k (2k + 1)) and 1 / (2k (2k - 1)): a division takes several times as long.
-    const FACTORS: [[f64; 2]; TERMS] = {
-        let mut factors = [[0.0; 2]; TERMS];
-        let mut k = 1;
-        while k < TERMS {
-            let even = (2 * k) as f64;
-            factors[k] = [1.0 / (even * (even + 1.0)), 1.0 / (even * (even - 1.0))];
-            k += 1;
-        }
-        factors
-    };
-    let square = 0.25 * angle * angle;
-    let (mut sine, mut cosine) = (1.0, 1.0);
-    for k in (1..TERMS).rev() {
-        sine = 1.0 - square * FACTORS[k][0] * sine;
-        cosine = 1.0 - square * FACTORS[k][1] * cosine;
-    }
-    (sine * cosine, 1.0 - 2.0 * square * sine * sine)
-}
-
-/// atan2(y, x) for y >= 0, within 2 ulp, without branches.
-#[inline(always)]
-pub(crate) fn angle_from(y: f64, x: f64) -> f64 {
-    use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
-    const TAN_PI_8: f64 = 0.414_213_562_373_095_03;
-    // Chebyshev fit of atan(t)/t in t² on 0..tan²(π/8), relative error 2e-15.
-    const C: [f64; 10] = [
-        1.000_000_000_000_000_2,
-        -3.333_333_333_329_467e-1,
-        1.999_999_998_647_968e-1,
-        -1.428_571_301_865_044_5e-1,
-        1.111_105_687_380_593_3e-1,
-        -9.089_630_782_611_68e-2,
-        7.674_261_106_926_13e-2,
-        -6.508_854_136_539_335e-2,
-        5.030_155_788_624_033e-2,
-        -2.534_576_155_012_43e-2,
-    ];
-    let size = x.abs();
-    let (low, high) = (y.min(size), y.max(size));
-    let ratio = low / if high > 0.0 { high } else { 1.0 };
-    let turned = ratio > TAN_PI_8;
-    let t = if turned {
-        (ratio - 1.0) / (ratio + 1.0)
-    } else {
-        ratio
-    };
-    let z = t * t;
-    let mut sum = C[9];
-    for k in (0..9).rev() {
-        sum = sum * z + C[k];
-    }
-    let small = t * sum + if turned { FRAC_PI_4 } else { 0.0 };
-    let first_quadrant = if y > size { FRAC_PI_2 - small } else { small };
-    if x < 0.0 {
-        PI - first_quadrant
-    } else {
-        first_quadrant
-    }
-}
-
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
@@ -431,17 +274,6 @@ pub(crate) mod tests {
         focal: [500.0, 510.0],
         centre: [310.0, 245.0],
     };
-
-    #[test]
-    fn angle_agrees_with_the_library() {
-        for i in 0..=4000 {
-            let angle = f64::from(i) / 4000.0 * std::f64::consts::PI;
-            let (y, x) = angle.sin_cos();
-            let (y, x) = (3.7 * y.max(0.0), 3.7 * x);
-            assert!((angle_from(y, x) - y.atan2(x)).abs() < 2e-15, "{angle}");
-        }
-        assert_eq!(angle_from(0.0, 0.0), 0.0);
-    }
 
     pub(crate) fn check_jacobian(lens: &impl Lens, p: [f64; 3]) {
         let step = 1e-6;
@@ -582,15 +414,5 @@ pub(crate) mod tests {
     fn rays_are_projected_where_they_came_from() {
         check_rays(&PINHOLE);
         check_rays(&FISHEYE);
-    }
-
-    #[test]
-    fn sines_agree_with_the_library() {
-        for i in 1..=1000 {
-            let angle = f64::from(i) / 1000.0 * std::f64::consts::PI;
-            let (sine, cosine) = sine_and_cosine(angle);
-            assert!((sine * angle - angle.sin()).abs() < 1e-14, "{angle}");
-            assert!((cosine - angle.cos()).abs() < 1e-14, "{angle}");
-        }
     }
 }

@@ -4,7 +4,8 @@
 //! minus the squared reach times the covariance. The eye is outside, so N has one positive
 //! eigenvalue.
 
-use crate::camera::{Pinhole, RoundLens};
+use crate::camera::Pinhole;
+use crate::round_lens::RoundLens;
 use crate::wide::EVERYWHERE;
 
 type Vector = [f64; 3];

@@ -1,11 +1,11 @@
 //! The fisheye with coefficients: r = f·d(θ), d = θ + k1·θ³ + k2·θ⁵ + k3·θ⁷ + k4·θ⁹ (Kannala and
 //! Brandt 2006), beyond the largest angle along its tangent.
 
-use crate::camera::{
-    angle_from, can_see_round, sees_ball_round, sine_and_cosine, Group, Lens, Projected, RoundLens,
-};
+use crate::angles::{angle_from, sine_and_cosine};
+use crate::camera::{Group, Lens, Projected};
 use crate::cone::{self, PixelBox};
 use crate::curvature::{Bend, Curved};
+use crate::round_lens::{can_see_round, sees_ball_round, RoundLens};
 use crate::scope::Window;
 
 /// Intervals of the table that the inverse of d starts from.

@@ -1,6 +1,7 @@
 //! Splat rendering kernels behind `scenes._native`; `scenes/render/reference.py` is their oracle.
 
 pub mod adam;
+pub mod angles;
 pub mod backward;
 #[cfg(target_arch = "x86_64")]
 mod backward_avx512;
@@ -40,8 +41,10 @@ mod python_probe;
 mod python_request;
 mod python_still;
 mod python_track;
+mod python_track_request;
 mod python_train;
 pub mod render;
+mod round_lens;
 pub mod scene;
 pub mod scope;
 pub mod sh;
@@ -51,18 +54,22 @@ pub mod slab;
 pub mod sort;
 #[cfg(target_arch = "x86_64")]
 mod square_avx512;
+mod ssim_window;
 pub mod still;
 pub mod tape;
+pub mod tile_picture;
 pub mod track_change;
 pub mod track_contour;
 pub mod track_edges;
 pub mod track_light;
 pub mod track_picture;
+pub mod track_rigid;
 pub mod track_solve;
 pub mod train_backward;
 pub mod train_splats;
 pub mod train_step;
 pub mod wide;
+pub mod wide_tile;
 
 /// The Python module.
 #[pyo3::pymodule]

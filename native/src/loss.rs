@@ -7,18 +7,8 @@
 use rayon::prelude::*;
 
 use crate::simd::Simd;
+use crate::ssim_window::{blur_column, blur_row, REACH};
 
-const TAPS: usize = 11;
-const REACH: usize = TAPS / 2;
-/// Centre first, then outwards: exp(-k² / (2·1.5²)), normalised to a sum of 1 over all taps.
-pub const WINDOW: [f32; REACH + 1] = [
-    0.266_011_72,
-    0.213_005_54,
-    0.109_360_69,
-    0.036_000_773,
-    0.007_598_758,
-    0.001_028_380_1,
-];
 const C1: f32 = 0.01 * 0.01;
 const C2: f32 = 0.03 * 0.03;
 const CHANNELS: usize = 3;
@@ -428,43 +418,6 @@ fn unit(colour: u8) -> f32 {
     f32::from(colour) * (1.0 / 255.0)
 }
 
-/// `out[x]` = window over `padded[x..x + TAPS]`.
-#[inline(always)]
-fn blur_row(padded: &[f32], out: &mut [f32]) {
-    let width = out.len();
-    let taps: [&[f32]; TAPS] = std::array::from_fn(|k| &padded[k..k + width]);
-    blur(&taps, out);
-}
-
-/// The window over rows around `row` of planes of `height` rows, stacked.
-#[inline(always)]
-fn blur_column(planes: &[f32], row: usize, height: usize, nothing: &[f32], out: &mut [f32]) {
-    let width = out.len();
-    let y = row % height;
-    let taps: [&[f32]; TAPS] = std::array::from_fn(|k| {
-        if y + k < REACH || y + k >= height + REACH {
-            nothing
-        } else {
-            &planes[(row + k - REACH) * width..][..width]
-        }
-    });
-    blur(&taps, out);
-}
-
-#[inline(always)]
-fn blur(taps: &[&[f32]; TAPS], out: &mut [f32]) {
-    let width = out.len();
-    let [a, b, c, d, e, f, g, h, i, j, k] = taps.map(|tap| &tap[..width]);
-    for x in 0..width {
-        out[x] = WINDOW[0] * f[x]
-            + WINDOW[1] * (e[x] + g[x])
-            + WINDOW[2] * (d[x] + h[x])
-            + WINDOW[3] * (c[x] + i[x])
-            + WINDOW[4] * (b[x] + j[x])
-            + WINDOW[5] * (a[x] + k[x]);
-    }
-}
-
 /// Σ a · b in sixteen partial sums, so that the compiler can vectorise it.
 #[inline(always)]
 fn dot(a: &[f32], b: &[f32]) -> f32 {
@@ -511,12 +464,6 @@ mod tests {
 
     fn as_drawn(photo: &[u8]) -> Vec<f32> {
         photo.iter().map(|&v| unit(v)).collect()
-    }
-
-    #[test]
-    fn the_window_sums_to_one() {
-        let sum = WINDOW[0] + 2.0 * WINDOW[1..].iter().sum::<f32>();
-        assert!((sum - 1.0).abs() < 1e-6, "{sum}");
     }
 
     #[test]

@@ -12,8 +12,9 @@ use crate::pose_motion::{fill_chunk, Directions, Motion};
 use crate::pose_sums::{NormalSums, Target};
 use crate::pose_tile::{Drawn, PoseRow, RowWork};
 use crate::project::PosedCloud;
-use crate::render::{self, ClosedPixels, Job, Scratch};
+use crate::render::{self, Job, Scratch};
 use crate::scene::CHUNK;
+use crate::tile_picture::ClosedPixels;
 
 /// Buffers kept between calls; their contents mean nothing.
 #[derive(Default)]

@@ -17,7 +17,7 @@ use crate::pose_frame::{corner, Frame};
 use crate::pose_motion::{Motion, CONSTANT, GREY, GREY_SLOPE};
 use crate::pose_sums::{NormalSums, PatchSums, Target, TargetPatch};
 use crate::project::{Needle, Record, STEP_DOUBT};
-use crate::render::ClosedPixels;
+use crate::tile_picture::ClosedPixels;
 
 /// Splats listed at a time: one bit each.
 const BATCH: usize = 64;

@@ -11,9 +11,10 @@ use crate::camera::Lens;
 use crate::ewa::{ExactJudge, Judge};
 use crate::lanes::{Lanes, Portable};
 use crate::project::{PosedCloud, Record};
-use crate::render::{self, ClosedPixels, Job, Picture};
+use crate::render::{self, Job, Picture};
 use crate::simd::Simd;
 use crate::tape::{PictureGradients, Tape};
+use crate::tile_picture::ClosedPixels;
 
 /// What a picture is of.
 pub struct Sight<'a, L> {

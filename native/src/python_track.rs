@@ -6,14 +6,16 @@ use numpy::{PyArray1, PyReadonlyArray3, PyReadonlyArrayDyn};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::camera::Lens;
 use crate::python_request::{check_length, with_lens, LensRequest};
-use crate::track_change::{change, ChangeModel, Cut, Exposure, Layer, Window, BINS};
+use crate::python_track_request::{
+    layer_of, rigid, rows_of, LayerRequest, PlainProblem, ProblemRequest,
+};
+use crate::track_change::{change, ChangeModel, Cut, Exposure, Window, BINS};
 use crate::track_contour::{contour, Drawn};
 use crate::track_edges::{EdgeModel, CHANNELS};
 use crate::track_light;
 use crate::track_picture::{filtered, gaussian, Picture};
-use crate::track_solve::{Estimate, Outline, Prior, Problem, Rigid, SolveModel, Texture, UNKNOWNS};
+use crate::track_solve::{Estimate, SolveModel};
 
 type Floats<'py> = PyReadonlyArrayDyn<'py, f32>;
 type Doubles<'py> = PyReadonlyArrayDyn<'py, f64>;
@@ -49,55 +51,6 @@ struct Constants {
     contour_correlation: f64,
     texture_sigma: f64,
     texture_cutoff: f64,
-}
-
-/// Another object drawn into a rectangle of the lens picture.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-struct LayerRequest<'py> {
-    corner: [isize; 2],
-    size: [usize; 2],
-    rgb: Floats<'py>,
-    alpha: Floats<'py>,
-    nearer: Floats<'py>,
-}
-
-/// Contour points of an object.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-struct OutlineRequest<'py> {
-    points: Doubles<'py>,
-    normals: Doubles<'py>,
-    inner_px: Doubles<'py>,
-    outer_px: Doubles<'py>,
-    colours: Floats<'py>,
-}
-
-/// Texture points of an object.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-struct TextureRequest<'py> {
-    points: Doubles<'py>,
-    values: Floats<'py>,
-    slopes: Floats<'py>,
-    correlation: f64,
-}
-
-/// What a pose is measured against, apart from the window.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-struct ProblemRequest<'py> {
-    lens: LensRequest,
-    focal: f64,
-    camera_from_world: [f64; 12],
-    outline: OutlineRequest<'py>,
-    texture: Option<TextureRequest<'py>>,
-    centre: [f64; 3],
-    prior_mean: [f64; 12],
-    prior_sigma: [f64; UNKNOWNS],
-    prior_halo: f64,
-    low_pass_px: f64,
-    is_round: bool,
 }
 
 /// A window of a lens picture as the solver reads it.
@@ -146,7 +99,7 @@ impl SeenWindow {
 }
 
 impl SeenWindow {
-    fn picture(&self) -> Picture<'_, CHANNELS> {
+    pub(crate) fn picture(&self) -> Picture<'_, CHANNELS> {
         Picture {
             values: &self.pixels,
             width: self.width,
@@ -155,7 +108,7 @@ impl SeenWindow {
     }
 
     /// The live colours, smoothed like a texture's values.
-    fn smooth(&self) -> Picture<'_, 3> {
+    pub(crate) fn smooth(&self) -> Picture<'_, 3> {
         let values = self.smooth.get_or_init(|| {
             let pixels = self.pixels.chunks_exact(CHANNELS);
             let live: Vec<f32> = pixels.flat_map(|p| [p[0], p[1], p[2]]).collect();
@@ -459,107 +412,4 @@ impl TrackKernels {
             track_light::patch_means(&corners, side, |row, column| &rows[row][3 * column..]);
         Ok(PyArray1::from_vec(py, means))
     }
-}
-
-fn layer_of<'a>(request: &'a LayerRequest<'_>) -> PyResult<Layer<'a>> {
-    let [width, height] = request.size;
-    let layer = Layer {
-        left: request.corner[0],
-        top: request.corner[1],
-        width,
-        height,
-        rgb: request.rgb.as_slice()?,
-        alpha: request.alpha.as_slice()?,
-        nearer: request.nearer.as_slice()?,
-    };
-    check_length("layer.rgb", layer.rgb, 3 * width * height)?;
-    check_length("layer.alpha", layer.alpha, width * height)?;
-    check_length("layer.nearer", layer.nearer, width * height)?;
-    Ok(layer)
-}
-
-/// A problem with its arrays borrowed and checked, free of Python.
-struct PlainProblem<'a> {
-    outline: Outline<'a>,
-    texture: Option<Texture<'a>>,
-    camera_from_world: Rigid,
-    centre: [f64; 3],
-    prior: Prior,
-    model: SolveModel,
-}
-
-impl<'a> PlainProblem<'a> {
-    fn of(request: &'a ProblemRequest<'_>, model: &SolveModel) -> PyResult<Self> {
-        let outline = Outline {
-            points: request.outline.points.as_slice()?,
-            normals: request.outline.normals.as_slice()?,
-            inner: request.outline.inner_px.as_slice()?,
-            outer: request.outline.outer_px.as_slice()?,
-            colours: request.outline.colours.as_slice()?,
-        };
-        let count = outline.inner.len();
-        check_length("outline.points", outline.points, 3 * count)?;
-        check_length("outline.normals", outline.normals, 2 * count)?;
-        check_length("outline.outer_px", outline.outer, count)?;
-        check_length("outline.colours", outline.colours, 3 * count)?;
-        let mut model = SolveModel {
-            focal: request.focal,
-            is_round: request.is_round,
-            low_pass_px: request.low_pass_px,
-            ..*model
-        };
-        let mut texture = None;
-        if let Some(asked) = &request.texture {
-            let found = Texture {
-                points: asked.points.as_slice()?,
-                values: asked.values.as_slice()?,
-                slopes: asked.slopes.as_slice()?,
-            };
-            check_length("texture.values", found.values, found.points.len())?;
-            check_length("texture.slopes", found.slopes, 2 * found.points.len())?;
-            model.texture_correlation = asked.correlation;
-            texture = Some(found);
-        }
-        Ok(PlainProblem {
-            outline,
-            texture,
-            camera_from_world: rigid(&request.camera_from_world),
-            centre: request.centre,
-            prior: Prior {
-                mean: rigid(&request.prior_mean),
-                sigma: request.prior_sigma,
-                halo: request.prior_halo,
-            },
-            model,
-        })
-    }
-
-    fn seen<'b, L: Lens>(&'b self, lens: &'b L, window: &'b SeenWindow) -> Problem<'b, L> {
-        Problem {
-            lens,
-            camera_from_world: self.camera_from_world,
-            window: window.picture(),
-            smooth: window.smooth(),
-            outline: self.outline,
-            texture: self.texture,
-            centre: self.centre,
-            prior: self.prior,
-            model: self.model,
-        }
-    }
-}
-
-/// A pose from its 3 × 4 matrix, row by row.
-fn rigid(rows: &[f64; 12]) -> Rigid {
-    Rigid {
-        rotation: std::array::from_fn(|i| std::array::from_fn(|j| rows[4 * i + j])),
-        translation: std::array::from_fn(|i| rows[4 * i + 3]),
-    }
-}
-
-fn rows_of(pose: &Rigid) -> [f64; 12] {
-    std::array::from_fn(|k| match k % 4 {
-        3 => pose.translation[k / 4],
-        column => pose.rotation[k / 4][column],
-    })
 }

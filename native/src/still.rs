@@ -14,8 +14,9 @@ use crate::blend::TileWork;
 use crate::camera::Lens;
 use crate::ewa::ExactJudge;
 use crate::project::{Needle, PosedCloud, Record};
-use crate::render::{draw_tile, leave_tile, Job, Picture, Scratch};
+use crate::render::{draw_tile, Job, Picture, Scratch};
 use crate::scene::Cloud;
+use crate::tile_picture::leave_tile;
 use crate::wide::WideSplats;
 
 /// A cloud and where it is: camera from object, row-major 3×4.

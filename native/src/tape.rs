@@ -12,9 +12,10 @@ use crate::gradient_projection::{
     gradients_of_splat, ObjectGradients, SplatGradient, TwistGradient,
 };
 use crate::project::PosedCloud;
-use crate::render::{self, ClosedPixels, Job, Picture, Scratch};
+use crate::render::{self, Job, Picture, Scratch};
 use crate::scene::CHUNK;
 use crate::scope::Window;
+use crate::tile_picture::ClosedPixels;
 
 /// The order in which a picture was drawn.
 #[derive(Default)]
