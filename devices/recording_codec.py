@@ -18,7 +18,7 @@ import numpy as np
 from devices.messages import EncodedFrame, Event
 from scenes.cameras import Fisheye, Rig, camera_from_json, camera_to_json
 from scenes.pose import Pose
-from scenes.state import Avatar, TrackedObject, TrackState
+from scenes.state import Avatar, LiveSurface, TrackedObject, TrackState
 
 FORMAT_VERSION = 1
 
@@ -79,7 +79,23 @@ class RecordedAvatar:
     avatar: Avatar
 
 
-RecordedValue = EncodedFrame | FrameStamp | RecordedTrack | RecordedTruth | RecordedAvatar | Event
+@dataclass(frozen=True, slots=True)
+class RecordedSurface:
+    """A surface that became live, or changed, at `t_ns`."""
+
+    t_ns: int
+    surface: LiveSurface
+
+
+RecordedValue = (
+    EncodedFrame
+    | FrameStamp
+    | RecordedTrack
+    | RecordedTruth
+    | RecordedAvatar
+    | RecordedSurface
+    | Event
+)
 """What a recording holds."""
 
 
@@ -154,6 +170,12 @@ SCHEMAS: Mapping[str, Mapping[str, str]] = {
         "hands": "array",
         "ray": "array",
     },
+    "gaussiannexus.LiveSurface": {
+        "surface_id": "string",
+        "corners_in_world": "array",
+        "size_px": "array",
+        "stream_id": "string",
+    },
     "gaussiannexus.Event": {"source": "string", "kind": "string", "text": "string"},
 }
 """Fields of every schema and their JSON types."""
@@ -222,6 +244,15 @@ def encode_message(value: RecordedValue) -> Encoded:
             "ray": None if avatar.ray is None else avatar.ray.tolist(),
         }
         head = ("/avatars", "gaussiannexus.Avatar", value.t_ns, 0)
+    elif isinstance(value, RecordedSurface):
+        surface = value.surface
+        fields = {
+            "surface_id": surface.surface_id,
+            "corners_in_world": np.asarray(surface.corners_in_world, dtype=np.float64).tolist(),
+            "size_px": list(surface.size_px),
+            "stream_id": surface.stream_id,
+        }
+        head = ("/surfaces", "gaussiannexus.LiveSurface", value.t_ns, 0)
     else:
         fields = {"source": value.source, "kind": value.kind, "text": value.text}
         head = ("/events", "gaussiannexus.Event", value.t_ns, 0)
@@ -244,6 +275,7 @@ def decode_message(encoded: Encoded) -> RecordedValue:
         "gaussiannexus.TrackedObject": _track,
         "gaussiannexus.Truth": _truth,
         "gaussiannexus.Avatar": _avatar,
+        "gaussiannexus.LiveSurface": _surface,
         "gaussiannexus.Event": _event,
     }
     decoder = decoders.get(encoded.schema)
@@ -379,6 +411,13 @@ def _avatar(encoded: Encoded, fields: dict[str, Any]) -> RecordedAvatar:
         None if ray is None else np.array(ray, dtype=np.float64),
     )
     return RecordedAvatar(encoded.t_ns, avatar)
+
+
+def _surface(encoded: Encoded, fields: dict[str, Any]) -> RecordedSurface:
+    width, height = (int(side) for side in fields["size_px"])
+    corners = np.array(fields["corners_in_world"], dtype=np.float64)
+    surface = LiveSurface(fields["surface_id"], corners, (width, height), fields["stream_id"])
+    return RecordedSurface(encoded.t_ns, surface)
 
 
 def _event(encoded: Encoded, fields: dict[str, Any]) -> Event:

@@ -11,7 +11,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from scenes.mesh import PhysicalRoom
+from scenes.quad import quad_of
 from sim.actions import Action, Carry, Hide, Push, Stand, Turn, Walk
 from sim.tables import ScenarioError, Table
 
@@ -74,6 +77,19 @@ class RemoteSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class SurfaceSettings:
+    """A surface that a local user has made live before the session begins.
+
+    Attributes:
+        surface_id: unique.
+        corners_in_world: four (x, y, z) in metres, clockwise from the top left.
+    """
+
+    surface_id: str
+    corners_in_world: tuple[tuple[float, float, float], ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Faults:
     """What goes wrong on the way from the camera.
 
@@ -102,6 +118,7 @@ class Scenario:
         camera: the 360° camera.
         people: who moves things.
         remote: who watches from elsewhere.
+        surfaces: what shows live video.
         faults: what goes wrong.
     """
 
@@ -112,6 +129,7 @@ class Scenario:
     camera: CameraSettings = field(default_factory=CameraSettings)
     people: tuple[PersonSettings, ...] = ()
     remote: tuple[RemoteSettings, ...] = ()
+    surfaces: tuple[SurfaceSettings, ...] = ()
     faults: Faults = field(default_factory=Faults)
 
 
@@ -163,11 +181,13 @@ def parse_scenario(text: str, *, source: str) -> Scenario:
         camera=_camera(table.table("camera")),
         people=tuple(_person(person) for person in table.tables("people")),
         remote=tuple(_remote(remote) for remote in table.tables("remote")),
+        surfaces=tuple(_surface(surface) for surface in table.tables("surfaces")),
         faults=_faults(table.table("faults")),
     )
     table.done()
     _check_unique([p.person_id for p in scenario.people], f"{source}: people.id")
     _check_unique([r.user_id for r in scenario.remote], f"{source}: remote.id")
+    _check_unique([s.surface_id for s in scenario.surfaces], f"{source}: surfaces.id")
     return scenario
 
 
@@ -194,6 +214,18 @@ def validate_scenario(scenario: Scenario, room: PhysicalRoom) -> None:
                 f"x {low[0]:g}..{high[0]:g}, y {low[1]:g}..{high[1]:g}"
             )
 
+    def check_corners(key: str, corners: Sequence[tuple[float, float, float]]) -> None:
+        points = np.array(corners)
+        if (points[:, :2] < low).any() or (points[:, :2] > high).any():
+            raise ScenarioError(
+                f"{where}: {key} = {points.tolist()}, wanted places inside the room: "
+                f"x {low[0]:g}..{high[0]:g}, y {low[1]:g}..{high[1]:g}"
+            )
+        try:
+            quad_of(points)
+        except ValueError as error:
+            raise ScenarioError(f"{where}: {key}: {error}") from None
+
     def check_object(key: str, object_id: str) -> None:
         if object_id not in known:
             raise ScenarioError(f"{where}: {key} = {object_id!r}, wanted one of {', '.join(known)}")
@@ -206,6 +238,8 @@ def validate_scenario(scenario: Scenario, room: PhysicalRoom) -> None:
                 check_object(f"{key}.object", action.object)
             if isinstance(action, Walk | Push | Carry):
                 check_point(f"{key}.to", action.to)
+    for i, surface in enumerate(scenario.surfaces):
+        check_corners(f"surfaces[{i}].corners", surface.corners_in_world)
     for i, remote in enumerate(scenario.remote):
         for object_id in remote.points_at:
             check_object(f"remote[{i}].points_at", object_id)
@@ -275,6 +309,14 @@ def _remote(table: Table) -> RemoteSettings:
     )
     table.done()
     return remote
+
+
+def _surface(table: Table) -> SurfaceSettings:
+    surface = SurfaceSettings(surface_id=table.text("id"), corners_in_world=table.points("corners"))
+    if len(surface.corners_in_world) != 4:
+        raise table.error("corners", surface.corners_in_world, "four [x, y, z] in metres")
+    table.done()
+    return surface
 
 
 def _faults(table: Table) -> Faults:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -35,6 +35,7 @@ from studio.overlay import (
     write_words,
 )
 from studio.sources import SessionInput
+from studio.surface_drawing import LivePicture
 from studio.twin import BACKGROUND, Twin, lens_camera
 from tracking.metrics import pose_error
 
@@ -70,19 +71,25 @@ class FilmMaker:
         self._title = title
         self._above = twin.above(PANEL_PX)
 
-    def picture(self, message: SessionInput, tracks: Mapping[str, TrackedObject]) -> Picture:
+    def picture(
+        self,
+        message: SessionInput,
+        tracks: Mapping[str, TrackedObject],
+        live: Sequence[LivePicture] = (),
+    ) -> Picture:
         """One picture of the film, (HEIGHT_PX, WIDTH_PX, 3) RGB.
 
         Args:
             message: the frame, and the truth if there is one.
             tracks: the shown method's answer by object id.
+            live: surfaces that show live video.
         """
         background = np.array(BACKGROUND) * 255
         canvas = np.empty((HEIGHT_PX, WIDTH_PX, 3), dtype=np.uint8)
         canvas[:] = background.astype(np.uint8)
         panels = (
             _camera_picture(message),
-            self._from_camera(message, tracks),
+            self._from_camera(message, tracks, live),
             self._from_above(message, tracks),
         )
         for place, panel in enumerate(panels):
@@ -91,12 +98,17 @@ class FilmMaker:
         words = self._header(message) + self._footer(message, tracks)
         return write_words(canvas, words)
 
-    def _from_camera(self, message: SessionInput, tracks: Mapping[str, TrackedObject]) -> Picture:
+    def _from_camera(
+        self,
+        message: SessionInput,
+        tracks: Mapping[str, TrackedObject],
+        live: Sequence[LivePicture],
+    ) -> Picture:
         rig = message.frame.rig
         camera = lens_camera(rig.lenses[0], PANEL_PX)
         world_from_rig = message.frame.world_from_rig or self._scene.world_from_rig
         world_from_camera = world_from_rig @ rig.rig_from_lens[0]
-        drawn = self._twin.picture(_poses(tracks), camera, world_from_camera)
+        drawn = self._twin.picture(_poses(tracks), camera, world_from_camera, live=live)
         for object_id, track in tracks.items():
             if track.state is not TrackState.STATIC:
                 draw_footprint(

@@ -12,9 +12,10 @@ from typing import Any
 
 from devices.recording_codec import SessionInfo, track_to_json
 from scenes.render.native import NativeRenderer
-from scenes.state import TrackedObject
+from scenes.state import LiveSurface, TrackedObject
 from studio.evaluate.scores import ScoreBoard, accuracy_rows
 from studio.film import FilmMaker, FilmTitle, Picture, write_film
+from studio.live_surfaces import LiveSurfaces
 from studio.outputs import FILM, RECORDING, REPORT_HTML, REPORT_JSON, TRACKS, output_folder
 from studio.pipeline import CancelledError
 from studio.progress import Progress
@@ -23,6 +24,7 @@ from studio.rows import Row, as_json, at_most
 from studio.session import Session, SessionOutput, SessionPlan, SessionResult, open_session
 from studio.sources import recorded_inputs
 from studio.twin import Twin
+from tracking.output import TrackOutput
 
 STILLS = 8
 """Pictures of the film that the report shows."""
@@ -47,10 +49,12 @@ class Notes:
             name: [] for name in session.plan.methods
         }
         self.events: list[tuple[int, str]] = []
+        self.shown: dict[int, TrackOutput] = {}
 
     def add(self, output: SessionOutput) -> None:
         """Take one frame."""
         self.events += [(e.t_ns, e.text) for e in output.input.events]
+        self.shown[output.input.frame.seq] = output.shown
         for name, answer in output.tracks.items():
             self.tracks[name].append(answer.objects)
             if output.input.truth is not None:
@@ -162,21 +166,24 @@ def _film(
     info = session.info
     title = FilmTitle(info.scene, _story(info))
     maker = FilmMaker(session.scene, Twin(session.scene, NativeRenderer()), title)
-    tracks = {frame[0].source_seq: frame for frame in notes.tracks[info.methods[0]] if frame}
-    wanted = _evenly(sorted(tracks), STILLS)
+    wanted = _evenly(sorted(notes.shown), STILLS)
+    live_surfaces, surfaces = LiveSurfaces(session.scene), dict[str, LiveSurface]()
     stills: list[tuple[float, Picture]] = []
 
     def pictures() -> Iterator[Picture]:
         for count, message in enumerate(recorded_inputs(recording, info)):
             if cancelled.is_set():
                 raise CancelledError
-            answer = tracks.get(message.frame.seq)
+            surfaces.update((s.surface_id, s) for s in message.surfaces)
+            answer = notes.shown.get(message.frame.seq)
             if answer is None:
                 continue
-            picture = maker.picture(message, {track.object_id: track for track in answer})
+            tracks = {track.object_id: track for track in answer.objects}
+            live = live_surfaces.step(message.frame, surfaces, answer)
+            picture = maker.picture(message, tracks, live)
             if message.frame.seq in wanted:
                 stills.append((message.frame.t_ns / 1e9, picture))
-            progress.advance(count / len(tracks))
+            progress.advance(count / len(notes.shown))
             yield picture
 
     count = write_film(target, pictures(), info.fps)

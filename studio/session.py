@@ -21,18 +21,25 @@ from devices.recording import Recorder, read_session
 from devices.recording_codec import (
     FrameStamp,
     RecordedAvatar,
+    RecordedSurface,
     RecordedTrack,
     RecordedValue,
     SessionInfo,
 )
+from devices.streams import BoundedQueue
 from scenes.package import ScenePackage
-from scenes.state import SceneState, reduce_state
+from scenes.state import LiveSurface, SceneState, reduce_state
 from studio.evaluate.perfect_detector import PerfectDetector
 from studio.latency import Latencies
+from studio.live_surfaces import LiveSurfaces
 from studio.methods import METHODS, make_method
 from studio.pipeline import ExactExecutor, Executor, PacedExecutor, RecorderThread
 from studio.sources import SessionInput, recorded_inputs, simulated_inputs
+from studio.surface_drawing import LivePicture
 from tracking.output import TrackingMethod, TrackOutput
+
+COMMANDS = 64
+"""What users may have asked for and a session has not yet done."""
 
 
 class Pace(StrEnum):
@@ -75,13 +82,20 @@ class SessionOutput:
         input: the frame and what came with it.
         tracks: every method's answer.
         state: the live room after it.
+        surfaces: what its live surfaces show.
         now_ns: session time when it was ready.
     """
 
     input: SessionInput
     tracks: Mapping[str, TrackOutput]
     state: SceneState
+    surfaces: tuple[LivePicture, ...]
     now_ns: int
+
+    @property
+    def shown(self) -> TrackOutput:
+        """The answer of the first method, which the state follows."""
+        return next(iter(self.tracks.values()))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -131,6 +145,8 @@ class Session:
         self._methods = dict(methods)
         self._states: dict[str, Any] = {name: m.start() for name, m in self._methods.items()}
         self._scene_state = SceneState()
+        self._live_surfaces = LiveSurfaces(scene)
+        self._made_live: BoundedQueue[LiveSurface] = BoundedQueue(COMMANDS, name="commands")
         self._frames = self._lost = 0
         self._next_seq = 0
         self._write: Callable[[RecordedValue], None] = _discard
@@ -139,6 +155,14 @@ class Session:
     def latencies(self) -> Latencies:
         """Durations so far."""
         return self._latencies
+
+    def make_live(self, surface: LiveSurface) -> None:
+        """Show live video on a surface from the next frame on; any thread may ask.
+
+        Raises:
+            StreamFullError: more was asked for than the session could take.
+        """
+        self._made_live.put(surface)
 
     def run(
         self,
@@ -196,10 +220,28 @@ class Session:
             outputs[name] = output
         self._record_tracks(outputs)
         shown = outputs[self.plan.methods[0]]
-        for change in chain(shown.objects, message.avatars):
+        for change in chain(shown.objects, message.avatars, self._new_surfaces(message)):
             self._scene_state = reduce_state(self._scene_state, change, message.frame.t_ns)
+        surfaces = self._seen_surfaces(message, shown)
         self._frames += 1
-        return SessionOutput(message, outputs, self._scene_state, self._clock.now_ns())
+        return SessionOutput(message, outputs, self._scene_state, surfaces, self._clock.now_ns())
+
+    def _new_surfaces(self, message: SessionInput) -> list[LiveSurface]:
+        """What has become live since the last frame, recorded."""
+        found: list[LiveSurface] = []
+        while (surface := self._made_live.take()) is not None:
+            self._write(RecordedSurface(message.frame.t_ns, surface))
+            found.append(surface)
+        return found
+
+    def _seen_surfaces(self, message: SessionInput, shown: TrackOutput) -> tuple[LivePicture, ...]:
+        surfaces = self._scene_state.surfaces
+        if not surfaces:
+            return ()
+        started = time.perf_counter_ns()
+        pictures = self._live_surfaces.step(message.frame, surfaces, shown)
+        self._latencies.add({"surfaces": time.perf_counter_ns() - started})
+        return pictures
 
     def _enter(self, message: SessionInput) -> None:
         frame = message.frame
@@ -216,6 +258,9 @@ class Session:
             self._write(RecordedAvatar(frame.t_ns, avatar))
         if message.truth is not None:
             self._write(message.truth)
+        # A frame may be dropped on its way to the stages, what became live with it may not.
+        for surface in message.surfaces:
+            self.make_live(surface)
 
     def _record_tracks(self, outputs: Mapping[str, TrackOutput]) -> None:
         for name, output in outputs.items():
@@ -306,7 +351,8 @@ def _simulated(plan: SessionPlan) -> Made:
         fps=scenario.camera.fps,
     )
     steps = partial(simulate, room, scenario, seed=plan.seed)
-    return scene, info, lambda: simulated_inputs(steps()), round(scenario.duration_s * 1e9)
+    corners = {item.surface_id: np.array(item.corners_in_world) for item in scenario.surfaces}
+    return scene, info, lambda: simulated_inputs(steps(), corners), round(scenario.duration_s * 1e9)
 
 
 def _recorded(plan: SessionPlan) -> Made:

@@ -2,26 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from numpy.typing import ArrayLike
 
 from devices.messages import EncodedFrame, Event, Frame
 from devices.recording import read_recording
 from devices.recording_codec import (
     RecordedAvatar,
+    RecordedSurface,
     RecordedTrack,
     RecordedTruth,
     RecordedValue,
     SessionInfo,
 )
 from devices.replay import FrameAssembler
-from scenes.state import Avatar, TrackedObject
+from scenes.state import Avatar, LiveSurface, TrackedObject
 from studio.evaluate.perfect_detector import Masks
+from studio.live_surfaces import live_surface
 
 if TYPE_CHECKING:
     from sim.rehearsal import SimulatedStep
+
+
+Corners = Mapping[str, ArrayLike]
+"""(4, 3) corners in the world by surface id."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,6 +45,7 @@ class SessionInput:
         recorded: tracks found in a recording, with the name of their method.
         masks: per body id, where each lens really sees it; only of a simulation, and only for
             `PerfectDetector`.
+        surfaces: what has become live since the frame before.
     """
 
     frame: Frame
@@ -46,6 +55,7 @@ class SessionInput:
     truth: RecordedTruth | None = None
     recorded: tuple[tuple[str, TrackedObject], ...] = ()
     masks: Masks | None = None
+    surfaces: tuple[LiveSurface, ...] = ()
 
     @property
     def t_ns(self) -> int:
@@ -53,9 +63,19 @@ class SessionInput:
         return self.frame.received_ns
 
 
-def simulated_inputs(steps: Iterator[SimulatedStep]) -> Iterator[SessionInput]:
-    """The inputs of a simulated session, in order."""
+def simulated_inputs(
+    steps: Iterator[SimulatedStep], corners_of_surfaces: Corners | None = None
+) -> Iterator[SessionInput]:
+    """The inputs of a simulated session, in order.
+
+    Args:
+        steps: of the simulator.
+        corners_of_surfaces: what is live from the first frame on, by surface id.
+    """
+    waiting = dict(corners_of_surfaces or {})
     for step in steps:
+        surfaces = tuple(live_surface(key, at, step.frame) for key, at in waiting.items())
+        waiting.clear()
         truth = RecordedTruth(
             seq=step.truth.seq,
             t_ns=step.truth.t_ns,
@@ -65,7 +85,13 @@ def simulated_inputs(steps: Iterator[SimulatedStep]) -> Iterator[SessionInput]:
             world_from_rig=step.truth.world_from_rig,
         )
         yield SessionInput(
-            step.frame, step.packet, step.avatars, step.events, truth, masks=step.truth.masks
+            frame=step.frame,
+            packet=step.packet,
+            avatars=step.avatars,
+            events=step.events,
+            surfaces=surfaces,
+            truth=truth,
+            masks=step.truth.masks,
         )
 
 
@@ -78,13 +104,13 @@ def recorded_inputs(path: Path, session: SessionInfo) -> Iterator[SessionInput]:
     """
     assembler = FrameAssembler(session.rig)
     same_time: list[RecordedValue] = []
-    events: list[Event] = []
+    waiting: list[Event | RecordedSurface] = []
     for value in read_recording(path):
         if same_time and _time(value) != _time(same_time[0]):
-            yield from _grouped(same_time, assembler, events)
+            yield from _grouped(same_time, assembler, waiting)
             same_time = []
         same_time.append(value)
-    yield from _grouped(same_time, assembler, events)
+    yield from _grouped(same_time, assembler, waiting)
 
 
 def _time(value: RecordedValue) -> int:
@@ -92,10 +118,12 @@ def _time(value: RecordedValue) -> int:
 
 
 def _grouped(
-    values: list[RecordedValue], assembler: FrameAssembler, events: list[Event]
+    values: list[RecordedValue],
+    assembler: FrameAssembler,
+    waiting: list[Event | RecordedSurface],
 ) -> Iterator[SessionInput]:
-    """The input that these values of one time make; `events` carries those between two frames."""
-    events += [v for v in values if isinstance(v, Event)]
+    """The input that these values of one time make; what comes between two frames is `waiting`."""
+    waiting += [v for v in values if isinstance(v, Event | RecordedSurface)]
     for value in values:
         frame = assembler.feed(value)
         if frame is None or not isinstance(value, EncodedFrame):
@@ -104,8 +132,9 @@ def _grouped(
             frame=frame,
             packet=value,
             avatars=tuple(v.avatar for v in values if isinstance(v, RecordedAvatar)),
-            events=tuple(events),
+            events=tuple(v for v in waiting if isinstance(v, Event)),
+            surfaces=tuple(v.surface for v in waiting if isinstance(v, RecordedSurface)),
             truth=next((v for v in values if isinstance(v, RecordedTruth)), None),
             recorded=tuple((v.method, v.track) for v in values if isinstance(v, RecordedTrack)),
         )
-        events.clear()
+        waiting.clear()

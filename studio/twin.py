@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from scenes.package import ScenePackage
 from scenes.pose import Pose
 from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
 from scenes.render.thinning import thinned
+from studio.surface_drawing import LivePicture, draw_surface
 
 BACKGROUND = (0.055, 0.063, 0.078)
 """Behind everything: the colour of the film's frame."""
@@ -51,6 +52,7 @@ class Twin:
         *,
         near_m: float = 0.05,
         coarse: bool = False,
+        live: Sequence[LivePicture] = (),
     ) -> NDArray[np.uint8]:
         """(H, W, 3) RGB.
 
@@ -60,6 +62,7 @@ class Twin:
             world_from_camera: from where.
             near_m: what is nearer is left out.
             coarse: draw the room with fewer splats, if `make_coarse` was called.
+            live: surfaces that show live video.
         """
         room = self._coarse_room if coarse else self._room
         posed = [
@@ -68,7 +71,10 @@ class Twin:
         ]
         options = RenderOptions(background=BACKGROUND, near_m=near_m)
         drawn = self._renderer.render([room, *posed], camera, world_from_camera, options)
-        return (np.clip(drawn.rgb, 0.0, 1.0) * 255.0 + 0.5).astype(np.uint8)
+        picture = (np.clip(drawn.rgb, 0.0, 1.0) * 255.0 + 0.5).astype(np.uint8)
+        for surface in live:
+            draw_surface(picture, drawn.depth, camera, world_from_camera, surface)
+        return picture
 
     def make_coarse(self) -> None:
         """Choose the splats of coarse pictures: a second's work for a million of them."""

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from devices.messages import Frame
 from scenes.pose import Pose
+from scenes.quad import quad_of
 from scenes.state import LiveSurface
 from tracking.background import (
     MISALIGNMENT_PX,
@@ -32,7 +33,7 @@ from tracking.background import (
     fit_exposure,
 )
 from tracking.pictures import grey, slopes
-from tracking.surface_view import SurfaceView, quad_of, surface_view
+from tracking.surface_view import SurfaceView, surface_view
 from tracking.window import Layer
 
 FloatArray = NDArray[np.float32]

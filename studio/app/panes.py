@@ -14,6 +14,7 @@ from PySide6.QtGui import (
     QMouseEvent,
     QPainter,
     QPaintEvent,
+    QPen,
     QResizeEvent,
     QWheelEvent,
 )
@@ -24,6 +25,9 @@ from studio.app.orbit import Orbit
 BACKDROP = QColor(14, 16, 20)
 CAPTION = QColor(214, 218, 224)
 CAPTION_GROUND = QColor(14, 16, 20, 170)
+CORNER = QColor(86, 180, 233)
+CAMERA_CAPTION = "360° camera, front lens"
+PICK_CAPTION = "click a flat surface's four corners, top left first · Esc to leave"
 STEP_M, FAST, SLOW = 0.12, 4.0, 0.25
 WHEEL_STEP = 120.0
 FLIGHT = {
@@ -64,20 +68,91 @@ class PicturePane(QWidget):
         """Whether anything was shown yet."""
         return self._image is not None
 
+    def _picture_area(self, image: QImage) -> QRectF:
+        """Where the picture is in the pane, as large as it fits."""
+        scale = min(self.width() / image.width(), self.height() / image.height())
+        width, height = scale * image.width(), scale * image.height()
+        return QRectF((self.width() - width) / 2, (self.height() - height) / 2, width, height)
+
     def paintEvent(self, event: QPaintEvent) -> None:
         """See Qt."""
         painter = QPainter(self)
         painter.fillRect(self.rect(), BACKDROP)
         if self._image is not None:
             painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
-            scale = min(self.width() / self._image.width(), self.height() / self._image.height())
-            width, height = scale * self._image.width(), scale * self._image.height()
-            left, top = (self.width() - width) / 2, (self.height() - height) / 2
-            painter.drawImage(QRectF(left, top, width, height), self._image)
+            painter.drawImage(self._picture_area(self._image), self._image)
         width = painter.fontMetrics().horizontalAdvance(self._caption)
         painter.fillRect(0, 0, width + 20, 28, CAPTION_GROUND)
         painter.setPen(CAPTION)
         painter.drawText(10, 19, self._caption)
+        painter.end()
+
+
+class CameraPane(PicturePane):
+    """The camera's picture, in which corners of a surface can be clicked.
+
+    Args:
+        picked: called with (4, 2) picture pixels when the fourth corner was clicked, or with None
+            when the user left off.
+    """
+
+    def __init__(self, picked: Callable[[NDArray[np.float64] | None], None]) -> None:
+        super().__init__(CAMERA_CAPTION)
+        self._picked = picked
+        self._corners: list[tuple[float, float]] | None = None
+
+    @property
+    def picking(self) -> bool:
+        """Whether clicks are taken as corners."""
+        return self._corners is not None
+
+    def pick(self, on: bool) -> None:
+        """Take the next four clicks as corners, or no longer; Escape ends it too."""
+        self._corners = [] if on else None
+        self.setCursor(Qt.CursorShape.CrossCursor if on else Qt.CursorShape.ArrowCursor)
+        self._caption = PICK_CAPTION if on else CAMERA_CAPTION
+        if on:
+            self.setFocus()
+        self.update()
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """See Qt."""
+        if self._corners is None or self._image is None:
+            return
+        area = self._picture_area(self._image)
+        scale = self._image.width() / area.width()
+        at = (event.position() - area.topLeft()) * scale
+        if not (0 <= at.x() <= self._image.width() and 0 <= at.y() <= self._image.height()):
+            return
+        self._corners.append((at.x(), at.y()))
+        self.update()
+        if len(self._corners) == 4:
+            corners = np.array(self._corners)
+            self.pick(False)
+            self._picked(corners)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """See Qt."""
+        if self.picking and event.key() == Qt.Key.Key_Escape:
+            self.pick(False)
+            self._picked(None)
+        else:
+            super().keyPressEvent(event)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """See Qt."""
+        super().paintEvent(event)
+        if not self._corners or self._image is None:
+            return
+        area = self._picture_area(self._image)
+        scale = area.width() / self._image.width()
+        points = [area.topLeft() + QPointF(x, y) * scale for x, y in self._corners]
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(QPen(CORNER, 2))
+        painter.drawPolyline(points)
+        for point in points:
+            painter.drawEllipse(point, 5.0, 5.0)
         painter.end()
 
 

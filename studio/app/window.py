@@ -6,15 +6,19 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import Qt, QTimer, QUrl
 from PySide6.QtGui import QAction, QCloseEvent, QDesktopServices
 from PySide6.QtWidgets import QApplication, QLabel, QMainWindow, QSplitter, QToolBar
 
+from devices.streams import StreamFullError
 from scenes.cameras import Pinhole
 from scenes.state import SceneState
 from studio.app.orbit import home
-from studio.app.panes import PicturePane, TwinPane
+from studio.app.panes import CameraPane, TwinPane
 from studio.app.worker import SceneJob, TwinPainter, View
+from studio.live_surfaces import clicked_surface
 from studio.pipeline import CancelledError
 from studio.rehearsal import Performance
 from studio.rows import exit_code
@@ -48,14 +52,20 @@ class StudioWindow(QMainWindow):
         self.setWindowTitle(f"{scene} · GaussianNexus Studio")
         self.resize(1320, 760)
         self.twin = TwinPane(self._redraw)
-        self.camera = PicturePane("360° camera, front lens")
+        self.camera = CameraPane(self._picked)
         panes = QSplitter(Qt.Orientation.Horizontal)
         panes.addWidget(self.twin)
         panes.addWidget(self.camera)
         panes.setStretchFactor(0, 3)
         panes.setStretchFactor(1, 2)
         self.setCentralWidget(panes)
-        self._rehearse_action, self._stop_action, self._report_action = self._make_toolbar()
+        (
+            self._rehearse_action,
+            self._stop_action,
+            self._live_action,
+            self._report_action,
+        ) = self._make_toolbar()
+        self._live_action.setCheckable(True)
         self._line = QLabel("opening the scene …")
         self._figures = QLabel("")
         self.statusBar().addWidget(self._line, 1)
@@ -76,7 +86,7 @@ class StudioWindow(QMainWindow):
         """What the status bar says."""
         return self._line.text()
 
-    def _make_toolbar(self) -> tuple[QAction, QAction, QAction]:
+    def _make_toolbar(self) -> tuple[QAction, QAction, QAction, QAction]:
         bar = QToolBar("session")
         bar.setMovable(False)
         self.addToolBar(bar)
@@ -84,6 +94,11 @@ class StudioWindow(QMainWindow):
         for text, hint, slot in (
             ("▶ Rehearse", "play a simulated session in this scene", self._rehearse),
             ("■ Stop", "cancel what is running; nothing is kept", self._stop),
+            (
+                "Live surface",
+                "click four corners in the camera's picture: the twin shows live video there",
+                self._pick_surface,
+            ),
             ("Open report", "the report of the last rehearsal", self._open_report),
         ):
             action = QAction(text, self)
@@ -91,7 +106,8 @@ class StudioWindow(QMainWindow):
             action.triggered.connect(slot)
             bar.addAction(action)
             actions.append(action)
-        return actions[0], actions[1], actions[2]
+        rehearse, stop, live, report = actions
+        return rehearse, stop, live, report
 
     def _rehearse(self) -> None:
         if not self._job.running:
@@ -108,6 +124,23 @@ class StudioWindow(QMainWindow):
     def _stop(self) -> None:
         self._line.setText("stopping …")
         self._job.cancel()
+
+    def _pick_surface(self) -> None:
+        self.camera.pick(self._live_action.isChecked())
+
+    def _picked(self, clicks_px: NDArray[np.float64] | None) -> None:
+        """Make what was clicked in the front lens's picture a live surface."""
+        self._live_action.setChecked(False)
+        session, output = self._job.session, self._output
+        if clicks_px is None or session is None or output is None:
+            return
+        name = f"surface {len(output.state.surfaces) + 1}"
+        try:
+            frame, room = output.input.frame, session.scene.room
+            surface = clicked_surface(name, clicks_px, frame, output.shown.world_from_rig, room)
+            session.make_live(surface)
+        except (ValueError, StreamFullError) as error:
+            self._line.setText(f"✗ {' '.join(str(error).split())}")
 
     def _open_report(self) -> None:
         performance = self._job.performance
@@ -136,10 +169,13 @@ class StudioWindow(QMainWindow):
             self._update_actions()
 
     def _show(self, output: SessionOutput) -> None:
+        is_first = self._output is None
         self._output = output
         self._state = output.state
         self.camera.show_picture(output.input.frame.images[0])
         self._redraw()
+        if is_first:
+            self._update_actions()
         session = self._job.session
         if session is None:
             return
@@ -160,12 +196,17 @@ class StudioWindow(QMainWindow):
         width = 2 * max(8, round(0.5 * self.twin.width() * scale))
         height = 2 * max(8, round(0.5 * self.twin.height() * scale))
         camera = Pinhole.from_fov(width, height, FIELD_OF_VIEW)
-        self._painter.show(View(self._state, camera, orbit.world_from_camera()))
+        live = self._output.surfaces if self._output is not None else ()
+        self._painter.show(View(self._state, camera, orbit.world_from_camera(), live))
 
     def _update_actions(self) -> None:
         running = self._job.running and not self._ended
         self._rehearse_action.setEnabled(not running and self._job.opened is not None)
         self._stop_action.setEnabled(running)
+        self._live_action.setEnabled(running and self._output is not None)
+        if not running and self.camera.picking:
+            self.camera.pick(False)
+            self._live_action.setChecked(False)
         self._report_action.setEnabled(self._job.performance is not None)
 
     def closeEvent(self, event: QCloseEvent) -> None:

@@ -23,6 +23,7 @@ from studio.overlay import STATE_COLOURS, draw_avatar, draw_footprint
 from studio.progress import Progress
 from studio.rehearsal import Performance, perform
 from studio.session import Session, SessionOutput, SessionPlan, open_session
+from studio.surface_drawing import LivePicture
 from studio.twin import Twin
 
 Watch = Callable[[SessionOutput], None]
@@ -110,11 +111,12 @@ class SceneJob:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class View:
-    """What to draw: the state of the room, seen from somewhere."""
+    """What to draw: the state of the room and what its live surfaces show, seen from somewhere."""
 
     state: SceneState
     camera: Pinhole
     world_from_camera: Pose
+    live: tuple[LivePicture, ...] = ()
 
     def is_seen_from(self, other: View) -> bool:
         """Whether both are seen from the same place through the same camera."""
@@ -182,7 +184,9 @@ class TwinPainter:
     def _draw(self, view: View, grade: Grade) -> NDArray[np.uint8]:
         camera = scaled(view.camera, grade.scale)
         poses = {key: track.world_from_object for key, track in view.state.objects.items()}
-        drawn = self._twin.picture(poses, camera, view.world_from_camera, coarse=grade.thinned)
+        drawn = self._twin.picture(
+            poses, camera, view.world_from_camera, coarse=grade.thinned, live=view.live
+        )
         for key, track in view.state.objects.items():
             if track.state is not TrackState.STATIC and key in self._boxes:
                 draw_footprint(

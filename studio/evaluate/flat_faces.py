@@ -15,8 +15,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from scenes.mesh import PhysicalRoom, TexturedMesh
+from scenes.quad import Quad
 from scenes.rays import RayScene
-from tracking.surface_view import Quad
 
 FloatArray = NDArray[np.float64]
 

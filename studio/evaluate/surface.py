@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from devices.messages import Frame
 from scenes.opening import open_scene
 from scenes.pose import Pose
+from scenes.quad import quad_of
 from scenes.render.native import NativeRenderer
 from scenes.samples import sample_room
 from scenes.splats import SplatCloud
@@ -32,7 +33,7 @@ from studio.evaluate.flat_faces import FlatFaces
 from studio.evaluate.trial import Answer, Trial, film_messages
 from studio.rows import Row, at_most
 from tracking.surface_pick import corners_from_clicks
-from tracking.surface_view import native_size_px, quad_of
+from tracking.surface_view import native_size_px
 from tracking.surfaces import SurfacePicture, SurfacesState, step
 
 SCENE = "lab"

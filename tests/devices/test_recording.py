@@ -11,6 +11,7 @@ from devices.recording import Recorder, RecordingError, read_recording, read_ses
 from devices.recording_codec import (
     FrameStamp,
     RecordedAvatar,
+    RecordedSurface,
     RecordedTrack,
     RecordedTruth,
     SessionInfo,
@@ -21,7 +22,7 @@ from devices.video import H264Decoder, H264Encoder
 from scenes.cameras import Fisheye, Rig
 from scenes.frames import FRONT_FROM_BACK_LENS
 from scenes.pose import Pose, rotation_from_vector
-from scenes.state import Avatar, TrackedObject, TrackState
+from scenes.state import Avatar, LiveSurface, TrackedObject, TrackState
 
 SIZE, FRAMES = 96, 6
 LENS = Fisheye.from_fov(SIZE, np.radians(200))
@@ -59,6 +60,9 @@ def messages(seed=0):
             FrameStamp("camera-360", seq, t_ns, t_ns + 5, pose),
             *encoder.encode(picture, seq, t_ns),
             Event(t_ns, "scenario", "push", "chair-1 is pushed"),
+            RecordedSurface(
+                t_ns, LiveSurface("board", rng.normal(size=(4, 3)), (320, 200), "camera-360")
+            ),
             RecordedTrack(
                 "own",
                 TrackedObject(

@@ -23,6 +23,9 @@ lens_size_px = 128
 id = "ann"
 start = [-1.5, -1.5]
 actions = [{ do = "push", object = "chair-1", to = [0.4, 0.9] }]
+[[surfaces]]
+id = "board"
+corners = [[-1, 2, 2], [1, 2, 2], [1, 2, 1], [-1, 2, 1]]
 """
 
 
@@ -42,6 +45,7 @@ def test_built_in_scenarios_are_read():
     assert sum(isinstance(action, Push) for action in actions) == 3
     assert any(isinstance(action, Carry) for action in actions)
     assert 18.0 <= scenario.duration_s <= 30.0
+    assert [s.surface_id for s in scenario.surfaces] == ["whiteboard", "screen"]
 
 
 @pytest.mark.parametrize(
@@ -59,6 +63,8 @@ def test_built_in_scenarios_are_read():
         ('do = "push"', 'do = "fly"', ("people[0].actions[0].do", "'fly'", "walk, stand, push")),
         ("to = [0.4, 0.9]", "to = [0.4, 0.9], how = 1", ("actions[0].how", "no such key")),
         ('id = "ann"', 'id = ""', ("people[0].id", "''")),
+        ("[1, 2, 1], ", "", ("surfaces[0].corners", "four [x, y, z]")),
+        ("[[-1, 2, 2]", "[[-1, 2]", ("surfaces[0].corners", "[x, y, z]")),
         ("[camera]", "[[camera]]", ("camera", "a table")),
     ],
 )
@@ -79,6 +85,8 @@ def test_a_wrong_value_is_one_clear_line(old, new, words):
         ('room = "small"', 'room = "attic"', ("room", "'attic'", "'small'")),
         ('object = "chair-1"', 'object = "sofa-9"', ("sofa-9", "book-1, chair-1")),
         ("to = [0.4, 0.9]", "to = [0.4, 9.0]", ("actions[0].to", "9.0", "y -2..2")),
+        ("[1, 2, 2]", "[1, 3, 2]", ("surfaces[0].corners", "y -2..2")),
+        ("[1, 2, 2]", "[-2, 2, 0]", ("surfaces[0].corners", "convex")),
         ("start = [-1.5, -1.5]", "start = [-15, 0]", ("people[0].start", "-15", "x -2..2")),
     ],
 )

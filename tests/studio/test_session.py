@@ -1,9 +1,12 @@
 import threading
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from devices.recording import read_recording
 from devices.recording_codec import RecordedTrack
+from studio.live_surfaces import live_surface
 from studio.methods import METHODS
 from studio.pipeline import CancelledError
 from studio.replay import Comparison
@@ -133,3 +136,41 @@ def test_a_slow_tracker_drops_frames_when_paced_and_they_are_counted(tiny):
 def test_unknown_methods_are_refused():
     with pytest.raises(ValueError, match=f"wanted some of {', '.join(METHODS)}"):
         open_session(SessionPlan(methods=("magic",)))
+
+
+BOARD = np.array([[-0.5, 1.5, 1.7], [0.5, 1.5, 1.7], [0.5, 1.5, 1.0], [-0.5, 1.5, 1.0]])
+
+
+@pytest.mark.parametrize("pace", list(Pace))
+def test_surfaces_show_live_video_and_come_back_from_the_recording(tiny, tmp_path, pace):
+    def inputs():
+        for message in tiny.inputs():
+            first = message.frame.seq == 0
+            surfaces = (live_surface("board", BOARD, message.frame),) if first else ()
+            yield replace(message, surfaces=surfaces)
+
+    path = tmp_path / "recording.mcap"
+    session = tiny.session(SessionPlan(pace=pace, record_to=path), inputs=inputs)
+    outputs = []
+    session.run(outputs.append)
+    shown = [live for output in outputs for live in output.surfaces]
+    assert len(shown) == len(outputs)
+    assert {live.surface.surface_id for live in shown} == {"board"}
+    assert set(outputs[-1].state.surfaces) == {"board"}
+    assert len({live.picture.tobytes() for live in shown}) > 1
+    recorded = [s for i in recorded_inputs(path, session.info) for s in i.surfaces]
+    assert len(recorded) == 1
+    np.testing.assert_array_equal(recorded[0].corners_in_world, BOARD)
+
+
+def test_a_surface_can_be_made_live_while_the_session_plays(tiny):
+    session = tiny.session(SessionPlan())
+    outputs = []
+
+    def watch(output):
+        if output.input.frame.seq == 4:
+            session.make_live(live_surface("board", BOARD, output.input.frame))
+        outputs.append(output)
+
+    session.run(watch)
+    assert [len(output.surfaces) for output in outputs] == [0] * 5 + [1] * (tiny.frames - 5)

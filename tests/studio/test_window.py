@@ -166,3 +166,43 @@ def test_a_missing_scene_is_an_error_of_the_caller(tmp_path, close_when):
     close_when(lambda w: w.line.startswith("✗"))
     with pytest.raises(ValueError, match="nowhere"):
         open_window(str(tmp_path / "nowhere"), rehearse_to=tmp_path / "out")
+
+
+def test_four_clicks_in_the_camera_picture_make_a_live_surface(play, tiny, monkeypatch):
+    from PySide6.QtCore import QPoint, Qt
+    from PySide6.QtGui import QAction
+    from PySide6.QtTest import QTest
+
+    from studio.app import window as window_module
+
+    clicked = []
+
+    def make(name, clicks_px, frame, world_from_rig, room):
+        clicked.append(clicks_px)
+        raise ValueError(f"{name}: nothing flat there")
+
+    monkeypatch.setattr(window_module, "clicked_surface", make)
+    hold = threading.Event()
+
+    def waiting():
+        inputs = tiny.inputs()
+        yield next(inputs)
+        hold.wait(timeout=30)
+
+    window = play(inputs=waiting)
+    play.until(lambda: window.camera.has_picture)
+    action = next(a for a in window.findChildren(QAction) if a.text() == "Live surface")
+    play.until(action.isEnabled)
+    action.trigger()
+    assert window.camera.picking
+    pane = window.camera
+    middle = QPoint(pane.width() // 2, pane.height() // 2)
+    for dx, dy in ((-20, -20), (20, -20), (20, 20), (-20, 20)):
+        QTest.mouseClick(pane, Qt.MouseButton.LeftButton, pos=middle + QPoint(dx, dy))
+    assert not pane.picking
+    assert not action.isChecked()
+    scale = 64 / min(pane.width(), pane.height())
+    assert clicked[0].mean(axis=0) == pytest.approx([32, 32], abs=2 * scale)
+    assert clicked[0][1, 0] - clicked[0][0, 0] == pytest.approx(40 * scale, abs=1e-6)
+    assert "surface 1: nothing flat there" in window.line
+    hold.set()

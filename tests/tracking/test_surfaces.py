@@ -9,9 +9,10 @@ import pytest
 from devices.messages import Frame
 from scenes.cameras import Fisheye, Rig
 from scenes.pose import Pose
+from scenes.quad import quad_of
 from scenes.state import LiveSurface
 from tracking.background import Plates
-from tracking.surface_view import quad_of, surface_view
+from tracking.surface_view import surface_view
 from tracking.surfaces import InTheWay, SurfacesState, step
 from tracking.window import Layer
 

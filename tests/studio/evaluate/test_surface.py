@@ -4,9 +4,9 @@ import pytest
 
 from scenes.mesh import PhysicalRoom, TexturedMesh
 from scenes.pose import Pose
+from scenes.quad import quad_of
 from studio.evaluate.flat_faces import FlatFaces
 from studio.evaluate.surface import registered_corners
-from tracking.surface_view import quad_of
 
 BOARD = np.array([[-0.5, 2.0, 1.6], [0.5, 2.0, 1.6], [0.5, 2.0, 1.0], [-0.5, 2.0, 1.0]])
 SIZE = (50, 30)
