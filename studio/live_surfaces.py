@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.messages import Frame
-from scenes.cameras import Rig
+from scenes.cameras import Fisheye, Rig
 from scenes.package import ScenePackage
 from scenes.pose import Pose
 from scenes.quad import Quad, quad_of
@@ -18,6 +19,7 @@ from scenes.render.renderer import PosedSplats
 from scenes.splats import SplatCloud
 from scenes.state import LiveSurface, TrackedObject, TrackState
 from studio.surface_drawing import LivePicture
+from tracking.background import Plates, render_plates
 from tracking.layers import LayerMemo
 from tracking.output import TrackOutput
 from tracking.surface_pick import corners_from_clicks
@@ -26,6 +28,9 @@ from tracking.surfaces import InTheWay, SurfacesState, step
 from tracking.window import Layer, window_around
 
 Point = NDArray[np.float64]
+
+PLATE_PX = 480
+"""Side of the pictures of the empty room that say what a new surface shows."""
 
 
 def live_surface(surface_id: str, corners_in_world: ArrayLike, frame: Frame) -> LiveSurface:
@@ -68,6 +73,11 @@ def clicked_surface(
     return live_surface(surface_id, corners, replace(frame, world_from_rig=known))
 
 
+def _shrunk(lens: Fisheye) -> Fisheye:
+    scale = min(1.0, PLATE_PX / lens.width_px)
+    return lens.resized(round(scale * lens.width_px), round(scale * lens.height_px))
+
+
 def _known_pose(frame: Frame, surface_id: str) -> Pose:
     if frame.world_from_rig is None:
         raise ValueError(
@@ -86,6 +96,7 @@ class LiveSurfaces:
 
     def __init__(self, scene: ScenePackage) -> None:
         self._models = {item.object_id: item for item in scene.objects}
+        self._room = scene.room
         self._renderer = NativeRenderer()
         self._layers = LayerMemo()
         self._state = SurfacesState()
@@ -111,10 +122,32 @@ class LiveSurfaces:
             self._before(quads, frame.rig, world_from_rig, lens, answer.objects)
             for lens in range(len(frame.rig.lenses))
         )
+        is_new = any(key not in self._state.memories for key in surfaces)
+        plates = self._empty_room(frame.rig, world_from_rig) if is_new else None
         self._state, shown = step(
-            self._state, frame, tuple(surfaces.values()), world_from_rig, InTheWay(layers)
+            self._state, frame, tuple(surfaces.values()), world_from_rig, InTheWay(layers, plates)
         )
         return tuple(LivePicture(surfaces[s.surface_id], s.picture) for s in shown)
+
+    def _empty_room(self, rig: Rig, world_from_rig: Pose) -> Plates:
+        """What the lenses would see of the scan; drawn small, which is as fine as it is asked."""
+        small = Rig(tuple(_shrunk(lens) for lens in rig.lenses), rig.rig_from_lens)
+        drawn = render_plates(self._renderer, self._room, small, world_from_rig)
+        sizes = [(lens.width_px, lens.height_px) for lens in rig.lenses]
+
+        def enlarged(pictures: tuple[NDArray[np.float32], ...]) -> tuple[NDArray[np.float32], ...]:
+            return tuple(
+                np.asarray(cv2.resize(picture, size), dtype=np.float32)
+                for picture, size in zip(pictures, sizes, strict=True)
+            )
+
+        return Plates(
+            world_from_rig,
+            enlarged(drawn.images),
+            enlarged(drawn.noise),
+            enlarged(drawn.coverage),
+            tuple(np.zeros((height, width), dtype=np.bool_) for width, height in sizes),
+        )
 
     def _before(
         self,

@@ -7,7 +7,8 @@ camera stands, and a coarse picture with a margin in which is decided what is in
 - a change that comes from beyond the surface's edge. What changes on the surface only is what it
   shows, such as new writing; a hand that writes it reaches in from outside.
 
-Where something is in the way, the last clean picture stays.
+Where something is in the way, the last clean picture stays. What keeps still for long enough is
+taken for a part of the surface, so no mistake lasts.
 """
 
 from __future__ import annotations
@@ -60,6 +61,12 @@ LEAST_OUTSIDE_PX = 4
 LEARNED_PER_FRAME = 0.15
 """How fast what is expected follows what is seen."""
 
+SETTLED_S = 8.0
+"""What hides a surface and keeps as still as this long belongs to it: a poster was put up."""
+
+SAME_COLOUR = 0.04
+"""Of a 0..1 channel: less is no motion."""
+
 LARGEST_GAIN = 1.6
 """Exposure that changes by more than this from frame to frame is not believed."""
 
@@ -86,8 +93,8 @@ class SurfacePicture:
         surface_id: which surface.
         t_ns: capture time of the frame.
         picture: (H, W, 3) uint8 RGB, the surface without what is in the way.
-        fresh: (H, W) bool, the pixels that this frame gave; the others are older, or black where
-            nothing was seen yet.
+        fresh: (H, W) bool, the pixels that this frame gave; the others are older, or show what is
+            in the way where the surface was never seen, or are black where no lens looks.
         lens: index of the lens that gives most of it; None if no lens sees it.
     """
 
@@ -106,11 +113,15 @@ class _Expected:
         picture: (h, w, 3) float32 0..1.
         known: (h, w) bool.
         restless: (h, w) float32, how much it changes by itself: a film plays.
+        before: (h, w, 3) float32, what each pixel has shown since `still_since_ns`.
+        still_since_ns: (h, w) int64 times.
     """
 
     picture: FloatArray
     known: BoolArray
     restless: FloatArray
+    before: FloatArray
+    still_since_ns: NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -126,6 +137,7 @@ class _Memory:
         inner: the part of the coarse picture that is between the corners.
         expected: what the coarse picture should show; None before the first frame.
         picture: (H, W, 3) as last published.
+        clean: (H, W) bool, the pixels that were fresh at least once.
     """
 
     surface: LiveSurface
@@ -136,6 +148,7 @@ class _Memory:
     inner: tuple[slice, slice]
     expected: _Expected | None
     picture: NDArray[np.uint8]
+    clean: BoolArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -190,10 +203,11 @@ def _looking(
             memory.world_from_rig.matrix(), world_from_rig.matrix()
         ):
             return memory
-        expected, picture = memory.expected, memory.picture
+        expected, picture, clean = memory.expected, memory.picture, memory.clean
     else:
         expected = None
         picture = np.zeros((surface.size_px[1], surface.size_px[0], 3), np.uint8)
+        clean = np.zeros(picture.shape[:2], bool)
     quad = quad_of(surface.corners_in_world)
     width, height = surface.size_px
     shrink = min(1.0, COARSE_SIDE_PX / max(width, height))
@@ -205,7 +219,7 @@ def _looking(
     coarse = surface_view(quad, frame.rig, world_from_rig, doubled, margin_px=around)
     part = (slice(margin, margin + inner[1]), slice(margin, margin + inner[0]))
     visible = _any_of_four((~coarse.seen).astype(np.uint8)) == 0
-    return _Memory(surface, world_from_rig, fine, coarse, visible, part, expected, picture)
+    return _Memory(surface, world_from_rig, fine, coarse, visible, part, expected, picture, clean)
 
 
 def _is_same(first: LiveSurface, second: LiveSurface) -> bool:
@@ -225,13 +239,16 @@ def _seen(memory: _Memory, frame: Frame, known: InTheWay) -> tuple[_Memory, Bool
     hidden = covered | _reaching_in(changed, memory.inner)
     fresh = memory.fine.seen & ~_at_full_size(hidden[memory.inner], memory.surface.size_px)
     picture = live
+    clean = memory.clean | fresh
     if not fresh.all():
-        picture = np.where(fresh[..., None], live, memory.picture)
+        # Somebody in the way is better than nothing at all.
+        kept = memory.clean & ~fresh
+        picture = np.where(kept[..., None], memory.picture, live)
     outside = np.ones(changed.shape, bool)
     outside[memory.inner] = False
     believed = memory.visible & ~hidden & ~(changed & outside)
-    following = _learned(expected, likely, believed)
-    return replace(memory, expected=following, picture=picture), fresh
+    following = _learned(expected, likely, believed, covered=covered, t_ns=frame.t_ns)
+    return replace(memory, expected=following, picture=picture, clean=clean), fresh
 
 
 def _at_first(
@@ -239,8 +256,9 @@ def _at_first(
 ) -> _Expected:
     """What to expect before the first frame: the scanned room, or else the frame itself."""
     restless = np.zeros(memory.visible.shape, np.float32)
+    since = np.full(memory.visible.shape, frame.t_ns, np.int64)
     if plates is None:
-        return _Expected(coarse, memory.visible, restless)
+        return _Expected(coarse, memory.visible, restless, coarse, since)
     pictures: list[NDArray[np.uint8]] = []
     for index, lens in enumerate(frame.rig.lenses):
         exposure = fit_exposure(frame.images[index], plates.images[index], plates.coverage[index])
@@ -249,7 +267,8 @@ def _at_first(
         radius2 = np.asarray(x[None, :] ** 2 + y[:, None] ** 2, dtype=np.float32)
         drawn = expose(plates.images[index], exposure, radius2=radius2)
         pictures.append((255.0 * np.clip(drawn, 0, 1) + 0.5).astype(np.uint8))
-    return _Expected(_halved(memory.coarse.picture(tuple(pictures))), memory.visible, restless)
+    picture = _halved(memory.coarse.picture(tuple(pictures)))
+    return _Expected(picture, memory.visible, restless, coarse, since)
 
 
 def _covered(memory: _Memory, known: InTheWay) -> BoolArray:
@@ -299,10 +318,21 @@ def _reaching_in(changed: BoolArray, inner: tuple[slice, slice]) -> BoolArray:
     return cv2.dilate(hiding.astype(np.uint8), _square(3)) > 0
 
 
-def _learned(expected: _Expected, likely: FloatArray, believed: BoolArray) -> _Expected:
+def _learned(
+    expected: _Expected,
+    likely: FloatArray,
+    believed: BoolArray,
+    *,
+    covered: BoolArray,
+    t_ns: int,
+) -> _Expected:
     """What to expect of the next frame."""
-    rate = np.where(expected.known, np.float32(LEARNED_PER_FRAME), np.float32(1.0))
-    rate = np.where(believed, rate, np.float32(0.0))
+    moved = np.abs(likely - expected.before).max(axis=2) > SAME_COLOUR
+    since = np.where(moved | covered, np.int64(t_ns), expected.still_since_ns)
+    settled = expected.known & (t_ns - since > SETTLED_S * 1e9)
+    at_once = settled | ~expected.known
+    rate = np.where(at_once, np.float32(1.0), np.float32(LEARNED_PER_FRAME))
+    rate = np.where(believed | settled, rate, np.float32(0.0))
     apart = likely - expected.picture
     step_of = np.sqrt(np.einsum("hwc,hwc->hw", apart, apart) / 3.0)
     moving = np.where(expected.known, step_of, 0.0) - expected.restless
@@ -312,6 +342,8 @@ def _learned(expected: _Expected, likely: FloatArray, believed: BoolArray) -> _E
         (expected.restless + np.where(believed, LEARNED_PER_FRAME, 0.0) * moving).astype(
             np.float32
         ),
+        np.where(moved[..., None], likely, expected.before).astype(np.float32),
+        since,
     )
 
 

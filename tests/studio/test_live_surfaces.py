@@ -1,14 +1,15 @@
 from dataclasses import replace
 
-import cv2
 import numpy as np
 import pytest
 
 from scenes.cameras import Fisheye, Rig
 from scenes.pose import Pose
 from scenes.quad import quad_of
+from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud
 from studio.live_surfaces import LiveSurfaces, clicked_surface, live_surface
+from tracking.background import render_plates
 from tracking.output import TrackOutput
 
 BOARD = np.array([[-0.9, 1.5, 1.2], [0.9, 1.5, 1.2], [0.9, 1.5, 0.3], [-0.9, 1.5, 0.3]])
@@ -18,11 +19,11 @@ LENS = Fisheye.from_fov(360, np.radians(200))
 
 
 def first(tiny):
-    """A frame of smooth pictures, large enough to see a board in."""
+    """A frame of the room as it was scanned, large enough to see a board in."""
     frame = next(iter(tiny.inputs())).frame
-    size = (LENS.width_px, LENS.height_px)
-    images = tuple(cv2.resize(i, size, interpolation=cv2.INTER_CUBIC) for i in frame.images)
     rig = Rig((LENS, LENS), frame.rig.rig_from_lens)
+    plates = render_plates(NativeRenderer(), tiny.scene.room, rig, frame.world_from_rig)
+    images = tuple((255 * np.clip(image, 0, 1)).astype(np.uint8) for image in plates.images)
     return replace(frame, images=images, rig=rig)
 
 
@@ -59,7 +60,7 @@ def test_an_object_before_a_surface_keeps_what_was_there(tiny):
     old = step(tiny, frame, aside, hidden).picture
     seen, kept = step(tiny, changed, aside, free), step(tiny, changed, before, hidden)
     renewed = (seen.picture != old).any(axis=2).mean()
-    assert renewed > 0.9
+    assert renewed > 0.7
     assert 0.1 < (kept.picture != old).any(axis=2).mean() < renewed - 0.02
 
 

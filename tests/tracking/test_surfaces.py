@@ -142,9 +142,11 @@ def test_with_plates_the_first_frame_may_have_somebody_in_it():
         (np.zeros(shape, bool),),
     )
     first = frame(with_arm(clean))
-    _, (seen,) = step(SurfacesState(), first, [SURFACE], HERE, InTheWay(plates=plates))
+    state, (seen,) = step(SurfacesState(), first, [SURFACE], HERE, InTheWay(plates=plates))
     assert not seen.fresh[place(0.3, -0.08)]
-    assert seen.picture[place(0.3, -0.08)].max() == 0  # nothing was seen there yet
+    assert seen.picture[place(0.3, -0.08)].max() < 100  # there is nothing else to show
+    _, (seen,) = step(state, frame(clean, 1), [SURFACE], HERE)
+    assert seen.picture[place(0.3, -0.08)].min() > 180
     _, (unaware,) = step(SurfacesState(), first, [SURFACE], HERE)
     assert unaware.fresh.all()
 
@@ -227,3 +229,15 @@ def test_view_and_step_agree():
     _, (shown,) = step(SurfacesState(), clean, [SURFACE], HERE)
     view = surface_view(quad_of(BOARD), RIG, HERE, SIZE)
     np.testing.assert_array_equal(shown.picture, view.picture(clean.images))
+
+
+def test_what_was_there_at_first_and_went_is_forgotten_and_so_is_a_poster_put_up():
+    clean, at = room(), place(0.3, -0.08)
+    for first, then in ((with_arm(clean), clean), (clean, with_arm(clean))):
+        state, levels = SurfacesState(), []
+        for second in range(16):
+            picture = first if second < 2 else then
+            state, (seen,) = step(state, frame(picture, 30 * second), [SURFACE], HERE)
+            levels.append(seen.picture[at].max())
+        assert np.ptp(levels[:8]) < 20
+        assert abs(float(levels[-1]) - float(levels[0])) > 100
