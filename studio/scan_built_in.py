@@ -146,11 +146,15 @@ def _without(
 
 
 def _in_frame_of(made: ObjectModel, item: PhysicalObject) -> ObjectModel:
-    """The same splats at the same place, in the physical object's frame."""
+    """The same splats and parts at the same place, in the physical object's frame."""
     item_from_made = item.world_from_object.inverse() @ made.world_from_object
     return replace(
         made,
         splats=turned(made.splats, item_from_made),
+        parts=tuple(
+            replace(part, object_from_box=item_from_made @ part.object_from_box)
+            for part in made.parts
+        ),
         world_from_object=item.world_from_object,
     )
 

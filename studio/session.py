@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import logging
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -37,6 +38,8 @@ from studio.pipeline import ExactExecutor, Executor, PacedExecutor, RecorderThre
 from studio.sources import SessionInput, recorded_inputs, simulated_inputs
 from studio.surface_drawing import LivePicture
 from tracking.output import TrackingMethod, TrackOutput
+
+log = logging.getLogger(__name__)
 
 COMMANDS = 64
 """What users may have asked for and a session has not yet done."""
@@ -323,6 +326,7 @@ def _simulated(plan: SessionPlan) -> Made:
     from scenes.samples import SAMPLE_NAMES, sample_room
     from sim.camera360 import default_rig
     from sim.rehearsal import simulate
+    from sim.scanned import missing, only_scanned, with_scanned
     from sim.scenario import DEFAULT_SCENARIOS, load_scenario, validate_scenario
     from studio.provenance import library_versions
 
@@ -335,6 +339,10 @@ def _simulated(plan: SessionPlan) -> Made:
             f"rehearse a built-in scene ({', '.join(SAMPLE_NAMES)})"
         )
     room = sample_room(physical)
+    added = () if scene is None else only_scanned(room, scene)
+    for item in added:
+        log.warning(missing(item))
+    room = with_scanned(room, added)
     scenario = load_scenario(plan.scenario or DEFAULT_SCENARIOS[room.name])
     validate_scenario(scenario, room)
     scene = scene or open_scene(plan.scene)
