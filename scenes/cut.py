@@ -16,7 +16,8 @@ class Cut:
 
     Attributes:
         object_id: of the object made of it; empty if only floaters were removed.
-        places: (K,) uint32 ascending places of the taken splats in the room as it was.
+        places: (K,) uint32 ascending places of the taken splats in the room as it was; none if the
+            object came from elsewhere.
         taken: the K splats, as they were in the room.
         is_object: (K,) bool; the others are floaters, which belong to nothing now.
         filled: how many splats were added at the room's end, where the cut left a hole.

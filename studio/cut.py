@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import re
 import time
 from collections.abc import Sequence
@@ -26,6 +27,7 @@ from scenes.prepare.cutout.sam_masks import SamMasks
 from scenes.prepare.cutout.separate import Separation
 from scenes.prepare.reconstruction import View, read_picture
 from scenes.render.native import NativeRenderer
+from studio import cut_add
 
 OUTLINE_RGB = (255, 64, 32)
 
@@ -82,8 +84,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--floaters", action="store_true", help="remove stray splats that hang in the room"
     )
-    parser.add_argument("--undo", action="store_true", help="put back what was cut last")
+    parser.add_argument(
+        "--undo",
+        action="store_true",
+        help="put back what was cut last, or take away what was added",
+    )
     parser.add_argument("--json", action="store_true", help="report as one JSON object")
+    cut_add.add_arguments(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -100,15 +107,18 @@ def run(args: argparse.Namespace) -> int:
     elif args.undo:
         before = undo_cut(package)
         save_package(before, args.scene)
-        gone = package.cuts[-1].object_id
-        report = {"undone": gone, "objects": [item.object_id for item in before.objects]}
-        lines = [f"{args.scene}: {gone or 'floaters'} put back, {len(before.room):,} splats"]
+        last = package.cuts[-1]
+        report = {"undone": last.object_id, "objects": [item.object_id for item in before.objects]}
+        how = "put back" if len(last.taken) else "taken away again"
+        lines = [f"{args.scene}: {last.object_id or 'floaters'} {how}, {len(before.room):,} splats"]
     elif args.floaters:
         cleared, count = remove_floaters(package)
         if count:
             save_package(cleared, args.scene)
         report = {"floaters": count}
         lines = [f"{args.scene}: {count} stray splats removed"]
+    elif args.add is not None:
+        report, lines = _add(args, package)
     elif args.propose and args.accept is None:
         report, lines = _listed(propose(package.room))
     else:
@@ -122,9 +132,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _cut(args: argparse.Namespace, package: ScenePackage) -> tuple[dict[str, object], list[str]]:
-    if not args.name:
-        raise ValueError("nexus cut: what is the object called? give --name")
-    object_id = args.id or id_of(args.name)
+    object_id = _object_id(args)
     start = time.perf_counter()
     views: list[PromptedView] = []
     if args.propose:
@@ -140,8 +148,9 @@ def _cut(args: argparse.Namespace, package: ScenePackage) -> tuple[dict[str, obj
     else:
         prompts = prompts_of(args.box, args.click, args.stroke_out)
         views = prompted_views(package, prompts, args.photos)
-        masks = GrabCutMasks() if args.masks_model is None else SamMasks(args.masks_model)
-        done = cut(package, views, object_id=object_id, name=args.name, kind=args.kind, masks=masks)
+        done = cut(
+            package, views, object_id=object_id, name=args.name, kind=args.kind, masks=_masks(args)
+        )
     seconds = time.perf_counter() - start
     save_package(done.package, args.scene)
     if args.preview is not None:
@@ -170,6 +179,50 @@ def _cut(args: argparse.Namespace, package: ScenePackage) -> tuple[dict[str, obj
         if not v.used
     ]
     return report, lines
+
+
+def _add(args: argparse.Namespace, package: ScenePackage) -> tuple[dict[str, object], list[str]]:
+    object_id = _object_id(args)
+    marked = args.box or args.click or args.stroke_out
+    added = cut_add.add(
+        args,
+        package,
+        object_id=object_id,
+        prompts=prompts_of(args.box, args.click, args.stroke_out) if marked else {},
+        masks=_masks(args),
+    )
+    save_package(added.package, args.scene)
+    if args.preview is not None:
+        write_previews(args.preview, added.captured.package, added.prompted, added.cutout)
+    item = added.package.objects[-1]
+    size_cm = [round(100 * extent, 1) for extent in item.box_m]
+    place_m = [round(float(x), 3) for x in item.world_from_object.translation]
+    report: dict[str, object] = {
+        "object": object_id,
+        "photos": len(added.captured.sfm.placed),
+        "splats": len(item.splats),
+        "box_cm": size_cm,
+        "place_m": place_m,
+        "yaw_deg": round(math.degrees(item.world_from_object.yaw()), 1),
+        "where": added.where,
+        "notes": list(added.captured.alignment.warnings),
+    }
+    lines = [
+        f"{args.scene}: {object_id} added, {len(item.splats):,} splats from "
+        f"{len(added.captured.sfm.placed)} photos, {' × '.join(f'{side:g}' for side in size_cm)} "
+        f"cm, {added.where} ({', '.join(f'{x:g}' for x in place_m)} m)"
+    ]
+    return report, [*lines, *(f"  note: {note}" for note in added.captured.alignment.warnings)]
+
+
+def _object_id(args: argparse.Namespace) -> str:
+    if not args.name:
+        raise ValueError("nexus cut: what is the object called? give --name")
+    return args.id or id_of(args.name)
+
+
+def _masks(args: argparse.Namespace) -> Masks:
+    return GrabCutMasks() if args.masks_model is None else SamMasks(args.masks_model)
 
 
 def _listed(proposals: Sequence[Proposal]) -> tuple[dict[str, object], list[str]]:

@@ -6,22 +6,21 @@ import argparse
 import json
 import sys
 import time
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 from studio.preparation_verdict import preview_min, verdict_of
 from studio.rows import Row, as_json, as_table, at_most, exit_code
+from studio.scale_flags import add_scale_flags, known_length
 
 if TYPE_CHECKING:
     from scenes.cameras import Rig
     from scenes.mesh import QrCode
-    from scenes.prepare.options import KnownLength, PrepareOptions
+    from scenes.prepare.options import PrepareOptions
     from scenes.prepare.pipeline import Prepared
 
 QUALITIES = ("preview", "default", "fine")
 TRAINERS = ("built-in", "gsplat", "brush", "opensplat", "inria")
-LEAST_SIDE_M, MOST_SIDE_M = 0.005, 5.0
 LEAST_FRAMES = 8
 REPORT, ORIGIN = "report.html", "shared-origin.json"
 
@@ -88,31 +87,12 @@ def _pictures(group: argparse._ArgumentGroup) -> None:
 
 
 def _scale(group: argparse._ArgumentGroup) -> None:
-    group.add_argument(
-        "--qr-size",
-        type=_sides,
-        metavar="M",
-        help="printed side of the codes in metres, without the white border; "
-        "or CODE=M,CODE=M where they differ. Without it the scale is guessed",
-    )
+    add_scale_flags(group, without="Without it the scale is guessed")
     group.add_argument(
         "--anchors",
         type=Path,
         metavar="FILE",
         help="anchors.json of a scene whose world this one shall share",
-    )
-    group.add_argument(
-        "--length",
-        type=float,
-        metavar="M",
-        help="a length measured in the room, where no code is; --end says between what",
-    )
-    group.add_argument(
-        "--end",
-        nargs=4,
-        action="append",
-        metavar=("WHICH", "PHOTO", "X", "Y"),
-        help="pixel of one end of the length (a or b) in a photo; two photos or more for each end",
     )
 
 
@@ -231,7 +211,7 @@ def _options(args: argparse.Namespace) -> PrepareOptions:
             headset_mesh=args.mesh,
             sides_m=args.qr_size,
             known_codes=codes,
-            known_length=_known_length(args.length, args.end or []),
+            known_length=known_length(args.length, args.end or []),
             capture=CaptureOptions(**frames, rig=rig),
             seed=args.seed,
             keep_floaters=args.keep_floaters,
@@ -268,51 +248,6 @@ def _frames(text: str) -> int:
     if not text.isdigit() or int(text) < LEAST_FRAMES:
         raise argparse.ArgumentTypeError(f"{text}: wanted {LEAST_FRAMES} or more")
     return int(text)
-
-
-def _sides(text: str) -> float | Mapping[str, float]:
-    """`0.2`, or `CODE=0.2,OTHER=0.16`."""
-    try:
-        if "=" not in text:
-            return _side(text)
-        pairs = [part.rpartition("=") for part in text.split(",")]
-        return {payload.strip(): _side(side) for payload, _, side in pairs}
-    except ValueError:
-        raise argparse.ArgumentTypeError(
-            f"{text!r}: wanted metres such as 0.2, or CODE=0.2,OTHER=0.16"
-        ) from None
-
-
-def _side(text: str) -> float:
-    side_m = float(text)
-    if not LEAST_SIDE_M <= side_m <= MOST_SIDE_M:
-        raise argparse.ArgumentTypeError(
-            f"{text}: a code's side in metres, wanted {LEAST_SIDE_M} to {MOST_SIDE_M}"
-        )
-    return side_m
-
-
-def _known_length(length_m: float | None, ends: Sequence[Sequence[str]]) -> KnownLength | None:
-    """The measured length with its ends in photos.
-
-    Raises:
-        ValueError: an end is neither a nor b or has no pixel, or only one of both flags is given.
-    """
-    from scenes.prepare.options import KnownLength
-
-    if length_m is None and not ends:
-        return None
-    if length_m is None or not ends:
-        raise ValueError("--length and --end belong together: metres, and the pixels of both ends")
-    picks: dict[str, dict[str, tuple[float, float]]] = {"a": {}, "b": {}}
-    for which, photo, x, y in ends:
-        try:
-            picks[which.lower()][photo] = (float(x), float(y))
-        except (KeyError, ValueError):
-            raise ValueError(
-                f"--end {which} {photo} {x} {y}: wanted a or b, a photo's name and two numbers"
-            ) from None
-    return KnownLength(length_m, picks["a"], picks["b"])
 
 
 def _known_codes(path: Path | None) -> tuple[QrCode, ...]:

@@ -11,6 +11,7 @@ from scenes.cut import divide, restore
 from scenes.harmonics import turned
 from scenes.package import ScenePackage
 from scenes.package_records import Stage
+from scenes.prepare.cutout.added import ADDED, require_free_id
 from scenes.prepare.cutout.fill import fill_support
 from scenes.prepare.cutout.lifting import MaskedView
 from scenes.prepare.cutout.seen_surface import seen_surface
@@ -75,10 +76,7 @@ def cut_out(
     Raises:
         ValueError: the id is taken or unfit, or the masks show no object.
     """
-    if any(item.object_id.lower() == object_id.lower() for item in package.objects):
-        raise ValueError(
-            f"scene {package.name!r} already has an object {object_id!r}; choose another"
-        )
+    require_free_id(package, object_id)
     found = separate(package.room, views, renderer=renderer, viewpoints=package.views)
     if found.labels.sum() < LEAST_SPLATS:
         raise ValueError(
@@ -162,10 +160,10 @@ def undo_cut(package: ScenePackage) -> ScenePackage:
     if not package.cuts:
         raise ValueError(f"scene {package.name!r}: there is no cut to undo")
     last = package.cuts[-1]
-    name = f"cut {last.object_id or FLOATERS}"
+    names = {f"{how} {last.object_id or FLOATERS}" for how in ("cut", ADDED)}
     stages = list(package.stages)
     for index in reversed(range(len(stages))):
-        if stages[index].name == name:
+        if stages[index].name in names:
             del stages[index]
             break
     return replace(
