@@ -167,9 +167,10 @@ def _sides(
     Raises:
         ValueError: there are none.
     """
-    if isinstance(given, float):
+    if isinstance(given, float | int):
         return given
-    sides_m = {code.payload: code.side_m for code in package.codes} | dict(given or {})
+    sides_m = {code.payload: code.side_m for code in package.codes}
+    sides_m |= given or {}
     if not sides_m:
         raise ValueError(
             "nothing tells how large the object is: lay a printed code beside it and give "

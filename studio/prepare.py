@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NoReturn
 
 from studio.preparation_verdict import preview_min, verdict_of
 from studio.rows import Row, as_json, as_table, at_most, exit_code
-from studio.scale_flags import add_scale_flags, known_length
+from studio.scale_flags import add_object_flags, add_scale_flags, known_length, known_object
 
 if TYPE_CHECKING:
     from scenes.cameras import Rig
@@ -29,6 +29,9 @@ more examples:
   photos, a length measured in the room, its ends in two photos each
     nexus prepare photos --length 2.035 --end a 3.jpg 812 400 --end a 7.jpg 640 391 \\
       --end b 3.jpg 820 1210 --end b 7.jpg 655 1188 --out room.gnx
+  a thing of known size (0.6 m wide, 0.4 deep, 0.75 high), with a box around it in two photos
+    nexus prepare photos --known-object 0.6,0.4,0.75 --object-box 3.jpg 410 220 702 580 \\
+      --object-box 9.jpg 95 240 333 522 --out room.gnx
   a 360° camera's own video, both lenses side by side
     nexus prepare walk.insv --rig rig.json --qr-size 0.2 --out room.gnx
   poses that COLMAP found, or an app with ARKit, in metres
@@ -88,6 +91,13 @@ def _pictures(group: argparse._ArgumentGroup) -> None:
 
 def _scale(group: argparse._ArgumentGroup) -> None:
     add_scale_flags(group, without="Without it the scale is guessed")
+    add_object_flags(group)
+    group.add_argument(
+        "--per-axis",
+        action="store_true",
+        help="stretch each axis until the codes' sides have their printed length, as in the paper; "
+        "hides an error of the lens or the poses, and says how large it is",
+    )
     group.add_argument(
         "--anchors",
         type=Path,
@@ -212,6 +222,8 @@ def _options(args: argparse.Namespace) -> PrepareOptions:
             sides_m=args.qr_size,
             known_codes=codes,
             known_length=known_length(args.length, args.end or []),
+            known_object=known_object(args.known_object, args.object_box),
+            per_axis=args.per_axis,
             capture=CaptureOptions(**frames, rig=rig),
             seed=args.seed,
             keep_floaters=args.keep_floaters,
@@ -241,6 +253,8 @@ def rows_of(prepared: Prepared) -> list[Row]:
         middle = prepared.package.footprint_m.mean(axis=0)
         bound = alignment.predicted_error_m([[*middle, 1.0]], bound=0.95)
         rows.append(Row("prepare.alignment_mm.predicted_95", 1000 * float(bound[0]), "mm"))
+    if prepared.axis_scale is not None:
+        rows.append(Row("prepare.anisotropy", prepared.axis_scale.anisotropy, ""))
     return rows
 
 

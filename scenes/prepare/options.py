@@ -6,6 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from scenes.mesh import QrCode
 from scenes.prepare.footage.capture import CaptureOptions
 from scenes.prepare.poses.sfm_job import SfmOptions
@@ -32,6 +35,20 @@ class KnownLength:
     b_px: Mapping[str, tuple[float, float]]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class KnownObject:
+    """An object of known size that stands in the room.
+
+    Attributes:
+        points_m: (N, 3) points that span it, in its own frame, Z up: the corners of its box, or
+            its surface.
+        boxes_px: (left, top, right, bottom) close around it by photo, in two photos or more.
+    """
+
+    points_m: NDArray[np.float64]
+    boxes_px: Mapping[str, tuple[float, float, float, float]]
+
+
 @dataclass(frozen=True, slots=True)
 class PrepareOptions:
     """How a room is prepared.
@@ -47,7 +64,10 @@ class PrepareOptions:
         headset_mesh: a mesh of the room to collide with, instead of one of the splats.
         sides_m: printed side of the codes: one for all, or by payload. None ignores codes.
         known_codes: codes whose poses in the world are known; then that is the room's world.
-        known_length: tells the scale where there are no codes; None guesses it.
+        known_length: tells the scale where there are no codes.
+        known_object: tells it too; without any of these it is guessed.
+        per_axis: stretch the axes until every code's sides have their printed length (the paper's
+            way), which hides an error of lens or poses.
         capture: how frames are chosen.
         sfm: how they are placed.
         seed: decides everything random.
@@ -69,6 +89,8 @@ class PrepareOptions:
     sides_m: Mapping[str, float] | float | None = None
     known_codes: tuple[QrCode, ...] = ()
     known_length: KnownLength | None = None
+    known_object: KnownObject | None = None
+    per_axis: bool = False
     capture: CaptureOptions = field(default_factory=CaptureOptions)
     sfm: SfmOptions = field(default_factory=SfmOptions)
     seed: int = 0
@@ -126,6 +148,19 @@ class PrepareOptions:
             (
                 self.known_length is not None and self.sides_m is not None,
                 "a length and the codes' size both tell the scale: give one of them",
+            ),
+            (
+                self.known_object is not None
+                and (self.known_length is not None or self.sides_m is not None),
+                "a known object, and codes or a length: give one of them to tell the scale",
+            ),
+            (
+                self.metric_poses and self.known_object is not None,
+                "a known object, and poses that are in metres already: give one of both",
+            ),
+            (
+                self.per_axis and self.sides_m is None,
+                "a scale per axis is measured on codes: give their printed size",
             ),
             (
                 bool(self.known_codes) and self.sides_m is None,

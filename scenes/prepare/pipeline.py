@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from scenes.frames import look_at
 from scenes.mesh import QrCode
 from scenes.package import ScenePackage, save_package
-from scenes.package_records import ViewPoint, code_to_json
+from scenes.package_records import Stage, ViewPoint, code_to_json
 from scenes.pose import Pose
 from scenes.prepare.align.alignment import Alignment, apply_alignment
+from scenes.prepare.align.axis_scale import AxisScale, measured_axis_scale
 from scenes.prepare.align.metric import alignment_in_words, metric_alignment
 from scenes.prepare.align.saved_alignment import load_alignment, save_alignment
 from scenes.prepare.collision_stages import collision_mesh
@@ -55,6 +56,8 @@ class Prepared:
         alignment: how scale, up and origin were found.
         training: the splats and how well views that were kept aside are drawn.
         floaters: stray splats that were taken out of the room; undoing the cut brings them back.
+        axis_scale: what the codes' sides would have each axis stretched by; None without codes. It
+            was done only if the options say so.
     """
 
     package: ScenePackage
@@ -64,6 +67,7 @@ class Prepared:
     alignment: Alignment
     training: TrainingResult
     floaters: int
+    axis_scale: AxisScale | None = None
 
 
 def prepare(
@@ -105,6 +109,12 @@ def prepare(
     mesh = None
     if options.collision:
         mesh = collision_mesh(training, metric, work, options, renderer)
+    stretch = measured_axis_scale(alignment) if alignment.anchors else None
+    if options.per_axis and stretch is not None:
+        work.log.append(Stage("scale per axis", stretch.warning()))
+        metric, alignment = stretch.moved_reconstruction(metric), stretch.moved_alignment(alignment)
+        training = replace(training, cloud=stretch.moved_cloud(training.cloud))
+        mesh = None if mesh is None else stretch.moved_mesh(mesh)
     footprint = _footprint(metric)
     package = ScenePackage(
         name=target.stem,
@@ -124,7 +134,7 @@ def prepare(
     if not options.keep_floaters:
         package, floaters = remove_floaters(package)
     save_package(package, target)
-    return Prepared(package, capture, sfm, metric, alignment, training, floaters)
+    return Prepared(package, capture, sfm, metric, alignment, training, floaters, stretch)
 
 
 def _photos_with_poses(
@@ -189,6 +199,9 @@ def _aligned(
             "sides_m": options.sides_m,
             "codes": [code_to_json(code) for code in options.known_codes],
             "length": None if options.known_length is None else asdict(options.known_length),
+            "object": None
+            if options.known_object is None
+            else [options.known_object.points_m.tolist(), dict(options.known_object.boxes_px)],
             "metric": options.metric_poses,
             "seed": options.seed,
         },

@@ -8,6 +8,8 @@ import pytest
 from studio.cli import EXIT_INPUT, EXIT_USAGE, main
 from studio.prepare import QUALITIES, TRAINERS
 
+OBJECT_BOX = ["--object-box", "1.jpg", "1", "2", "30", "40"]
+
 pytestmark = pytest.mark.usefixtures("no_traceback")
 
 
@@ -55,6 +57,12 @@ def test_the_flags_offer_what_there_is():
             ["--qr-size", "0.2", "--length", "2", "--end", "a", "1.jpg", "1", "2"],
             "both tell the scale",
         ),
+        (["--known-object", "1,2,3"], "--known-object and --object-box belong together"),
+        (["--known-object", "1,2", *OBJECT_BOX], "wanted width, depth, height"),
+        (["--known-object", "lab:sofa-9", *OBJECT_BOX], "has no object 'sofa-9'"),
+        (["--known-object", "1,1,1", "--object-box", "1.jpg", "9", "2", "3", "4"], "left < right"),
+        (["--known-object", "1,1,1", *OBJECT_BOX, "--qr-size", "0.2"], "a known object, and codes"),
+        (["--per-axis"], "a scale per axis is measured on codes"),
         (["--splats", "photos"], "need the poses"),
         (["--trainer", "gsplat"], "say where it is"),
         (["--metric-poses"], "none are given"),

@@ -8,13 +8,15 @@ told, and applied only on demand.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.pose import quaternion_from_rotation
+from scenes.mesh import CollisionMesh
+from scenes.pose import Pose, quaternion_from_rotation
 from scenes.prepare.align.alignment import Alignment
+from scenes.prepare.reconstruction import Reconstruction
 from scenes.splats import SplatCloud
 
 FloatArray = NDArray[np.float64]
@@ -57,6 +59,40 @@ class AxisScale:
     def moved(self, points: FloatArray) -> FloatArray:
         """(..., 3) world points, stretched."""
         return np.asarray(points, dtype=np.float64) * np.array(self.factors)
+
+    def moved_pose(self, world_from_thing: Pose) -> Pose:
+        """A pose at its stretched place; it stays rigid, and keeps its direction."""
+        return Pose(world_from_thing.rotation, self.moved(world_from_thing.translation))
+
+    def moved_reconstruction(self, reconstruction: Reconstruction) -> Reconstruction:
+        """Views and points at their stretched places."""
+        views = tuple(
+            replace(view, world_from_camera=self.moved_pose(view.world_from_camera))
+            for view in reconstruction.views
+        )
+        return replace(reconstruction, views=views, points=self.moved(reconstruction.points))
+
+    def moved_mesh(self, mesh: CollisionMesh) -> CollisionMesh:
+        """A mesh with stretched vertices."""
+        vertices = self.moved(mesh.vertices.astype(np.float64))
+        return CollisionMesh(vertices.astype(np.float32), mesh.faces)
+
+    def moved_alignment(self, alignment: Alignment) -> Alignment:
+        """The codes at their stretched places, and the warning beside the others."""
+        anchors = tuple(
+            replace(
+                anchor,
+                world_from_code=self.moved_pose(anchor.world_from_code),
+                corners_m=self.moved(anchor.corners_m),
+            )
+            for anchor in alignment.anchors
+        )
+        return replace(
+            alignment,
+            anchors=anchors,
+            references_m=self.moved(alignment.references_m),
+            warnings=(*alignment.warnings, self.warning()),
+        )
 
     def moved_cloud(self, cloud: SplatCloud) -> SplatCloud:
         """Splats with stretched places and covariances; view-dependent colour stays as it is."""

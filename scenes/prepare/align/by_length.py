@@ -1,4 +1,4 @@
-"""Metric alignment without codes: a length between two points, or an object of known shape."""
+"""Metric alignment without codes: a length between two points."""
 
 from __future__ import annotations
 
@@ -7,11 +7,9 @@ from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import KDTree
 
 from scenes.prepare.align.alignment import Alignment, bend_per_metre
 from scenes.prepare.align.gravity import Gravity, find_gravity, standing_world
-from scenes.prepare.align.similarity import Similarity, similarity_from_points
 from scenes.prepare.align.triangulate import rays, triangulated
 from scenes.prepare.reconstruction import Reconstruction
 
@@ -20,8 +18,6 @@ FloatArray = NDArray[np.float64]
 NO_ROTATION_RAD = 1e-6
 KNOWN_GROUPS = 1000
 """The uncertainty of a tape measure is given, not estimated from few photos."""
-
-NEAREST_STEPS = 60
 
 
 def picked_point(reconstruction: Reconstruction, picks_px: Mapping[str, ArrayLike]) -> FloatArray:
@@ -91,70 +87,10 @@ def align_by_length(
     if abs(float(along @ gravity.up)) > 0.9:
         along = reconstruction.views[0].world_from_camera.rotation[:, 2]
     scale = length_m / units
-    return _standing(reconstruction, gravity, scale, ends, along, sigma_m / length_m)
+    return standing_alignment(reconstruction, gravity, scale, ends, along, sigma_m / length_m)
 
 
-def align_by_object(
-    reconstruction: Reconstruction,
-    points: FloatArray,
-    *,
-    known_m: FloatArray,
-    reconstruction_from_known: Similarity,
-    rng: np.random.Generator,
-) -> Alignment:
-    """The metric world from an object whose true shape is known, such as an earlier cut-out.
-
-    Iterated closest points with a scale (Besl & McKay 1992 with Umeyama's step), paired from both
-    sides, as pairs from one side shrink the scale; the worst tenth of the pairs is left out.
-
-    Args:
-        reconstruction: photos with poses and sparse points.
-        points: (N, 3) the object in the reconstruction's frame.
-        known_m: (M, 3) the object in metres.
-        reconstruction_from_known: a start; its scale within some 20 % of the truth.
-        rng: for the search of the floor.
-
-    Raises:
-        ValueError: too few points, or the shapes do not fit each other.
-    """
-    if len(points) < 50 or len(known_m) < 50:
-        raise ValueError(
-            f"known object: {len(points)} and {len(known_m)} points, wanted 50 or more of each"
-        )
-    tree = KDTree(known_m)
-    every = max(1, len(known_m) // 2000)
-    asked = known_m[::every]
-    known_from_reconstruction = reconstruction_from_known.inverse()
-    distances = np.zeros(len(points))
-    for _ in range(NEAREST_STEPS):
-        moved = known_from_reconstruction @ points
-        distances, nearest = (np.asarray(a) for a in tree.query(moved))
-        back, nearest_back = (np.asarray(a) for a in KDTree(moved).query(asked))
-        keep = distances <= np.quantile(distances, 0.9)
-        keep_back = back <= np.quantile(back, 0.9)
-        known_from_reconstruction = similarity_from_points(
-            np.concatenate([known_m[nearest[keep]], asked[keep_back]]),
-            np.concatenate([points[keep], points[nearest_back[keep_back]]]),
-        )
-    extent_m = float(np.linalg.norm(np.ptp(known_m, axis=0)))
-    spread_m = float(np.sqrt(np.mean(np.quantile(distances, [0.25, 0.5, 0.75]) ** 2)))
-    if spread_m > 0.05 * extent_m:
-        raise ValueError(
-            f"known object: its points are {1000 * spread_m:.0f} mm from the known shape, limit "
-            f"{50 * extent_m:.0f} (5 % of its size); choose another object or a better start"
-        )
-    gravity = find_gravity(reconstruction, rng=rng)
-    centre = points.mean(axis=0)
-    relative = max(spread_m / extent_m / math.sqrt(len(points) / 10), 1e-4)
-    along = known_from_reconstruction.rotation.T[:, 0]
-    if abs(float(along @ gravity.up)) > 0.9:
-        along = known_from_reconstruction.rotation.T[:, 1]
-    return _standing(
-        reconstruction, gravity, known_from_reconstruction.scale, centre[None], along, relative
-    )
-
-
-def _standing(
+def standing_alignment(
     reconstruction: Reconstruction,
     gravity: Gravity,
     scale: float,
@@ -162,7 +98,17 @@ def _standing(
     along: FloatArray,
     relative_sigma: float,
 ) -> Alignment:
-    """The world on the floor under the first reference, X along `along`."""
+    """The world of a scale that was measured at few places.
+
+    Args:
+        reconstruction: photos with poses and sparse points.
+        gravity: up and floor.
+        scale: metres per unit.
+        references: (K, 3) where it was measured, in the reconstruction's frame; the world's origin
+            is on the floor under the first.
+        along: (3,) X's direction, as far as it is level.
+        relative_sigma: deviation of the scale, as a share of it.
+    """
     world_from_reconstruction = standing_world(gravity, references[0], along, scale)
     references_m = world_from_reconstruction @ references
     centre = references_m.mean(axis=0)

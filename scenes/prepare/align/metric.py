@@ -1,4 +1,4 @@
-"""The metric world by whatever tells it: codes, a length, an app's metres, or a guess."""
+"""The metric world by whatever tells it: codes, a length, an object, an app, or a guess."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from scenes.prepare.align.align import align
 from scenes.prepare.align.alignment import Alignment
 from scenes.prepare.align.anchors import find_anchors
 from scenes.prepare.align.by_length import align_by_length, picked_point
+from scenes.prepare.align.by_object import align_by_object
 from scenes.prepare.align.unmeasured import guessed_alignment, stated_alignment
 from scenes.prepare.options import PrepareOptions
 from scenes.prepare.progress import Progress
@@ -25,8 +26,8 @@ def metric_alignment(
         progress: told while codes are looked for.
 
     Raises:
-        ValueError: no code can be used, codes contradict each other, or the length's ends are no
-            points of the photos.
+        ValueError: no code can be used, codes contradict each other, the length's ends are no
+            points of the photos, or the object does not fit its boxes.
         Cancelled: from `progress`.
     """
     rng = np.random.default_rng(options.seed)
@@ -39,6 +40,8 @@ def metric_alignment(
             length_m=length.metres,
             rng=rng,
         )
+    if options.known_object is not None:
+        return align_by_object(reconstruction, options.known_object, rng=rng)
     if options.sides_m is None:
         return (stated_alignment if options.metric_poses else guessed_alignment)(
             reconstruction, rng=rng
@@ -55,7 +58,7 @@ def metric_alignment(
 def alignment_in_words(alignment: Alignment) -> str:
     """One line for people."""
     if not alignment.anchors:
-        return alignment.warnings[0] if alignment.warnings else "on a measured length"
+        return alignment.warnings[0] if alignment.warnings else "on a measured length or object"
     codes = ", ".join(
         f"{anchor.payload} ({len(anchor.views)} photos, {anchor.residual_mm:.1f} mm)"
         for anchor in alignment.anchors

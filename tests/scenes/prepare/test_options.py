@@ -1,13 +1,15 @@
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from scenes.mesh import QrCode
 from scenes.pose import Pose
-from scenes.prepare.options import KnownLength, PrepareOptions
+from scenes.prepare.options import KnownLength, KnownObject, PrepareOptions
 
 SOMEWHERE = Path("somewhere")
 LENGTH = KnownLength(2.0, {}, {})
+THING = KnownObject(np.zeros((8, 3)), {})
 
 
 @pytest.mark.parametrize(
@@ -24,6 +26,10 @@ LENGTH = KnownLength(2.0, {}, {})
         ({"metric_poses": True}, "none are given"),
         ({"metric_poses": True, "poses": SOMEWHERE, "known_length": LENGTH}, "in metres already"),
         ({"known_length": LENGTH, "sides_m": 0.2}, "both tell the scale"),
+        ({"known_object": THING, "sides_m": 0.2}, "a known object, and codes"),
+        ({"known_object": THING, "known_length": LENGTH}, "a known object, and codes"),
+        ({"known_object": THING, "metric_poses": True, "poses": SOMEWHERE}, "in metres already"),
+        ({"per_axis": True}, "measured on codes"),
         ({"known_codes": (QrCode("a", 0.2, Pose.identity()),)}, "printed size"),
         ({"headset_mesh": SOMEWHERE, "collision": False}, "headset's mesh"),
     ],

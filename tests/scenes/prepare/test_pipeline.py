@@ -9,7 +9,10 @@ import pytest
 
 from scenes.formats.registry import write_splats
 from scenes.package import load_package
+from scenes.pose import Pose
 from scenes.prepare import pipeline
+from scenes.prepare.align.alignment import Anchor
+from scenes.prepare.align.unmeasured import stated_alignment
 from scenes.prepare.cutout.cutout import undo_cut
 from scenes.prepare.footage.capture import CaptureError
 from scenes.prepare.options import PrepareOptions
@@ -187,3 +190,32 @@ def test_poses_without_photos_are_refused(project, tmp_path):
             options=PrepareOptions(poses=project),
             renderer=NativeRenderer(),
         )
+
+
+def test_axes_are_stretched_on_demand_only_and_it_is_told(project, tmp_path, monkeypatch):
+    square = 0.1 * np.array([[-1.0, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1]])
+    # Measured 3 % too narrow along x, and exactly as high as printed.
+    seen = square * (1 / 1.03, 1, 1)
+
+    def with_code(reconstruction, options, progress):
+        anchor = Anchor("code", 0.2, Pose(np.eye(3), np.zeros(3)), seen, 0.1, 0.1, 0.1, ("a", "b"))
+        found = stated_alignment(reconstruction, rng=np.random.default_rng(0))
+        return replace(found, anchors=(anchor,))
+
+    monkeypatch.setattr(pipeline, "metric_alignment", with_code)
+    plain = prepared(project, tmp_path, sides_m=0.2)
+    assert plain.axis_scale.anisotropy == pytest.approx(0.03, abs=2e-3)
+    assert not any("Stretching" in words for words in plain.alignment.warnings)
+    told = prepared(project, tmp_path, sides_m=0.2, per_axis=True)
+    factors = np.array(told.axis_scale.factors)
+    assert factors[[0, 2]] == pytest.approx([1.03, 1.0], abs=2e-3)
+    assert "3.0" in told.alignment.warnings[-1]
+    assert "scale per axis" in [stage.name for stage in told.package.stages]
+    whole = undo_cut(told.package) if told.floaters else told.package
+    was = undo_cut(plain.package) if plain.floaters else plain.package
+    assert whole.room.means == pytest.approx(was.room.means * factors, rel=1e-5)
+    eyes = [
+        np.array([view.world_from_camera.translation for view in package.views])
+        for package in (whole, was)
+    ]
+    assert eyes[0] == pytest.approx(eyes[1] * factors)

@@ -62,3 +62,22 @@ def test_splats_are_stretched_with_the_space():
 def test_factors_that_are_none_are_refused(factors):
     with pytest.raises(ValueError, match="> 0"):
         AxisScale(factors)
+
+
+def test_codes_and_views_move_with_the_space_and_stay_rigid(alignment):
+    stretch = AxisScale((1.03, 0.98, 1.01))
+    moved = stretch.moved_alignment(alignment)
+    assert measured_axis_scale(moved).anisotropy > 0.03
+    for before, after in zip(alignment.anchors, moved.anchors, strict=True):
+        np.testing.assert_allclose(
+            after.world_from_code.translation,
+            before.world_from_code.translation * stretch.factors,
+        )
+        np.testing.assert_array_equal(
+            after.world_from_code.rotation, before.world_from_code.rotation
+        )
+    assert moved.warnings[-1] == stretch.warning()
+    reconstruction, _, _ = capture(np.random.default_rng(0), codes={}, frames=3)
+    stretched = stretch.moved_reconstruction(reconstruction)
+    np.testing.assert_allclose(stretched.points, reconstruction.points * stretch.factors)
+    assert [v.name for v in stretched.views] == [v.name for v in reconstruction.views]

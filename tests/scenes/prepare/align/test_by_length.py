@@ -1,10 +1,8 @@
 import numpy as np
 import pytest
 
-from scenes.pose import rotation_from_vector
 from scenes.prepare.align.alignment import apply_alignment
-from scenes.prepare.align.by_length import align_by_length, align_by_object, picked_point
-from scenes.prepare.align.similarity import Similarity
+from scenes.prepare.align.by_length import align_by_length, picked_point
 from tests.scenes.prepare.align.printed import capture
 
 A, B = np.array([-2.5, 2.0, 0.7]), np.array([2.5, 2.2, 1.0])
@@ -57,33 +55,3 @@ def test_a_clicked_point_is_triangulated(room):
 def test_lengths_that_are_none_are_refused(room, b, length_m):
     with pytest.raises(ValueError, match="length"):
         align_by_length(room[0], A, b, length_m=length_m, rng=np.random.default_rng(0))
-
-
-def test_a_known_object_gives_the_scale(room):
-    reconstruction, truth = room
-    rng = np.random.default_rng(1)
-    known_m = rng.uniform(0, 1, (3000, 3)) * [0.6, 0.5, 0.1]
-    known_m[1500:] = rng.uniform(0, 1, (1500, 3)) * [0.1, 0.5, 0.9]
-    seen = truth.inverse() @ (known_m[::4] + rng.normal(0, 0.002, (750, 3)) + [1.0, 0.5, 0.0])
-    start = Similarity(
-        1.08 / truth.scale,
-        rotation_from_vector([0, 0.1, 0.05]) @ truth.rotation.T,
-        truth.inverse() @ np.array([1.03, 0.48, 0.02]),
-    )
-    alignment = align_by_object(
-        reconstruction,
-        seen,
-        known_m=known_m,
-        reconstruction_from_known=start,
-        rng=np.random.default_rng(0),
-    )
-    assert alignment.metres_per_unit()[0] == pytest.approx(truth.scale, rel=0.01)
-    sphere = rng.normal(size=(500, 3))
-    with pytest.raises(ValueError, match="5 % of its size"):
-        align_by_object(
-            reconstruction,
-            truth.inverse() @ sphere,
-            known_m=known_m,
-            reconstruction_from_known=start,
-            rng=np.random.default_rng(0),
-        )
