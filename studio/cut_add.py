@@ -56,9 +56,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The flags of an object captured later."""
     group = parser.add_argument_group(
         "an object captured later",
-        "4 to 40 photos from all around it, on a table or the floor, or on a turntable before a "
-        "plain wall. A printed code beside it tells its size; if that code hangs in the room, also "
-        "its place. Mark it with --box in up to three photos, or it is what they all look at.",
+        "4 to 40 photos from all around it, on a table or the floor, or on a turntable\n"
+        "before a plain wall. A printed code beside it tells its size; one that hangs in\n"
+        "the room, its place too. What all photos look at is marked, unless --box, --click\n"
+        "or --stroke-out mark something in them, by the photos' names.",
     )
     group.add_argument(
         "--add", type=Path, metavar="PHOTOS", help="a folder of photos of the object, or a video"
