@@ -47,7 +47,7 @@ class ExternalJob:
 
     Attributes:
         data: COLMAP folder.
-        out: folder for what it writes.
+        out: folder for what it writes. Both are absolute: Brush takes others relative to the data.
         iterations: steps.
         budget: splats at most.
         sh_degree: of their colour.
@@ -124,6 +124,8 @@ def opensplat(program: str = "opensplat") -> ExternalProgram:
             str(job.data),
             *("-o", str(job.out / "splats.ply"), "-n", str(job.iterations)),
             *("--sh-degree", str(job.sh_degree), "--max-gaussians", str(job.budget)),
+            # Otherwise the splats are centred and scaled away from the poses.
+            "--keep-crs",
         ]
 
     return ExternalProgram(
@@ -183,6 +185,7 @@ class ExternalTrainer:
                 the photos.
         """
         options, program = self._options, self._program
+        folder = folder.resolve()
         photos = Photos(
             reconstruction,
             held_out_every=options.held_out_every,

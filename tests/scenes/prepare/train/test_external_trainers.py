@@ -3,6 +3,7 @@
 import os
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -117,6 +118,62 @@ def test_splats_of_another_frame_are_refused(filmed_ball, program, trained, tmp_
     fake = program(f"shutil.copy({str(moved)!r}, out / 'x.ply')")
     with pytest.raises(ValueError, match=r"dB, wanted at least 15 dB.*normalize-world-space"):
         trainer(fake).train(filmed_ball, tmp_path, progress=silent)
+
+
+@pytest.fixture
+def installed(tmp_path, trained, monkeypatch):
+    """Puts a stand-in of one of the programs on the disk, as its user has it."""
+    stand_in = Path(__file__).with_name("stand_in_trainers.py")
+    monkeypatch.setenv("STAND_IN_SPLATS", str(trained))
+    monkeypatch.setenv("PYTHONPATH", str(stand_in.parents[4]))
+
+    def install(name):
+        if name in ("brush", "opensplat"):
+            program = tmp_path / name
+            program.write_text(f'#!/bin/sh\nexec {sys.executable} {stand_in} {name} "$@"\n')
+            program.chmod(0o755)
+            return {"brush": brush, "opensplat": opensplat}[name](str(program))
+        script = tmp_path / {"gsplat": "simple_trainer.py", "inria": "train.py"}[name]
+        words = [sys.executable, str(stand_in), name]
+        script.write_text(
+            f"import subprocess, sys\nsys.exit(subprocess.call({words!r} + sys.argv[1:]))\n"
+        )
+        return {"gsplat": gsplat, "inria": inria}[name](script, sys.executable)
+
+    return install
+
+
+@pytest.mark.parametrize("name", ["gsplat", "brush", "opensplat", "inria"])
+def test_each_program_is_told_what_it_documents_and_its_result_is_found(
+    name, filmed_ball, installed, tmp_path, monkeypatch
+):
+    program = installed(name)
+    # As after `nexus prepare --out room.gnx`: the work folder is named from where the user is.
+    monkeypatch.chdir(tmp_path)
+    Path("work").mkdir()
+    result = trainer(program).train(filmed_ball, Path("work"), progress=silent)
+    assert result.psnr_db > 40
+    assert result.trainer == program.name
+    assert len(result.held_out) == 2
+
+
+@pytest.mark.parametrize(
+    ("name", "flag"), [("gsplat", "--no-normalize-world-space"), ("opensplat", "--keep-crs")]
+)
+def test_a_program_that_moves_the_world_is_refused(name, flag, filmed_ball, installed, tmp_path):
+    program = installed(name)
+    without = replace(
+        program, command=lambda job: [word for word in program.command(job) if word != flag]
+    )
+    with pytest.raises(ValueError, match="dB, wanted at least 15 dB"):
+        trainer(without).train(filmed_ball, tmp_path, progress=silent)
+
+
+def test_a_flag_that_a_version_does_not_know_is_passed_on(filmed_ball, installed, tmp_path):
+    program = installed("brush")
+    older = replace(program, command=lambda job: [*program.command(job), "--total-steps", "3"])
+    with pytest.raises(ValueError, match=r"code 2: .*unrecognized arguments: --total-steps"):
+        trainer(older).train(filmed_ball, tmp_path, progress=silent)
 
 
 def test_command_lines_name_data_result_and_end(tmp_path):
