@@ -192,7 +192,13 @@ _Distance = tuple[
 class TrainingTarget:
     """A photo to train on; `rgb` flat, row by row."""
 
-    def __init__(self, rgb: NDArray[np.uint8], *, size: tuple[int, int]) -> None: ...
+    def __init__(
+        self,
+        rgb: NDArray[np.uint8],
+        *,
+        size: tuple[int, int],
+        bounds: tuple[NDArray[np.float32], NDArray[np.float32]] | None = None,
+    ) -> None: ...
     @property
     def nbytes(self) -> int:
         """Bytes held."""
@@ -249,6 +255,7 @@ class Trainee:
         gain: tuple[float, float, float],
         bias: tuple[float, float, float],
         falloff: tuple[float, float],
+        prices: tuple[float, float, float],
     ) -> _Distance:
         """One step towards `target`; `camera_from_world` is a row-major 3×4 matrix."""
 

@@ -17,6 +17,7 @@ mod blend_neon;
 pub mod camera;
 pub mod cone;
 pub mod curvature;
+pub mod depth_bounds;
 pub mod ewa;
 pub mod gradient_projection;
 pub mod kannala_brandt;

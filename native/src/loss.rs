@@ -6,6 +6,7 @@
 
 use rayon::prelude::*;
 
+use crate::depth_bounds::DepthBounds;
 use crate::simd::Simd;
 use crate::ssim_window::{blur_column, blur_row, REACH};
 
@@ -22,6 +23,7 @@ pub struct Target {
     colour: Vec<u8>,
     mean: Vec<f32>,
     variance: Vec<f32>,
+    pub bounds: Option<DepthBounds>,
 }
 
 /// What the photo shows of a colour drawn: gain · falloff · colour + bias, per channel, with
@@ -86,6 +88,7 @@ impl Target {
             colour: vec![0; CHANNELS * plane],
             mean: vec![0.0; CHANNELS * plane],
             variance: vec![0.0; CHANNELS * plane],
+            bounds: None,
         };
         for (place, pixel) in pixels.chunks_exact(CHANNELS).enumerate() {
             for (channel, &value) in pixel.iter().enumerate() {
@@ -127,7 +130,11 @@ impl Target {
 
     /// Bytes held.
     pub fn size(&self) -> usize {
-        9 * self.colour.len()
+        let bounds = self
+            .bounds
+            .as_ref()
+            .map_or(0, |bounds| 8 * bounds.near.len());
+        9 * self.colour.len() + bounds
     }
 }
 

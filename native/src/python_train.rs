@@ -5,6 +5,7 @@ use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
+use crate::depth_bounds::DepthBounds;
 use crate::loss::{Distance, Exposure, Loss, Target};
 use crate::pool::Pools;
 use crate::python_request::{check_length, pool_of, with_lens, DrawRequest, LensRequest};
@@ -12,7 +13,7 @@ use crate::render::Job;
 use crate::scope::Scope;
 use crate::simd::Simd;
 use crate::train_splats::{width_of, Rows};
-use crate::train_step::{self, CameraPose, Comparison};
+use crate::train_step::{self, CameraPose, Comparison, Prices};
 
 /// L1, 1 - SSIM, and gradients by gain, bias and falloff.
 type DistanceTuple = (f64, f64, [f64; 3], [f64; 3], [f64; 2]);
@@ -26,8 +27,13 @@ pub struct TrainingTarget {
 #[pymethods]
 impl TrainingTarget {
     #[new]
-    #[pyo3(signature = (rgb, *, size))]
-    fn new(py: Python<'_>, rgb: PyReadonlyArray1<'_, u8>, size: (usize, usize)) -> PyResult<Self> {
+    #[pyo3(signature = (rgb, *, size, bounds = None))]
+    fn new(
+        py: Python<'_>,
+        rgb: PyReadonlyArray1<'_, u8>,
+        size: (usize, usize),
+        bounds: Option<(PyReadonlyArray1<'_, f32>, PyReadonlyArray1<'_, f32>)>,
+    ) -> PyResult<Self> {
         let rgb = rgb.as_slice()?;
         if size.0 == 0 || size.1 == 0 || rgb.len() != 3 * size.0 * size.1 {
             return Err(PyValueError::new_err(format!(
@@ -37,7 +43,16 @@ impl TrainingTarget {
                 size.1
             )));
         }
-        let target = py.detach(|| Target::new(rgb, size.0, size.1, Simd::detect()));
+        let mut target = py.detach(|| Target::new(rgb, size.0, size.1, Simd::detect()));
+        if let Some((near, far)) = bounds {
+            let (near, far) = (near.as_slice()?, far.as_slice()?);
+            check_length("near", near, size.0 * size.1)?;
+            check_length("far", far, size.0 * size.1)?;
+            target.bounds = Some(DepthBounds {
+                near: near.to_vec(),
+                far: far.to_vec(),
+            });
+        }
         Ok(TrainingTarget { target })
     }
 
@@ -172,7 +187,7 @@ impl Trainee {
     /// One step of Adam at `rates` (one per number of a row).
     ///
     /// `draw` is of the whole picture: its region and tile mask are not looked at.
-    #[pyo3(signature = (target, camera_from_world, rates, *, lens, draw, ssim_share, gain, bias, falloff))]
+    #[pyo3(signature = (target, camera_from_world, rates, *, lens, draw, ssim_share, gain, bias, falloff, prices))]
     #[allow(clippy::too_many_arguments)] // Python names them all
     fn step(
         &mut self,
@@ -186,6 +201,7 @@ impl Trainee {
         gain: [f32; 3],
         bias: [f32; 3],
         falloff: [f32; 2],
+        prices: [f32; 3],
     ) -> PyResult<DistanceTuple> {
         let rates = rates.as_slice()?;
         check_length("rates", rates, self.trainee.splats.rows.width())?;
@@ -198,6 +214,7 @@ impl Trainee {
             )));
         }
         let pose = pose_of(&camera_from_world);
+        let [depth, opacity, size] = prices;
         let comparison = Comparison {
             exposure: Exposure {
                 gain,
@@ -205,6 +222,11 @@ impl Trainee {
                 falloff,
             },
             ssim_share,
+            prices: Prices {
+                depth,
+                opacity,
+                size,
+            },
         };
         let pool = pool_of(&self.pools, draw.threads)?;
         let scope = Scope::whole(view.width, view.height);

@@ -4,15 +4,18 @@
 //! pixel, the worth R of all that it shows (colour · gradient); each splat takes its share off R,
 //! and what remains is the worth of what lies behind it: with weight w, worth s and transmittance
 //! T' behind the splat, d loss / d ln(alpha) = w · s - R' · w / T'. Samples within `STEP_DOUBT` of
-//! the 1/255 step are decided in single precision. In place of a gradient of depth each splat gets
-//! the error of the pixels that it shows, by its weight in them.
+//! the 1/255 step are decided in single precision. Each splat also gets the error of the pixels that
+//! it shows, by its weight in them.
+//!
+//! Where the photo's depth is known (`depth_bounds`), weight off the surface has a price. It is part
+//! of the worth; a sweep ahead adds up what the forward pass did not.
 
 use rayon::prelude::*;
 
-use crate::backward::{Sums, SUMS};
 use crate::bin::{TileRow, TILE};
 use crate::blend::{Tile, TileSplat, TileWork, ALPHA_MAX, BLOCKS, BLOCK_WIDTH, TRANSMITTANCE_STOP};
 use crate::camera::Lens;
+use crate::depth_bounds::{price, DepthBounds, FARTHEST};
 use crate::ewa::Judge;
 use crate::lanes::{all3, alpha_of, of_lanes, power_at, whitened, Patch, PatchWork, Vector};
 use crate::loss::Loss;
@@ -24,8 +27,11 @@ use crate::tape::open_pixels;
 const SPLATS_PER_CHECK: usize = 32;
 /// Splats whose records are asked for ahead of time.
 const FETCH_AHEAD: usize = 4;
+/// As `backward::SUMS`, then Σ weight · error.
+pub const SUMS: usize = crate::backward::SUMS + 1;
+pub type Sums = [f32; SUMS];
 /// Place of Σ weight · error in a splat's sums.
-pub const ERROR: usize = 9;
+pub const ERROR: usize = SUMS - 1;
 
 /// What the pixels of a tile say, row by row.
 #[derive(Clone)]
@@ -35,6 +41,9 @@ struct TilePixels {
     /// Worth of all that is shown.
     worth: [f32; PIXELS],
     transmittance: [f32; PIXELS],
+    bounds: [[f32; PIXELS]; 2],
+    /// Loss per unit of weight and price; 0 where no bounds are known or asked for.
+    depth_rate: f32,
 }
 
 const PIXELS: usize = TILE * TILE;
@@ -49,14 +58,14 @@ struct PatchPixels<V: Vector> {
     /// Worth of what is not yet accounted for.
     worth: V::Array,
     transmittance: V::Array,
+    bounds: [V::Array; 2],
 }
 
 /// One tile's sweep.
 struct TrainingTile<'a> {
     work: TileWork<'a>,
     pixels: &'a TilePixels,
-    /// One for each of the tile's splats; all zero on entry. As `backward::Sums`, with the error
-    /// in the last place.
+    /// One for each of the tile's splats; all zero on entry.
     sums: &'a mut [Sums],
 }
 
@@ -64,12 +73,28 @@ impl PatchWork for TrainingTile<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<V: Patch>(self) {
+    fn run<V: Patch>(mut self) {
         let mut patches = self.pixels.patches::<V>();
+        if self.pixels.depth_rate > 0.0 {
+            self.add_prices(&mut patches);
+            self.sweep::<V, true>(&mut patches);
+        } else {
+            self.sweep::<V, false>(&mut patches);
+        }
+    }
+}
+
+impl TrainingTile<'_> {
+    #[inline(always)]
+    fn sweep<V: Patch, const PRICED: bool>(
+        &mut self,
+        patches: &mut [PatchPixels<V>; MOST_PATCHES],
+    ) {
+        let rate = V::all(self.pixels.depth_rate);
         let mut live = 0;
         for (place, &slot) in self.work.slots.iter().enumerate() {
             if place % SPLATS_PER_CHECK == 0 {
-                live = live_patches(&patches);
+                live = live_patches(patches);
                 if live == 0 {
                     return;
                 }
@@ -80,39 +105,113 @@ impl PatchWork for TrainingTile<'_> {
             let splat = TileSplat::new(&self.work, slot);
             let touched = V::patch_mask(&splat) & live;
             if touched != 0 {
-                self.sums[place] = take_share(&splat, touched, &mut patches);
+                self.sums[place] = take_share::<V, PRICED>(&splat, touched, patches, rate);
             }
         }
+    }
+
+    /// Adds what weight off the surface costs to the worth of what is shown.
+    #[inline(always)]
+    fn add_prices<V: Patch>(&self, patches: &mut [PatchPixels<V>; MOST_PATCHES]) {
+        let rate = V::all(self.pixels.depth_rate);
+        let mut ahead = *patches;
+        let mut live = 0;
+        for (place, &slot) in self.work.slots.iter().enumerate() {
+            if place % SPLATS_PER_CHECK == 0 {
+                live = live_patches(&ahead);
+                if live == 0 {
+                    break;
+                }
+            }
+            if let Some(&soon) = self.work.slots.get(place + FETCH_AHEAD) {
+                V::prefetch(&self.work.records[soon as usize]);
+            }
+            let splat = TileSplat::new(&self.work, slot);
+            let mut touched = V::patch_mask(&splat) & live;
+            let nearness = V::all(splat.depth.recip());
+            let grid = Grid::<V>::new();
+            while touched != 0 {
+                let patch = touched.trailing_zeros() as usize % MOST_PATCHES;
+                touched &= touched - 1;
+                let (x, y) = grid.pixels_of(patch);
+                let pixels = &mut ahead[patch];
+                let (u, v) = whitened(&splat, x, y);
+                let (_, weight) = pixels.take(power_at(&splat, u, v));
+                let [near, far] = [V::load(&pixels.bounds[0]), V::load(&pixels.bounds[1])];
+                let (price, _) = price(near, far, nearness);
+                let worth = V::load(&pixels.worth);
+                weight
+                    .mul(rate)
+                    .mul_add(price, worth)
+                    .store(&mut pixels.worth);
+            }
+        }
+        for (to, from) in patches.iter_mut().zip(&ahead) {
+            to.worth = from.worth;
+        }
+    }
+}
+
+impl<V: Patch> PatchPixels<V> {
+    /// A splat's alpha and weight here; its light is gone afterwards.
+    #[inline(always)]
+    fn take(&mut self, power: V) -> (V, V) {
+        let before = V::load(&self.transmittance);
+        let takes = power
+            .at_least(V::all(0.0))
+            .and(before.at_least(V::all(TRANSMITTANCE_STOP)));
+        let alpha = alpha_of(power).min(V::all(ALPHA_MAX)).and(takes);
+        let weight = alpha.mul(before);
+        before.sub(weight).store(&mut self.transmittance);
+        (alpha, weight)
+    }
+}
+
+/// Where the pixels of a tile's patches are.
+struct Grid<V: Patch> {
+    columns: V,
+    rows: V,
+}
+
+impl<V: Patch> Grid<V> {
+    #[inline(always)]
+    fn new() -> Grid<V> {
+        Grid {
+            columns: of_lanes(|lane| (lane % BLOCK_WIDTH) as f32),
+            rows: of_lanes(|lane| (lane / BLOCK_WIDTH) as f32),
+        }
+    }
+
+    #[inline(always)]
+    fn pixels_of(&self, patch: usize) -> (V, V) {
+        let across = TILE / BLOCK_WIDTH;
+        let left = (patch % across * BLOCK_WIDTH) as f32;
+        let top = (patch / across * (V::LANES / BLOCK_WIDTH)) as f32;
+        (self.columns.add(V::all(left)), self.rows.add(V::all(top)))
     }
 }
 
 /// A splat's sums over the patches of `touched`, which lose its light and worth.
 #[inline(always)]
-fn take_share<V: Patch>(
+fn take_share<V: Patch, const PRICED: bool>(
     splat: &TileSplat,
     mut touched: u32,
     patches: &mut [PatchPixels<V>; MOST_PATCHES],
+    rate: V,
 ) -> Sums {
     let (zero, one) = (V::all(0.0), V::all(1.0));
-    let stop = V::all(TRANSMITTANCE_STOP);
     let limit = V::all(ALPHA_MAX);
     let colour = all3::<V>(&splat.colour);
-    let (columns, rows) = first_pixels::<V>();
-    let across = TILE / BLOCK_WIDTH;
+    let nearness = V::all(splat.depth.recip());
+    let grid = Grid::<V>::new();
     let mut sums = [zero; SUMS];
     while touched != 0 {
         let patch = touched.trailing_zeros() as usize % MOST_PATCHES;
         touched &= touched - 1;
-        let x = columns.add(V::all((patch % across * BLOCK_WIDTH) as f32));
-        let y = rows.add(V::all((patch / across * (V::LANES / BLOCK_WIDTH)) as f32));
+        let (x, y) = grid.pixels_of(patch);
         let pixels = &mut patches[patch];
         let (u, v) = whitened(splat, x, y);
-        let power = power_at(splat, u, v);
-        let before = V::load(&pixels.transmittance);
-        let takes = power.at_least(zero).and(before.at_least(stop));
-        let alpha = alpha_of(power).min(limit).and(takes);
-        let weight = alpha.mul(before);
-        before.sub(weight).store(&mut pixels.transmittance);
+        let (alpha, weight) = pixels.take(power_at(splat, u, v));
         let d_colour = [
             V::load(&pixels.d_colour[0]),
             V::load(&pixels.d_colour[1]),
@@ -121,6 +220,12 @@ fn take_share<V: Patch>(
         let mut worth = colour[0].mul(d_colour[0]);
         worth = colour[1].mul_add(d_colour[1], worth);
         worth = colour[2].mul_add(d_colour[2], worth);
+        if PRICED {
+            let [near, far] = [V::load(&pixels.bounds[0]), V::load(&pixels.bounds[1])];
+            let (price, slope) = price(near, far, nearness);
+            worth = rate.mul_add(price, worth);
+            sums[9] = weight.mul(rate).mul_add(slope, sums[9]);
+        }
         let shown = weight.mul(worth);
         let remaining = V::load(&pixels.worth).sub(shown);
         remaining.store(&mut pixels.worth);
@@ -139,22 +244,13 @@ fn take_share<V: Patch>(
         sums[6] = weight.mul_add(d_colour[0], sums[6]);
         sums[7] = weight.mul_add(d_colour[1], sums[7]);
         sums[8] = weight.mul_add(d_colour[2], sums[8]);
-        sums[9] = weight.mul_add(V::load(&pixels.error), sums[9]);
+        sums[ERROR] = weight.mul_add(V::load(&pixels.error), sums[ERROR]);
     }
     let mut out = [0.0; SUMS];
     out[..4].copy_from_slice(&V::sums([sums[0], sums[1], sums[2], sums[3]]));
     out[4..8].copy_from_slice(&V::sums([sums[4], sums[5], sums[6], sums[7]]));
-    out[8..].copy_from_slice(&V::sums([sums[8], sums[9], zero, zero])[..2]);
+    out[8..].copy_from_slice(&V::sums([sums[8], sums[9], sums[ERROR], zero])[..3]);
     out
-}
-
-/// Columns and rows of the first patch's pixels.
-#[inline(always)]
-fn first_pixels<V: Patch>() -> (V, V) {
-    (
-        of_lanes(|lane| (lane % BLOCK_WIDTH) as f32),
-        of_lanes(|lane| (lane / BLOCK_WIDTH) as f32),
-    )
 }
 
 /// One bit per patch in which a pixel still takes light.
@@ -179,6 +275,7 @@ impl TilePixels {
             error: nothing,
             worth: nothing,
             transmittance: nothing,
+            bounds: [nothing; 2],
         }; MOST_PATCHES];
         let across = TILE / BLOCK_WIDTH;
         for (patch, pixels) in patches[..PIXELS / V::LANES].iter_mut().enumerate() {
@@ -190,6 +287,11 @@ impl TilePixels {
             V::of_picture(&self.error[first..], TILE).store(&mut pixels.error);
             V::of_picture(&self.worth[first..], TILE).store(&mut pixels.worth);
             V::of_picture(&self.transmittance[first..], TILE).store(&mut pixels.transmittance);
+            if self.depth_rate > 0.0 {
+                for (to, from) in pixels.bounds.iter_mut().zip(&self.bounds) {
+                    V::of_picture(&from[first..], TILE).store(to);
+                }
+            }
         }
         patches
     }
@@ -199,6 +301,7 @@ impl TilePixels {
         let (width, height) = (job.view.width, job.view.height);
         let plane = width * height;
         self.transmittance.fill(0.0);
+        self.depth_rate = 0.0;
         let count = TILE.min(width - left);
         let open = lens
             .circle()
@@ -218,6 +321,36 @@ impl TilePixels {
                     open[block][lane]
                 });
             }
+        }
+    }
+}
+
+impl TilePixels {
+    /// Gathers where weight has a price; `rate` is the loss per unit of weight and price.
+    fn gather_bounds(
+        &mut self,
+        bounds: &DepthBounds,
+        rate: f32,
+        size: [usize; 2],
+        corner: [usize; 2],
+    ) {
+        let ([width, height], [left, top]) = (size, corner);
+        let count = TILE.min(width - left);
+        for (to, default) in self.bounds.iter_mut().zip([0.0, FARTHEST]) {
+            to.fill(default);
+        }
+        let mut says = false;
+        for y in 0..TILE.min(height - top) {
+            let first = (top + y) * width + left;
+            let row = y * TILE..y * TILE + count;
+            for (to, from) in self.bounds.iter_mut().zip([&bounds.near, &bounds.far]) {
+                to[row.clone()].copy_from_slice(&from[first..first + count]);
+            }
+            says |= self.bounds[0][row.clone()].iter().any(|&v| v > 0.0)
+                || self.bounds[1][row].iter().any(|&v| v < FARTHEST);
+        }
+        if says {
+            self.depth_rate = rate;
         }
     }
 }
@@ -252,6 +385,8 @@ impl Default for Gathered {
                 error: [0.0; PIXELS],
                 worth: [0.0; PIXELS],
                 transmittance: [0.0; PIXELS],
+                bounds: [[0.0; PIXELS]; 2],
+                depth_rate: 0.0,
             },
         }
     }
@@ -276,9 +411,12 @@ impl TrainingSums {
         scratch: &Scratch,
         records: usize,
         loss: &Loss,
+        priced: Option<(&DepthBounds, f32)>,
     ) {
         let rows_of_tiles = job.view.height.div_ceil(TILE);
         let columns = job.view.width.div_ceil(TILE);
+        let size = [job.view.width, job.view.height];
+        let rate = |price: f32| price / (size[0] * size[1]) as f32;
         self.rows.resize_with(rows_of_tiles, RowSums::default);
         self.rows
             .par_iter_mut()
@@ -296,6 +434,9 @@ impl TrainingSums {
                     out.sums.resize(first + slots.len(), [0.0; SUMS]);
                     let (left, top) = (column * TILE, row * TILE);
                     pixels.gather(lens, job, loss, left, top);
+                    if let Some((bounds, price)) = priced {
+                        pixels.gather_bounds(bounds, rate(price), size, [left, top]);
+                    }
                     job.simd.run_patches(TrainingTile {
                         work: TileWork {
                             records: &scratch.records,
@@ -353,6 +494,8 @@ mod tests {
             error: plane(),
             worth: plane(),
             transmittance: [1.0; PIXELS],
+            bounds: [[2.0; PIXELS], [3.0; PIXELS]],
+            depth_rate: 0.5,
         };
         pixels.transmittance[3 * TILE..4 * TILE].fill(0.0);
         pixels

@@ -26,6 +26,17 @@ pub struct CameraPose {
 pub struct Comparison {
     pub exposure: Exposure,
     pub ssim_share: f32,
+    pub prices: Prices,
+}
+
+/// What is charged beside the distance from the photo.
+#[derive(Clone, Copy)]
+pub struct Prices {
+    /// Of weight off the target's depth bounds, mean over the pixels.
+    pub depth: f32,
+    /// Of each splat seen: by its opacity, and by the sum of its scales (per metre).
+    pub opacity: f32,
+    pub size: f32,
 }
 
 /// Splats in training and the buffers of a step.
@@ -95,10 +106,21 @@ impl Trainee {
         );
         let compared = Instant::now();
         let records = self.scratch.groups.len() * CHUNK;
+        let bounds = target.bounds.as_ref();
+        let depth = bounds
+            .map(|bounds| (bounds, comparison.prices.depth))
+            .filter(|&(_, price)| price > 0.0);
         self.sums
-            .fill(lens, job, &self.scratch, records, &self.loss);
+            .fill(lens, job, &self.scratch, records, &self.loss, depth);
         let summed = Instant::now();
-        let groups = project_back(&objects[0], lens, job, &self.scratch, &self.sums);
+        let groups = project_back(
+            &objects[0],
+            lens,
+            job,
+            &self.scratch,
+            &self.sums,
+            &comparison.prices,
+        );
         let done = Instant::now();
         let parts = [
             drawn - start,
@@ -137,6 +159,7 @@ fn project_back<L: Curved>(
     job: &Job,
     scratch: &Scratch,
     sums: &TrainingSums,
+    prices: &Prices,
 ) -> Vec<GroupGradients> {
     let sh_count = posed.cloud.sh_count;
     scratch
@@ -158,21 +181,22 @@ fn project_back<L: Curved>(
                 if sums.iter().all(|&v| v == 0.0) {
                     continue;
                 }
-                let mut of_picture: [f64; SUMS] = sums.map(f64::from);
                 out.errors.push(sums[ERROR]);
-                of_picture[ERROR] = 0.0;
+                let of_picture: [f64; SUMS] = std::array::from_fn(|k| f64::from(sums[k]));
                 let splat = gradients_of_splat(posed, lens, &job.view, record, &of_picture);
                 let original = &posed.cloud.originals[record.index as usize];
                 out.places.push(record.index - (chunk * CHUNK) as u32);
                 out.rows.extend(splat.mean.map(|v| v as f32));
                 out.rows.extend(
-                    (0..ROTATION - LOG_SCALE).map(|k| splat.scale[k] as f32 * original.scale[k]),
+                    (0..ROTATION - LOG_SCALE)
+                        .map(|k| (splat.scale[k] as f32 + prices.size) * original.scale[k]),
                 );
                 out.rows.extend(splat.rotation.map(|v| v as f32));
                 debug_assert_eq!(out.rows.len() % (SH + 3 * sh_count), LOGIT);
                 let opacity = f64::from(original.opacity);
+                let d_opacity = splat.opacity + f64::from(prices.opacity);
                 out.rows
-                    .push((splat.opacity * opacity * (1.0 - opacity)) as f32);
+                    .push((d_opacity * opacity * (1.0 - opacity)) as f32);
                 for k in 0..sh_count {
                     let basis = if k < splat.colour.count {
                         splat.colour.basis[k]

@@ -9,7 +9,7 @@ gradient through stands in `scenes.render.gradients`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import fields
 
 import numpy as np
@@ -36,6 +36,10 @@ from scenes.render.request import check_request, refuse_exact
 
 FloatArray = NDArray[np.float64]
 
+PriceOfLight = Callable[[float], tuple[FloatArray, FloatArray]]
+"""For a splat at a depth: (H, W) what a unit of its weight costs at each pixel, and the slope of
+that by the depth."""
+
 NEAR_AXIS = 1e-3
 """Tangent of the angle below which a fisheye's bend is taken from its series."""
 
@@ -49,6 +53,7 @@ def backward(
     d_rgb: NDArray[np.float32] | None = None,
     d_alpha: NDArray[np.float32] | None = None,
     d_depth: NDArray[np.float32] | None = None,
+    price: PriceOfLight | None = None,
 ) -> Gradients:
     """Gradients of a loss, as `scenes.render.gradients.record(...).gradients(...)` gives them.
 
@@ -62,6 +67,7 @@ def backward(
         d_rgb: (H, W, 3) float32, dL/d rendering.rgb; None where it does not matter.
         d_alpha: (H, W) float32, dL/d rendering.alpha.
         d_depth: (H, W) float32, dL/d rendering.depth, per metre; ignored where alpha is 0.
+        price: of blend weight by where it lies; None where that does not matter.
 
     Raises:
         ValueError: names the argument, what it got and what it wants.
@@ -77,7 +83,7 @@ def backward(
         _footprints(posed.cloud, camera_from_object, camera, options)
         for posed, camera_from_object in zip(objects, poses, strict=True)
     ]
-    d_prints = _undo_blend(prints, camera, options, d_picture)
+    d_prints = _undo_blend(prints, camera, options, d_picture, price)
     found = []
     d_camera = np.zeros(6)
     for posed, camera_from_object, d_print in zip(objects, poses, d_prints, strict=True):
@@ -95,6 +101,7 @@ def _undo_blend(
     camera: Pinhole | Fisheye,
     options: RenderOptions,
     d_picture: ExactPicture,
+    price: PriceOfLight | None,
 ) -> list[_Footprints]:
     """Each object's `_Footprints`, with dL/d(each value) in its place, as in `d_picture`.
 
@@ -102,7 +109,7 @@ def _undo_blend(
     pixel's rgb is Σ wᵢ cᵢ + (1 - Σ wᵢ) · background, its alpha A = Σ wᵢ, its depth
     D = Σ wᵢ zᵢ / A. So a unit of weight of splat i is worth
 
-        sᵢ = dL/dwᵢ = d_rgb · (cᵢ - background) + d_alpha + d_depth · (zᵢ - D) / A.
+        sᵢ = dL/dwᵢ = d_rgb · (cᵢ - background) + d_alpha + d_depth · (zᵢ - D) / A + price(zᵢ).
 
     More of αᵢ adds to wᵢ and takes from the weights of all splats behind, which have 1 - αᵢ as a
     factor: dL/dαᵢ = sᵢ Tᵢ - (Σ sⱼ wⱼ over all j behind) / (1 - αᵢ).
@@ -128,12 +135,17 @@ def _undo_blend(
         i, at, weight = layer.splat, layer.window, layer.weight
         worth = worth_of_any[at] + d_picture.rgb[at] @ seen.colours[i]
         worth += d_depth_sum[at] * seen.depths[i]
+        d_depth = d_depth_sum
+        if price is not None:
+            cost, slope = price(float(seen.depths[i]))
+            worth += cost[at]
+            d_depth = d_depth_sum + slope
         # By the logarithm of alpha: what its factors need.
         d_log_alpha = weight * worth - layer.alpha / (1.0 - layer.alpha) * worth_behind[at]
         d_log_alpha[layer.alpha >= ALPHA_MAX] = 0.0
         worth_behind[at] += weight * worth
         d_seen.colours[i] = np.einsum("yx,yxc->c", weight, d_picture.rgb[at])
-        d_seen.depths[i] = (weight * d_depth_sum[at]).sum()
+        d_seen.depths[i] = (weight * d_depth[at]).sum()
         d_seen.opacities[i] = d_log_alpha.sum() / seen.opacities[i]
         d_seen.pixels[i], d_seen.covariances[i] = _undo_falloff(seen, i, at, d_log_alpha)
     return d_prints

@@ -20,6 +20,9 @@ from scenes.render.request import check_request, refuse_exact, refuse_parts
 SSIM_SHARE = 0.2
 """Share of 1 - SSIM in the loss, as in 3D Gaussian splatting (Kerbl et al. 2023, equation 7)."""
 
+FARTHEST = np.float32(1e30)
+"""A far bound that bounds nothing."""
+
 Arrays = tuple[
     NDArray[np.float32],
     NDArray[np.float32],
@@ -43,6 +46,38 @@ class Exposure:
     gain: tuple[float, float, float] = (1.0, 1.0, 1.0)
     bias: tuple[float, float, float] = (0.0, 0.0, 0.0)
     falloff: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DepthBounds:
+    """Between which depths each pixel of a photo shows a surface.
+
+    Attributes:
+        near: (H, W) float32, depth as the lens measures it; 0 where nothing is known.
+        far: (H, W) float32; `FARTHEST` where nothing is known.
+    """
+
+    near: NDArray[np.float32]
+    far: NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True)
+class Prices:
+    """What is charged beside the distance from the photo.
+
+    Attributes:
+        depth: of a pixel's blend weight off its `DepthBounds`, by how far off (see `off_bounds`),
+            mean over the pixels.
+        opacity: of each splat seen, by its opacity.
+        size: of each splat seen, by the sum of its scales, per metre.
+    """
+
+    depth: float = 0.0
+    opacity: float = 0.0
+    size: float = 0.0
+
+
+FREE = Prices()
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,13 +110,18 @@ class TrainingTarget:
         picture: (H, W, 3) uint8 RGB.
         camera: the lens that took it, of the picture's size.
         world_from_camera: where it was taken.
+        bounds: where its surfaces are, if that is known; of the picture's size.
 
     Raises:
         ValueError: the picture is not of that type or not of the camera's size.
     """
 
     def __init__(
-        self, picture: NDArray[np.uint8], camera: Pinhole | Fisheye, world_from_camera: Pose
+        self,
+        picture: NDArray[np.uint8],
+        camera: Pinhole | Fisheye,
+        world_from_camera: Pose,
+        bounds: DepthBounds | None = None,
     ) -> None:
         from scenes import _native
 
@@ -92,7 +132,11 @@ class TrainingTarget:
                 f"wanted uint8 {wanted}"
             )
         size = (camera.width_px, camera.height_px)
-        self.native = _native.TrainingTarget(np.ascontiguousarray(picture).ravel(), size=size)
+        self.native = _native.TrainingTarget(
+            np.ascontiguousarray(picture).ravel(),
+            size=size,
+            bounds=None if bounds is None else _flat(bounds),
+        )
         self.camera = camera
         matrix = world_from_camera.inverse().matrix()
         self.camera_from_world = tuple(float(value) for value in matrix[:3].ravel())
@@ -161,6 +205,7 @@ class Trainee:
         rates: NDArray[np.float32],
         exposure: Exposure,
         options: RenderOptions,
+        prices: Prices = FREE,
     ) -> Distance:
         """One step of Adam, for the splats that the picture shows, towards a photo.
 
@@ -169,6 +214,7 @@ class Trainee:
             rates: (11 + 3K,) float32, learning rate of each number of a row.
             exposure: of the photo.
             options: how to draw; the same bits for any number of threads.
+            prices: of what else is to be made small.
 
         Raises:
             ValueError: names the argument, what it got and what it wants.
@@ -186,5 +232,11 @@ class Trainee:
             gain=exposure.gain,
             bias=exposure.bias,
             falloff=exposure.falloff,
+            prices=(prices.depth, prices.opacity, prices.size),
         )
         return Distance(*raw)
+
+
+def _flat(bounds: DepthBounds) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    near, far = (np.ascontiguousarray(v, dtype=np.float32).ravel() for v in (bounds.near, bounds.far))
+    return near, far

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import correlate1d
 
-from scenes.render.training import SSIM_SHARE, Distance, Exposure
+from scenes.render.training import SSIM_SHARE, DepthBounds, Distance, Exposure
 
 FloatArray = NDArray[np.float64]
 
@@ -17,6 +17,8 @@ SIGMA_PX = 1.5
 REACH_PX = 5
 C1, C2 = 0.01**2, 0.03**2
 """The window and the constants of Wang et al. 2004."""
+MOST_OFF = 0.04
+"""Beyond so much of its depth from a surface a splat costs no more, and is drained where it is."""
 
 
 def distance(rgb: FloatArray, photo: FloatArray, exposure: Exposure) -> tuple[Distance, FloatArray]:
@@ -44,6 +46,25 @@ def distance(rgb: FloatArray, photo: FloatArray, exposure: Exposure) -> tuple[Di
         d_falloff=(float(d_falloff[0]), float(d_falloff[1])),
     )
     return found, gain * d_seen
+
+
+def price_off_bounds(depth: float, bounds: DepthBounds) -> tuple[FloatArray, FloatArray]:
+    """What a unit of blend weight costs at a depth, by pixel, and the slope of that by the depth.
+
+    near / depth - 1 in front of the bounds, 1 - far / depth behind them, nothing between them, and
+    at most `MOST_OFF`, from where on it does not pull any more.
+
+    Args:
+        depth: of a splat, as the lens measures it.
+        bounds: (H, W) each.
+
+    Returns:
+        (H, W) price and (H, W) slope, per metre.
+    """
+    near, far = bounds.near.astype(np.float64) / depth, bounds.far.astype(np.float64) / depth
+    off = np.maximum(near - 1, 0) + np.maximum(1 - far, 0)
+    slope = np.where(far <= 1, far, 0.0) - np.where(near >= 1, near, 0.0)
+    return np.minimum(off, MOST_OFF), np.where(off <= MOST_OFF, slope / depth, 0.0)
 
 
 def as_seen(rgb: FloatArray, exposure: Exposure) -> FloatArray:

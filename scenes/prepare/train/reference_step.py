@@ -11,10 +11,11 @@ from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
 from scenes.prepare.train import adam, loss
 from scenes.prepare.train.training_rows import LOG_SCALE, LOGIT, MEAN, ROTATION, SH, TrainingRows
-from scenes.render.gradients import Recording, record
+from scenes.render.gradients import ObjectGradients, Recording, record
 from scenes.render.native import NativeRenderer
+from scenes.render.reference_backward import backward
 from scenes.render.renderer import PosedSplats, RenderOptions
-from scenes.render.training import Distance, Exposure
+from scenes.render.training import FREE, DepthBounds, Distance, Exposure, Prices
 from scenes.splats import SH_C0, SplatCloud
 
 
@@ -27,6 +28,8 @@ def step(
     rates: NDArray[np.float32],
     exposure: Exposure,
     options: RenderOptions,
+    bounds: DepthBounds | None = None,
+    prices: Prices = FREE,
 ) -> tuple[TrainingRows, Distance]:
     """Draw, compare, differentiate, move: as `scenes.render.training.Trainee.step`."""
     cloud = rows.to_cloud()
@@ -39,20 +42,44 @@ def step(
     rgb = recording.rendering.rgb.astype(np.float64)
     target = photo.astype(np.float64) / 255
     found, d_rgb = loss.distance(rgb, target, exposure)
-    gradient = _row_gradients(rows, recording, d_rgb.astype(np.float32))
+    drawn_by = recording.gradients(d_rgb.astype(np.float32)).objects[0]
+    gradient = _row_gradients(rows, drawn_by)
+    if bounds is not None and prices.depth > 0:
+        gradient += _row_gradients(
+            rows, _off_bounds(cloud, camera, world_from_camera, options, bounds, prices.depth)
+        )
     seen = loss.as_seen(rgb, exposure)
     grey = replace(cloud, sh=np.zeros((len(cloud), 1, 3), dtype=np.float32))
     error = _shown(drawn(grey), np.abs(seen - target).mean(axis=2))
     is_seen = (gradient != 0).any(axis=1) | (error > 0)
+    opacities = rows.opacities.astype(np.float64)
+    gradient[:, LOG_SCALE] += prices.size * cloud.scales
+    gradient[:, LOGIT] += prices.opacity * opacities * (1 - opacities)
     moved = adam.step(rows, gradient, is_seen, rates)
     return replace(moved, error=(rows.error + error).astype(np.float32)), found
 
 
-def _row_gradients(
-    rows: TrainingRows, recording: Recording, d_rgb: NDArray[np.float32]
-) -> NDArray[np.float64]:
+def _off_bounds(
+    cloud: SplatCloud,
+    camera: Pinhole | Fisheye,
+    world_from_camera: Pose,
+    options: RenderOptions,
+    bounds: DepthBounds,
+    price: float,
+) -> ObjectGradients:
+    """Gradients of what weight off the bounds costs, mean over the pixels."""
+    rate = price / bounds.near.size
+
+    def priced(depth: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        off, slope = loss.price_off_bounds(depth, bounds)
+        return rate * off, rate * slope
+
+    posed = PosedSplats(cloud, Pose.identity())
+    return backward([posed], camera, world_from_camera, options, price=priced).objects[0]
+
+
+def _row_gradients(rows: TrainingRows, drawn: ObjectGradients) -> NDArray[np.float64]:
     """(N, 11 + 3K) gradients of the raw numbers, from those of the values drawn."""
-    drawn = recording.gradients(d_rgb).objects[0]
     out = np.empty(rows.values.shape)
     out[:, MEAN] = drawn.means
     out[:, LOG_SCALE] = drawn.scales * np.exp(rows.values[:, LOG_SCALE])

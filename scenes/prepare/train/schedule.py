@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.prepare.train.training_rows import LOG_SCALE, LOGIT, MEAN, ROTATION, SH
+from scenes.render.training import Prices
 
 MEAN_RATE = 5.0e-4
 """Per step and per metre of the typical distance at which the photos see the scene."""
@@ -25,6 +26,29 @@ FULL_BUDGET_AT = 0.5
 DENSIFY_UNTIL = 0.8
 PUT_BACK_UNTIL = 0.95
 """Splats are put back on surfaces for longer than they are split."""
+
+DEPTH_PRICE = 1.0
+"""See `scenes.render.training.Prices`."""
+DEPTH_EVERY = 1
+"""Steps of which one charges for depth, for all of them."""
+JUDGE_EVERY = 1
+OPACITY_PRICE = 0.0
+SIZE_PRICE = 0.0
+
+
+def prices(iteration: int, view_distance: float) -> Prices:
+    """What a step charges beside the distance from the photo.
+
+    Args:
+        iteration: steps before it.
+        view_distance: as in `rates`.
+    """
+    is_charged = iteration % DEPTH_EVERY == 0
+    return Prices(
+        depth=DEPTH_EVERY * DEPTH_PRICE if is_charged else 0.0,
+        opacity=OPACITY_PRICE,
+        size=SIZE_PRICE / view_distance,
+    )
 
 
 def rates(done: float, view_distance: float, width: int) -> NDArray[np.float32]:

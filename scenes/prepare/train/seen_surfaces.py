@@ -18,6 +18,7 @@ from scipy.sparse.linalg import spsolve
 
 from scenes.cameras import Pinhole, pixel_centres
 from scenes.pose import Pose
+from scenes.prepare.train.lent_depth import lent_depth
 from scenes.prepare.train.stereo import SeenDepth
 
 CELL_PX = 4
@@ -32,6 +33,8 @@ SEEN_SLACK, FILLED_SLACK = 0.01, 0.12
 REACH = 0.06
 """What is off a surface by less than this share of its depth is put back on it."""
 LEAST_VIEWS = 2
+MOST_LENT = 1_000_000
+"""Points of all views that are drawn into each."""
 ASKED = 20
 """Views that are asked to confirm what one sees, itself among them."""
 BEFORE, UPON, BEHIND = range(3)
@@ -43,31 +46,64 @@ class Surface:
     """What one view shows.
 
     Attributes:
+        view: its name.
         camera: its lens, at the depth's size.
         world_from_camera: its pose.
         picture: (H, W, 3) uint8 RGB.
         depth: (H, W) float32 z, everywhere.
-        is_seen: (H, W) bool: by stereo; the rest is filled in.
+        is_seen: (H, W) bool: by stereo of this view.
+        is_lent: (H, W) bool: by stereo of others; the rest is filled in.
     """
 
+    view: str
     camera: Pinhole
     world_from_camera: Pose
     picture: NDArray[np.uint8]
     depth: NDArray[np.float32]
     is_seen: NDArray[np.bool_]
+    is_lent: NDArray[np.bool_]
+
+    def places(self) -> NDArray[np.float32]:
+        """(N, 3) world, of the pixels that stereo of this view has seen."""
+        seen = np.flatnonzero(self.is_seen)
+        rays = self.camera.unproject(pixel_centres(self.camera)[seen])
+        in_camera = rays * (self.depth.ravel()[seen] / rays[:, 2])[:, None]
+        return (self.world_from_camera @ in_camera).astype(np.float32)
 
 
 def surfaces_of(depths: Sequence[SeenDepth]) -> list[Surface]:
-    """The surfaces that views agree about, filled in; views that see next to nothing left out."""
+    """The surfaces that views agree about, lent to each other and filled in.
+
+    Views that see next to nothing are left out.
+    """
     raw = [
-        Surface(s.camera, s.view.world_from_camera, s.picture, s.depth, s.depth > 0) for s in depths
+        Surface(
+            s.view.name,
+            s.camera,
+            s.view.world_from_camera,
+            s.picture,
+            s.depth,
+            s.depth > 0,
+            np.zeros(s.depth.shape, dtype=np.bool_),
+        )
+        for s in depths
     ]
     sure = [_confirmed(surface, raw) for surface in raw]
+    places = np.concatenate([np.zeros((0, 3), np.float32), *(s.places() for s in sure)])
+    places = places[:: max(len(places) // MOST_LENT, 1)]
+    whole = [_with_lent(surface, places) for surface in sure]
     return [
         replace(surface, depth=filled(surface.depth, surface.picture))
-        for surface in sure
-        if surface.is_seen.mean() >= LEAST_SHARE
+        for surface in whole
+        if (surface.depth > 0).mean() >= LEAST_SHARE
     ]
+
+
+def _with_lent(surface: Surface, places: NDArray[np.float32]) -> Surface:
+    """The surface with what others lend where it has no depth of its own."""
+    lent = lent_depth(surface.camera, surface.world_from_camera, places)
+    is_lent = ~surface.is_seen & (lent > 0)
+    return replace(surface, depth=np.where(is_lent, lent, surface.depth), is_lent=is_lent)
 
 
 def _confirmed(surface: Surface, others: Sequence[Surface]) -> Surface:
@@ -76,11 +112,8 @@ def _confirmed(surface: Surface, others: Sequence[Surface]) -> Surface:
     others = sorted(
         others, key=lambda other: float(np.linalg.norm(other.world_from_camera.translation - eye))
     )
-    camera = surface.camera
     seen = np.flatnonzero(surface.is_seen)
-    rays = camera.unproject(pixel_centres(camera)[seen])
-    places = rays * (surface.depth.ravel()[seen] / rays[:, 2])[:, None]
-    places = (surface.world_from_camera @ places).astype(np.float32)
+    places = surface.places()
     tally = _Tally(len(seen))
     for other in others[:ASKED]:
         tally.add(other, places)

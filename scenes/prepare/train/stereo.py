@@ -72,7 +72,7 @@ class _Small:
 
 
 def seen_depths(reconstruction: Reconstruction, *, longest_px: int) -> list[SeenDepth]:
-    """Depth of every view through a pinhole that has partners, in the order of the views.
+    """Depth of every view through a pinhole, in the order of the views; 0 of all without partners.
 
     Args:
         reconstruction: photos, and points that tell which of them see the same.
@@ -89,8 +89,9 @@ def seen_depths(reconstruction: Reconstruction, *, longest_px: int) -> list[Seen
             pair_depth(own, other, _range_of(own))
             for other in _partners(own, small, reconstruction.points)
         ]
-        if len(depths) >= LEAST_AGREEING:
-            out.append(SeenDepth(own.view, own.camera, own.picture, agreed(depths)))
+        nothing = np.zeros(own.grey.shape, dtype=np.float32)
+        depth = agreed(depths) if len(depths) >= LEAST_AGREEING else nothing
+        out.append(SeenDepth(own.view, own.camera, own.picture, depth))
     return out
 
 

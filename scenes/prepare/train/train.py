@@ -119,6 +119,7 @@ class _Run:
         # Views kept aside must not have a say in anything.
         shown = replace(reconstruction, views=self._photos.training)
         self._surfaces = surfaces_of(seen_depths(shown, longest_px=options.longest_px // 2))
+        self._photos.surfaces = {surface.view: surface for surface in self._surfaces}
         rows = seed_rows(
             reconstruction, self._surfaces, (options.sh_degree + 1) ** 2, options.budget, rng
         )
@@ -166,7 +167,8 @@ class _Run:
         target = self._photos.target(self._photos.training[place], schedule.shrink(done))
         exposure = self._exposures.of(place) if self._options.exposure else Exposure()
         rates = schedule.rates(done, self._distance, self._width)
-        distance = self._trainee.step(target, rates, exposure, self._drawing)
+        prices = schedule.prices(self.iteration, self._distance)
+        distance = self._trainee.step(target, rates, exposure, self._drawing, prices)
         if self._options.exposure:
             self._exposures.step(place, distance)
         self.iteration += 1
@@ -184,9 +186,12 @@ class _Run:
         if done < schedule.DENSIFY_UNTIL:
             wanted = schedule.splats_wanted(done, self._first_splats, self._options.budget)
         rows = self._rows()
-        verdict = judge(rows.values[:, MEAN], self._surfaces)
-        rows.values[:, MEAN] += verdict.offset
-        rows = densify(rows.select(~verdict.is_stray), wanted, self._rng)
+        self._rounds = getattr(self, "_rounds", 0) + 1
+        if self._rounds % schedule.JUDGE_EVERY == 0:
+            verdict = judge(rows.values[:, MEAN], self._surfaces)
+            rows.values[:, MEAN] += verdict.offset
+            rows = rows.select(~verdict.is_stray)
+        rows = densify(rows, wanted, self._rng)
         self._take(rows.select(morton_order(rows.values[:, :3])))
 
     def preview(self, show: ShowPreview | None) -> None:

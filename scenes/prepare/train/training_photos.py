@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import cv2
@@ -12,7 +13,9 @@ from numpy.typing import NDArray
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
 from scenes.prepare.reconstruction import Reconstruction, View, read_picture
-from scenes.render.training import TrainingTarget
+from scenes.prepare.train.depth_bounds import depth_bounds
+from scenes.prepare.train.seen_surfaces import Surface
+from scenes.render.training import DepthBounds, TrainingTarget
 
 KEPT_BYTES = 1_500_000_000
 """Prepared photos kept; the one not used for longest goes first and is read again if needed."""
@@ -39,9 +42,9 @@ class Photo:
         """(H, W, 3) float32, 0..1."""
         return self.picture.astype(np.float32) / np.float32(255)
 
-    def target(self) -> TrainingTarget:
+    def target(self, bounds: DepthBounds | None = None) -> TrainingTarget:
         """Ready to be compared with."""
-        return TrainingTarget(self.picture, self.camera, self.world_from_camera)
+        return TrainingTarget(self.picture, self.camera, self.world_from_camera, bounds)
 
 
 def read_photo(view: View, longest_px: int, shrink: int = 1) -> Photo:
@@ -69,6 +72,9 @@ class Photos:
         held_out_every: every so many-th view is kept aside, the last of each group; 0 keeps none.
         longest_px: photos with a longer side are made smaller.
         kept_bytes: memory for prepared photos.
+
+    Attributes:
+        surfaces: what views show, by name; their photos are bounded by it once it is known.
 
     Raises:
         ValueError: fewer than two views are left to train on.
@@ -98,6 +104,7 @@ class Photos:
             )
         self._longest_px = longest_px
         self._kept_bytes = kept_bytes
+        self.surfaces: Mapping[str, Surface] = {}
         self._targets: OrderedDict[tuple[str, int], TrainingTarget] = OrderedDict()
 
     def target(self, view: View, shrink: int) -> TrainingTarget:
@@ -105,7 +112,10 @@ class Photos:
         key = (view.name, shrink)
         target = self._targets.get(key)
         if target is None:
-            target = read_photo(view, self._longest_px, shrink).target()
+            photo = read_photo(view, self._longest_px, shrink)
+            surface = self.surfaces.get(view.name)
+            bounds = None if surface is None else depth_bounds(surface, photo.camera)
+            target = photo.target(bounds)
             self._targets[key] = target
             while len(self._targets) > 1 and self.kept > self._kept_bytes:
                 self._targets.popitem(last=False)

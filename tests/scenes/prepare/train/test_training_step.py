@@ -15,7 +15,15 @@ from scenes.prepare.train.training_rows import (
     fresh_rows,
 )
 from scenes.render.renderer import RenderOptions
-from scenes.render.training import Exposure, Trainee, TrainingTarget
+from scenes.render.training import (
+    FARTHEST,
+    FREE,
+    DepthBounds,
+    Exposure,
+    Prices,
+    Trainee,
+    TrainingTarget,
+)
 
 EXPOSURE = Exposure((1.1, 0.9, 1.0), (0.02, -0.01, 0.0), (-0.2, 0.05))
 PLACE = Pose.from_yaw(0.2, (0.1, -0.2, 0.0))
@@ -53,22 +61,50 @@ def photo_of(camera, seed=1):
     return rng.integers(0, 256, (camera.height_px, camera.width_px, 3), dtype=np.uint8)
 
 
+def bounds_of(camera, seed=3):
+    """Surfaces among the splats, and a part of the picture of which nothing is known."""
+    rng = np.random.default_rng(seed)
+    near = rng.uniform(1.5, 3.5, (camera.height_px, camera.width_px)).astype(np.float32)
+    far = near * np.float32(1.02)
+    near[:, :20], far[:, :20] = 0, FARTHEST
+    return DepthBounds(near, far)
+
+
 def arrays_of(rows):
     return rows.values, rows.first, rows.second, rows.steps, rows.error
 
 
 @pytest.mark.parametrize("portable", [False, True])
-@pytest.mark.parametrize(("sh_count", "antialias"), [(1, False), (4, True), (16, False)])
-def test_a_native_step_is_the_readable_one(camera, sh_count, antialias, portable):
+@pytest.mark.parametrize(
+    ("sh_count", "antialias", "prices"),
+    [
+        (1, False, FREE),
+        (4, True, FREE),
+        (16, False, FREE),
+        (1, False, Prices(depth=3.0)),
+        (4, True, Prices(depth=0.5, opacity=1e-4, size=1e-4)),
+    ],
+)
+def test_a_native_step_is_the_readable_one(camera, sh_count, antialias, portable, prices):
     rows = some_rows(sh_count)
     photo = photo_of(camera)
     rates = np.linspace(1e-3, 2e-2, rows.values.shape[1]).astype(np.float32)
     options = RenderOptions(background=(0.1, 0.2, 0.3), antialias=antialias)
+    bounds = bounds_of(camera)
     wanted, wanted_distance = reference_step.step(
-        rows, photo, camera, PLACE, rates=rates, exposure=EXPOSURE, options=options
+        rows,
+        photo,
+        camera,
+        PLACE,
+        rates=rates,
+        exposure=EXPOSURE,
+        options=options,
+        bounds=bounds,
+        prices=prices,
     )
     trainee = Trainee(arrays_of(rows), portable=portable)
-    found = trainee.step(TrainingTarget(photo, camera, PLACE), rates, EXPOSURE, options)
+    target = TrainingTarget(photo, camera, PLACE, bounds)
+    found = trainee.step(target, rates, EXPOSURE, options, prices)
     assert found.l1 == pytest.approx(wanted_distance.l1, rel=1e-5)
     assert found.dssim == pytest.approx(wanted_distance.dssim, rel=1e-5)
     np.testing.assert_allclose(found.d_gain, wanted_distance.d_gain, rtol=1e-3, atol=1e-6)
