@@ -28,11 +28,11 @@ from sim.phone_capture import (
     write_video,
 )
 from sim.phone_light import still_scene
-from sim.phone_path import HandShake, Walk, walk_around, walk_by_objects
+from sim.phone_path import HandShake, Walk, walk_around, walk_by_objects, walk_looking_up
 from sim.phone_raster import PinholeRasteriser
 from sim.sensor import Sensor, SensorOptions
 
-PATHS = {"walk": walk_around, "objects": walk_by_objects}
+PATHS = {"walk": walk_around, "up": walk_looking_up, "objects": walk_by_objects}
 FINE = 2
 """Grid points along a pixel's side."""
 VIDEO_BITS_PER_PIXEL = 0.35
@@ -53,7 +53,8 @@ class PhoneOptions:
         height_px: of a photo.
         fov_deg: across the width, before distortion.
         distortion: of the lens.
-        path: "walk" for two laps of the room, "objects" for close-ups of what may be moved.
+        path: "walk" for two laps of the room, "up" for one that looks at its ceiling, "objects" for
+            close-ups of what may be moved.
         duration_s: how long the walk takes.
         exposure_s: how long the shutter is open.
         samples: pictures that are averaged while it is open.
@@ -72,7 +73,7 @@ class PhoneOptions:
     height_px: int = 720
     fov_deg: float = 68.0
     distortion: Distortion = field(default_factory=Distortion)
-    path: Literal["walk", "objects"] = "walk"
+    path: Literal["walk", "up", "objects"] = "walk"
     duration_s: float = 80.0
     exposure_s: float = 1 / 120
     samples: int = 4

@@ -1,8 +1,8 @@
 """How somebody walks through a room who films it with a phone: smooth, by hand, everything once.
 
 A lap along the furniture that looks across the room, half a turn, and a smaller lap that looks
-outwards at the walls; or arcs around the movable objects. Where a phone can be follows from the
-plan of the room's solids.
+outwards at the walls; a lap that looks up at the ceiling; or arcs around the movable objects. Where
+a phone can be follows from the plan of the room's solids.
 """
 
 from __future__ import annotations
@@ -38,6 +38,8 @@ LEAD_RAD = 0.25
 """The phone looks this far ahead of straight across and straight outward."""
 WALL_DISTANCE_M = 1.7
 """A blank wall from nearer shows nothing that could be found again in another photo."""
+UP_HEIGHT_M, UP_NOD_RAD, UP_SWAY_RAD = 1.5, 0.46, 0.14
+"""The phone's height when it looks up, how far up, and how much more and less on the way."""
 SHAKE_HZ = (0.7, 1.3, 2.1, 3.4, 5.2)
 METRES_PER_RADIAN = 1.6
 """How much walking counts as much as a turn, when the pace is made even."""
@@ -95,10 +97,7 @@ def walk_around(
     angle = start + side * 2 * math.pi * s
     along = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     turned = _smooth_step((s - 1.0) / TURN_SHARE + 0.5)
-    outer, inner = (
-        np.interp(angle % (2 * math.pi), np.arange(DIRECTIONS + 1) * 2 * math.pi / DIRECTIONS, r)
-        for r in ring
-    )
+    outer, inner = (_radius(radii, angle) for radii in ring)
     stepped_in = _smooth_step((s - 1.0) / (2 * TURN_SHARE) + 1.0)
     radius = outer + (inner - outer) * stepped_in
     middle = room.footprint_m.mean(axis=0)
@@ -111,6 +110,29 @@ def walk_around(
         2 * math.pi * np.where(s < 1.0, 4.0, 5.0) * s
     )
     nod = gaussian_filter1d(nod, 1.5, mode="nearest")
+    gaze = np.column_stack([np.cos(yaw) * np.cos(nod), np.sin(yaw) * np.cos(nod), np.sin(nod)])
+    return _paced(eye, eye + 2.0 * gaze, duration_s, rng, shake)
+
+
+def walk_looking_up(
+    room: PhysicalRoom, duration_s: float, rng: np.random.Generator, *, shake: HandShake
+) -> Walk:
+    """A lap that looks across the room at where the far walls meet the ceiling.
+
+    The walls' tops stay in the picture: a blank ceiling alone could not be placed.
+
+    Raises:
+        ValueError: there is no floor to walk on around the middle of the room.
+    """
+    start, side = rng.uniform(0, 2 * math.pi), float(rng.choice([-1.0, 1.0]))
+    s = np.linspace(0.0, 1.0, KNOTS // 2)
+    angle = start + side * 2 * math.pi * s
+    outer, _ = _rings(room)
+    along = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    plan = room.footprint_m.mean(axis=0) + _radius(outer, angle)[:, None] * along
+    eye = np.column_stack([plan, np.full(len(s), UP_HEIGHT_M)])
+    yaw = angle + side * (math.pi - LEAD_RAD)
+    nod = UP_NOD_RAD + UP_SWAY_RAD * np.sin(2 * math.pi * 4.0 * s)
     gaze = np.column_stack([np.cos(yaw) * np.cos(nod), np.sin(yaw) * np.cos(nod), np.sin(nod)])
     return _paced(eye, eye + 2.0 * gaze, duration_s, rng, shake)
 
@@ -156,6 +178,12 @@ def _rings(room: PhysicalRoom) -> tuple[FloatArray, FloatArray]:
         )
     )
     return np.append(outer, outer[0]), np.append(inner, inner[0])
+
+
+def _radius(ring: FloatArray, angle: FloatArray) -> FloatArray:
+    """Of a closed ring, by direction in radians."""
+    known = np.arange(DIRECTIONS + 1) * 2 * math.pi / DIRECTIONS
+    return np.interp(angle % (2 * math.pi), known, ring)
 
 
 def _aside(room: PhysicalRoom, eyes: FloatArray, outward: FloatArray, side: float) -> float:

@@ -40,8 +40,9 @@ from studio.progress import Progress, StageProgress, text_progress
 WALKS = (
     ("around", PhoneOptions(frames=72)),
     ("near", PhoneOptions(frames=56, path="objects")),
+    ("up", PhoneOptions(frames=28, path="up", duration_s=40.0)),
 )
-"""The room at large, and close-ups of what may be moved."""
+"""The room at large, close-ups of what may be moved, and the ceiling."""
 SEED = 2026
 """Decides the walk, the noise and the training."""
 

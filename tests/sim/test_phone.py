@@ -19,7 +19,7 @@ from scenes.pose import Pose
 from sim.phone import FINE, PhoneOptions, drawn_camera, film
 from sim.phone_capture import Distortion, read_truth
 from sim.phone_light import still_scene
-from sim.phone_path import HandShake, walk_around, walk_by_objects
+from sim.phone_path import HandShake, walk_around, walk_by_objects, walk_looking_up
 from sim.phone_raster import LitMesh, PinholeRasteriser
 from sim.sensor import SensorOptions
 
@@ -58,7 +58,7 @@ def _heights_near(room, xy):
     return tops
 
 
-@pytest.mark.parametrize("path", [walk_around, walk_by_objects])
+@pytest.mark.parametrize("path", [walk_around, walk_looking_up, walk_by_objects])
 @pytest.mark.parametrize("seed", range(4))
 def test_the_phone_stays_in_the_room_and_out_of_furniture(small_room, path, seed):
     walk = path(small_room, 30.0, np.random.default_rng(seed), shake=HandShake())
@@ -80,6 +80,19 @@ def test_a_walk_sees_every_wall_from_two_places(small_room, seed):
         eyes = np.array([v.translation for v in views if camera.project(v.inverse() @ spot)[1][0]])
         assert len(eyes) >= 4
         assert np.linalg.norm(eyes - eyes[0], axis=1).max() > 0.4
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_looking_up_sees_all_of_the_ceiling_and_the_tops_of_walls(small_room, seed):
+    walk = walk_looking_up(small_room, 40.0, np.random.default_rng(seed), shake=HandShake())
+    camera = Pinhole.from_fov(96, 72, math.radians(68))
+    views = [walk.world_from_camera(t) for t in np.linspace(0.5, 39.5, 28)]
+    along = np.linspace(-1.9, 1.9, 7)
+    spots = np.array([[x, y, 2.6] for x in along for y in along])
+    tops = np.array([[2.0 * x, 2.0 * y, 2.2] for x, y in ((1, 0), (0, 1), (-1, 0), (0, -1))])
+    for spot in (*spots, *tops):
+        seen = sum(bool(camera.project(v.inverse() @ spot)[1][0]) for v in views)
+        assert seen >= 3, spot
 
 
 def test_close_ups_look_at_every_object_from_around(small_room):
