@@ -3,7 +3,8 @@
 A splat of a trained room need not lie on the surface that it paints, and faint ones fill the air.
 What tells is where its light falls: the guess is drawn as a silhouette in many views, a splat is
 the thing's if most of its light falls into the silhouettes, and the next silhouettes are drawn from
-those. Haze between a chair's legs is seen against the floor in most views, and leaves.
+those. The light of a faint splat says little: most of what is drawn where it is seen comes from
+others. It goes with the surface that it hangs at, the thing's or another.
 """
 
 from __future__ import annotations
@@ -12,25 +13,33 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from scenes.package_records import ViewPoint
+from scenes.prepare.cutout.close_views import CloseView, close_views, evenly
 from scenes.prepare.cutout.lifting import MaskedView, lift, share
+from scenes.prepare.cutout.seen_surface import seen_surface
 from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud
 
 BoolArray = NDArray[np.bool_]
+FloatArray = NDArray[np.float64]
 
-MOST_VIEWS = 14
+MOST_VIEWS = 16
 LEAST_VIEWS = 3
 ROUNDS = 2
-FRAMED = 0.95
-"""Of the guess: what a view has to frame to speak."""
-LEAST_PX = 100
+LEAST_PX = 60
 """A smaller silhouette says nothing."""
+SEEN_PX = 0.5
+"""Light, in pixels of all views, below which a splat is seen in none."""
 BARELY = 0.25
 """Of the light that a splat of the guess typically has: so much has to fall outside the
 silhouettes to take a hidden splat away. Light leaks between the splats of a wall and along its
 foot, and what it shows of undersides falls outside as often as inside."""
+FAINT = 0.3
+"""Opacity below which a splat follows the surface beside it."""
+BESIDE_M = 0.03
+"""How far from a surface a faint splat may hang to follow it."""
 MAJORITY = 0.5
 
 
@@ -53,31 +62,43 @@ def held_against_views(
         hidden: (N,) what the splats are that no view shows; where True, barely shown ones too.
         renderer: draws the room.
     """
-    points = cloud.means[guess].astype(np.float64)
-    framing = [view for view in viewpoints if len(points) and _framed(view, points) >= FRAMED]
+    solid = guess & (cloud.opacities >= FAINT)
+    framing = close_views(viewpoints, cloud.means[solid].astype(np.float64))
     if len(framing) < LEAST_VIEWS:
         return guess | hidden
-    picks = np.linspace(0, len(framing) - 1, min(MOST_VIEWS, len(framing))).round().astype(int)
-    labels = guess
+    views = evenly(framing, MOST_VIEWS)
+    labels, seen = guess, np.zeros(len(cloud))
     for _ in range(ROUNDS):
-        inside, seen = np.zeros((2, len(cloud)))
-        for pick in picks:
-            view = framing[pick]
-            drawn = share(cloud, labels, view.camera, view.world_from_camera, renderer=renderer)
-            mask = drawn > MAJORITY
-            if mask.sum() < LEAST_PX:
-                continue
-            masked = MaskedView(view.name, view.camera, view.world_from_camera, mask)
-            vote = lift(cloud, masked, renderer=renderer)
-            inside += vote.inside
-            seen += vote.seen
+        inside, seen = _light(cloud, labels, views, renderer)
         held = BARELY * float(np.median(seen[guess])) if guess.any() else 0.0
         share_inside = (inside + held * hidden) / np.maximum(seen + held * hidden, 1e-9)
         labels = (within | hidden) & (share_inside > MAJORITY)
+    faint = within & (cloud.opacities < FAINT) & (seen > SEEN_PX)
+    surface = seen_surface(cloud, labels, viewpoints, renderer=renderer)
+    if not len(surface.thing) or not len(surface.around):
+        return labels
+    at = cloud.means[faint].astype(np.float64)
+    to_thing, _ = KDTree(surface.thing).query(at)
+    to_rest, _ = KDTree(surface.around).query(at)
+    labels[faint] = (to_thing < to_rest) & (to_thing < BESIDE_M)
     return labels
 
 
-def _framed(view: ViewPoint, points: NDArray[np.float64]) -> float:
-    """Share of world points (N, 3) that the view frames."""
-    _, valid = view.camera.project(view.world_from_camera.inverse() @ points)
-    return float(valid.mean())
+def _light(
+    cloud: SplatCloud, labels: BoolArray, views: Sequence[CloseView], renderer: NativeRenderer
+) -> tuple[FloatArray, FloatArray]:
+    """(N,) each splat's light inside the labelled splats' silhouettes, and all of it.
+
+    In pixels of the views as they were before they were cropped.
+    """
+    inside, seen = np.zeros((2, len(cloud)))
+    for view in views:
+        drawn = share(cloud, labels, view.camera, view.world_from_camera, renderer=renderer)
+        mask = drawn > MAJORITY
+        if mask.sum() < LEAST_PX:
+            continue
+        masked = MaskedView(view.name, view.camera, view.world_from_camera, mask)
+        vote = lift(cloud, masked, renderer=renderer)
+        inside += vote.inside / view.zoom**2
+        seen += vote.seen / view.zoom**2
+    return inside, seen

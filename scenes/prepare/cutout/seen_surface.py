@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from scenes.cameras import Pinhole, pixel_centres
+from scenes.cameras import pixel_centres
 from scenes.package_records import ViewPoint
-from scenes.pose import Pose
 from scenes.prepare.cutout.bodies import bodies
+from scenes.prepare.cutout.close_views import CloseView, close_views, evenly
 from scenes.prepare.cutout.lifting import share
 from scenes.prepare.surface_depth import surface_depth
 from scenes.render.native import NativeRenderer
@@ -26,10 +26,6 @@ from scenes.splats import SplatCloud
 FloatArray = NDArray[np.float64]
 
 MOST_VIEWS = 24
-MARGIN = 0.25
-"""Of the thing's size in a view: how far around it the view is cropped."""
-MOST_PX = 260
-"""Longest side of a crop."""
 MAJORITY = 0.5
 """Share of a pixel's light from which on it is the thing's."""
 PURE = 0.9
@@ -84,23 +80,16 @@ def seen_surface(
         renderer: draws the room.
     """
     own = cloud.means[labels].astype(np.float64)
-    framing = [
-        (view, crop)
-        for view in viewpoints
-        if isinstance(view.camera, Pinhole)
-        and (crop := cropped(view.camera, view.world_from_camera, own)) is not None
-    ]
+    framing = close_views(viewpoints, own)
     if len(framing) < LEAST_VIEWS:
         return NOTHING
-    picks = np.linspace(0, len(framing) - 1, min(MOST_VIEWS, len(framing))).round().astype(int)
     things, arounds, sizes_m = [], [], []
-    for pick in picks:
-        view, camera = framing[pick]
-        thing, around = _surface_in_view(cloud, labels, camera, view.world_from_camera, renderer)
+    for view in evenly(framing, MOST_VIEWS):
+        thing, around = _surface_in_view(cloud, labels, view, renderer)
         things.append(thing)
         arounds.append(around)
         away = np.linalg.norm(thing - view.world_from_camera.translation, axis=1)
-        sizes_m.append(away / camera.fx)
+        sizes_m.append(away / view.camera.fx)
     pixels_m = np.concatenate(sizes_m)
     if not len(pixels_m):
         return NOTHING
@@ -118,44 +107,14 @@ def seen_surface(
     return SeenSurface(thing, around[near])
 
 
-def cropped(camera: Pinhole, world_from_camera: Pose, points: FloatArray) -> Pinhole | None:
-    """The part of a view around world points (N, 3), at most `MOST_PX` large.
-
-    None where a point lies outside the picture, but for the outermost few.
-    """
-    if not len(points):
-        return None
-    in_camera = world_from_camera.inverse() @ points
-    if (in_camera[:, 2] <= 0).mean() > 0.02:
-        return None
-    pixels, _ = camera.project(in_camera[in_camera[:, 2] > 0])
-    low, high = np.percentile(pixels, (1, 99), axis=0)
-    limit = np.array([camera.width_px, camera.height_px])
-    if (low < 0).any() or (high > limit).any():
-        return None
-    reach = MARGIN * (high - low).max() + 4
-    first = np.floor(np.maximum(low - reach, 0)).astype(int)
-    last = np.ceil(np.minimum(high + reach, limit)).astype(int)
-    scale = min(1.0, MOST_PX / float((last - first).max()))
-    size = np.maximum(np.round((last - first) * scale).astype(int), 1)
-    return Pinhole(
-        int(size[0]),
-        int(size[1]),
-        camera.fx * scale,
-        camera.fy * scale,
-        (camera.cx - float(first[0])) * scale,
-        (camera.cy - float(first[1])) * scale,
-    )
-
-
 def _surface_in_view(
     cloud: SplatCloud,
     labels: NDArray[np.bool_],
-    camera: Pinhole,
-    world_from_camera: Pose,
+    view: CloseView,
     renderer: NativeRenderer,
 ) -> tuple[FloatArray, FloatArray]:
     """World points (K, 3) drawn inside the thing's outline, up to its rim, and (L, 3) outside."""
+    camera, world_from_camera = view.camera, view.world_from_camera
     light = share(cloud, labels, camera, world_from_camera, renderer=renderer)
     outline = light > MAJORITY
     if outline.sum() < LEAST_PX:

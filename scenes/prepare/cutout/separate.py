@@ -75,6 +75,8 @@ TRAINED_REACH_M = 0.12
 """The same in a trained room, whose splats are as large as they may be."""
 TRAINED_PLANE_M = 0.02
 """Half the thickness of a trained floor."""
+TALL = 10.0
+"""How many times as high as half that thickness a thing is to be found without its foot."""
 SOLID = 0.3
 """Opacity from which on a splat of a trained room holds others together."""
 BEYOND_FOUND = 0.3
@@ -171,26 +173,25 @@ def _held(
     # may have lost its upper or lower half.
     reach = BEYOND_FOUND * (high - low).max() * np.array([1.0, 1.0, 3.0]) + 0.02
     within = in_boxes & ((positions > low - reach) & (positions < high + reach)).all(axis=1)
-    guess = np.zeros(len(cloud), dtype=bool)
-    guess[found] = True
-    # Two boxes say how far back the thing reaches: what stands up between them is the thing, and
-    # a chair's back or leg that a mask lost is found again.
-    if len(views) > 1 and within.any():
-        solid = _standing(cloud, within) & (cloud.opacities >= SOLID)
-        if solid.any():
-            at = positions[solid]
-            count, body = bodies(at, LINK_REACH_M)
-            main = at[body == np.argmax(np.bincount(body, weights=inside[solid], minlength=count))]
-            low, high = main.min(axis=0) - BESIDE_M, main.max(axis=0) + BESIDE_M
-            within &= ((positions > low) & (positions < high))[:, :2].all(axis=1)
-        guess = _standing(cloud, within)
-    guess &= within
-    # What the marks found stands where no view shows it: undersides, and what lies inside.
-    hidden = np.zeros(len(cloud), dtype=bool)
-    hidden[found] = True
+    marked = np.zeros(len(cloud), dtype=bool)
+    marked[found] = True
+    guess = marked & within
+    # What the boxes hold above the plane is the thing, but for what a mask took in behind it.
+    standing = marked & _standing(cloud, within)
+    solid = standing & (cloud.opacities >= SOLID)
+    if len(views) > 1 and solid.any():
+        at = positions[solid]
+        count, body = bodies(at, LINK_REACH_M)
+        main = at[body == np.argmax(np.bincount(body, weights=inside[solid], minlength=count))]
+        low, high = main.min(axis=0) - BESIDE_M, main.max(axis=0) + BESIDE_M
+        within &= ((positions > low) & (positions < high))[:, :2].all(axis=1)
+        # Place does not tell a thing's foot from what it stands on. A tall thing's foot is found
+        # again by its light; of a low thing too much would be missing.
+        tall = np.ptp(main[:, 2]) > TALL * TRAINED_PLANE_M
+        guess = (standing if tall else marked) & within
     return np.flatnonzero(
         held_against_views(
-            cloud, guess, within, viewpoints, hidden=hidden & in_boxes, renderer=renderer
+            cloud, guess, within, viewpoints, hidden=marked & in_boxes, renderer=renderer
         )
     )
 

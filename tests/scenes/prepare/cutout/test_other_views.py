@@ -11,7 +11,7 @@ from scenes.prepare.cutout.lifting import MaskedView, share
 from scenes.prepare.cutout.other_views import held_against_views
 from scenes.prepare.cutout.separate import separate
 from scenes.render.native import NativeRenderer
-from scenes.splats import SplatCloud, concatenate
+from scenes.splats import concatenate
 
 CAMERA = Pinhole(160, 120, 140.0, 140.0, 80.0, 60.0)
 SIZE = np.array([0.3, 0.2, 0.4])
@@ -19,39 +19,15 @@ STEP_M = 0.02
 FLOOR, BOX, HAZE = 0, 1, 2
 
 
-def flat(points, thin, colour, opacity=0.95):
-    n = len(points)
-    scales = np.full((n, 3), 0.7 * STEP_M)
-    scales[np.arange(n), thin] = 0.001
-    sh = np.tile((np.asarray(colour, dtype=np.float32) - 0.5) / 0.2820948, (n, 1, 1))
-    turns = np.tile([1.0, 0, 0, 0], (n, 1))
-    return SplatCloud(points, scales, turns, np.full(n, opacity), sh)
-
-
-def grid(low, high, axis, at):
-    """Points a step apart on a rectangle across an axis."""
-    lines = [np.arange(low[a] + STEP_M / 2, high[a], STEP_M) for a in range(3)]
-    lines[axis] = np.array([at])
-    return np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 3)
-
-
 @pytest.fixture(scope="module")
-def room():
+def room(box_on_floor, flat_splats):
     """A floor, a box with an underside that no view shows, and faint haze around it."""
-    low, high = np.array([-0.15, -0.1, 0.0]), np.array([0.15, 0.1, 0.4])
-    level = grid((-1, -1, 0), (1, 1, 0), 2, 0.0)
-    under = ((level > low) & (level < high))[:, :2].all(axis=1)
-    floor = flat(level[~under], 2, (0.7, 0.65, 0.6))
-    faces = [
-        flat(grid(low, high, axis, end[axis]), axis, (0.7, 0.25, 0.2))
-        for axis in range(3)
-        for end in (low, high)
-    ]
+    floor, box = box_on_floor(SIZE, floor_m=1.0, step_m=STEP_M)
     rng = np.random.default_rng(4)
     air = rng.uniform((-0.35, -0.3, 0.05), (0.35, 0.3, 0.5), (900, 3))
     outside = (np.abs(air - (0, 0, 0.2)) > 0.5 * SIZE + 0.05).any(axis=1)
-    haze = flat(air[outside][:250], 2, (0.7, 0.65, 0.6), opacity=0.04)
-    parts = [floor, concatenate(faces), haze]
+    haze = flat_splats(air[outside][:250], 2, (0.7, 0.65, 0.6), step_m=STEP_M, opacity=0.04)
+    parts = [floor, box, haze]
     kind = np.concatenate([np.full(len(part), k) for k, part in enumerate(parts)])
     return concatenate(parts), kind
 
