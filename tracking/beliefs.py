@@ -25,10 +25,14 @@ from tracking.solve import (
 from tracking.track import Task
 
 HOLD_BELOW = 0.42
-"""The pose is held while fewer contour points than this share agree."""
+"""The pose is held while its outline has less support than this."""
 
 CONVINCING = 0.55
-"""Below this share, other places and yaws are tried as well."""
+USUAL_SHARE = 0.85
+"""Below this share, or this share of what usually agrees, other places and yaws are tried as well."""
+
+MOSTLY_COVERED = 0.85
+"""Where more than this is covered, no other place is tried: nothing would tell which is right."""
 
 CONVINCING_LIKENESS = 0.38
 LEAST_LIKENESS = 0.35
@@ -50,6 +54,9 @@ HEAVY_HEIGHT_M = 0.3
 
 CONTACT_SIGMA_M = 0.003
 CARRIED_SIGMA_M = 0.08
+NEAR_TURN_RAD, FAR_TURN_RAD = 0.17, 0.35
+"""How far a thing is turned before it is looked for again, where it agrees somewhat, and hardly."""
+
 LIFTS_M = (0.04, 0.08, 0.12)
 """How much higher a thing is looked for that was not found where it was: hands lift it."""
 
@@ -123,10 +130,13 @@ def measure(task: Task, evidence: Evidence, predicted_world_from_object: Pose) -
         other = _try(task, evidence, predicted_world_from_object, beliefs[1], reaches_px=quick)
         if _is_likelier(task, (other, beliefs[1]), (best, beliefs[0])):
             best, best_belief = other, beliefs[1]
-    if _is_convincing(best) or best.covered_fraction > 0.5:
+    if _is_convincing(task, best) or best.covered_fraction > MOSTLY_COVERED:
         return best
     # Not where it was expected: slide it there first, then try other yaws, or in the air, too.
-    turns = (0.0,) if task.model.symmetry == ROUND or is_believable(best) else (0.0, 0.35, -0.35)
+    turns = (0.0,)
+    if task.model.symmetry != ROUND:
+        turn = NEAR_TURN_RAD if is_believable(best) else FAR_TURN_RAD
+        turns = (0.0, turn, -turn)
     for belief in beliefs:
         free = belief.sigma[2] > CONTACT_SIGMA_M
         wide = replace(belief, sigma=belief.sigma * np.array([2.0, 2.0, 1.0, 2.0]))
@@ -144,6 +154,8 @@ def measure(task: Task, evidence: Evidence, predicted_world_from_object: Pose) -
             margin = 0.06 if is_believable(best) else 0.02
             if _worth(other, belief) > _worth(best, best_belief) + margin:
                 best, best_belief = other, belief
+            if _is_convincing(task, best):
+                return best
     return best
 
 
@@ -201,7 +213,7 @@ def is_doubtful(task: Task, fit: Fit) -> bool:
     if task.model.source.box_m[2] >= HEAVY_HEIGHT_M:
         return False
     unsure = task.track.missed_frames > 0
-    weak = fit.agreement < CONVINCING and not _is_recognised(fit)
+    weak = fit.support < CONVINCING and not _is_recognised(fit)
     if weak and (unsure or _has_left_its_rest(task, fit)):
         return True
     lifted = _is_lifted(task, fit.world_from_object)
@@ -248,16 +260,17 @@ def _try(
     )
 
 
-def _is_convincing(fit: Fit) -> bool:
+def _is_convincing(task: Task, fit: Fit) -> bool:
     alike = not fit.textured or fit.likeness >= CONVINCING_LIKENESS
-    return fit.agreement >= CONVINCING and alike
+    usual = fit.free_agreement >= USUAL_SHARE * task.track.usual_agreement
+    return fit.support >= HOLD_BELOW and fit.free_agreement >= CONVINCING and usual and alike
 
 
 def is_believable(fit: Fit) -> bool:
     """Whether enough of the object is seen, agrees and looks like it."""
     alike = not fit.textured or fit.likeness >= LEAST_LIKENESS
     least = RECOGNISED_AGREEMENT if _is_recognised(fit) else HOLD_BELOW
-    return fit.agreement >= least and fit.visible_fraction >= LEAST_VISIBLE and alike
+    return fit.support >= least and fit.visible_fraction >= LEAST_VISIBLE and alike
 
 
 def _is_recognised(fit: Fit) -> bool:

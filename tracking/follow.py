@@ -49,6 +49,9 @@ SIGNIFICANT = 2.5
 REST_BLEND = 0.2
 """Share of a new measurement in a resting object's pose."""
 
+FORGOTTEN = 0.15
+"""Share of a frame's lower agreement in what is usual."""
+
 COASTED_FRAMES = 4
 """A carried object is expected on its way for this many frames without agreement."""
 
@@ -120,7 +123,8 @@ def _accept(task: Task, evidence: Evidence, fit: Fit) -> Track:
         track,
         covariance=_known(task, fit),
         visible_fraction=fit.visible_fraction,
-        confidence=min(1.0, fit.agreement / 0.9),
+        confidence=min(1.0, fit.support / 0.9),
+        usual_agreement=_usual(track, fit),
         missed_frames=0,
         sketch=fit.sketch,
     )
@@ -160,6 +164,12 @@ def _accept(task: Task, evidence: Evidence, fit: Fit) -> Track:
     )
 
 
+def _usual(track: Track, fit: Fit) -> float:
+    """What agrees usually: soon more, slowly less."""
+    kept = (1.0 - FORGOTTEN) * track.usual_agreement + FORGOTTEN * fit.free_agreement
+    return max(fit.free_agreement, kept)
+
+
 def _known(task: Task, fit: Fit) -> NDArray[np.float64]:
     """(4, 4) covariance of a fit with what its camera and its scan are off by."""
     scene = task.scene
@@ -188,7 +198,7 @@ def _miss(task: Task, fit: Fit) -> Track:
         track,
         covariance=grown,
         visible_fraction=fit.visible_fraction,
-        confidence=min(1.0, fit.agreement / 0.9) * 0.5,
+        confidence=min(1.0, fit.support / 0.9) * 0.5,
         missed_frames=missed,
         still_frames=0,
         state=TrackState.OCCLUDED,
@@ -229,7 +239,8 @@ def _search(task: Task) -> Track:
         state=TrackState.TRACKED,
         covariance=_known(task, fit),
         visible_fraction=fit.visible_fraction,
-        confidence=min(1.0, fit.agreement / 0.9),
+        confidence=min(1.0, fit.support / 0.9),
+        usual_agreement=fit.free_agreement,
         still_frames=0,
         missed_frames=0,
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -93,6 +94,7 @@ class Fit:
         world_from_object: `world_from_object`.
         covariance: (4, 4) of x, y, z, yaw.
         agreement: 0..1, share of the contour whose edge was seen where it was drawn.
+        free_share: 0..1, share of the contour that nothing is in front of.
         misfit: sum of the contour's squared residuals in standard deviations, robust.
         visible_fraction: 0..1, share of the drawn silhouette that shows the object.
         covered_fraction: 0..1, share of the silhouette that shows something else in front.
@@ -106,6 +108,7 @@ class Fit:
     world_from_object: Pose
     covariance: Points
     agreement: float
+    free_share: float
     misfit: float
     visible_fraction: float
     covered_fraction: float
@@ -116,10 +119,24 @@ class Fit:
     sketch: Sketch
 
     @property
+    def free_agreement(self) -> float:
+        """0..1: share of the free contour whose edge was seen where it was drawn."""
+        return self.agreement / max(self.free_share, 1e-6)
+
+    @property
+    def support(self) -> float:
+        """0..1: agreement of the free contour, less sure the less of it there is.
+
+        A share estimated from n points is uncertain by 1/√n: a short piece of an outline fits in many
+        places by chance.
+        """
+        return self.agreement / math.sqrt(max(self.free_share, 1e-6))
+
+    @property
     def quality(self) -> float:
         """0..1: ranks poses of one object in one picture against each other."""
         share = TEXTURED_SHARE if self.textured else PLAIN_SHARE
-        return self.agreement * (1.0 - share + share * max(self.likeness, 0.0))
+        return self.support * (1.0 - share + share * max(self.likeness, 0.0))
 
 
 TRACKING_REACHES = (9.0, 4.0, 2.5)
@@ -223,15 +240,16 @@ def judge(
     """
     covariance = np.asarray(np.linalg.inv(information + 1e-9 * np.eye(5)), dtype=np.float64)
     count = len(sketch.contour) / CONTOUR_CORRELATION
-    agreement = misfit = visible = covered = likeness = 0.0
+    agreement = free = misfit = visible = covered = likeness = 0.0
     if sketch.area_px >= LEAST_AREA_PX:
-        agreement, misfit = _agreement(evidence, model, world_from_object, sketch, halo_m)
+        agreement, free, misfit = _agreement(evidence, model, world_from_object, sketch, halo_m)
         visible, covered, likeness = _surface_shown(evidence, model, world_from_object, sketch)
     return Fit(
         world_from_object=world_from_object,
         # Residuals larger than their standard deviations tell of a model that is off.
         covariance=_with_symmetry(covariance[:4, :4] * max(1.0, misfit / max(count, 1.0)), model),
         agreement=agreement,
+        free_share=free,
         misfit=misfit,
         visible_fraction=visible,
         covered_fraction=covered,
@@ -245,8 +263,8 @@ def judge(
 
 def _agreement(
     evidence: Evidence, model: TrackModel, world_from_object: Pose, sketch: Sketch, halo_m: float
-) -> tuple[float, float]:
-    """Share of the contour whose edge is where it should be, and the misfit of what is free."""
+) -> tuple[float, float, float]:
+    """Shares of the contour whose edge is where it should be, and that is free; its misfit."""
     prior = Prior(pose_vector(world_from_object), np.ones(4))
     measurement = _measurement(evidence, model, prior, sketch, use_texture=False)
     offset, sigma, found, hidden = KERNELS.edges(
@@ -257,12 +275,13 @@ def _agreement(
         reach_px=JUDGE_REACH_PX,
     )
     if len(offset) == 0:
-        return 0.0, 0.0
+        return 0.0, 0.0, 0.0
     agrees = found & (np.abs(offset) < AGREE_PX) & ~hidden
     relative = np.where(found, np.clip(np.abs(offset / sigma) / MISFIT_CUTOFF, 0.0, 1.0), 1.0)
     # Tukey's loss, scaled to be a square near 0.
     loss = MISFIT_CUTOFF**2 / 3 * (1.0 - (1.0 - relative**2) ** 3)
-    return float(agrees.mean()), float(loss[~hidden].sum()) / CONTOUR_CORRELATION
+    misfit = float(loss[~hidden].sum()) / CONTOUR_CORRELATION
+    return float(agrees.mean()), float((~hidden).mean()), misfit
 
 
 def _surface_shown(

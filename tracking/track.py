@@ -57,6 +57,7 @@ class Track:
         covariance: (4, 4) of x, y, z, yaw.
         visible_fraction: 0..1.
         confidence: 0..1.
+        usual_agreement: share of the free outline that agreed lately; 0 before.
         halo_m: learned distance of the drawn surface outside the real one.
         halo_sigma_m: how well that is known.
         still_frames: frames in a row with hardly a step.
@@ -72,6 +73,7 @@ class Track:
     covariance: NDArray[np.float64]
     visible_fraction: float
     confidence: float
+    usual_agreement: float
     halo_m: float
     halo_sigma_m: float
     still_frames: int
@@ -117,6 +119,7 @@ def new_track(model: TrackModel) -> Track:
         covariance=np.diag([0.02**2, 0.02**2, 0.01**2, math.radians(2) ** 2]),
         visible_fraction=0.0,
         confidence=0.0,
+        usual_agreement=0.0,
         halo_m=HALO_M,
         halo_sigma_m=HALO_SIGMA_M,
         still_frames=RESTING_FRAMES,
