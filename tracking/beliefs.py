@@ -202,7 +202,7 @@ def _surprise(fit: Fit, belief: Prior, wide: Prior) -> float:
 def _is_reachable(task: Task, predicted_world_from_object: Pose, fit: Fit) -> bool:
     """Whether people can have moved an object there since it was seen last."""
     apart = fit.world_from_object.translation - predicted_world_from_object.translation
-    elapsed = (task.scene.frame.t_ns - task.track.motion.t_ns) * 1e-9
+    elapsed = (task.scene.frame.t_ns - task.track.seen_ns) * 1e-9
     return float(np.linalg.norm(apart)) < JUMP_M + FASTEST_M_S * elapsed
 
 
@@ -210,10 +210,10 @@ def is_doubtful(task: Task, fit: Fit) -> bool:
     """Whether a believable fit is still too weak for where it is: in the air, or after a gap."""
     if not task.scene.holds(fit.world_from_object):
         return True
-    if task.model.source.box_m[2] >= HEAVY_HEIGHT_M:
-        return False
     unsure = task.track.missed_frames > 0
     weak = fit.support < CONVINCING and not _is_recognised(fit)
+    if task.model.source.box_m[2] >= HEAVY_HEIGHT_M:
+        return weak and unsure
     if weak and (unsure or _has_left_its_rest(task, fit)):
         return True
     lifted = _is_lifted(task, fit.world_from_object)

@@ -93,7 +93,7 @@ def follow(task: Task, unchanged: bool) -> Track:
     """
     track, now = task.track, task.scene.frame.t_ns
     if unchanged and not task.is_turn:
-        return replace(track, motion=Motion.rest(now))
+        return replace(track, motion=Motion.rest(now), seen_ns=now)
     if track.state is TrackState.LOST:
         return _search(task)
     predicted_world_from_object = track.motion.predict(track.world_from_object, now)
@@ -126,6 +126,7 @@ def _accept(task: Task, evidence: Evidence, fit: Fit) -> Track:
         confidence=min(1.0, fit.support / 0.9),
         usual_agreement=_usual(track, fit),
         missed_frames=0,
+        seen_ns=now,
         sketch=fit.sketch,
     )
     sigma = np.sqrt(np.diag(fit.covariance))
@@ -243,6 +244,7 @@ def _search(task: Task) -> Track:
         usual_agreement=fit.free_agreement,
         still_frames=0,
         missed_frames=0,
+        seen_ns=now,
     )
 
 

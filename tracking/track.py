@@ -64,6 +64,7 @@ class Track:
         missed_frames: frames in a row without agreement.
         rest: how it looks at rest; None while it isn't known to rest.
         sketch: how it was drawn last; None before.
+        seen_ns: frame time of the last frame that agreed.
         searched_ns: frame time of the last search over the whole scene.
     """
 
@@ -80,6 +81,7 @@ class Track:
     missed_frames: int
     rest: Rest | None
     sketch: Sketch | None
+    seen_ns: int
     searched_ns: int
 
 
@@ -126,6 +128,7 @@ def new_track(model: TrackModel) -> Track:
         missed_frames=0,
         rest=None,
         sketch=None,
+        seen_ns=0,
         searched_ns=-SEARCH_PERIOD_NS,
     )
 
