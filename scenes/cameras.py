@@ -242,6 +242,8 @@ def _in_squares(coefficients: Sequence[float], angles: FloatArray) -> FloatArray
 
 def _first_turn(distortion: Sequence[float]) -> float:
     """The smallest angle at which d(θ) stops growing, radians; inf if there is none."""
+    if not any(distortion):
+        return math.inf
     slopes = np.array([(2 * n + 1) * k for n, k in enumerate((1.0, *distortion))])
     # What is too small to matter up to π would only spoil the roots.
     slopes[np.abs(slopes) * math.pi ** (2 * np.arange(5)) < 1e-12] = 0.0

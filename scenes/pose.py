@@ -34,13 +34,15 @@ class Pose:
             raise ValueError(f"Pose.rotation: shape {rotation.shape}, wanted (3, 3)")
         if translation.shape != (3,):
             raise ValueError(f"Pose.translation: shape {translation.shape}, wanted (3,)")
-        if not (np.isfinite(rotation).all() and np.isfinite(translation).all()):
+        # Plain numbers: thousands of poses are made a second, and numpy takes longer to be called.
+        rows, place = rotation.tolist(), translation.tolist()
+        if not all(map(math.isfinite, (*rows[0], *rows[1], *rows[2], *place))):
             raise ValueError(f"Pose: not finite: rotation {rotation}, translation {translation}")
-        error = float(np.abs(rotation @ rotation.T - np.eye(3)).max())
-        if error > ORTHONORMAL_TOLERANCE or np.linalg.det(rotation) < 0:
+        error, determinant = _off_rotation(*rows)
+        if error > ORTHONORMAL_TOLERANCE or determinant < 0:
             raise ValueError(
                 f"Pose.rotation: not a rotation: |R Rᵀ - I| = {error:.3g} "
-                f"(limit {ORTHONORMAL_TOLERANCE:g}), det = {np.linalg.det(rotation):.3g}"
+                f"(limit {ORTHONORMAL_TOLERANCE:g}), det = {determinant:.3g}"
             )
         rotation.setflags(write=False)
         translation.setflags(write=False)
@@ -117,6 +119,21 @@ class Pose:
         return math.atan2(r[1, 0] - r[0, 1], r[0, 0] + r[1, 1])
 
 
+def _off_rotation(a: list[float], b: list[float], c: list[float]) -> tuple[float, float]:
+    """Largest entry of |R Rᵀ - I|, and the determinant, of a matrix with these three rows."""
+    (ax, ay, az), (bx, by, bz), (cx, cy, cz) = a, b, c
+    error = max(
+        abs(ax * ax + ay * ay + az * az - 1.0),
+        abs(bx * bx + by * by + bz * bz - 1.0),
+        abs(cx * cx + cy * cy + cz * cz - 1.0),
+        abs(ax * bx + ay * by + az * bz),
+        abs(ax * cx + ay * cy + az * cz),
+        abs(bx * cx + by * cy + bz * cz),
+    )
+    across = (by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx)
+    return error, ax * across[0] + ay * across[1] + az * across[2]
+
+
 def rotation_from_quaternion(wxyz: ArrayLike) -> NDArray[np.float64]:
     """(..., 4) quaternions (w, x, y, z), normalised here, to (..., 3, 3) rotations."""
     q = np.asarray(wxyz, dtype=np.float64)
@@ -166,8 +183,9 @@ def rotation_from_vector(rotation_vector: ArrayLike) -> NDArray[np.float64]:
 
 def rotation_angle(rotation: NDArray[np.float64]) -> float:
     """Angle in radians, 0..π, of a (3, 3) rotation."""
-    w, *xyz = quaternion_from_rotation(rotation)
-    return 2.0 * math.atan2(float(np.linalg.norm(xyz)), float(w))
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = rotation.tolist()
+    twice_sine = math.sqrt((zy - yz) ** 2 + (xz - zx) ** 2 + (yx - xy) ** 2)
+    return math.atan2(twice_sine, xx + yy + zz - 1.0)
 
 
 def interpolate(a: Pose, b: Pose, fraction: float) -> Pose:
