@@ -13,6 +13,7 @@ from scenes.state import TrackState
 from tracking.evidence import Evidence
 from tracking.metrics import ROUND
 from tracking.observe import CONTOUR_CORRELATION
+from tracking.sketch import Sketchbook
 from tracking.smooth import pose_vector, vector_pose
 from tracking.solve import (
     COLD_REACHES,
@@ -65,6 +66,9 @@ REACHABLE_M = 0.15
 LIFTED_M = 0.015
 """A small object nearer than the first to a support is first taken to stand on it, nearer than the
 second perhaps."""
+
+REFUTED = 5.0
+"""A belief about a height is refuted by a convincing fit so many standard deviations from it."""
 
 REST_RADIUS_M = 0.01
 """A resting object that is found farther from its place may be in somebody's hands."""
@@ -120,14 +124,14 @@ def _standing(
 
 def measure(task: Task, evidence: Evidence, predicted_world_from_object: Pose) -> Fit:
     """Solve from the prediction, and from farther off if that does not convince."""
-    beliefs = priors(task, predicted_world_from_object)
+    beliefs, book = priors(task, predicted_world_from_object), Sketchbook(task.track.sketch)
     quick = TRACKING_REACHES if task.track.missed_frames == 0 else COLD_REACHES
-    best = _try(task, evidence, predicted_world_from_object, beliefs[0], reaches_px=quick)
+    best = _try(task, evidence, book, predicted_world_from_object, beliefs[0], reaches_px=quick)
     best_belief = beliefs[0]
-    if len(beliefs) > 1 and not task.is_first and _has_left(task, best):
+    if len(beliefs) > 1 and _may_be_otherwise(task, best, beliefs[1]):
         # What is carried looks like something that slides along its support, and the other way
         # round: both are tried, and the likelier one is taken.
-        other = _try(task, evidence, predicted_world_from_object, beliefs[1], reaches_px=quick)
+        other = _try(task, evidence, book, predicted_world_from_object, beliefs[1], reaches_px=quick)
         if _is_likelier(task, (other, beliefs[1]), (best, beliefs[0])):
             best, best_belief = other, beliefs[1]
     if _is_convincing(task, best) or best.covered_fraction > MOSTLY_COVERED:
@@ -146,7 +150,7 @@ def measure(task: Task, evidence: Evidence, predicted_world_from_object: Pose) -
             )
             slid = SLID_REACHES if task.model.textured else COLD_REACHES
             reaches = TRACKING_REACHES if lift else slid
-            other = _try(task, evidence, start, wide, reaches_px=reaches, slide=lift == 0.0)
+            other = _try(task, evidence, book, start, wide, reaches_px=reaches, slide=lift == 0.0)
             if free and not _is_lifted(task, other.world_from_object):
                 continue
             if not _is_reachable(task, predicted_world_from_object, other):
@@ -157,6 +161,15 @@ def measure(task: Task, evidence: Evidence, predicted_world_from_object: Pose) -
             if _is_convincing(task, best):
                 return best
     return best
+
+
+def _may_be_otherwise(task: Task, fit: Fit, belief: Prior) -> bool:
+    """Whether a belief other than the one behind a fit has to be tried as well."""
+    if task.is_first or not _has_left(task, fit):
+        return False
+    apart_m = abs(float(fit.world_from_object.translation[2] - belief.mean[2]))
+    sigma_m = math.sqrt(float(fit.covariance[2, 2]) + float(belief.sigma[2]) ** 2)
+    return not _is_convincing(task, fit) or apart_m < REFUTED * sigma_m
 
 
 def _has_left(task: Task, fit: Fit) -> bool:
@@ -237,6 +250,7 @@ def _worth(fit: Fit, belief: Prior) -> float:
 def _try(
     task: Task,
     evidence: Evidence,
+    book: Sketchbook,
     start: Pose,
     prior: Prior,
     *,
@@ -256,7 +270,7 @@ def _try(
         reaches_px=reaches_px,
         use_texture=task.use_texture,
         slide_first=slide,
-        sketch=task.track.sketch,
+        book=book,
     )
 
 

@@ -33,7 +33,7 @@ SURFACE_POINTS = 240
 LEAST_SLOPE = 0.012
 TEXTURE_BLUR_PX = 0.8
 
-TURNED_RAD = np.deg2rad(1.5)
+TURNED_RAD = np.deg2rad(3.0)
 SCALED = 0.03
 """A sketch serves until the object is seen turned, aside or nearer by more than this."""
 
@@ -91,6 +91,27 @@ class Sketch:
         aside = float(now.translation @ then.translation) / (range_now * range_then)
         turned = rotation_angle(now.rotation @ then.rotation.T)
         return turned < TURNED_RAD and aside > np.cos(TURNED_RAD)
+
+
+class Sketchbook:
+    """The sketches of one object in one window: what was drawn for one try serves the next.
+
+    Args:
+        first: of the frame before, if there is one.
+    """
+
+    def __init__(self, first: Sketch | None = None) -> None:
+        self._sketches = [] if first is None else [first]
+
+    def at(
+        self, model: TrackModel, world_from_object: Pose, evidence: Evidence, renderer: Renderer
+    ) -> Sketch:
+        """The latest sketch that serves for a pose; drawn if none does."""
+        for sketch in reversed(self._sketches):
+            if sketch.serves(evidence, world_from_object):
+                return sketch
+        self._sketches.append(sketched(model, world_from_object, evidence, renderer))
+        return self._sketches[-1]
 
 
 def draw(

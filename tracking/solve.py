@@ -19,7 +19,7 @@ from tracking.metrics import ROUND
 from tracking.model import TrackModel
 from tracking.observe import CONTOUR_CORRELATION
 from tracking.pictures import bell_blurred
-from tracking.sketch import LEAST_AREA_PX, TEXTURE_BLUR_PX, Sketch, draw, sketched
+from tracking.sketch import LEAST_AREA_PX, TEXTURE_BLUR_PX, Sketch, Sketchbook, draw
 from tracking.smooth import pose_vector, vector_pose
 
 Points = NDArray[np.float64]
@@ -159,7 +159,7 @@ def solve(
     reaches_px: Sequence[float] = TRACKING_REACHES,
     use_texture: bool = True,
     slide_first: bool = False,
-    sketch: Sketch | None = None,
+    book: Sketchbook | None = None,
 ) -> Fit:
     """Refine a pose: the object is drawn only where its sketch no longer serves.
 
@@ -172,7 +172,7 @@ def solve(
         reaches_px: how far from the drawn contour edges are looked for, one per round.
         use_texture: whether the object's inner colours take part.
         slide_first: begin by sliding the silhouette to where it covers most.
-        sketch: of the frame before; drawn if None.
+        book: what was drawn before of this object in this window, and will be now.
     """
     world_from_object, halo_m = start_world_from_object, prior.halo_m
     if slide_first:
@@ -180,16 +180,15 @@ def solve(
         world_from_object = slide(
             world_from_object, drawn, evidence, model, grounded=prior.sigma[2] < GROUNDED_M
         )
-    if sketch is None or not sketch.serves(evidence, world_from_object):
-        sketch = sketched(model, world_from_object, evidence, renderer)
+    book = book or Sketchbook()
+    sketch = book.at(model, world_from_object, evidence, renderer)
     information = np.diag(1.0 / prior.seven() ** 2)
     coarse = [(reach, 2) for reach in reaches_px if reach > FINE_REACH_PX]
     fine = [(reach, 3) for reach in reaches_px if reach <= FINE_REACH_PX]
     for rounds in (coarse[:1], coarse[1:], fine):
         if not rounds or sketch.area_px < LEAST_AREA_PX:
             continue
-        if not sketch.serves(evidence, world_from_object):
-            sketch = sketched(model, world_from_object, evidence, renderer)
+        sketch = book.at(model, world_from_object, evidence, renderer)
         is_fine = use_texture and rounds is fine
         measurement = _measurement(evidence, model, prior, sketch, use_texture=is_fine)
         world_from_object, halo_m, information = refined(
