@@ -6,6 +6,7 @@ same side, at about the same size: then nothing has to be drawn.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -33,9 +34,12 @@ SURFACE_POINTS = 240
 LEAST_SLOPE = 0.012
 TEXTURE_BLUR_PX = 0.8
 
-TURNED_RAD = np.deg2rad(3.0)
+TURNED_RAD = np.deg2rad(2.0)
 SCALED = 0.03
 """A sketch serves until the object is seen turned, aside or nearer by more than this."""
+
+ROUGHLY = 2.5
+"""A sketch serves to come near by, until it is off by so many times as much."""
 
 LEAST_AREA_PX = 12
 
@@ -77,8 +81,8 @@ class Sketch:
     colours: FloatArray
     area_px: int
 
-    def serves(self, evidence: Evidence, world_from_object: Pose) -> bool:
-        """Whether an object at a pose still looks like this."""
+    def serves(self, evidence: Evidence, world_from_object: Pose, tolerance: float = 1.0) -> bool:
+        """Whether an object at a pose still looks like this, up to so many times the limits."""
         view = evidence.view
         if view.lens != self.lens or view.shrink != self.shrink:
             return False
@@ -86,11 +90,12 @@ class Sketch:
         then = self.camera_from_object
         range_now = float(np.linalg.norm(now.translation))
         range_then = float(np.linalg.norm(then.translation))
-        if abs(range_now / range_then - 1.0) > SCALED:
+        if abs(range_now / range_then - 1.0) > tolerance * SCALED:
             return False
         aside = float(now.translation @ then.translation) / (range_now * range_then)
         turned = rotation_angle(now.rotation @ then.rotation.T)
-        return turned < TURNED_RAD and aside > np.cos(TURNED_RAD)
+        limit = tolerance * TURNED_RAD
+        return turned < limit and aside > math.cos(limit)
 
 
 class Sketchbook:
@@ -104,11 +109,17 @@ class Sketchbook:
         self._sketches = [] if first is None else [first]
 
     def at(
-        self, model: TrackModel, world_from_object: Pose, evidence: Evidence, renderer: Renderer
+        self,
+        model: TrackModel,
+        world_from_object: Pose,
+        evidence: Evidence,
+        renderer: Renderer,
+        *,
+        tolerance: float = 1.0,
     ) -> Sketch:
         """The latest sketch that serves for a pose; drawn if none does."""
         for sketch in reversed(self._sketches):
-            if sketch.serves(evidence, world_from_object):
+            if sketch.serves(evidence, world_from_object, tolerance):
                 return sketch
         self._sketches.append(sketched(model, world_from_object, evidence, renderer))
         return self._sketches[-1]

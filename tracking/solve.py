@@ -19,7 +19,7 @@ from tracking.metrics import ROUND
 from tracking.model import TrackModel
 from tracking.observe import CONTOUR_CORRELATION
 from tracking.pictures import bell_blurred
-from tracking.sketch import LEAST_AREA_PX, TEXTURE_BLUR_PX, Sketch, Sketchbook, draw
+from tracking.sketch import LEAST_AREA_PX, ROUGHLY, TEXTURE_BLUR_PX, Sketch, Sketchbook, draw
 from tracking.smooth import pose_vector, vector_pose
 
 Points = NDArray[np.float64]
@@ -181,14 +181,15 @@ def solve(
             world_from_object, drawn, evidence, model, grounded=prior.sigma[2] < GROUNDED_M
         )
     book = book or Sketchbook()
-    sketch = book.at(model, world_from_object, evidence, renderer)
+    sketch = book.at(model, world_from_object, evidence, renderer, tolerance=ROUGHLY)
     information = np.diag(1.0 / prior.seven() ** 2)
     coarse = [(reach, 2) for reach in reaches_px if reach > FINE_REACH_PX]
     fine = [(reach, 3) for reach in reaches_px if reach <= FINE_REACH_PX]
     for rounds in (coarse[:1], coarse[1:], fine):
         if not rounds or sketch.area_px < LEAST_AREA_PX:
             continue
-        sketch = book.at(model, world_from_object, evidence, renderer)
+        closely = 1.0 if rounds is fine else ROUGHLY
+        sketch = book.at(model, world_from_object, evidence, renderer, tolerance=closely)
         is_fine = use_texture and rounds is fine
         measurement = _measurement(evidence, model, prior, sketch, use_texture=is_fine)
         world_from_object, halo_m, information = refined(
