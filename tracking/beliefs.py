@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +43,9 @@ RECOGNISED_LIKENESS = 0.5
 RECOGNISED_VISIBLE = 0.6
 RECOGNISED_AGREEMENT = 0.3
 """A pattern that is seen this well, and is this like the drawn one, needs less of an outline."""
+
+MOST_GUESSES = 4
+"""So many guesses are followed in a frame, so that none takes long; the next frame goes on."""
 
 FAR_PRICE = 0.012
 """Quality that a pose costs per squared standard deviation from its prediction."""
@@ -136,31 +139,64 @@ def measure(task: Task, evidence: Evidence, predicted_world_from_object: Pose) -
             best, best_belief = other, beliefs[1]
     if _is_convincing(task, best) or best.covered_fraction > MOSTLY_COVERED:
         return best
-    # Not where it was expected: slide it there first, then try other yaws, or in the air, too.
-    turns = (0.0,)
-    if task.model.symmetry != ROUND:
-        turn = NEAR_TURN_RAD if is_believable(best) else FAR_TURN_RAD
-        turns = (0.0, turn, -turn)
-    for belief in beliefs:
-        free = belief.sigma[2] > CONTACT_SIGMA_M
-        wide = replace(belief, sigma=belief.sigma * np.array([2.0, 2.0, 1.0, 2.0]))
-        for lift, turn in [(0.0, turn) for turn in turns] + [(z, 0.0) for z in LIFTS_M if free]:
-            start = vector_pose(
-                pose_vector(predicted_world_from_object) + np.array([0.0, 0.0, lift, turn])
-            )
-            slid = SLID_REACHES if task.model.textured else COLD_REACHES
-            reaches = TRACKING_REACHES if lift else slid
-            other = _try(task, evidence, book, start, wide, reaches_px=reaches, slide=lift == 0.0)
-            if free and not _is_lifted(task, other.world_from_object):
-                continue
-            if not _is_reachable(task, predicted_world_from_object, other):
-                continue
-            margin = 0.06 if is_believable(best) else 0.02
-            if _worth(other, belief) > _worth(best, best_belief) + margin:
-                best, best_belief = other, belief
-            if _is_convincing(task, best):
-                return best
+    for guess in _guesses(task, beliefs, predicted_world_from_object, best):
+        other = _followed(task, evidence, book, guess)
+        if guess.is_free and not _is_lifted(task, other.world_from_object):
+            continue
+        if not _is_reachable(task, predicted_world_from_object, other):
+            continue
+        margin = 0.06 if is_believable(best) else 0.02
+        if _worth(other, guess.belief) > _worth(best, best_belief) + margin:
+            best, best_belief = other, guess.belief
+        if _is_convincing(task, best):
+            break
     return best
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Guess:
+    """Where an object may be that is not where it was expected.
+
+    Attributes:
+        belief: behind it.
+        start_world_from_object: where to begin.
+        slides: whether the drawn object is slid over the picture first.
+    """
+
+    belief: Prior
+    start_world_from_object: Pose
+    slides: bool
+
+    @property
+    def is_free(self) -> bool:
+        """Whether the object is taken to stand on nothing."""
+        return bool(self.belief.sigma[2] > CONTACT_SIGMA_M)
+
+
+def _guesses(
+    task: Task, beliefs: Sequence[Prior], predicted_world_from_object: Pose, best: Fit
+) -> list[_Guess]:
+    """This frame's guesses: slid there, higher in the air, turned; the next frame's are others."""
+    turn = NEAR_TURN_RAD if is_believable(best) else FAR_TURN_RAD
+    slid = [(belief, 0.0, 0.0) for belief in beliefs]
+    lifted = [(b, z, 0.0) for b in beliefs if b.sigma[2] > CONTACT_SIGMA_M for z in LIFTS_M]
+    turned = [(belief, 0.0, yaw) for belief in beliefs for yaw in (turn, -turn)]
+    steps = slid + lifted + (turned if task.model.symmetry != ROUND else [])
+    first = task.track.missed_frames * MOST_GUESSES % len(steps)
+    expected = pose_vector(predicted_world_from_object)
+    return [
+        _Guess(belief, vector_pose(expected + np.array([0.0, 0.0, z, yaw])), z == 0.0)
+        for belief, z, yaw in (steps[first:] + steps[:first])[:MOST_GUESSES]
+    ]
+
+
+def _followed(task: Task, evidence: Evidence, book: Sketchbook, guess: _Guess) -> Fit:
+    """The solve from a guess."""
+    wide = replace(guess.belief, sigma=guess.belief.sigma * np.array([2.0, 2.0, 1.0, 2.0]))
+    slid = SLID_REACHES if task.model.textured else COLD_REACHES
+    reaches = slid if guess.slides else TRACKING_REACHES
+    start = guess.start_world_from_object
+    return _try(task, evidence, book, start, wide, reaches_px=reaches, slide=guess.slides)
 
 
 def _may_be_otherwise(task: Task, fit: Fit, belief: Prior) -> bool:
