@@ -134,7 +134,9 @@ def measure(task: Task, evidence: Evidence, predicted_world_from_object: Pose) -
     if len(beliefs) > 1 and _may_be_otherwise(task, best, beliefs[1]):
         # What is carried looks like something that slides along its support, and the other way
         # round: both are tried, and the likelier one is taken.
-        other = _try(task, evidence, book, predicted_world_from_object, beliefs[1], reaches_px=quick)
+        other = _try(
+            task, evidence, book, predicted_world_from_object, beliefs[1], reaches_px=quick
+        )
         if _is_likelier(task, (other, beliefs[1]), (best, beliefs[0])):
             best, best_belief = other, beliefs[1]
     if _is_convincing(task, best) or best.covered_fraction > MOSTLY_COVERED:

@@ -132,38 +132,33 @@ def gather(
 
 def layers_in(scene: Scene, view: Window, neighbours: Sequence[Neighbour]) -> list[Layer]:
     """The neighbours that reach into a window, drawn; the farthest first."""
-    near = [n for n in neighbours if _in_view(n, view)]
-    eye = view.world_from_camera.translation
-    near.sort(key=lambda n: -float(np.linalg.norm(n[0].centre_at(n[1]) - eye)))
-    rig = scene.frame.rig
+    near = _in_view(neighbours, view)
     return [
         scene.layers.layer(
-            model.object_id,
-            model.splats_at(world_from_object),
-            window_around(
-                rig,
-                scene.world_from_rig,
-                model.centre_at(world_from_object),
-                radius_m=model.radius_m,
-                lens=view.lens,
-            ),
-            rig.lenses[view.lens],
+            model,
+            world_from_object,
+            scene.frame.rig,
+            scene.world_from_rig,
             scene.renderer,
+            lens=view.lens,
         )
         for model, world_from_object in near
     ]
 
 
-def _in_view(neighbour: Neighbour, view: Window) -> bool:
-    """Whether a neighbour's sphere touches the window."""
-    model, world_from_object = neighbour
-    centre = view.world_from_camera.inverse() @ model.centre_at(world_from_object)
+def _in_view(neighbours: Sequence[Neighbour], view: Window) -> list[Neighbour]:
+    """The neighbours whose spheres touch the window, the farthest first."""
+    if not neighbours:
+        return []
     camera = view.camera
-    distance = float(np.linalg.norm(centre))
-    spread = camera.f_px * model.radius_m / max(distance, model.radius_m)
-    angle = float(np.arctan2(np.hypot(centre[0], centre[1]), centre[2]))
-    if angle > camera.max_angle + spread / camera.f_px:
-        return False
-    x, y = camera.project(centre[None])[0][0]
-    across = -spread < x < camera.width_px + spread
-    return bool(across and -spread < y < camera.height_px + spread)
+    centres = np.array([model.centre_at(pose) for model, pose in neighbours])
+    in_camera = view.world_from_camera.inverse() @ centres
+    radius = np.array([model.radius_m for model, _ in neighbours])
+    distance = np.linalg.norm(in_camera, axis=1)
+    spread = camera.f_px * radius / np.maximum(distance, radius)
+    angle = np.arctan2(np.hypot(in_camera[:, 0], in_camera[:, 1]), in_camera[:, 2])
+    x, y = camera.project(in_camera)[0].T
+    seen = angle <= camera.max_angle + spread / camera.f_px
+    seen &= (-spread < x) & (x < camera.width_px + spread)
+    seen &= (-spread < y) & (y < camera.height_px + spread)
+    return [neighbours[k] for k in np.argsort(-distance, kind="stable") if seen[k]]

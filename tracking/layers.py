@@ -7,9 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from scenes.cameras import Fisheye
+from scenes.cameras import Fisheye, Rig
+from scenes.pose import Pose
 from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
-from tracking.window import Layer, Window
+from tracking.model import TrackModel
+from tracking.window import Layer, Window, window_around
 
 KEPT = 64
 """Layers that are kept; the one not asked for longest goes first."""
@@ -21,32 +23,35 @@ class LayerMemo:
     """Remembers drawings. It never changes an answer: what is kept is what would be drawn."""
 
     def __init__(self) -> None:
-        self._layers: OrderedDict[tuple[str, int, bytes], Layer] = OrderedDict()
+        self._layers: OrderedDict[tuple[str, int, bytes, bytes], Layer] = OrderedDict()
 
     def layer(
         self,
-        object_id: str,
-        posed: PosedSplats,
-        window: Window,
-        lens: Fisheye,
+        model: TrackModel,
+        world_from_object: Pose,
+        rig: Rig,
+        world_from_rig: Pose,
         renderer: Renderer,
+        *,
+        lens: int,
     ) -> Layer:
-        """An object drawn alone at the lens's own pixels.
+        """An object drawn alone at a lens's own pixels.
 
         Args:
-            object_id: of the object.
-            posed: its splats, where they are.
-            window: around the object; only what is inside is drawn.
-            lens: the whole lens.
+            model: the object.
+            world_from_object: where it is.
+            rig: the 360° camera.
+            world_from_rig: its pose.
             renderer: draws splats.
+            lens: index of the lens.
         """
-        where = np.concatenate(
-            [posed.world_from_object.matrix().ravel(), window.world_from_camera.matrix().ravel()]
-        )
-        key = (object_id, window.lens, where.tobytes())
+        key = (model.object_id, lens, _bytes_of(world_from_object), _bytes_of(world_from_rig))
         found = self._layers.get(key)
         if found is None:
-            found = _drawn(posed, window, lens, renderer)
+            centre = model.centre_at(world_from_object)
+            window = window_around(rig, world_from_rig, centre, radius_m=model.radius_m, lens=lens)
+            posed = model.splats_at(world_from_object)
+            found = drawn_layer(posed, window, rig.lenses[lens], renderer)
             self._layers[key] = found
             if len(self._layers) > KEPT:
                 self._layers.popitem(last=False)
@@ -55,7 +60,19 @@ class LayerMemo:
         return found
 
 
-def _drawn(posed: PosedSplats, window: Window, lens: Fisheye, renderer: Renderer) -> Layer:
+def _bytes_of(pose: Pose) -> bytes:
+    return pose.rotation.tobytes() + pose.translation.tobytes()
+
+
+def drawn_layer(posed: PosedSplats, window: Window, lens: Fisheye, renderer: Renderer) -> Layer:
+    """An object drawn alone at the lens's own pixels.
+
+    Args:
+        posed: its splats, where they are.
+        window: around the object; only what is inside is drawn.
+        lens: the whole lens.
+        renderer: draws splats.
+    """
     camera = replace(
         lens,
         width_px=window.camera.width_px * window.shrink,

@@ -42,7 +42,7 @@ from tracking.identity import (
     settle,
     update_tracks,
 )
-from tracking.layers import LayerMemo
+from tracking.layers import drawn_layer
 from tracking.learn import learn, whole_lens
 from tracking.matcher import Matcher, SiftMatcher
 from tracking.model import RENDER_OPTIONS, make_model
@@ -211,8 +211,7 @@ class PaperTracker:
         plates = render_plates(self._renderer, self._room, frame.rig, world_from_rig)
         front_lens = frame.rig.lenses[0]
         standing = [
-            LayerMemo().layer(
-                o.object_id,
+            drawn_layer(
                 PosedSplats(o.splats, pose),
                 window_around(
                     frame.rig,

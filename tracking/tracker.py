@@ -27,14 +27,14 @@ from tracking.learn import Band, band_of, learn, whole_lens
 from tracking.model import TrackModel, make_model
 from tracking.output import Stopwatch, TrackOutput, no_stopwatch
 from tracking.track import Task, Track, new_track, report
-from tracking.window import window_around
 
 RIG_MOVED_M = 0.02
 RIG_TURNED_RAD = np.deg2rad(0.6)
 """A marker that moved more than this means that the camera was moved, not that the marker shook."""
 
 LEARN_PERIOD = 4
-"""Frames between two looks at what has become of the room, a band of a lens at a time."""
+"""Frames between two looks at what has become of the room, a band of a lens at a time; halfway
+between the measurements of resting objects, so that no frame does both."""
 
 TURN_PERIOD = 4
 """Frames between two fresh measurements of resting objects, one object at a time."""
@@ -162,7 +162,7 @@ class Tracker:
             tracks[name] = follow(task, looks[name])
             searched = searched or tracks[name].searched_ns == frame.t_ns
         posed = self._stopwatch()
-        if state.frames and state.frames % LEARN_PERIOD == 0:
+        if state.frames % LEARN_PERIOD == LEARN_PERIOD // 2:
             heights = [lens.height_px for lens in frame.rig.lenses]
             band = band_of(state.frames // LEARN_PERIOD, heights)
             plates = self._learned(rig.plates, frame, tracks, scene.exposures, band)
@@ -222,20 +222,14 @@ class Tracker:
         band: Band,
     ) -> Plates:
         """Plates with what this frame shows of the room in a band, away from all objects."""
-        lens = frame.rig.lenses[band.lens]
         taken = [
             self._layers.layer(
-                model.object_id,
-                model.splats_at(tracks[model.object_id].world_from_object),
-                window_around(
-                    frame.rig,
-                    plates.world_from_rig,
-                    model.centre_at(tracks[model.object_id].world_from_object),
-                    radius_m=model.radius_m,
-                    lens=band.lens,
-                ),
-                lens,
+                model,
+                tracks[model.object_id].world_from_object,
+                frame.rig,
+                plates.world_from_rig,
                 self._renderer,
+                lens=band.lens,
             )
             for model in self._models
         ]

@@ -13,7 +13,9 @@ from scenes.pose import Pose
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats
 from scenes.splats import SplatCloud
-from tracking.layers import KEPT, LayerMemo
+from scenes.state import ObjectModel
+from tracking.layers import KEPT, LayerMemo, drawn_layer
+from tracking.model import make_model
 from tracking.window import LARGEST_SIDE_PX, window_around
 
 LENS = Fisheye.from_fov(480, math.radians(200))
@@ -66,7 +68,7 @@ def test_a_near_object_is_looked_at_in_whole_shrunk_pixels():
 def test_a_layer_lies_where_the_lens_sees_the_object(place):
     posed = PosedSplats(ball(), Pose.from_yaw(0.3, place))
     window = window_around(RIG, Pose.identity(), place, radius_m=0.15, lens=0)
-    layer = LayerMemo().layer("ball", posed, window, LENS, NativeRenderer())
+    layer = drawn_layer(posed, window, LENS, NativeRenderer())
     height, width = layer.alpha.shape
     row, column = np.mgrid[0:height, 0:width] + 0.5
     total = layer.alpha.sum()
@@ -81,12 +83,13 @@ def test_a_layer_lies_where_the_lens_sees_the_object(place):
 
 
 def test_a_memo_remembers_what_stands_still_and_forgets_what_is_old():
-    renderer, cloud, memo = NativeRenderer(), ball(20), LayerMemo()
+    renderer, memo = NativeRenderer(), LayerMemo()
+    source = ObjectModel("ball", "ball", "", ball(20), (0.2, 0.2, 0.2), 0.0, Pose.identity())
+    model = make_model(source, renderer)
 
     def layer(x):
-        posed = PosedSplats(cloud, Pose.from_yaw(0.0, (x, 0.0, 2.0)))
-        window = window_around(RIG, Pose.identity(), (x, 0.0, 2.0), radius_m=0.15, lens=0)
-        return memo.layer("ball", posed, window, LENS, renderer)
+        pose = Pose.from_yaw(0.0, (x, 0.0, 2.0))
+        return memo.layer(model, pose, RIG, Pose.identity(), renderer, lens=0)
 
     first = layer(0.0)
     assert layer(0.0) is first
