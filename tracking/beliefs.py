@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -30,7 +31,7 @@ HOLD_BELOW = 0.42
 
 CONVINCING = 0.55
 USUAL_SHARE = 0.85
-"""Below this share, or this share of what usually agrees, other places and yaws are tried as well."""
+"""Below this share, or this share of what usually agrees, other places and yaws are tried."""
 
 MOSTLY_COVERED = 0.85
 """Where more than this is covered, no other place is tried: nothing would tell which is right."""

@@ -127,8 +127,8 @@ class Fit:
     def support(self) -> float:
         """0..1: agreement of the free contour, less sure the less of it there is.
 
-        A share estimated from n points is uncertain by 1/√n: a short piece of an outline fits in many
-        places by chance.
+        A share of n points is uncertain by 1/√n: a short piece of an outline fits in many places by
+        chance.
         """
         return self.agreement / math.sqrt(max(self.free_share, 1e-6))
 
