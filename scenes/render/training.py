@@ -238,5 +238,7 @@ class Trainee:
 
 
 def _flat(bounds: DepthBounds) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    near, far = (np.ascontiguousarray(v, dtype=np.float32).ravel() for v in (bounds.near, bounds.far))
+    near, far = (
+        np.ascontiguousarray(v, dtype=np.float32).ravel() for v in (bounds.near, bounds.far)
+    )
     return near, far
