@@ -58,6 +58,10 @@ class ObjectModel:
     parts: tuple[BoxPart, ...] = ()
     guessed_mass_kg: float | None = None
 
+    def sphere(self) -> tuple[NDArray[np.float64], float]:
+        """(3,) centre of the box in the object's frame, and the radius that holds the box."""
+        return np.array([0.0, 0.0, 0.5 * self.box_m[2]]), 0.5 * float(np.linalg.norm(self.box_m))
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrackedObject:

@@ -15,7 +15,6 @@ from scenes.package import ScenePackage
 from scenes.pose import Pose
 from scenes.quad import Quad, quad_of
 from scenes.render.native import NativeRenderer
-from scenes.render.renderer import PosedSplats
 from scenes.splats import SplatCloud
 from scenes.state import LiveSurface, TrackedObject, TrackState
 from studio.surface_drawing import LivePicture
@@ -25,7 +24,7 @@ from tracking.output import TrackOutput
 from tracking.surface_pick import corners_from_clicks
 from tracking.surface_view import native_size_px
 from tracking.surfaces import InTheWay, SurfacesState, step
-from tracking.window import Layer, window_around
+from tracking.window import Layer
 
 Point = NDArray[np.float64]
 
@@ -164,14 +163,12 @@ class LiveSurfaces:
             model = self._models.get(track.object_id)
             if model is None or track.state is TrackState.LOST:
                 continue
-            centre = track.world_from_object @ np.array([0.0, 0.0, 0.5 * model.box_m[2]])
-            radius_m = 0.5 * float(np.linalg.norm(model.box_m))
+            centre_m, radius_m = model.sphere()
+            centre = track.world_from_object @ centre_m
             if any(_may_hide(eye, centre, radius_m, quad) for quad in quads):
-                window = window_around(rig, world_from_rig, centre, radius_m=radius_m, lens=lens)
-                posed = PosedSplats(model.splats, track.world_from_object)
-                camera = rig.lenses[lens]
+                pose = track.world_from_object
                 layers.append(
-                    self._layers.layer(track.object_id, posed, window, camera, self._renderer)
+                    self._layers.layer(model, pose, rig, world_from_rig, self._renderer, lens=lens)
                 )
         return layers
 

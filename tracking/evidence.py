@@ -135,7 +135,7 @@ def layers_in(scene: Scene, view: Window, neighbours: Sequence[Neighbour]) -> li
     near = _in_view(neighbours, view)
     return [
         scene.layers.layer(
-            model,
+            model.source,
             world_from_object,
             scene.frame.rig,
             scene.world_from_rig,

@@ -10,7 +10,7 @@ import numpy as np
 from scenes.cameras import Fisheye, Rig
 from scenes.pose import Pose
 from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
-from tracking.model import TrackModel
+from scenes.state import ObjectModel
 from tracking.window import Layer, Window, window_around
 
 KEPT = 64
@@ -27,7 +27,7 @@ class LayerMemo:
 
     def layer(
         self,
-        model: TrackModel,
+        item: ObjectModel,
         world_from_object: Pose,
         rig: Rig,
         world_from_rig: Pose,
@@ -38,19 +38,20 @@ class LayerMemo:
         """An object drawn alone at a lens's own pixels.
 
         Args:
-            model: the object.
+            item: the object.
             world_from_object: where it is.
             rig: the 360° camera.
             world_from_rig: its pose.
             renderer: draws splats.
             lens: index of the lens.
         """
-        key = (model.object_id, lens, _bytes_of(world_from_object), _bytes_of(world_from_rig))
+        key = (item.object_id, lens, _bytes_of(world_from_object), _bytes_of(world_from_rig))
         found = self._layers.get(key)
         if found is None:
-            centre = model.centre_at(world_from_object)
-            window = window_around(rig, world_from_rig, centre, radius_m=model.radius_m, lens=lens)
-            posed = model.splats_at(world_from_object)
+            centre_m, radius_m = item.sphere()
+            centre = world_from_object @ centre_m
+            window = window_around(rig, world_from_rig, centre, radius_m=radius_m, lens=lens)
+            posed = PosedSplats(item.splats, world_from_object)
             found = drawn_layer(posed, window, rig.lenses[lens], renderer)
             self._layers[key] = found
             if len(self._layers) > KEPT:

@@ -224,7 +224,7 @@ class Tracker:
         """Plates with what this frame shows of the room in a band, away from all objects."""
         taken = [
             self._layers.layer(
-                model,
+                model.source,
                 tracks[model.object_id].world_from_object,
                 frame.rig,
                 plates.world_from_rig,

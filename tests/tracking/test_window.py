@@ -89,7 +89,7 @@ def test_a_memo_remembers_what_stands_still_and_forgets_what_is_old():
 
     def layer(x):
         pose = Pose.from_yaw(0.0, (x, 0.0, 2.0))
-        return memo.layer(model, pose, RIG, Pose.identity(), renderer, lens=0)
+        return memo.layer(model.source, pose, RIG, Pose.identity(), renderer, lens=0)
 
     first = layer(0.0)
     assert layer(0.0) is first
