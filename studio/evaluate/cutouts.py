@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import logging
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from scenes.cameras import Pinhole, pixel_centres
 from scenes.formats.ply import write_ply
 from scenes.mesh import PhysicalObject, PhysicalRoom
 from scenes.package import ScenePackage
-from scenes.prepare.cutout.cutout import cut_out, undo_cut
+from scenes.prepare.cutout.cutout import Cutout, cut_out, undo_cut
 from scenes.prepare.cutout.masks import GrabCutMasks, Prompt
 from scenes.prepare.cutout.prompted_views import PromptedView, masked_views
 from scenes.prepare.pipeline import Prepared
@@ -28,6 +29,8 @@ from studio.evaluate.true_labels import (
     true_labels,
 )
 from studio.progress import Progress
+
+log = logging.getLogger(__name__)
 
 VIEWS = 3
 PADDING_PX = 6.0
@@ -69,7 +72,8 @@ def score_cutouts(
     """Cut out one object after the other, each from the room as it was prepared.
 
     The boxes are those around the object's true outline, padded: what a careful person draws. The
-    prepared world must be the physical one.
+    prepared world must be the physical one. One that is refused has no overlap, and its box is off
+    by its whole size.
     """
     by_mesh = true_labels(package.room, room)
     by_light = labels_by_light(package.room, room, package.views, renderer=renderer)
@@ -77,17 +81,13 @@ def score_cutouts(
     scores = []
     for number, item in enumerate(room.objects):
         told.advance(number / len(room.objects), item.object_id)
-        views = photos_of(item, room, prepared.reconstruction.views)
-        prompted = [marked(view, outline) for view, outline in views]
-        masked = masked_views(package.room, prompted, masks=GrabCutMasks(), renderer=renderer)
-        cut = cut_out(
-            package,
-            masked,
-            object_id=item.object_id,
-            name=item.object_id,
-            kind=item.kind,
-            renderer=renderer,
-        )
+        try:
+            cut = _cut_by_hand(package, item, room, prepared.reconstruction.views, renderer)
+        except ValueError as refused:
+            # One thing that no photo shows whole leaves the others to be judged.
+            log.warning("%s was not cut out: %s", item.object_id, refused)
+            scores.append(CutScore(item.object_id, 0.0, 0.0, 100 * max(item.box_m), exact=True))
+            continue
         last = cut.package.cuts[-1]
         found = np.zeros(len(package.room), dtype=bool)
         found[last.places[last.is_object]] = True
@@ -103,6 +103,30 @@ def score_cutouts(
             )
         )
     return scores
+
+
+def _cut_by_hand(
+    package: ScenePackage,
+    item: PhysicalObject,
+    room: PhysicalRoom,
+    views: tuple[View, ...],
+    renderer: NativeRenderer,
+) -> Cutout:
+    """The cut that a careful person gets.
+
+    Raises:
+        ValueError: no photo shows the object whole, or the cut is refused.
+    """
+    prompted = [marked(view, outline) for view, outline in photos_of(item, room, views)]
+    masked = masked_views(package.room, prompted, masks=GrabCutMasks(), renderer=renderer)
+    return cut_out(
+        package,
+        masked,
+        object_id=item.object_id,
+        name=item.object_id,
+        kind=item.kind,
+        renderer=renderer,
+    )
 
 
 def _overlap(a: NDArray[np.bool_], b: NDArray[np.bool_]) -> float:

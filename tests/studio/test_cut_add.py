@@ -200,6 +200,7 @@ def test_an_id_that_is_taken_is_told_before_any_work(nexus, room, photographed, 
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1200)
 def test_a_mug_filmed_with_a_phone_joins_a_room(nexus, room, tmp_path):
     """From photos to the room with nothing stubbed: a code on the floor tells the size."""
     corner = _corner_with_mug()
