@@ -14,6 +14,7 @@ import numpy as np
 from scenes.mesh import BoxPart, PhysicalObject, PhysicalRoom, TexturedMesh
 from scenes.package import ScenePackage
 from scenes.pose import Pose
+from scenes.prepare.cutout.added import ADDED
 from scenes.prepare.cutout.solid_parts import guessed_mass_kg
 from scenes.samples.atlas import mesh_from_surfaces
 from scenes.samples.shapes import OBJECT_CELL_M, box, placed
@@ -33,8 +34,12 @@ def only_scanned(room: PhysicalRoom, scene: ScenePackage) -> tuple[ObjectModel, 
         scene: a scan of it. What was cut out of the scan is in the room's meshes already.
     """
     known = {thing.object_id for thing in room.objects}
-    known |= {cut.object_id for cut in scene.cuts if len(cut.taken)}
-    return tuple(item for item in scene.objects if item.object_id not in known)
+    added = {stage.name for stage in scene.stages}
+    return tuple(
+        item
+        for item in scene.objects
+        if item.object_id not in known and f"{ADDED} {item.object_id}" in added
+    )
 
 
 def with_scanned(room: PhysicalRoom, added: Sequence[ObjectModel]) -> PhysicalRoom:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,7 @@ from scenes.prepare.collision_stages import collision_mesh
 from scenes.prepare.cutout.floaters import remove_floaters
 from scenes.prepare.footage.capture import Capture
 from scenes.prepare.footage.gather import capture_key, gather
-from scenes.prepare.options import PrepareOptions
+from scenes.prepare.options import KnownObject, PrepareOptions
 from scenes.prepare.outdoor_points import with_outdoor_points
 from scenes.prepare.poses.given_poses import as_capture, as_report, import_poses, load_imported
 from scenes.prepare.poses.sfm import SfmReport, reconstruct
@@ -199,16 +200,21 @@ def _aligned(
             "sides_m": options.sides_m,
             "codes": [code_to_json(code) for code in options.known_codes],
             "length": None if options.known_length is None else asdict(options.known_length),
-            "object": None
-            if options.known_object is None
-            else [options.known_object.points_m.tolist(), dict(options.known_object.boxes_px)],
             "metric": options.metric_poses,
             "seed": options.seed,
+            **_object_key(options.known_object),
         },
         make=make,
         load=lambda folder, progress: load_alignment(folder),
         detail=alignment_in_words,
     )
+
+
+def _object_key(known: KnownObject | None) -> dict[str, Any]:
+    """Nothing without an object, so that what was finished before there were any stays finished."""
+    if known is None:
+        return {}
+    return {"object": [known.points_m.tolist(), dict(known.boxes_px)]}
 
 
 def _with_outdoor_points(

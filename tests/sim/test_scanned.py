@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scenes.cut import Cut
 from scenes.mesh import BoxPart
-from scenes.package import ScenePackage
+from scenes.package import ScenePackage, load_package, save_package
+from scenes.package_records import Stage
 from scenes.pose import Pose
+from scenes.prepare.cutout.added import add_object
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel
 from sim.actions import Push
@@ -48,24 +49,28 @@ def table_like(**changed):
     return replace(item, **changed)
 
 
-def scan_of(room, *objects, cuts=()):
+def scan_of(room, *objects):
     return ScenePackage(
-        room.name, splats(5), objects, (), Pose.identity(), room.footprint_m, room.name, cuts=cuts
+        room.name, splats(5), objects, (), Pose.identity(), room.footprint_m, room.name
     )
 
 
 def test_the_rooms_own_objects_keep_what_is_known_of_them(small_room):
     chair = table_like(object_id="chair-1", guessed_mass_kg=99.0)
-    assert only_scanned(small_room, scan_of(small_room, chair)) == ()
+    scan = replace(scan_of(small_room, chair), stages=(Stage("add chair-1"),))
+    assert only_scanned(small_room, scan) == ()
     assert with_scanned(small_room, ()).objects == small_room.objects
 
 
-def test_what_was_cut_out_of_the_scan_is_in_the_room_already(small_room):
-    item = table_like()
-    cut_out = Cut("table-1", np.array([0]), splats(1), np.array([True]), 0)
-    added = Cut("table-1", np.zeros(0), splats(0), np.zeros(0, bool), 0)
-    assert only_scanned(small_room, scan_of(small_room, item, cuts=(cut_out,))) == ()
-    assert only_scanned(small_room, scan_of(small_room, item, cuts=(added,))) == (item,)
+def test_what_was_cut_out_of_the_scan_is_in_the_room_already(small_room, tmp_path):
+    cut_out = replace(scan_of(small_room, table_like()), stages=(Stage("cut table-1"),))
+    assert only_scanned(small_room, cut_out) == ()
+    added = add_object(scan_of(small_room), table_like(), Pose.identity(), detail="")
+    assert [item.object_id for item in only_scanned(small_room, added)] == ["table-1"]
+    # A compact package has no cuts; its history still tells.
+    save_package(added, tmp_path / "small.gnx", compact=True)
+    (item,) = only_scanned(small_room, load_package(tmp_path / "small.gnx"))
+    assert item.guessed_mass_kg == 3.0
 
 
 def test_parts_collide_and_what_is_between_them_does_not(small_room):
