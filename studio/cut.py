@@ -194,25 +194,30 @@ def _add(args: argparse.Namespace, package: ScenePackage) -> tuple[dict[str, obj
     save_package(added.package, args.scene)
     if args.preview is not None:
         write_previews(args.preview, added.captured.package, added.prompted, added.cutout)
-    item = added.package.objects[-1]
+    item, captured = added.package.objects[-1], added.captured
     size_cm = [round(100 * extent, 1) for extent in item.box_m]
     place_m = [round(float(x), 3) for x in item.world_from_object.translation]
+    # Of few photos none is kept aside.
+    psnr_db = round(captured.training.psnr_db, 1) if captured.training.held_out else None
     report: dict[str, object] = {
         "object": object_id,
-        "photos": len(added.captured.sfm.placed),
+        "photos": len(captured.sfm.placed),
+        "psnr_db": psnr_db,
         "splats": len(item.splats),
         "box_cm": size_cm,
         "place_m": place_m,
         "yaw_deg": round(math.degrees(item.world_from_object.yaw()), 1),
         "where": added.where,
-        "notes": list(added.captured.alignment.warnings),
+        "notes": list(captured.alignment.warnings),
     }
+    judged = f" ({psnr_db:g} dB on those kept aside)" if psnr_db is not None else ""
     lines = [
         f"{args.scene}: {object_id} added, {len(item.splats):,} splats from "
-        f"{len(added.captured.sfm.placed)} photos, {' × '.join(f'{side:g}' for side in size_cm)} "
-        f"cm, {added.where} ({', '.join(f'{x:g}' for x in place_m)} m)"
+        f"{len(captured.sfm.placed)} photos{judged}, "
+        f"{' × '.join(f'{side:g}' for side in size_cm)} cm, {added.where} "
+        f"({', '.join(f'{x:g}' for x in place_m)} m)"
     ]
-    return report, [*lines, *(f"  note: {note}" for note in added.captured.alignment.warnings)]
+    return report, [*lines, *(f"  note: {note}" for note in captured.alignment.warnings)]
 
 
 def _object_id(args: argparse.Namespace) -> str:

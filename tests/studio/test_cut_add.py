@@ -99,6 +99,7 @@ def photographed(tmp_path, monkeypatch):
         reconstruction=found,
         alignment=stated_alignment(found, rng=np.random.default_rng(0)),
         sfm=SimpleNamespace(placed=[view.name for view in views]),
+        training=SimpleNamespace(psnr_db=31.4, held_out=["7.png"]),
         asked=None,
     )
 
@@ -130,6 +131,7 @@ def test_it_stands_free_on_the_floor_and_undo_takes_it_away(nexus, room, photogr
     code, out, _ = nexus(room, *words)
     report = json.loads(out)
     assert (code, report["object"], report["photos"]) == (0, "blue-crate", 8)
+    assert report["psnr_db"] == 31.4
     assert report["where"] == "at a free place on the floor"
     item = load_package(room).object_by_id("blue-crate")
     np.testing.assert_allclose(sorted(item.box_m), sorted(SIZE), atol=0.03)

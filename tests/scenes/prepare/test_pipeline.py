@@ -15,7 +15,7 @@ from scenes.prepare.align.alignment import Anchor
 from scenes.prepare.align.unmeasured import stated_alignment
 from scenes.prepare.cutout.cutout import undo_cut
 from scenes.prepare.footage.capture import CaptureError
-from scenes.prepare.options import PrepareOptions
+from scenes.prepare.options import KnownObject, PrepareOptions
 from scenes.prepare.pipeline import prepare
 from scenes.prepare.poses.colmap_folder import write_colmap_folder
 from scenes.prepare.progress import Cancelled, silent
@@ -190,6 +190,22 @@ def test_poses_without_photos_are_refused(project, tmp_path):
             options=PrepareOptions(poses=project),
             renderer=NativeRenderer(),
         )
+
+
+def test_a_known_object_gives_the_scale_and_its_boxes_are_kept_in_mind(
+    project, filmed_ball, tmp_path
+):
+    ball = painted_ball().means.astype(np.float64)
+    boxes = {}
+    for view in filmed_ball.views[::5]:
+        pixels, _ = view.camera.project(view.world_from_camera.inverse() @ ball)
+        boxes[view.name] = (*pixels.min(axis=0).tolist(), *pixels.max(axis=0).tolist())
+    # Somebody measured a ball of 24 cm where the poses have one of 2 units.
+    result = prepared(project, tmp_path, known_object=KnownObject(0.12 * ball, boxes))
+    scale = result.alignment.world_from_reconstruction.scale
+    assert scale == pytest.approx(0.12, rel=0.02)
+    larger = prepared(project, tmp_path, known_object=KnownObject(0.24 * ball, boxes))
+    assert larger.alignment.world_from_reconstruction.scale == pytest.approx(2 * scale, rel=1e-3)
 
 
 def test_axes_are_stretched_on_demand_only_and_it_is_told(project, tmp_path, monkeypatch):
