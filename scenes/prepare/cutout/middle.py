@@ -27,6 +27,8 @@ REACH_SHARE = 0.035
 """Of the photos' distance: gaps within a thing."""
 RAISED_SHARE = 0.02
 """Of the photos' distance: what lies lower above the plane may be a card or the plane's noise."""
+FOOT = 2.0
+"""What lies less than this many times as high stands on the plane right below."""
 SOLID = 0.3
 LEAST_SPLATS = 30
 TAIL = 0.005
@@ -44,14 +46,14 @@ def marks_in_the_middle(package: ScenePackage) -> dict[str, Prompt]:
     Raises:
         ValueError: nothing stands there, or no view shows the whole of it.
     """
-    corners = _corners_of_thing(package)
-    whole = [(view, box) for view in package.views if (box := _box_in(view, corners)) is not None]
+    thing = _thing_in_the_middle(package)
+    whole = [(view, box) for view in package.views if (box := _box_in(view, thing)) is not None]
     if not whole:
         raise ValueError(
             "no photo shows the whole of the object in the middle; step back, or mark it with "
             "--box VIEW X0 Y0 X1 Y1"
         )
-    chosen = _from_all_sides([view for view, _ in whole], corners.mean(axis=0))
+    chosen = _from_all_sides([view for view, _ in whole], thing.mean(axis=0))
     return {whole[k][0].name: Prompt(whole[k][1]) for k in chosen}
 
 
@@ -73,16 +75,17 @@ def looked_at(views: Sequence[ViewPoint]) -> FloatArray:
     return np.linalg.solve(total, np.einsum("nij,nj->i", across, eyes))
 
 
-def _corners_of_thing(package: ScenePackage) -> FloatArray:
-    """(8, 3) corners of the upright world-aligned box around the thing in the middle."""
+def _thing_in_the_middle(package: ScenePackage) -> FloatArray:
+    """(N, 3) the splats' places of what stands in the middle, and below the lowest its foot."""
     middle = looked_at(package.views)
     distance_m = float(np.median(np.linalg.norm(_eyes(package.views) - middle, axis=1)))
+    raised_m = RAISED_SHARE * distance_m
     room = package.room
     beside = np.linalg.norm(room.means[:, :2] - middle[:2], axis=1)
     near = room.select((beside < AROUND_SHARE * distance_m) & (room.opacities >= SOLID))
-    floor_m = _support_m(near, float(middle[2]) + RAISED_SHARE * distance_m)
+    floor_m = _support_m(near, float(middle[2]) + raised_m)
     points = near.means.astype(np.float64)
-    points = points[points[:, 2] > floor_m + RAISED_SHARE * distance_m]
+    points = points[points[:, 2] > floor_m + raised_m]
     if len(points) < LEAST_SPLATS:
         raise _nothing(middle)
     count, body = bodies(points, REACH_SHARE * distance_m)
@@ -93,10 +96,9 @@ def _corners_of_thing(package: ScenePackage) -> FloatArray:
     large = sizes >= max(LEAST_SPLATS, 0.1 * sizes.max())
     thing = points[body == int(np.argmin(np.where(large, away, np.inf)))]
     low, high = np.quantile(thing, (TAIL, 1.0 - TAIL), axis=0)
-    low[2] = floor_m
-    ends = np.stack([low, high])
-    return np.array([[ends[i, 0], ends[j, 1], ends[k, 2]]
-                     for i in (0, 1) for j in (0, 1) for k in (0, 1)])  # fmt: skip
+    thing = thing[((thing >= low) & (thing <= high)).all(axis=1)]
+    foot = thing[thing[:, 2] < floor_m + FOOT * raised_m] * (1.0, 1.0, 0.0) + (0.0, 0.0, floor_m)
+    return np.concatenate([thing, foot])
 
 
 def _support_m(near: SplatCloud, below_m: float) -> float:
@@ -107,9 +109,9 @@ def _support_m(near: SplatCloud, below_m: float) -> float:
     return float(np.quantile(near.means[:, 2], TAIL)) if len(near) else below_m
 
 
-def _box_in(view: ViewPoint, corners: FloatArray) -> tuple[float, float, float, float] | None:
+def _box_in(view: ViewPoint, thing: FloatArray) -> tuple[float, float, float, float] | None:
     """(left, top, right, bottom) around the thing, or None where it is not whole in the picture."""
-    in_camera = view.world_from_camera.inverse() @ corners
+    in_camera = view.world_from_camera.inverse() @ thing
     if isinstance(view.camera, Pinhole) and in_camera[:, 2].min() <= 0:
         return None
     pixels, _ = view.camera.project(in_camera)

@@ -66,7 +66,7 @@ def test_three_photos_from_different_sides_get_a_box_around_it(beside):
         off = np.array(prompt.box_px) - box_of_crate(views[name])
         assert (off[:2] < 2).all()
         assert (off[2:] > -2).all()
-        assert np.abs(off).max() < 14
+        assert np.abs(off).max() < 9
     eyes = np.array([views[name].world_from_camera.translation for name in marks]) - CENTRE
     yaw = np.sort(np.arctan2(eyes[:, 1], eyes[:, 0]))
     assert np.diff(yaw).min() > np.deg2rad(60)
