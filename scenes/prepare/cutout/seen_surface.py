@@ -2,7 +2,7 @@
 
 Splats of a trained room float before and behind what they paint, and big ones end far beyond their
 centres. What views agree about is firmer: the depth of what is drawn inside the thing's outline,
-kept where several views find a surface in the same place.
+kept where several views find a surface in the same place and none sees it outside the outline.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud
 
 FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 
 MOST_VIEWS = 24
 MAJORITY = 0.5
@@ -42,6 +43,10 @@ AGREEING = 4
 """How many views have to find a surface in the same cell."""
 LEAST_VIEWS = 6
 """Of fewer views so many seldom agree."""
+MOST_OUTSIDE = 0.1
+"""Of the views: how many may see a point of the thing outside its outline."""
+BEHIND_M = 0.05
+"""So far behind what is drawn a point is hidden."""
 GAP_M = 0.03
 SPECK = 0.02
 """A piece of surface that far away from all others, with less than this share of the largest
@@ -66,7 +71,7 @@ NOTHING = SeenSurface(np.zeros((0, 3)), np.zeros((0, 3)))
 
 def seen_surface(
     cloud: SplatCloud,
-    labels: NDArray[np.bool_],
+    labels: BoolArray,
     viewpoints: Sequence[ViewPoint],
     *,
     renderer: NativeRenderer,
@@ -83,56 +88,101 @@ def seen_surface(
     framing = close_views(viewpoints, own)
     if len(framing) < LEAST_VIEWS:
         return NOTHING
-    things, arounds, sizes_m = [], [], []
-    for view in evenly(framing, MOST_VIEWS):
-        thing, around = _surface_in_view(cloud, labels, view, renderer)
-        things.append(thing)
-        arounds.append(around)
-        away = np.linalg.norm(thing - view.world_from_camera.translation, axis=1)
-        sizes_m.append(away / view.camera.fx)
-    pixels_m = np.concatenate(sizes_m)
+    sights = [_sight(cloud, labels, view, renderer) for view in evenly(framing, MOST_VIEWS)]
+    pixels_m = np.concatenate([sight.pixels_m() for sight in sights])
     if not len(pixels_m):
         return NOTHING
     cell_m = max(CELL_M, CELL_PX * float(np.median(pixels_m)))
-    thing = _agreed(things, cell_m)
+    thing = _agreed([sight.thing for sight in sights], cell_m)
+    thing = thing[_in_outlines(thing, sights)]
     if not len(thing):
         return NOTHING
     count, body = bodies(thing, GAP_M)
     points_of = np.bincount(body, minlength=count)
     thing = thing[points_of[body] >= SPECK * points_of.max()]
-    around = _agreed(arounds, cell_m)
+    around = _agreed([sight.around for sight in sights], cell_m)
     low, high = thing.min(axis=0), thing.max(axis=0)
     reach = (high - low).max()
     near = ((around > low - reach) & (around < high + reach)).all(axis=1)
     return SeenSurface(thing, around[near])
 
 
-def _surface_in_view(
-    cloud: SplatCloud,
-    labels: NDArray[np.bool_],
-    view: CloseView,
-    renderer: NativeRenderer,
-) -> tuple[FloatArray, FloatArray]:
-    """World points (K, 3) drawn inside the thing's outline, up to its rim, and (L, 3) outside."""
+@dataclass(frozen=True, slots=True, eq=False)
+class _Sight:
+    """What one view shows.
+
+    Attributes:
+        view: which.
+        outline: (H, W) where most of the light is the thing's.
+        depth: (H, W) z of what is drawn, 0 where it is not sure.
+        thing: (K, 3) world points drawn inside the outline, up to its rim.
+        around: (L, 3) world points drawn outside.
+    """
+
+    view: CloseView
+    outline: BoolArray
+    depth: NDArray[np.float32]
+    thing: FloatArray
+    around: FloatArray
+
+    def pixels_m(self) -> FloatArray:
+        """(K,) how wide a pixel is at each of the thing's points."""
+        apart = self.thing - self.view.world_from_camera.translation
+        return np.linalg.norm(apart, axis=1) / self.view.camera.fx
+
+    def outside(self, points: FloatArray) -> tuple[BoolArray, BoolArray]:
+        """(N,) whether world points are framed and not hidden, and whether outside the outline."""
+        in_camera = self.view.world_from_camera.inverse() @ points
+        pixels, framed = self.view.camera.project(in_camera)
+        height, width = self.outline.shape
+        row = np.clip(pixels[:, 1].astype(np.intp), 0, height - 1)
+        column = np.clip(pixels[:, 0].astype(np.intp), 0, width - 1)
+        # Legs are a few pixels wide: a point on their rim is none outside.
+        near = ndimage.binary_dilation(self.outline, np.ones((3, 3)))
+        beside = framed & ~near[row, column]
+        drawn = self.depth[row, column]
+        hidden = beside & (drawn > 0) & (drawn < in_camera[:, 2] - BEHIND_M)
+        return framed & ~hidden, beside & ~hidden
+
+
+def _sight(
+    cloud: SplatCloud, labels: BoolArray, view: CloseView, renderer: NativeRenderer
+) -> _Sight:
     camera, world_from_camera = view.camera, view.world_from_camera
     light = share(cloud, labels, camera, world_from_camera, renderer=renderer)
     outline = light > MAJORITY
-    if outline.sum() < LEAST_PX:
-        return np.zeros((0, 3)), np.zeros((0, 3))
     depth = surface_depth(cloud, camera, world_from_camera, renderer=renderer)
+    none = np.zeros((0, 3))
+    if outline.sum() < LEAST_PX:
+        return _Sight(view, outline, depth, none, none)
     rays = camera.unproject(pixel_centres(camera)).reshape(*depth.shape, 3)
     rays = rays / rays[..., 2:]
     away = (light < 1.0 - PURE) & (depth > 0)
     around = world_from_camera @ (rays[away] * depth[away].astype(np.float64)[:, None])
     sure = (light > PURE) & (depth > 0)
     if not sure.any():
-        return np.zeros((0, 3)), around
+        return _Sight(view, outline, depth, none, around)
     found = ndimage.distance_transform_edt(~sure, return_indices=True)
     assert isinstance(found, tuple)
     apart, nearest = found
     reached = outline & (apart <= RIM_PX)
     z = depth[nearest[0], nearest[1]][reached].astype(np.float64)
-    return world_from_camera @ (rays[reached] * z[:, None]), around
+    thing = world_from_camera @ (rays[reached] * z[:, None])
+    return _Sight(view, outline, depth, thing, around)
+
+
+def _in_outlines(points: FloatArray, sights: Sequence[_Sight]) -> BoolArray:
+    """(N,) the points that lie inside the outlines of nearly all views that they could be seen in.
+
+    Depth carried past an edge by one view is found outside by those that look along the surface.
+    """
+    told, outside = np.zeros((2, len(points)))
+    for sight in sights:
+        if sight.outline.sum() >= LEAST_PX:
+            seen, beside = sight.outside(points)
+            told += seen
+            outside += beside
+    return outside <= MOST_OUTSIDE * told
 
 
 def _agreed(by_view: Sequence[FloatArray], cell_m: float) -> FloatArray:

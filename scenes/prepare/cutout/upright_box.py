@@ -20,6 +20,8 @@ SOLID = 0.3
 """Opacity below which a splat says little about where the object ends."""
 SUPPORT_REACH_M = 0.06
 """A support is looked for this far above and below the object's lowest splats."""
+SUPPORT_RING_M = 0.2
+"""And so far around it."""
 LEAST_SUPPORT = 12
 SURFACE_TAIL = 0.0005
 """The same as `TAIL` for points that several views agree about."""
@@ -74,13 +76,13 @@ def upright_box(
     points = chosen.means.astype(np.float64)
     weights = chosen.opacities.astype(np.float64)
     bottom, top = _span(points[:, 2], weights, TAIL)
-    beside = surroundings.means.astype(np.float64)
     tail = TAIL
     if len(surface.thing) >= LEAST_SURFACE:
         points, weights, tail = surface.thing, np.ones(len(surface.thing)), SURFACE_TAIL
         bottom, top = _span(points[:, 2], weights, tail)
-        beside = surface.around
-    support, found = _support(points, beside, bottom)
+    # Depths drawn on a level surface lie a little below it or above; its splats' centres do not.
+    level = surroundings.means[surroundings.opacities >= SOLID].astype(np.float64)
+    support, found = _support(points, level, bottom)
     yaw = _yaw(points, weights, tail)
     axes = np.array([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]])
     low_x, high_x = _span(points[:, :2] @ axes[0], weights, tail)
@@ -115,8 +117,8 @@ def _yaw(points: FloatArray, weights: FloatArray, tail: float) -> float:
 
 def _support(points: FloatArray, means: FloatArray, bottom: float) -> tuple[float, bool]:
     """Height of the flat thing under or around the object's foot, and whether there is one."""
-    low = points[:, :2].min(axis=0) - 0.1
-    high = points[:, :2].max(axis=0) + 0.1
+    low = points[:, :2].min(axis=0) - SUPPORT_RING_M
+    high = points[:, :2].max(axis=0) + SUPPORT_RING_M
     beside = ((means[:, :2] > low) & (means[:, :2] < high)).all(axis=1)
     beside &= np.abs(means[:, 2] - bottom) < SUPPORT_REACH_M
     heights = means[beside, 2]
