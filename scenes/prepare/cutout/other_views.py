@@ -38,6 +38,7 @@ silhouettes to take a hidden splat away. Light leaks between the splats of a wal
 foot, and what it shows of undersides falls outside as often as inside."""
 FAINT = 0.3
 """Opacity below which a splat follows the surface beside it."""
+UNSURE = 0.2
 BESIDE_M = 0.03
 """How far from a surface a faint splat may hang to follow it."""
 MAJORITY = 0.5
@@ -67,13 +68,15 @@ def held_against_views(
     if len(framing) < LEAST_VIEWS:
         return guess | hidden
     views = evenly(framing, MOST_VIEWS)
-    labels, seen = guess, np.zeros(len(cloud))
+    labels = guess
+    share_inside, seen = np.zeros((2, len(cloud)))
     for _ in range(ROUNDS):
         inside, seen = _light(cloud, labels, views, renderer)
         held = BARELY * float(np.median(seen[guess])) if guess.any() else 0.0
         share_inside = (inside + held * hidden) / np.maximum(seen + held * hidden, 1e-9)
         labels = (within | hidden) & (share_inside > MAJORITY)
-    faint = within & (cloud.opacities < FAINT) & (seen > SEEN_PX)
+    unsure = np.abs(share_inside - MAJORITY) < UNSURE
+    faint = within & ((cloud.opacities < FAINT) | unsure) & (seen > SEEN_PX)
     surface = seen_surface(cloud, labels, viewpoints, renderer=renderer)
     if not len(surface.thing) or not len(surface.around):
         return labels

@@ -167,7 +167,7 @@ def _held(
     if not len(found):
         return found
     positions = cloud.means.astype(np.float64)
-    inside, _ = _summed(votes)
+    inside, seen = _summed(votes)
     low, high = _weighted_range(positions[found], inside[found] + 1e-6)
     # The boxes of few views reach far back; what was found says where the thing is, though masks
     # may have lost its upper or lower half.
@@ -186,9 +186,10 @@ def _held(
         low, high = main.min(axis=0) - BESIDE_M, main.max(axis=0) + BESIDE_M
         within &= ((positions > low) & (positions < high))[:, :2].all(axis=1)
         # Place does not tell a thing's foot from what it stands on. A tall thing's foot is found
-        # again by its light; of a low thing too much would be missing.
+        # again by its light; of a low thing too much would be missing, and the masks are heeded.
         tall = np.ptp(main[:, 2]) > TALL * TRAINED_PLANE_M
-        guess = (standing if tall else marked) & within
+        meant = inside > CORE * np.maximum(seen, FULL_SIGHT)
+        guess = (standing if tall else marked | meant) & within
     return np.flatnonzero(
         held_against_views(
             cloud, guess, within, viewpoints, hidden=marked & in_boxes, renderer=renderer
