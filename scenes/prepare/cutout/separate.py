@@ -180,14 +180,11 @@ def _held(
     standing = marked & _standing(cloud, within)
     solid = standing & (cloud.opacities >= SOLID)
     if len(views) > 1 and solid.any():
-        at = positions[solid]
-        count, body = bodies(at, LINK_REACH_M)
-        main = at[body == np.argmax(np.bincount(body, weights=inside[solid], minlength=count))]
-        low, high = main.min(axis=0) - BESIDE_M, main.max(axis=0) + BESIDE_M
+        low, high = _reach_of_main(positions[solid], inside[solid])
         within &= ((positions > low) & (positions < high))[:, :2].all(axis=1)
         # Place does not tell a thing's foot from what it stands on. A tall thing's foot is found
         # again by its light; of a low thing too much would be missing, and the masks are heeded.
-        tall = np.ptp(main[:, 2]) > TALL * TRAINED_PLANE_M
+        tall = (high - low)[2] > TALL * TRAINED_PLANE_M + 2 * BESIDE_M
         meant = inside > CORE * np.maximum(seen, FULL_SIGHT)
         guess = (standing if tall else marked | meant) & within
     return np.flatnonzero(
@@ -195,6 +192,19 @@ def _held(
             cloud, guess, within, viewpoints, hidden=marked & in_boxes, renderer=renderer
         )
     )
+
+
+def _reach_of_main(positions: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Lowest and highest corner (3,) around the body of most weight, and bodies wholly beside it.
+
+    A leg or a corner may hang on by splats that are too far apart to hold it.
+    """
+    count, body = bodies(positions, LINK_REACH_M)
+    main = positions[body == np.argmax(np.bincount(body, weights=weights, minlength=count))]
+    low, high = main.min(axis=0) - BESIDE_M, main.max(axis=0) + BESIDE_M
+    astray = ~((positions > low) & (positions < high)).all(axis=1)
+    own = positions[np.bincount(body, weights=astray, minlength=count)[body] == 0]
+    return own.min(axis=0) - BESIDE_M, own.max(axis=0) + BESIDE_M
 
 
 def _standing(cloud: SplatCloud, within: BoolArray) -> BoolArray:
