@@ -20,6 +20,7 @@ from tracking.solve import (
     Fit,
 )
 from tracking.track import RESTING_FRAMES, SEARCH_PERIOD_NS, Rest, Task, Track
+from tracking.uncertainty import uncertainty
 
 GONE_BELOW = 0.25
 """A silhouette that shows less of the object than this, and nothing in front, shows it is gone."""
@@ -57,15 +58,6 @@ COASTED_FRAMES = 4
 
 LOST_AFTER = 12
 """Frames without agreement, with the place in view, after which an object counts as lost."""
-
-FLOOR_COVARIANCE = np.diag([0.002**2, 0.002**2, 0.002**2, math.radians(0.3) ** 2])
-"""What no single solve can be better than: the model's own faults."""
-
-SCALE_SIGMA = 0.003
-"""A scan's scale is known to about this share: it moves what is far from the camera."""
-
-CAMERA_TRUST = 1.5
-"""A camera's true error over its reported standard deviation: neighbouring pixels err alike."""
 
 
 def first_look(task: Task) -> bool:
@@ -121,7 +113,7 @@ def _accept(task: Task, evidence: Evidence, fit: Fit) -> Track:
     distance, turn = float(np.linalg.norm(step[:3])), abs(float(step[3]))
     seen = replace(
         track,
-        covariance=_known(task, fit),
+        covariance=uncertainty(task.scene, task.model, fit),
         visible_fraction=fit.visible_fraction,
         confidence=min(1.0, fit.support / 0.9),
         usual_agreement=_usual(track, fit),
@@ -169,24 +161,6 @@ def _usual(track: Track, fit: Fit) -> float:
     """What agrees usually: soon more, slowly less."""
     kept = (1.0 - FORGOTTEN) * track.usual_agreement + FORGOTTEN * fit.free_agreement
     return max(fit.free_agreement, kept)
-
-
-def _known(task: Task, fit: Fit) -> NDArray[np.float64]:
-    """(4, 4) covariance of a fit with what its camera and its scan are off by."""
-    scene = task.scene
-    apart = fit.world_from_object.translation - scene.world_from_rig.translation
-    across = np.array(
-        [[0.0, -apart[2], apart[1]], [apart[2], 0.0, -apart[0]], [-apart[1], apart[0], 0.0]]
-    )
-    rotation = scene.world_from_rig.rotation
-    turn, shift = (
-        rotation @ np.diag((CAMERA_TRUST * sigma) ** 2) @ rotation.T
-        for sigma in (scene.camera_sigma[:3], scene.camera_sigma[3:])
-    )
-    known = fit.covariance + FLOOR_COVARIANCE
-    known[:3, :3] += across @ turn @ across.T + shift + SCALE_SIGMA**2 * np.outer(apart, apart)
-    known[3, 3] += float(turn[2, 2])
-    return known
 
 
 def _miss(task: Task, fit: Fit) -> Track:
@@ -238,7 +212,7 @@ def _search(task: Task) -> Track:
         world_from_object=fit.world_from_object,
         motion=Motion.rest(now),
         state=TrackState.TRACKED,
-        covariance=_known(task, fit),
+        covariance=uncertainty(task.scene, task.model, fit),
         visible_fraction=fit.visible_fraction,
         confidence=min(1.0, fit.support / 0.9),
         usual_agreement=fit.free_agreement,

@@ -92,7 +92,8 @@ class Fit:
 
     Attributes:
         world_from_object: `world_from_object`.
-        covariance: (4, 4) of x, y, z, yaw.
+        covariance: (4, 4) of x, y, z, yaw, from the picture's noise alone.
+        response: (4, 6) how x, y, z and yaw follow when all that is seen shifts and turns.
         agreement: 0..1, share of the contour whose edge was seen where it was drawn.
         free_share: 0..1, share of the contour that nothing is in front of.
         misfit: sum of the contour's squared residuals in standard deviations, robust.
@@ -107,6 +108,7 @@ class Fit:
 
     world_from_object: Pose
     covariance: Points
+    response: Points
     agreement: float
     free_share: float
     misfit: float
@@ -196,8 +198,8 @@ def solve(
             evidence.seen, measurement, world_from_object, halo_m, rounds=rounds
         )
         world_from_object = vector_pose(pose_vector(world_from_object))
-    upright = information[np.ix_(UPRIGHT, UPRIGHT)]
-    return judge(evidence, model, world_from_object, upright, sketch, halo_m=halo_m)
+    known = np.diag(1.0 / prior.seven() ** 2)
+    return judge(evidence, model, world_from_object, information, known, sketch, halo_m=halo_m)
 
 
 def _measurement(
@@ -224,6 +226,7 @@ def judge(
     model: TrackModel,
     world_from_object: Pose,
     information: Points,
+    known: Points,
     sketch: Sketch,
     *,
     halo_m: float = HALO_M,
@@ -234,11 +237,15 @@ def judge(
         evidence: what the window shows.
         model: the object.
         world_from_object: to be judged.
-        information: (5, 5) of x, y, z, yaw and halo.
+        information: (7, 7) of shift, turn and halo.
+        known: (7, 7) the part of it that was known before looking.
         sketch: the object drawn near the pose.
         halo_m: how far the drawn contour lies outside the real one.
     """
-    covariance = np.asarray(np.linalg.inv(information + 1e-9 * np.eye(5)), dtype=np.float64)
+    inverse = np.linalg.inv(information + 1e-9 * np.eye(len(information)))
+    response = np.asarray(inverse @ (information - known), dtype=np.float64)
+    upright = information[np.ix_(UPRIGHT, UPRIGHT)]
+    covariance = np.asarray(np.linalg.inv(upright + 1e-9 * np.eye(5)), dtype=np.float64)
     count = len(sketch.contour) / CONTOUR_CORRELATION
     agreement = free = misfit = visible = covered = likeness = 0.0
     if sketch.area_px >= LEAST_AREA_PX:
@@ -248,6 +255,7 @@ def judge(
         world_from_object=world_from_object,
         # Residuals larger than their standard deviations tell of a model that is off.
         covariance=_with_symmetry(covariance[:4, :4] * max(1.0, misfit / max(count, 1.0)), model),
+        response=response[np.ix_(UPRIGHT[:4], range(6))],
         agreement=agreement,
         free_share=free,
         misfit=misfit,
