@@ -28,8 +28,14 @@ AGREE_PX = 1.6
 """An edge this near to the drawn one agrees with the pose."""
 
 JUDGE_REACH_PX = 4.0
+LEAST_VARIANCE = 0.5
+"""What a contour's residuals may make of the variance expected of them, however small they are."""
+
 MISFIT_CUTOFF = 5.0
 """Edges farther off than so many standard deviations all count alike."""
+
+SUPPORT_SIGMA_M = 0.0015
+"""How well a scan knows the height of a support, and of what stands on it."""
 
 GROUNDED_M = 0.015
 """A height prior at least this tight means that the object stands on something."""
@@ -78,6 +84,10 @@ class Prior:
     sigma: Points
     halo_m: float = HALO_M
     halo_sigma_m: float = HALO_SIGMA_M
+
+    def weights(self) -> Points:
+        """(7,) information of shift, turn and halo."""
+        return 1.0 / self.seven() ** 2
 
     def seven(self) -> Points:
         """(7,) standard deviations of shift, turn and halo."""
@@ -184,7 +194,7 @@ def solve(
         )
     book = book or Sketchbook()
     sketch = book.at(model, world_from_object, evidence, renderer, tolerance=ROUGHLY)
-    information = np.diag(1.0 / prior.seven() ** 2)
+    information = np.diag(prior.weights())
     coarse = [(reach, 2) for reach in reaches_px if reach > FINE_REACH_PX]
     fine = [(reach, 3) for reach in reaches_px if reach <= FINE_REACH_PX]
     for rounds in (coarse[:1], coarse[1:], fine):
@@ -198,8 +208,7 @@ def solve(
             evidence.seen, measurement, world_from_object, halo_m, rounds=rounds
         )
         world_from_object = vector_pose(pose_vector(world_from_object))
-    known = np.diag(1.0 / prior.seven() ** 2)
-    return judge(evidence, model, world_from_object, information, known, sketch, halo_m=halo_m)
+    return judge(evidence, model, world_from_object, information, prior, sketch, halo_m=halo_m)
 
 
 def _measurement(
@@ -226,7 +235,7 @@ def judge(
     model: TrackModel,
     world_from_object: Pose,
     information: Points,
-    known: Points,
+    prior: Prior,
     sketch: Sketch,
     *,
     halo_m: float = HALO_M,
@@ -238,23 +247,23 @@ def judge(
         model: the object.
         world_from_object: to be judged.
         information: (7, 7) of shift, turn and halo.
-        known: (7, 7) the part of it that was known before looking.
+        prior: what was known before looking, a part of that.
         sketch: the object drawn near the pose.
         halo_m: how far the drawn contour lies outside the real one.
     """
     inverse = np.linalg.inv(information + 1e-9 * np.eye(len(information)))
-    response = np.asarray(inverse @ (information - known), dtype=np.float64)
-    upright = information[np.ix_(UPRIGHT, UPRIGHT)]
-    covariance = np.asarray(np.linalg.inv(upright + 1e-9 * np.eye(5)), dtype=np.float64)
+    response = inverse @ (information - np.diag(prior.weights()))
+    covariance = (inverse @ _spread(information, prior) @ inverse.T)[np.ix_(UPRIGHT, UPRIGHT)]
     count = len(sketch.contour) / CONTOUR_CORRELATION
     agreement = free = misfit = visible = covered = likeness = 0.0
     if sketch.area_px >= LEAST_AREA_PX:
         agreement, free, misfit = _agreement(evidence, model, world_from_object, sketch, halo_m)
         visible, covered, likeness = _surface_shown(evidence, model, world_from_object, sketch)
+    # Residuals tell what noise and the model's faults come to in this picture.
+    variance = max(misfit / max(count * free, 1.0), LEAST_VARIANCE)
     return Fit(
         world_from_object=world_from_object,
-        # Residuals larger than their standard deviations tell of a model that is off.
-        covariance=_with_symmetry(covariance[:4, :4] * max(1.0, misfit / max(count, 1.0)), model),
+        covariance=_with_symmetry(covariance[:4, :4] * variance, model),
         response=response[np.ix_(UPRIGHT[:4], range(6))],
         agreement=agreement,
         free_share=free,
@@ -267,6 +276,18 @@ def judge(
         textured=model.textured,
         sketch=sketch,
     )
+
+
+def _spread(information: Points, prior: Prior) -> Points:
+    """(7, 7) covariance of what a solve's step was made of; its information if all was believed.
+
+    A support is believed less in a solve than it is known, so that no height is forced upon a scan.
+    """
+    spread = information.copy()
+    if prior.sigma[2] < GROUNDED_M:
+        weight = prior.weights()[2]
+        spread[2, 2] += weight * (weight * SUPPORT_SIGMA_M**2 - 1.0)
+    return spread
 
 
 def _agreement(

@@ -14,8 +14,8 @@ from tracking.evidence import Scene
 from tracking.model import TrackModel
 from tracking.solve import Fit
 
-SURFACE_SIGMA_M = 0.0015
-"""Standard deviation of where a scan's surfaces are."""
+SURFACE_SIGMA_M = 0.001
+"""How far the surfaces of a scanned object may be off on the whole, as a standard deviation."""
 
 SCALE_SIGMA = 0.001
 """A scan's scale is known to about this share."""
