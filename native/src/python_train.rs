@@ -201,7 +201,7 @@ impl Trainee {
         gain: [f32; 3],
         bias: [f32; 3],
         falloff: [f32; 2],
-        prices: [f32; 3],
+        prices: [f32; 2],
     ) -> PyResult<DistanceTuple> {
         let rates = rates.as_slice()?;
         check_length("rates", rates, self.trainee.splats.rows.width())?;
@@ -214,7 +214,7 @@ impl Trainee {
             )));
         }
         let pose = pose_of(&camera_from_world);
-        let [depth, opacity, size] = prices;
+        let [depth, size] = prices;
         let comparison = Comparison {
             exposure: Exposure {
                 gain,
@@ -222,11 +222,7 @@ impl Trainee {
                 falloff,
             },
             ssim_share,
-            prices: Prices {
-                depth,
-                opacity,
-                size,
-            },
+            prices: Prices { depth, size },
         };
         let pool = pool_of(&self.pools, draw.threads)?;
         let scope = Scope::whole(view.width, view.height);

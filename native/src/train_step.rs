@@ -34,8 +34,7 @@ pub struct Comparison {
 pub struct Prices {
     /// Of weight off the target's depth bounds, mean over the pixels.
     pub depth: f32,
-    /// Of each splat seen: by its opacity, and by the sum of its scales (per metre).
-    pub opacity: f32,
+    /// Of each splat seen, by the sum of its scales, per metre.
     pub size: f32,
 }
 
@@ -194,9 +193,8 @@ fn project_back<L: Curved>(
                 out.rows.extend(splat.rotation.map(|v| v as f32));
                 debug_assert_eq!(out.rows.len() % (SH + 3 * sh_count), LOGIT);
                 let opacity = f64::from(original.opacity);
-                let d_opacity = splat.opacity + f64::from(prices.opacity);
                 out.rows
-                    .push((d_opacity * opacity * (1.0 - opacity)) as f32);
+                    .push((splat.opacity * opacity * (1.0 - opacity)) as f32);
                 for k in 0..sh_count {
                     let basis = if k < splat.colour.count {
                         splat.colour.basis[k]

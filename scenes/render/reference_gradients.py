@@ -126,24 +126,41 @@ class FrozenPicture:
         world_from_camera: Pose | None = None,
     ) -> ExactPicture:
         """The picture for other values than those of the base point, mask and order held."""
+        weights, prints = self._blended(clouds, world_from_objects, world_from_camera)
+        colours = np.array([prints[index].colours[i] for index, i in self._order])
+        depths = np.array([prints[index].depths[i] for index, i in self._order])
+        alpha = weights.sum(axis=0)
+        rgb = np.einsum("khw,kc->hwc", weights, colours)
+        rgb += (1.0 - alpha)[..., None] * np.asarray(self._options.background)
+        depth = np.einsum("khw,k->hw", weights, depths) / np.where(alpha > 0, alpha, 1.0)
+        return ExactPicture(rgb, alpha, depth)
+
+    def light(
+        self,
+        clouds: Sequence[ExactCloud] | None = None,
+        world_from_objects: Sequence[Pose] | None = None,
+        world_from_camera: Pose | None = None,
+    ) -> tuple[FloatArray, FloatArray]:
+        """Where the picture's light comes from: blend weights (K, H, W) and depths (K,)."""
+        weights, prints = self._blended(clouds, world_from_objects, world_from_camera)
+        return weights, np.array([prints[index].depths[i] for index, i in self._order])
+
+    def _blended(
+        self,
+        clouds: Sequence[ExactCloud] | None,
+        world_from_objects: Sequence[Pose] | None,
+        world_from_camera: Pose | None,
+    ) -> tuple[FloatArray, list[_Footprints]]:
         prints = self._project(
             clouds or self.clouds,
             world_from_objects or self.world_from_objects,
             world_from_camera or self.world_from_camera,
         )
-        colours = np.array([prints[index].colours[i] for index, i in self._order])
-        depths = np.array([prints[index].depths[i] for index, i in self._order])
         alphas = np.where(self._is_limited, ALPHA_MAX, self._raw_alphas(prints))
         alphas = np.where(self._is_drawn, alphas, 0.0)
         after = np.cumprod(1.0 - alphas, axis=0)
         before = np.concatenate([np.ones_like(after[:1]), after[:-1]])
-        weights = alphas * before
-        through = after[-1]
-        alpha = 1.0 - through
-        rgb = np.einsum("khw,kc->hwc", weights, colours)
-        rgb += through[..., None] * np.asarray(self._options.background)
-        depth = np.einsum("khw,k->hw", weights, depths) / np.where(alpha > 0, alpha, 1.0)
-        return ExactPicture(rgb, alpha, depth)
+        return np.asarray(alphas * before, dtype=np.float64), prints
 
     def _project(
         self,

@@ -66,14 +66,12 @@ class Prices:
     """What is charged beside the distance from the photo.
 
     Attributes:
-        depth: of a pixel's blend weight off its `DepthBounds`, by how far off (see `off_bounds`),
-            mean over the pixels.
-        opacity: of each splat seen, by its opacity.
+        depth: of blend weight off a pixel's `DepthBounds`, by how far off it is (a share of its
+            depth, spelt out in `scenes.prepare.train.loss`); mean over the pixels.
         size: of each splat seen, by the sum of its scales, per metre.
     """
 
     depth: float = 0.0
-    opacity: float = 0.0
     size: float = 0.0
 
 
@@ -232,7 +230,7 @@ class Trainee:
             gain=exposure.gain,
             bias=exposure.bias,
             falloff=exposure.falloff,
-            prices=(prices.depth, prices.opacity, prices.size),
+            prices=(prices.depth, prices.size),
         )
         return Distance(*raw)
 

@@ -1,7 +1,8 @@
 """Between which depths each pixel of a photo shows a surface, by what photo pairs have seen.
 
-Where stereo has seen the depth the bounds are tight, where it goes on from there they are wide, and
-around the edges of things they hold both what is in front and what is behind.
+Bounds are tight where this photo's pairs or another's have seen the depth. Between those a surface
+is taken to go on, and bounds the light only in front: around a thing, what is filled in hangs
+between it and what is behind it.
 """
 
 from __future__ import annotations
@@ -13,10 +14,9 @@ from scenes.cameras import Fisheye, Pinhole
 from scenes.prepare.train.seen_surfaces import Surface
 from scenes.render.training import FARTHEST, DepthBounds
 
-SEEN_SLACK, LENT_SLACK, FILLED_SLACK = 0.003, 0.01, 0.15
-"""A surface may be nearer or farther than seen by so much of its depth."""
-EDGE_PX = 1
-"""Depths so many pixels of the surface aside count as well: splats are not points."""
+SEEN_SLACK, LENT_SLACK, FILLED_SLACK = 0.001, 0.002, 0.04
+"""A surface may be nearer or farther by so much of its depth. Little: a splat is seen by many
+photos, whose errors cancel where its price has a slope for each."""
 
 
 def depth_bounds(surface: Surface, camera: Pinhole | Fisheye) -> DepthBounds:
@@ -27,14 +27,9 @@ def depth_bounds(surface: Surface, camera: Pinhole | Fisheye) -> DepthBounds:
         camera: its lens at the size wanted.
     """
     slack = np.select([surface.is_seen, surface.is_lent], [SEEN_SLACK, LENT_SLACK], FILLED_SLACK)
-    slack = slack.astype(np.float32)
-    around = np.ones((2 * EDGE_PX + 1, 2 * EDGE_PX + 1), dtype=np.uint8)
-    near = cv2.erode(surface.depth * (1 - slack), around)
-    # Between a thing and what is behind it, what is filled in hangs in front of both.
     is_known = surface.is_seen | surface.is_lent
-    far = cv2.dilate(np.where(is_known, surface.depth * (1 + slack), FARTHEST), around)
+    near = surface.depth * (1 - slack)
+    far = np.where(is_known, surface.depth * (1 + slack), FARTHEST)
     size = (camera.width_px, camera.height_px)
     near, far = (cv2.resize(v, size, interpolation=cv2.INTER_NEAREST) for v in (near, far))
-    return DepthBounds(
-        np.asarray(near, dtype=np.float32), np.minimum(far, FARTHEST).astype(np.float32)
-    )
+    return DepthBounds(near.astype(np.float32), far.astype(np.float32))

@@ -52,9 +52,7 @@ def step(
     grey = replace(cloud, sh=np.zeros((len(cloud), 1, 3), dtype=np.float32))
     error = _shown(drawn(grey), np.abs(seen - target).mean(axis=2))
     is_seen = (gradient != 0).any(axis=1) | (error > 0)
-    opacities = rows.opacities.astype(np.float64)
     gradient[:, LOG_SCALE] += prices.size * cloud.scales
-    gradient[:, LOGIT] += prices.opacity * opacities * (1 - opacities)
     moved = adam.step(rows, gradient, is_seen, rates)
     return replace(moved, error=(rows.error + error).astype(np.float32)), found
 

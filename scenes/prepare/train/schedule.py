@@ -27,28 +27,28 @@ DENSIFY_UNTIL = 0.8
 PUT_BACK_UNTIL = 0.95
 """Splats are put back on surfaces for longer than they are split."""
 
-DEPTH_PRICE = 1.0
-"""See `scenes.render.training.Prices`."""
-DEPTH_EVERY = 1
-"""Steps of which one charges for depth, for all of them."""
-JUDGE_EVERY = 1
-OPACITY_PRICE = 0.0
-SIZE_PRICE = 0.0
+PUT_BACK_EVERY = 4
+"""Densifications of which one puts splats back: asking every view is slow."""
+
+DEPTH_PRICE = 5.0
+"""Of light off the surfaces that photo pairs have seen; see `scenes.render.training.Prices`."""
+DEPTH_FALL_FROM, DEPTH_FALL = 0.5, 0.1
+"""From this share on it falls, to that share of itself at the end: by then splats lie where they
+should, and stereo's own errors must not stay in the pictures."""
+SIZE_PRICE = 3e-5
+"""Of a splat's scales, per metre of the typical distance, as Kheradmand et al. 2024 do it: what no
+photo needs to be large becomes small."""
 
 
-def prices(iteration: int, view_distance: float) -> Prices:
+def prices(done: float, view_distance: float) -> Prices:
     """What a step charges beside the distance from the photo.
 
     Args:
-        iteration: steps before it.
+        done: 0..1 of the training.
         view_distance: as in `rates`.
     """
-    is_charged = iteration % DEPTH_EVERY == 0
-    return Prices(
-        depth=DEPTH_EVERY * DEPTH_PRICE if is_charged else 0.0,
-        opacity=OPACITY_PRICE,
-        size=SIZE_PRICE / view_distance,
-    )
+    late = max(0.0, (done - DEPTH_FALL_FROM) / (1 - DEPTH_FALL_FROM))
+    return Prices(depth=DEPTH_PRICE * DEPTH_FALL**late, size=SIZE_PRICE / view_distance)
 
 
 def rates(done: float, view_distance: float, width: int) -> NDArray[np.float32]:
@@ -81,6 +81,11 @@ def densify_after(done: float, iterations: int) -> int:
     """Steps from one densification to the next, when `iterations` steps made `done` of the way."""
     low, high = DENSIFY_EVERY
     return int(np.clip(iterations / max(done, 1e-6) / DENSIFICATIONS, low, high))
+
+
+def puts_back(iterations: int, since: int) -> bool:
+    """Whether a densification, `since` steps after the last, puts splats back on surfaces."""
+    return iterations % (PUT_BACK_EVERY * since) < since
 
 
 def splats_wanted(done: float, start: int, budget: int) -> int:

@@ -33,7 +33,7 @@ from scenes.render.renderer import RenderOptions
 from scenes.render.training import Exposure, Trainee
 from scenes.splats import SplatCloud
 
-NAME = "built-in 2"
+NAME = "built-in 3"
 REPORT_EVERY = 20
 LOSS_MEMORY = 0.99
 SAVE_EVERY_S = 60.0
@@ -42,8 +42,8 @@ SAVE_EVERY_S = 60.0
 class BuiltInTrainer:
     """Trains with the native crate; see `scenes.prepare.train.trainer.Trainer`.
 
-    L1 + SSIM, Adam for visible splats only, a ramp of picture sizes, a fixed budget of splats that
-    are split where the error is.
+    L1 + SSIM, a price on light off the surfaces that photo pairs have seen, Adam for visible splats
+    only, a ramp of picture sizes, a fixed budget of splats that are split where the error is.
 
     Args:
         options: how long and how large.
@@ -167,7 +167,7 @@ class _Run:
         target = self._photos.target(self._photos.training[place], schedule.shrink(done))
         exposure = self._exposures.of(place) if self._options.exposure else Exposure()
         rates = schedule.rates(done, self._distance, self._width)
-        prices = schedule.prices(self.iteration, self._distance)
+        prices = schedule.prices(done, self._distance)
         distance = self._trainee.step(target, rates, exposure, self._drawing, prices)
         if self._options.exposure:
             self._exposures.step(place, distance)
@@ -181,13 +181,12 @@ class _Run:
             self._densified_at = self.iteration
 
     def _densify(self, done: float) -> None:
-        """Put splats back on surfaces; split where the error is, until the last part."""
+        """Put splats back on surfaces now and then; split where the error is, but for the end."""
         wanted = 0
         if done < schedule.DENSIFY_UNTIL:
             wanted = schedule.splats_wanted(done, self._first_splats, self._options.budget)
         rows = self._rows()
-        self._rounds = getattr(self, "_rounds", 0) + 1
-        if self._rounds % schedule.JUDGE_EVERY == 0:
+        if schedule.puts_back(self.iteration, self.iteration - self._densified_at):
             verdict = judge(rows.values[:, MEAN], self._surfaces)
             rows.values[:, MEAN] += verdict.offset
             rows = rows.select(~verdict.is_stray)

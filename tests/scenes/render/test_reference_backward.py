@@ -102,6 +102,36 @@ def test_chain_rule_agrees_with_differences(drawn_cloud, place, degree):
     assert_steps_agree(scene.by_camera_steps(), found.world_from_camera, TWIN_TOLERANCE)
 
 
+class PricedScene(FrozenScene):
+    """A loss of where the light comes from: field · (z - 1.3)² per unit of weight."""
+
+    def loss(self, **changed):
+        weights, depths = self.frozen.light(**changed)
+        prices = (depths - 1.3) ** 2
+        return float(np.einsum("khw,k,hw->", weights, prices, self.d_picture["d_alpha"]))
+
+    def price(self, depth):
+        field = self.d_picture["d_alpha"].astype(np.float64)
+        return field * (depth - 1.3) ** 2, field * 2 * (depth - 1.3)
+
+
+def test_a_price_of_light_has_the_gradients_of_differences(drawn_cloud, place):
+    plain = small_scene(drawn_cloud, place, RenderOptions(), seed=5)
+    scene = PricedScene(plain.objects, place.camera, place.world_from_camera, plain.options, seed=5)
+    found = backward(
+        scene.objects, scene.camera, scene.world_from_camera, scene.options, price=scene.price
+    )
+    for name in ("means", "scales", "rotations", "opacities"):
+        pairs = [
+            (scene.by_values(name, index, i), getattr(gradients, name)[i].ravel())
+            for index, gradients in enumerate(found.objects)
+            for i in range(0, len(gradients.means), 6)
+        ]
+        assert_values_agree(pairs, TWIN_TOLERANCE, name)
+    assert not any(gradients.sh.any() for gradients in found.objects)
+    assert_steps_agree(scene.by_camera_steps(), found.world_from_camera, TWIN_TOLERANCE)
+
+
 def test_small_scenes_reach_where_the_chain_bends(drawn_cloud, place):
     scene = small_scene(drawn_cloud, place, RenderOptions(), seed=0)
     second = scene.objects[1]

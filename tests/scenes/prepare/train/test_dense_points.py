@@ -14,11 +14,13 @@ SHAPE = (CAMERA.height_px, CAMERA.width_px)
 
 def wall(x, depth=2.0, is_seen=True):
     return Surface(
+        f"at {x}",
         CAMERA,
         Pose.from_quaternion((1, 0, 0, 0), (x, 0.0, 0.0)),
         np.full((*SHAPE, 3), (200, 100, 50), np.uint8),
         np.full(SHAPE, depth, np.float32),
         np.full(SHAPE, is_seen),
+        np.zeros(SHAPE, np.bool_),
     )
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from scenes.prepare.train import loss
-from scenes.render.training import SSIM_SHARE, Exposure
+from scenes.render.training import FARTHEST, SSIM_SHARE, DepthBounds, Exposure
 
 
 def pictures(shape=(14, 17, 3), seed=0):
@@ -77,3 +77,27 @@ def test_falloff_is_one_in_the_centre_and_the_sum_of_its_terms_in_the_corners():
     seen = loss.as_seen(np.ones((101, 201, 3)), Exposure(falloff=(-0.3, 0.1)))
     assert seen[50, 100, 0] == 1
     assert seen[0, 0, 0] == pytest.approx(0.8, abs=0.01)
+
+
+BOUNDS = DepthBounds(
+    np.array([[2.0, 2.0, 0.0]], dtype=np.float32),
+    np.array([[2.1, FARTHEST, FARTHEST]], dtype=np.float32),
+)
+
+
+@pytest.mark.parametrize(
+    ("depth", "wanted"),
+    [
+        (2.05, [0, 0, 0]),
+        (1.96, [2 / 1.96 - 1, 2 / 1.96 - 1, 0]),
+        (2.15, [1 - 2.1 / 2.15, 0, 0]),
+        (1.0, [loss.MOST_OFF, loss.MOST_OFF, 0]),
+        (50.0, [loss.MOST_OFF, 0, 0]),
+    ],
+)
+def test_light_off_the_bounds_costs_its_share_of_the_depth_up_to_a_limit(depth, wanted):
+    price, slope = loss.price_off_bounds(depth, BOUNDS)
+    np.testing.assert_allclose(price, [wanted], atol=1e-7)
+    step = 1e-5
+    above, below = (loss.price_off_bounds(depth + s, BOUNDS)[0] for s in (step, -step))
+    np.testing.assert_allclose(slope, (above - below) / (2 * step), atol=1e-6)

@@ -26,11 +26,13 @@ def wall(x, is_seen=True):
     """What a camera at (x, 0, 0) that looks along z sees of a wall at z = 2."""
     shape = (CAMERA.height_px, CAMERA.width_px)
     return Surface(
+        f"at {x}",
         CAMERA,
         Pose.from_quaternion((1, 0, 0, 0), (x, 0.0, 0.0)),
         np.zeros((*shape, 3), np.uint8),
         np.full(shape, 2.0, np.float32),
         np.full(shape, is_seen),
+        np.zeros(shape, np.bool_),
     )
 
 
@@ -94,9 +96,11 @@ def seen_by(x, depth):
 def test_depth_that_other_views_contradict_is_not_believed():
     right, wrong = np.full((60, 80), 2.0, np.float32), np.full((60, 80), 1.5, np.float32)
     surfaces = surfaces_of([seen_by(x, right) for x in (-0.2, 0.0, 0.2)] + [seen_by(0.1, wrong)])
-    assert len(surfaces) == 3
-    for surface in surfaces:
+    for surface in surfaces[:3]:
         assert surface.is_seen.mean() > 0.6
+    assert not surfaces[3].is_seen.any()
+    assert surfaces[3].is_lent.mean() > 0.8
+    for surface in surfaces:
         np.testing.assert_allclose(surface.depth, 2.0, rtol=1e-3)
 
 

@@ -82,7 +82,7 @@ def arrays_of(rows):
         (4, True, FREE),
         (16, False, FREE),
         (1, False, Prices(depth=3.0)),
-        (4, True, Prices(depth=0.5, opacity=1e-4, size=1e-4)),
+        (4, True, Prices(depth=0.5, size=1e-4)),
     ],
 )
 def test_a_native_step_is_the_readable_one(camera, sh_count, antialias, portable, prices):
