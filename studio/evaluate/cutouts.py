@@ -49,6 +49,8 @@ class CutScore:
         iou: overlap of its splats with those nearest to its mesh, per splat (`true_labels`).
         iou_by_light: the same with those whose light falls into its outlines (`labels_by_light`);
             it is kinder: the cut is decided by the same kind of vote.
+        truths_agree: overlap of the two truths. Where splats hang off what they paint, a cut that
+            is perfect by light has no more than this by mesh.
         box_error_cm: largest error of the box's extents.
         exact: whether undoing the cut gave the same file, byte for byte.
     """
@@ -56,6 +58,7 @@ class CutScore:
     object_id: str
     iou: float
     iou_by_light: float
+    truths_agree: float
     box_error_cm: float
     exact: bool
 
@@ -98,6 +101,7 @@ def score_cutouts(
                 item.object_id,
                 _overlap(found, by_mesh == number),
                 _overlap(found, by_light == number),
+                _overlap(by_light == number, by_mesh == number),
                 100 * error_m,
                 _digest(undo_cut(cut.package).room, folder) == before,
             )

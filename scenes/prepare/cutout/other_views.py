@@ -39,8 +39,9 @@ foot, and what it shows of undersides falls outside as often as inside."""
 FAINT = 0.3
 """Opacity below which a splat follows the surface beside it."""
 UNSURE = 0.2
+"""And so does one whose light inside the silhouettes is so near to half: a leg's, on the outline."""
 BESIDE_M = 0.03
-"""How far from a surface a faint splat may hang to follow it."""
+"""How far from a surface a splat may hang to follow it."""
 MAJORITY = 0.5
 
 
@@ -76,14 +77,14 @@ def held_against_views(
         share_inside = (inside + held * hidden) / np.maximum(seen + held * hidden, 1e-9)
         labels = (within | hidden) & (share_inside > MAJORITY)
     unsure = np.abs(share_inside - MAJORITY) < UNSURE
-    faint = within & ((cloud.opacities < FAINT) | unsure) & (seen > SEEN_PX)
+    follows = within & ((cloud.opacities < FAINT) | unsure) & (seen > SEEN_PX)
     surface = seen_surface(cloud, labels, viewpoints, renderer=renderer)
     if not len(surface.thing) or not len(surface.around):
         return labels
-    at = cloud.means[faint].astype(np.float64)
+    at = cloud.means[follows].astype(np.float64)
     to_thing, _ = KDTree(surface.thing).query(at)
     to_rest, _ = KDTree(surface.around).query(at)
-    labels[faint] = (to_thing < to_rest) & (to_thing < BESIDE_M)
+    labels[follows] = (to_thing < to_rest) & (to_thing < BESIDE_M)
     return labels
 
 

@@ -77,6 +77,19 @@ def test_undersides_that_no_view_shows_are_kept(room, renderer):
     assert (found & (kind == BOX)).sum() / (found | (kind == BOX)).sum() > 0.95
 
 
+def test_a_low_thing_keeps_its_lowest_part(box_on_floor, renderer):
+    """Half of it lies as near to the floor as a trained floor is thick; the masks tell it apart."""
+    floor, low = box_on_floor((0.3, 0.2, 0.04), floor_m=1.0, step_m=0.01)
+    cloud = concatenate([floor, low])
+    kind = np.repeat([FLOOR, BOX], [len(floor), len(low)])
+    views = walk(20)
+    masked = marked((cloud, kind), renderer, views[::7])
+    found = separate(cloud, masked, renderer=renderer, viewpoints=views).labels
+    sides = (kind == BOX) & (cloud.means[:, 2] > 0.002) & (cloud.means[:, 2] < 0.02)
+    assert (found & sides).sum() > 0.9 * sides.sum()
+    assert (found & (kind == BOX)).sum() / (found | (kind == BOX)).sum() > 0.95
+
+
 def test_many_views_leave_out_haze_that_three_views_take_in(room, renderer):
     cloud, kind = room
     views = walk(20)
