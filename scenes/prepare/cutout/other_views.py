@@ -39,7 +39,8 @@ foot, and what it shows of undersides falls outside as often as inside."""
 FAINT = 0.3
 """Opacity below which a splat follows the surface beside it."""
 UNSURE = 0.2
-"""And so does one whose light inside the silhouettes is so near to half: a leg's, on the outline."""
+"""How near to half a splat's light may lie inside the silhouettes to do so too: many of a leg's lie
+on its outline."""
 BESIDE_M = 0.03
 """How far from a surface a splat may hang to follow it."""
 MAJORITY = 0.5

@@ -138,7 +138,7 @@ class _Sight:
         row = np.clip(pixels[:, 1].astype(np.intp), 0, height - 1)
         column = np.clip(pixels[:, 0].astype(np.intp), 0, width - 1)
         # Legs are a few pixels wide: a point on their rim is none outside.
-        near = ndimage.binary_dilation(self.outline, np.ones((3, 3)))
+        near = np.asarray(ndimage.binary_dilation(self.outline, np.ones((3, 3))), dtype=bool)
         beside = framed & ~near[row, column]
         drawn = self.depth[row, column]
         hidden = beside & (drawn > 0) & (drawn < in_camera[:, 2] - BEHIND_M)
