@@ -55,18 +55,12 @@ class Prompt:
 class Masks(Protocol):
     """Finds the pixels of the thing that a prompt means."""
 
-    def mask(
-        self,
-        picture: NDArray[np.uint8],
-        prompt: Prompt,
-        background: NDArray[np.bool_] | None = None,
-    ) -> NDArray[np.bool_]:
+    def mask(self, picture: NDArray[np.uint8], prompt: Prompt) -> NDArray[np.bool_]:
         """(H, W, 3) RGB picture -> (H, W) bool.
 
         Args:
             picture: what to look at.
             prompt: what is meant.
-            background: (H, W) True where something else is known to be; may be ignored.
 
         Raises:
             ValueError: the prompt lies outside the picture.
@@ -84,12 +78,7 @@ class GrabCutMasks:
     def __init__(self, *, iterations: int = ITERATIONS) -> None:
         self._iterations = iterations
 
-    def mask(
-        self,
-        picture: NDArray[np.uint8],
-        prompt: Prompt,
-        background: NDArray[np.bool_] | None = None,
-    ) -> NDArray[np.bool_]:
+    def mask(self, picture: NDArray[np.uint8], prompt: Prompt) -> NDArray[np.bool_]:
         """See `Masks.mask`."""
         height, width = picture.shape[:2]
         left, top, right, bottom = _clipped(_box_of(prompt), width, height)
@@ -111,13 +100,6 @@ class GrabCutMasks:
             & (row + 0.5 < inner[3])
         )
         hints[in_box] = cv2.GC_PR_FGD
-        if background is not None:
-            known = cv2.resize(
-                background[y0:y1, x0:x1].astype(np.uint8),
-                small.shape[1::-1],
-                interpolation=cv2.INTER_NEAREST,
-            )
-            hints[known > 0] = cv2.GC_BGD
         for points, hint in (
             (prompt.outside_px, cv2.GC_BGD),
             (prompt.inside_px, cv2.GC_FGD),

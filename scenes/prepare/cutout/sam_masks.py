@@ -60,14 +60,8 @@ class SamMasks:
         self._side_px = side
         self._decoder_file = decoder
 
-    def mask(
-        self,
-        picture: NDArray[np.uint8],
-        prompt: Prompt,
-        background: NDArray[np.bool_] | None = None,
-    ) -> NDArray[np.bool_]:
-        """See `Masks.mask`; the known background is ignored."""
-        del background
+    def mask(self, picture: NDArray[np.uint8], prompt: Prompt) -> NDArray[np.bool_]:
+        """See `Masks.mask`."""
         height, width = picture.shape[:2]
         points, labels = _as_points(prompt, width, height)
         scale = np.array([self._side_px / width, self._side_px / height])

@@ -21,7 +21,7 @@ class Told:
         self.answer = answer
         self.pictures = []
 
-    def mask(self, picture, prompt, background=None):
+    def mask(self, picture, prompt):
         self.pictures.append(picture)
         return self.answer
 
