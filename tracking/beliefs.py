@@ -18,6 +18,7 @@ from tracking.sketch import Sketchbook
 from tracking.smooth import pose_vector, vector_pose
 from tracking.solve import (
     COLD_REACHES,
+    GROWN_REACHES,
     SLID_REACHES,
     TRACKING_REACHES,
     Fit,
@@ -45,8 +46,10 @@ RECOGNISED_VISIBLE = 0.6
 RECOGNISED_AGREEMENT = 0.3
 """A pattern that is seen this well, and is this like the drawn one, needs less of an outline."""
 
-MOST_GUESSES = 4
-"""So many guesses are followed in a frame, so that none takes long; the next frame goes on."""
+LEAST_GUESSES = 4
+GUESS_NS = 15_000_000
+"""So many guesses are followed in a frame, and more where frames are farther apart, one for each
+stretch of this time; the next frame goes on with the others."""
 
 FAR_PRICE = 0.012
 """Quality that a pose costs per squared standard deviation from its prediction."""
@@ -70,9 +73,6 @@ REACHABLE_M = 0.15
 LIFTED_M = 0.015
 """A small object nearer than the first to a support is first taken to stand on it, nearer than the
 second perhaps."""
-
-REFUTED = 5.0
-"""A belief about a height is refuted by a convincing fit so many standard deviations from it."""
 
 REST_RADIUS_M = 0.01
 """A resting object that is found farther from its place may be in somebody's hands."""
@@ -132,7 +132,7 @@ def measure(task: Task, evidence: Evidence, predicted_world_from_object: Pose) -
     quick = TRACKING_REACHES if task.track.missed_frames == 0 else COLD_REACHES
     best = _try(task, evidence, book, predicted_world_from_object, beliefs[0], reaches_px=quick)
     best_belief = beliefs[0]
-    if len(beliefs) > 1 and _may_be_otherwise(task, best, beliefs[1]):
+    if len(beliefs) > 1 and not task.is_first and _has_left(task, best):
         # What is carried looks like something that slides along its support, and the other way
         # round: both are tried, and the likelier one is taken.
         other = _try(
@@ -179,17 +179,18 @@ class _Guess:
 def _guesses(
     task: Task, beliefs: Sequence[Prior], predicted_world_from_object: Pose, best: Fit
 ) -> list[_Guess]:
-    """This frame's guesses: slid there, higher in the air, turned; the next frame's are others."""
+    """This frame's guesses: slid there, turned, higher in the air; the next frame's are others."""
     turn = NEAR_TURN_RAD if is_believable(best) else FAR_TURN_RAD
-    slid = [(belief, 0.0, 0.0) for belief in beliefs]
-    lifted = [(b, z, 0.0) for b in beliefs if b.sigma[2] > CONTACT_SIGMA_M for z in LIFTS_M]
-    turned = [(belief, 0.0, yaw) for belief in beliefs for yaw in (turn, -turn)]
-    steps = slid + lifted + (turned if task.model.symmetry != ROUND else [])
-    first = task.track.missed_frames * MOST_GUESSES % len(steps)
+    yaws = (0.0,) if task.model.symmetry == ROUND else (0.0, turn, -turn)
+    steps = [(belief, 0.0, yaw) for belief in beliefs for yaw in yaws]
+    steps += [(b, z, 0.0) for b in beliefs if b.sigma[2] > CONTACT_SIGMA_M for z in LIFTS_M]
+    elapsed_ns = task.scene.frame.t_ns - task.track.looked_ns
+    count = min(max(LEAST_GUESSES, elapsed_ns // GUESS_NS), len(steps))
+    first = task.track.missed_frames * count % len(steps)
     expected = pose_vector(predicted_world_from_object)
     return [
         _Guess(belief, vector_pose(expected + np.array([0.0, 0.0, z, yaw])), z == 0.0)
-        for belief, z, yaw in (steps[first:] + steps[:first])[:MOST_GUESSES]
+        for belief, z, yaw in (steps[first:] + steps[:first])[:count]
     ]
 
 
@@ -199,16 +200,13 @@ def _followed(task: Task, evidence: Evidence, book: Sketchbook, guess: _Guess) -
     slid = SLID_REACHES if task.model.textured else COLD_REACHES
     reaches = slid if guess.slides else TRACKING_REACHES
     start = guess.start_world_from_object
-    return _try(task, evidence, book, start, wide, reaches_px=reaches, slide=guess.slides)
-
-
-def _may_be_otherwise(task: Task, fit: Fit, belief: Prior) -> bool:
-    """Whether a belief other than the one behind a fit has to be tried as well."""
-    if task.is_first or not _has_left(task, fit):
-        return False
-    apart_m = abs(float(fit.world_from_object.translation[2] - belief.mean[2]))
-    sigma_m = math.sqrt(float(fit.covariance[2, 2]) + float(belief.sigma[2]) ** 2)
-    return not _is_convincing(task, fit) or apart_m < REFUTED * sigma_m
+    fit = _try(task, evidence, book, start, wide, reaches_px=reaches, slide=guess.slides)
+    alike = fit.textured and fit.likeness >= RECOGNISED_LIKENESS
+    if not (guess.slides and alike) or fit.support >= CONVINCING:
+        return fit
+    start = fit.world_from_object
+    grown = _try(task, evidence, book, start, wide, reaches_px=GROWN_REACHES)
+    return max(fit, grown, key=lambda found: found.quality)
 
 
 def _has_left(task: Task, fit: Fit) -> bool:
@@ -299,7 +297,8 @@ def _try(
     """One solve; the start is put on the height that the prior is sure of."""
     vector = pose_vector(start)
     if prior.sigma[2] <= CONTACT_SIGMA_M:
-        vector[2] = prior.mean[2]
+        eye = task.scene.world_from_rig.translation
+        vector[:3] = _lowered(vector[:3], float(prior.mean[2]), eye)
     return solve(
         evidence,
         task.model,
@@ -311,6 +310,18 @@ def _try(
         slide_first=slide,
         book=book,
     )
+
+
+def _lowered(
+    place: NDArray[np.float64], height_m: float, eye: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """A place at another height that is seen in the same direction, unless that is far away."""
+    sight = place - eye
+    share = (height_m - place[2]) / sight[2] if abs(sight[2]) > 1e-6 else 0.0
+    step = share * sight
+    if float(np.linalg.norm(step)) > REACHABLE_M:
+        step = np.array([0.0, 0.0, height_m - place[2]])
+    return place + step
 
 
 def _is_convincing(task: Task, fit: Fit) -> bool:

@@ -85,7 +85,7 @@ def follow(task: Task, unchanged: bool) -> Track:
     """
     track, now = task.track, task.scene.frame.t_ns
     if unchanged and not task.is_turn:
-        return replace(track, motion=Motion.rest(now), seen_ns=now)
+        return replace(track, motion=Motion.rest(now), seen_ns=now, looked_ns=now)
     if track.state is TrackState.LOST:
         return _search(task)
     predicted_world_from_object = track.motion.predict(track.world_from_object, now)
@@ -119,6 +119,7 @@ def _accept(task: Task, evidence: Evidence, fit: Fit) -> Track:
         usual_agreement=_usual(track, fit),
         missed_frames=0,
         seen_ns=now,
+        looked_ns=now,
         sketch=fit.sketch,
     )
     sigma = np.sqrt(np.diag(fit.covariance))
@@ -175,6 +176,7 @@ def _miss(task: Task, fit: Fit) -> Track:
         visible_fraction=fit.visible_fraction,
         confidence=min(1.0, fit.support / 0.9) * 0.5,
         missed_frames=missed,
+        looked_ns=now,
         still_frames=0,
         state=TrackState.OCCLUDED,
         motion=track.motion if is_carried and missed <= COASTED_FRAMES else Motion.rest(now),
@@ -219,6 +221,7 @@ def _search(task: Task) -> Track:
         still_frames=0,
         missed_frames=0,
         seen_ns=now,
+        looked_ns=now,
     )
 
 

@@ -154,8 +154,11 @@ class Fit:
 TRACKING_REACHES = (9.0, 4.0, 2.5)
 """Search distances in pixels of the rounds of a frame-to-frame solve."""
 
-SLID_REACHES = (9.0, 4.5, 3.0, 2.5)
+SLID_REACHES = (4.5, 3.0, 2.5)
 """The same after a textured object was slid onto its picture."""
+
+GROWN_REACHES = (9.0, 4.5, 3.0, 2.5)
+"""The same where the pattern lies right and the outline does not: the object came nearer."""
 
 COLD_REACHES = (16.0, 10.0, 5.0, 2.5)
 """The same for a pose that is only roughly known."""

@@ -65,6 +65,7 @@ class Track:
         rest: how it looks at rest; None while it isn't known to rest.
         sketch: how it was drawn last; None before.
         seen_ns: frame time of the last frame that agreed.
+        looked_ns: frame time of the last frame in which it was measured or missed.
         searched_ns: frame time of the last search over the whole scene.
     """
 
@@ -82,6 +83,7 @@ class Track:
     rest: Rest | None
     sketch: Sketch | None
     seen_ns: int
+    looked_ns: int
     searched_ns: int
 
 
@@ -129,6 +131,7 @@ def new_track(model: TrackModel) -> Track:
         rest=None,
         sketch=None,
         seen_ns=0,
+        looked_ns=0,
         searched_ns=-SEARCH_PERIOD_NS,
     )
 
