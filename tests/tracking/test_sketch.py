@@ -14,7 +14,7 @@ from scenes.state import ObjectModel
 from tracking.evidence import Evidence
 from tracking.kernels import SeenWindow
 from tracking.model import make_model
-from tracking.sketch import draw, sketched
+from tracking.sketch import Sketchbook, draw, sketched
 from tracking.window import window_around
 
 LENS = Fisheye.from_fov(1000, math.radians(200))
@@ -99,3 +99,14 @@ def test_a_sketch_serves_until_the_object_looks_otherwise(model, renderer):
     assert not serves(0.0, 0.2, 1.7)
     assert not serves(0.15, 0.2, 1.5)
     assert not serves(0.0, 0.2, -1.5)
+
+
+def test_what_a_book_has_drawn_serves_again_and_a_rough_one_only_to_come_near_by(model, renderer):
+    pose, turned = at(0.0, 0.2, 1.5), at(0.0, 0.2, 1.5, 3.0)
+    book = Sketchbook()
+    first = book.at(model, pose, seen(model, pose), renderer)
+    assert book.at(model, turned, seen(model, turned), renderer, tolerance=2.5) is first
+    second = book.at(model, turned, seen(model, turned), renderer)
+    assert second is not first
+    assert book.at(model, pose, seen(model, pose), renderer) is first
+    assert Sketchbook(second).at(model, turned, seen(model, turned), renderer) is second
