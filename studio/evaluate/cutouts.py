@@ -84,12 +84,14 @@ def score_cutouts(
     scores = []
     for number, item in enumerate(room.objects):
         told.advance(number / len(room.objects), item.object_id)
+        agree = _overlap(by_light == number, by_mesh == number)
         try:
             cut = _cut_by_hand(package, item, room, prepared.reconstruction.views, renderer)
         except ValueError as refused:
             # One thing that no photo shows whole leaves the others to be judged.
             log.warning("%s was not cut out: %s", item.object_id, refused)
-            scores.append(CutScore(item.object_id, 0.0, 0.0, 100 * max(item.box_m), exact=True))
+            off_cm = 100 * max(item.box_m)
+            scores.append(CutScore(item.object_id, 0.0, 0.0, agree, off_cm, exact=True))
             continue
         last = cut.package.cuts[-1]
         found = np.zeros(len(package.room), dtype=bool)
@@ -101,7 +103,7 @@ def score_cutouts(
                 item.object_id,
                 _overlap(found, by_mesh == number),
                 _overlap(found, by_light == number),
-                _overlap(by_light == number, by_mesh == number),
+                agree,
                 100 * error_m,
                 _digest(undo_cut(cut.package).room, folder) == before,
             )
