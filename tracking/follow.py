@@ -1,4 +1,4 @@
-"""One object from frame to frame: rest, motion, occlusion, loss and recovery."""
+"""One object from frame to frame: rest, motion, occlusion and loss."""
 
 from __future__ import annotations
 
@@ -10,16 +10,25 @@ from numpy.typing import NDArray
 
 from scenes.pose import wrap_angle
 from scenes.state import TrackState
-from tracking.beliefs import HEAVY_HEIGHT_M, is_believable, is_doubtful, measure
+from tracking.audit import COVERED, audited, told_confidence
+from tracking.beliefs import (
+    HEAVY_HEIGHT_M,
+    LOST_CONFIDENCE,
+    confidence_of,
+    is_believable,
+    is_certainly_there,
+    is_doubtful,
+    measure,
+)
 from tracking.evidence import Evidence, gather, view_of
 from tracking.kernels import KERNELS
 from tracking.metrics import ROUND
-from tracking.recover import find, overview
+from tracking.recover import is_recognised
 from tracking.smooth import Motion, pose_vector, vector_pose
 from tracking.solve import (
     Fit,
 )
-from tracking.track import RESTING_FRAMES, SEARCH_PERIOD_NS, Rest, Task, Track
+from tracking.track import RESTING_FRAMES, Rest, Task, Track
 from tracking.uncertainty import uncertainty
 
 GONE_BELOW = 0.25
@@ -87,7 +96,7 @@ def follow(task: Task, unchanged: bool) -> Track:
     if unchanged and not task.is_turn:
         return replace(track, motion=Motion.rest(now), seen_ns=now, looked_ns=now)
     if track.state is TrackState.LOST:
-        return _search(task)
+        return track
     predicted_world_from_object = track.motion.predict(track.world_from_object, now)
     evidence = gather(
         task.scene,
@@ -96,10 +105,13 @@ def follow(task: Task, unchanged: bool) -> Track:
         task.neighbours,
     )
     fit = measure(task, evidence, predicted_world_from_object)
+    if task.is_first:
+        is_there = is_certainly_there(fit)
+        if not is_there or not is_recognised(task.scene, task.model, evidence, fit):
+            return _lost(task, fit)
+    task, fit = audited(task, evidence, fit)
     if is_believable(fit) and not is_doubtful(task, fit):
         return _accept(task, evidence, fit)
-    if task.is_first and fit.covered_fraction < 0.5:
-        return _search(task)
     return _miss(task, fit)
 
 
@@ -115,7 +127,7 @@ def _accept(task: Task, evidence: Evidence, fit: Fit) -> Track:
         track,
         covariance=uncertainty(task.scene, task.model, fit),
         visible_fraction=fit.visible_fraction,
-        confidence=min(1.0, fit.support / 0.9),
+        confidence=told_confidence(track, fit),
         usual_agreement=_usual(track, fit),
         missed_frames=0,
         seen_ns=now,
@@ -132,7 +144,7 @@ def _accept(task: Task, evidence: Evidence, fit: Fit) -> Track:
             seen,
             world_from_object=world_from_object,
             motion=Motion.rest(now),
-            rest=_rest(task, evidence, fit),
+            rest=rest_of(task, fit),
         )
     still = distance < RESTING_STEP_M and turn < RESTING_STEP_RAD
     still_frames = track.still_frames + 1 if still else 0
@@ -143,7 +155,7 @@ def _accept(task: Task, evidence: Evidence, fit: Fit) -> Track:
             motion=Motion.rest(now),
             state=TrackState.STATIC,
             still_frames=still_frames,
-            rest=_rest(task, evidence, fit),
+            rest=rest_of(task, fit),
         )
     motion = track.motion.measured(track.world_from_object, fit.world_from_object, now)
     if task.is_first or track.missed_frames > 3:
@@ -174,7 +186,7 @@ def _miss(task: Task, fit: Fit) -> Track:
         track,
         covariance=grown,
         visible_fraction=fit.visible_fraction,
-        confidence=min(1.0, fit.support / 0.9) * 0.5,
+        confidence=0.5 * confidence_of(fit),
         missed_frames=missed,
         looked_ns=now,
         still_frames=0,
@@ -182,54 +194,33 @@ def _miss(task: Task, fit: Fit) -> Track:
         motion=track.motion if is_carried and missed <= COASTED_FRAMES else Motion.rest(now),
         rest=None,
     )
-    gone = fit.visible_fraction < GONE_BELOW and fit.covered_fraction < 0.35
-    if (gone and missed >= 2) or (missed >= LOST_AFTER and fit.covered_fraction < 0.35):
-        return _search(replace(task, track=held))
+    is_free = fit.covered_fraction < COVERED
+    gone = fit.visible_fraction < GONE_BELOW and is_free
+    if (gone and missed >= 2) or (missed >= LOST_AFTER and is_free):
+        return _lost(replace(task, track=held), fit)
     return held
 
 
-def _search(task: Task) -> Track:
-    """Look for the object over the whole scene, if it is time to."""
-    track, now = task.track, task.scene.frame.t_ns
-    if not task.may_search or now - track.searched_ns < SEARCH_PERIOD_NS:
-        return replace(track, state=TrackState.LOST, rest=None)
-    heights = task.supports_m
-    if task.model.source.box_m[2] >= HEAVY_HEIGHT_M:
-        heights = (task.model.source.support_z_m,)
-    fit = find(
-        task.scene,
-        overview(task.scene),
-        task.model,
-        task.neighbours,
-        supports_m=heights,
-        last=track.world_from_object.translation,
-    )
-    searched = replace(track, searched_ns=now, rest=None)
-    if fit is None:
-        return replace(
-            searched, state=TrackState.LOST, confidence=0.0, missed_frames=track.missed_frames + 1
-        )
+def _lost(task: Task, fit: Fit) -> Track:
+    """The track of an object that must be looked for, with the best guess so far."""
     return replace(
-        searched,
-        world_from_object=fit.world_from_object,
-        motion=Motion.rest(now),
-        state=TrackState.TRACKED,
-        covariance=uncertainty(task.scene, task.model, fit),
+        task.track,
+        state=TrackState.LOST,
+        confidence=min(LOST_CONFIDENCE, confidence_of(fit)),
         visible_fraction=fit.visible_fraction,
-        confidence=min(1.0, fit.support / 0.9),
-        usual_agreement=fit.free_agreement,
+        missed_frames=task.track.missed_frames + 1,
         still_frames=0,
-        missed_frames=0,
-        seen_ns=now,
-        looked_ns=now,
+        motion=Motion.rest(task.scene.frame.t_ns),
+        rest=None,
+        looked_ns=task.scene.frame.t_ns,
     )
 
 
-def _rest(task: Task, evidence: Evidence, fit: Fit) -> Rest | None:
+def rest_of(task: Task, fit: Fit) -> Rest | None:
     """How the object looks now, unless something covers it."""
     if fit.covered_fraction > 0.1:
         return task.track.rest
-    sketch, view = fit.sketch, evidence.view
+    sketch, view = fit.sketch, view_of(task.scene, task.model, fit.world_from_object)
     camera_from_object = view.world_from_camera.inverse() @ fit.world_from_object
     inside, _ = view.camera.project(camera_from_object @ sketch.surface)
     border, _ = view.camera.project(camera_from_object @ sketch.contour.points)

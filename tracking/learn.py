@@ -85,6 +85,8 @@ def learn(
     exposures: Sequence[Exposure],
     taken: Sequence[Layer],
     band: Band,
+    *,
+    is_cautious: bool = False,
 ) -> Plates:
     """The plates with what this frame shows of the room in a band.
 
@@ -94,6 +96,7 @@ def learn(
         exposures: one per lens, of this frame.
         taken: movable objects as drawn into the band's lens; nothing is learned there.
         band: what to learn from.
+        is_cautious: things may be anywhere; a grey one before a wall is no shadow on it.
     """
     images, noise, learned = list(plates.images), list(plates.noise), list(plates.learned)
     index = band.lens
@@ -110,6 +113,7 @@ def learn(
         exposures[index],
         usable=free & (plates.coverage[index][rows] > 0.5),
         radius2=_radius2(height, width)[rows],
+        is_cautious=is_cautious,
     )
     inner = slice(band.top - top, band.bottom - top)
     for pictures, part in ((images, image), (noise, rough), (learned, known)):
@@ -154,6 +158,7 @@ def _learn_rows(
     *,
     usable: NDArray[np.bool_],
     radius2: FloatArray,
+    is_cautious: bool,
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
     """New plate, noise and learned mask of some rows of one lens."""
     height, width = plate.shape[:2]
@@ -165,8 +170,9 @@ def _learn_rows(
     small_residual, small_plate = resized(residual, small), resized(plate, small)
     side = max(3, round(COHERENT_SIDE * width / SHRINK)) | 1
     mean_residual = box_blurred(small_residual, side)
-    coherent = np.abs(mean_residual).max(axis=2) < COHERENT_LEVEL
-    shows_room = coherent | _relit(box_blurred(small_plate, side), mean_residual)
+    shows_room = np.abs(mean_residual).max(axis=2) < COHERENT_LEVEL
+    if not is_cautious:
+        shows_room |= _relit(box_blurred(small_plate, side), mean_residual)
     take = usable & (cv2.resize(shows_room.astype(np.uint8), (width, height)) > 0)
     share = np.where(learned, np.float32(BLEND), np.float32(1.0)) * take
     plate = plate + residual * share[..., None]

@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.cameras import Pinhole
-from scenes.frames import look_at
 from scenes.pose import Pose
 from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
 from scenes.state import ObjectModel
 from tracking.colours import ColourModel
 from tracking.metrics import ROUND
+from tracking.templates import ELEVATIONS_RAD, YAWS, Templates, drawn_around, templates_of
 
 RENDER_OPTIONS = RenderOptions(threads=1, antialias=True)
 """How model pictures are drawn: one thread, since a crop is small."""
 
-SYMMETRY_YAWS = 24
-SYMMETRY_SIZE_PX = 96
 TEXTURED_VARIATION = 0.1
 """Standard deviation of fine inner colour structure, 0..1, above which an object is textured."""
 
@@ -40,6 +36,7 @@ class TrackModel:
         radius_m: of the sphere around that centre which holds it.
         symmetry: yaws in a turn that look alike: 1 none, n-fold, or `ROUND`.
         textured: whether its inner picture is rich enough to tell it from anything else.
+        templates: what it looks like from afar.
     """
 
     source: ObjectModel
@@ -48,6 +45,7 @@ class TrackModel:
     radius_m: float
     symmetry: int
     textured: bool
+    templates: Templates
 
     @property
     def object_id(self) -> str:
@@ -67,9 +65,19 @@ def make_model(source: ObjectModel, renderer: Renderer) -> TrackModel:
     """Colours, extent and symmetry of a scanned object, from pictures all around it."""
     centre = np.array([0.0, 0.0, 0.5 * source.box_m[2]])
     radius = 0.5 * float(np.linalg.norm(source.box_m))
-    pictures = _around(source, renderer, centre, radius)
+    around = [
+        drawn_around(source.splats, renderer, centre, radius, elevation)
+        for elevation in ELEVATIONS_RAD
+    ]
+    pictures = around[1]
     return TrackModel(
-        source, colours_of(pictures), centre, radius, _symmetry(pictures), _is_textured(pictures)
+        source=source,
+        colours=colours_of(pictures),
+        centre_m=centre,
+        radius_m=radius,
+        symmetry=_symmetry(pictures),
+        textured=_is_textured(pictures),
+        templates=templates_of(around),
     )
 
 
@@ -79,23 +87,6 @@ def colours_of(pictures: NDArray[np.float32]) -> ColourModel:
     if len(shown) == 0:
         return ColourModel.of_pixels(np.zeros((1, 3)))
     return ColourModel.of_pixels(shown[:, :3] / shown[:, 3:])
-
-
-def _around(
-    source: ObjectModel, renderer: Renderer, centre: NDArray[np.float64], radius: float
-) -> NDArray[np.float32]:
-    """(V, H, W, 4) RGBA pictures at evenly spaced yaws."""
-    camera = Pinhole.from_fov(SYMMETRY_SIZE_PX, SYMMETRY_SIZE_PX, math.radians(30))
-    eye = centre + 4.2 * radius * np.array([math.cos(0.5), 0.0, math.sin(0.5)])
-    world_from_camera = look_at(eye, centre)
-    pictures = []
-    for k in range(SYMMETRY_YAWS):
-        pose = Pose.from_yaw(2 * math.pi * k / SYMMETRY_YAWS)
-        drawn = renderer.render(
-            (PosedSplats(source.splats, pose),), camera, world_from_camera, RENDER_OPTIONS
-        )
-        pictures.append(np.concatenate([drawn.rgb, drawn.alpha[..., None]], axis=2))
-    return np.stack(pictures)
 
 
 def _is_textured(pictures: NDArray[np.float32]) -> bool:
@@ -116,7 +107,7 @@ def _symmetry(pictures: NDArray[np.float32]) -> int:
     def difference(shift: int) -> float:
         return float(np.abs(pictures - np.roll(pictures, shift, axis=0)).mean() / area)
 
-    if max(difference(shift) for shift in range(1, SYMMETRY_YAWS // 2 + 1)) < ROUND_DIFFERENCE:
+    if max(difference(shift) for shift in range(1, YAWS // 2 + 1)) < ROUND_DIFFERENCE:
         return ROUND
-    folds = [n for n in (12, 8, 6, 4, 3, 2) if SYMMETRY_YAWS % n == 0]
-    return next((n for n in folds if difference(SYMMETRY_YAWS // n) < ROUND_DIFFERENCE), 1)
+    folds = [n for n in (12, 8, 6, 4, 3, 2) if YAWS % n == 0]
+    return next((n for n in folds if difference(YAWS // n) < ROUND_DIFFERENCE), 1)

@@ -1,8 +1,9 @@
-"""Finds an object that is not where it was: after it was lost, or moved between sessions.
+"""Finds objects that are not where they were: after they were lost, or moved between sessions.
 
-Places are proposed where the live picture differs from the empty room in the object's colours, then
-tried with several yaws, and the best few are refined (paper 4.4.2 "recovery between sessions", done
-here without asking the user to select the objects again).
+Places are proposed where the live picture differs from the empty room in the object's colours,
+compared with small pictures of all its yaws, and the best few are refined. Which object then gets
+which place is decided for all that are looked for together (paper 4.4.2 "recovery between
+sessions", done here without asking the user to select the objects again).
 """
 
 from __future__ import annotations
@@ -16,41 +17,130 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.cameras import Fisheye
-from scenes.pose import Pose
-from tracking.align import shifted, texture_shift
-from tracking.background import difference, expose
+from scenes.pose import Pose, wrap_angle
+from tracking.background import expose
+from tracking.colours import BINS
 from tracking.evidence import Evidence, Neighbour, Scene, gather, view_of
+from tracking.explain import explained, resemblances
+from tracking.kernels import KERNELS
 from tracking.metrics import ROUND
 from tracking.model import TrackModel
+from tracking.observe import CONTOUR_CORRELATION, FOREIGN
+from tracking.pictures import resized
+from tracking.sketch import sketched
 from tracking.smooth import pose_vector
-from tracking.solve import COLD_REACHES, SLID_REACHES, Fit, Prior, draw, solve
+from tracking.solve import Fit, Prior, judge, solve
+from tracking.templates import YAWS, Cuts, compare, cut_out
+from tracking.window import window_around
 
 FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]
 
-SEARCH_SIZE_PX = 480
-"""Lens pictures are shrunk to this side for the proposals."""
+SEARCH_SIZE_PX = 720
+"""Lens pictures are shrunk to about this side for the proposals."""
 
-GRID_M = 0.12
+FAINT, PLAIN = 0.07, 0.22
+"""Distances of colours, of 0..1 channels: below the first a place may be relit, above it is not."""
+
+SAME_HEIGHT_M = 0.01
+"""Supports nearer to each other than this are one."""
+
+LEAST_STEP_M = 0.06
+STEP = 0.25
+"""Places are tried this far apart, in radii of the object."""
+
 REACH_M = 4.5
-PLACES = 7
-PLACES_TEXTURED = 2
-BESIDE_M = 0.3
-TRUSTED_PX = 600
-YAWS = 12
-YAWS_TEXTURED = 24
-REFINED = 3
-REFINED_TEXTURED = 6
-"""How many of the tried poses are refined; patterns match in many places at first."""
+PLACES = 160
+PLACES_NEARER = 12
+PLACES_SMALL, YAWS_SMALL = 10, 12
+REFINED = 10
+REFINED_TURNED = 4
+"""How many places are compared with all yaws, looked at more closely, and refined; how many yaws of
+an object whose place is known."""
 
+STARTS_A_PLACE = 3
+"""At most so many yaws of one place are refined: there may be better places."""
 
-LEAST_DENSITY = 0.1
+NEARER = np.arange(-2, 3) * 0.2
+"""Steps around a place of those that are looked at more closely, in radii."""
+
+LEAST_DENSITY = 0.08
 """A place is proposed if at least this share of its box looks like the object."""
 
-ACCEPTED_AGREEMENT = 0.5
-ACCEPTED_QUALITY = 0.35
-ACCEPTED_LIKENESS = 0.45
-"""What a refined pose must reach to be believed."""
+TEXTURED_SHARE = 0.6
+PLAIN_SHARE = 0.5
+"""How much of a yaw's score is likeness of colours, the rest being overlap."""
+
+APART = 0.3
+APART_RAD = math.radians(20)
+"""Poses farther apart than this, in radii of the object or in yaw, are different ones."""
+
+START_REACHES = (10.0, 5.0, 2.5)
+"""Search distances in pixels from a start: templates find a place to a tenth of an object."""
+
+START_SIGMA = (0.25, 0.25, 0.003, 0.6)
+"""How far off a pose may be before it is refined: metres and radians."""
+
+GOOD_SUPPORT, GOOD_VISIBLE = 0.8, 0.9
+"""Wrong yaws reach three quarters."""
+
+SMALL_M = 0.25
+SMALL_PX = 40.0
+SMALL_SIGMA = (0.01, 0.01, 0.003, 0.05, 0.0015)
+"""Objects of a smaller radius are placed by their colours; how well: metres, radians, halo."""
+
+ACCEPTED_SMALL = 0.3
+RECOGNISED_SMALL = 0.42
+SMALL_QUALITY_SIGMA = 0.03
+CLEAR_SIGMAS = 1.5
+"""A pose must be better than another by this many standard deviations of a quality."""
+
+ACCEPTED_AGREEMENT = 0.35
+ACCEPTED_QUALITY = 0.3
+ACCEPTED_LIKENESS = 0.25
+"""What a refined pose must reach to be a guess."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Guess:
+    """Where an object may be.
+
+    Attributes:
+        fit: the pose and what its outline says.
+        explained: of a small object, how much of what has changed there it explains, at most 1.
+    """
+
+    fit: Fit
+    explained: float | None
+
+    @property
+    def world_from_object(self) -> Pose:
+        """Of the fit."""
+        return self.fit.world_from_object
+
+    @property
+    def quality(self) -> float:
+        """0..1: ranks guesses of one object."""
+        if self.explained is None:
+            return self.fit.quality
+        return 0.5 * (max(self.explained, 0.0) + max(self.fit.likeness, 0.0))
+
+    @property
+    def quality_sigma(self) -> float:
+        """Standard deviation of the quality.
+
+        It is about a share of the contour, of which neighbouring points count as one.
+        """
+        if self.explained is not None:
+            return SMALL_QUALITY_SIGMA
+        count = max(len(self.fit.sketch.contour) / CONTOUR_CORRELATION, 1.0)
+        share = min(max(self.quality, 0.1), 0.9)
+        return math.sqrt(share * (1.0 - share) / count)
+
+    def is_clearly_better(self, other: Guess) -> bool:
+        """Whether this guess's quality is higher than can be by chance."""
+        margin = CLEAR_SIGMAS * math.hypot(self.quality_sigma, other.quality_sigma)
+        return self.quality > other.quality + margin
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,12 +149,12 @@ class Overview:
 
     Attributes:
         cameras: shrunk lenses.
-        images: (H, W, 3) uint8 shrunk live pictures.
+        images: (H, W, 3) float32 0..1 shrunk live pictures.
         foreground: (H, W) float32 per lens.
     """
 
     cameras: tuple[Fisheye, ...]
-    images: tuple[NDArray[np.uint8], ...]
+    images: tuple[FloatArray, ...]
     foreground: tuple[FloatArray, ...]
 
 
@@ -72,28 +162,38 @@ def overview(scene: Scene) -> Overview:
     """Shrink a frame and compare it with the empty room."""
     cameras, images, foregrounds = [], [], []
     for index, lens in enumerate(scene.frame.rig.lenses):
-        scale = SEARCH_SIZE_PX / lens.width_px
-        camera = lens.resized(SEARCH_SIZE_PX, round(lens.height_px * scale))
-        size = (camera.width_px, camera.height_px)
-        image = cv2.resize(scene.frame.images[index], size, interpolation=cv2.INTER_AREA)
-        plate = cv2.resize(scene.plates.images[index], size, interpolation=cv2.INTER_AREA)
-        noise = cv2.resize(scene.plates.noise[index], size, interpolation=cv2.INTER_AREA)
-        x = (np.arange(size[0]) + 0.5) / size[0] * 2 - 1
-        y = (np.arange(size[1]) + 0.5) / size[1] * 2 - 1
-        radius2 = (x[None, :] ** 2 + y[:, None] ** 2).astype(np.float32)
-        expected = expose(
-            np.asarray(plate, dtype=np.float32), scene.exposures[index], radius2=radius2
+        shrink = max(1, round(lens.width_px / SEARCH_SIZE_PX))
+        width, height = lens.width_px // shrink, lens.height_px // shrink
+        part = (slice(0, height * shrink), slice(0, width * shrink))
+        live, foreground, _, _ = KERNELS.change(
+            np.ascontiguousarray(scene.frame.images[index][part]),
+            np.ascontiguousarray(scene.plates.images[index][part]),
+            np.ascontiguousarray(scene.plates.noise[index][part]),
+            lens_size=(lens.width_px, lens.height_px),
+            window=(0, 0, width, height),
+            shrink=shrink,
+            exposure=scene.exposures[index].rows(),
+            layers=[],
+            table=np.ones((BINS, BINS, BINS), np.float32),
         )
-        live = image.astype(np.float32) / np.float32(255.0)
-        change = difference(live, expected, np.asarray(noise, dtype=np.float32))
-        seen = radius2 <= (lens.circle_px * 2 / lens.width_px) ** 2
+        camera = lens.resized(width, height)
+        x = (np.arange(width) + 0.5 - camera.cx) / width
+        y = (np.arange(height) + 0.5 - camera.cy) / height
+        seen = x[None, :] ** 2 + y[:, None] ** 2 <= (lens.circle_px / lens.width_px) ** 2
+        live = live.reshape(height, width, 3)
+        plate = resized(scene.plates.images[index][part], (width, height))
+        expected = expose(
+            plate, scene.exposures[index], radius2=4.0 * (x[None] ** 2 + y[:, None] ** 2)
+        )
+        apart = np.linalg.norm(live - expected, axis=2)
+        clear = np.clip((apart - FAINT) / (PLAIN - FAINT), 0.0, 1.0)
         cameras.append(camera)
-        images.append(np.asarray(image, dtype=np.uint8))
-        foregrounds.append((change.probability * seen).astype(np.float32))
+        images.append(live)
+        foregrounds.append((foreground.reshape(height, width) * clear * seen).astype(np.float32))
     return Overview(tuple(cameras), tuple(images), tuple(foregrounds))
 
 
-def find(
+def candidates(
     scene: Scene,
     look: Overview,
     model: TrackModel,
@@ -101,9 +201,10 @@ def find(
     *,
     supports_m: Sequence[float],
     last: Points,
+    enough: int,
     reach_m: float = REACH_M,
-) -> Fit | None:
-    """The best pose of an object anywhere on the given heights, or None if none is convincing.
+) -> list[Guess]:
+    """Poses an object may have anywhere on the given heights, the best first.
 
     Args:
         scene: the frame.
@@ -112,174 +213,300 @@ def find(
         neighbours: other objects, whose places are taken.
         supports_m: heights of the planes it may stand on.
         last: (3,) where it was seen last; tried as well.
+        enough: the search ends with so many poses that leave no doubt.
         reach_m: how far from the camera to search.
     """
-    centre = scene.world_from_rig.translation[:2]
-    places = propose_places(
-        scene, look, model, neighbours, supports_m=supports_m, around=centre, reach_m=reach_m
-    )
-    beside = _beside(last, supports_m)
-    places = beside + places[:PLACES_TEXTURED] if model.textured else beside[:1] + places
-    tried: list[tuple[float, Pose, Evidence]] = []
-    for place in places:
-        rough = Pose.from_yaw(0.0, place)
-        evidence = gather(scene, model, view_of(scene, model, rough), neighbours)
-        tried += [
-            (score, world_from_object, evidence)
-            for score, world_from_object in _try_yaws(scene, model, evidence, place)
+    pictures = [
+        _claimed(scene, look, index, model, neighbours) for index in range(len(look.cameras))
+    ]
+    places = np.concatenate(
+        [
+            _on_support(last, supports_m)[None],
+            proposed(scene, look, model, pictures, supports_m=supports_m, reach_m=reach_m),
         ]
-    tried.sort(key=lambda item: -item[0])
-    best: Fit | None = None
-    for _, world_from_object, evidence in tried[: REFINED_TEXTURED if model.textured else REFINED]:
-        sigma = np.array([0.25, 0.25, 0.003, 0.6])
-        prior = Prior(pose_vector(world_from_object), sigma)
-        fit = solve(
-            evidence,
-            model,
-            world_from_object,
-            prior,
-            scene.renderer,
-            reaches_px=SLID_REACHES if model.textured else COLD_REACHES,
-            slide_first=True,
-        )
-        if best is None or fit.quality > best.quality:
-            best = fit
-    if best is None or best.agreement < ACCEPTED_AGREEMENT or best.quality < ACCEPTED_QUALITY:
-        return None
-    alike = not model.textured or best.likeness >= ACCEPTED_LIKENESS
-    return best if alike and scene.holds(best.world_from_object) else None
+    )
+    _, scores = _scored(scene, look, model, pictures, places)
+    chosen = places[np.argsort(-scores.max(axis=1), kind="stable")[:PLACES_NEARER]]
+    nearer = (chosen[:, None] + _around(model)).reshape(-1, 3)
+    yaws, scores = _scored(scene, look, model, pictures, nearer)
+    starts = (
+        (start, gather(scene, model, view_of(scene, model, start), neighbours))
+        for start in _distinct_starts(model, nearer, yaws, scores, limit=REFINED)
+    )
+    if model.radius_m < SMALL_M:
+        places = _spread_out(nearer, scores.max(axis=1), apart=model.radius_m, limit=PLACES_SMALL)
+        starts = _small_starts(scene, model, neighbours, places)
+    guesses: list[Guess] = []
+    for start, evidence in starts:
+        guesses.append(_refined(scene, model, start, evidence))
+        if len(_distinct(model, [g for g in guesses if leaves_no_doubt(g.fit)])) >= enough:
+            break
+    accepted = [g for g in guesses if _is_acceptable(g) and scene.holds(g.world_from_object)]
+    return _distinct(model, accepted)
 
 
-def _beside(last: Points, supports_m: Sequence[float]) -> list[Points]:
-    """The last place and four around it, on the nearest support: a crop there shows them all."""
-    height = min(supports_m, key=lambda z: abs(z - last[2]))
-    steps = [(0.0, 0.0)] + [(a, b) for a in (-BESIDE_M, BESIDE_M) for b in (-BESIDE_M, BESIDE_M)]
-    return [np.array([last[0] + a, last[1] + b, height]) for a, b in steps]
+def _small_starts(
+    scene: Scene, model: TrackModel, neighbours: Sequence[Neighbour], places: Points
+) -> list[tuple[Pose, Evidence]]:
+    """The poses at some places whose pictures explain most, each with its window, the best first."""
+    found: list[tuple[float, Pose, Evidence]] = []
+    for place in places:
+        poses = [Pose.from_yaw(2 * math.pi * k / YAWS_SMALL, place) for k in range(YAWS_SMALL)]
+        evidence = gather(scene, model, view_of(scene, model, poses[0]), neighbours)
+        alike = resemblances(scene, model, evidence, poses)
+        peaks = np.flatnonzero((alike >= np.roll(alike, 1)) & (alike > np.roll(alike, -1)))
+        best = peaks[np.argsort(-alike[peaks], kind="stable")][:STARTS_A_PLACE]
+        found += [(float(alike[k]), poses[k], evidence) for k in best]
+    found.sort(key=lambda item: -item[0])
+    return [(pose, evidence) for _, pose, evidence in found[:REFINED]]
 
 
-def propose_places(
+def turned(scene: Scene, model: TrackModel, evidence: Evidence, near: Pose) -> list[Guess]:
+    """Poses of an object about where it is believed to be, at whatever yaw, the best first.
+
+    That of a small object is among them, as its colours have it.
+    """
+    free = np.maximum(evidence.foreground, evidence.hidden)
+    own = evidence.own * (1.0 - evidence.hidden)
+    picture = np.dstack([evidence.live, own, free]).astype(np.float32)
+    places = near.translation + _around(model)
+    centres = places + model.centre_m
+    camera, pose = evidence.camera, evidence.world_from_camera
+    cuts = cut_out(picture, camera, pose, centres, model.radius_m)
+    yaws = np.arange(YAWS) * (2 * math.pi / YAWS) + cuts.azimuth_rad[:, None]
+    starts = _distinct_starts(
+        model, places, yaws, _template_scores(cuts, model), limit=REFINED_TURNED
+    )
+    if _is_small(model, evidence):
+        starts.insert(0, near)
+    guesses = [_refined(scene, model, start, evidence) for start in starts]
+    return _distinct(model, [g for g in guesses if scene.holds(g.world_from_object)])
+
+
+def _around(model: TrackModel) -> Points:
+    """(N, 3) steps to the places around a place that are looked at more closely."""
+    x, y = np.meshgrid(NEARER, NEARER)
+    steps = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
+    return np.asarray(model.radius_m * steps, dtype=np.float64)
+
+
+def _distinct(model: TrackModel, guesses: Sequence[Guess]) -> list[Guess]:
+    """The best of those that say the same, the best first."""
+    distinct: list[Guess] = []
+    for guess in sorted(guesses, key=lambda guess: -guess.quality):
+        pose = guess.world_from_object
+        if all(is_other(model, pose, other.world_from_object) for other in distinct):
+            distinct.append(guess)
+    return distinct
+
+
+def leaves_no_doubt(fit: Fit) -> bool:
+    """Whether a pose's outline and surface are better than those of any wrong one."""
+    return not fit.textured and fit.support >= GOOD_SUPPORT and fit.visible_fraction >= GOOD_VISIBLE
+
+
+def is_recognised(scene: Scene, model: TrackModel, evidence: Evidence, fit: Fit) -> bool:
+    """Whether what is at a pose looks like the object: the outlines of small things are all alike."""
+    if not _is_small(model, evidence):
+        return True
+    return _refined(scene, model, fit.world_from_object, evidence).quality >= RECOGNISED_SMALL
+
+
+def _is_acceptable(guess: Guess) -> bool:
+    """Whether a refined pose is worth being told."""
+    fit = guess.fit
+    if guess.explained is not None:
+        return guess.quality >= ACCEPTED_SMALL
+    alike = not fit.textured or fit.likeness >= ACCEPTED_LIKENESS
+    return alike and fit.agreement >= ACCEPTED_AGREEMENT and fit.quality >= ACCEPTED_QUALITY
+
+
+def is_other(model: TrackModel, first: Pose, second: Pose) -> bool:
+    """Whether two poses of an object differ by more than a refinement would even out."""
+    if _apart(first, second) > APART * model.radius_m:
+        return True
+    return _is_other_turn(model, first, second, least=APART_RAD)
+
+
+def _is_other_turn(model: TrackModel, first: Pose, second: Pose, *, least: float) -> bool:
+    """Whether an object looks different at two yaws that are at least so far apart."""
+    turn = _turn_between(model, first, second)
+    return turn > least and not model.templates.are_alike(turn)
+
+
+def _turn_between(model: TrackModel, first: Pose, second: Pose) -> float:
+    """Radians between two yaws, up to the turn after which the object repeats."""
+    if model.symmetry == ROUND:
+        return 0.0
+    turn = 2 * math.pi / model.symmetry
+    return abs(wrap_angle((first.yaw() - second.yaw()) * model.symmetry)) / (2 * math.pi) * turn
+
+
+def _on_support(last: Points, supports_m: Sequence[float]) -> Points:
+    """A place on the nearest support."""
+    return np.array([last[0], last[1], min(supports_m, key=lambda z: abs(z - last[2]))])
+
+
+def proposed(
     scene: Scene,
     look: Overview,
     model: TrackModel,
-    neighbours: Sequence[Neighbour],
+    pictures: Sequence[FloatArray],
     *,
     supports_m: Sequence[float],
-    around: Points,
     reach_m: float,
-) -> list[Points]:
-    """At most `PLACES` (3,) positions whose box is full of the object's colours, best first."""
-    steps = np.arange(-reach_m, reach_m + 1e-9, GRID_M)
+) -> Points:
+    """(P, 3) at most `PLACES` positions whose box is full of the object's colours, best first."""
+    around = scene.world_from_rig.translation[:2]
+    step = max(LEAST_STEP_M, STEP * model.radius_m)
+    steps = np.arange(-reach_m, reach_m + 1e-9, step)
     x, y = np.meshgrid(around[0] + steps, around[1] + steps)
     flat = np.stack([x.ravel(), y.ravel()], axis=1)
     low, high = scene.bounds_m[:, :2]
     inside = (flat > low).all(axis=1) & (flat < high).all(axis=1)
     flat = flat[inside & (np.hypot(*(flat - around).T) <= reach_m)]
     places = np.concatenate(
-        [np.column_stack([flat, np.full(len(flat), z)]) for z in sorted(set(supports_m))]
+        [np.column_stack([flat, np.full(len(flat), z)]) for z in _distinct_heights(supports_m)]
     )
     scores = np.full(len(places), -np.inf)
     for index, camera in enumerate(look.cameras):
-        own = _own(look, index, model)
-        for other, world_from_object in neighbours:
-            _erase(own, camera, scene, index, other, world_from_object)
         world_from_lens = scene.world_from_rig @ scene.frame.rig.rig_from_lens[index]
-        density = _box_density(own, camera, world_from_lens, model, places)
-        scores = np.maximum(scores, density)
+        own = np.ascontiguousarray(pictures[index][..., 3])
+        scores = np.maximum(scores, _box_density(own, camera, world_from_lens, model, places))
+    scores = np.where(scores > LEAST_DENSITY, scores, -np.inf)
+    return _spread_out(places, scores, apart=0.5 * max(model.source.box_m[:2]), limit=PLACES)
+
+
+def _spread_out(places: Points, scores: Points, *, apart: float, limit: int) -> Points:
+    """(P, 3) at most so many of the places, the best of each neighbourhood, best first."""
+    order = np.argsort(-scores, kind="stable")
+    order = order[scores[order] > 0.0]
+    left = places[order]
     chosen: list[Points] = []
-    apart = 0.6 * max(model.source.box_m[:2])
-    for index in np.argsort(-scores, kind="stable"):
-        if scores[index] < LEAST_DENSITY or len(chosen) == PLACES:
-            break
-        if all(np.linalg.norm(places[index] - other) > apart for other in chosen):
-            chosen.append(places[index])
-    return chosen
+    while len(chosen) < limit and len(left):
+        chosen.append(left[0])
+        left = left[((left - left[0]) ** 2).sum(axis=1) >= apart**2]
+    return np.array(chosen).reshape(-1, 3)
 
 
-def yaw_starts(model: TrackModel) -> Points:
-    """Yaws worth trying: a turn, or the part of one after which the object repeats."""
-    if model.symmetry == ROUND:
-        return np.zeros(1)
-    turn = 2 * math.pi / model.symmetry
-    count = max(3, round((YAWS_TEXTURED if model.textured else YAWS) / model.symmetry))
-    return np.arange(count) * turn / count
+def _distinct_heights(supports_m: Sequence[float]) -> list[float]:
+    heights: list[float] = []
+    for height in sorted(supports_m):
+        if not heights or height - heights[-1] > SAME_HEIGHT_M:
+            heights.append(height)
+    return heights
 
 
-def silhouette_score(
-    evidence: Evidence, model: TrackModel, world_from_object: Pose, scene: Scene
-) -> float:
-    """Overlap of the drawn silhouette with the object's own foreground, times colour agreement."""
-    drawn = draw(model, world_from_object, evidence, scene.renderer)
-    alpha = drawn.alpha
-    free = 1.0 - np.maximum(evidence.hidden, np.maximum(evidence.foreground - evidence.own, 0.0))
-    shared = float((np.minimum(alpha, evidence.own) * free).sum())
-    union = float((np.maximum(alpha, evidence.own) * free).sum())
-    if union < 12.0:
-        return 0.0
-    shown = (alpha > 0.5) & (evidence.own > 0.5)
-    if shown.sum() < 12:
-        return 0.0
-    apart = drawn.rgb[shown] - evidence.live[shown]
-    apart = apart - np.median(apart, axis=0)
-    colour = float(np.exp(-np.abs(apart).mean() / 0.12))
-    return shared / union * (0.7 + 0.3 * colour)
-
-
-def _try_yaws(
-    scene: Scene, model: TrackModel, evidence: Evidence, place: Points
-) -> list[tuple[float, Pose]]:
-    poses = [Pose.from_yaw(float(yaw), place) for yaw in yaw_starts(model)]
-    if not model.textured:
-        return [
-            (silhouette_score(evidence, model, world_from_object, scene), world_from_object)
-            for world_from_object in poses
-        ]
-    tried = []
-    for world_from_object in poses:
-        drawn = draw(model, world_from_object, evidence, scene.renderer)
-        found = texture_shift(evidence, drawn)
-        if found is None:
-            continue
-        # A few pixels match anything: a correlation counts by what it is made of.
-        trust = min(1.0, math.sqrt(float((drawn.alpha > 0.5).sum()) / TRUSTED_PX))
-        moved = shifted(world_from_object, found[0], evidence, model, grounded=True)
-        if scene.holds(moved):
-            tried.append((found[1] * trust * _standing_out(evidence, drawn.alpha, found[0]), moved))
-    return tried
-
-
-def _standing_out(evidence: Evidence, alpha: FloatArray, shift_px: Points) -> float:
-    """0..1: how much of a slid silhouette, and not of its surroundings, is own foreground."""
-    matrix = np.array([[1.0, 0.0, shift_px[0]], [0.0, 1.0, shift_px[1]]])
-    size = (alpha.shape[1], alpha.shape[0])
-    slid = (cv2.warpAffine(alpha, matrix, size) > 0.5).astype(np.uint8)
-    ring = cv2.dilate(slid, np.ones((9, 9), np.uint8)) - cv2.dilate(slid, np.ones((3, 3), np.uint8))
-    if not slid.any() or not ring.any():
-        return 0.0
-    inside = float(evidence.own[slid > 0].mean())
-    around = float(evidence.own[ring > 0].mean())
-    return max(0.0, inside - 0.6 * around)
-
-
-def _own(look: Overview, index: int, model: TrackModel) -> FloatArray:
-    likeness = np.clip(model.colours.likeness(look.images[index]) * 3.0, 0.0, 1.0)
-    return (look.foreground[index] * likeness).astype(np.float32)
-
-
-def _erase(
-    own: FloatArray,
-    camera: Fisheye,
+def _scored(
     scene: Scene,
+    look: Overview,
+    model: TrackModel,
+    pictures: Sequence[FloatArray],
+    places: Points,
+) -> tuple[Points, Points]:
+    """(P, Y) world yaws that the templates stand for at each place, and how well each fits."""
+    centres = places + model.centre_m
+    poses = [scene.world_from_rig @ local for local in scene.frame.rig.rig_from_lens]
+    ahead = np.stack(
+        [
+            (centres - pose.translation)
+            / np.linalg.norm(centres - pose.translation, axis=1, keepdims=True)
+            @ pose.rotation[:, 2]
+            for pose in poses
+        ]
+    )
+    lens_of_place = ahead.argmax(axis=0)
+    scores, yaws = np.zeros((2, len(places), YAWS))
+    for index, pose in enumerate(poses):
+        chosen = lens_of_place == index
+        if chosen.any():
+            cuts = cut_out(
+                pictures[index], look.cameras[index], pose, centres[chosen], model.radius_m
+            )
+            scores[chosen] = _template_scores(cuts, model)
+            turns = np.arange(YAWS) * (2 * math.pi / YAWS)
+            yaws[chosen] = turns + cuts.azimuth_rad[:, None]
+    return yaws, scores
+
+
+def _template_scores(cuts: Cuts, model: TrackModel) -> FloatArray:
+    overlap, likeness = compare(cuts, model.templates)
+    share = TEXTURED_SHARE if model.textured else PLAIN_SHARE
+    scores = overlap * (1.0 - share + share * np.maximum(likeness, 0.0))
+    return scores.astype(np.float32)
+
+
+def _distinct_starts(
+    model: TrackModel, places: Points, yaws: Points, scores: Points | FloatArray, *, limit: int
+) -> list[Pose]:
+    """The best-scored poses that differ from each other."""
+    starts: list[Pose] = []
+    for index in np.argsort(-scores, axis=None, kind="stable"):
+        row, column = np.unravel_index(index, scores.shape)
+        start = Pose.from_yaw(float(yaws[row, column]), places[row])
+        if len(starts) == limit or scores[row, column] <= 0.0:
+            break
+        beside = [other for other in starts if _apart(start, other) < model.radius_m]
+        is_new = all(_is_other_turn(model, start, other, least=1.5 * APART_RAD) for other in beside)
+        if is_new and len(beside) < STARTS_A_PLACE:
+            starts.append(start)
+    return starts
+
+
+def _apart(first: Pose, second: Pose) -> float:
+    return float(np.linalg.norm(first.translation - second.translation))
+
+
+def _refined(scene: Scene, model: TrackModel, start: Pose, evidence: Evidence) -> Guess:
+    if _is_small(model, evidence):
+        found, share = explained(scene, model, evidence, start)
+        sketch = sketched(model, found, evidence, scene.renderer)
+        information = np.diag(1.0 / np.array(SMALL_SIGMA) ** 2)
+        return Guess(judge(evidence, model, found, information, sketch), share)
+    prior = Prior(pose_vector(start), np.array(START_SIGMA))
+    fit = solve(evidence, model, start, prior, scene.renderer, reaches_px=START_REACHES)
+    return Guess(fit, None)
+
+
+def _is_small(model: TrackModel, evidence: Evidence) -> bool:
+    radius_px = evidence.camera.f_px * model.radius_m / evidence.view.target_range_m
+    return radius_px < SMALL_PX
+
+
+def _claimed(
+    scene: Scene,
+    look: Overview,
     index: int,
-    other: TrackModel,
-    world_from_object: Pose,
-) -> None:
-    """Blank the box of an object whose place is known, in an array that is ours."""
-    world_from_lens = scene.world_from_rig @ scene.frame.rig.rig_from_lens[index]
-    low, high, seen = _boxes(camera, world_from_lens, other, world_from_object.translation[None])
-    if seen[0]:
-        left, top = np.maximum(np.floor(low[0]), 0).astype(int)
-        right, bottom = np.maximum(np.ceil(high[0]), 0).astype(int)
-        own[top:bottom, left:right] = 0.0
+    model: TrackModel,
+    neighbours: Sequence[Neighbour],
+) -> FloatArray:
+    """(H, W, 5) a lens picture: colours, own and all foreground; neighbours are nobody's."""
+    image, foreground = look.images[index], look.foreground[index].copy()
+    bytes_ = np.clip(image * 255.0 + 0.5, 0, 255).astype(np.uint8)
+    own = foreground * np.clip(model.colours.likeness(bytes_) * 3.0, 0.0, 1.0)
+    height, width = foreground.shape
+    shrink = scene.frame.rig.lenses[index].width_px // width
+    for other, world_from_object in neighbours:
+        window = window_around(
+            scene.frame.rig,
+            scene.world_from_rig,
+            other.centre_at(world_from_object),
+            radius_m=other.radius_m,
+            lens=index,
+        )
+        layer = scene.layers.layer(
+            other.object_id,
+            other.splats_at(world_from_object),
+            window,
+            scene.frame.rig.lenses[index],
+            scene.renderer,
+        )
+        rows, columns = np.nonzero(layer.alpha > FOREIGN)
+        rows = np.minimum((rows + layer.top) // shrink, height - 1)
+        columns = np.minimum((columns + layer.left) // shrink, width - 1)
+        own[rows, columns] = 0.0
+        foreground[rows, columns] = 1.0
+    return np.dstack([image, own, foreground]).astype(np.float32)
 
 
 def _box_density(

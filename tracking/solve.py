@@ -62,7 +62,7 @@ DETAIL_PX = 3.0
 """A pattern is known by what differs from its surroundings of this size."""
 
 TEXTURED_SHARE = 0.8
-PLAIN_SHARE = 0.3
+PLAIN_SHARE = 0.5
 """How much of a pose's quality is likeness, the rest being the contour's agreement."""
 
 UPRIGHT = [0, 1, 2, 5, 6]

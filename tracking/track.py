@@ -13,6 +13,7 @@ from scenes.pose import Pose
 from scenes.state import TrackedObject, TrackState
 from tracking.evidence import Neighbour, Scene
 from tracking.model import TrackModel
+from tracking.recover import Guess
 from tracking.sketch import Sketch
 from tracking.smooth import Motion
 from tracking.solve import (
@@ -46,6 +47,21 @@ class Rest:
     inside: int
 
 
+@dataclass(frozen=True, slots=True)
+class Audit:
+    """A comparison of an object's yaw with all others.
+
+    Attributes:
+        t_ns: frame time.
+        in_vain: how many in a row changed nothing.
+        is_clear: whether no other yaw was about as good.
+    """
+
+    t_ns: int
+    in_vain: int
+    is_clear: bool
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Track:
     """What is remembered of one object.
@@ -67,6 +83,9 @@ class Track:
         seen_ns: frame time of the last frame that agreed.
         looked_ns: frame time of the last frame in which it was measured or missed.
         searched_ns: frame time of the last search over the whole scene.
+        searches_in_vain: how many in a row did not find it.
+        guesses: poses that search found possible, the best first.
+        audit: the last comparison of its yaw with others; None before.
     """
 
     world_from_object: Pose
@@ -85,6 +104,9 @@ class Track:
     seen_ns: int
     looked_ns: int
     searched_ns: int
+    searches_in_vain: int
+    guesses: tuple[Guess, ...]
+    audit: Audit | None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -133,6 +155,9 @@ def new_track(model: TrackModel) -> Track:
         seen_ns=0,
         looked_ns=0,
         searched_ns=-SEARCH_PERIOD_NS,
+        searches_in_vain=0,
+        guesses=(),
+        audit=None,
     )
 
 

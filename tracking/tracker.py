@@ -18,6 +18,7 @@ from scenes.pose import Pose, rotation_angle
 from scenes.render.renderer import PosedSplats, Renderer
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel, TrackState
+from tracking.audit import was_audited
 from tracking.background import Exposure, Plates, fit_exposure, render_plates
 from tracking.calibrate import Calibration, calibrate
 from tracking.evidence import Neighbour, Scene
@@ -26,6 +27,7 @@ from tracking.layers import LayerMemo
 from tracking.learn import Band, band_of, learn, whole_lens
 from tracking.model import TrackModel, make_model
 from tracking.output import Stopwatch, TrackOutput, no_stopwatch
+from tracking.regain import regain
 from tracking.track import Task, Track, new_track, report
 
 RIG_MOVED_M = 0.02
@@ -160,7 +162,11 @@ class Tracker:
                 may_search=self._options.recover and not searched,
             )
             tracks[name] = follow(task, looks[name])
-            searched = searched or tracks[name].searched_ns == frame.t_ns
+            searched = searched or was_audited(tracks[name], frame.t_ns)
+        if self._options.recover and not searched:
+            # At first there is nothing to be late for: all that is lost is looked for at once.
+            searches = 1 if state.frames else len(self._models)
+            tracks |= regain(self._lost(tasks, tracks), searches)
         posed = self._stopwatch()
         if state.frames % LEARN_PERIOD == LEARN_PERIOD // 2:
             heights = [lens.height_px for lens in frame.rig.lenses]
@@ -233,7 +239,9 @@ class Tracker:
             )
             for model in self._models
         ]
-        return learn(plates, frame, exposures, taken, band)
+        placed = all(track.visible_fraction > 0 for track in tracks.values())
+        lost = any(track.state is TrackState.LOST for track in tracks.values())
+        return learn(plates, frame, exposures, taken, band, is_cautious=lost or not placed)
 
     def _scene(self, frame: Frame, rig: RigState) -> Scene:
         exposures = _exposures(frame, rig.plates)
@@ -263,6 +271,18 @@ class Tracker:
             may_search=self._options.recover,
             use_texture=self._options.texture,
         )
+
+    def _lost(self, tasks: Mapping[str, Task], tracks: Mapping[str, Track]) -> list[Task]:
+        """What became of the objects that are lost so far."""
+        return [
+            replace(
+                tasks[model.object_id],
+                track=tracks[model.object_id],
+                neighbours=self._neighbours(model, tracks),
+            )
+            for model in self._models
+            if tracks[model.object_id].state is TrackState.LOST
+        ]
 
     def _neighbours(self, model: TrackModel, tracks: Mapping[str, Track]) -> tuple[Neighbour, ...]:
         """Where the other objects are, without those that are lost."""

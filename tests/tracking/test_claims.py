@@ -1,0 +1,76 @@
+"""Places given to objects, each once."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from scenes.pose import Pose
+from tracking.claims import Searched, claims, is_clearly_better
+from tracking.templates import SMALL_PX, YAWS, Templates
+
+PIXELS = SMALL_PX * SMALL_PX
+
+
+def a_model(name, *, radius_m=0.5):
+    """A model whose yaws all look different."""
+    alpha = np.zeros((4, YAWS, PIXELS), np.float32)
+    for yaw in range(YAWS):
+        alpha[:, yaw, yaw * 40 : yaw * 40 + 40] = 1.0
+    alike = np.arange(YAWS) == 0
+    templates = Templates(alpha, np.zeros((*alpha.shape, 3), np.float32), alike)
+    return SimpleNamespace(object_id=name, radius_m=radius_m, symmetry=1, templates=templates)
+
+
+def a_fit(x, quality, *, yaw_deg=0.0, points=240):
+    sketch = SimpleNamespace(contour=range(points))
+    pose = Pose.from_yaw(math.radians(yaw_deg), (x, 0.0, 0.0))
+    return SimpleNamespace(world_from_object=pose, quality=quality, sketch=sketch)
+
+
+def looked_for(name, last_x, *fits):
+    return Searched(a_model(name), Pose.from_yaw(0.0, (last_x, 0.0, 0.0)), fits)
+
+
+def test_two_objects_never_get_one_place_and_the_total_counts():
+    found = claims(
+        [
+            looked_for("a", 0.0, a_fit(1.0, 0.9), a_fit(3.0, 0.85)),
+            looked_for("b", 0.0, a_fit(1.01, 0.8)),
+        ]
+    )
+    assert found["a"].fit.world_from_object.translation[0] == pytest.approx(3.0)
+    assert found["b"].fit.world_from_object.translation[0] == pytest.approx(1.01)
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_twins_get_the_places_nearest_to_their_last_ones(order):
+    fits = (a_fit(1.0, 0.9), a_fit(3.0, 0.9))
+    found = claims([looked_for("a", 2.6, *fits), looked_for("b", 1.3, *fits)][::order])
+    assert found["a"].fit.world_from_object.translation[0] == 3.0
+    assert found["b"].fit.world_from_object.translation[0] == 1.0
+    assert found["a"].place_is_clear
+    assert found["b"].place_is_clear
+
+
+def test_a_free_place_that_fits_as_well_makes_it_unclear():
+    assert not claims([looked_for("a", 0.0, a_fit(1.0, 0.9), a_fit(3.0, 0.88))])["a"].place_is_clear
+    assert claims([looked_for("a", 0.0, a_fit(1.0, 0.9), a_fit(3.0, 0.6))])["a"].place_is_clear
+
+
+def test_another_yaw_that_fits_as_well_makes_it_unclear():
+    turned = a_fit(1.0, 0.88, yaw_deg=90.0)
+    assert not claims([looked_for("a", 0.0, a_fit(1.0, 0.9), turned)])["a"].yaw_is_clear
+    slightly = a_fit(1.0, 0.88, yaw_deg=5.0)
+    assert claims([looked_for("a", 0.0, a_fit(1.0, 0.9), slightly)])["a"].yaw_is_clear
+
+
+def test_what_fits_badly_or_nowhere_stays_lost():
+    assert claims([looked_for("a", 0.0, a_fit(1.0, 0.1)), looked_for("b", 0.0)]) == {}
+    assert claims([]) == {}
+
+
+def test_few_points_are_never_clear_by_a_little():
+    assert is_clearly_better(a_fit(0.0, 0.9), a_fit(0.0, 0.7))
+    assert not is_clearly_better(a_fit(0.0, 0.9, points=30), a_fit(0.0, 0.7, points=30))

@@ -1,0 +1,76 @@
+"""Small pictures of an object, compared with places of a lens picture."""
+
+import math
+
+import numpy as np
+import pytest
+
+from scenes.cameras import Fisheye
+from scenes.frames import look_at
+from scenes.opening import open_scene
+from scenes.pose import Pose, wrap_angle
+from scenes.render.native import NativeRenderer
+from scenes.render.renderer import PosedSplats, RenderOptions
+from tracking.model import make_model
+from tracking.templates import YAWS, compare, cut_out
+
+LENS = Fisheye.from_fov(720, math.radians(200))
+EYE = np.array([0.0, 0.0, 1.3])
+
+
+@pytest.fixture(scope="module")
+def chair():
+    source = next(m for m in open_scene("lab").objects if m.object_id == "chair-1")
+    renderer = NativeRenderer()
+    return make_model(source, renderer), renderer
+
+
+def picture_of(chair, world_from_object, world_from_lens):
+    model, renderer = chair
+    options = RenderOptions(threads=1, antialias=True)
+    posed = PosedSplats(model.source.splats, world_from_object)
+    drawn = renderer.render((posed,), LENS, world_from_lens, options)
+    alpha = drawn.alpha[..., None]
+    return np.concatenate([drawn.rgb + 0.5 * (1 - alpha), alpha, alpha], axis=2)
+
+
+@pytest.mark.parametrize(("x", "y", "yaw_deg"), [(1.5, 2.0, 20), (-2.0, 1.2, 140), (0.2, 1.4, -75)])
+def test_the_best_template_at_a_place_has_the_yaw_of_what_stands_there(chair, x, y, yaw_deg):
+    world_from_lens = look_at(EYE, np.array([0.0, 1.5, 0.8]))
+    true = Pose.from_yaw(math.radians(yaw_deg), (x, y, 0.0))
+    model = chair[0]
+    centres = model.centre_at(true) + np.array([[0.0, 0.0, 0.0], [0.7, 0.0, 0.0]])
+    picture = picture_of(chair, true, world_from_lens)
+    cuts = cut_out(picture, LENS, world_from_lens, centres, model.radius_m)
+    overlap, likeness = compare(cuts, model.templates)
+    best = int(overlap[0].argmax())
+    found = best * 2 * math.pi / YAWS + float(cuts.azimuth_rad[0])
+    assert abs(math.degrees(wrap_angle(found - true.yaw()))) < 12
+    assert overlap[0, best] > 0.45
+    assert likeness[0, best] > 0.3
+    assert overlap[1].max() < 0.5 * overlap[0, best]
+
+
+def test_what_is_covered_does_not_count_against_a_template(chair):
+    world_from_lens = look_at(EYE, np.array([0.0, 1.5, 0.8]))
+    true = Pose.from_yaw(0.4, (0.5, 1.8, 0.0))
+    model = chair[0]
+    centre = model.centre_at(true)[None]
+    picture = picture_of(chair, true, world_from_lens)
+    pixel = LENS.project(world_from_lens.inverse() @ centre)[0][0]
+    covered = picture.copy()
+    covered[:, int(pixel[0]) :, 3], covered[:, int(pixel[0]) :, 4] = 0.0, 1.0
+    empty = picture.copy()
+    empty[:, int(pixel[0]) :, 3:] = 0.0
+    scores = [
+        compare(cut_out(p, LENS, world_from_lens, centre, model.radius_m), model.templates)[0].max()
+        for p in (picture, covered, empty)
+    ]
+    assert scores[1] > 0.7 * scores[0]
+    assert scores[2] < 0.9 * scores[1]
+
+
+def test_a_chair_is_not_alike_when_turned(chair):
+    templates = chair[0].templates
+    assert templates.are_alike(0.0)
+    assert not any(templates.are_alike(math.radians(turn)) for turn in (45, 90, 180, -120))

@@ -1,0 +1,79 @@
+"""Whether an object is seen at the right yaw: others are compared where the picture leaves doubt.
+
+A chair seen from its side has an outline much like that of the same chair turned by half. What a
+large step between two frames has put wrong, nothing puts right again frame to frame.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from scenes.state import TrackState
+from tracking.beliefs import LOST_CONFIDENCE, confidence_of
+from tracking.evidence import Evidence
+from tracking.metrics import ROUND
+from tracking.recover import Guess, is_other, leaves_no_doubt, turned
+from tracking.solve import Fit
+from tracking.track import Audit, Task, Track
+
+COVERED = 0.35
+"""Of what is covered by more than this share, little can be told."""
+
+SEEN = 0.25
+"""Of what shows less of its silhouette than this, too."""
+
+PERIOD_NS = 180_000_000
+MOST_IN_VAIN = 5
+"""After an audit in vain the next one waits twice as long, so many times."""
+
+
+def audited(task: Task, evidence: Evidence, fit: Fit) -> tuple[Task, Fit]:
+    """The task with its audit noted, and the fit or a clearly better one at another yaw.
+
+    Args:
+        task: an object that may have turned.
+        evidence: its window.
+        fit: what was found from the prediction.
+    """
+    audit, now = task.track.audit, task.scene.frame.t_ns
+    if not task.may_search or not _is_wanted(task, fit) or not _is_due(audit, now):
+        return task, fit
+    others = turned(task.scene, task.model, evidence, fit.world_from_object)
+    same, rivals = [], []
+    for other in others:
+        is_rival = is_other(task.model, other.world_from_object, fit.world_from_object)
+        (rivals if is_rival else same).append(other)
+    is_small = bool(same) and same[0].explained is not None
+    found = same[0] if is_small else Guess(fit, None)
+    is_wrong = bool(rivals) and rivals[0].is_clearly_better(found)
+    best, others = (rivals[0], [found, *rivals[1:]]) if is_wrong else (found, rivals)
+    is_clear = all(best.is_clearly_better(other) for other in others)
+    in_vain = 0 if is_wrong or audit is None else min(audit.in_vain + 1, MOST_IN_VAIN)
+    return replace(task, track=replace(task.track, audit=Audit(now, in_vain, is_clear))), best.fit
+
+
+def was_audited(track: Track, t_ns: int) -> bool:
+    """Whether a track was audited in the frame of this time."""
+    return track.audit is not None and track.audit.t_ns == t_ns
+
+
+def told_confidence(track: Track, fit: Fit) -> float:
+    """Confidence in a pose: low while its yaw is one of several."""
+    confidence = confidence_of(fit)
+    if track.audit is None or track.audit.is_clear or leaves_no_doubt(fit):
+        return confidence
+    return min(confidence, LOST_CONFIDENCE)
+
+
+def _is_wanted(task: Task, fit: Fit) -> bool:
+    """Whether the yaw may be wrong, and the picture may tell."""
+    if task.model.symmetry == ROUND or leaves_no_doubt(fit):
+        return False
+    if fit.covered_fraction > COVERED or fit.visible_fraction < SEEN:
+        return False
+    # What never moved has the yaw that it was scanned with.
+    return task.track.state is not TrackState.STATIC or task.track.audit is not None
+
+
+def _is_due(audit: Audit | None, now_ns: int) -> bool:
+    return audit is None or now_ns - audit.t_ns >= PERIOD_NS << audit.in_vain
