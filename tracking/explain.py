@@ -66,17 +66,16 @@ class Setting:
 
 
 def explained(
-    scene: Scene,
-    model: TrackModel,
-    evidence: Evidence,
-    start: Pose,
-    *,
-    evaluations: int = EVALUATIONS,
-) -> Pose:
-    """The pose near a start, on the same height, that leaves least of the picture unexplained."""
+    scene: Scene, model: TrackModel, evidence: Evidence, start: Pose
+) -> tuple[Pose, float]:
+    """The pose near a start, on its height, that explains most of what has changed there.
+
+    Returns:
+        The pose, and how much of that it explains: 0 nothing, 1 all, below 0 makes it worse.
+    """
     setting = _setting(scene, model, evidence, start)
     if setting is None:
-        return start
+        return start, 0.0
 
     def pose_of(steps: Points) -> Pose:
         shift = np.array([steps[0] * STEP_M, steps[1] * STEP_M, 0.0])
@@ -119,7 +118,7 @@ def _shown(
         (model.splats_at(pose),), setting.camera, setting.world_from_camera, RENDER_OPTIONS
     )
     rgb, alpha = blurred(drawn.rgb, LENS_BLUR_PX), blurred(drawn.alpha, LENS_BLUR_PX)
-    behind = (1.0 - alpha)[..., None] * setting.empty
+    behind = np.asarray((1.0 - alpha)[..., None] * setting.empty, dtype=np.float32)
     solid = alpha * setting.free > SOLID
     if solid.sum() < LEAST_SOLID_PX:
         return rgb + behind, 0.0
@@ -129,7 +128,8 @@ def _shown(
     likeness = both / math.sqrt(power * max(float((second * second).sum()), 1e-6))
     gain = min(max(both / power, LIGHT_GAIN[0]), LIGHT_GAIN[1])
     bias = np.clip(seen.mean(axis=0) - gain * own.mean(axis=0), *LIGHT_BIAS)
-    return gain * rgb + bias * alpha[..., None] + behind, likeness
+    shown = gain * rgb + bias * alpha[..., None] + behind
+    return np.asarray(shown, dtype=np.float32), likeness
 
 
 def _strange_px(shown: FloatArray, setting: Setting) -> float:

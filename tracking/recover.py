@@ -31,7 +31,6 @@ from tracking.sketch import sketched
 from tracking.smooth import pose_vector
 from tracking.solve import Fit, Prior, judge, solve
 from tracking.templates import YAWS, Cuts, compare, cut_out
-from tracking.window import window_around
 
 FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]
@@ -86,8 +85,8 @@ GOOD_SUPPORT, GOOD_VISIBLE = 0.8, 0.9
 
 SMALL_M = 0.25
 SMALL_PX = 40.0
-SMALL_SIGMA = (0.01, 0.01, 0.003, 0.05, 0.0015)
-"""Objects of a smaller radius are placed by their colours; how well: metres, radians, halo."""
+SMALL_SIGMA = (0.01, 0.01, 0.003, 0.05)
+"""Objects of a smaller radius are placed by their colours; how well: metres and radians."""
 
 ACCEPTED_SMALL = 0.3
 RECOGNISED_SMALL = 0.42
@@ -177,14 +176,13 @@ def overview(scene: Scene) -> Overview:
             table=np.ones((BINS, BINS, BINS), np.float32),
         )
         camera = lens.resized(width, height)
-        x = (np.arange(width) + 0.5 - camera.cx) / width
-        y = (np.arange(height) + 0.5 - camera.cy) / height
-        seen = x[None, :] ** 2 + y[:, None] ** 2 <= (lens.circle_px / lens.width_px) ** 2
+        x = ((np.arange(width) + 0.5 - camera.cx) / width).astype(np.float32)
+        y = ((np.arange(height) + 0.5 - camera.cy) / height).astype(np.float32)
+        radius2 = np.asarray(x[None, :] ** 2 + y[:, None] ** 2, dtype=np.float32)
+        seen = radius2 <= (lens.circle_px / lens.width_px) ** 2
         live = live.reshape(height, width, 3)
         plate = resized(scene.plates.images[index][part], (width, height))
-        expected = expose(
-            plate, scene.exposures[index], radius2=4.0 * (x[None] ** 2 + y[:, None] ** 2)
-        )
+        expected = expose(plate, scene.exposures[index], radius2=4.0 * radius2)
         apart = np.linalg.norm(live - expected, axis=2)
         clear = np.clip((apart - FAINT) / (PLAIN - FAINT), 0.0, 1.0)
         cameras.append(camera)
@@ -248,7 +246,7 @@ def candidates(
 def _small_starts(
     scene: Scene, model: TrackModel, neighbours: Sequence[Neighbour], places: Points
 ) -> list[tuple[Pose, Evidence]]:
-    """The poses at some places whose pictures explain most, each with its window, the best first."""
+    """Poses at some places that look most like the picture, with their windows, the best first."""
     found: list[tuple[float, Pose, Evidence]] = []
     for place in places:
         poses = [Pose.from_yaw(2 * math.pi * k / YAWS_SMALL, place) for k in range(YAWS_SMALL)]
@@ -306,7 +304,7 @@ def leaves_no_doubt(fit: Fit) -> bool:
 
 
 def is_recognised(scene: Scene, model: TrackModel, evidence: Evidence, fit: Fit) -> bool:
-    """Whether what is at a pose looks like the object: the outlines of small things are all alike."""
+    """Whether what is at a pose looks like the object: outlines of small things are all alike."""
     if not _is_small(model, evidence):
         return True
     return _refined(scene, model, fit.world_from_object, evidence).quality >= RECOGNISED_SMALL
@@ -461,8 +459,9 @@ def _refined(scene: Scene, model: TrackModel, start: Pose, evidence: Evidence) -
     if _is_small(model, evidence):
         found, share = explained(scene, model, evidence, start)
         sketch = sketched(model, found, evidence, scene.renderer)
-        information = np.diag(1.0 / np.array(SMALL_SIGMA) ** 2)
-        return Guess(judge(evidence, model, found, information, sketch), share)
+        prior = Prior(pose_vector(found), np.array(START_SIGMA))
+        information = np.diag(1.0 / Prior(prior.mean, np.array(SMALL_SIGMA)).seven() ** 2)
+        return Guess(judge(evidence, model, found, information, prior, sketch), share)
     prior = Prior(pose_vector(start), np.array(START_SIGMA))
     fit = solve(evidence, model, start, prior, scene.renderer, reaches_px=START_REACHES)
     return Guess(fit, None)
@@ -487,19 +486,13 @@ def _claimed(
     height, width = foreground.shape
     shrink = scene.frame.rig.lenses[index].width_px // width
     for other, world_from_object in neighbours:
-        window = window_around(
+        layer = scene.layers.layer(
+            other,
+            world_from_object,
             scene.frame.rig,
             scene.world_from_rig,
-            other.centre_at(world_from_object),
-            radius_m=other.radius_m,
-            lens=index,
-        )
-        layer = scene.layers.layer(
-            other.object_id,
-            other.splats_at(world_from_object),
-            window,
-            scene.frame.rig.lenses[index],
             scene.renderer,
+            lens=index,
         )
         rows, columns = np.nonzero(layer.alpha > FOREIGN)
         rows = np.minimum((rows + layer.top) // shrink, height - 1)
