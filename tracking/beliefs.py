@@ -58,8 +58,8 @@ SURE = 0.5
 LOST_CONFIDENCE = 0.4
 """Of a pose that is only a guess, at most."""
 
-THERE_SUPPORT = 0.5
-THERE_VISIBLE = 0.75
+THERE_SUPPORT = 0.55
+THERE_VISIBLE = 0.5
 THERE_LIKENESS = 0.25
 """An object is where the scan says if its outline, its surface and its pattern are this good."""
 

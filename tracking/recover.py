@@ -89,7 +89,7 @@ SMALL_SIGMA = (0.01, 0.01, 0.003, 0.05)
 """Objects of a smaller radius are placed by their colours; how well: metres and radians."""
 
 ACCEPTED_SMALL = 0.3
-RECOGNISED_SMALL = 0.42
+RECOGNISED_SMALL = 0.2
 SMALL_QUALITY_SIGMA = 0.03
 CLEAR_SIGMAS = 1.5
 """A pose must be better than another by this many standard deviations of a quality."""
