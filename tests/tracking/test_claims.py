@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from scenes.pose import Pose
-from tracking.claims import Searched, claims, is_clearly_better
+from tracking.claims import Searched, claims
+from tracking.recover import Guess
 from tracking.templates import SMALL_PX, YAWS, Templates
 
 PIXELS = SMALL_PX * SMALL_PX
@@ -23,10 +24,10 @@ def a_model(name, *, radius_m=0.5):
     return SimpleNamespace(object_id=name, radius_m=radius_m, symmetry=1, templates=templates)
 
 
-def a_fit(x, quality, *, yaw_deg=0.0, points=240):
+def a_guess(x, quality, *, yaw_deg=0.0, points=240):
     sketch = SimpleNamespace(contour=range(points))
     pose = Pose.from_yaw(math.radians(yaw_deg), (x, 0.0, 0.0))
-    return SimpleNamespace(world_from_object=pose, quality=quality, sketch=sketch)
+    return Guess(SimpleNamespace(world_from_object=pose, quality=quality, sketch=sketch), None)
 
 
 def looked_for(name, last_x, *fits):
@@ -36,41 +37,42 @@ def looked_for(name, last_x, *fits):
 def test_two_objects_never_get_one_place_and_the_total_counts():
     found = claims(
         [
-            looked_for("a", 0.0, a_fit(1.0, 0.9), a_fit(3.0, 0.85)),
-            looked_for("b", 0.0, a_fit(1.01, 0.8)),
+            looked_for("a", 0.0, a_guess(1.0, 0.9), a_guess(3.0, 0.85)),
+            looked_for("b", 0.0, a_guess(1.01, 0.8)),
         ]
     )
-    assert found["a"].fit.world_from_object.translation[0] == pytest.approx(3.0)
-    assert found["b"].fit.world_from_object.translation[0] == pytest.approx(1.01)
+    assert found["a"].guess.world_from_object.translation[0] == pytest.approx(3.0)
+    assert found["b"].guess.world_from_object.translation[0] == pytest.approx(1.01)
 
 
 @pytest.mark.parametrize("order", [1, -1])
 def test_twins_get_the_places_nearest_to_their_last_ones(order):
-    fits = (a_fit(1.0, 0.9), a_fit(3.0, 0.9))
+    fits = (a_guess(1.0, 0.9), a_guess(3.0, 0.9))
     found = claims([looked_for("a", 2.6, *fits), looked_for("b", 1.3, *fits)][::order])
-    assert found["a"].fit.world_from_object.translation[0] == 3.0
-    assert found["b"].fit.world_from_object.translation[0] == 1.0
+    assert found["a"].guess.world_from_object.translation[0] == 3.0
+    assert found["b"].guess.world_from_object.translation[0] == 1.0
     assert found["a"].place_is_clear
     assert found["b"].place_is_clear
 
 
-def test_a_free_place_that_fits_as_well_makes_it_unclear():
-    assert not claims([looked_for("a", 0.0, a_fit(1.0, 0.9), a_fit(3.0, 0.88))])["a"].place_is_clear
-    assert claims([looked_for("a", 0.0, a_fit(1.0, 0.9), a_fit(3.0, 0.6))])["a"].place_is_clear
+@pytest.mark.parametrize(("quality", "is_clear"), [(0.88, False), (0.6, True)])
+def test_a_free_place_that_fits_as_well_makes_it_unclear(quality, is_clear):
+    item = looked_for("a", 0.0, a_guess(1.0, 0.9), a_guess(3.0, quality))
+    assert claims([item])["a"].place_is_clear == is_clear
 
 
 def test_another_yaw_that_fits_as_well_makes_it_unclear():
-    turned = a_fit(1.0, 0.88, yaw_deg=90.0)
-    assert not claims([looked_for("a", 0.0, a_fit(1.0, 0.9), turned)])["a"].yaw_is_clear
-    slightly = a_fit(1.0, 0.88, yaw_deg=5.0)
-    assert claims([looked_for("a", 0.0, a_fit(1.0, 0.9), slightly)])["a"].yaw_is_clear
+    turned = a_guess(1.0, 0.88, yaw_deg=90.0)
+    assert not claims([looked_for("a", 0.0, a_guess(1.0, 0.9), turned)])["a"].yaw_is_clear
+    slightly = a_guess(1.0, 0.88, yaw_deg=5.0)
+    assert claims([looked_for("a", 0.0, a_guess(1.0, 0.9), slightly)])["a"].yaw_is_clear
 
 
 def test_what_fits_badly_or_nowhere_stays_lost():
-    assert claims([looked_for("a", 0.0, a_fit(1.0, 0.1)), looked_for("b", 0.0)]) == {}
+    assert claims([looked_for("a", 0.0, a_guess(1.0, 0.1)), looked_for("b", 0.0)]) == {}
     assert claims([]) == {}
 
 
 def test_few_points_are_never_clear_by_a_little():
-    assert is_clearly_better(a_fit(0.0, 0.9), a_fit(0.0, 0.7))
-    assert not is_clearly_better(a_fit(0.0, 0.9, points=30), a_fit(0.0, 0.7, points=30))
+    assert a_guess(0.0, 0.9).is_clearly_better(a_guess(0.0, 0.7))
+    assert not a_guess(0.0, 0.9, points=30).is_clearly_better(a_guess(0.0, 0.7, points=30))

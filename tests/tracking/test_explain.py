@@ -1,0 +1,73 @@
+"""Small objects placed by their colours, in pictures drawn from a scan in other light."""
+
+import math
+from types import SimpleNamespace
+
+import cv2
+import numpy as np
+import pytest
+
+from scenes.cameras import Fisheye, Rig
+from scenes.frames import look_at
+from scenes.opening import open_scene
+from scenes.pose import Pose, wrap_angle
+from scenes.render.native import NativeRenderer
+from tracking.background import Exposure
+from tracking.explain import explained, resemblances
+from tracking.model import RENDER_OPTIONS, make_model
+from tracking.window import window_around
+
+LENS = Fisheye.from_fov(1440, math.radians(200))
+WORLD_FROM_RIG = look_at(np.array([0.0, 0.0, 1.3]), np.array([0.0, 1.5, 0.7]))
+TRUE = Pose.from_yaw(0.7, (0.3, 1.9, 0.7))
+WALL = 0.6
+
+
+@pytest.fixture(scope="module")
+def seen():
+    """A darker book before a grey wall: scene, model and evidence."""
+    source = next(m for m in open_scene("desk").objects if m.object_id == "book-1")
+    renderer = NativeRenderer()
+    model = make_model(source, renderer)
+    rig = Rig((LENS,), (Pose.identity(),))
+    view = window_around(rig, WORLD_FROM_RIG, model.centre_at(TRUE), radius_m=model.radius_m)
+    drawn = renderer.render(
+        (model.splats_at(TRUE),), view.camera, view.world_from_camera, RENDER_OPTIONS
+    )
+    alpha = drawn.alpha[..., None]
+    live = cv2.GaussianBlur(0.8 * drawn.rgb + 0.05 * alpha + WALL * (1 - alpha), (0, 0), 0.6)
+    live += np.random.default_rng(3).normal(0.0, 0.02, live.shape)
+    shape = (LENS.height_px, LENS.width_px, 3)
+    scene = SimpleNamespace(
+        frame=SimpleNamespace(rig=rig),
+        plates=SimpleNamespace(images=(np.full(shape, WALL, np.float32),)),
+        exposures=(Exposure(np.ones(3), np.zeros(3), np.zeros(3)),),
+        renderer=renderer,
+    )
+    evidence = SimpleNamespace(
+        view=view,
+        camera=view.camera,
+        world_from_camera=view.world_from_camera,
+        live=live.astype(np.float32),
+        hidden=np.zeros(live.shape[:2], np.float32),
+    )
+    return scene, model, evidence
+
+
+@pytest.mark.parametrize(("x_m", "y_m", "turn_deg"), [(0.02, -0.02, 8), (-0.03, 0.01, -10)])
+def test_a_book_two_metres_away_is_put_right_by_its_colours(seen, x_m, y_m, turn_deg):
+    scene, model, evidence = seen
+    shift = np.array([x_m, y_m, 0.0])
+    start = Pose.from_yaw(TRUE.yaw() + math.radians(turn_deg), TRUE.translation + shift)
+    found, share = explained(scene, model, evidence, start)
+    assert np.linalg.norm(found.translation - TRUE.translation) < 0.004
+    assert abs(math.degrees(wrap_angle(found.yaw() - TRUE.yaw()))) < 1.5
+    assert share > 0.7
+
+
+def test_the_right_yaw_resembles_the_picture_most(seen):
+    scene, model, evidence = seen
+    poses = [Pose.from_yaw(TRUE.yaw() + k * math.pi / 4, TRUE.translation) for k in range(8)]
+    alike = resemblances(scene, model, evidence, poses)
+    assert alike.argmax() == 0
+    assert alike[0] > alike[1:].max() + 0.2
