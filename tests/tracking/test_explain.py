@@ -1,4 +1,4 @@
-"""Small objects placed by their colours, in pictures drawn from a scan in other light."""
+"""Small objects placed by their colours, in pictures of the physical object in other light."""
 
 import math
 from types import SimpleNamespace
@@ -12,9 +12,10 @@ from scenes.frames import look_at
 from scenes.opening import open_scene
 from scenes.pose import Pose, wrap_angle
 from scenes.render.native import NativeRenderer
+from scenes.samples import sample_room
 from tracking.background import Exposure
 from tracking.explain import explained, resemblances
-from tracking.model import RENDER_OPTIONS, make_model
+from tracking.model import make_model
 from tracking.window import window_around
 
 LENS = Fisheye.from_fov(1440, math.radians(200))
@@ -24,19 +25,21 @@ WALL = 0.6
 
 
 @pytest.fixture(scope="module")
-def seen():
+def seen(raycast):
     """A darker book before a grey wall: scene, model and evidence."""
     source = next(m for m in open_scene("desk").objects if m.object_id == "book-1")
     renderer = NativeRenderer()
     model = make_model(source, renderer)
     rig = Rig((LENS,), (Pose.identity(),))
     view = window_around(rig, WORLD_FROM_RIG, model.centre_at(TRUE), radius_m=model.radius_m)
-    drawn = renderer.render(
-        (model.splats_at(TRUE),), view.camera, view.world_from_camera, RENDER_OPTIONS
-    )
-    alpha = drawn.alpha[..., None]
-    live = cv2.GaussianBlur(0.8 * drawn.rgb + 0.05 * alpha + WALL * (1 - alpha), (0, 0), 0.6)
-    live += np.random.default_rng(3).normal(0.0, 0.02, live.shape)
+    fine = view.camera.resized(4 * view.camera.width_px, 4 * view.camera.height_px)
+    thing = sample_room("desk").object_by_id("book-1")
+    meshes = [(mesh, TRUE) for mesh in thing.meshes]
+    rgb, _, index = raycast(meshes, fine, view.world_from_camera, shade=True)
+    full = np.where((index >= 0)[..., None], 0.8 * rgb / 255 + 0.05, WALL).astype(np.float32)
+    size = (view.camera.width_px, view.camera.height_px)
+    live = cv2.GaussianBlur(cv2.resize(full, size, interpolation=cv2.INTER_AREA), (0, 0), 0.6)
+    live = live + np.random.default_rng(3).normal(0.0, 0.02, live.shape)
     shape = (LENS.height_px, LENS.width_px, 3)
     scene = SimpleNamespace(
         frame=SimpleNamespace(rig=rig),
@@ -60,9 +63,9 @@ def test_a_book_two_metres_away_is_put_right_by_its_colours(seen, x_m, y_m, turn
     shift = np.array([x_m, y_m, 0.0])
     start = Pose.from_yaw(TRUE.yaw() + math.radians(turn_deg), TRUE.translation + shift)
     found, share = explained(scene, model, evidence, start)
-    assert np.linalg.norm(found.translation - TRUE.translation) < 0.004
-    assert abs(math.degrees(wrap_angle(found.yaw() - TRUE.yaw()))) < 1.5
-    assert share > 0.7
+    assert np.linalg.norm(found.translation - TRUE.translation) < 0.015
+    assert abs(math.degrees(wrap_angle(found.yaw() - TRUE.yaw()))) < 3.0
+    assert share > 0.4
 
 
 def test_the_right_yaw_resembles_the_picture_most(seen):
