@@ -487,7 +487,7 @@ def _claimed(
     shrink = scene.frame.rig.lenses[index].width_px // width
     for other, world_from_object in neighbours:
         layer = scene.layers.layer(
-            other,
+            other.source,
             world_from_object,
             scene.frame.rig,
             scene.world_from_rig,

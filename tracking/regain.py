@@ -118,6 +118,7 @@ def _regained(task: Task, claim: Claim | None) -> Track:
         missed_frames=0,
         searches_in_vain=0 if is_placed else task.track.searches_in_vain,
         seen_ns=now,
+        looked_ns=now,
         sketch=fit.sketch,
         guesses=() if is_placed else task.track.guesses,
         audit=Audit(now, 0, claim.yaw_is_clear),
