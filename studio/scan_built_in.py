@@ -44,7 +44,7 @@ WALKS = (
 )
 """The room at large, close-ups of what may be moved, and the ceiling."""
 STEPS = 4500
-"""Of training at the default quality: about three minutes on two cores, the same splats anywhere."""
+"""Of training at the default quality, some three minutes: the same splats on any machine."""
 
 SEED = 2026
 """Decides the walk, the noise and the training."""
