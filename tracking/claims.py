@@ -97,9 +97,11 @@ def claims(searched: Sequence[Searched]) -> Mapping[str, Claim]:
     return MappingProxyType(found)
 
 
-def is_same_spot(model: TrackModel, pose: Pose, other: TrackModel, other_pose: Pose) -> bool:
+def is_same_spot(
+    model: TrackModel, world_from_object: Pose, other: TrackModel, world_from_other: Pose
+) -> bool:
     """Whether two objects at two poses would stand in each other."""
-    apart = float(np.linalg.norm(pose.translation - other_pose.translation))
+    apart = float(np.linalg.norm(world_from_object.translation - world_from_other.translation))
     return apart < SAME_SPOT * (model.radius_m + other.radius_m)
 
 

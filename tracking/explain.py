@@ -66,20 +66,23 @@ class Setting:
 
 
 def explained(
-    scene: Scene, model: TrackModel, evidence: Evidence, start: Pose
+    scene: Scene, model: TrackModel, evidence: Evidence, world_from_start: Pose
 ) -> tuple[Pose, float]:
     """The pose near a start, on its height, that explains most of what has changed there.
 
     Returns:
         The pose, and how much of that it explains: 0 nothing, 1 all, below 0 makes it worse.
     """
-    setting = _setting(scene, model, evidence, start)
+    setting = _setting(scene, model, evidence, world_from_start)
     if setting is None:
-        return start, 0.0
+        return world_from_start, 0.0
 
     def pose_of(steps: Points) -> Pose:
         shift = np.array([steps[0] * STEP_M, steps[1] * STEP_M, 0.0])
-        return Pose.from_yaw(start.yaw() + STEP_RAD * float(steps[2]), start.translation + shift)
+        return Pose.from_yaw(
+            world_from_start.yaw() + STEP_RAD * float(steps[2]),
+            world_from_start.translation + shift,
+        )
 
     def cost(steps: Points) -> float:
         shown, _ = _shown(setting, model, pose_of(steps), scene.renderer)

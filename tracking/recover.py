@@ -259,7 +259,9 @@ def _small_starts(
     return [(pose, evidence) for _, pose, evidence in found[:REFINED]]
 
 
-def turned(scene: Scene, model: TrackModel, evidence: Evidence, near: Pose) -> list[Guess]:
+def turned(
+    scene: Scene, model: TrackModel, evidence: Evidence, world_from_belief: Pose
+) -> list[Guess]:
     """Poses of an object about where it is believed to be, at whatever yaw, the best first.
 
     That of a small object is among them, as its colours have it.
@@ -267,7 +269,7 @@ def turned(scene: Scene, model: TrackModel, evidence: Evidence, near: Pose) -> l
     free = np.maximum(evidence.foreground, evidence.hidden)
     own = evidence.own * (1.0 - evidence.hidden)
     picture = np.dstack([evidence.live, own, free]).astype(np.float32)
-    places = near.translation + _around(model)
+    places = world_from_belief.translation + _around(model)
     centres = places + model.centre_m
     camera, pose = evidence.camera, evidence.world_from_camera
     cuts = cut_out(picture, camera, pose, centres, model.radius_m)
@@ -276,7 +278,7 @@ def turned(scene: Scene, model: TrackModel, evidence: Evidence, near: Pose) -> l
         model, places, yaws, _template_scores(cuts, model), limit=REFINED_TURNED
     )
     if _is_small(model, evidence):
-        starts.insert(0, near)
+        starts.insert(0, world_from_belief)
     guesses = [_refined(scene, model, start, evidence) for start in starts]
     return _distinct(model, [g for g in guesses if scene.holds(g.world_from_object)])
 
@@ -319,11 +321,11 @@ def _is_acceptable(guess: Guess) -> bool:
     return alike and fit.agreement >= ACCEPTED_AGREEMENT and fit.quality >= ACCEPTED_QUALITY
 
 
-def is_other(model: TrackModel, first: Pose, second: Pose) -> bool:
+def is_other(model: TrackModel, world_from_a: Pose, world_from_b: Pose) -> bool:
     """Whether two poses of an object differ by more than a refinement would even out."""
-    if _apart(first, second) > APART * model.radius_m:
+    if _apart(world_from_a, world_from_b) > APART * model.radius_m:
         return True
-    return _is_other_turn(model, first, second, least=APART_RAD)
+    return _is_other_turn(model, world_from_a, world_from_b, least=APART_RAD)
 
 
 def _is_other_turn(model: TrackModel, first: Pose, second: Pose, *, least: float) -> bool:
