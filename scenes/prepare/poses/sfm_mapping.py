@@ -7,10 +7,12 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pycolmap
 
 from scenes.prepare.poses.sfm_job import Attempt, Job, write_json
 from scenes.prepare.poses.sfm_session import MAPPING_FILE, Refused, Worker, open_database
+from scenes.prepare.poses.swim import swim_px
 
 ENOUGH = 0.9
 """Share of placed pictures at which no other mapper is tried."""
@@ -21,6 +23,12 @@ LOSS_SCALE_PX = 0.5
 REFINEMENT_STEPS = 60
 WRONG_MATCH_PX = 2.0
 LEAST_ANGLE_DEG = 1.5
+MOST_SWIM_PX = 1.0
+"""A picture that may be off by more blurs what all others show."""
+HELD_BY = 4
+"""Pictures that see a point before a pose may rest on it: with fewer it goes along."""
+MOST_TAKEN_OUT = 0.1
+"""Share of the pictures: where there are few, an unsure one is better than none."""
 
 
 def map_pictures(worker: Worker) -> None:
@@ -43,6 +51,7 @@ def map_pictures(worker: Worker) -> None:
         worker.tell("mapping", 0.95, "refining poses and lens")
         if kept.mapper != KNOWN_POSES:
             _refine(model, job)
+            _take_out_unsure(model, job)
             kept = replace(kept, models=(tuple(_placed(model)), *kept.models[1:]))
         folder.mkdir(exist_ok=True)
         model.write(folder)
@@ -61,6 +70,39 @@ def _refine(model: Any, job: Job) -> None:
     pycolmap.bundle_adjustment(model, options)
     pycolmap.ObservationManager(model).filter_all_points3D(WRONG_MATCH_PX, LEAST_ANGLE_DEG)
     model.update_point_3d_errors()
+
+
+def _take_out_unsure(model: Any, job: Job) -> None:
+    """Take out the pictures whose poses are the least sure, and adjust what remains."""
+    left = int(MOST_TAKEN_OUT * len(_placed(model)))
+    while left:
+        swims = {image.image_id: _swim_px(image, model) for image in model.images.values()}
+        unsure = sorted((k for k in swims if swims[k] > MOST_SWIM_PX), key=lambda k: -swims[k])
+        if not unsure:
+            return
+        for image_id in unsure[:left]:
+            model.deregister_frame(model.images[image_id].frame_id)
+        left -= len(unsure[:left])
+        _refine(model, job)
+
+
+def _swim_px(image: Any, model: Any) -> float:
+    """How far a picture's content may be off, by the points that others hold."""
+    if not image.has_pose:
+        return 0.0
+    seen = [(p.xy, model.points3D[p.point3D_id]) for p in image.points2D if p.has_point3D()]
+    held = [(xy, point.xyz) for xy, point in seen if point.track.length() >= HELD_BY]
+    if not held:
+        return float("inf")
+    at, places = (np.array(v) for v in zip(*held, strict=True))
+    in_camera = image.cam_from_world() * places
+    camera = image.camera
+    return swim_px(
+        in_camera,
+        np.linalg.norm(camera.img_from_cam(in_camera) - at, axis=1),
+        focal_px=camera.mean_focal_length(),
+        size_px=(camera.width, camera.height),
+    )
 
 
 def _mappers(job: Job) -> list[str]:
