@@ -38,7 +38,7 @@ LEAD_RAD = 0.25
 """The phone looks this far ahead of straight across and straight outward."""
 WALL_DISTANCE_M = 1.7
 """A blank wall from nearer shows nothing that could be found again in another photo."""
-UP_HEIGHT_M, UP_NOD_RAD, UP_SWAY_RAD = 1.5, 0.46, 0.14
+UP_HEIGHT_M, UP_NOD_RAD, UP_SWAY_RAD = 1.5, 0.42, 0.06
 """The phone's height when it looks up, how far up, and how much more and less on the way."""
 SHAKE_HZ = (0.7, 1.3, 2.1, 3.4, 5.2)
 METRES_PER_RADIAN = 1.6

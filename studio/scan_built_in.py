@@ -40,7 +40,7 @@ from studio.progress import Progress, StageProgress, text_progress
 WALKS = (
     ("around", PhoneOptions(frames=72)),
     ("near", PhoneOptions(frames=56, path="objects")),
-    ("up", PhoneOptions(frames=28, path="up", duration_s=40.0)),
+    ("up", PhoneOptions(frames=36, path="up", duration_s=40.0)),
 )
 """The room at large, close-ups of what may be moved, and the ceiling."""
 STEPS = 4500
