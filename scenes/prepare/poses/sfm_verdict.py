@@ -46,7 +46,7 @@ def judge_result(capture: Capture, result: JobResult) -> Verdict:
     groups = _groups(names, result)
     advice: list[str] = []
     if failed:
-        advice.append(f"no place was found for {describe(capture, failed)}")
+        advice.append(f"no sure place was found for {describe(capture, failed)}")
         bare = [name for name in failed if result.features.get(name, 0) < FEW_FEATURES]
         if bare:
             advice.append(

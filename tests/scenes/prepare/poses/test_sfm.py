@@ -9,14 +9,16 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+import pycolmap
 import pytest
 
 from scenes.pose import rotation_angle
 from scenes.prepare.footage.capture import Capture, CaptureError, CaptureKind, CaptureOptions, Frame
 from scenes.prepare.footage.gather import gather
 from scenes.prepare.poses import sfm as sfm_module
+from scenes.prepare.poses import sfm_mapping
 from scenes.prepare.poses.sfm import WorkerError, reconstruct
-from scenes.prepare.poses.sfm_job import Attempt, JobResult, SfmOptions
+from scenes.prepare.poses.sfm_job import Attempt, JobResult, SfmOptions, job_from_json
 from scenes.prepare.poses.sfm_verdict import describe, judge_result
 from scenes.prepare.progress import Cancelled
 from scenes.prepare.reconstruction import read_picture
@@ -161,6 +163,31 @@ def test_photos_of_different_rooms_do_not_become_one(speckled, tmp_path):
     capture = gather(folder, tmp_path, options=FEW)
     with pytest.raises(CaptureError, match=r"only \d of 8 pictures could be placed.*wanted"):
         reconstruct(capture, tmp_path, options=QUICK)
+
+
+def test_a_photo_that_rests_on_a_corner_of_itself_is_taken_out(reconstructed, captured):
+    model, job = kept_model(captured)
+    weak = next(image for image in model.images.values() if image.name == "05.jpg")
+    observations = pycolmap.ObservationManager(model)
+    seen = [k for k, point in enumerate(weak.points2D) if point.has_point3D()]
+    corner = np.argsort([np.linalg.norm(weak.points2D[k].xy) for k in seen])[:8]
+    for k in set(seen) - {seen[i] for i in corner}:
+        observations.delete_observation(weak.image_id, k)
+    sfm_mapping._take_out_unsure(model, job)
+    assert [image.name for image in model.images.values() if not image.has_pose] == ["05.jpg"]
+
+
+def test_photos_that_hold_each_other_all_stay(reconstructed, captured):
+    model, job = kept_model(captured)
+    sfm_mapping._take_out_unsure(model, job)
+    assert all(image.has_pose for image in model.images.values())
+
+
+def kept_model(captured):
+    """The model of all photos as it was kept, and its job."""
+    _, work = captured
+    job = job_from_json(json.loads((work / "sfm" / "job.json").read_text()))
+    return pycolmap.Reconstruction(work / "sfm" / "models" / "kept"), job
 
 
 def test_only_sift_is_ever_asked_for():
