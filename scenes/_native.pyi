@@ -255,7 +255,7 @@ class Trainee:
         gain: tuple[float, float, float],
         bias: tuple[float, float, float],
         falloff: tuple[float, float],
-        prices: tuple[float, float],
+        depth_price: float,
     ) -> _Distance:
         """One step towards `target`; `camera_from_world` is a row-major 3×4 matrix."""
 

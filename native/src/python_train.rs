@@ -13,7 +13,7 @@ use crate::render::Job;
 use crate::scope::Scope;
 use crate::simd::Simd;
 use crate::train_splats::{width_of, Rows};
-use crate::train_step::{self, CameraPose, Comparison, Prices};
+use crate::train_step::{self, CameraPose, Comparison};
 
 /// L1, 1 - SSIM, and gradients by gain, bias and falloff.
 type DistanceTuple = (f64, f64, [f64; 3], [f64; 3], [f64; 2]);
@@ -187,7 +187,7 @@ impl Trainee {
     /// One step of Adam at `rates` (one per number of a row).
     ///
     /// `draw` is of the whole picture: its region and tile mask are not looked at.
-    #[pyo3(signature = (target, camera_from_world, rates, *, lens, draw, ssim_share, gain, bias, falloff, prices))]
+    #[pyo3(signature = (target, camera_from_world, rates, *, lens, draw, ssim_share, gain, bias, falloff, depth_price))]
     #[allow(clippy::too_many_arguments)] // Python names them all
     fn step(
         &mut self,
@@ -201,7 +201,7 @@ impl Trainee {
         gain: [f32; 3],
         bias: [f32; 3],
         falloff: [f32; 2],
-        prices: [f32; 2],
+        depth_price: f32,
     ) -> PyResult<DistanceTuple> {
         let rates = rates.as_slice()?;
         check_length("rates", rates, self.trainee.splats.rows.width())?;
@@ -214,7 +214,6 @@ impl Trainee {
             )));
         }
         let pose = pose_of(&camera_from_world);
-        let [depth, size] = prices;
         let comparison = Comparison {
             exposure: Exposure {
                 gain,
@@ -222,7 +221,7 @@ impl Trainee {
                 falloff,
             },
             ssim_share,
-            prices: Prices { depth, size },
+            depth_price,
         };
         let pool = pool_of(&self.pools, draw.threads)?;
         let scope = Scope::whole(view.width, view.height);

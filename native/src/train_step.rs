@@ -26,16 +26,8 @@ pub struct CameraPose {
 pub struct Comparison {
     pub exposure: Exposure,
     pub ssim_share: f32,
-    pub prices: Prices,
-}
-
-/// What is charged beside the distance from the photo.
-#[derive(Clone, Copy)]
-pub struct Prices {
     /// Of weight off the target's depth bounds, mean over the pixels.
-    pub depth: f32,
-    /// Of each splat seen, by the sum of its scales, per metre.
-    pub size: f32,
+    pub depth_price: f32,
 }
 
 /// Splats in training and the buffers of a step.
@@ -107,19 +99,12 @@ impl Trainee {
         let records = self.scratch.groups.len() * CHUNK;
         let bounds = target.bounds.as_ref();
         let depth = bounds
-            .map(|bounds| (bounds, comparison.prices.depth))
+            .map(|bounds| (bounds, comparison.depth_price))
             .filter(|&(_, price)| price > 0.0);
         self.sums
             .fill(lens, job, &self.scratch, records, &self.loss, depth);
         let summed = Instant::now();
-        let groups = project_back(
-            &objects[0],
-            lens,
-            job,
-            &self.scratch,
-            &self.sums,
-            &comparison.prices,
-        );
+        let groups = project_back(&objects[0], lens, job, &self.scratch, &self.sums);
         let done = Instant::now();
         let parts = [
             drawn - start,
@@ -158,7 +143,6 @@ fn project_back<L: Curved>(
     job: &Job,
     scratch: &Scratch,
     sums: &TrainingSums,
-    prices: &Prices,
 ) -> Vec<GroupGradients> {
     let sh_count = posed.cloud.sh_count;
     scratch
@@ -187,8 +171,7 @@ fn project_back<L: Curved>(
                 out.places.push(record.index - (chunk * CHUNK) as u32);
                 out.rows.extend(splat.mean.map(|v| v as f32));
                 out.rows.extend(
-                    (0..ROTATION - LOG_SCALE)
-                        .map(|k| (splat.scale[k] as f32 + prices.size) * original.scale[k]),
+                    (0..ROTATION - LOG_SCALE).map(|k| splat.scale[k] as f32 * original.scale[k]),
                 );
                 out.rows.extend(splat.rotation.map(|v| v as f32));
                 debug_assert_eq!(out.rows.len() % (SH + 3 * sh_count), LOGIT);

@@ -62,23 +62,6 @@ class DepthBounds:
 
 
 @dataclass(frozen=True, slots=True)
-class Prices:
-    """What is charged beside the distance from the photo.
-
-    Attributes:
-        depth: of blend weight off a pixel's `DepthBounds`, by how far off it is (a share of its
-            depth, spelt out in `scenes.prepare.train.loss`); mean over the pixels.
-        size: of each splat seen, by the sum of its scales, per metre.
-    """
-
-    depth: float = 0.0
-    size: float = 0.0
-
-
-FREE = Prices()
-
-
-@dataclass(frozen=True, slots=True)
 class Distance:
     """How far a drawn picture is from a photo.
 
@@ -203,7 +186,7 @@ class Trainee:
         rates: NDArray[np.float32],
         exposure: Exposure,
         options: RenderOptions,
-        prices: Prices = FREE,
+        depth_price: float = 0.0,
     ) -> Distance:
         """One step of Adam, for the splats that the picture shows, towards a photo.
 
@@ -212,7 +195,8 @@ class Trainee:
             rates: (11 + 3K,) float32, learning rate of each number of a row.
             exposure: of the photo.
             options: how to draw; the same bits for any number of threads.
-            prices: of what else is to be made small.
+            depth_price: of blend weight off a pixel's `DepthBounds`, by how far off it is (a share
+                of its depth, spelt out in `scenes.prepare.train.loss`); mean over the pixels.
 
         Raises:
             ValueError: names the argument, what it got and what it wants.
@@ -230,7 +214,7 @@ class Trainee:
             gain=exposure.gain,
             bias=exposure.bias,
             falloff=exposure.falloff,
-            prices=(prices.depth, prices.size),
+            depth_price=depth_price,
         )
         return Distance(*raw)
 

@@ -1,8 +1,7 @@
 """Between which depths each pixel of a photo shows a surface, by what photo pairs have seen.
 
-Bounds are tight where this photo's pairs or another's have seen the depth. Between those a surface
-is taken to go on, and bounds the light only in front: around a thing, what is filled in hangs
-between it and what is behind it.
+Bounds are tight where this photo's pairs or another's have seen the depth. What is filled in
+between those bounds nothing: a plain seat would be taken for the floor that is seen around it.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ from scenes.cameras import Fisheye, Pinhole
 from scenes.prepare.train.seen_surfaces import Surface
 from scenes.render.training import FARTHEST, DepthBounds
 
-SEEN_SLACK, LENT_SLACK, FILLED_SLACK = 0.001, 0.002, 0.04
+SEEN_SLACK, LENT_SLACK = 0.003, 0.006
 """A surface may be nearer or farther by so much of its depth. Little: a splat is seen by many
 photos, whose errors cancel where its price has a slope for each."""
 
@@ -26,9 +25,9 @@ def depth_bounds(surface: Surface, camera: Pinhole | Fisheye) -> DepthBounds:
         surface: of the same view.
         camera: its lens at the size wanted.
     """
-    slack = np.select([surface.is_seen, surface.is_lent], [SEEN_SLACK, LENT_SLACK], FILLED_SLACK)
+    slack = np.where(surface.is_seen, SEEN_SLACK, LENT_SLACK)
     is_known = surface.is_seen | surface.is_lent
-    near = surface.depth * (1 - slack)
+    near = np.where(is_known, surface.depth * (1 - slack), 0.0)
     far = np.where(is_known, surface.depth * (1 + slack), FARTHEST)
     size = (camera.width_px, camera.height_px)
     near, far = (cv2.resize(v, size, interpolation=cv2.INTER_NEAREST) for v in (near, far))

@@ -15,7 +15,7 @@ from scenes.render.gradients import ObjectGradients, Recording, record
 from scenes.render.native import NativeRenderer
 from scenes.render.reference_backward import backward
 from scenes.render.renderer import PosedSplats, RenderOptions
-from scenes.render.training import FREE, DepthBounds, Distance, Exposure, Prices
+from scenes.render.training import DepthBounds, Distance, Exposure
 from scenes.splats import SH_C0, SplatCloud
 
 
@@ -29,7 +29,7 @@ def step(
     exposure: Exposure,
     options: RenderOptions,
     bounds: DepthBounds | None = None,
-    prices: Prices = FREE,
+    depth_price: float = 0.0,
 ) -> tuple[TrainingRows, Distance]:
     """Draw, compare, differentiate, move: as `scenes.render.training.Trainee.step`."""
     cloud = rows.to_cloud()
@@ -44,15 +44,14 @@ def step(
     found, d_rgb = loss.distance(rgb, target, exposure)
     drawn_by = recording.gradients(d_rgb.astype(np.float32)).objects[0]
     gradient = _row_gradients(rows, drawn_by)
-    if bounds is not None and prices.depth > 0:
+    if bounds is not None and depth_price > 0:
         gradient += _row_gradients(
-            rows, _off_bounds(cloud, camera, world_from_camera, options, bounds, prices.depth)
+            rows, _off_bounds(cloud, camera, world_from_camera, options, bounds, depth_price)
         )
     seen = loss.as_seen(rgb, exposure)
     grey = replace(cloud, sh=np.zeros((len(cloud), 1, 3), dtype=np.float32))
     error = _shown(drawn(grey), np.abs(seen - target).mean(axis=2))
     is_seen = (gradient != 0).any(axis=1) | (error > 0)
-    gradient[:, LOG_SCALE] += prices.size * cloud.scales
     moved = adam.step(rows, gradient, is_seen, rates)
     return replace(moved, error=(rows.error + error).astype(np.float32)), found
 

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.prepare.train.training_rows import LOG_SCALE, LOGIT, MEAN, ROTATION, SH
-from scenes.render.training import Prices
 
 MEAN_RATE = 5.0e-4
 """Per step and per metre of the typical distance at which the photos see the scene."""
@@ -30,25 +29,17 @@ PUT_BACK_UNTIL = 0.95
 PUT_BACK_EVERY = 4
 """Densifications of which one puts splats back: asking every view is slow."""
 
-DEPTH_PRICE = 5.0
-"""Of light off the surfaces that photo pairs have seen; see `scenes.render.training.Prices`."""
+DEPTH_PRICE = 3.0
+"""Of light off the surfaces that photo pairs have seen, as `Trainee.step` charges it."""
 DEPTH_FALL_FROM, DEPTH_FALL = 0.5, 0.1
 """From this share on it falls, to that share of itself at the end: by then splats lie where they
 should, and stereo's own errors must not stay in the pictures."""
-SIZE_PRICE = 3e-5
-"""Of a splat's scales, per metre of the typical distance, as Kheradmand et al. 2024 do it: what no
-photo needs to be large becomes small."""
 
 
-def prices(done: float, view_distance: float) -> Prices:
-    """What a step charges beside the distance from the photo.
-
-    Args:
-        done: 0..1 of the training.
-        view_distance: as in `rates`.
-    """
+def depth_price(done: float) -> float:
+    """What a step charges for light off the surfaces, at a share of the training."""
     late = max(0.0, (done - DEPTH_FALL_FROM) / (1 - DEPTH_FALL_FROM))
-    return Prices(depth=DEPTH_PRICE * DEPTH_FALL**late, size=SIZE_PRICE / view_distance)
+    return DEPTH_PRICE * DEPTH_FALL**late
 
 
 def rates(done: float, view_distance: float, width: int) -> NDArray[np.float32]:

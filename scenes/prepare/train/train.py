@@ -167,8 +167,8 @@ class _Run:
         target = self._photos.target(self._photos.training[place], schedule.shrink(done))
         exposure = self._exposures.of(place) if self._options.exposure else Exposure()
         rates = schedule.rates(done, self._distance, self._width)
-        prices = schedule.prices(done, self._distance)
-        distance = self._trainee.step(target, rates, exposure, self._drawing, prices)
+        depth_price = schedule.depth_price(done)
+        distance = self._trainee.step(target, rates, exposure, self._drawing, depth_price)
         if self._options.exposure:
             self._exposures.step(place, distance)
         self.iteration += 1

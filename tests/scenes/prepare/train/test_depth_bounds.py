@@ -5,12 +5,7 @@ import pytest
 
 from scenes.cameras import Pinhole
 from scenes.pose import Pose
-from scenes.prepare.train.depth_bounds import (
-    FILLED_SLACK,
-    LENT_SLACK,
-    SEEN_SLACK,
-    depth_bounds,
-)
+from scenes.prepare.train.depth_bounds import LENT_SLACK, SEEN_SLACK, depth_bounds
 from scenes.prepare.train.seen_surfaces import Surface
 from scenes.render.training import FARTHEST
 
@@ -33,13 +28,14 @@ def surface():
 
 
 @pytest.mark.parametrize("times", [1, 2, 3])
-def test_bounds_are_tight_where_seen_and_open_behind_what_is_filled_in(surface, times):
+def test_bounds_are_tight_where_seen_and_open_where_filled_in(surface, times):
     camera = Pinhole.from_fov(30 * times, 20 * times, 1.2)
     bounds = depth_bounds(surface, camera)
     assert bounds.near.shape == bounds.far.shape == (20 * times, 30 * times)
     assert bounds.near.dtype == bounds.far.dtype == np.float32
-    for column, slack in ((5, SEEN_SLACK), (15, LENT_SLACK), (25, FILLED_SLACK)):
+    for column, slack in ((5, SEEN_SLACK), (15, LENT_SLACK)):
         np.testing.assert_allclose(bounds.near[:, times * column], 2 * (1 - slack), rtol=1e-6)
+    assert (bounds.near[:, 25 * times] == 0).all()
     np.testing.assert_allclose(bounds.far[:, 5 * times], 2 * (1 + SEEN_SLACK), rtol=1e-6)
     np.testing.assert_allclose(bounds.far[:, 15 * times], 2 * (1 + LENT_SLACK), rtol=1e-6)
     assert (bounds.far[:, 25 * times] == FARTHEST).all()

@@ -38,11 +38,10 @@ def test_long_trainings_densify_every_hundred_steps_and_short_ones_more_often():
     assert schedule.densify_after(0.0, 1) == 100
 
 
-def test_the_price_of_depth_falls_late_and_that_of_size_follows_the_scene():
-    assert schedule.prices(0.0, 3.0).depth == schedule.prices(0.5, 3.0).depth
-    late = [schedule.prices(done, 3.0).depth for done in (0.5, 0.75, 1.0)]
+def test_the_price_of_depth_falls_late():
+    assert schedule.depth_price(0.0) == schedule.depth_price(0.5)
+    late = [schedule.depth_price(done) for done in (0.5, 0.75, 1.0)]
     assert late[0] > late[1] > late[2] > 0
-    assert schedule.prices(0.2, 3.0).size * 3 == schedule.prices(0.2, 6.0).size * 6
 
 
 def test_splats_are_put_back_every_few_densifications():

@@ -17,10 +17,8 @@ from scenes.prepare.train.training_rows import (
 from scenes.render.renderer import RenderOptions
 from scenes.render.training import (
     FARTHEST,
-    FREE,
     DepthBounds,
     Exposure,
-    Prices,
     Trainee,
     TrainingTarget,
 )
@@ -76,16 +74,16 @@ def arrays_of(rows):
 
 @pytest.mark.parametrize("portable", [False, True])
 @pytest.mark.parametrize(
-    ("sh_count", "antialias", "prices"),
+    ("sh_count", "antialias", "depth_price"),
     [
-        (1, False, FREE),
-        (4, True, FREE),
-        (16, False, FREE),
-        (1, False, Prices(depth=3.0)),
-        (4, True, Prices(depth=0.5, size=1e-4)),
+        (1, False, 0.0),
+        (4, True, 0.0),
+        (16, False, 0.0),
+        (1, False, 3.0),
+        (4, True, 0.5),
     ],
 )
-def test_a_native_step_is_the_readable_one(camera, sh_count, antialias, portable, prices):
+def test_a_native_step_is_the_readable_one(camera, sh_count, antialias, portable, depth_price):
     rows = some_rows(sh_count)
     photo = photo_of(camera)
     rates = np.linspace(1e-3, 2e-2, rows.values.shape[1]).astype(np.float32)
@@ -100,11 +98,11 @@ def test_a_native_step_is_the_readable_one(camera, sh_count, antialias, portable
         exposure=EXPOSURE,
         options=options,
         bounds=bounds,
-        prices=prices,
+        depth_price=depth_price,
     )
     trainee = Trainee(arrays_of(rows), portable=portable)
     target = TrainingTarget(photo, camera, PLACE, bounds)
-    found = trainee.step(target, rates, EXPOSURE, options, prices)
+    found = trainee.step(target, rates, EXPOSURE, options, depth_price)
     assert found.l1 == pytest.approx(wanted_distance.l1, rel=1e-5)
     assert found.dssim == pytest.approx(wanted_distance.dssim, rel=1e-5)
     np.testing.assert_allclose(found.d_gain, wanted_distance.d_gain, rtol=1e-3, atol=1e-6)
