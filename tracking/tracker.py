@@ -1,8 +1,8 @@
 """The default tracker: contour and texture Gauss-Newton in a native-resolution crop per object.
 
-Per frame: the camera's pose (refined against the room once it has moved), exposure of each lens, a
-cheap look at every resting object, and a solve for those that may have moved. The steps of one
-object are in `tracking.follow`.
+Per frame: the camera's pose (refined against the room once the marker or the picture says that it
+has moved), exposure of each lens, a cheap look at every resting object, and a solve for those that
+may have moved. The steps of one object are in `tracking.follow`.
 """
 
 from __future__ import annotations
@@ -14,13 +14,14 @@ from types import MappingProxyType
 import numpy as np
 
 from devices.messages import Frame
-from scenes.pose import Pose, rotation_angle
+from scenes.pose import Pose, rotation_angle, rotation_from_vector
 from scenes.render.renderer import PosedSplats, Renderer
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel, TrackState
 from tracking.audit import was_audited
 from tracking.background import Exposure, Plates, fit_exposure, render_plates
 from tracking.calibrate import Calibration, calibrate
+from tracking.camera_watch import Watch, turned_since, watched
 from tracking.evidence import Neighbour, Scene
 from tracking.follow import first_look, follow
 from tracking.layers import LayerMemo
@@ -33,6 +34,14 @@ from tracking.track import Task, Track, new_track, report
 RIG_MOVED_M = 0.02
 RIG_TURNED_RAD = np.deg2rad(0.6)
 """A marker that moved more than this means that the camera was moved, not that the marker shook."""
+
+WATCH_PERIOD, WATCH_PHASE = 8, 5
+"""Frames between two looks at whether the camera still stands, a lens at a time; at frames that
+neither learn nor measure what rests."""
+
+BUMPED_RAD = np.deg2rad(0.12)
+BUMPED_LOOKS = 2
+"""So many looks in a row that find it turned by more mean that it was bumped."""
 
 LEARN_PERIOD = 4
 """Frames between two looks at what has become of the room, a band of a lens at a time; halfway
@@ -67,11 +76,15 @@ class RigState:
         marker_world_from_rig: what the marker said when the camera was last refined.
         calibration: the refined pose.
         plates: the empty room from there.
+        watches: what each lens saw then.
+        turned_looks: looks in a row, until the last, that found the camera turned.
     """
 
     marker_world_from_rig: Pose
     calibration: Calibration
     plates: Plates
+    watches: tuple[Watch, ...]
+    turned_looks: int = 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -195,13 +208,17 @@ class Tracker:
                 and rotation_angle(moved.rotation) < RIG_TURNED_RAD
             )
             if stands:
-                return known
-            # Where the marker went, the refined camera went too: a better start than the marker.
-            nominal = (
-                marker_world_from_rig
-                @ known.marker_world_from_rig.inverse()
-                @ known.calibration.world_from_rig
-            )
+                known, rig_from_turned = _looked_through(known, frame, state.frames)
+                if known.turned_looks < BUMPED_LOOKS:
+                    return known
+                nominal = known.calibration.world_from_rig @ rig_from_turned
+            else:
+                # Where the marker went, the refined camera went too: a better start than it.
+                nominal = (
+                    marker_world_from_rig
+                    @ known.marker_world_from_rig.inverse()
+                    @ known.calibration.world_from_rig
+                )
         else:
             nominal = marker_world_from_rig
         if self._options.calibrate:
@@ -217,7 +234,8 @@ class Tracker:
         for index, lens in enumerate(frame.rig.lenses):
             band = whole_lens(index, lens.height_px)
             plates = self._learned(plates, frame, state.tracks, exposures, band)
-        return RigState(marker_world_from_rig, calibration, plates)
+        watches = tuple(map(watched, frame.images, frame.rig.lenses))
+        return RigState(marker_world_from_rig, calibration, plates, watches)
 
     def _learned(
         self,
@@ -291,6 +309,23 @@ class Tracker:
             for other in self._models
             if other is not model and tracks[other.object_id].state is not TrackState.LOST
         )
+
+
+def _looked_through(known: RigState, frame: Frame, frames: int) -> tuple[RigState, Pose]:
+    """The rig's state after a look through one lens, if it is time, and how far it has turned.
+
+    A bumped camera moves in all its lenses; somebody in front of one is seen by that alone.
+    """
+    if (frames - WATCH_PHASE) % WATCH_PERIOD:
+        return known, Pose.identity()
+    lens = frames // WATCH_PERIOD % len(known.watches)
+    turn = turned_since(known.watches[lens], frame.images[lens])
+    if turn is None or float(np.linalg.norm(turn)) < BUMPED_RAD:
+        return replace(known, turned_looks=0), Pose.identity()
+    rig_from_lens = frame.rig.rig_from_lens[lens]
+    turned = Pose(rotation_from_vector(turn), np.zeros(3))
+    rig_from_turned = rig_from_lens @ turned @ rig_from_lens.inverse()
+    return replace(known, turned_looks=known.turned_looks + 1), rig_from_turned
 
 
 def _exposures(frame: Frame, plates: Plates) -> tuple[Exposure, ...]:

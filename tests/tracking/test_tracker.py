@@ -49,7 +49,7 @@ def picture(scene, raycast):
     """A function that takes the picture of the room with objects at given poses."""
     room = scene[0]
 
-    def take(poses, *, seq=0, marker=None, gain=1.0):
+    def take(poses, *, seq=0, marker=None, gain=1.0, camera=room.world_from_rig):
         meshes = [(mesh, Pose.identity()) for mesh in room.static]
         shade = [False] * len(meshes)
         for thing in room.objects:
@@ -61,7 +61,7 @@ def picture(scene, raycast):
             rgb, _, _ = raycast(
                 meshes,
                 lens,
-                room.world_from_rig @ rig_from_lens,
+                camera @ rig_from_lens,
                 shade=shade,
                 light_direction=room.light_direction,
             )
@@ -105,6 +105,36 @@ def test_calibration_recovers_an_injected_error(scene, picture, renderer):
     assert found.trusted
     assert math.degrees(rotation_angle(left.rotation)) < 0.15
     assert float(np.linalg.norm(left.translation)) < 0.010
+
+
+def test_a_bumped_camera_is_noticed_without_a_marker(scene, picture, renderer, monkeypatch):
+    room, splats, models = scene
+    monkeypatch.setattr("tracking.tracker.WATCH_PERIOD", 1)
+    bumped = marker_off(room.world_from_rig, 0.6, 0.004)
+    tracker = Tracker(splats, models, renderer)
+    state, first = tracker.step(tracker.start(), picture({}), 0)
+    for seq in (1, 2):
+        state, output = tracker.step(state, picture({}, seq=seq, camera=bumped), seq * FRAME_NS)
+    assert rotation_angle(first.world_from_rig.rotation.T @ bumped.rotation) > math.radians(0.4)
+    left = output.world_from_rig.inverse() @ bumped
+    assert math.degrees(rotation_angle(left.rotation)) < 0.15
+    for thing in room.objects:
+        tracked = by_id(output)[thing.object_id]
+        assert pose_error(tracked.world_from_object, thing.world_from_object).world_cm < 1.5
+
+
+def test_a_camera_that_stands_keeps_its_pose_while_things_move(
+    scene, picture, renderer, monkeypatch
+):
+    room, splats, models = scene
+    monkeypatch.setattr("tracking.tracker.WATCH_PERIOD", 1)
+    tracker = Tracker(splats, models, renderer)
+    state, first = tracker.step(tracker.start(), picture({}), 0)
+    chair = room.objects[0].world_from_object
+    for seq in (1, 2, 3):
+        poses = {"chair-1": moved(chair, 0.06 * seq, 0.0, 5.0 * seq)}
+        state, output = tracker.step(state, picture(poses, seq=seq, gain=1.05), seq * FRAME_NS)
+        assert output.world_from_rig is first.world_from_rig
 
 
 def test_an_unbelievable_calibration_is_refused(scene, picture, renderer):
