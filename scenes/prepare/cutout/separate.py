@@ -180,7 +180,7 @@ def _held(
     standing = marked & _standing(cloud, within)
     solid = standing & (cloud.opacities >= SOLID)
     if len(views) > 1 and solid.any():
-        low, high = _reach_of_main(positions[solid], inside[solid])
+        low, high = _reach_of_main(cloud.select(solid), inside[solid])
         within &= ((positions > low) & (positions < high))[:, :2].all(axis=1)
         # Place does not tell a thing's foot from what it stands on. A tall thing's foot is found
         # again by its light; of a low thing too much would be missing, and the masks are heeded.
@@ -194,12 +194,13 @@ def _held(
     )
 
 
-def _reach_of_main(positions: FloatArray, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _reach_of_main(cloud: SplatCloud, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Lowest and highest corner (3,) around the body of most weight, and bodies wholly beside it.
 
     A leg or a corner may hang on by splats that are too far apart to hold it.
     """
-    count, body = bodies(positions, LINK_REACH_M)
+    positions = cloud.means.astype(np.float64)
+    count, body = bodies_of_splats(cloud, LINK_REACH_M)
     main = positions[body == np.argmax(np.bincount(body, weights=weights, minlength=count))]
     low, high = main.min(axis=0) - BESIDE_M, main.max(axis=0) + BESIDE_M
     astray = ~((positions > low) & (positions < high)).all(axis=1)
