@@ -80,7 +80,7 @@ class _Session:
         settings = scenario.camera
         self._rig: Rig = default_rig(settings.lens_size_px)
         self._true_rig = room.world_from_rig
-        self._known_rig = marker_estimate(
+        self._known_rig = off_by(
             self._true_rig, pose_rng, settings.pose_error_deg, settings.pose_error_cm
         )
         camera_xy = room.world_from_rig.translation[:2]
@@ -98,6 +98,7 @@ class _Session:
         self._world = World(room, {actor.person_id: actor.target() for actor in self._actors})
         figures = [person_body(actor.person_id, people_rng) for actor in self._actors]
         bodies = [*(body_of_object(thing) for thing in room.objects), *figures]
+        self._bodies = bodies
         self._camera = Camera360(room, self._rig, self._true_rig, bodies)
         self._sensor = Sensor(self._rig, sensor_rng)
         self._encoder = H264Encoder(
@@ -108,16 +109,17 @@ class _Session:
         )
         self._decoder = H264Decoder()
         self._first_poses = self._world.object_poses()
+        self._is_bumped = False
 
     def steps(self) -> Iterator[SimulatedStep]:
         """Frame by frame; one is in the encoder while the next one is drawn."""
         waiting: Callable[[], SimulatedStep] | None = None
         events: list[Event] = []
         # The window must go on the thread that drew in it, and a session may run on any.
-        with closing(self._camera), ThreadPoolExecutor(max_workers=1) as codec:
+        with closing(self), ThreadPoolExecutor(max_workers=1) as codec:
             for seq in range(self._frame_count()):
                 t_ns = round(seq * NANOSECONDS / self._scenario.camera.fps)
-                events += self._advance(t_ns)
+                events += self._advance(t_ns) + self._bump(t_ns)
                 images, view = self._picture()
                 delay_ns, lost = self._fate(seq)
                 if lost:
@@ -134,6 +136,22 @@ class _Session:
                     yield ready()
             if waiting is not None:
                 yield waiting()
+
+    def close(self) -> None:
+        """Free the camera's window, on the thread that drew."""
+        self._camera.close()
+
+    def _bump(self, t_ns: int) -> list[Event]:
+        """Put the camera where it stands after the bump, once, if it is time."""
+        faults = self._scenario.faults
+        if self._is_bumped or faults.bump_s is None or t_ns < faults.bump_s * NANOSECONDS:
+            return []
+        self._is_bumped = True
+        self._true_rig = off_by(self._true_rig, self._fault_rng, faults.bump_deg, faults.bump_cm)
+        self._camera.close()
+        self._camera = Camera360(self._room, self._rig, self._true_rig, self._bodies)
+        text = f"camera bumped: turned by {faults.bump_deg:g}°, shifted by {faults.bump_cm:g} cm"
+        return [Event(t_ns, STREAM_ID, "bumped", text)]
 
     def _frame_count(self) -> int:
         return math.floor(self._scenario.duration_s * self._scenario.camera.fps + 1e-9)
@@ -236,7 +254,7 @@ def _head_camera(world_from_head: Pose) -> Pose:
     return world_from_head @ Pose(level.rotation, FACE_IN_HEAD)
 
 
-def marker_estimate(
+def off_by(
     world_from_rig: Pose, rng: np.random.Generator, error_deg: float, error_cm: float
 ) -> Pose:
     """A pose off by `error_deg` about a random axis and `error_cm` in a random direction."""

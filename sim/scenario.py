@@ -91,19 +91,25 @@ class SurfaceSettings:
 
 @dataclass(frozen=True, slots=True)
 class Faults:
-    """What goes wrong on the way from the camera.
+    """What goes wrong at the camera and on the way from it.
 
     Attributes:
         dropped_frames: sequence numbers that never arrive.
         drop_share: chance of any other frame not to arrive, 0..1.
         delay_ms: from capture to arrival.
         jitter_ms: standard deviation of the delay.
+        bump_s: when somebody bumps into the camera, which its marker does not tell; None for never.
+        bump_deg: how far it is turned then, about a random axis.
+        bump_cm: how far it is shifted then, in a random direction.
     """
 
     dropped_frames: frozenset[int] = frozenset()
     drop_share: float = 0.0
     delay_ms: float = 60.0
     jitter_ms: float = 6.0
+    bump_s: float | None = None
+    bump_deg: float = 0.6
+    bump_cm: float = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -326,6 +332,9 @@ def _faults(table: Table) -> Faults:
         drop_share=table.number("drop_share", default.drop_share, low=0.0, high=0.9),
         delay_ms=table.number("delay_ms", default.delay_ms, low=0.0, high=10_000.0),
         jitter_ms=table.number("jitter_ms", default.jitter_ms, low=0.0, high=1_000.0),
+        bump_s=table.optional_number("bump_s", 0.0, 3600.0),
+        bump_deg=table.number("bump_deg", default.bump_deg, low=0.0, high=10.0),
+        bump_cm=table.number("bump_cm", default.bump_cm, low=0.0, high=30.0),
     )
     table.done()
     return faults

@@ -13,7 +13,7 @@ from devices.recording_codec import RecordedTruth
 from scenes.package import ScenePackage
 from scenes.pose import Pose, rotation_angle
 from scenes.state import TrackedObject
-from sim.rehearsal import marker_estimate
+from sim.rehearsal import off_by
 from studio.evaluate.conditions import Conditions
 from studio.evaluate.filming import FilmSet, Shot
 from studio.evaluate.findings import Asked
@@ -121,7 +121,7 @@ class Trial:
 
 def marker_pose(true_world_from_rig: Pose, conditions: Conditions, *, seed: int) -> Pose:
     """`world_from_rig` as a marker would give it: off by as much as the conditions say."""
-    return marker_estimate(
+    return off_by(
         true_world_from_rig,
         np.random.default_rng([seed, 360]),
         conditions.pose_error_deg,

@@ -111,3 +111,21 @@ def test_a_scenario_for_another_room_is_refused(small_room, scenario):
     other = parse_scenario(SCENARIO.replace("small", "attic", 1), source="attic.toml")
     with pytest.raises(ScenarioError, match="attic"):
         simulate(small_room, other, seed=0)
+
+
+def test_a_bump_moves_the_camera_and_not_what_its_marker_says(small_room, steps):
+    text = SCENARIO.replace("duration_s = 1.8", "duration_s = 0.6")
+    text += "bump_s = 0.2\nbump_deg = 8.0\nbump_cm = 3.0\n"
+    bumped = list(simulate(small_room, parse_scenario(text, source="bump.toml"), seed=7))
+    assert [e.text for s in bumped for e in s.events if e.kind == "bumped"] == [
+        "camera bumped: turned by 8°, shifted by 3 cm"
+    ]
+    before, after = bumped[1].truth.world_from_rig, bumped[2].truth.world_from_rig
+    turned = rotation_angle(after.rotation @ before.rotation.T)
+    assert math.degrees(turned) == pytest.approx(8.0, abs=1e-6)
+    assert np.linalg.norm(after.translation - before.translation) == pytest.approx(0.03)
+    assert bumped[-1].truth.world_from_rig is after
+    assert bumped[-1].frame.world_from_rig is bumped[0].frame.world_from_rig
+    assert bumped[1].packet.data == steps[1].packet.data
+    then, still, moved = (s.frame.images[0].astype(float) for s in (steps[1], steps[2], bumped[2]))
+    assert np.abs(moved - then).mean() > 2 * np.abs(still - then).mean()
