@@ -20,6 +20,8 @@ SOLID = 0.3
 """Opacity below which a splat says little about where the object ends."""
 SUPPORT_REACH_M = 0.06
 """A support is looked for this far above and below the object's lowest splats."""
+LEVEL_M = 0.006
+NEAR_LEVEL_M = 0.015
 SUPPORT_RING_M = 0.2
 """And so far around it."""
 LEAST_SUPPORT = 12
@@ -80,9 +82,12 @@ def upright_box(
     if len(surface.thing) >= LEAST_SURFACE:
         points, weights, tail = surface.thing, np.ones(len(surface.thing)), SURFACE_TAIL
         bottom, top = _span(points[:, 2], weights, tail)
-    # Depths drawn on a level surface lie a little below it or above; its splats' centres do not.
     level = surroundings.means[surroundings.opacities >= SOLID].astype(np.float64)
-    support, found = _support(points, level, bottom)
+    middle, _ = _span(points[:, 2], weights, 0.5)
+    support, found = _support(points, level, surface.around, (bottom, middle))
+    above = points[:, 2] > support
+    if above.sum() >= 4:
+        points, weights = points[above], weights[above]
     yaw = _yaw(points, weights, tail)
     axes = np.array([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]])
     low_x, high_x = _span(points[:, :2] @ axes[0], weights, tail)
@@ -115,18 +120,39 @@ def _yaw(points: FloatArray, weights: FloatArray, tail: float) -> float:
     return float(np.deg2rad((angle_deg + 45.0) % 90.0 - 45.0))
 
 
-def _support(points: FloatArray, means: FloatArray, bottom: float) -> tuple[float, bool]:
-    """Height of the flat thing under or around the object's foot, and whether there is one."""
-    low = points[:, :2].min(axis=0) - SUPPORT_RING_M
-    high = points[:, :2].max(axis=0) + SUPPORT_RING_M
-    beside = ((means[:, :2] > low) & (means[:, :2] < high)).all(axis=1)
-    beside &= np.abs(means[:, 2] - bottom) < SUPPORT_REACH_M
-    heights = means[beside, 2]
-    if len(heights) < LEAST_SUPPORT:
+def _support(
+    points: FloatArray, level: FloatArray, around: FloatArray, span: tuple[float, float]
+) -> tuple[float, bool]:
+    """Height of the flat thing under or around the object's foot, and whether there is one.
+
+    What was found of an object, and splats of the table that it lies on, may hang through that
+    table: the level that views see most of counts, up to the middle of what was found, and splats
+    say only where exactly it is. Depths drawn on a level surface lie a little below it or above.
+
+    Args:
+        points: (N, 3) of the object.
+        level: (M, 3) centres of what may support it.
+        around: (K, 3) on the surfaces that views see beside it, possibly none.
+        span: height of its lowest and of its middle point.
+    """
+    bottom, middle = span
+    low = np.append(points[:, :2].min(axis=0) - SUPPORT_RING_M, bottom - SUPPORT_REACH_M)
+    top = max(bottom + SUPPORT_REACH_M, middle)
+    high = np.append(points[:, :2].max(axis=0) + SUPPORT_RING_M, top)
+    centres = level[((level > low) & (level < high)).all(axis=1), 2]
+    seen = around[((around > low) & (around < high)).all(axis=1), 2]
+    if len(centres) < LEAST_SUPPORT:
         return bottom, False
-    counts, edges = np.histogram(heights, bins=np.arange(-1, 2.01, 0.1) * SUPPORT_REACH_M + bottom)
-    densest = int(np.argmax(counts))
-    near = (heights >= edges[max(densest - 1, 0)]) & (
-        heights <= edges[min(densest + 2, len(edges) - 1)]
-    )
-    return float(np.median(heights[near])), True
+    if len(seen) < LEAST_SURFACE:
+        return _densest(centres), True
+    height = _densest(seen)
+    near = centres[np.abs(centres - height) < NEAR_LEVEL_M]
+    return (float(np.median(near)) if len(near) >= LEAST_SUPPORT else height), True
+
+
+def _densest(heights: FloatArray) -> float:
+    """The height that most are next to."""
+    edges = np.arange(heights.min(), heights.max() + 2 * LEVEL_M, LEVEL_M)
+    most = int(np.argmax(np.histogram(heights, bins=edges)[0]))
+    low, high = edges[max(most - 1, 0)], edges[min(most + 2, len(edges) - 1)]
+    return float(np.median(heights[(heights >= low) & (heights <= high)]))
