@@ -25,7 +25,7 @@ from tracking.solve import (
     Prior,
     solve,
 )
-from tracking.track import Task
+from tracking.track import RESTING_FRAMES, Task
 
 HOLD_BELOW = 0.42
 """The pose is held while its outline has less support than this."""
@@ -78,6 +78,10 @@ HEAVY_HEIGHT_M = 0.3
 """Objects at least this tall stay on the floor; smaller ones may be carried."""
 
 CONTACT_SIGMA_M = 0.003
+FAR_OFF_SUPPORT, FIRMER = 2.5, 4.0
+"""How well a scan knows supports; what an outline lifts off one by more of these sigmas is held to
+it so much more firmly."""
+
 CARRIED_SIGMA_M = 0.08
 NEAR_TURN_RAD, FAR_TURN_RAD = 0.17, 0.35
 """How far a thing is turned before it is looked for again, where it agrees somewhat, and hardly."""
@@ -90,6 +94,14 @@ REACHABLE_M = 0.15
 LIFTED_M = 0.015
 """A small object nearer than the first to a support is first taken to stand on it, nearer than the
 second perhaps."""
+
+STILL_SURPRISE = 2.0 * math.log(10.0)
+"""A hand keeps a thing as still as if it stood in one frame of ten: -2 log of that, per frame."""
+
+PATTERN_CORRELATION = 9.0
+"""So many neighbouring points of a pattern count as one: they share blur and light."""
+
+MOST_ALIKE = 0.99
 
 REST_RADIUS_M = 0.01
 """A resting object that is found farther from its place may be in somebody's hands."""
@@ -245,25 +257,41 @@ def _is_likelier(task: Task, other: tuple[Fit, Prior], best: tuple[Fit, Prior]) 
     carried, wide = max((other, best), key=lambda found: found[1].sigma[2])
     if not _is_lifted(task, carried.world_from_object):
         return carried is best[0]
-    return _surprise(*other, wide) < _surprise(*best, wide)
+    standing = best if carried is other[0] else other
+    stillness = STILL_SURPRISE * min(task.track.still_frames, RESTING_FRAMES)
+    alike = max(carried.alike, standing[0].alike)
+    lifted = _surprise(carried, wide, wide, alike=alike) + stillness
+    is_carried = lifted < _surprise(*standing, wide, alike=alike)
+    return is_carried == (carried is other[0])
 
 
-def _surprise(fit: Fit, belief: Prior, wide: Prior) -> float:
+def _surprise(fit: Fit, belief: Prior, wide: Prior, *, alike: float) -> float:
     """-2 log likelihood of a fit under a belief, up to what all beliefs share.
 
     Args:
         fit: the solution.
         belief: it was found with; its height counts.
         wide: the widest belief; its place and yaw count, whatever was believed.
+        alike: how much less the contour says than its points would, if they erred apart.
     """
     found = pose_vector(fit.world_from_object)
     apart = (found - wide.mean) / wide.sigma
     apart[3] = wrap_angle(float(found[3] - wide.mean[3])) / wide.sigma[3]
-    apart[2] = (found[2] - belief.mean[2]) / belief.sigma[2]
-    # The model's own errors scale the misfit of every pose alike: what counts is the ratio.
+    apart[2] = 0.0
+    # The model's own errors scale the misfit of every pose alike: what counts is the ratio. Where
+    # neighbours err alike they say less, and what they push off its height is not as far off.
+    lift = float(found[2] - belief.mean[2]) / belief.sigma[2]
     weight = len(fit.sketch.contour) / CONTOUR_CORRELATION
-    seen = weight * math.log(max(fit.misfit, 1.0))
-    return seen + float(apart @ apart) + 2.0 * math.log(belief.sigma[2])
+    outline = (weight * math.log(max(fit.misfit, 1.0)) + lift**2) / alike
+    return outline + _pattern_surprise(fit) + float(apart @ apart) + 2 * math.log(belief.sigma[2])
+
+
+def _pattern_surprise(fit: Fit) -> float:
+    """-2 log likelihood of a textured object's colours, whatever the light's gain and noise."""
+    if not fit.textured:
+        return 0.0
+    count = fit.visible_fraction * len(fit.sketch.surface) / PATTERN_CORRELATION
+    return count * math.log(1.0 - min(max(fit.likeness, 0.0), MOST_ALIKE) ** 2)
 
 
 def _is_reachable(task: Task, predicted_world_from_object: Pose, fit: Fit) -> bool:
@@ -311,22 +339,38 @@ def _try(
     reaches_px: tuple[float, ...],
     slide: bool = False,
 ) -> Fit:
-    """One solve; the start is put on the height that the prior is sure of."""
+    """One solve; the start is put on the height that the prior is sure of.
+
+    What stands is within what is known of its support: an outline that lifts it farther errs, and
+    has as little say in a second solve.
+    """
+
+    def solved(world_from_start: Pose, belief: Prior, reaches_px: tuple[float, ...]) -> Fit:
+        return solve(
+            evidence,
+            task.model,
+            world_from_start,
+            belief,
+            task.scene.renderer,
+            reaches_px=reaches_px,
+            use_texture=task.use_texture,
+            slide_first=slide and belief is prior,
+            book=book,
+        )
+
     vector = pose_vector(start)
-    if prior.sigma[2] <= CONTACT_SIGMA_M:
-        eye = task.scene.world_from_rig.translation
-        vector[:3] = _lowered(vector[:3], float(prior.mean[2]), eye)
-    return solve(
-        evidence,
-        task.model,
-        vector_pose(vector),
-        prior,
-        task.scene.renderer,
-        reaches_px=reaches_px,
-        use_texture=task.use_texture,
-        slide_first=slide,
-        book=book,
-    )
+    if prior.sigma[2] > CONTACT_SIGMA_M:
+        return solved(start, prior, reaches_px)
+    eye = task.scene.world_from_rig.translation
+    height = float(prior.mean[2])
+    vector[:3] = _lowered(vector[:3], height, eye)
+    fit = solved(vector_pose(vector), prior, reaches_px)
+    vector = pose_vector(fit.world_from_object)
+    if abs(vector[2] - height) < FAR_OFF_SUPPORT * prior.sigma[2]:
+        return fit
+    vector[:3] = _lowered(vector[:3], height, eye)
+    firm = replace(prior, sigma=prior.sigma * np.array([1.0, 1.0, 1.0 / FIRMER, 1.0]))
+    return solved(vector_pose(vector), firm, TRACKING_REACHES)
 
 
 def _lowered(

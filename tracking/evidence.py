@@ -16,6 +16,7 @@ from tracking.background import Exposure, Plates
 from tracking.kernels import KERNELS, SeenWindow
 from tracking.layers import LayerMemo
 from tracking.model import TrackModel
+from tracking.stands import Stands
 from tracking.window import Layer, Window, window_around
 
 FloatArray = NDArray[np.float32]
@@ -34,6 +35,7 @@ class Evidence:
         foreground: (H, W) float32 0..1, neither the empty room nor another tracked object.
         own: (H, W) float32 0..1, foreground with the object's colours.
         hidden: (H, W) float32 0..1, covered by a nearer tracked object.
+        layers: all other tracked objects that reach into the window, the farthest first.
         seen: the same for the native solver.
     """
 
@@ -42,6 +44,7 @@ class Evidence:
     foreground: FloatArray
     own: FloatArray
     hidden: FloatArray
+    layers: Sequence[Layer]
     seen: SeenWindow
 
     @property
@@ -67,6 +70,7 @@ class Scene:
         exposures: one per lens.
         renderer: draws splats.
         bounds_m: (2, 3) lowest and highest corner of the room.
+        stands: what the room offers to stand on.
         layers: objects drawn into the lens pictures.
     """
 
@@ -77,6 +81,7 @@ class Scene:
     exposures: tuple[Exposure, ...]
     renderer: Renderer
     bounds_m: NDArray[np.float64]
+    stands: Stands
     layers: LayerMemo
 
     def holds(self, world_from_object: Pose) -> bool:
@@ -127,7 +132,7 @@ def gather(
     shape = (view.camera.height_px, view.camera.width_px)
     seen = SeenWindow(live, foreground, own, hidden, (shape[1], shape[0]))
     pictures = (foreground.reshape(shape), own.reshape(shape), hidden.reshape(shape))
-    return Evidence(view, live.reshape(*shape, 3), *pictures, seen)
+    return Evidence(view, live.reshape(*shape, 3), *pictures, layers, seen)
 
 
 def layers_in(scene: Scene, view: Window, neighbours: Sequence[Neighbour]) -> list[Layer]:

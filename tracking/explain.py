@@ -6,7 +6,6 @@ object and of what is behind it tell them apart (dense likelihood, Nelder & Mead
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -27,17 +26,26 @@ from tracking.sketch import draw
 FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]
 
-AROUND_PX = 10
+AROUND_PX = 6
 """How far around the drawn object the picture counts."""
 
 LENS_BLUR_PX = 0.6
 STRANGE = 0.15
 """A colour farther off than this, of 0..1 channels, is something else: how far does not matter."""
 
-SOLID = 0.7
-LEAST_SOLID_PX = 10
-LIGHT_GAIN, LIGHT_BIAS = (0.4, 1.6), (-0.2, 0.3)
-"""Blur and light change an object's contrast and level within these."""
+ON_OBJECT = 0.1
+"""Where at least so much of the object is drawn, with a pixel around it, its detail is compared."""
+
+DETAIL_PX = 3.0
+"""What differs from its surroundings of this size is detail."""
+
+DOUBT_PX = 8.0
+"""Where only so few pixels have changed, half of what they say counts."""
+LIGHT_RANGE = (0.4, 2.5)
+SHADE_RANGE = (0.35, 1.0)
+LIGHT_BLUR_PX = 4.0
+"""An object's sides may be this much darker or lighter than in its scan, and the empty room in the
+object's shadow; how smoothly that goes."""
 
 STEP_M, STEP_RAD = 0.04, 0.2
 STEP_PRICE = 4.0
@@ -54,7 +62,7 @@ class Setting:
         camera: of the part.
         world_from_camera: its pose.
         live: (H, W, 3) 0..1.
-        empty: (H, W, 3) the empty room at the live picture's exposure.
+        empty: (H, W, 3) what the live picture would show there without anything new.
         free: (H, W) 0..1, not covered by a nearer object.
     """
 
@@ -68,10 +76,10 @@ class Setting:
 def explained(
     scene: Scene, model: TrackModel, evidence: Evidence, world_from_start: Pose
 ) -> tuple[Pose, float]:
-    """The pose near a start, on its height, that explains most of what has changed there.
+    """The pose near a start, on its height, at which the object explains the picture best.
 
     Returns:
-        The pose, and how much of that it explains: 0 nothing, 1 all, below 0 makes it worse.
+        The pose, and how much it resembles the picture there, as in `resemblances`.
     """
     setting = _setting(scene, model, evidence, world_from_start)
     if setting is None:
@@ -86,60 +94,99 @@ def explained(
 
     def cost(steps: Points) -> float:
         shown, _ = _shown(setting, model, pose_of(steps), scene.renderer)
-        return _strange_px(shown, setting) + STEP_PRICE * float(steps @ steps)
+        return _strange_px(shown, setting.live, setting) + STEP_PRICE * float(steps @ steps)
 
     simplex = np.vstack([np.zeros(3), np.eye(3)])
     options = {"maxfev": EVALUATIONS, "initial_simplex": simplex, "xatol": 0.02, "fatol": 0.1}
     found = minimize(cost, np.zeros(3), method="Nelder-Mead", options=options)
-    changed = _strange_px(setting.empty, setting)
-    return pose_of(np.asarray(found.x, dtype=np.float64)), 1.0 - float(found.fun) / changed
+    pose = pose_of(np.asarray(found.x, dtype=np.float64))
+    return pose, _resemblance(setting, model, pose, scene.renderer)
 
 
 def resemblances(
     scene: Scene, model: TrackModel, evidence: Evidence, world_from_starts: Sequence[Pose]
 ) -> Points:
-    """(N,) how much poses at one place look like the picture, at most 1.
+    """(N,) how much poses at one place look like the picture, at most 1, 0 for by chance.
 
-    The mean of the share they explain of what has changed there, and the correlation of colours.
+    The mean of the share of pixels that the object explains, and of how much more of the picture's
+    detail there is its own than the empty room's.
     """
     setting = _setting(scene, model, evidence, world_from_starts[0])
     if setting is None:
         return np.zeros(len(world_from_starts))
-    changed = _strange_px(setting.empty, setting)
-    found = []
-    for pose in world_from_starts:
-        shown, likeness = _shown(setting, model, pose, scene.renderer)
-        found.append(0.5 * (1.0 - _strange_px(shown, setting) / changed + max(likeness, 0.0)))
-    return np.array(found)
+    return np.array(
+        [_resemblance(setting, model, pose, scene.renderer) for pose in world_from_starts]
+    )
+
+
+def _resemblance(setting: Setting, model: TrackModel, pose: Pose, renderer: Renderer) -> float:
+    shown, alpha = _shown(setting, model, pose, renderer)
+    on_object = setting.free * (blurred(alpha, LENS_BLUR_PX) > ON_OBJECT)
+    live = setting.live
+    detail = _detail_shared(shown, live, on_object)
+    without = max(_detail_shared(setting.empty, live, on_object), 0.0)
+    return 0.5 * (_share_explained(shown, setting) + detail - without)
 
 
 def _shown(
     setting: Setting, model: TrackModel, pose: Pose, renderer: Renderer
-) -> tuple[FloatArray, float]:
-    """The object drawn over the empty room in the live picture's light; likeness of colours."""
+) -> tuple[FloatArray, FloatArray]:
+    """The object drawn over the empty room in the live picture's light; its alpha."""
     drawn = renderer.render(
         (model.splats_at(pose),), setting.camera, setting.world_from_camera, RENDER_OPTIONS
     )
     rgb, alpha = blurred(drawn.rgb, LENS_BLUR_PX), blurred(drawn.alpha, LENS_BLUR_PX)
-    behind = np.asarray((1.0 - alpha)[..., None] * setting.empty, dtype=np.float32)
-    solid = alpha * setting.free > SOLID
-    if solid.sum() < LEAST_SOLID_PX:
-        return rgb + behind, 0.0
-    seen, own = setting.live[solid], rgb[solid] / alpha[solid][:, None]
-    first, second = own - own.mean(axis=0), seen - seen.mean(axis=0)
-    both, power = float((first * second).sum()), max(float((first * first).sum()), 1e-6)
-    likeness = both / math.sqrt(power * max(float((second * second).sum()), 1e-6))
-    gain = min(max(both / power, LIGHT_GAIN[0]), LIGHT_GAIN[1])
-    bias = np.clip(seen.mean(axis=0) - gain * own.mean(axis=0), *LIGHT_BIAS)
-    shown = gain * rgb + bias * alpha[..., None] + behind
-    return np.asarray(shown, dtype=np.float32), likeness
+    light = _light(rgb, alpha * setting.free, setting.live, limits=LIGHT_RANGE)
+    shown = rgb * light[..., None] + (1.0 - alpha)[..., None] * setting.empty
+    return np.asarray(shown, dtype=np.float32), alpha
 
 
-def _strange_px(shown: FloatArray, setting: Setting) -> float:
-    """How many pixels of the live picture are not as shown."""
-    apart = shown - setting.live
+def _detail_shared(first: FloatArray, second: FloatArray, weight: FloatArray) -> float:
+    """-1..1: how alike the fine structure of two pictures is, in strength as well.
+
+    Light, shadows and faults of an empty room are smooth; flat floor is not like a plain object,
+    which has an outline.
+    """
+    a, b = (
+        np.asarray(picture - blurred(picture, DETAIL_PX), dtype=np.float32)
+        for picture in (first, second)
+    )
+    both = float((weight * np.einsum("hwc,hwc->hw", a, b)).sum())
+    power = np.einsum("hwc,hwc->hw", a, a) + np.einsum("hwc,hwc->hw", b, b)
+    return 2.0 * both / max(float((weight * power).sum()), 1e-6)
+
+
+def _light(
+    drawn: FloatArray, weight: FloatArray, live: FloatArray, *, limits: tuple[float, float]
+) -> FloatArray:
+    """(H, W) how much lighter each part of a drawn picture is seen live.
+
+    Sides turn towards the light and away from it, shadows fall: all of that is smooth beside what
+    is drawn on things.
+    """
+    both = weight * np.einsum("hwc,hwc->hw", drawn, live)
+    power = weight * np.einsum("hwc,hwc->hw", drawn, drawn)
+    ratio = blurred(both, LIGHT_BLUR_PX) / np.maximum(blurred(power, LIGHT_BLUR_PX), 1e-6)
+    return np.clip(ratio, *limits).astype(np.float32)
+
+
+def _share_explained(shown: FloatArray, setting: Setting) -> float:
+    """1 if the picture is as shown, 0 if it is as near to what is there without the object.
+
+    Something large that has changed is not explained by a small object, and a large object is not
+    seen where little has changed: the larger of the two changes counts.
+    """
+    changed = _strange_px(setting.empty, setting.live, setting)
+    wanted = _strange_px(setting.empty, shown, setting)
+    most = max(changed, wanted)
+    return (most - _strange_px(shown, setting.live, setting)) / (most + DOUBT_PX)
+
+
+def _strange_px(first: FloatArray, second: FloatArray, setting: Setting) -> float:
+    """In how many pixels two pictures differ."""
+    apart = first - second
     apart2 = np.einsum("hwc,hwc->hw", apart, apart)
-    return max(float((setting.free * apart2 / (apart2 + STRANGE**2)).sum()), 1e-3)
+    return float((setting.free * apart2 / (apart2 + STRANGE**2)).sum())
 
 
 def _setting(scene: Scene, model: TrackModel, evidence: Evidence, start: Pose) -> Setting | None:
@@ -168,14 +215,39 @@ def _setting(scene: Scene, model: TrackModel, evidence: Evidence, start: Pose) -
 
 
 def _empty(scene: Scene, evidence: Evidence) -> FloatArray:
-    """(H, W, 3) the empty room in a window, as the live camera would record it."""
+    """(H, W, 3) a window without the object: the empty room, as the live camera records it.
+
+    It is shaded like that; what shows another object is as in the live picture.
+    """
     view = evidence.view
     lens = scene.frame.rig.lenses[view.lens]
     height, width = evidence.live.shape[:2]
-    plate = resized(
-        np.ascontiguousarray(scene.plates.images[view.lens][view.part]), (width, height)
-    )
+    part = np.ascontiguousarray(scene.plates.images[view.lens][view.part])
+    plate = resized(part, (width, height))
     x = (view.left + (np.arange(width) + 0.5) * view.shrink) * 2 / lens.width_px - 1
     y = (view.top + (np.arange(height) + 0.5) * view.shrink) * 2 / lens.height_px - 1
     radius2 = (x[None, :] ** 2 + y[:, None] ** 2).astype(np.float32)
-    return expose(resized(plate, (width, height)), scene.exposures[view.lens], radius2=radius2)
+    room = expose(plate, scene.exposures[view.lens], radius2=radius2)
+    others = _others(evidence)[..., None]
+    shade = _light(room, np.ones_like(others[..., 0]), evidence.live, limits=SHADE_RANGE)
+    shaded = room * shade[..., None]
+    return np.asarray(others * evidence.live + (1.0 - others) * shaded, dtype=np.float32)
+
+
+def _others(evidence: Evidence) -> FloatArray:
+    """(H, W) 0..1: how much of a window other objects cover, before or behind."""
+    view = evidence.view
+    height, width = evidence.live.shape[:2]
+    others = np.zeros((height * view.shrink, width * view.shrink), np.float32)
+    for layer in evidence.layers:
+        rows, top = _overlap(layer.top - view.top, layer.alpha.shape[0], others.shape[0])
+        columns, left = _overlap(layer.left - view.left, layer.alpha.shape[1], others.shape[1])
+        part = layer.alpha[top : top + rows.stop - rows.start, left : left + columns.stop - columns.start]
+        others[rows, columns] = np.maximum(others[rows, columns], part)
+    return resized(others, (width, height))
+
+
+def _overlap(offset: int, length: int, limit: int) -> tuple[slice, int]:
+    """Part of 0..limit that a stretch beginning at an offset covers; where it begins in that."""
+    first, last = min(max(offset, 0), limit), min(max(offset + length, 0), limit)
+    return slice(first, last), first - offset if last > first else 0

@@ -29,6 +29,9 @@ COHERENT_SIDE = 1 / 110
 COHERENT_LEVEL = 0.07
 """A mean difference above this, of a 0..1 channel, is a thing and not the scan's roughness."""
 
+CAUTIOUS_LEVEL = 0.03
+"""The same while things may be anywhere: a pale mug before a pale wall differs by little more."""
+
 RELIT_RATIO = (0.35, 1.9)
 RELIT_HUE = 0.022
 """Brightness ratios, and the left-over difference of colour, of a place that is only relit."""
@@ -170,7 +173,8 @@ def _learn_rows(
     small_residual, small_plate = resized(residual, small), resized(plate, small)
     side = max(3, round(COHERENT_SIDE * width / SHRINK)) | 1
     mean_residual = box_blurred(small_residual, side)
-    shows_room = np.abs(mean_residual).max(axis=2) < COHERENT_LEVEL
+    level = CAUTIOUS_LEVEL if is_cautious else COHERENT_LEVEL
+    shows_room = np.abs(mean_residual).max(axis=2) < level
     if not is_cautious:
         shows_room |= _relit(box_blurred(small_plate, side), mean_residual)
     take = usable & (cv2.resize(shows_room.astype(np.uint8), (width, height)) > 0)

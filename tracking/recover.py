@@ -41,17 +41,14 @@ SEARCH_SIZE_PX = 720
 FAINT, PLAIN = 0.07, 0.22
 """Distances of colours, of 0..1 channels: below the first a place may be relit, above it is not."""
 
-SAME_HEIGHT_M = 0.01
-"""Supports nearer to each other than this are one."""
-
 LEAST_STEP_M = 0.06
 STEP = 0.25
 """Places are tried this far apart, in radii of the object."""
 
 REACH_M = 4.5
 PLACES = 160
-PLACES_NEARER = 12
-PLACES_SMALL, YAWS_SMALL = 10, 12
+PLACES_NEARER = 32
+PLACES_SMALL, YAWS_SMALL = 24, 12
 REFINED = 10
 REFINED_TURNED = 4
 """How many places are compared with all yaws, looked at more closely, and refined; how many yaws of
@@ -88,8 +85,8 @@ SMALL_PX = 40.0
 SMALL_SIGMA = (0.01, 0.01, 0.003, 0.05)
 """Objects of a smaller radius are placed by their colours; how well: metres and radians."""
 
-ACCEPTED_SMALL = 0.3
-RECOGNISED_SMALL = 0.2
+ACCEPTED_SMALL = 0.1
+RECOGNISED_SMALL = 0.12
 SMALL_QUALITY_SIGMA = 0.03
 CLEAR_SIGMAS = 1.5
 """A pose must be better than another by this many standard deviations of a quality."""
@@ -106,7 +103,7 @@ class Guess:
 
     Attributes:
         fit: the pose and what its outline says.
-        explained: of a small object, how much of what has changed there it explains, at most 1.
+        explained: of a small object, how much it resembles the picture there, at most 1.
     """
 
     fit: Fit
@@ -122,7 +119,7 @@ class Guess:
         """0..1: ranks guesses of one object."""
         if self.explained is None:
             return self.fit.quality
-        return 0.5 * (max(self.explained, 0.0) + max(self.fit.likeness, 0.0))
+        return max(self.explained, 0.0)
 
     @property
     def quality_sigma(self) -> float:
@@ -223,9 +220,11 @@ def candidates(
             proposed(scene, look, model, pictures, supports_m=supports_m, reach_m=reach_m),
         ]
     )
+    places = places[scene.stands.hold(places)]
     _, scores = _scored(scene, look, model, pictures, places)
     chosen = places[np.argsort(-scores.max(axis=1), kind="stable")[:PLACES_NEARER]]
     nearer = (chosen[:, None] + _around(model)).reshape(-1, 3)
+    nearer = nearer[scene.stands.hold(nearer)]
     yaws, scores = _scored(scene, look, model, pictures, nearer)
     starts = (
         (start, gather(scene, model, view_of(scene, model, start), neighbours))
@@ -239,7 +238,7 @@ def candidates(
         guesses.append(_refined(scene, model, start, evidence))
         if len(_distinct(model, [g for g in guesses if leaves_no_doubt(g.fit)])) >= enough:
             break
-    accepted = [g for g in guesses if _is_acceptable(g) and scene.holds(g.world_from_object)]
+    accepted = [g for g in guesses if _is_acceptable(g) and _can_be(scene, g.world_from_object)]
     return _distinct(model, accepted)
 
 
@@ -312,6 +311,12 @@ def is_recognised(scene: Scene, model: TrackModel, evidence: Evidence, fit: Fit)
     return _refined(scene, model, fit.world_from_object, evidence).quality >= RECOGNISED_SMALL
 
 
+def _can_be(scene: Scene, world_from_object: Pose) -> bool:
+    """Whether something at a pose is inside the room, and stands on something."""
+    stands = bool(scene.stands.hold(world_from_object.translation[None])[0])
+    return stands and scene.holds(world_from_object)
+
+
 def _is_acceptable(guess: Guess) -> bool:
     """Whether a refined pose is worth being told."""
     fit = guess.fit
@@ -366,8 +371,9 @@ def proposed(
     inside = (flat > low).all(axis=1) & (flat < high).all(axis=1)
     flat = flat[inside & (np.hypot(*(flat - around).T) <= reach_m)]
     places = np.concatenate(
-        [np.column_stack([flat, np.full(len(flat), z)]) for z in _distinct_heights(supports_m)]
+        [np.column_stack([flat, np.full(len(flat), z)]) for z in supports_m]
     )
+    places = places[scene.stands.hold(places)]
     scores = np.full(len(places), -np.inf)
     for index, camera in enumerate(look.cameras):
         world_from_lens = scene.world_from_rig @ scene.frame.rig.rig_from_lens[index]
@@ -387,14 +393,6 @@ def _spread_out(places: Points, scores: Points, *, apart: float, limit: int) -> 
         chosen.append(left[0])
         left = left[((left - left[0]) ** 2).sum(axis=1) >= apart**2]
     return np.array(chosen).reshape(-1, 3)
-
-
-def _distinct_heights(supports_m: Sequence[float]) -> list[float]:
-    heights: list[float] = []
-    for height in sorted(supports_m):
-        if not heights or height - heights[-1] > SAME_HEIGHT_M:
-            heights.append(height)
-    return heights
 
 
 def _scored(

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import replace
 
 from scenes.state import TrackState
 from tracking.beliefs import HEAVY_HEIGHT_M, LOST_CONFIDENCE, SURE, confidence_of
 from tracking.claims import Claim, Searched, claims, is_same_spot
 from tracking.follow import rest_of
-from tracking.recover import Guess, Overview, candidates, overview
+from tracking.recover import SMALL_M, Guess, Overview, candidates, overview
 from tracking.smooth import Motion
 from tracking.track import RESTING_FRAMES, SEARCH_PERIOD_NS, Audit, Task, Track
 from tracking.uncertainty import uncertainty
 
-DOUBTED_SMALL, CERTAIN_SMALL = 0.3, 0.7
+DOUBTED_SMALL, CERTAIN_SMALL = 0.2, 0.44
 """Confidence in a small object grows from 0 to 1 between these qualities."""
 
 MOST_WAITS = 3
@@ -27,6 +27,8 @@ LEAST_CONFIDENCE = 0.3
 def regain(tasks: Sequence[Task], searches: int) -> Mapping[str, Track]:
     """Tracks of all lost objects after some of them were looked for over the whole scene.
 
+    Small things are looked for in what the large ones leave unexplained.
+
     Args:
         tasks: of all lost objects; their neighbours are those that are not lost.
         searches: how many objects are looked for, those that waited longest first.
@@ -36,7 +38,29 @@ def regain(tasks: Sequence[Task], searches: int) -> Mapping[str, Track]:
     if not due:
         return {}
     look = overview(due[0].scene)
-    fresh = {task.model.object_id: _guesses(task, look, len(tasks)) for task in due}
+    names = {task.model.object_id for task in due}
+    large = [task for task in tasks if task.model.radius_m >= SMALL_M]
+    tracks = dict(_searched(large, look, names))
+    found = tuple(
+        (task.model, tracks[task.model.object_id].world_from_object)
+        for task in large
+        if tracks[task.model.object_id].state is not TrackState.LOST
+    )
+    small = [
+        replace(task, neighbours=(*task.neighbours, *found))
+        for task in tasks
+        if task.model.radius_m < SMALL_M
+    ]
+    return tracks | _searched(small, look, names)
+
+
+def _searched(tasks: Sequence[Task], look: Overview, due: Set[str]) -> Mapping[str, Track]:
+    """Tracks of some lost objects after those that are due were looked for."""
+    fresh = {
+        task.model.object_id: _guesses(task, look, len(tasks))
+        for task in tasks
+        if task.model.object_id in due
+    }
     found = claims(
         [
             Searched(
@@ -47,12 +71,11 @@ def regain(tasks: Sequence[Task], searches: int) -> Mapping[str, Track]:
             for task in tasks
         ]
     )
-    now = due[0].scene.frame.t_ns
     tracks: dict[str, Track] = {}
     for task in tasks:
         name, track = task.model.object_id, task.track
         if name in fresh:
-            searches = track.searches_in_vain + 1
+            now, searches = task.scene.frame.t_ns, track.searches_in_vain + 1
             track = replace(track, searched_ns=now, searches_in_vain=searches, guesses=fresh[name])
         tracks[name] = _regained(replace(task, track=track), found.get(name))
     return tracks

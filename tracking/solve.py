@@ -34,6 +34,10 @@ LEAST_VARIANCE = 0.5
 MISFIT_CUTOFF = 5.0
 """Edges farther off than so many standard deviations all count alike."""
 
+TOGETHER_PX = 12.0
+LEAST_TOGETHER = 12
+"""Whether residuals of neighbours are alike is told within this distance, from so many at least."""
+
 SUPPORT_SIGMA_M = 0.0015
 """How well a scan knows the height of a support, and of what stands on it."""
 
@@ -106,7 +110,10 @@ class Fit:
         response: (4, 6) how x, y, z and yaw follow when all that is seen shifts and turns.
         agreement: 0..1, share of the contour whose edge was seen where it was drawn.
         free_share: 0..1, share of the contour that nothing is in front of.
-        misfit: sum of the contour's squared residuals in standard deviations, robust.
+        misfit: sum of the contour's squared residuals in standard deviations, robust; where there
+            is no edge, as large as they count at most.
+        alike: at least 1, by how much less the contour's points say than is taken for granted in a
+            solve, because neighbours err alike.
         visible_fraction: 0..1, share of the drawn silhouette that shows the object.
         covered_fraction: 0..1, share of the silhouette that shows something else in front.
         halo_m: how far the drawn contour lies outside the seen one, at the object's distance.
@@ -122,6 +129,7 @@ class Fit:
     agreement: float
     free_share: float
     misfit: float
+    alike: float
     visible_fraction: float
     covered_fraction: float
     halo_m: float
@@ -257,13 +265,15 @@ def judge(
     inverse = np.linalg.inv(information + 1e-9 * np.eye(len(information)))
     response = inverse @ (information - np.diag(prior.weights()))
     covariance = (inverse @ _spread(information, prior) @ inverse.T)[np.ix_(UPRIGHT, UPRIGHT)]
-    count = len(sketch.contour) / CONTOUR_CORRELATION
-    agreement = free = misfit = visible = covered = likeness = 0.0
+    agreement = free = misfit = roughness = visible = covered = likeness = 0.0
+    alike = 1.0
     if sketch.area_px >= LEAST_AREA_PX:
-        agreement, free, misfit = _agreement(evidence, model, world_from_object, sketch, halo_m)
+        agreement, free, misfit, roughness, alike = _agreement(
+            evidence, model, world_from_object, sketch, halo_m
+        )
         visible, covered, likeness = _surface_shown(evidence, model, world_from_object, sketch)
     # Residuals tell what noise and the model's faults come to in this picture.
-    variance = max(misfit / max(count * free, 1.0), LEAST_VARIANCE)
+    variance = max(roughness, LEAST_VARIANCE) * alike
     return Fit(
         world_from_object=world_from_object,
         covariance=_with_symmetry(covariance[:4, :4] * variance, model),
@@ -271,6 +281,7 @@ def judge(
         agreement=agreement,
         free_share=free,
         misfit=misfit,
+        alike=alike,
         visible_fraction=visible,
         covered_fraction=covered,
         halo_m=halo_m,
@@ -295,8 +306,12 @@ def _spread(information: Points, prior: Prior) -> Points:
 
 def _agreement(
     evidence: Evidence, model: TrackModel, world_from_object: Pose, sketch: Sketch, halo_m: float
-) -> tuple[float, float, float]:
-    """Shares of the contour whose edge is where it should be, and that is free; its misfit."""
+) -> tuple[float, float, float, float, float]:
+    """Shares of the contour whose edge is where it should be, and that is free; its misfit.
+
+    Then the mean squared residual where there is an edge, which alone had a say in the pose, and
+    how much less these edges say because neighbours err alike.
+    """
     prior = Prior(pose_vector(world_from_object), np.ones(4))
     measurement = _measurement(evidence, model, prior, sketch, use_texture=False)
     offset, sigma, found, hidden = KERNELS.edges(
@@ -307,13 +322,34 @@ def _agreement(
         reach_px=JUDGE_REACH_PX,
     )
     if len(offset) == 0:
-        return 0.0, 0.0, 0.0
+        return 0.0, 0.0, 0.0, 0.0, 1.0
     agrees = found & (np.abs(offset) < AGREE_PX) & ~hidden
     relative = np.where(found, np.clip(np.abs(offset / sigma) / MISFIT_CUTOFF, 0.0, 1.0), 1.0)
     # Tukey's loss, scaled to be a square near 0.
     loss = MISFIT_CUTOFF**2 / 3 * (1.0 - (1.0 - relative**2) ** 3)
     misfit = float(loss[~hidden].sum()) / CONTOUR_CORRELATION
-    return float(agrees.mean()), float((~hidden).mean()), misfit
+    seen = found & ~hidden
+    roughness = float(loss[seen].mean()) if seen.any() else MISFIT_CUTOFF**2 / 3
+    camera_from_object = evidence.world_from_camera.inverse() @ world_from_object
+    pixels, _ = evidence.camera.project(camera_from_object @ sketch.contour.points[seen])
+    alike = _alike(pixels, np.clip(offset / sigma, -MISFIT_CUTOFF, MISFIT_CUTOFF)[seen])
+    return float(agrees.mean()), float((~hidden).mean()), misfit, roughness, alike
+
+
+def _alike(pixels: Points, residuals: Points) -> float:
+    """How many times more alike neighbouring residuals are than a solve believes, at least 1.
+
+    The mean of n independent residuals has 1/n of their variance; what it has more, a scan's faults
+    and shadows have made, which are longer than noise.
+    """
+    if len(residuals) < LEAST_TOGETHER:
+        return 1.0
+    x, y = pixels.astype(np.float32).T
+    near = (x[:, None] - x) ** 2 + (y[:, None] - y) ** 2 < TOGETHER_PX**2
+    means = near @ residuals / near.sum(axis=1)
+    power = float((residuals**2).mean())
+    correlation = float((near.sum(axis=1) * means**2).mean()) / max(power, 1e-9)
+    return max(correlation / CONTOUR_CORRELATION, 1.0)
 
 
 def _surface_shown(

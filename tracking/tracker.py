@@ -29,6 +29,7 @@ from tracking.learn import Band, band_of, learn, whole_lens
 from tracking.model import TrackModel, make_model
 from tracking.output import Stopwatch, TrackOutput, no_stopwatch
 from tracking.regain import regain
+from tracking.stands import stands_in
 from tracking.track import Task, Track, new_track, report
 
 RIG_MOVED_M = 0.02
@@ -49,8 +50,6 @@ between the measurements of resting objects, so that no frame does both."""
 
 TURN_PERIOD = 4
 """Frames between two fresh measurements of resting objects, one object at a time."""
-
-FLOOR_M = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,7 +139,7 @@ class Tracker:
             if len(room)
             else np.array([[-np.inf] * 3, [np.inf] * 3])
         )
-        self._supports = tuple(sorted({FLOOR_M, *(o.support_z_m for o in objects)}))
+        self._stands = stands_in(room, objects)
 
     def start(self) -> TrackerState:
         """Every object where the scene says, the camera unknown."""
@@ -271,6 +270,7 @@ class Tracker:
             exposures,
             self._renderer,
             self._bounds_m,
+            self._stands,
             self._layers,
         )
 
@@ -283,7 +283,7 @@ class Tracker:
             model=model,
             track=tracks[model.object_id],
             neighbours=self._neighbours(model, tracks),
-            supports_m=self._supports,
+            supports_m=self._stands.heights_m,
             is_turn=turn == model.object_id and frames % TURN_PERIOD == 0,
             is_first=frames == 0,
             may_search=self._options.recover,
