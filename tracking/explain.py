@@ -237,17 +237,16 @@ def _empty(scene: Scene, evidence: Evidence) -> FloatArray:
 def _others(evidence: Evidence) -> FloatArray:
     """(H, W) 0..1: how much of a window other objects cover, before or behind."""
     view = evidence.view
-    height, width = evidence.live.shape[:2]
-    others = np.zeros((height * view.shrink, width * view.shrink), np.float32)
+    rows, columns = view.part
+    others = np.zeros((rows.stop - rows.start, columns.stop - columns.start), np.float32)
     for layer in evidence.layers:
-        rows, top = _overlap(layer.top - view.top, layer.alpha.shape[0], others.shape[0])
-        columns, left = _overlap(layer.left - view.left, layer.alpha.shape[1], others.shape[1])
-        part = layer.alpha[top : top + rows.stop - rows.start, left : left + columns.stop - columns.start]
-        others[rows, columns] = np.maximum(others[rows, columns], part)
-    return resized(others, (width, height))
-
-
-def _overlap(offset: int, length: int, limit: int) -> tuple[slice, int]:
-    """Part of 0..limit that a stretch beginning at an offset covers; where it begins in that."""
-    first, last = min(max(offset, 0), limit), min(max(offset + length, 0), limit)
-    return slice(first, last), first - offset if last > first else 0
+        height, width = layer.alpha.shape
+        top, bottom = max(layer.top, rows.start), min(layer.top + height, rows.stop)
+        left, right = max(layer.left, columns.start), min(layer.left + width, columns.stop)
+        if top < bottom and left < right:
+            drawn = layer.alpha[top - layer.top : bottom - layer.top]
+            drawn = drawn[:, left - layer.left : right - layer.left]
+            part = others[top - rows.start : bottom - rows.start]
+            part = part[:, left - columns.start : right - columns.start]
+            np.maximum(part, drawn, out=part)
+    return resized(others, (evidence.live.shape[1], evidence.live.shape[0]))

@@ -125,7 +125,7 @@ def _accept(task: Task, evidence: Evidence, fit: Fit) -> Track:
     distance, turn = float(np.linalg.norm(step[:3])), abs(float(step[3]))
     seen = replace(
         track,
-        covariance=uncertainty(task.scene, task.model, fit),
+        covariance=uncertainty(task.scene, fit),
         visible_fraction=fit.visible_fraction,
         confidence=told_confidence(track, fit),
         usual_agreement=_usual(track, fit),

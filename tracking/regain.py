@@ -9,7 +9,8 @@ from scenes.state import TrackState
 from tracking.beliefs import HEAVY_HEIGHT_M, LOST_CONFIDENCE, SURE, confidence_of
 from tracking.claims import Claim, Searched, claims, is_same_spot
 from tracking.follow import rest_of
-from tracking.recover import SMALL_M, Guess, Overview, candidates, overview
+from tracking.places import Overview, overview
+from tracking.recover import SMALL_M, Guess, candidates
 from tracking.smooth import Motion
 from tracking.track import RESTING_FRAMES, SEARCH_PERIOD_NS, Audit, Task, Track
 from tracking.uncertainty import uncertainty
@@ -133,7 +134,7 @@ def _regained(task: Task, claim: Claim | None) -> Track:
         # A place that is unclear is told as a guess, and asked for again.
         state=state if is_placed else TrackState.LOST,
         rest=rest,
-        covariance=uncertainty(task.scene, task.model, fit),
+        covariance=uncertainty(task.scene, fit),
         visible_fraction=fit.visible_fraction,
         confidence=confidence if is_sure else min(confidence, LOST_CONFIDENCE),
         usual_agreement=fit.free_agreement,

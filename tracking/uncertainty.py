@@ -1,8 +1,10 @@
-"""How far a measured pose may be off: noise, the camera's pose, the scan's scale and its surfaces.
+"""How far a measured pose may be off: what its outline tells, the camera's pose, the scan's scale.
 
-Noise is what a solve reports. An error of the camera moves all that is seen rigidly about the lens,
-one of scale moves it along the line of sight; how much of that reaches the pose the solve tells:
-what is sure to stand on the floor does not follow upwards.
+A solve reports what noise and the scan's surfaces make of it: where these are off on the whole is
+one of its unknowns (the halo), where they are off in places shows in residuals that are alike. An
+error of the camera moves all that is seen rigidly about the lens, one of scale moves it along the
+line of sight; how much of that reaches the pose the solve tells: what is sure to stand on the floor
+does not follow upwards.
 """
 
 from __future__ import annotations
@@ -11,11 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracking.evidence import Scene
-from tracking.model import TrackModel
 from tracking.solve import Fit
-
-SURFACE_SIGMA_M = 0.001
-"""How far the surfaces of a scanned object may be off on the whole, as a standard deviation."""
 
 SCALE_SIGMA = 0.001
 """A scan's scale is known to about this share."""
@@ -24,12 +22,11 @@ CAMERA_TRUST = 1.5
 """A camera's true error over its reported standard deviation: neighbouring pixels err alike."""
 
 
-def uncertainty(scene: Scene, model: TrackModel, fit: Fit) -> NDArray[np.float64]:
+def uncertainty(scene: Scene, fit: Fit) -> NDArray[np.float64]:
     """(4, 4) covariance of x, y, z (metres) and yaw (radians) of a measured pose.
 
     Args:
         scene: the frame, with the camera's pose and its standard deviations.
-        model: the object.
         fit: the measurement.
     """
     apart = fit.world_from_object.translation - scene.world_from_rig.translation
@@ -39,11 +36,8 @@ def uncertainty(scene: Scene, model: TrackModel, fit: Fit) -> NDArray[np.float64
     rotation = np.kron(np.eye(2), scene.world_from_rig.rotation)
     variance = (CAMERA_TRUST * scene.camera_sigma) ** 2
     camera = rotation @ np.diag(variance) @ rotation.T
-    faults = np.full(4, SURFACE_SIGMA_M**2)
-    faults[3] /= model.radius_m**2
-    known = fit.covariance + np.diag(faults)
-    known += by_camera @ camera @ by_camera.T + SCALE_SIGMA**2 * np.outer(along, along)
-    return known
+    by_scale = SCALE_SIGMA**2 * np.outer(along, along)
+    return fit.covariance + by_camera @ camera @ by_camera.T + by_scale
 
 
 def _moved_by_camera(apart: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -53,6 +53,7 @@ def seen(raycast):
         world_from_camera=view.world_from_camera,
         live=live.astype(np.float32),
         hidden=np.zeros(live.shape[:2], np.float32),
+        layers=(),
     )
     return scene, model, evidence
 

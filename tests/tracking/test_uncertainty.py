@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scenes.pose import Pose, rotation_from_vector
-from tracking.uncertainty import CAMERA_TRUST, SCALE_SIGMA, SURFACE_SIGMA_M, uncertainty
+from tracking.uncertainty import CAMERA_TRUST, SCALE_SIGMA, uncertainty
 
 FREE = np.eye(6)[[0, 1, 2, 5]]
 """A pose that follows whatever is seen."""
@@ -21,18 +21,17 @@ def known(place, camera_sigma, *, response=FREE, world_from_rig=None):
         covariance=np.zeros((4, 4)),
         response=np.asarray(response),
     )
-    model = SimpleNamespace(radius_m=0.5)
-    covariance = uncertainty(scene, model, fit)
+    covariance = uncertainty(scene, fit)
     np.testing.assert_allclose(covariance, covariance.T, atol=1e-15)
     return np.sqrt(np.diag(covariance))
 
 
 def test_a_camera_turned_about_up_moves_what_is_far_sideways_and_turns_it():
     x, y, z, yaw = known((4.0, 0.0, 0.0), (0, 0, 1e-3, 0, 0, 0))
-    assert y == pytest.approx(np.hypot(CAMERA_TRUST * 4e-3, SURFACE_SIGMA_M))
-    assert x == pytest.approx(np.hypot(SCALE_SIGMA * 4.0, SURFACE_SIGMA_M))
-    assert z == pytest.approx(SURFACE_SIGMA_M)
-    assert yaw == pytest.approx(np.hypot(CAMERA_TRUST * 1e-3, SURFACE_SIGMA_M / 0.5))
+    assert y == pytest.approx(CAMERA_TRUST * 4e-3)
+    assert x == pytest.approx(SCALE_SIGMA * 4.0)
+    assert z == pytest.approx(0.0)
+    assert yaw == pytest.approx(CAMERA_TRUST * 1e-3)
 
 
 def test_an_error_of_the_camera_equals_the_move_of_what_is_seen():
@@ -41,20 +40,18 @@ def test_an_error_of_the_camera_equals_the_move_of_what_is_seen():
     moved = rotation_from_vector(CAMERA_TRUST * axis) @ place - place
     sigma = known(place, (1e-3, 0, 0, 0, 0, 0))
     along = SCALE_SIGMA * np.abs(place)
-    wanted = np.sqrt(moved**2 + along**2 + SURFACE_SIGMA_M**2)
+    wanted = np.sqrt(moved**2 + along**2)
     np.testing.assert_allclose(sigma[:3], wanted, rtol=1e-3)
 
 
 def test_the_camera_s_doubts_are_told_in_its_own_axes():
     turned = Pose.from_yaw(np.pi / 2)
     x, y, _, _ = known((0.0, 0.0, 0.0), (0, 0, 0, 0.01, 0, 0), world_from_rig=turned)
-    assert x == pytest.approx(SURFACE_SIGMA_M)
-    assert y == pytest.approx(np.hypot(CAMERA_TRUST * 0.01, SURFACE_SIGMA_M))
+    assert x == pytest.approx(0.0, abs=1e-12)
+    assert y == pytest.approx(CAMERA_TRUST * 0.01)
 
 
 def test_what_stands_does_not_follow_the_camera_upwards():
     standing = FREE.copy()
     standing[2] = 0.0
-    assert known((2.0, 0.0, -1.0), (1e-3,) * 6, response=standing)[2] == pytest.approx(
-        SURFACE_SIGMA_M
-    )
+    assert known((2.0, 0.0, -1.0), (1e-3,) * 6, response=standing)[2] == pytest.approx(0.0)
