@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from scenes.pose import Pose, wrap_angle
 from scenes.state import TrackState
+from tracking.carried import is_lifted, is_likelier
 from tracking.evidence import Evidence
 from tracking.metrics import ROUND
-from tracking.observe import CONTOUR_CORRELATION
 from tracking.sketch import Sketchbook
 from tracking.smooth import pose_vector, vector_pose
 from tracking.solve import (
@@ -25,7 +25,7 @@ from tracking.solve import (
     Prior,
     solve,
 )
-from tracking.track import RESTING_FRAMES, Task
+from tracking.track import Task
 
 HOLD_BELOW = 0.42
 """The pose is held while its outline has less support than this."""
@@ -91,17 +91,8 @@ LIFTS_M = (0.04, 0.08, 0.12)
 
 SNAP_M = 0.03
 REACHABLE_M = 0.15
-LIFTED_M = 0.015
 """A small object nearer than the first to a support is first taken to stand on it, nearer than the
 second perhaps."""
-
-STILL_SURPRISE = 2.0 * math.log(10.0)
-"""A hand keeps a thing as still as if it stood in one frame of ten: -2 log of that, per frame."""
-
-PATTERN_CORRELATION = 9.0
-"""So many neighbouring points of a pattern count as one: they share blur and light."""
-
-MOST_ALIKE = 0.99
 
 REST_RADIUS_M = 0.01
 """A resting object that is found farther from its place may be in somebody's hands."""
@@ -167,13 +158,13 @@ def measure(task: Task, evidence: Evidence, predicted_world_from_object: Pose) -
         other = _try(
             task, evidence, book, predicted_world_from_object, beliefs[1], reaches_px=quick
         )
-        if _is_likelier(task, (other, beliefs[1]), (best, beliefs[0])):
+        if is_likelier(task, (other, beliefs[1]), (best, beliefs[0])):
             best, best_belief = other, beliefs[1]
     if _is_convincing(task, best) or best.covered_fraction > MOSTLY_COVERED:
         return best
     for guess in _guesses(task, beliefs, predicted_world_from_object, best):
         other = _followed(task, evidence, book, guess)
-        if guess.is_free and not _is_lifted(task, other.world_from_object):
+        if guess.is_free and not is_lifted(task, other.world_from_object):
             continue
         if not _is_reachable(task, predicted_world_from_object, other):
             continue
@@ -252,48 +243,6 @@ def _has_left_its_rest(task: Task, fit: Fit) -> bool:
     return float(np.linalg.norm(apart)) > REST_RADIUS_M
 
 
-def _is_likelier(task: Task, other: tuple[Fit, Prior], best: tuple[Fit, Prior]) -> bool:
-    """Whether the first of two fits, each with the belief behind it, is the likelier."""
-    carried, wide = max((other, best), key=lambda found: found[1].sigma[2])
-    if not _is_lifted(task, carried.world_from_object):
-        return carried is best[0]
-    standing = best if carried is other[0] else other
-    stillness = STILL_SURPRISE * min(task.track.still_frames, RESTING_FRAMES)
-    alike = max(carried.alike, standing[0].alike)
-    lifted = _surprise(carried, wide, wide, alike=alike) + stillness
-    is_carried = lifted < _surprise(*standing, wide, alike=alike)
-    return is_carried == (carried is other[0])
-
-
-def _surprise(fit: Fit, belief: Prior, wide: Prior, *, alike: float) -> float:
-    """-2 log likelihood of a fit under a belief, up to what all beliefs share.
-
-    Args:
-        fit: the solution.
-        belief: it was found with; its height counts.
-        wide: the widest belief; its place and yaw count, whatever was believed.
-        alike: how much less the contour says than its points would, if they erred apart.
-    """
-    found = pose_vector(fit.world_from_object)
-    apart = (found - wide.mean) / wide.sigma
-    apart[3] = wrap_angle(float(found[3] - wide.mean[3])) / wide.sigma[3]
-    apart[2] = 0.0
-    # The model's own errors scale the misfit of every pose alike: what counts is the ratio. Where
-    # neighbours err alike they say less, and what they push off its height is not as far off.
-    lift = float(found[2] - belief.mean[2]) / belief.sigma[2]
-    weight = len(fit.sketch.contour) / CONTOUR_CORRELATION
-    outline = (weight * math.log(max(fit.misfit, 1.0)) + lift**2) / alike
-    return outline + _pattern_surprise(fit) + float(apart @ apart) + 2 * math.log(belief.sigma[2])
-
-
-def _pattern_surprise(fit: Fit) -> float:
-    """-2 log likelihood of a textured object's colours, whatever the light's gain and noise."""
-    if not fit.textured:
-        return 0.0
-    count = fit.visible_fraction * len(fit.sketch.surface) / PATTERN_CORRELATION
-    return count * math.log(1.0 - min(max(fit.likeness, 0.0), MOST_ALIKE) ** 2)
-
-
 def _is_reachable(task: Task, predicted_world_from_object: Pose, fit: Fit) -> bool:
     """Whether people can have moved an object there since it was seen last."""
     apart = fit.world_from_object.translation - predicted_world_from_object.translation
@@ -311,15 +260,9 @@ def is_doubtful(task: Task, fit: Fit) -> bool:
         return weak and unsure
     if weak and (unsure or _has_left_its_rest(task, fit)):
         return True
-    lifted = _is_lifted(task, fit.world_from_object)
+    lifted = is_lifted(task, fit.world_from_object)
     wanted = LEAST_LIKENESS + 0.05 * lifted + 0.12 * unsure
     return task.model.textured and fit.likeness < wanted
-
-
-def _is_lifted(task: Task, world_from_object: Pose) -> bool:
-    """Whether an object hangs clearly above every support it is near to: things do not sink in."""
-    height = float(world_from_object.translation[2])
-    return all(height - z > LIFTED_M or z - height > REACHABLE_M for z in task.supports_m)
 
 
 def _worth(fit: Fit, belief: Prior) -> float:

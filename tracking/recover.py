@@ -15,13 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.pose import Pose, wrap_angle
+from tracking.align import slide
 from tracking.evidence import Evidence, Neighbour, Scene, gather, view_of
 from tracking.explain import explained, resemblances
 from tracking.metrics import ROUND
 from tracking.model import TrackModel
 from tracking.observe import CONTOUR_CORRELATION
-from tracking.places import Overview, claimed, proposed, scored, spread_out, template_scores
-from tracking.sketch import sketched
+from tracking.places import Overview, claimed, proposed, scored, template_scores
+from tracking.sketch import draw, sketched
 from tracking.smooth import pose_vector
 from tracking.solve import Fit, Prior, judge, solve
 from tracking.templates import YAWS, cut_out
@@ -30,8 +31,8 @@ FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]
 
 REACH_M = 4.5
-PLACES_NEARER = 32
-PLACES_SMALL, YAWS_SMALL = 24, 12
+PLACES_NEARER = 12
+PLACES_SMALL, YAWS_SMALL = 16, 12
 REFINED = 10
 REFINED_TURNED = 4
 """How many places are looked at more closely; of small objects with how many yaws each; how many
@@ -149,17 +150,18 @@ def candidates(
     )
     places = places[scene.stands.hold(places)]
     _, scores = scored(scene, look, model, pictures, places)
-    chosen = places[np.argsort(-scores.max(axis=1), kind="stable")[:PLACES_NEARER]]
-    nearer = (chosen[:, None] + _around(model)).reshape(-1, 3)
-    nearer = nearer[scene.stands.hold(nearer)]
-    yaws, scores = scored(scene, look, model, pictures, nearer)
-    starts = (
-        (start, gather(scene, model, view_of(scene, model, start), neighbours))
-        for start in _distinct_starts(model, nearer, yaws, scores, limit=REFINED)
-    )
     if model.radius_m < SMALL_M:
-        places = spread_out(nearer, scores.max(axis=1), apart=model.radius_m, limit=PLACES_SMALL)
-        starts = _small_starts(scene, model, neighbours, places)
+        places = places[np.argsort(-scores.max(axis=1), kind="stable")[:PLACES_SMALL]]
+        starts = iter(_small_starts(scene, model, neighbours, places))
+    else:
+        chosen = places[np.argsort(-scores.max(axis=1), kind="stable")[:PLACES_NEARER]]
+        nearer = (chosen[:, None] + _around(model)).reshape(-1, 3)
+        nearer = nearer[scene.stands.hold(nearer)]
+        yaws, scores = scored(scene, look, model, pictures, nearer)
+        starts = (
+            (start, gather(scene, model, view_of(scene, model, start), neighbours))
+            for start in _distinct_starts(model, nearer, yaws, scores, limit=REFINED)
+        )
     guesses: list[Guess] = []
     for start, evidence in starts:
         guesses.append(_refined(scene, model, start, evidence))
@@ -172,17 +174,28 @@ def candidates(
 def _small_starts(
     scene: Scene, model: TrackModel, neighbours: Sequence[Neighbour], places: Points
 ) -> list[tuple[Pose, Evidence]]:
-    """Poses at some places that look most like the picture, with their windows, the best first."""
+    """Poses near some places that look most like the picture, with their windows, the best first.
+
+    A place is right to a part of the object, too roughly to compare pictures: each is slid first.
+    """
     found: list[tuple[float, Pose, Evidence]] = []
     for place in places:
         poses = [Pose.from_yaw(2 * math.pi * k / YAWS_SMALL, place) for k in range(YAWS_SMALL)]
         evidence = gather(scene, model, view_of(scene, model, poses[0]), neighbours)
-        alike = resemblances(scene, model, evidence, poses)
+        slid = [
+            slide(pose, draw(model, pose, evidence, scene.renderer), evidence, model, grounded=True)
+            for pose in poses
+        ]
+        alike = resemblances(scene, model, evidence, slid)
         peaks = np.flatnonzero((alike >= np.roll(alike, 1)) & (alike > np.roll(alike, -1)))
         best = peaks[np.argsort(-alike[peaks], kind="stable")][:STARTS_A_PLACE]
-        found += [(float(alike[k]), poses[k], evidence) for k in best]
+        found += [(float(alike[k]), slid[k], evidence) for k in best]
     found.sort(key=lambda item: -item[0])
-    return [(pose, evidence) for _, pose, evidence in found[:REFINED]]
+    distinct: list[tuple[Pose, Evidence]] = []
+    for _, pose, evidence in found:
+        if len(distinct) < REFINED and all(is_other(model, pose, p) for p, _ in distinct):
+            distinct.append((pose, evidence))
+    return distinct
 
 
 def turned(

@@ -15,8 +15,9 @@ from tracking.smooth import Motion
 from tracking.track import RESTING_FRAMES, SEARCH_PERIOD_NS, Audit, Task, Track
 from tracking.uncertainty import uncertainty
 
-DOUBTED_SMALL, CERTAIN_SMALL = 0.2, 0.44
-"""Confidence in a small object grows from 0 to 1 between these qualities."""
+DOUBTED_SMALL, CERTAIN_SMALL = 0.25, 0.65
+"""Confidence in a small object grows from 0 to 1 between these qualities: at wrong yaws, scans with
+holes reach what lies between."""
 
 MOST_WAITS = 3
 """From the second search in vain on, the next one waits twice as long, so many times."""
@@ -41,7 +42,7 @@ def regain(tasks: Sequence[Task], searches: int) -> Mapping[str, Track]:
     look = overview(due[0].scene)
     names = {task.model.object_id for task in due}
     large = [task for task in tasks if task.model.radius_m >= SMALL_M]
-    tracks = dict(_searched(large, look, names))
+    tracks = _searched(large, look, names)
     found = tuple(
         (task.model, tracks[task.model.object_id].world_from_object)
         for task in large
@@ -55,7 +56,7 @@ def regain(tasks: Sequence[Task], searches: int) -> Mapping[str, Track]:
     return tracks | _searched(small, look, names)
 
 
-def _searched(tasks: Sequence[Task], look: Overview, due: Set[str]) -> Mapping[str, Track]:
+def _searched(tasks: Sequence[Task], look: Overview, due: Set[str]) -> dict[str, Track]:
     """Tracks of some lost objects after those that are due were looked for."""
     fresh = {
         task.model.object_id: _guesses(task, look, len(tasks))

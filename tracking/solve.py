@@ -332,11 +332,11 @@ def _agreement(
     roughness = float(loss[seen].mean()) if seen.any() else MISFIT_CUTOFF**2 / 3
     camera_from_object = evidence.world_from_camera.inverse() @ world_from_object
     pixels, _ = evidence.camera.project(camera_from_object @ sketch.contour.points[seen])
-    alike = _alike(pixels, np.clip(offset / sigma, -MISFIT_CUTOFF, MISFIT_CUTOFF)[seen])
+    alike = shared_errors(pixels, np.clip(offset / sigma, -MISFIT_CUTOFF, MISFIT_CUTOFF)[seen])
     return float(agrees.mean()), float((~hidden).mean()), misfit, roughness, alike
 
 
-def _alike(pixels: Points, residuals: Points) -> float:
+def shared_errors(pixels: Points, residuals: Points) -> float:
     """How many times more alike neighbouring residuals are than a solve believes, at least 1.
 
     The mean of n independent residuals has 1/n of their variance; what it has more, a scan's faults
