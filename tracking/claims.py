@@ -16,8 +16,9 @@ from tracking.recover import Guess, is_other
 SAME_SPOT = 0.35
 """Two things nearer than this, in the sum of their radii, would stand in each other."""
 
-NOWHERE = 0.72
-"""Cost of leaving an object lost, beside one less the quality of a pose."""
+NOWHERE = 0.92
+"""Cost of leaving an object lost, beside one less the quality of a pose: any guess is better, and
+told for what it is."""
 
 DISTANCE_PRICE = 0.02
 DISTANCE_M = 5.0
