@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.pose import Pose, wrap_angle
-from tracking.align import slide
+from tracking.align import shifted, silhouette_shift
 from tracking.evidence import Evidence, Neighbour, Scene, gather, view_of
 from tracking.explain import explained, resemblances
 from tracking.metrics import ROUND
@@ -32,7 +32,7 @@ Points = NDArray[np.float64]
 
 REACH_M = 4.5
 PLACES_NEARER = 12
-PLACES_SMALL, YAWS_SMALL = 16, 12
+PLACES_SMALL, YAWS_SMALL = 32, 12
 REFINED = 10
 REFINED_TURNED = 4
 """How many places are looked at more closely; of small objects with how many yaws each; how many
@@ -176,20 +176,23 @@ def _small_starts(
 ) -> list[tuple[Pose, Evidence]]:
     """Poses near some places that look most like the picture, with their windows, the best first.
 
-    A place is right to a part of the object, too roughly to compare pictures: each is slid first.
+    A place is right to a part of the object, too roughly to compare pictures: what has changed
+    there is covered first.
     """
     found: list[tuple[float, Pose, Evidence]] = []
-    for place in places:
+    for roughly in places:
+        place = roughly
+        pose = Pose.from_yaw(0.0, place)
+        evidence = gather(scene, model, view_of(scene, model, pose), neighbours)
+        drawn = draw(model, pose, evidence, scene.renderer)
+        shift = silhouette_shift(evidence, drawn.alpha)
+        if shift is not None:
+            place = shifted(pose, shift, evidence, model, grounded=True).translation
         poses = [Pose.from_yaw(2 * math.pi * k / YAWS_SMALL, place) for k in range(YAWS_SMALL)]
-        evidence = gather(scene, model, view_of(scene, model, poses[0]), neighbours)
-        slid = [
-            slide(pose, draw(model, pose, evidence, scene.renderer), evidence, model, grounded=True)
-            for pose in poses
-        ]
-        alike = resemblances(scene, model, evidence, slid)
+        alike = resemblances(scene, model, evidence, poses)
         peaks = np.flatnonzero((alike >= np.roll(alike, 1)) & (alike > np.roll(alike, -1)))
         best = peaks[np.argsort(-alike[peaks], kind="stable")][:STARTS_A_PLACE]
-        found += [(float(alike[k]), slid[k], evidence) for k in best]
+        found += [(float(alike[k]), poses[k], evidence) for k in best]
     found.sort(key=lambda item: -item[0])
     distinct: list[tuple[Pose, Evidence]] = []
     for _, pose, evidence in found:
