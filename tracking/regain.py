@@ -113,7 +113,8 @@ def _still_free(task: Task) -> tuple[Guess, ...]:
 def _heights(task: Task) -> tuple[float, ...]:
     """Of what an object may stand on."""
     source = task.model.source
-    return (source.support_z_m,) if source.box_m[2] >= HEAVY_HEIGHT_M else task.supports_m
+    is_heavy = source.box_m[2] >= HEAVY_HEIGHT_M
+    return (source.support_z_m,) if is_heavy else task.scene.stands.heights_m
 
 
 def _regained(task: Task, claim: Claim | None) -> Track:

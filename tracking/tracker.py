@@ -29,7 +29,7 @@ from tracking.learn import Band, band_of, learn, whole_lens
 from tracking.model import TrackModel, make_model
 from tracking.output import Stopwatch, TrackOutput, no_stopwatch
 from tracking.regain import regain
-from tracking.stands import stands_in
+from tracking.stands import FLOOR_M, stands_in
 from tracking.track import Task, Track, new_track, report
 
 RIG_MOVED_M = 0.02
@@ -139,6 +139,7 @@ class Tracker:
             if len(room)
             else np.array([[-np.inf] * 3, [np.inf] * 3])
         )
+        self._supports = tuple(sorted({FLOOR_M, *(o.support_z_m for o in objects)}))
         self._stands = stands_in(room, objects)
 
     def start(self) -> TrackerState:
@@ -283,7 +284,7 @@ class Tracker:
             model=model,
             track=tracks[model.object_id],
             neighbours=self._neighbours(model, tracks),
-            supports_m=self._stands.heights_m,
+            supports_m=self._supports,
             is_turn=turn == model.object_id and frames % TURN_PERIOD == 0,
             is_first=frames == 0,
             may_search=self._options.recover,
