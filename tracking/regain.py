@@ -125,6 +125,9 @@ def _regained(task: Task, claim: Claim | None) -> Track:
     fit = claim.guess.fit
     confidence = _confidence(claim.guess)
     is_placed = claim.place_is_clear and confidence >= LEAST_CONFIDENCE
+    if not is_placed and task.track.seen_ns > 0:
+        # What was followed before is likelier to be near its last place than at a doubtful one.
+        return replace(task.track, rest=None, state=TrackState.LOST, confidence=0.0)
     is_sure = is_placed and claim.yaw_is_clear and confidence >= SURE
     # What was placed by its colours stays there until they change.
     rest = rest_of(task, fit) if is_placed and claim.guess.explained is not None else None
@@ -143,7 +146,7 @@ def _regained(task: Task, claim: Claim | None) -> Track:
         still_frames=0 if rest is None else RESTING_FRAMES,
         missed_frames=0,
         searches_in_vain=0 if is_placed else task.track.searches_in_vain,
-        seen_ns=now,
+        seen_ns=now if is_placed else 0,
         looked_ns=now,
         sketch=fit.sketch,
         guesses=() if is_placed else task.track.guesses,
