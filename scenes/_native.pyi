@@ -313,7 +313,7 @@ class SeenWindow:
     ) -> None: ...
 
 class TrackKernels:
-    """The tracker's kernels with their constants; arrays come and go C-contiguous."""
+    """The tracker's kernels with their constants; arrays are C-contiguous unless it is said."""
 
     def __init__(self, constants: Mapping[str, float | tuple[float, float]]) -> None: ...
     def change(
@@ -329,7 +329,10 @@ class TrackKernels:
         layers: list[TrackLayer],
         table: NDArray[np.float32],
     ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
-        """Live picture, foreground, own colours and what is hidden, flat, of a window."""
+        """Live picture, foreground, own colours and what is hidden, flat, of a window.
+
+        The rows of `live`, `plate` and `noise` may be apart, their values may not.
+        """
 
     @staticmethod
     def contour(

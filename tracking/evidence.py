@@ -119,9 +119,9 @@ def gather(
     layers = layers_in(scene, view, neighbours)
     lens, part = scene.frame.rig.lenses[view.lens], view.part
     live, foreground, own, hidden = KERNELS.change(
-        np.ascontiguousarray(scene.frame.images[view.lens][part]),
-        np.ascontiguousarray(scene.plates.images[view.lens][part]),
-        np.ascontiguousarray(scene.plates.noise[view.lens][part]),
+        scene.frame.images[view.lens][part],
+        scene.plates.images[view.lens][part],
+        scene.plates.noise[view.lens][part],
         lens_size=(lens.width_px, lens.height_px),
         window=view.corner_and_size,
         shrink=view.shrink,

@@ -2,6 +2,7 @@
 
 use std::sync::OnceLock;
 
+use numpy::ndarray::ArrayViewD;
 use numpy::{PyArray1, PyReadonlyArray3, PyReadonlyArrayDyn};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -10,6 +11,7 @@ use crate::python_request::{check_length, with_lens, LensRequest};
 use crate::python_track_request::{
     layer_of, rigid, rows_of, LayerRequest, PlainProblem, ProblemRequest,
 };
+use crate::simd::Simd;
 use crate::track_change::{change, ChangeModel, Cut, Exposure, Window, BINS};
 use crate::track_contour::{contour, Drawn};
 use crate::track_edges::{EdgeModel, CHANNELS};
@@ -23,6 +25,26 @@ type Flat<'py, T> = Bound<'py, PyArray1<T>>;
 
 /// Texture is compared after a Gaussian of this many pixels.
 const TEXTURE_BLUR_PX: f32 = 0.8;
+
+/// The rows of a picture, which may be apart; their values may not.
+fn rows_of_picture<'a, T>(
+    name: &str,
+    picture: &'a ArrayViewD<'_, T>,
+    [height, line]: [usize; 2],
+) -> PyResult<Vec<&'a [T]>> {
+    let rows = picture.outer_iter().map(|row| {
+        let values = row.to_slice();
+        values.filter(|values| values.len() == line)
+    });
+    let rows: Option<Vec<&[T]>> = rows.collect();
+    rows.filter(|rows| rows.len() == height).ok_or_else(|| {
+        PyValueError::new_err(format!(
+            "{name}: shape {:?} with strides {:?}, wanted {height} rows of {line} values without gaps",
+            picture.shape(),
+            picture.strides(),
+        ))
+    })
+}
 
 /// The tracker's constants, as `tracking.kernels` gathers them.
 #[derive(FromPyObject)]
@@ -110,13 +132,14 @@ impl SeenWindow {
     /// The live colours, smoothed like a texture's values.
     pub(crate) fn smooth(&self) -> Picture<'_, 3> {
         let values = self.smooth.get_or_init(|| {
-            let pixels = self.pixels.chunks_exact(CHANNELS);
-            let live: Vec<f32> = pixels.flat_map(|p| [p[0], p[1], p[2]]).collect();
-            filtered(
-                &live,
-                [self.width, self.height],
-                3,
-                &gaussian(TEXTURE_BLUR_PX, 3),
+            let mut live = Vec::with_capacity(3 * self.width * self.height);
+            for pixel in self.pixels.chunks_exact(CHANNELS) {
+                live.extend_from_slice(&pixel[..3]);
+            }
+            let kernel: [f32; 7] = gaussian(TEXTURE_BLUR_PX);
+            Simd::detect().run(
+                #[inline(always)]
+                || filtered(&live, [self.width, self.height], 3, &kernel),
             )
         });
         Picture {
@@ -130,6 +153,7 @@ impl SeenWindow {
 /// The tracker's kernels with their constants.
 #[pyclass(frozen, module = "scenes._native", name = "TrackKernels")]
 pub struct TrackKernels {
+    simd: Simd,
     change: ChangeModel,
     solve: SolveModel,
 }
@@ -160,6 +184,7 @@ impl TrackKernels {
     fn new(constants: Constants) -> Self {
         let c = constants;
         TrackKernels {
+            simd: Simd::detect(),
             change: ChangeModel {
                 neighbour_noise: c.neighbour_noise,
                 likeness_gain: c.likeness_gain,
@@ -229,15 +254,13 @@ impl TrackKernels {
             shrink,
             lens: lens_size,
         };
+        let (live, plate, noise) = (live.as_array(), plate.as_array(), noise.as_array());
+        let [lines, line] = [height * shrink, width * shrink];
         let cut = Cut {
-            live: live.as_slice()?,
-            plate: plate.as_slice()?,
-            noise: noise.as_slice()?,
+            live: rows_of_picture("live", &live, [lines, 3 * line])?,
+            plate: rows_of_picture("plate", &plate, [lines, 3 * line])?,
+            noise: rows_of_picture("noise", &noise, [lines, line])?,
         };
-        let pixels = width * height * shrink * shrink;
-        check_length("live", cut.live, 3 * pixels)?;
-        check_length("plate", cut.plate, 3 * pixels)?;
-        check_length("noise", cut.noise, pixels)?;
         let table = table.as_slice()?;
         check_length("table", table, BINS * BINS * BINS)?;
         let layers = layers.iter().map(layer_of).collect::<PyResult<Vec<_>>>()?;
@@ -247,7 +270,12 @@ impl TrackKernels {
             falloff,
             offset,
         };
-        let found = py.detach(|| change(&cut, &window, &exposure, &layers, table, &self.change));
+        let found = py.detach(|| {
+            self.simd.run(
+                #[inline(always)]
+                || change(&cut, &window, &exposure, &layers, table, &self.change),
+            )
+        });
         Ok((
             PyArray1::from_vec(py, found.live),
             PyArray1::from_vec(py, found.foreground),
@@ -285,8 +313,11 @@ impl TrackKernels {
         check_length("rgb", drawn.rgb.values, 3 * width * height)?;
         check_length("alpha", drawn.alpha.values, width * height)?;
         check_length("depth", drawn.depth, width * height)?;
-        let found =
-            py.detach(|| with_lens!(&lens.lens(), lens => contour(&drawn, lens, limit, reach_px)));
+        let found = py.detach(|| {
+            with_lens!(&lens.lens(), lens => {
+                Simd::detect().run(#[inline(always)] || contour(&drawn, lens, limit, reach_px))
+            })
+        });
         Ok((
             PyArray1::from_vec(py, found.points.into_flattened()),
             PyArray1::from_vec(py, found.normals.into_flattened()),
@@ -319,7 +350,7 @@ impl TrackKernels {
             with_lens!(&lens, lens => {
                 let problem = problem.seen(lens, window);
                 for (reach_px, steps) in rounds {
-                    at = problem.refine(at, reach_px, steps);
+                    at = self.simd.run(#[inline(always)] || problem.refine(at, reach_px, steps));
                 }
             });
         });
@@ -343,7 +374,8 @@ impl TrackKernels {
         let problem = PlainProblem::of(&problem, &self.solve)?;
         let found = py.detach(|| {
             with_lens!(&lens, lens => {
-                problem.seen(lens, window).edges(&rigid(&pose), halo, reach_px)
+                let problem = problem.seen(lens, window);
+                self.simd.run(#[inline(always)] || problem.edges(&rigid(&pose), halo, reach_px))
             })
         });
         Ok((

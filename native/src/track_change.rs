@@ -1,6 +1,8 @@
 //! What a window of a lens picture shows that the empty room does not: `tracking.reference_change`
 //! says the same in numpy.
 
+use std::ops::Range;
+
 use crate::track_picture::{filtered, gaussian, slopes};
 
 /// Bins per channel of a colour table.
@@ -26,15 +28,14 @@ pub struct Exposure {
     pub offset: [f32; 3],
 }
 
-/// What a window is cut from, at the lens's pixels.
-#[derive(Clone, Copy)]
+/// What a window is cut from, at the lens's pixels: one slice a row.
 pub struct Cut<'a> {
     /// RGB.
-    pub live: &'a [u8],
+    pub live: Vec<&'a [u8]>,
     /// RGB, 0..1: the empty room.
-    pub plate: &'a [f32],
+    pub plate: Vec<&'a [f32]>,
     /// Standard deviation of a channel.
-    pub noise: &'a [f32],
+    pub noise: Vec<&'a [f32]>,
 }
 
 /// Another object as it is drawn into a rectangle of the lens picture.
@@ -70,15 +71,19 @@ pub struct Change {
     pub hidden: Vec<f32>,
 }
 
+/// A picture's red, green and blue, one after the other.
+type Planes = [Vec<f32>; 3];
+
 /// What the window's pixels are compared with.
 struct Expected {
-    live: Vec<f32>,
-    room: Vec<f32>,
+    live: Planes,
+    room: Planes,
     noise: Vec<f32>,
     hidden: Vec<f32>,
 }
 
 /// Live picture, foreground, own colours and what is hidden, of one window.
+#[inline(always)]
 pub fn change(
     cut: &Cut<'_>,
     window: &Window,
@@ -93,19 +98,21 @@ pub fn change(
         lay(&mut seen, layer, window, exposure, model.neighbour_noise);
     }
     let foreground = foreground(&seen, size, model);
-    let likeness: Vec<f32> = seen
-        .live
-        .chunks_exact(3)
-        .map(|rgb| table[bin(rgb[0]) * BINS * BINS + bin(rgb[1]) * BINS + bin(rgb[2])])
-        .collect();
-    let likeness = filtered(&likeness, size, 1, &gaussian(0.7, 1));
+    let [red, green, blue] = &seen.live;
+    let colours = red.iter().zip(green).zip(blue);
+    let (mut live, mut likeness) = (Vec::with_capacity(3 * red.len()), Vec::new());
+    likeness.extend(colours.map(|((&r, &g), &b)| {
+        live.extend([r, g, b]);
+        table[bin(r) * BINS * BINS + bin(g) * BINS + bin(b)]
+    }));
+    let likeness = filtered(&likeness, size, 1, &gaussian::<3>(0.7));
     let own = foreground
         .iter()
         .zip(&likeness)
         .map(|(f, alike)| f * (alike * model.likeness_gain).clamp(0.0, 1.0))
         .collect();
     Change {
-        live: seen.live,
+        live,
         foreground,
         own,
         hidden: seen.hidden,
@@ -117,79 +124,89 @@ fn bin(value: f32) -> usize {
     ((value * BINS as f32) as usize).min(BINS - 1)
 }
 
+fn planes(pixels: usize) -> Planes {
+    std::array::from_fn(|_| vec![0.0; pixels])
+}
+
 /// Live picture, room at its exposure and noise, averaged over the shrunk pixels.
+#[inline(always)]
 fn expected(cut: &Cut<'_>, window: &Window, exposure: &Exposure) -> Expected {
-    let pixels = window.width * window.height;
+    let (width, shrink) = (window.width, window.shrink);
+    let pixels = width * window.height;
     let mut seen = Expected {
-        live: vec![0.0; 3 * pixels],
-        room: vec![0.0; 3 * pixels],
+        live: planes(pixels),
+        room: planes(pixels),
         noise: vec![0.0; pixels],
         hidden: vec![0.0; pixels],
     };
-    let shrink = window.shrink;
-    let line = window.width * shrink;
     for row in 0..window.height {
-        let here = row * window.width..(row + 1) * window.width;
-        let wide = 3 * here.start..3 * here.end;
+        let here = row * width..(row + 1) * width;
         for y in row * shrink..(row + 1) * shrink {
-            let from = y * line..(y + 1) * line;
-            let from3 = 3 * from.start..3 * from.end;
-            add_shrunk(
-                &mut seen.live[wide.clone()],
-                &cut.live[from3.clone()],
-                shrink,
-            );
-            add_shrunk(&mut seen.room[wide.clone()], &cut.plate[from3], shrink);
-            for (to, part) in seen.noise[here.clone()]
-                .iter_mut()
-                .zip(cut.noise[from].chunks_exact(shrink))
-            {
+            add_shrunk(&mut seen.live, here.clone(), cut.live[y], shrink);
+            add_shrunk(&mut seen.room, here.clone(), cut.plate[y], shrink);
+            let parts = cut.noise[y].chunks_exact(shrink);
+            for (to, part) in seen.noise[here.clone()].iter_mut().zip(parts) {
                 *to += part.iter().sum::<f32>();
             }
         }
     }
     let share = 1.0 / (shrink * shrink) as f32;
-    seen.live
-        .iter_mut()
-        .for_each(|v| *v *= share * (1.0 / 255.0));
+    for plane in &mut seen.live {
+        plane.iter_mut().for_each(|v| *v *= share * (1.0 / 255.0));
+    }
     seen.noise
         .iter_mut()
         .for_each(|v| *v = (*v * share).max(1e-3));
     let [across, down] = window.lens.map(|side| 2.0 / side as f32);
     let middle = |first: usize, k: usize| first as f32 + (k as f32 + 0.5) * shrink as f32;
-    for (row, room) in seen.room.chunks_exact_mut(3 * window.width).enumerate() {
-        let y = middle(window.top, row) * down - 1.0;
-        for (column, rgb) in room.chunks_exact_mut(3).enumerate() {
-            let x = middle(window.left, column) * across - 1.0;
-            let radius2 = x * x + y * y;
-            for (channel, value) in rgb.iter_mut().enumerate() {
-                let gain = exposure.gain[channel] + radius2 * exposure.falloff[channel];
-                *value = *value * share * gain + exposure.offset[channel];
+    for (channel, plane) in seen.room.iter_mut().enumerate() {
+        let (gain, offset) = (exposure.gain[channel], exposure.offset[channel]);
+        for (row, room) in plane.chunks_exact_mut(width).enumerate() {
+            let y = middle(window.top, row) * down - 1.0;
+            for (column, value) in room.iter_mut().enumerate() {
+                let x = middle(window.left, column) * across - 1.0;
+                let gain = gain + (x * x + y * y) * exposure.falloff[channel];
+                *value = *value * share * gain + offset;
             }
         }
     }
     seen
 }
 
-/// Adds RGB pixels to those that so many of them make one of.
+/// Adds a row of RGB pixels to those that so many of them make one of.
 #[inline(always)]
-fn add_shrunk<T: Copy + Into<f32>>(to: &mut [f32], from: &[T], shrink: usize) {
+fn add_shrunk<T: Copy + Into<f32>>(to: &mut Planes, here: Range<usize>, from: &[T], shrink: usize) {
+    let [red, green, blue] = to.each_mut().map(|plane| &mut plane[here.clone()]);
+    let to = red.iter_mut().zip(green).zip(blue);
+    // A constant length lets the compiler take several pixels at once.
     if shrink == 1 {
-        for (to, &from) in to.iter_mut().zip(from) {
-            *to += from.into();
+        for (((r, g), b), rgb) in to.zip(from.chunks_exact(3)) {
+            *r += rgb[0].into();
+            *g += rgb[1].into();
+            *b += rgb[2].into();
         }
         return;
     }
-    for (to, part) in to.chunks_exact_mut(3).zip(from.chunks_exact(3 * shrink)) {
+    for (((r, g), b), part) in to.zip(from.chunks_exact(3 * shrink)) {
         for rgb in part.chunks_exact(3) {
-            for channel in 0..3 {
-                to[channel] += rgb[channel].into();
-            }
+            *r += rgb[0].into();
+            *g += rgb[1].into();
+            *b += rgb[2].into();
         }
     }
 }
 
+/// The window's pixels along one side that a layer's may reach.
+#[inline(always)]
+fn reached(first: usize, count: usize, shrink: usize, from: isize, size: usize) -> Range<usize> {
+    let (low, shrink) = (from - first as isize, shrink as isize);
+    let inside = |place: isize| place.clamp(0, count as isize) as usize;
+    let high = low + size as isize;
+    inside(low.div_euclid(shrink))..inside((high + shrink - 1).div_euclid(shrink))
+}
+
 /// Draws another object into what is expected.
+#[inline(always)]
 fn lay(
     seen: &mut Expected,
     layer: &Layer<'_>,
@@ -197,20 +214,24 @@ fn lay(
     exposure: &Exposure,
     neighbour_noise: f32,
 ) {
-    let shrink = window.shrink as isize;
-    let at = |x: isize, y: isize| {
-        let inside = x >= 0 && y >= 0 && x < layer.width as isize && y < layer.height as isize;
-        inside.then(|| y as usize * layer.width + x as usize)
-    };
+    let (width, shrink) = (window.width, window.shrink as isize);
     let share = 1.0 / (shrink * shrink) as f32;
-    let mut edge = vec![0.0f32; window.width * window.height];
-    for row in 0..window.height {
-        for column in 0..window.width {
+    let rows = reached(
+        window.top,
+        window.height,
+        window.shrink,
+        layer.top,
+        layer.height,
+    );
+    let columns = reached(window.left, width, window.shrink, layer.left, layer.width);
+    for row in rows {
+        for column in columns.clone() {
             let left = window.left as isize + column as isize * shrink - layer.left;
             let top = window.top as isize + row as isize * shrink - layer.top;
             let (mut rgb, mut alpha, mut nearer) = ([0.0; 3], 0.0, 0.0);
-            for y in top..top + shrink {
-                for place in (left..left + shrink).filter_map(|x| at(x, y)) {
+            for y in top.max(0)..(top + shrink).min(layer.height as isize) {
+                for x in left.max(0)..(left + shrink).min(layer.width as isize) {
+                    let place = y as usize * layer.width + x as usize;
                     for (sum, value) in rgb.iter_mut().zip(&layer.rgb[3 * place..]) {
                         *sum += value;
                     }
@@ -222,42 +243,40 @@ fn lay(
                 continue;
             }
             let alpha = alpha * share;
-            let place = row * window.width + column;
-            let room = &mut seen.room[3 * place..3 * place + 3];
-            for (channel, (room, drawn)) in room.iter_mut().zip(rgb).enumerate() {
-                let lit = drawn * share * exposure.gain[channel];
-                *room = *room * (1.0 - alpha) + lit + exposure.offset[channel] * alpha;
+            let place = row * width + column;
+            for (channel, plane) in seen.room.iter_mut().enumerate() {
+                let lit = rgb[channel] * share * exposure.gain[channel];
+                let offset = exposure.offset[channel] * alpha;
+                plane[place] = plane[place] * (1.0 - alpha) + lit + offset;
             }
             seen.hidden[place] = seen.hidden[place].max(nearer * share);
+            let rough = neighbour_noise * alpha;
             for y in row.saturating_sub(1)..(row + 2).min(window.height) {
-                for x in column.saturating_sub(1)..(column + 2).min(window.width) {
-                    let widened = &mut edge[y * window.width + x];
-                    *widened = widened.max(alpha);
+                for x in column.saturating_sub(1)..(column + 2).min(width) {
+                    let noise = &mut seen.noise[y * width + x];
+                    *noise = noise.max(rough);
                 }
             }
         }
     }
-    for (noise, alpha) in seen.noise.iter_mut().zip(&edge) {
-        *noise = noise.max(neighbour_noise * alpha);
-    }
 }
 
 /// Probability that a pixel shows something that is not expected.
+#[inline(always)]
 fn foreground(seen: &Expected, size: [usize; 2], model: &ChangeModel) -> Vec<f32> {
-    let apart: Vec<f32> = seen
-        .live
-        .iter()
-        .zip(&seen.room)
-        .map(|(live, room)| live - room)
-        .collect();
-    let apart = filtered(&apart, size, 3, &gaussian(0.8, 1));
+    let kernel: [f32; 3] = gaussian(0.8);
+    let [red, green, blue] = std::array::from_fn(|channel| {
+        let (live, room) = (&seen.live[channel], &seen.room[channel]);
+        let apart: Vec<f32> = live.iter().zip(room).map(|(a, b)| a - b).collect();
+        filtered(&apart, size, 1, &kernel)
+    });
     let shadow = shadow(seen, size, model);
+    let apart = red.iter().zip(&green).zip(&blue);
     apart
-        .chunks_exact(3)
         .zip(&seen.noise)
         .zip(&shadow)
-        .map(|((d, noise), shadow)| {
-            let distance2 = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) / (noise * noise);
+        .map(|((((r, g), b), noise), shadow)| {
+            let distance2 = (r * r + g * g + b * b) / (noise * noise);
             let weighed = distance2 * (1.0 - model.shadow_discount * shadow);
             1.0 - exp(-weighed / 18.0)
         })
@@ -265,26 +284,33 @@ fn foreground(seen: &Expected, size: [usize; 2], model: &ChangeModel) -> Vec<f32
 }
 
 /// Likelihood that a pixel shows the expected surface in other light.
+#[inline(always)]
 fn shadow(seen: &Expected, size: [usize; 2], model: &ChangeModel) -> Vec<f32> {
-    let kernel = gaussian(1.2, 3);
-    let live = filtered(&seen.live, size, 3, &kernel);
-    let room = filtered(&seen.room, size, 3, &kernel);
+    let kernel: [f32; 7] = gaussian(1.2);
+    let smooth = |plane: &Vec<f32>| filtered(plane, size, 1, &kernel);
+    let (live, room) = (
+        seen.live.each_ref().map(smooth),
+        seen.room.each_ref().map(smooth),
+    );
     let [darker, dark] = model.shadow_darkest;
     let [light, lighter] = model.shadow_gone;
-    let mut detail = vec![0.0; seen.noise.len()];
-    let mut likely = vec![0.0; seen.noise.len()];
-    for (place, (l, e)) in live.chunks_exact(3).zip(room.chunks_exact(3)).enumerate() {
+    let count = seen.noise.len();
+    let [mut detail, mut likely] = [vec![0.0; count], vec![0.0; count]];
+    let [live, room] = [&live, &room].map(|planes| planes.each_ref().map(|plane| &plane[..count]));
+    let to = detail.iter_mut().zip(&mut likely).zip(&seen.noise);
+    for (place, ((detail, likely), noise)) in to.enumerate() {
+        let l: [f32; 3] = std::array::from_fn(|channel| live[channel][place]);
+        let e: [f32; 3] = std::array::from_fn(|channel| room[channel][place]);
         let power = e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + 1e-4;
         let ratio = (l[0] * e[0] + l[1] * e[1] + l[2] * e[2]) / power;
         let hue: [f32; 3] = std::array::from_fn(|channel| l[channel] - ratio * e[channel]);
-        let noise = seen.noise[place];
         let sigma2 = model.shadow_hue * model.shadow_hue + 0.1 * noise * noise;
         let hue2 = (hue[0] * hue[0] + hue[1] * hue[1] + hue[2] * hue[2]) / sigma2;
         let plausible = ((ratio - darker) / (dark - darker)).clamp(0.0, 1.0)
             * ((lighter - ratio) / (lighter - light)).clamp(0.0, 1.0);
-        likely[place] = plausible * exp(-0.5 * hue2);
+        *likely = plausible * exp(-0.5 * hue2);
         let third = 1.0 / 3.0;
-        detail[place] =
+        *detail =
             ln(((l[0] + l[1] + l[2]) * third).max(0.02) / ((e[0] + e[1] + e[2]) * third).max(0.02));
     }
     let [x, y] = slopes(&detail, size);

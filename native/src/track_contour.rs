@@ -37,6 +37,7 @@ struct Crossing {
 }
 
 /// About `limit` crossings of alpha = ½ between pixels, evenly taken.
+#[inline(always)]
 pub fn contour<L: Lens>(drawn: &Drawn<'_>, lens: &L, limit: usize, reach_px: f64) -> Contour {
     let mut crossings = crossings(&drawn.alpha);
     if crossings.len() > limit {
@@ -92,6 +93,7 @@ pub(crate) fn along(pixel: [f64; 2], heading: [f64; 2], distance: f64) -> [f64; 
     ]
 }
 
+#[inline(always)]
 fn crossings(alpha: &Picture<'_, 1>) -> Vec<Crossing> {
     let mut found = Vec::new();
     for axis in 0..2 {
@@ -137,6 +139,7 @@ fn crossings(alpha: &Picture<'_, 1>) -> Vec<Crossing> {
 }
 
 /// Derivative at a pixel of the picture blurred by a Gaussian of one pixel, the border repeated.
+#[inline(always)]
 fn slope_at(alpha: &Picture<'_, 1>, [column, row]: [usize; 2]) -> [f64; 2] {
     const REACH: isize = 3;
     // exp(-step²/2), and its derivative's factor.
@@ -156,6 +159,7 @@ fn slope_at(alpha: &Picture<'_, 1>, [column, row]: [usize; 2]) -> [f64; 2] {
 }
 
 /// Pixels one can go along a heading before `is_left` says that alpha has crossed ½ again.
+#[inline(always)]
 fn run(
     alpha: &Picture<'_, 1>,
     pixel: [f64; 2],

@@ -60,6 +60,7 @@ pub struct Path {
 }
 
 /// Looks for an edge within `reach_px` of a place.
+#[inline(always)]
 pub fn edge_at(
     window: &Picture<'_, CHANNELS>,
     place: &Place,
@@ -101,6 +102,7 @@ pub fn edge_at(
 
 /// Signed distance of the clearest end of the object's own foreground; whether somebody is in the
 /// way there; whether it is clear enough.
+#[inline(always)]
 fn coarse(
     place: &Place,
     reach_px: f64,
@@ -165,6 +167,7 @@ fn alike(seen: &[f32; CHANNELS], drawn: &[f32; 3], model: &EdgeModel) -> f32 {
 }
 
 /// Where the live picture changes most along the normal, and how much.
+#[inline(always)]
 fn steepest(
     reach_px: f64,
     count: isize,
@@ -193,6 +196,7 @@ fn steepest(
 }
 
 /// Sub-pixel place of a step between two colours near `at`, and the contrast of the two.
+#[inline(always)]
 fn fine(window: &Picture<'_, CHANNELS>, place: &Place, at: f64) -> (f64, f64) {
     const TAPS: usize = 13;
     let half = (0.6 * place.inner.min(place.outer)).clamp(1.0, 2.5);

@@ -46,67 +46,94 @@ fn neighbours(place: f64, size: usize) -> (usize, usize, f32) {
     (first, (first + 1).min(size - 1), share)
 }
 
-/// Weights of a Gaussian at whole steps from -reach to reach, which sum to 1.
-pub fn gaussian(sigma: f32, reach: usize) -> Vec<f32> {
-    let weight = |step: usize| {
-        let offset = step as f32 - reach as f32;
+/// Weights of a Gaussian at whole steps, the middle one at its top, which sum to 1.
+pub fn gaussian<const TAPS: usize>(sigma: f32) -> [f32; TAPS] {
+    let weights: [f32; TAPS] = std::array::from_fn(|step| {
+        let offset = step as f32 - (TAPS / 2) as f32;
         (-0.5 * offset * offset / (sigma * sigma)).exp()
-    };
-    let total: f32 = (0..=2 * reach).map(weight).sum();
-    (0..=2 * reach).map(|step| weight(step) / total).collect()
+    });
+    let total: f32 = weights.iter().sum();
+    weights.map(|weight| weight / total)
 }
 
 /// Rows, then columns, of interleaved pixels weighed by `kernel`; the border is repeated.
-pub fn filtered(values: &[f32], size: [usize; 2], channels: usize, kernel: &[f32]) -> Vec<f32> {
-    let [width, height] = size;
-    let (line, reach) = (width * channels, kernel.len() / 2);
-    let mut across = vec![0.0; values.len()];
+#[inline(always)]
+pub fn filtered<const TAPS: usize>(
+    values: &[f32],
+    [width, height]: [usize; 2],
+    channels: usize,
+    kernel: &[f32; TAPS],
+) -> Vec<f32> {
+    let (line, reach) = (width * channels, TAPS / 2);
     let mut padded = vec![0.0; line + 2 * reach * channels];
-    for (from, to) in values.chunks_exact(line).zip(across.chunks_exact_mut(line)) {
-        padded[reach * channels..][..line].copy_from_slice(from);
-        for step in 0..reach {
-            padded[step * channels..][..channels].copy_from_slice(&from[..channels]);
-            let end = (reach + width + step) * channels;
-            padded[end..][..channels].copy_from_slice(&from[line - channels..]);
-        }
-        for (tap, &weight) in kernel.iter().enumerate() {
-            add_scaled(to, &padded[tap * channels..][..line], weight);
-        }
-    }
+    // Only as many rows as a column's weights reach over are kept: they stay near the processor.
+    let mut across = vec![0.0; TAPS * line];
+    let mut ready = 0;
     let mut down = vec![0.0; values.len()];
     for (row, to) in down.chunks_exact_mut(line).enumerate() {
-        for (tap, &weight) in kernel.iter().enumerate() {
-            let from = (row + tap).saturating_sub(reach).min(height - 1);
-            add_scaled(to, &across[from * line..][..line], weight);
+        while ready <= (row + reach).min(height - 1) {
+            let from = &values[ready * line..][..line];
+            padded[reach * channels..][..line].copy_from_slice(from);
+            for step in 0..reach {
+                padded[step * channels..][..channels].copy_from_slice(&from[..channels]);
+                let end = (reach + width + step) * channels;
+                padded[end..][..channels].copy_from_slice(&from[line - channels..]);
+            }
+            let taps = std::array::from_fn(|tap| &padded[tap * channels..][..line]);
+            weigh(&mut across[ready % TAPS * line..][..line], taps, kernel);
+            ready += 1;
         }
+        let taps = std::array::from_fn(|tap| {
+            let from = (row + tap).saturating_sub(reach).min(height - 1);
+            &across[from % TAPS * line..][..line]
+        });
+        weigh(to, taps, kernel);
     }
     down
 }
 
+/// Sums of several lines, each times its weight.
 #[inline(always)]
-fn add_scaled(to: &mut [f32], from: &[f32], weight: f32) {
-    for (to, from) in to.iter_mut().zip(from) {
-        *to += weight * from;
+fn weigh<const TAPS: usize>(to: &mut [f32], from: [&[f32]; TAPS], weights: &[f32; TAPS]) {
+    let from = from.map(|line| &line[..to.len()]);
+    for (place, to) in to.iter_mut().enumerate() {
+        let mut sum = 0.0;
+        for tap in 0..TAPS {
+            sum += weights[tap] * from[tap][place];
+        }
+        *to = sum;
     }
 }
 
 /// Derivatives per pixel along x and y, smoothed across (Sobel), of one channel.
+#[inline(always)]
 pub fn slopes(values: &[f32], [width, height]: [usize; 2]) -> [Vec<f32>; 2] {
-    let mut along = [vec![0.0; values.len()], vec![0.0; values.len()]];
-    for row in 0..height {
+    let [mut along_x, mut along_y] = [vec![0.0; values.len()], vec![0.0; values.len()]];
+    // With the first and the last pixel twice, so that no pixel is a special case.
+    let [mut summed, mut change] = [vec![0.0; width + 2], vec![0.0; width + 2]];
+    let to = along_x
+        .chunks_exact_mut(width)
+        .zip(along_y.chunks_exact_mut(width));
+    for (row, (along_x, along_y)) in to.enumerate() {
         let line = |row: usize| &values[row * width..][..width];
-        let above = line(row.saturating_sub(1));
-        let (here, below) = (line(row), line((row + 1).min(height - 1)));
+        let (above, here) = (line(row.saturating_sub(1)), line(row));
+        let below = line((row + 1).min(height - 1));
         for column in 0..width {
-            let (left, right) = (column.saturating_sub(1), (column + 1).min(width - 1));
-            let summed = |c: usize| above[c] + 2.0 * here[c] + below[c];
-            let change = |c: usize| below[c] - above[c];
-            let place = row * width + column;
-            along[0][place] = 0.125 * (summed(right) - summed(left));
-            along[1][place] = 0.125 * (change(left) + 2.0 * change(column) + change(right));
+            summed[column + 1] = above[column] + 2.0 * here[column] + below[column];
+            change[column + 1] = below[column] - above[column];
+        }
+        for padded in [&mut summed, &mut change] {
+            padded[0] = padded[1];
+            padded[width + 1] = padded[width];
+        }
+        for (column, along) in along_x.iter_mut().enumerate() {
+            *along = 0.125 * (summed[column + 2] - summed[column]);
+        }
+        for (column, along) in along_y.iter_mut().enumerate() {
+            *along = 0.125 * (change[column] + 2.0 * change[column + 1] + change[column + 2]);
         }
     }
-    along
+    [along_x, along_y]
 }
 
 #[cfg(test)]
@@ -129,7 +156,7 @@ mod tests {
     #[test]
     fn a_filter_keeps_a_plain_picture() {
         let plain = vec![0.25; 5 * 4 * 3];
-        let kernel = gaussian(1.2, 3);
+        let kernel: [f32; 7] = gaussian(1.2);
         for value in filtered(&plain, [5, 4], 3, &kernel) {
             assert!((value - 0.25).abs() < 1e-6);
         }

@@ -98,6 +98,7 @@ impl Sums {
 
 impl<L: Lens> Problem<'_, L> {
     /// A few steps with edges looked for within `reach_px`.
+    #[inline(always)]
     pub fn refine(&self, start: Estimate, reach_px: f64, steps: usize) -> Estimate {
         let mut at = start;
         let mut path = Path::default();
@@ -123,6 +124,7 @@ impl<L: Lens> Problem<'_, L> {
     }
 
     /// What is seen at every contour point of a pose.
+    #[inline(always)]
     pub fn edges(&self, at: &Rigid, halo: f64, reach_px: f64) -> Vec<Edge> {
         let (offset_px, mut path) = (self.offset_px(at, halo), Path::default());
         (0..self.outline.inner.len())
@@ -130,6 +132,7 @@ impl<L: Lens> Problem<'_, L> {
             .collect()
     }
 
+    #[inline(always)]
     fn px_per_m(&self, at: &Rigid) -> f64 {
         let centre = in_frame(&self.camera_from_world, in_frame(at, self.centre));
         let depth = match self.lens.circle() {
@@ -139,11 +142,13 @@ impl<L: Lens> Problem<'_, L> {
         self.model.focal / depth.max(0.1)
     }
 
+    #[inline(always)]
     fn offset_px(&self, at: &Rigid, halo: f64) -> f64 {
         self.model.low_pass_px + halo * self.px_per_m(at)
     }
 
     /// The pixel of an object point and its derivative by the first six unknowns.
+    #[inline(always)]
     fn projection(&self, at: &Rigid, point: [f64; 3]) -> ([f64; 2], [[f64; 6]; 2]) {
         let turned = times(&at.rotation, point);
         let in_world: [f64; 3] = std::array::from_fn(|k| turned[k] + at.translation[k]);
@@ -169,6 +174,7 @@ impl<L: Lens> Problem<'_, L> {
         ([seen.u, seen.v], derivative)
     }
 
+    #[inline(always)]
     fn edge(
         &self,
         at: &Rigid,
@@ -193,6 +199,7 @@ impl<L: Lens> Problem<'_, L> {
         (edge, along)
     }
 
+    #[inline(always)]
     fn step(&self, at: &Estimate, reach_px: f64, path: &mut Path) -> ([f64; UNKNOWNS], Matrix) {
         let mut sums = self.known(at);
         let pose = &at.world_from_object;
@@ -226,6 +233,7 @@ impl<L: Lens> Problem<'_, L> {
     }
 
     /// The prior's part of the sums.
+    #[inline(always)]
     fn known(&self, at: &Estimate) -> Sums {
         let prior = &self.prior;
         let pose = &at.world_from_object;
@@ -247,6 +255,7 @@ impl<L: Lens> Problem<'_, L> {
         sums
     }
 
+    #[inline(always)]
     fn add_texture(&self, texture: &Texture<'_>, pose: &Rigid, sums: &mut Sums) {
         let mut used = Vec::new();
         let (mut drawn, mut seen) = (Vec::new(), Vec::new());
@@ -298,6 +307,7 @@ fn tukey(relative: f64) -> f64 {
 }
 
 /// Robust shared gain and per-channel level of seen ≈ gain · drawn + level.
+#[inline(always)]
 fn gain_and_level(drawn: &[[f64; 3]], seen: &[[f64; 3]]) -> (f64, [f64; 3]) {
     let mut weight = vec![1.0; drawn.len()];
     let mut off = vec![0.0; drawn.len()];
