@@ -388,3 +388,26 @@ class TrackKernels:
         live: NDArray[np.uint8], corners: NDArray[np.int64], side: int
     ) -> NDArray[np.float32]:
         """Mean RGB, 0..1, flat, of squares whose left and top are in `corners`."""
+
+class RoomLearner:
+    """Learns the empty room from live pictures; see `tracking.learn`."""
+
+    def __init__(self, constants: Mapping[str, float | tuple[float, float]]) -> None: ...
+    def learn(
+        self,
+        live: NDArray[np.uint8],
+        plate: NDArray[np.float32],
+        learned: NDArray[np.bool_],
+        usable: NDArray[np.bool_],
+        *,
+        lens_size: tuple[int, int],
+        top: int,
+        exposure: list[list[float]],
+        sides: tuple[int, int],
+        is_cautious: bool,
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:
+        """New plate, noise and what was ever learned of whole rows, flat.
+
+        The rows of `live` may be apart; `sides` are those of `tracking.learn`, odd, in pixels of the
+        small picture.
+        """

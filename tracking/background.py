@@ -7,6 +7,7 @@ while its chromaticity and gradient stay is shadow, not an object.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +19,7 @@ from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
 from scenes.splats import SplatCloud
 from tracking.native import TrackKernels
 from tracking.pictures import bell_blurred, box_blurred, grey, slopes
+from tracking.strips import Strips
 
 FloatArray = NDArray[np.float32]
 BoolArray = NDArray[np.bool_]
@@ -63,10 +65,23 @@ class Plates:
     """
 
     world_from_rig: Pose
-    images: tuple[FloatArray, ...]
-    noise: tuple[FloatArray, ...]
+    images: tuple[Strips[np.float32], ...]
+    noise: tuple[Strips[np.float32], ...]
     coverage: tuple[FloatArray, ...]
-    learned: tuple[BoolArray, ...]
+    learned: tuple[Strips[np.bool_], ...]
+
+    @staticmethod
+    def of_pictures(
+        world_from_rig: Pose, images: Sequence[FloatArray], coverage: Sequence[FloatArray]
+    ) -> Plates:
+        """Plates of which nothing was learned yet, from one picture and its alpha per lens."""
+        return Plates(
+            world_from_rig,
+            tuple(Strips.of(image) for image in images),
+            tuple(Strips.of(plate_noise(image)) for image in images),
+            tuple(coverage),
+            tuple(Strips.of(np.zeros(image.shape[:2], np.bool_)) for image in images),
+        )
 
     def stands_at(self, world_from_rig: Pose) -> bool:
         """Whether the plates are still those of a camera at this pose."""
@@ -121,17 +136,14 @@ def render_plates(
     """Draw the empty room through every lens of a rig."""
     posed = (PosedSplats(room, Pose.identity()),)
     images: list[FloatArray] = []
-    noise: list[FloatArray] = []
     coverage: list[FloatArray] = []
     for lens, rig_from_lens in zip(rig.lenses, rig.rig_from_lens, strict=True):
         drawn = renderer.render(
             posed, lens, world_from_rig @ rig_from_lens, RenderOptions(threads=threads)
         )
         images.append(np.clip(drawn.rgb, 0.0, 1.0))
-        noise.append(plate_noise(images[-1]))
         coverage.append(drawn.alpha)
-    learned = tuple(np.zeros(image.shape[:2], np.bool_) for image in images)
-    return Plates(world_from_rig, tuple(images), tuple(noise), tuple(coverage), learned)
+    return Plates.of_pictures(world_from_rig, images, coverage)
 
 
 def plate_noise(image: FloatArray) -> FloatArray:
@@ -143,7 +155,7 @@ def plate_noise(image: FloatArray) -> FloatArray:
 
 def fit_exposure(
     live: NDArray[np.uint8],
-    plate: FloatArray,
+    plate: Strips[np.float32],
     coverage: FloatArray,
     *,
     samples: int = 32,

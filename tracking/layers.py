@@ -48,10 +48,8 @@ class LayerMemo:
         key = (item.object_id, lens, _bytes_of(world_from_object), _bytes_of(world_from_rig))
         found = self._layers.get(key)
         if found is None:
-            centre_m, radius_m = item.sphere()
-            centre = world_from_object @ centre_m
-            window = window_around(rig, world_from_rig, centre, radius_m=radius_m, lens=lens)
             posed = PosedSplats(item.splats, world_from_object)
+            window = window_of(item, world_from_object, rig, world_from_rig, lens=lens)
             found = drawn_layer(posed, window, rig.lenses[lens], renderer)
             self._layers[key] = found
             if len(self._layers) > KEPT:
@@ -59,6 +57,15 @@ class LayerMemo:
         else:
             self._layers.move_to_end(key)
         return found
+
+
+def window_of(
+    item: ObjectModel, world_from_object: Pose, rig: Rig, world_from_rig: Pose, *, lens: int
+) -> Window:
+    """The part of a lens picture that an object is drawn into."""
+    centre_m, radius_m = item.sphere()
+    centre = world_from_object @ centre_m
+    return window_around(rig, world_from_rig, centre, radius_m=radius_m, lens=lens)
 
 
 def _bytes_of(pose: Pose) -> bytes:

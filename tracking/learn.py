@@ -10,15 +10,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from devices.messages import Frame
-from tracking.background import Exposure, Plates, plate_noise
-from tracking.pictures import box_blurred, resized
+from tracking.background import MISALIGNMENT_PX, NOISE_FLOOR, Exposure, Plates
+from tracking.native import RoomLearner
+from tracking.strips import STRIPS, strip_of
 from tracking.window import Layer
 
 FloatArray = NDArray[np.float32]
@@ -45,14 +45,23 @@ SHRINK = 4
 BLEND = 0.25
 """Share of the live picture in a pixel that was learned before."""
 
-BANDS = 24
-"""A lens is learned in so many bands, one at a time."""
-
 MARGIN_SIDE = 1 / 90
 """Rows beside a band that are looked at with it, as a share of the lens picture's side."""
 
 ROUGH_SIDE = 1 / 24
 """Surroundings over which the roughness of pixels not yet learned is estimated."""
+
+LEARNER = RoomLearner(
+    {
+        "coherent_level": COHERENT_LEVEL,
+        "relit_ratio": RELIT_RATIO,
+        "relit_hue": RELIT_HUE,
+        "blend": BLEND,
+        "noise_floor": NOISE_FLOOR,
+        "misalignment_px": MISALIGNMENT_PX,
+    }
+)
+"""What `tracking.reference.learned_rows` says in numpy."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,9 +86,21 @@ def whole_lens(index: int, height_px: int) -> Band:
 
 def band_of(turn: int, heights_px: Sequence[int]) -> Band:
     """The band whose turn it is: every lens from top to bottom, one lens after the other."""
-    lens, part = divmod(turn % (BANDS * len(heights_px)), BANDS)
-    height = heights_px[lens]
-    return Band(lens, height * part // BANDS, height * (part + 1) // BANDS)
+    lens, part = divmod(turn % (STRIPS * len(heights_px)), STRIPS)
+    return Band(lens, *strip_of(part, heights_px[lens]))
+
+
+def looked_at(band: Band, width: int, height: int) -> slice:
+    """The rows that a band is learned from: those beside it as well."""
+    margin = max(SHRINK, round(MARGIN_SIDE * width)) // SHRINK * SHRINK
+    return slice(max(band.top - margin, 0) // SHRINK * SHRINK, min(band.bottom + margin, height))
+
+
+def surroundings(width: int) -> tuple[int, int]:
+    """Sides of what is averaged, in pixels of the small picture: to see things, and roughness."""
+    small = -(-width // SHRINK)
+    coherent = max(3, round(COHERENT_SIDE * small)) | 1
+    return coherent, max(3, round(ROUGH_SIDE * small) * 2 + 1)
 
 
 def learn(
@@ -101,35 +122,28 @@ def learn(
         band: what to learn from.
         is_cautious: things may be anywhere; a grey one before a wall is no shadow on it.
     """
-    images, noise, learned = list(plates.images), list(plates.noise), list(plates.learned)
     index = band.lens
+    images, noise, learned = list(plates.images), list(plates.noise), list(plates.learned)
     height, width = images[index].shape[:2]
-    margin = max(SHRINK, round(MARGIN_SIDE * width)) // SHRINK * SHRINK
-    top = max(band.top - margin, 0) // SHRINK * SHRINK
-    bottom = min(band.bottom + margin, height)
-    rows = slice(top, bottom)
+    rows = looked_at(band, width, height)
     free = _free_of(taken, rows, width)
-    image, rough, known = _learn_rows(
+    image, rough, known = LEARNER.learn(
         frame.images[index][rows],
-        images[index][rows],
-        learned[index][rows],
-        exposures[index],
-        usable=free & (plates.coverage[index][rows] > 0.5),
-        radius2=_radius2(height, width)[rows],
+        images[index][rows, :],
+        learned[index][rows, :],
+        free & (plates.coverage[index][rows] > 0.5),
+        lens_size=(width, height),
+        top=rows.start,
+        exposure=exposures[index].rows(),
+        sides=surroundings(width),
         is_cautious=is_cautious,
     )
-    inner = slice(band.top - top, band.bottom - top)
-    for pictures, part in ((images, image), (noise, rough), (learned, known)):
-        pictures[index] = _with_rows(pictures[index], part[inner], band)
+    inner = slice(band.top - rows.start, band.bottom - rows.start)
+    size = (rows.stop - rows.start, width)
+    images[index] = images[index].with_rows(band.top, image.reshape(*size, 3)[inner])
+    noise[index] = noise[index].with_rows(band.top, rough.reshape(size)[inner])
+    learned[index] = learned[index].with_rows(band.top, known.reshape(size)[inner])
     return replace(plates, images=tuple(images), noise=tuple(noise), learned=tuple(learned))
-
-
-def _with_rows(picture: NDArray[Any], part: NDArray[Any], band: Band) -> NDArray[Any]:
-    if band.top == 0 and band.bottom == len(picture):
-        return part
-    changed = picture.copy()
-    changed[band.top : band.bottom] = part
-    return changed
 
 
 def _free_of(taken: Sequence[Layer], rows: slice, width: int) -> NDArray[np.bool_]:
@@ -144,64 +158,3 @@ def _free_of(taken: Sequence[Layer], rows: slice, width: int) -> NDArray[np.bool
             np.maximum(part, drawn, out=part)
     side = 2 * max(1, round(KEEP_AWAY_SIDE * width)) + 1
     return cv2.dilate(shown, np.ones((side, side))) == 0
-
-
-def _radius2(height: int, width: int) -> FloatArray:
-    """(H, W) squared distance from the centre, 1 at the border."""
-    x = ((np.arange(width, dtype=np.float32) + 0.5) / width - 0.5) * 2
-    y = ((np.arange(height, dtype=np.float32) + 0.5) / height - 0.5) * 2
-    return np.asarray(x[None, :] ** 2 + y[:, None] ** 2, dtype=np.float32)
-
-
-def _learn_rows(
-    live: NDArray[np.uint8],
-    plate: FloatArray,
-    learned: NDArray[np.bool_],
-    exposure: Exposure,
-    *,
-    usable: NDArray[np.bool_],
-    radius2: FloatArray,
-    is_cautious: bool,
-) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """New plate, noise and learned mask of some rows of one lens."""
-    height, width = plate.shape[:2]
-    falloff = radius2[..., None] * exposure.falloff.astype(np.float32)
-    gain = exposure.gain.astype(np.float32) + falloff
-    neutral = (live.astype(np.float32) / 255.0 - exposure.offset.astype(np.float32)) / gain
-    residual = np.asarray(neutral - plate, dtype=np.float32)
-    small = (width // SHRINK, height // SHRINK)
-    small_residual, small_plate = resized(residual, small), resized(plate, small)
-    side = max(3, round(COHERENT_SIDE * width / SHRINK)) | 1
-    mean_residual = box_blurred(small_residual, side)
-    level = CAUTIOUS_LEVEL if is_cautious else COHERENT_LEVEL
-    shows_room = np.abs(mean_residual).max(axis=2) < level
-    if not is_cautious:
-        shows_room |= _relit(box_blurred(small_plate, side), mean_residual)
-    take = usable & (cv2.resize(shows_room.astype(np.uint8), (width, height)) > 0)
-    share = np.where(learned, np.float32(BLEND), np.float32(1.0)) * take
-    plate = plate + residual * share[..., None]
-    known = learned | take
-    noise = plate_noise(plate)
-    if not known.all():
-        speckle = np.abs(small_residual - mean_residual).mean(axis=2)
-        taken = cv2.resize(take.astype(np.uint8), small, interpolation=cv2.INTER_NEAREST) > 0
-        rough = cv2.resize(_roughness(speckle, taken), (width, height))
-        noise = np.where(known, noise, np.maximum(noise, rough))
-    return plate, noise.astype(np.float32), known
-
-
-def _relit(plate: FloatArray, residual: FloatArray) -> NDArray[np.bool_]:
-    """Where the same colour is only lighter or darker: a shadow has come or gone."""
-    live = plate + residual
-    power = np.einsum("hwc,hwc->hw", plate, plate) + 1e-4
-    ratio = np.einsum("hwc,hwc->hw", live, plate) / power
-    hue = np.abs(live - ratio[..., None] * plate).max(axis=2)
-    return (ratio > RELIT_RATIO[0]) & (ratio < RELIT_RATIO[1]) & (hue < RELIT_HUE)
-
-
-def _roughness(residual: FloatArray, take: NDArray[np.bool_]) -> FloatArray:
-    """Typical difference between scan and live picture in the surroundings that were taken over."""
-    weight = take.astype(np.float32)
-    side = max(3, round(ROUGH_SIDE * residual.shape[1]) * 2 + 1)
-    total, count = box_blurred(residual * weight, side), box_blurred(weight, side)
-    return (total / np.maximum(count, 1e-3)).astype(np.float32)

@@ -1,10 +1,10 @@
-"""Where the tracker reaches the native crate; `tracking.kernels` adds the constants."""
+"""Where the tracker reaches the native crate; `tracking.kernels` and `tracking.learn` add constants."""
 
 from typing import TYPE_CHECKING
 
-from scenes._native import SeenWindow, TrackKernels
+from scenes._native import RoomLearner, SeenWindow, TrackKernels
 
 if TYPE_CHECKING:
     from scenes._native import TrackLayer, TrackProblem
 
-__all__ = ["SeenWindow", "TrackKernels", "TrackLayer", "TrackProblem"]
+__all__ = ["RoomLearner", "SeenWindow", "TrackKernels", "TrackLayer", "TrackProblem"]

@@ -55,7 +55,7 @@ def rectify(
     change = None
     if plates is not None:
         plate = expose_view(view, plates, exposures[view.lens])
-        noise = np.asarray(warp(plates.noise[view.lens], view.table), dtype=np.float32)
+        noise = np.asarray(warp(plates.noise[view.lens].whole(), view.table), dtype=np.float32)
         seen = view.table.valid
         change = difference(image.astype(np.float32) / 255.0, plate, np.maximum(noise, 1e-3))
         change = Difference(change.probability * seen, change.expected, change.live)
@@ -64,7 +64,7 @@ def rectify(
 
 def expose_view(view: VirtualView, plates: Plates, exposure: Exposure) -> NDArray[np.float32]:
     """(H, W, 3) float32: the empty room in a view, at the live exposure."""
-    plate = plates.images[view.lens]
+    plate = plates.images[view.lens].whole()
     warped = np.asarray(warp(plate, view.table), dtype=np.float32)
     height, width = plate.shape[:2]
     map_xy = view.table.map_xy

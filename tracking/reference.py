@@ -10,17 +10,32 @@ from numpy.typing import NDArray
 
 from scenes.cameras import Pinhole
 from scenes.pose import Pose, rotation_from_vector
-from tracking.background import LIKENESS_GAIN, NEIGHBOUR_NOISE, Exposure, difference, expose
+from tracking.background import (
+    LIKENESS_GAIN,
+    NEIGHBOUR_NOISE,
+    Exposure,
+    difference,
+    expose,
+    plate_noise,
+)
 from tracking.colours import BINS, ColourModel
 from tracking.evidence import Evidence
 from tracking.kernels import Measurement
+from tracking.learn import (
+    BLEND,
+    COHERENT_LEVEL,
+    RELIT_HUE,
+    RELIT_RATIO,
+    SHRINK,
+    surroundings,
+)
 from tracking.observe import (
     TEXTURE_CUTOFF,
     Rows,
     measure_contour,
     measure_texture,
 )
-from tracking.pictures import bell_blurred
+from tracking.pictures import bell_blurred, box_blurred
 from tracking.window import Layer, Window
 
 FloatArray = NDArray[np.float32]
@@ -202,3 +217,75 @@ def exposure(
         weighted = a * weight[:, None]
         x = np.linalg.solve(weighted.T @ a + 1e-9 * np.eye(3), weighted.T @ seen)
     return float(x[0]), float(x[1]), float(x[2])
+
+
+def learned_rows(
+    live: NDArray[np.uint8],
+    plate: FloatArray,
+    learned: NDArray[np.bool_],
+    usable: NDArray[np.bool_],
+    *,
+    lens_size: tuple[int, int],
+    top: int,
+    exposure: Exposure,
+    is_cautious: bool,
+) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    """New plate, noise and learned mask of some rows of one lens.
+
+    Args:
+        live: (H, W, 3) uint8 rows of the lens picture.
+        plate: (H, W, 3) the empty room so far.
+        learned: (H, W) whether a pixel was learned before.
+        usable: (H, W) whether a pixel may be learned from.
+        lens_size: width and height of the lens picture.
+        top: first of the rows.
+        exposure: of the lens.
+        is_cautious: things may be anywhere; a grey one before a wall is no shadow on it.
+    """
+    height, width = plate.shape[:2]
+    x = ((np.arange(width, dtype=np.float32) + 0.5) / lens_size[0] - 0.5) * 2
+    y = ((np.arange(top, top + height, dtype=np.float32) + 0.5) / lens_size[1] - 0.5) * 2
+    radius2 = (x[None, :] ** 2 + y[:, None] ** 2)[..., None]
+    gain = exposure.gain.astype(np.float32) + radius2 * exposure.falloff.astype(np.float32)
+    neutral = (live.astype(np.float32) / 255.0 - exposure.offset.astype(np.float32)) / gain
+    residual = np.asarray(neutral - plate, dtype=np.float32)
+    coherent_side, rough_side = surroundings(lens_size[0])
+    small_residual = _in_squares(residual)
+    mean_residual = box_blurred(small_residual, coherent_side)
+    shows_room = np.abs(mean_residual).max(axis=2) < COHERENT_LEVEL
+    if not is_cautious:
+        shows_room |= _relit(box_blurred(_in_squares(plate), coherent_side), mean_residual)
+    take = usable & (_grown(shows_room.astype(np.float32), height, width) >= 0.5)
+    share = np.where(learned, np.float32(BLEND), np.float32(1.0)) * take
+    plate = plate + residual * share[..., None]
+    known = learned | take
+    noise = plate_noise(plate)
+    if not known.all():
+        speckle = np.abs(small_residual - mean_residual).mean(axis=2)
+        weight = take[::SHRINK, ::SHRINK].astype(np.float32)
+        total, count = box_blurred(speckle * weight, rough_side), box_blurred(weight, rough_side)
+        rough = _grown(total / np.maximum(count, 1e-3), height, width)
+        noise = np.where(known, noise, np.maximum(noise, rough))
+    return plate, noise.astype(np.float32), known
+
+
+def _in_squares(picture: FloatArray) -> FloatArray:
+    """Means of squares of `SHRINK` pixels; the border is repeated to fill the last ones."""
+    missing = [(0, -side % SHRINK) for side in picture.shape[:2]]
+    return _shrunk(np.pad(picture, [*missing, (0, 0)], mode="edge"), SHRINK)
+
+
+def _grown(small: FloatArray, height: int, width: int) -> FloatArray:
+    """A picture of squares at the size it was shrunk from."""
+    size = (small.shape[1] * SHRINK, small.shape[0] * SHRINK)
+    large = cv2.resize(small, size, interpolation=cv2.INTER_LINEAR)
+    return np.asarray(large[:height, :width], dtype=np.float32)
+
+
+def _relit(plate: FloatArray, residual: FloatArray) -> NDArray[np.bool_]:
+    """Where the same colour is only lighter or darker: a shadow has come or gone."""
+    live = plate + residual
+    power = np.einsum("hwc,hwc->hw", plate, plate) + 1e-4
+    ratio = np.einsum("hwc,hwc->hw", live, plate) / power
+    hue = np.abs(live - ratio[..., None] * plate).max(axis=2)
+    return (ratio > RELIT_RATIO[0]) & (ratio < RELIT_RATIO[1]) & (hue < RELIT_HUE)

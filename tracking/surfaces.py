@@ -265,7 +265,7 @@ def _at_first(
         x = (np.arange(lens.width_px, dtype=np.float32) + 0.5) / lens.width_px * 2 - 1
         y = (np.arange(lens.height_px, dtype=np.float32) + 0.5) / lens.height_px * 2 - 1
         radius2 = np.asarray(x[None, :] ** 2 + y[:, None] ** 2, dtype=np.float32)
-        drawn = expose(plates.images[index], exposure, radius2=radius2)
+        drawn = expose(plates.images[index].whole(), exposure, radius2=radius2)
         pictures.append((255.0 * np.clip(drawn, 0, 1) + 0.5).astype(np.uint8))
     picture = _halved(memory.coarse.picture(tuple(pictures)))
     return _Expected(picture, memory.visible, restless, coarse, since)

@@ -24,13 +24,14 @@ from tracking.calibrate import Calibration, calibrate
 from tracking.camera_watch import Watch, turned_since, watched
 from tracking.evidence import Neighbour, Scene
 from tracking.follow import first_look, follow
-from tracking.layers import LayerMemo
-from tracking.learn import Band, band_of, learn, whole_lens
+from tracking.layers import LayerMemo, window_of
+from tracking.learn import Band, band_of, learn, looked_at, whole_lens
 from tracking.model import TrackModel, make_model
 from tracking.output import Stopwatch, TrackOutput, no_stopwatch
 from tracking.regain import regain
 from tracking.stands import FLOOR_M, stands_in
 from tracking.track import Task, Track, new_track, report
+from tracking.window import Layer
 
 RIG_MOVED_M = 0.02
 RIG_TURNED_RAD = np.deg2rad(0.6)
@@ -246,17 +247,16 @@ class Tracker:
         band: Band,
     ) -> Plates:
         """Plates with what this frame shows of the room in a band, away from all objects."""
-        taken = [
-            self._layers.layer(
-                model.source,
-                tracks[model.object_id].world_from_object,
-                frame.rig,
-                plates.world_from_rig,
-                self._renderer,
-                lens=band.lens,
-            )
-            for model in self._models
-        ]
+        lens = frame.rig.lenses[band.lens]
+        rows = looked_at(band, lens.width_px, lens.height_px)
+        taken: list[Layer] = []
+        for model in self._models:
+            item, pose = model.source, tracks[model.object_id].world_from_object
+            view = frame.rig, plates.world_from_rig
+            drawn, _ = window_of(item, pose, *view, lens=band.lens).part
+            if drawn.start < rows.stop and rows.start < drawn.stop:
+                layer = self._layers.layer(item, pose, *view, self._renderer, lens=band.lens)
+                taken.append(layer)
         placed = all(track.visible_fraction > 0 for track in tracks.values())
         lost = any(track.state is TrackState.LOST for track in tracks.values())
         return learn(plates, frame, exposures, taken, band, is_cautious=lost or not placed)

@@ -2,14 +2,13 @@
 
 use std::sync::OnceLock;
 
-use numpy::ndarray::ArrayViewD;
 use numpy::{PyArray1, PyReadonlyArray3, PyReadonlyArrayDyn};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::python_request::{check_length, with_lens, LensRequest};
 use crate::python_track_request::{
-    layer_of, rigid, rows_of, LayerRequest, PlainProblem, ProblemRequest,
+    layer_of, rigid, rows_of, rows_of_picture, LayerRequest, PlainProblem, ProblemRequest,
 };
 use crate::simd::Simd;
 use crate::track_change::{change, ChangeModel, Cut, Exposure, Window, BINS};
@@ -25,26 +24,6 @@ type Flat<'py, T> = Bound<'py, PyArray1<T>>;
 
 /// Texture is compared after a Gaussian of this many pixels.
 const TEXTURE_BLUR_PX: f32 = 0.8;
-
-/// The rows of a picture, which may be apart; their values may not.
-fn rows_of_picture<'a, T>(
-    name: &str,
-    picture: &'a ArrayViewD<'_, T>,
-    [height, line]: [usize; 2],
-) -> PyResult<Vec<&'a [T]>> {
-    let rows = picture.outer_iter().map(|row| {
-        let values = row.to_slice();
-        values.filter(|values| values.len() == line)
-    });
-    let rows: Option<Vec<&[T]>> = rows.collect();
-    rows.filter(|rows| rows.len() == height).ok_or_else(|| {
-        PyValueError::new_err(format!(
-            "{name}: shape {:?} with strides {:?}, wanted {height} rows of {line} values without gaps",
-            picture.shape(),
-            picture.strides(),
-        ))
-    })
-}
 
 /// The tracker's constants, as `tracking.kernels` gathers them.
 #[derive(FromPyObject)]

@@ -1,6 +1,8 @@
 //! What Python asks of the tracker's kernels, checked and free of Python.
 
+use numpy::ndarray::ArrayViewD;
 use numpy::PyReadonlyArrayDyn;
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::camera::Lens;
@@ -60,6 +62,26 @@ pub(crate) struct ProblemRequest<'py> {
     pub(crate) prior_halo: f64,
     pub(crate) low_pass_px: f64,
     pub(crate) is_round: bool,
+}
+
+/// The rows of a picture, which may be apart; their values may not.
+pub(crate) fn rows_of_picture<'a, T>(
+    name: &str,
+    picture: &'a ArrayViewD<'_, T>,
+    [height, line]: [usize; 2],
+) -> PyResult<Vec<&'a [T]>> {
+    let rows = picture.outer_iter().map(|row| {
+        let values = row.to_slice();
+        values.filter(|values| values.len() == line)
+    });
+    let rows: Option<Vec<&[T]>> = rows.collect();
+    rows.filter(|rows| rows.len() == height).ok_or_else(|| {
+        PyValueError::new_err(format!(
+            "{name}: shape {:?} with strides {:?}, wanted {height} rows of {line} values without gaps",
+            picture.shape(),
+            picture.strides(),
+        ))
+    })
 }
 
 pub(crate) fn layer_of<'a>(request: &'a LayerRequest<'_>) -> PyResult<Layer<'a>> {

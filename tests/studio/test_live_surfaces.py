@@ -23,7 +23,7 @@ def first(tiny):
     frame = next(iter(tiny.inputs())).frame
     rig = Rig((LENS, LENS), frame.rig.rig_from_lens)
     plates = render_plates(NativeRenderer(), tiny.scene.room, rig, frame.world_from_rig)
-    images = tuple((255 * np.clip(image, 0, 1)).astype(np.uint8) for image in plates.images)
+    images = tuple((255 * np.clip(image.whole(), 0, 1)).astype(np.uint8) for image in plates.images)
     return replace(frame, images=images, rig=rig)
 
 

@@ -11,11 +11,12 @@ from scenes.frames import FRONT_FROM_BACK_LENS, look_at
 from scenes.pose import Pose, rotation_angle, rotation_from_vector
 from scenes.render.renderer import Rendering
 from tracking import reference
-from tracking.background import Exposure
+from tracking.background import Exposure, expose
 from tracking.colours import ColourModel
 from tracking.contour import contour_points, texture_points
 from tracking.evidence import Evidence
 from tracking.kernels import KERNELS, Measurement, SeenWindow, contour_of, refined, rows_of
+from tracking.learn import LEARNER, surroundings
 from tracking.observe import measure_contour, projection
 from tracking.pictures import bell_blurred
 from tracking.window import Layer, window_around
@@ -278,3 +279,44 @@ def test_patches_of_a_lens_in_a_wide_picture_are_averaged():
     np.testing.assert_allclose(found, wanted, atol=1e-6)
     with pytest.raises(ValueError, match="wanted 5 px squares within 45×40 px"):
         KERNELS.patch_means(lens, np.array([[41, 0]]), 5)
+
+
+@pytest.mark.parametrize("is_cautious", [False, True])
+@pytest.mark.parametrize("size", [(368, 92), (361, 75)], ids=["squares", "cut off"])
+def test_rows_are_learned_as_in_numpy(size, is_cautious):
+    width, height = size
+    rng = np.random.default_rng(6)
+    room = bell_blurred(rng.uniform(0, 1, (height, width, 3)).astype(np.float32), 4.0, 12)
+    room = np.clip(0.5 + 4 * (room - 0.5), 0.05, 0.95)
+    exposure = Exposure(np.array([1.1, 0.95, 1.0]), np.full(3, -0.08), np.full(3, 0.01))
+    x = ((np.arange(width) + 0.5) / width - 0.5) * 2
+    y = ((np.arange(height) + 40.5) / 300 - 0.5) * 2
+    lit = expose(room, exposure, radius2=(x[None, :] ** 2 + y[:, None] ** 2).astype(np.float32))
+    lit[20:50, 40:90] *= 0.6  # a shadow
+    lit[20:60, 150:200] = 0.9  # a thing
+    live = np.clip(255 * lit + rng.normal(0, 2, lit.shape), 0, 255).astype(np.uint8)
+    plate = np.clip(room + rng.normal(0, 0.03, room.shape), 0, 1).astype(np.float32)
+    learned, usable = rng.random((2, height, width)) < np.array([0.3, 0.9])[:, None, None]
+    known = {"lens_size": (width, 300), "top": 40, "is_cautious": is_cautious}
+    wanted = reference.learned_rows(live, plate, learned, usable, exposure=exposure, **known)
+    found = LEARNER.learn(
+        live, plate, learned, usable, exposure=exposure.rows(), sides=surroundings(width), **known
+    )
+    image, noise, mask = (a.reshape(b.shape) for a, b in zip(found, wanted, strict=True))
+    np.testing.assert_array_equal(mask, wanted[2])
+    np.testing.assert_allclose(image, wanted[0], atol=1e-5)
+    np.testing.assert_allclose(noise, wanted[1], atol=1e-5)
+    taken = mask & ~learned & usable
+    assert taken[25:45, 50:80].any() != is_cautious
+    assert not taken[30:50, 160:190].any()
+    assert taken[:, 240:].mean() > 0.5
+
+
+def test_the_learner_refuses_surroundings_without_a_middle():
+    pixels = np.zeros((4, 8, 3), np.uint8)
+    plate, flags = np.zeros((4, 8, 3), np.float32), np.ones((4, 8), bool)
+    with pytest.raises(ValueError, match="odd sides"):
+        LEARNER.learn(
+            pixels, plate, flags, flags, lens_size=(8, 8), top=0,
+            exposure=[[1.0] * 3, [0.0] * 3, [0.0] * 3], sides=(3, 4), is_cautious=False,
+        )  # fmt: skip

@@ -133,14 +133,8 @@ def test_exposure_that_drifts_hides_nothing():
 
 def test_with_plates_the_first_frame_may_have_somebody_in_it():
     clean = room()
-    shape = (600, 600)
-    plates = Plates(
-        HERE,
-        (clean.astype(np.float32) / 255,),
-        (np.full(shape, 0.02, np.float32),),
-        (np.ones(shape, np.float32),),
-        (np.zeros(shape, bool),),
-    )
+    whole = np.ones((600, 600), np.float32)
+    plates = Plates.of_pictures(HERE, (clean.astype(np.float32) / 255,), (whole,))
     first = frame(with_arm(clean))
     state, (seen,) = step(SurfacesState(), first, [SURFACE], HERE, InTheWay(plates=plates))
     assert not seen.fresh[place(0.3, -0.08)]

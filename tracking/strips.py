@@ -1,0 +1,79 @@
+"""A picture in strips of whole rows, one of which can be replaced without copying the others."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+Value = TypeVar("Value", bound=np.generic)
+
+STRIPS = 24
+"""A picture is cut into so many."""
+
+
+def strip_of(index: int, height: int) -> tuple[int, int]:
+    """First row of a strip and the row after its last."""
+    return height * index // STRIPS, height * (index + 1) // STRIPS
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Strips(Generic[Value]):
+    """An (H, W) or (H, W, C) picture.
+
+    Attributes:
+        parts: `STRIPS` arrays of whole rows, from top to bottom.
+    """
+
+    parts: tuple[NDArray[Value], ...]
+
+    @staticmethod
+    def of(picture: NDArray[Value]) -> Strips[Value]:
+        """A picture in strips; nothing is copied."""
+        bounds = (strip_of(index, len(picture)) for index in range(STRIPS))
+        return Strips(tuple(picture[top:bottom] for top, bottom in bounds))
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of the whole picture."""
+        return (sum(len(part) for part in self.parts), *self.parts[0].shape[1:])
+
+    def __getitem__(self, place: tuple[slice, slice]) -> NDArray[Value]:
+        """A rectangle, or every so many pixels of one; rows and columns as of an array."""
+        rows, columns = place
+        first, stop, step = rows.indices(self.shape[0])
+        taken: list[NDArray[Value]] = []
+        top = 0
+        for part in self.parts:
+            inside = slice(first - top, max(min(stop - top, len(part)), 0), step)
+            if 0 <= inside.start < inside.stop:
+                taken.append(part[inside, columns])
+                first += len(taken[-1]) * step
+            top += len(part)
+        if not taken:
+            return self.parts[0][:0, columns]
+        return taken[0] if len(taken) == 1 else np.concatenate(taken)
+
+    def whole(self) -> NDArray[Value]:
+        """The picture in one piece."""
+        return self[:, :]
+
+    def with_rows(self, top: int, rows: NDArray[Value]) -> Strips[Value]:
+        """The picture with some rows replaced."""
+        if len(rows) == self.shape[0]:
+            return Strips.of(rows)
+        parts: list[NDArray[Any]] = []
+        begin = 0
+        for part in self.parts:
+            first, last = max(top - begin, 0), min(top + len(rows) - begin, len(part))
+            if first < last:
+                if last - first < len(part):
+                    part = part.copy()
+                    part[first:last] = rows[begin + first - top : begin + last - top]
+                else:
+                    part = rows[begin - top : begin + len(part) - top]
+            parts.append(part)
+            begin += len(part)
+        return Strips(tuple(parts))
