@@ -51,12 +51,21 @@ pub struct Edge {
     pub covered: bool,
 }
 
-/// Sums along a normal, kept between contour points.
+/// What is along a normal, kept between contour points so that nothing is allocated for each.
 #[derive(Default)]
 pub struct Path {
     samples: Vec<[f32; CHANNELS]>,
+    /// Red, green, blue, foreground and own of the samples, one after the other.
+    planes: [Vec<f32>; OWN + 1],
+    /// Own foreground of the object's colours, and foreground of others, of each sample.
     own: Vec<f64>,
     strange: Vec<f64>,
+    /// Sums of those before each sample.
+    own_before: Vec<f64>,
+    strange_before: Vec<f64>,
+    /// How clear an edge at each sample would be, and its worth.
+    clear: Vec<f64>,
+    value: Vec<f64>,
 }
 
 /// Looks for an edge within `reach_px` of a place.
@@ -70,11 +79,12 @@ pub fn edge_at(
 ) -> Edge {
     let count = ((reach_px + model.side_px + model.sample_step_px) / model.sample_step_px).ceil();
     let count = count as isize;
-    path.samples.clear();
-    for step in -count..=count {
-        let distance = step as f64 * model.sample_step_px;
-        path.samples
-            .push(window.sample(along(place.pixel, place.normal, distance)));
+    // Loops instead of iterators that fill: those would not be compiled for wider registers.
+    path.samples
+        .resize(2 * count as usize + 1, Default::default());
+    for (k, sample) in path.samples.iter_mut().enumerate() {
+        let distance = (k as i32 - count as i32) as f64 * model.sample_step_px;
+        *sample = window.sample(along(place.pixel, place.normal, distance));
     }
     let (mut at, foreign, mut found) = coarse(place, reach_px, count, model, path);
     let mut is_weak = false;
@@ -111,18 +121,19 @@ fn coarse(
     path: &mut Path,
 ) -> (f64, bool, bool) {
     let steps = path.samples.len();
-    path.own.clear();
-    path.strange.clear();
-    let (mut own, mut strange) = (0.0, 0.0);
-    path.own.push(0.0);
-    path.strange.push(0.0);
-    for sample in &path.samples {
-        let palette = f64::from(sample[OWN]);
-        own += palette * f64::from(alike(sample, &place.colour, model));
-        strange += (f64::from(sample[FOREGROUND]) - palette).max(0.0);
-        path.own.push(own);
-        path.strange.push(strange);
+    tell_apart(&place.colour, model, path);
+    for (sums, parts) in [
+        (&mut path.own_before, &path.own),
+        (&mut path.strange_before, &path.strange),
+    ] {
+        sums.resize(steps + 1, 0.0);
+        let mut sum = 0.0;
+        for (to, part) in sums[1..].iter_mut().zip(parts) {
+            sum += part;
+            *to = sum;
+        }
     }
+    let (own, strange) = (&path.own_before[..], &path.strange_before[..]);
     let side = ((model.side_px + model.sample_step_px) / model.sample_step_px) as usize;
     let wide = |width: f64| {
         let whole = (width.min(model.side_px) / model.sample_step_px).round_ties_even();
@@ -130,31 +141,66 @@ fn coarse(
     };
     let (inner, outer) = (wide(place.inner), wide(place.outer));
     let distance = |k: usize| (k as isize - count) as f64 * model.sample_step_px;
-    let (mut best, mut best_clear, mut best_value) = (side, 0.0, f64::NEG_INFINITY);
-    for k in side..steps - side {
-        // Sample k stands for the interval around it: an edge "at" k splits it, hence the mean.
-        let middle = 0.5 * (path.own[k] + path.own[k + 1]);
-        let inside = (middle - path.own[k - inner]) / (inner as f64 + 0.5);
-        let outside = (path.own[k + 1 + outer] - middle) / (outer as f64 + 0.5);
-        let off = distance(k) / reach_px.max(1.0);
-        let clear = inside - outside;
-        let value = clear - model.distance_penalty * off * off;
+    let candidates = steps - 2 * side;
+    path.clear.resize(candidates, 0.0);
+    path.value.resize(candidates, 0.0);
+    // Sample k stands for the interval around it: an edge "at" k splits it, hence the mean.
+    let [here, next] = [side, side + 1].map(|first| &own[first..][..candidates]);
+    let [before, after] = [side - inner, side + 1 + outer].map(|k| &own[k..][..candidates]);
+    let to = path.clear[..candidates]
+        .iter_mut()
+        .zip(&mut path.value[..candidates]);
+    let (wide_inner, wide_outer) = (inner as f64 + 0.5, outer as f64 + 0.5);
+    let widest = reach_px.max(1.0);
+    for (k, (clear, value)) in to.enumerate() {
+        let middle = 0.5 * (here[k] + next[k]);
+        let inside = (middle - before[k]) / wide_inner;
+        let outside = (after[k] - middle) / wide_outer;
+        let off = (k as i32 + side as i32 - count as i32) as f64 * model.sample_step_px / widest;
+        *clear = inside - outside;
+        *value = *clear - model.distance_penalty * off * off;
+    }
+    let (mut best, mut best_value) = (0, f64::NEG_INFINITY);
+    for (k, &value) in path.value[..candidates].iter().enumerate() {
         if value > best_value {
-            (best, best_clear, best_value) = (k, clear, value);
+            (best, best_value) = (k, value);
         }
     }
+    let is_clear = path.clear[best] > model.least_step;
+    let best = side + best;
     let at = distance(best);
-    let strange_out = path.strange[best + 1 + outer] - path.strange[best + 1];
-    let strange_in = path.strange[best] - path.strange[best - inner];
+    let strange_out = strange[best + 1 + outer] - strange[best + 1];
+    let strange_in = strange[best] - strange[best - inner];
     // Someone behind the object shows outside its contour; someone in front cuts into it.
     let cuts_in = strange_out / outer as f64 > model.foreign && at < -model.cut_px;
     let foreign = cuts_in || strange_in / inner as f64 > model.foreign;
-    (at, foreign, best_clear > model.least_step)
+    (at, foreign, is_clear)
+}
+
+/// How much of each sample is the object's own, of its colour there, and how much is foreign.
+#[inline(always)]
+fn tell_apart(drawn: &[f32; 3], model: &EdgeModel, path: &mut Path) {
+    let steps = path.samples.len();
+    for (channel, plane) in path.planes.iter_mut().enumerate() {
+        plane.resize(steps, 0.0);
+        for (value, sample) in plane.iter_mut().zip(&path.samples) {
+            *value = sample[channel];
+        }
+    }
+    path.own.resize(steps, 0.0);
+    path.strange.resize(steps, 0.0);
+    let [red, green, blue, foreground, own] = path.planes.each_ref().map(|plane| &plane[..steps]);
+    let to = path.own[..steps].iter_mut().zip(&mut path.strange[..steps]);
+    for (k, (to_own, strange)) in to.enumerate() {
+        let palette = f64::from(own[k]);
+        *to_own = palette * f64::from(alike([red[k], green[k], blue[k]], drawn, model));
+        *strange = (f64::from(foreground[k]) - palette).max(0.0);
+    }
 }
 
 /// 0..1: a seen colour is the drawn one in another light.
 #[inline(always)]
-fn alike(seen: &[f32; CHANNELS], drawn: &[f32; 3], model: &EdgeModel) -> f32 {
+fn alike(seen: [f32; 3], drawn: &[f32; 3], model: &EdgeModel) -> f32 {
     let power = drawn[0] * drawn[0] + drawn[1] * drawn[1] + drawn[2] * drawn[2] + 1e-4;
     let ratio = (seen[0] * drawn[0] + seen[1] * drawn[1] + seen[2] * drawn[2]) / power;
     let ratio = ratio.clamp(model.light_range[0], model.light_range[1]);
@@ -200,17 +246,16 @@ fn steepest(
 fn fine(window: &Picture<'_, CHANNELS>, place: &Place, at: f64) -> (f64, f64) {
     const TAPS: usize = 13;
     let half = (0.6 * place.inner.min(place.outer)).clamp(1.0, 2.5);
-    let colours: [[f32; CHANNELS]; TAPS] = std::array::from_fn(|tap| {
+    let mut colours = [[0.0; CHANNELS]; TAPS];
+    for (tap, colour) in colours.iter_mut().enumerate() {
         let relative = -1.5 + 0.25 * tap as f64;
-        window.sample(along(place.pixel, place.normal, at + relative * half))
-    });
-    let mean = |taps: &[[f32; CHANNELS]]| -> [f64; 3] {
-        std::array::from_fn(|k| {
-            taps.iter().map(|c| f64::from(c[k])).sum::<f64>() / taps.len() as f64
-        })
-    };
+        *colour = window.sample(along(place.pixel, place.normal, at + relative * half));
+    }
     let (inside, outside) = (mean(&colours[..3]), mean(&colours[TAPS - 3..]));
-    let step: [f64; 3] = std::array::from_fn(|k| inside[k] - outside[k]);
+    let mut step = [0.0; 3];
+    for k in 0..3 {
+        step[k] = inside[k] - outside[k];
+    }
     let contrast2 = step.iter().map(|part| part * part).sum::<f64>();
     let share = |tap: usize| -> f64 {
         let along: f64 = (0..3)
@@ -221,4 +266,16 @@ fn fine(window: &Picture<'_, CHANNELS>, place: &Place, at: f64) -> (f64, f64) {
     let middle: f64 = (2..TAPS - 2).map(share).sum();
     let area = (middle + 0.5 * (share(1) + share(TAPS - 2))) * 0.25;
     (at + half * (area - 1.25), contrast2.sqrt())
+}
+
+/// The mean colour of a few samples.
+#[inline(always)]
+fn mean(samples: &[[f32; CHANNELS]]) -> [f64; 3] {
+    let mut sums = [0.0; 3];
+    for sample in samples {
+        for k in 0..3 {
+            sums[k] += f64::from(sample[k]);
+        }
+    }
+    sums.map(|sum| sum / samples.len() as f64)
 }

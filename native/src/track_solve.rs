@@ -151,26 +151,24 @@ impl<L: Lens> Problem<'_, L> {
     #[inline(always)]
     fn projection(&self, at: &Rigid, point: [f64; 3]) -> ([f64; 2], [[f64; 6]; 2]) {
         let turned = times(&at.rotation, point);
-        let in_world: [f64; 3] = std::array::from_fn(|k| turned[k] + at.translation[k]);
+        let mut in_world = turned;
+        for (place, shift) in in_world.iter_mut().zip(&at.translation) {
+            *place += shift;
+        }
         let seen = self
             .lens
             .project(in_frame(&self.camera_from_world, in_world));
-        let derivative = seen.jacobian.map(|row| {
-            let by_world: [f64; 3] = std::array::from_fn(|k| {
-                (0..3)
-                    .map(|j| row[j] * self.camera_from_world.rotation[j][k])
-                    .sum()
-            });
-            let by_turn = cross(turned, by_world);
-            [
-                by_world[0],
-                by_world[1],
-                by_world[2],
-                by_turn[0],
-                by_turn[1],
-                by_turn[2],
-            ]
-        });
+        let mut derivative = [[0.0; 6]; 2];
+        for (row, to) in seen.jacobian.iter().zip(&mut derivative) {
+            let mut by_world = [0.0; 3];
+            for (part, from) in row.iter().zip(&self.camera_from_world.rotation) {
+                for (sum, turned) in by_world.iter_mut().zip(from) {
+                    *sum += part * turned;
+                }
+            }
+            to[..3].copy_from_slice(&by_world);
+            to[3..].copy_from_slice(&cross(turned, by_world));
+        }
         ([seen.u, seen.v], derivative)
     }
 
@@ -195,7 +193,10 @@ impl<L: Lens> Problem<'_, L> {
         };
         let mut edge = edge_at(&self.window, &place, reach_px, &self.model.edges, path);
         edge.offset += offset_px;
-        let along = std::array::from_fn(|i| normal[0] * by_pose[0][i] + normal[1] * by_pose[1][i]);
+        let mut along = [0.0; 6];
+        for (i, along) in along.iter_mut().enumerate() {
+            *along = normal[0] * by_pose[0][i] + normal[1] * by_pose[1][i];
+        }
         (edge, along)
     }
 
@@ -215,10 +216,10 @@ impl<L: Lens> Problem<'_, L> {
             let residual = edge.offset / edge.sigma;
             let weight = tukey(residual / cutoff) / self.model.contour_correlation;
             // A wider halo puts the drawn edge closer to the seen one.
-            let jacobian = std::array::from_fn(|i| match i {
-                6 => -px_per_m / edge.sigma,
-                _ => along[i] / edge.sigma,
-            });
+            let mut jacobian = [-px_per_m / edge.sigma; UNKNOWNS];
+            for (entry, along) in jacobian.iter_mut().zip(&along) {
+                *entry = along / edge.sigma;
+            }
             sums.add(&jacobian, residual, weight);
         }
         if let Some(texture) = &self.texture {
@@ -284,12 +285,12 @@ impl<L: Lens> Problem<'_, L> {
         for (row, (k, by_pose)) in used.iter().enumerate() {
             for (channel, apart) in apart[row].iter().enumerate() {
                 let slope = &texture.slopes[6 * k + 2 * channel..][..2];
-                let [sx, sy] = [0, 1].map(|axis| gain * f64::from(slope[axis]));
+                let (sx, sy) = (gain * f64::from(slope[0]), gain * f64::from(slope[1]));
                 let residual = apart / sigma;
-                let jacobian = std::array::from_fn(|i| match i {
-                    6 => 0.0,
-                    _ => (sx * by_pose[0][i] + sy * by_pose[1][i]) / sigma,
-                });
+                let mut jacobian = [0.0; UNKNOWNS];
+                for (i, entry) in jacobian[..6].iter_mut().enumerate() {
+                    *entry = (sx * by_pose[0][i] + sy * by_pose[1][i]) / sigma;
+                }
                 sums.add(
                     &jacobian,
                     residual,
