@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.pose import Pose, wrap_angle
+from scenes.pose import Pose
 from tracking.align import shifted, silhouette_shift
 from tracking.evidence import Evidence, Neighbour, Scene, gather, view_of
 from tracking.explain import explained, resemblances
@@ -273,21 +273,17 @@ def is_other(model: TrackModel, world_from_a: Pose, world_from_b: Pose) -> bool:
     """Whether two poses of an object differ by more than a refinement would even out."""
     if _apart(world_from_a, world_from_b) > APART * model.radius_m:
         return True
-    return _is_other_turn(model, world_from_a, world_from_b, least=APART_RAD)
+    apart_rad = np.array([world_from_a.yaw() - world_from_b.yaw()])
+    return bool(_are_other_turns(model, apart_rad, least=APART_RAD)[0])
 
 
-def _is_other_turn(model: TrackModel, first: Pose, second: Pose, *, least: float) -> bool:
-    """Whether an object looks different at two yaws that are at least so far apart."""
-    turn = _turn_between(model, first, second)
-    return turn > least and not model.templates.are_alike(turn)
-
-
-def _turn_between(model: TrackModel, first: Pose, second: Pose) -> float:
-    """Radians between two yaws, up to the turn after which the object repeats."""
+def _are_other_turns(model: TrackModel, apart_rad: Points, *, least: float) -> NDArray[np.bool_]:
+    """(N,) whether an object looks different when turned by at least so much."""
     if model.symmetry == ROUND:
-        return 0.0
-    turn = 2 * math.pi / model.symmetry
-    return abs(wrap_angle((first.yaw() - second.yaw()) * model.symmetry)) / (2 * math.pi) * turn
+        return np.zeros(len(apart_rad), np.bool_)
+    turns = (apart_rad * model.symmetry + math.pi) % (2 * math.pi) - math.pi
+    turns = np.abs(turns) / model.symmetry
+    return (turns > least) & np.logical_not(model.templates.are_alike(turns))
 
 
 def _on_support(last: Points, supports_m: Sequence[float]) -> Points:
@@ -299,16 +295,21 @@ def _distinct_starts(
     model: TrackModel, places: Points, yaws: Points, scores: Points | FloatArray, *, limit: int
 ) -> list[Pose]:
     """The best-scored poses that differ from each other."""
+    order = np.argsort(-scores, axis=None, kind="stable")
+    order = order[scores.ravel()[order] > 0.0]
+    rows, turns = order // scores.shape[1], yaws.ravel()[order]
+    here = places[rows]
+    left = np.ones(len(order), np.bool_)
+    beside = np.zeros(len(order), np.int64)
     starts: list[Pose] = []
-    for index in np.argsort(-scores, axis=None, kind="stable"):
-        row, column = np.unravel_index(index, scores.shape)
-        start = Pose.from_yaw(float(yaws[row, column]), places[row])
-        if len(starts) == limit or scores[row, column] <= 0.0:
-            break
-        beside = [other for other in starts if _apart(start, other) < model.radius_m]
-        is_new = all(_is_other_turn(model, start, other, least=1.5 * APART_RAD) for other in beside)
-        if is_new and len(beside) < STARTS_A_PLACE:
-            starts.append(start)
+    while len(starts) < limit and left.any():
+        index = int(np.argmax(left))
+        starts.append(Pose.from_yaw(float(turns[index]), here[index]))
+        near = ((here - here[index]) ** 2).sum(axis=1) < model.radius_m**2
+        beside += near
+        same = near & ~_are_other_turns(model, turns - turns[index], least=1.5 * APART_RAD)
+        left &= ~same & (beside < STARTS_A_PLACE)
+        left[index] = False
     return starts
 
 

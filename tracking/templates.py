@@ -61,9 +61,9 @@ class Templates:
     colours: FloatArray
     alike: NDArray[np.bool_]
 
-    def are_alike(self, turn_rad: float) -> bool:
-        """Whether an object and the same one turned by so much can hardly be told apart."""
-        return bool(self.alike[round(turn_rad * YAWS / (2 * math.pi)) % YAWS])
+    def are_alike(self, turn_rad: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """(N,) whether an object and the same one turned by so much can hardly be told apart."""
+        return self.alike[np.rint(turn_rad * YAWS / (2 * math.pi)).astype(int) % YAWS]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

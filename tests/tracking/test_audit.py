@@ -2,6 +2,7 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 import tracking.audit
@@ -42,7 +43,7 @@ def task(monkeypatch):
         return [Guess(a_fit(FLIPPED, 0.95), None), Guess(a_fit(SHARP, 0.6), None)]
 
     monkeypatch.setattr(tracking.audit, "turned", found)
-    templates = SimpleNamespace(are_alike=lambda _turn: False)
+    templates = SimpleNamespace(are_alike=lambda turns: np.zeros(len(turns), bool))
     model = SimpleNamespace(symmetry=1, radius_m=0.5, templates=templates)
 
     def make(audit, *, now_ns=0, state=TrackState.TRACKED):

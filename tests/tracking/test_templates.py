@@ -78,8 +78,8 @@ def test_what_is_covered_does_not_count_against_a_template(chair, picture_of):
 
 def test_a_chair_is_not_alike_when_turned(chair):
     templates = chair.templates
-    assert templates.are_alike(0.0)
-    assert not any(templates.are_alike(math.radians(turn)) for turn in (45, 90, 180, -120))
+    assert templates.are_alike(np.zeros(1)).all()
+    assert not templates.are_alike(np.radians([45.0, 90.0, 180.0, -120.0])).any()
 
 
 def test_a_place_that_shows_a_template_is_wholly_like_it(chair):
