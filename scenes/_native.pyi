@@ -319,8 +319,8 @@ class TrackKernels:
     def change(
         self,
         live: NDArray[np.uint8],
-        plate: NDArray[np.float32],
-        noise: NDArray[np.float32],
+        plate: Sequence[NDArray[np.float32]],
+        noise: Sequence[NDArray[np.float32]],
         *,
         lens_size: tuple[int, int],
         window: tuple[int, int, int, int],
@@ -328,10 +328,33 @@ class TrackKernels:
         exposure: list[list[float]],
         layers: list[TrackLayer],
         table: NDArray[np.float32],
-    ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
-        """Live picture, foreground, own colours and what is hidden, flat, of a window.
+    ) -> tuple[
+        NDArray[np.float32],
+        NDArray[np.float32],
+        NDArray[np.float32],
+        NDArray[np.float32],
+        SeenWindow,
+    ]:
+        """Live picture, foreground, own colours and what is hidden, flat, of a window; for a solver.
 
-        The rows of `live`, `plate` and `noise` may be apart, their values may not.
+        Plate and noise come in parts, one below the other; rows may be apart, their values may not.
+        """
+
+    def differing(
+        self,
+        live: NDArray[np.uint8],
+        plate: Sequence[NDArray[np.float32]],
+        noise: Sequence[NDArray[np.float32]],
+        *,
+        lens_size: tuple[int, int],
+        window: tuple[int, int, int, int],
+        shrink: int,
+        exposure: list[list[float]],
+        apart: tuple[float, float],
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Live picture and where it differs plainly from the empty room, flat; as in `change`.
+
+        Colours nearer to the room's than the first of `apart` do not, farther than the second do.
         """
 
     @staticmethod
@@ -404,10 +427,22 @@ class RoomLearner:
         top: int,
         exposure: list[list[float]],
         sides: tuple[int, int],
+        level: float,
         is_cautious: bool,
     ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:
         """New plate, noise and what was ever learned of whole rows, flat.
 
         The rows of `live` may be apart; `sides` are those of `tracking.learn`, odd, in pixels of the
-        small picture.
+        small picture; a mean difference above `level` is a thing.
         """
+
+def cut_out(
+    picture: NDArray[np.float32],
+    centres: NDArray[np.float64],
+    *,
+    lens: Lens,
+    world_from_lens: list[float],
+    side: int,
+    half_m: float,
+) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
+    """Colours, own foreground and what is free at some places, flat; see `tracking.templates`."""

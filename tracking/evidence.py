@@ -118,10 +118,10 @@ def gather(
     """
     layers = layers_in(scene, view, neighbours)
     lens, part = scene.frame.rig.lenses[view.lens], view.part
-    live, foreground, own, hidden = KERNELS.change(
+    live, foreground, own, hidden, seen = KERNELS.change(
         scene.frame.images[view.lens][part],
-        scene.plates.images[view.lens][part],
-        scene.plates.noise[view.lens][part],
+        scene.plates.images[view.lens].cut(*part),
+        scene.plates.noise[view.lens].cut(*part),
         lens_size=(lens.width_px, lens.height_px),
         window=view.corner_and_size,
         shrink=view.shrink,
@@ -130,7 +130,6 @@ def gather(
         table=model.colours.table,
     )
     shape = (view.camera.height_px, view.camera.width_px)
-    seen = SeenWindow(live, foreground, own, hidden, (shape[1], shape[0]))
     pictures = (foreground.reshape(shape), own.reshape(shape), hidden.reshape(shape))
     return Evidence(view, live.reshape(*shape, 3), *pictures, layers, seen)
 

@@ -53,7 +53,6 @@ ROUGH_SIDE = 1 / 24
 
 LEARNER = RoomLearner(
     {
-        "coherent_level": COHERENT_LEVEL,
         "relit_ratio": RELIT_RATIO,
         "relit_hue": RELIT_HUE,
         "blend": BLEND,
@@ -136,6 +135,7 @@ def learn(
         top=rows.start,
         exposure=exposures[index].rows(),
         sides=surroundings(width),
+        level=COHERENT_LEVEL,
         is_cautious=is_cautious,
     )
     inner = slice(band.top - rows.start, band.bottom - rows.start)

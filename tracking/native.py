@@ -1,10 +1,10 @@
-"""Where the tracker reaches the native crate; `tracking.kernels` and `tracking.learn` add constants."""
+"""Where the tracker reaches the native crate; others add the constants."""
 
 from typing import TYPE_CHECKING
 
-from scenes._native import RoomLearner, SeenWindow, TrackKernels
+from scenes._native import RoomLearner, SeenWindow, TrackKernels, cut_out
 
 if TYPE_CHECKING:
     from scenes._native import TrackLayer, TrackProblem
 
-__all__ = ["RoomLearner", "SeenWindow", "TrackKernels", "TrackLayer", "TrackProblem"]
+__all__ = ["RoomLearner", "SeenWindow", "TrackKernels", "TrackLayer", "TrackProblem", "cut_out"]

@@ -16,13 +16,10 @@ from numpy.typing import NDArray
 
 from scenes.cameras import Fisheye
 from scenes.pose import Pose
-from tracking.background import expose
-from tracking.colours import BINS
 from tracking.evidence import Neighbour, Scene
 from tracking.kernels import KERNELS
 from tracking.model import TrackModel
 from tracking.observe import FOREIGN
-from tracking.pictures import resized
 from tracking.templates import YAWS, Cuts, compare, cut_out
 
 FloatArray = NDArray[np.float32]
@@ -71,30 +68,23 @@ def overview(scene: Scene) -> Overview:
         shrink = max(1, round(lens.width_px / SEARCH_SIZE_PX))
         width, height = lens.width_px // shrink, lens.height_px // shrink
         part = (slice(0, height * shrink), slice(0, width * shrink))
-        live, foreground, _, _ = KERNELS.change(
-            np.ascontiguousarray(scene.frame.images[index][part]),
-            np.ascontiguousarray(scene.plates.images[index][part]),
-            np.ascontiguousarray(scene.plates.noise[index][part]),
+        live, foreground = KERNELS.differing(
+            scene.frame.images[index][part],
+            scene.plates.images[index].cut(*part),
+            scene.plates.noise[index].cut(*part),
             lens_size=(lens.width_px, lens.height_px),
             window=(0, 0, width, height),
             shrink=shrink,
             exposure=scene.exposures[index].rows(),
-            layers=[],
-            table=np.ones((BINS, BINS, BINS), np.float32),
+            apart=(FAINT, PLAIN),
         )
         camera = lens.resized(width, height)
         x = ((np.arange(width) + 0.5 - camera.cx) / width).astype(np.float32)
         y = ((np.arange(height) + 0.5 - camera.cy) / height).astype(np.float32)
-        radius2 = np.asarray(x[None, :] ** 2 + y[:, None] ** 2, dtype=np.float32)
-        seen = radius2 <= (lens.circle_px / lens.width_px) ** 2
-        live = live.reshape(height, width, 3)
-        plate = resized(scene.plates.images[index][part], (width, height))
-        expected = expose(plate, scene.exposures[index], radius2=4.0 * radius2)
-        apart = np.linalg.norm(live - expected, axis=2)
-        clear = np.clip((apart - FAINT) / (PLAIN - FAINT), 0.0, 1.0)
+        seen = x[None, :] ** 2 + y[:, None] ** 2 <= (lens.circle_px / lens.width_px) ** 2
         cameras.append(camera)
-        images.append(live)
-        foregrounds.append((foreground.reshape(height, width) * clear * seen).astype(np.float32))
+        images.append(live.reshape(height, width, 3))
+        foregrounds.append(foreground.reshape(height, width) * seen)
     return Overview(tuple(cameras), tuple(images), tuple(foregrounds))
 
 

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.cameras import Pinhole
+from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose, rotation_from_vector
 from tracking.background import (
     LIKENESS_GAIN,
@@ -23,7 +23,6 @@ from tracking.evidence import Evidence
 from tracking.kernels import Measurement
 from tracking.learn import (
     BLEND,
-    COHERENT_LEVEL,
     RELIT_HUE,
     RELIT_RATIO,
     SHRINK,
@@ -36,6 +35,7 @@ from tracking.observe import (
     measure_texture,
 )
 from tracking.pictures import bell_blurred, box_blurred
+from tracking.templates import HALF_WIDTH, SMALL_PX, Cuts
 from tracking.window import Layer, Window
 
 FloatArray = NDArray[np.float32]
@@ -67,15 +67,10 @@ def change(
         layers: other objects, the farthest first.
         colours: of the object that the window is about.
     """
-    shrink = window.shrink
-    seen = _shrunk(live.astype(np.float32) * np.float32(1 / 255), shrink)
-    height, width = seen.shape[:2]
-    x = (window.left + (np.arange(width) + 0.5) * shrink) * 2 / lens_size[0] - 1
-    y = (window.top + (np.arange(height) + 0.5) * shrink) * 2 / lens_size[1] - 1
-    radius2 = (x[None, :] ** 2 + y[:, None] ** 2).astype(np.float32)
-    expected = expose(_shrunk(plate, shrink), exposure, radius2=radius2)
-    rough = np.maximum(_shrunk(noise, shrink), 1e-3)
-    hidden = np.zeros((height, width), np.float32)
+    seen, expected, rough = _compared(
+        live, plate, noise, lens_size=lens_size, window=window, exposure=exposure
+    )
+    hidden = np.zeros(rough.shape, np.float32)
     for layer in layers:
         rgb, alpha, nearer = (_laid(p, layer, window) for p in _pictures(layer, window))
         gain, offset = exposure.gain.astype(np.float32), exposure.offset.astype(np.float32)
@@ -89,6 +84,49 @@ def change(
     likeness = bell_blurred(colours.table[bins[..., 0], bins[..., 1], bins[..., 2]], 0.7, 1)
     own = foreground * np.clip(likeness * LIKENESS_GAIN, 0.0, 1.0)
     return seen, foreground, own.astype(np.float32), hidden
+
+
+def differing(
+    live: NDArray[np.uint8],
+    plate: FloatArray,
+    noise: FloatArray,
+    *,
+    lens_size: tuple[int, int],
+    window: Window,
+    exposure: Exposure,
+    apart: tuple[float, float],
+) -> tuple[FloatArray, FloatArray]:
+    """Live picture of a window, and where its colours differ plainly from the empty room's.
+
+    Colours nearer to the room's than the first of `apart` do not differ, farther than the second
+    do; the rest is as in `change`.
+    """
+    seen, expected, rough = _compared(
+        live, plate, noise, lens_size=lens_size, window=window, exposure=exposure
+    )
+    distance = np.linalg.norm(seen - expected, axis=2)
+    clear = np.clip((distance - apart[0]) / (apart[1] - apart[0]), 0.0, 1.0)
+    return seen, (difference(seen, expected, rough).probability * clear).astype(np.float32)
+
+
+def _compared(
+    live: NDArray[np.uint8],
+    plate: FloatArray,
+    noise: FloatArray,
+    *,
+    lens_size: tuple[int, int],
+    window: Window,
+    exposure: Exposure,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Live picture, empty room at its exposure, and noise of a window."""
+    shrink = window.shrink
+    seen = _shrunk(live.astype(np.float32) * np.float32(1 / 255), shrink)
+    height, width = seen.shape[:2]
+    x = (window.left + (np.arange(width) + 0.5) * shrink) * 2 / lens_size[0] - 1
+    y = (window.top + (np.arange(height) + 0.5) * shrink) * 2 / lens_size[1] - 1
+    radius2 = (x[None, :] ** 2 + y[:, None] ** 2).astype(np.float32)
+    expected = expose(_shrunk(plate, shrink), exposure, radius2=radius2)
+    return seen, expected, np.maximum(_shrunk(noise, shrink), 1e-3)
 
 
 def _shrunk(picture: FloatArray, shrink: int) -> FloatArray:
@@ -228,6 +266,7 @@ def learned_rows(
     lens_size: tuple[int, int],
     top: int,
     exposure: Exposure,
+    level: float,
     is_cautious: bool,
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
     """New plate, noise and learned mask of some rows of one lens.
@@ -240,6 +279,7 @@ def learned_rows(
         lens_size: width and height of the lens picture.
         top: first of the rows.
         exposure: of the lens.
+        level: a mean difference above this, of a 0..1 channel, is a thing.
         is_cautious: things may be anywhere; a grey one before a wall is no shadow on it.
     """
     height, width = plate.shape[:2]
@@ -252,7 +292,7 @@ def learned_rows(
     coherent_side, rough_side = surroundings(lens_size[0])
     small_residual = _in_squares(residual)
     mean_residual = box_blurred(small_residual, coherent_side)
-    shows_room = np.abs(mean_residual).max(axis=2) < COHERENT_LEVEL
+    shows_room = np.abs(mean_residual).max(axis=2) < level
     if not is_cautious:
         shows_room |= _relit(box_blurred(_in_squares(plate), coherent_side), mean_residual)
     take = usable & (_grown(shows_room.astype(np.float32), height, width) >= 0.5)
@@ -289,3 +329,72 @@ def _relit(plate: FloatArray, residual: FloatArray) -> NDArray[np.bool_]:
     ratio = np.einsum("hwc,hwc->hw", live, plate) / power
     hue = np.abs(live - ratio[..., None] * plate).max(axis=2)
     return (ratio > RELIT_RATIO[0]) & (ratio < RELIT_RATIO[1]) & (hue < RELIT_HUE)
+
+
+def cut_out(
+    picture: FloatArray,
+    camera: Fisheye,
+    world_from_lens: Pose,
+    centres: Points,
+    radius_m: float,
+) -> Cuts:
+    """Cut places out of one lens.
+
+    Args:
+        picture: (H, W, 5) red, green, blue, own, foreground.
+        camera: of the picture.
+        world_from_lens: its pose.
+        centres: (P, 3) world places of the object's centre.
+        radius_m: of the object.
+    """
+    eye = world_from_lens.translation
+    away = centres - eye
+    distance = np.linalg.norm(away, axis=1)
+    forward = away / distance[:, None]
+    level = np.hypot(away[:, 0], away[:, 1])
+    right = np.stack([away[:, 1], -away[:, 0], np.zeros(len(away))], axis=1)
+    right /= np.maximum(level, 1e-9)[:, None]
+    down = np.cross(forward, right)
+    steps = ((np.arange(SMALL_PX) + 0.5) / SMALL_PX * 2 - 1) * HALF_WIDTH * radius_m
+    across, along = (grid.ravel() for grid in np.meshgrid(steps, steps))
+    points = centres[:, None] + across[None, :, None] * right[:, None]
+    points = points + along[None, :, None] * down[:, None]
+    pixels, seen = camera.project(world_from_lens.inverse() @ points.reshape(-1, 3))
+    step_px = 2 * HALF_WIDTH * radius_m / SMALL_PX / distance * camera.f_px
+    samples = _sampled(picture, pixels.reshape(len(centres), -1, 2), step_px)
+    samples *= seen.reshape(len(centres), -1, 1)
+    own, foreground = samples[..., 3], samples[..., 4]
+    free = (1.0 - np.maximum(foreground - own, 0.0)) * seen.reshape(len(centres), -1)
+    return Cuts(
+        samples[..., :3],
+        own,
+        free.astype(np.float32),
+        np.arctan2(-away[:, 1], -away[:, 0]),
+        np.arctan2(-away[:, 2], level),
+    )
+
+
+def _sampled(picture: FloatArray, pixels: Points, step_px: Points) -> FloatArray:
+    """(P, N, C) of a picture, smoothed to the step between samples."""
+    found = np.zeros((*pixels.shape[:2], picture.shape[2]), np.float32)
+    octave = np.clip(np.floor(np.log2(np.maximum(step_px, 1.0)) + 0.5), 0, 3).astype(int)
+    for k in range(4):
+        chosen = octave == k
+        if chosen.any():
+            where = (pixels[chosen] / 2**k - 0.5).astype(np.float32)
+            parts = [
+                cv2.remap(part, where[..., 0], where[..., 1], cv2.INTER_LINEAR)
+                for part in (picture[..., :3], picture[..., 3], picture[..., 4])
+            ]
+            found[chosen] = np.dstack(parts).reshape(*where.shape[:2], -1)
+        if not (octave > k).any():
+            break
+        picture = _halved(picture)
+    return found
+
+
+def _halved(picture: FloatArray) -> FloatArray:
+    size = (picture.shape[1] // 2, picture.shape[0] // 2)
+    parts = (picture[..., :3], picture[..., 3], picture[..., 4])
+    small = [cv2.resize(part, size, interpolation=cv2.INTER_AREA) for part in parts]
+    return np.dstack(small).astype(np.float32)

@@ -40,9 +40,13 @@ class Strips(Generic[Value]):
         """Of the whole picture."""
         return (sum(len(part) for part in self.parts), *self.parts[0].shape[1:])
 
-    def __getitem__(self, place: tuple[slice, slice]) -> NDArray[Value]:
-        """A rectangle, or every so many pixels of one; rows and columns as of an array."""
-        rows, columns = place
+    def cut(self, rows: slice, columns: slice) -> list[NDArray[Value]]:
+        """A rectangle, or every so many pixels of one, in parts one below the other; no copies.
+
+        Args:
+            rows: as of an array.
+            columns: as of an array.
+        """
         first, stop, step = rows.indices(self.shape[0])
         taken: list[NDArray[Value]] = []
         top = 0
@@ -52,9 +56,12 @@ class Strips(Generic[Value]):
                 taken.append(part[inside, columns])
                 first += len(taken[-1]) * step
             top += len(part)
-        if not taken:
-            return self.parts[0][:0, columns]
-        return taken[0] if len(taken) == 1 else np.concatenate(taken)
+        return taken or [self.parts[0][:0, columns]]
+
+    def __getitem__(self, place: tuple[slice, slice]) -> NDArray[Value]:
+        """What `cut` gives, in one piece."""
+        parts = self.cut(*place)
+        return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
     def whole(self) -> NDArray[Value]:
         """The picture in one piece."""

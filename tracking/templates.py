@@ -16,8 +16,10 @@ from numpy.typing import NDArray
 from scenes.cameras import Fisheye, Pinhole
 from scenes.frames import look_at
 from scenes.pose import Pose
+from scenes.render.native import lens_of
 from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
 from scenes.splats import SplatCloud
+from tracking import native
 
 FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]
@@ -144,30 +146,22 @@ def cut_out(
         centres: (P, 3) world places of the object's centre.
         radius_m: of the object.
     """
-    eye = world_from_lens.translation
-    away = centres - eye
-    distance = np.linalg.norm(away, axis=1)
-    forward = away / distance[:, None]
-    level = np.hypot(away[:, 0], away[:, 1])
-    right = np.stack([away[:, 1], -away[:, 0], np.zeros(len(away))], axis=1)
-    right /= np.maximum(level, 1e-9)[:, None]
-    down = np.cross(forward, right)
-    steps = ((np.arange(SMALL_PX) + 0.5) / SMALL_PX * 2 - 1) * HALF_WIDTH * radius_m
-    across, along = (grid.ravel() for grid in np.meshgrid(steps, steps))
-    points = centres[:, None] + across[None, :, None] * right[:, None]
-    points = points + along[None, :, None] * down[:, None]
-    pixels, seen = camera.project(world_from_lens.inverse() @ points.reshape(-1, 3))
-    step_px = 2 * HALF_WIDTH * radius_m / SMALL_PX / distance * camera.f_px
-    samples = _sampled(picture, pixels.reshape(len(centres), -1, 2), step_px)
-    samples *= seen.reshape(len(centres), -1, 1)
-    own, foreground = samples[..., 3], samples[..., 4]
-    free = (1.0 - np.maximum(foreground - own, 0.0)) * seen.reshape(len(centres), -1)
+    colours, own, free = native.cut_out(
+        np.ascontiguousarray(picture),
+        np.ascontiguousarray(centres),
+        lens=lens_of(camera),
+        world_from_lens=world_from_lens.matrix()[:3].ravel().tolist(),
+        side=SMALL_PX,
+        half_m=HALF_WIDTH * radius_m,
+    )
+    away = centres - world_from_lens.translation
+    shape = (len(centres), SMALL_PX * SMALL_PX)
     return Cuts(
-        samples[..., :3],
-        own,
-        free.astype(np.float32),
+        colours.reshape(*shape, 3),
+        own.reshape(shape),
+        free.reshape(shape),
         np.arctan2(-away[:, 1], -away[:, 0]),
-        np.arctan2(-away[:, 2], level),
+        np.arctan2(-away[:, 2], np.hypot(away[:, 0], away[:, 1])),
     )
 
 
@@ -205,29 +199,3 @@ def _correlation(
         drawn_power = drawn_power + weight @ (shown * drawn[..., channel]).T / total - second**2
     power = np.maximum(live_power, COLOUR_SPREAD) * np.maximum(drawn_power, COLOUR_SPREAD)
     return np.where(total > LEAST_SHOWN_PX, both / np.sqrt(power), 0.0).astype(np.float32)
-
-
-def _sampled(picture: FloatArray, pixels: Points, step_px: Points) -> FloatArray:
-    """(P, N, C) of a picture, smoothed to the step between samples."""
-    found = np.zeros((*pixels.shape[:2], picture.shape[2]), np.float32)
-    octave = np.clip(np.floor(np.log2(np.maximum(step_px, 1.0)) + 0.5), 0, 3).astype(int)
-    for k in range(4):
-        chosen = octave == k
-        if chosen.any():
-            where = (pixels[chosen] / 2**k - 0.5).astype(np.float32)
-            parts = [
-                cv2.remap(part, where[..., 0], where[..., 1], cv2.INTER_LINEAR)
-                for part in (picture[..., :3], picture[..., 3], picture[..., 4])
-            ]
-            found[chosen] = np.dstack(parts).reshape(*where.shape[:2], -1)
-        if not (octave > k).any():
-            break
-        picture = _halved(picture)
-    return found
-
-
-def _halved(picture: FloatArray) -> FloatArray:
-    size = (picture.shape[1] // 2, picture.shape[0] // 2)
-    parts = (picture[..., :3], picture[..., 3], picture[..., 4])
-    small = [cv2.resize(part, size, interpolation=cv2.INTER_AREA) for part in parts]
-    return np.dstack(small).astype(np.float32)

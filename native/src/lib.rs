@@ -42,6 +42,7 @@ mod python_probe;
 mod python_request;
 mod python_still;
 mod python_track;
+mod python_track_cut;
 mod python_track_learn;
 mod python_track_request;
 mod python_train;
@@ -62,6 +63,7 @@ pub mod tape;
 pub mod tile_picture;
 pub mod track_change;
 pub mod track_contour;
+pub mod track_cut;
 pub mod track_edges;
 pub mod track_learn;
 pub mod track_light;
@@ -87,6 +89,8 @@ mod _native {
     use crate::python_still::StillPicture;
     #[pymodule_export]
     use crate::python_track::{SeenWindow, TrackKernels};
+    #[pymodule_export]
+    use crate::python_track_cut::cut_out;
     #[pymodule_export]
     use crate::python_track_learn::RoomLearner;
     #[pymodule_export]

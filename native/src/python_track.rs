@@ -11,7 +11,7 @@ use crate::python_track_request::{
     layer_of, rigid, rows_of, rows_of_picture, LayerRequest, PlainProblem, ProblemRequest,
 };
 use crate::simd::Simd;
-use crate::track_change::{change, ChangeModel, Cut, Exposure, Window, BINS};
+use crate::track_change::{change, differing, Change, ChangeModel, Cut, Exposure, Window, BINS};
 use crate::track_contour::{contour, Drawn};
 use crate::track_edges::{EdgeModel, CHANNELS};
 use crate::track_light;
@@ -85,21 +85,37 @@ impl SeenWindow {
                 "window: no pixels, wanted at least one",
             ));
         }
-        let mut pixels = Vec::with_capacity(CHANNELS * count);
-        for (place, rgb) in live.chunks_exact(3).enumerate() {
-            pixels.extend_from_slice(rgb);
-            pixels.extend([foreground[place], own[place], hidden[place], 0.0, 0.0]);
-        }
-        Ok(SeenWindow {
-            pixels,
-            smooth: OnceLock::new(),
-            width: size.0,
-            height: size.1,
-        })
+        let [live, foreground, own, hidden] = [live, foreground, own, hidden].map(<[f32]>::to_vec);
+        let change = Change {
+            live,
+            foreground,
+            own,
+            hidden,
+        };
+        Ok(SeenWindow::of(&change, size.into()))
     }
 }
 
 impl SeenWindow {
+    #[inline(always)]
+    fn of(change: &Change, [width, height]: [usize; 2]) -> Self {
+        let mut pixels = vec![0.0; CHANNELS * width * height];
+        let planes = change.foreground.iter().zip(&change.own);
+        let from = change.live.chunks_exact(3).zip(planes.zip(&change.hidden));
+        for (to, (rgb, ((&foreground, &own), &hidden))) in
+            pixels.chunks_exact_mut(CHANNELS).zip(from)
+        {
+            to[..3].copy_from_slice(rgb);
+            to[3..6].copy_from_slice(&[foreground, own, hidden]);
+        }
+        SeenWindow {
+            pixels,
+            smooth: OnceLock::new(),
+            width,
+            height,
+        }
+    }
+
     pub(crate) fn picture(&self) -> Picture<'_, CHANNELS> {
         Picture {
             values: &self.pixels,
@@ -129,6 +145,45 @@ impl SeenWindow {
     }
 }
 
+fn window_of(window: [usize; 4], shrink: usize, lens: [usize; 2]) -> PyResult<Window> {
+    let [left, top, width, height] = window;
+    if shrink == 0 || width == 0 || height == 0 {
+        return Err(PyValueError::new_err(format!(
+            "window: {window:?} of {shrink} px each, wanted at least one pixel"
+        )));
+    }
+    Ok(Window {
+        left,
+        top,
+        width,
+        height,
+        shrink,
+        lens,
+    })
+}
+
+fn cut_of<'a>(
+    live: &'a [PyReadonlyArrayDyn<'_, u8>],
+    plate: &'a [Floats<'_>],
+    noise: &'a [Floats<'_>],
+    window: &Window,
+) -> PyResult<Cut<'a>> {
+    let [lines, line] = [window.height, window.width].map(|side| side * window.shrink);
+    Ok(Cut {
+        live: rows_of_picture("live", live, [lines, 3 * line])?,
+        plate: rows_of_picture("plate", plate, [lines, 3 * line])?,
+        noise: rows_of_picture("noise", noise, [lines, line])?,
+    })
+}
+
+fn exposure_of([gain, falloff, offset]: [[f32; 3]; 3]) -> Exposure {
+    Exposure {
+        gain,
+        falloff,
+        offset,
+    }
+}
+
 /// The tracker's kernels with their constants.
 #[pyclass(frozen, module = "scenes._native", name = "TrackKernels")]
 pub struct TrackKernels {
@@ -149,6 +204,7 @@ type ChangeArrays<'py> = (
     Flat<'py, f32>,
     Flat<'py, f32>,
     Flat<'py, f32>,
+    Bound<'py, SeenWindow>,
 );
 type EdgeArrays<'py> = (
     Flat<'py, f64>,
@@ -200,18 +256,19 @@ impl TrackKernels {
         }
     }
 
-    /// Live picture, foreground, own colours and what is hidden, of a window of a lens picture.
+    /// Live picture, foreground, own colours and what is hidden, of a window of a lens picture, and
+    /// all of that for the solver.
     ///
-    /// The pictures are cut from the lens's; `window` is left and top in lens pixels, then width and
-    /// height in pixels of the window, each `shrink` × `shrink` of the lens.
+    /// The pictures are cut from the lens's, in parts one below the other; `window` is left and top in
+    /// lens pixels, then width and height in pixels of the window, each `shrink` × `shrink` of the lens.
     #[pyo3(signature = (live, plate, noise, *, lens_size, window, shrink, exposure, layers, table))]
     #[allow(clippy::too_many_arguments)]
     fn change<'py>(
         &self,
         py: Python<'py>,
         live: PyReadonlyArrayDyn<'py, u8>,
-        plate: Floats<'py>,
-        noise: Floats<'py>,
+        plate: Vec<Floats<'py>>,
+        noise: Vec<Floats<'py>>,
         lens_size: [usize; 2],
         window: [usize; 4],
         shrink: usize,
@@ -219,40 +276,21 @@ impl TrackKernels {
         layers: Vec<LayerRequest<'py>>,
         table: Floats<'py>,
     ) -> PyResult<ChangeArrays<'py>> {
-        let [left, top, width, height] = window;
-        if shrink == 0 || width == 0 || height == 0 {
-            return Err(PyValueError::new_err(format!(
-                "window: {window:?} of {shrink} px each, wanted at least one pixel"
-            )));
-        }
-        let window = Window {
-            left,
-            top,
-            width,
-            height,
-            shrink,
-            lens: lens_size,
-        };
-        let (live, plate, noise) = (live.as_array(), plate.as_array(), noise.as_array());
-        let [lines, line] = [height * shrink, width * shrink];
-        let cut = Cut {
-            live: rows_of_picture("live", &live, [lines, 3 * line])?,
-            plate: rows_of_picture("plate", &plate, [lines, 3 * line])?,
-            noise: rows_of_picture("noise", &noise, [lines, line])?,
-        };
+        let window = window_of(window, shrink, lens_size)?;
+        let live = [live];
+        let cut = cut_of(&live, &plate, &noise, &window)?;
         let table = table.as_slice()?;
         check_length("table", table, BINS * BINS * BINS)?;
         let layers = layers.iter().map(layer_of).collect::<PyResult<Vec<_>>>()?;
-        let [gain, falloff, offset] = exposure;
-        let exposure = Exposure {
-            gain,
-            falloff,
-            offset,
-        };
-        let found = py.detach(|| {
+        let exposure = exposure_of(exposure);
+        let (found, seen) = py.detach(|| {
             self.simd.run(
                 #[inline(always)]
-                || change(&cut, &window, &exposure, &layers, table, &self.change),
+                || {
+                    let found = change(&cut, &window, &exposure, &layers, table, &self.change);
+                    let seen = SeenWindow::of(&found, [window.width, window.height]);
+                    (found, seen)
+                },
             )
         });
         Ok((
@@ -260,6 +298,39 @@ impl TrackKernels {
             PyArray1::from_vec(py, found.foreground),
             PyArray1::from_vec(py, found.own),
             PyArray1::from_vec(py, found.hidden),
+            Bound::new(py, seen)?,
+        ))
+    }
+
+    /// Live picture, and where its colours differ plainly from the empty room's: not if they are
+    /// nearer than the first of `apart`, wholly if farther than the second. Windows as in `change`.
+    #[pyo3(signature = (live, plate, noise, *, lens_size, window, shrink, exposure, apart))]
+    #[allow(clippy::too_many_arguments)]
+    fn differing<'py>(
+        &self,
+        py: Python<'py>,
+        live: PyReadonlyArrayDyn<'py, u8>,
+        plate: Vec<Floats<'py>>,
+        noise: Vec<Floats<'py>>,
+        lens_size: [usize; 2],
+        window: [usize; 4],
+        shrink: usize,
+        exposure: [[f32; 3]; 3],
+        apart: [f32; 2],
+    ) -> PyResult<(Flat<'py, f32>, Flat<'py, f32>)> {
+        let window = window_of(window, shrink, lens_size)?;
+        let live = [live];
+        let cut = cut_of(&live, &plate, &noise, &window)?;
+        let exposure = exposure_of(exposure);
+        let (live, foreground) = py.detach(|| {
+            self.simd.run(
+                #[inline(always)]
+                || differing(&cut, &window, &exposure, apart, &self.change),
+            )
+        });
+        Ok((
+            PyArray1::from_vec(py, live),
+            PyArray1::from_vec(py, foreground),
         ))
     }
 

@@ -1,6 +1,6 @@
 //! What Python sees of learning the empty room.
 
-use numpy::{PyArray1, PyReadonlyArrayDyn};
+use numpy::{PyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -19,7 +19,6 @@ type LearnedArrays<'py> = (Flat<'py, f32>, Flat<'py, f32>, Flat<'py, bool>);
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 struct Constants {
-    coherent_level: f32,
     relit_ratio: [f32; 2],
     relit_hue: f32,
     blend: f32,
@@ -46,7 +45,7 @@ impl RoomLearner {
 
     /// New plate, noise and what was ever learned of whole rows of a lens picture, flat. The rows of
     /// the live picture may be apart.
-    #[pyo3(signature = (live, plate, learned, usable, *, lens_size, top, exposure, sides, is_cautious))]
+    #[pyo3(signature = (live, plate, learned, usable, *, lens_size, top, exposure, sides, level, is_cautious))]
     #[allow(clippy::too_many_arguments)]
     fn learn<'py>(
         &self,
@@ -59,10 +58,11 @@ impl RoomLearner {
         top: usize,
         exposure: [[f32; 3]; 3],
         sides: [usize; 2],
+        level: f32,
         is_cautious: bool,
     ) -> PyResult<LearnedArrays<'py>> {
-        let live = live.as_array();
         let (width, rows) = (lens_size[0], live.shape()[0]);
+        let live = [live];
         if width == 0 || rows == 0 || sides.iter().any(|side| side % 2 == 0) {
             return Err(PyValueError::new_err(format!(
                 "rows: {rows} of {width} px with surroundings of {sides:?} px, wanted at least one \
@@ -88,7 +88,7 @@ impl RoomLearner {
         };
         let constants = &self.constants;
         let model = LearnModel {
-            coherent_level: constants.coherent_level,
+            coherent_level: level,
             coherent_side: sides[0],
             rough_side: sides[1],
             relit_ratio: constants.relit_ratio,

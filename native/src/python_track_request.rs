@@ -1,7 +1,7 @@
 //! What Python asks of the tracker's kernels, checked and free of Python.
 
-use numpy::ndarray::ArrayViewD;
-use numpy::PyReadonlyArrayDyn;
+use numpy::ndarray::Axis;
+use numpy::{Element, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -64,24 +64,27 @@ pub(crate) struct ProblemRequest<'py> {
     pub(crate) is_round: bool,
 }
 
-/// The rows of a picture, which may be apart; their values may not.
-pub(crate) fn rows_of_picture<'a, T>(
+/// The rows of a picture that comes in parts, one below the other; rows may be apart, their values
+/// may not.
+pub(crate) fn rows_of_picture<'a, T: Element>(
     name: &str,
-    picture: &'a ArrayViewD<'_, T>,
+    parts: &'a [PyReadonlyArrayDyn<'_, T>],
     [height, line]: [usize; 2],
 ) -> PyResult<Vec<&'a [T]>> {
-    let rows = picture.outer_iter().map(|row| {
-        let values = row.to_slice();
-        values.filter(|values| values.len() == line)
-    });
-    let rows: Option<Vec<&[T]>> = rows.collect();
-    rows.filter(|rows| rows.len() == height).ok_or_else(|| {
-        PyValueError::new_err(format!(
-            "{name}: shape {:?} with strides {:?}, wanted {height} rows of {line} values without gaps",
-            picture.shape(),
-            picture.strides(),
-        ))
-    })
+    let mut rows = Vec::with_capacity(height);
+    for part in parts {
+        let values = part.as_array();
+        let count = values.shape().first().copied().unwrap_or(0);
+        let lines = (0..count).map(|row| values.clone().index_axis_move(Axis(0), row).to_slice());
+        rows.extend(lines.flatten().filter(|row| row.len() == line));
+    }
+    if rows.len() != height {
+        let shapes: Vec<_> = parts.iter().map(|part| part.shape().to_vec()).collect();
+        return Err(PyValueError::new_err(format!(
+            "{name}: parts of {shapes:?}, wanted {height} rows of {line} values without gaps"
+        )));
+    }
+    Ok(rows)
 }
 
 pub(crate) fn layer_of<'a>(request: &'a LayerRequest<'_>) -> PyResult<Layer<'a>> {

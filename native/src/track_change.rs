@@ -63,6 +63,36 @@ pub struct ChangeModel {
     pub shadow_hue: f32,
 }
 
+/// Live picture of a window, and where its colours differ plainly from the empty room's.
+///
+/// Colours nearer to the room's than the first of `apart` do not differ, farther than the second do.
+#[inline(always)]
+pub fn differing(
+    cut: &Cut<'_>,
+    window: &Window,
+    exposure: &Exposure,
+    [faint, plain]: [f32; 2],
+    model: &ChangeModel,
+) -> (Vec<f32>, Vec<f32>) {
+    let seen = expected(cut, window, exposure);
+    let mut foreground = foreground(&seen, [window.width, window.height], model);
+    let count = foreground.len();
+    let mut mixed = vec![0.0; 3 * count];
+    let [live, room] =
+        [&seen.live, &seen.room].map(|planes| planes.each_ref().map(|plane| &plane[..count]));
+    let to = foreground.iter_mut().zip(mixed.chunks_exact_mut(3));
+    for (place, (foreground, mixed)) in to.enumerate() {
+        let mut apart2 = 0.0;
+        for channel in 0..3 {
+            mixed[channel] = live[channel][place];
+            let apart = live[channel][place] - room[channel][place];
+            apart2 += apart * apart;
+        }
+        *foreground *= ((apart2.sqrt() - faint) / (plain - faint)).clamp(0.0, 1.0);
+    }
+    (mixed, foreground)
+}
+
 /// What a window shows; every picture has the window's size.
 pub struct Change {
     pub live: Vec<f32>,

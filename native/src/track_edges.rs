@@ -7,7 +7,6 @@ use crate::track_picture::Picture;
 
 /// A pixel of a window: red, green, blue, foreground, own, hidden, and two that fill a register.
 pub const CHANNELS: usize = 8;
-const FOREGROUND: usize = 3;
 const OWN: usize = 4;
 const HIDDEN: usize = 5;
 

@@ -19,6 +19,7 @@ from tracking.kernels import KERNELS, Measurement, SeenWindow, contour_of, refin
 from tracking.learn import LEARNER, surroundings
 from tracking.observe import measure_contour, projection
 from tracking.pictures import bell_blurred
+from tracking.templates import cut_out
 from tracking.window import Layer, window_around
 
 LENS = Fisheye.from_fov(480, math.radians(200))
@@ -246,8 +247,8 @@ def test_changes_are_the_readable_ones(seed, shrink):
     )
     found = KERNELS.change(
         live,
-        plate,
-        noise,
+        [plate[:7], plate[7:]],
+        [noise],
         lens_size=size,
         window=window.corner_and_size,
         shrink=shrink,
@@ -255,9 +256,23 @@ def test_changes_are_the_readable_ones(seed, shrink):
         layers=[layer.request(window.target_range_m) for layer in layers],
         table=colours.table,
     )
-    for one, other, tolerance in zip(found, wanted, (1e-6, 2e-3, 2e-3, 1e-6), strict=True):
+    for one, other, tolerance in zip(found[:4], wanted, (1e-6, 2e-3, 2e-3, 1e-6), strict=True):
         assert (np.abs(one.reshape(other.shape) - other) < tolerance).mean() > 0.999
     assert 0.05 < float((wanted[1] > 0.5).mean()) < 0.95
+    known = {"lens_size": size, "apart": (0.1, 0.3)}
+    apart = reference.differing(live, plate, noise, window=window, exposure=exposure, **known)
+    plainly = KERNELS.differing(
+        live,
+        [plate],
+        [noise[:3], noise[3:]],
+        window=window.corner_and_size,
+        shrink=shrink,
+        exposure=exposure.rows(),
+        **known,
+    )
+    for one, other, tolerance in zip(plainly, apart, (1e-6, 2e-3), strict=True):
+        assert (np.abs(one.reshape(other.shape) - other) < tolerance).mean() > 0.999
+    assert apart[1].max() > 0.5 and (apart[1] < 0.1).any()
 
 
 def test_exposures_are_the_readable_ones():
@@ -297,7 +312,7 @@ def test_rows_are_learned_as_in_numpy(size, is_cautious):
     live = np.clip(255 * lit + rng.normal(0, 2, lit.shape), 0, 255).astype(np.uint8)
     plate = np.clip(room + rng.normal(0, 0.03, room.shape), 0, 1).astype(np.float32)
     learned, usable = rng.random((2, height, width)) < np.array([0.3, 0.9])[:, None, None]
-    known = {"lens_size": (width, 300), "top": 40, "is_cautious": is_cautious}
+    known = {"lens_size": (width, 300), "top": 40, "level": 0.07, "is_cautious": is_cautious}
     wanted = reference.learned_rows(live, plate, learned, usable, exposure=exposure, **known)
     found = LEARNER.learn(
         live, plate, learned, usable, exposure=exposure.rows(), sides=surroundings(width), **known
@@ -318,5 +333,62 @@ def test_the_learner_refuses_surroundings_without_a_middle():
     with pytest.raises(ValueError, match="odd sides"):
         LEARNER.learn(
             pixels, plate, flags, flags, lens_size=(8, 8), top=0,
-            exposure=[[1.0] * 3, [0.0] * 3, [0.0] * 3], sides=(3, 4), is_cautious=False,
+            exposure=[[1.0] * 3, [0.0] * 3, [0.0] * 3], sides=(3, 4), level=0.07, is_cautious=False,
         )  # fmt: skip
+
+
+def test_what_is_changed_is_what_the_solver_sees(seen):
+    evidence, drawn, world_from_object = seen
+    measurement = measured(evidence, drawn, world_from_object)
+    start = rows_of(world_from_object)
+    view, rng = evidence.view, np.random.default_rng(8)
+    shape = evidence.live.shape[:2]
+    live = np.clip(255 * evidence.live, 0, 255).astype(np.uint8)
+    *pictures, solver = KERNELS.change(
+        live,
+        [np.full((*shape, 3), 0.65, np.float32)],
+        [np.full(shape, 0.03, np.float32)],
+        lens_size=(480, 480),
+        window=(view.left, view.top, shape[1], shape[0]),
+        shrink=1,
+        exposure=[[1.0] * 3, [0.0] * 3, [0.0] * 3],
+        layers=[],
+        table=rng.uniform(0, 1, (24, 24, 24)).astype(np.float32),
+    )
+    same = SeenWindow(*pictures, (shape[1], shape[0]))
+    found, wanted = (
+        KERNELS.edges(window, measurement.request(), start, 0.002, reach_px=4.0)
+        for window in (solver, same)
+    )
+    for one, other in zip(found, wanted, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+def test_a_window_without_all_its_rows_is_refused():
+    live, plate = np.zeros((8, 8, 3), np.uint8), np.zeros((8, 8, 3), np.float32)
+    with pytest.raises(ValueError, match="plate: parts of .*wanted 8 rows of 24 values"):
+        KERNELS.differing(
+            live, [plate[:5]], [plate[..., 0].copy()], lens_size=(8, 8), window=(0, 0, 8, 8),
+            shrink=1, exposure=[[1.0] * 3, [0.0] * 3, [0.0] * 3], apart=(0.1, 0.2),
+        )  # fmt: skip
+
+
+@pytest.mark.parametrize("lens", [LENS, DISTORTED], ids=["equidistant", "distorted"])
+def test_places_are_cut_out_as_in_numpy(lens):
+    rng = np.random.default_rng(2)
+    picture = bell_blurred(rng.uniform(0, 1, (480, 480, 3)).astype(np.float32), 3.0, 9)
+    foreground = np.clip(4 * (picture[..., :2] - 0.4), 0, 1)
+    picture = np.ascontiguousarray(np.concatenate([picture, foreground], axis=2))
+    world_from_lens = look_at(np.array([0.2, 0.1, 1.2]), np.array([1.0, 2.0, 0.6]))
+    # Near, far, beside the lens, and behind it.
+    centres = np.array([[1.0, 2.0, 0.5], [3.0, 6.0, 0.0], [3.5, -1.0, 0.2], [-2.0, -3.0, 1.0]])
+    wanted = reference.cut_out(picture, lens, world_from_lens, centres, 0.5)
+    found = cut_out(picture, lens, world_from_lens, centres, 0.5)
+    for name in ("colours", "own", "free"):
+        one, other = getattr(found, name), getattr(wanted, name)
+        # OpenCV takes the nearest of 32 places between two pixels.
+        assert np.abs(one - other).mean() < 1e-3
+        assert (np.abs(one - other) < 0.02).mean() > 0.998
+    np.testing.assert_allclose(found.azimuth_rad, wanted.azimuth_rad)
+    np.testing.assert_allclose(found.elevation_rad, wanted.elevation_rad)
+    assert found.own[:2].any(axis=1).all() and not found.own[3].any()
