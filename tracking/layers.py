@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from dataclasses import replace
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from scenes.cameras import Fisheye, Rig
 from scenes.pose import Pose
 from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
 from scenes.state import ObjectModel
+from tracking.extent import extent, part_of
 from tracking.window import Layer, Window, window_around
 
 KEPT = 64
@@ -81,13 +81,11 @@ def drawn_layer(posed: PosedSplats, window: Window, lens: Fisheye, renderer: Ren
         lens: the whole lens.
         renderer: draws splats.
     """
-    camera = replace(
-        lens,
-        width_px=window.camera.width_px * window.shrink,
-        height_px=window.camera.height_px * window.shrink,
-        cx=lens.cx - window.left,
-        cy=lens.cy - window.top,
-    )
+    camera_from_object = window.world_from_camera.inverse() @ posed.world_from_object
+    camera = part_of(lens, window.part)
+    rows, columns = extent(posed.cloud, camera, camera_from_object, margin_px=1)
+    left, top = window.left + columns.start, window.top + rows.start
+    camera = part_of(camera, (rows, columns))
     drawn = renderer.render((posed,), camera, window.world_from_camera, RENDER_OPTIONS)
     rows = np.flatnonzero(drawn.alpha.max(axis=1) > 0)
     columns = np.flatnonzero(drawn.alpha.max(axis=0) > 0)
@@ -95,8 +93,8 @@ def drawn_layer(posed: PosedSplats, window: Window, lens: Fisheye, renderer: Ren
         rows = columns = np.zeros(1, dtype=np.intp)
     part = (slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1))
     return Layer(
-        window.left + int(columns[0]),
-        window.top + int(rows[0]),
+        left + int(columns[0]),
+        top + int(rows[0]),
         np.ascontiguousarray(drawn.rgb[part]),
         np.ascontiguousarray(drawn.alpha[part]),
         np.ascontiguousarray(drawn.depth[part]),

@@ -17,6 +17,7 @@ from scenes.pose import Pose, rotation_angle
 from scenes.render.renderer import Renderer, Rendering
 from tracking.contour import REACH_PX, Contour, Texture, lift, sample, texture_points
 from tracking.evidence import Evidence
+from tracking.extent import extent, part_of
 from tracking.kernels import contour_of
 from tracking.model import RENDER_OPTIONS, TrackModel
 from tracking.pictures import bell_blurred, resized
@@ -146,6 +147,10 @@ def sketched(
     camera = evidence.camera
     radius_px = camera.f_px * model.radius_m / max(view.target_range_m, model.radius_m)
     finer = int(np.clip(np.ceil(DRAWN_RADIUS_PX / radius_px), 1, MOST_FINER))
+    part = extent(
+        model.source.splats, camera, object_from_camera.inverse(), margin_px=TRIM_PX + 1
+    )
+    camera = part_of(camera, part)
     fine = camera.resized(camera.width_px * finer, camera.height_px * finer)
     posed = model.splats_at(world_from_object)
     drawn = renderer.render((posed,), fine, view.world_from_camera, RENDER_OPTIONS)
@@ -200,14 +205,7 @@ def _trimmed(drawn: Rendering, camera: Fisheye, finer: int) -> tuple[Rendering, 
         low = max(first // finer - TRIM_PX, 0)
         high = min(last // finer + 1 + TRIM_PX, limit)
         sides.append(slice(low, high))
-    rows, columns = sides
-    trimmed = replace(
-        camera,
-        width_px=columns.stop - columns.start,
-        height_px=rows.stop - rows.start,
-        cx=camera.cx - columns.start,
-        cy=camera.cy - rows.start,
-    )
+    trimmed = part_of(camera, (sides[0], sides[1]))
     fine = trimmed.resized(trimmed.width_px * finer, trimmed.height_px * finer)
     part = tuple(slice(side.start * finer, side.stop * finer) for side in sides)
     rgb, alpha, depth = (
