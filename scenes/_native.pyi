@@ -311,6 +311,8 @@ class SeenWindow:
         hidden: NDArray[np.float32],
         size: tuple[int, int],
     ) -> None: ...
+    def sample(self, pixels: NDArray[np.float64]) -> NDArray[np.float32]:
+        """Foreground, own, hidden and the smoothed live colours (3) at (N, 2) pixels, flat."""
 
 class TrackKernels:
     """The tracker's kernels with their constants; arrays are C-contiguous unless it is said."""

@@ -122,9 +122,10 @@ def texture_points(
         least_slope: change per pixel, of a 0..1 channel, below which a pixel says nothing.
     """
     slope_x, slope_y = slopes(picture)
-    steep = np.sqrt((slope_x**2 + slope_y**2).sum(axis=2))
+    steep2 = np.einsum("hwc,hwc->hw", slope_x, slope_x)
+    steep2 += np.einsum("hwc,hwc->hw", slope_y, slope_y)
     inner = cv2.erode((drawn.alpha > 0.9).astype(np.uint8), np.ones((5, 5), np.uint8))
-    rows, columns = np.nonzero((inner > 0) & (steep > least_slope))
+    rows, columns = np.nonzero((inner > 0) & (steep2 > least_slope**2))
     if len(rows) > limit:
         chosen = np.linspace(0, len(rows) - 1, limit).astype(int)
         rows, columns = rows[chosen], columns[chosen]

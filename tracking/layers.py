@@ -87,8 +87,8 @@ def drawn_layer(posed: PosedSplats, window: Window, lens: Fisheye, renderer: Ren
     left, top = window.left + columns.start, window.top + rows.start
     camera = part_of(camera, (rows, columns))
     drawn = renderer.render((posed,), camera, window.world_from_camera, RENDER_OPTIONS)
-    rows = np.flatnonzero(drawn.alpha.max(axis=1) > 0)
-    columns = np.flatnonzero(drawn.alpha.max(axis=0) > 0)
+    shown = drawn.alpha > 0
+    rows, columns = np.flatnonzero(shown.any(axis=1)), np.flatnonzero(shown.any(axis=0))
     if len(rows) == 0:
         rows = columns = np.zeros(1, dtype=np.intp)
     part = (slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1))

@@ -199,7 +199,7 @@ def _trimmed(drawn: Rendering, camera: Fisheye, finer: int) -> tuple[Rendering, 
     """The part of a fine drawing that shows anything; its camera, and that of the window there."""
     sides: list[slice] = []
     for axis in (0, 1):
-        shown = np.flatnonzero(drawn.alpha.max(axis=1 - axis) > 0.0)
+        shown = np.flatnonzero((drawn.alpha > 0.0).any(axis=1 - axis))
         first, last = (int(shown[0]), int(shown[-1])) if len(shown) else (0, 0)
         limit = drawn.alpha.shape[axis] // finer
         low = max(first // finer - TRIM_PX, 0)

@@ -12,14 +12,12 @@ from numpy.typing import NDArray
 from scenes.pose import Pose
 from scenes.render.renderer import Renderer
 from tracking.align import slide
-from tracking.contour import sample
 from tracking.evidence import Evidence
 from tracking.kernels import KERNELS, Measurement, refined, rows_of
 from tracking.metrics import ROUND
 from tracking.model import TrackModel
 from tracking.observe import CONTOUR_CORRELATION
-from tracking.pictures import bell_blurred
-from tracking.sketch import LEAST_AREA_PX, ROUGHLY, TEXTURE_BLUR_PX, Sketch, Sketchbook, draw
+from tracking.sketch import LEAST_AREA_PX, ROUGHLY, Sketch, Sketchbook, draw
 from tracking.smooth import pose_vector, vector_pose
 
 Points = NDArray[np.float64]
@@ -358,15 +356,14 @@ def _surface_shown(
     """Shares of the surface that show the object, and something in front; likeness of colours."""
     camera_from_object = evidence.world_from_camera.inverse() @ world_from_object
     pixels, _ = evidence.camera.project(camera_from_object @ sketch.surface)
-    own, foreground = sample(evidence.own, pixels), sample(evidence.foreground, pixels)
-    hidden = sample(evidence.hidden, pixels)
+    seen = evidence.seen.sample(pixels).reshape(-1, 6)
+    foreground, own, hidden = seen[:, :3].T
     visible = own * (1 - hidden) > 0.35
     covered = np.maximum(foreground - own, hidden) > 0.5
     shown = (own > 0.35) & (hidden < 0.5)
     if shown.sum() < LEAST_AREA_PX:
         return float(visible.mean()), float(covered.mean()), 0.0
-    live = sample(bell_blurred(evidence.live, TEXTURE_BLUR_PX, 3), pixels[shown])
-    drawn = sketch.colours[shown]
+    live, drawn = seen[shown, 3:], sketch.colours[shown]
     if model.textured:
         around = _surroundings(pixels[shown])
         live, drawn = live - around @ live, drawn - around @ drawn

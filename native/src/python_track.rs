@@ -94,6 +94,22 @@ impl SeenWindow {
         };
         Ok(SeenWindow::of(&change, size.into()))
     }
+
+    /// Foreground, own, hidden and the smoothed live colours (3) at (N, 2) pixels, flat.
+    fn sample<'py>(
+        &self,
+        py: Python<'py>,
+        pixels: Doubles<'py>,
+    ) -> PyResult<Bound<'py, PyArray1<f32>>> {
+        let (window, smooth) = (self.picture(), self.smooth());
+        let mut values = Vec::new();
+        for place in pixels.as_slice()?.chunks_exact(2) {
+            let place = [place[0], place[1]];
+            values.extend_from_slice(&window.sample(place)[3..6]);
+            values.extend_from_slice(&smooth.sample(place));
+        }
+        Ok(PyArray1::from_vec(py, values))
+    }
 }
 
 impl SeenWindow {

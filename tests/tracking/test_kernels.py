@@ -13,7 +13,7 @@ from scenes.render.renderer import Rendering
 from tracking import reference
 from tracking.background import Exposure, expose
 from tracking.colours import ColourModel
-from tracking.contour import contour_points, texture_points
+from tracking.contour import contour_points, sample, texture_points
 from tracking.evidence import Evidence
 from tracking.kernels import KERNELS, Measurement, SeenWindow, contour_of, refined, rows_of
 from tracking.learn import LEARNER, surroundings
@@ -392,3 +392,14 @@ def test_places_are_cut_out_as_in_numpy(lens):
     np.testing.assert_allclose(found.azimuth_rad, wanted.azimuth_rad)
     np.testing.assert_allclose(found.elevation_rad, wanted.elevation_rad)
     assert found.own[:2].any(axis=1).all() and not found.own[3].any()
+
+
+def test_a_window_is_sampled_as_in_numpy(seen):
+    evidence, _, _ = seen
+    height, width = evidence.own.shape
+    pixels = np.random.default_rng(5).uniform(-3, [width + 3, height + 3], (200, 2))
+    smooth = bell_blurred(evidence.live, 0.8, 3)
+    wanted = [sample(p, pixels) for p in (evidence.foreground, evidence.own, evidence.hidden)]
+    found = evidence.seen.sample(pixels).reshape(-1, 6)
+    np.testing.assert_allclose(found[:, :3], np.stack(wanted, axis=1), atol=1e-6)
+    np.testing.assert_allclose(found[:, 3:], sample(smooth, pixels), atol=1e-5)
