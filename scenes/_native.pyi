@@ -337,7 +337,7 @@ class TrackKernels:
         NDArray[np.float32],
         SeenWindow,
     ]:
-        """Live picture, foreground, own colours and what is hidden, flat, of a window; for a solver.
+        """Live picture, foreground, own colours, what is hidden, flat, and all for the solver.
 
         Plate and noise come in parts, one below the other; rows may be apart, their values may not.
         """
@@ -434,8 +434,8 @@ class RoomLearner:
     ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:
         """New plate, noise and what was ever learned of whole rows, flat.
 
-        The rows of `live` may be apart; `sides` are those of `tracking.learn`, odd, in pixels of the
-        small picture; a mean difference above `level` is a thing.
+        The rows of `live` may be apart; `sides` are those of `tracking.learn.surroundings`; a mean
+        difference above `level` is a thing.
         """
 
 def cut_out(

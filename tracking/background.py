@@ -155,7 +155,7 @@ def plate_noise(image: FloatArray) -> FloatArray:
 
 def fit_exposure(
     live: NDArray[np.uint8],
-    plate: Strips[np.float32],
+    plate: FloatArray | Strips[np.float32],
     coverage: FloatArray,
     *,
     samples: int = 32,

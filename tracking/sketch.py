@@ -147,9 +147,7 @@ def sketched(
     camera = evidence.camera
     radius_px = camera.f_px * model.radius_m / max(view.target_range_m, model.radius_m)
     finer = int(np.clip(np.ceil(DRAWN_RADIUS_PX / radius_px), 1, MOST_FINER))
-    part = extent(
-        model.source.splats, camera, object_from_camera.inverse(), margin_px=TRIM_PX + 1
-    )
+    part = extent(model.source.splats, camera, object_from_camera.inverse(), margin_px=TRIM_PX + 1)
     camera = part_of(camera, part)
     fine = camera.resized(camera.width_px * finer, camera.height_px * finer)
     posed = model.splats_at(world_from_object)

@@ -115,15 +115,15 @@ impl SeenWindow {
 impl SeenWindow {
     #[inline(always)]
     fn of(change: &Change, [width, height]: [usize; 2]) -> Self {
-        let mut pixels = vec![0.0; CHANNELS * width * height];
-        let planes = change.foreground.iter().zip(&change.own);
-        let from = change.live.chunks_exact(3).zip(planes.zip(&change.hidden));
-        for (to, (rgb, ((&foreground, &own), &hidden))) in
-            pixels.chunks_exact_mut(CHANNELS).zip(from)
-        {
-            to[..3].copy_from_slice(rgb);
-            to[3..6].copy_from_slice(&[foreground, own, hidden]);
-        }
+        let masks = change.foreground.iter().zip(&change.own);
+        let masks = masks.zip(&change.hidden);
+        let mut pixels: Vec<[f32; CHANNELS]> = Vec::with_capacity(width * height);
+        pixels.extend(change.live.chunks_exact(3).zip(masks).map(
+            |(rgb, ((&foreground, &own), &hidden))| {
+                [rgb[0], rgb[1], rgb[2], foreground, own, hidden, 0.0, 0.0]
+            },
+        ));
+        let pixels = pixels.into_flattened();
         SeenWindow {
             pixels,
             smooth: OnceLock::new(),

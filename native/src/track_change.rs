@@ -63,6 +63,41 @@ pub struct ChangeModel {
     pub shadow_hue: f32,
 }
 
+/// Rows of a window that are told at once: so few stay near the processor.
+const STRIP: usize = 48;
+
+/// So many rows beside them have a say: those that filters, one after the other, reach over.
+const BESIDE: usize = 5;
+
+/// Calls `tell` with strips of a window, the rows beside them included, and with the rows of those
+/// that the strip is about.
+#[inline(always)]
+fn for_every_strip(
+    cut: &Cut<'_>,
+    window: &Window,
+    mut tell: impl FnMut(&Cut<'_>, &Window, Range<usize>),
+) {
+    for first in (0..window.height).step_by(STRIP) {
+        let last = (first + STRIP).min(window.height);
+        let (top, bottom) = (
+            first.saturating_sub(BESIDE),
+            (last + BESIDE).min(window.height),
+        );
+        let lines = top * window.shrink..bottom * window.shrink;
+        let part = Cut {
+            live: cut.live[lines.clone()].to_vec(),
+            plate: cut.plate[lines.clone()].to_vec(),
+            noise: cut.noise[lines].to_vec(),
+        };
+        let strip = Window {
+            top: window.top + top * window.shrink,
+            height: bottom - top,
+            ..*window
+        };
+        tell(&part, &strip, first - top..last - top);
+    }
+}
+
 /// Live picture of a window, and where its colours differ plainly from the empty room's.
 ///
 /// Colours nearer to the room's than the first of `apart` do not differ, farther than the second do.
@@ -74,23 +109,44 @@ pub fn differing(
     [faint, plain]: [f32; 2],
     model: &ChangeModel,
 ) -> (Vec<f32>, Vec<f32>) {
-    let seen = expected(cut, window, exposure);
-    let mut foreground = foreground(&seen, [window.width, window.height], model);
-    let count = foreground.len();
-    let mut mixed = vec![0.0; 3 * count];
-    let [live, room] =
-        [&seen.live, &seen.room].map(|planes| planes.each_ref().map(|plane| &plane[..count]));
-    let to = foreground.iter_mut().zip(mixed.chunks_exact_mut(3));
-    for (place, (foreground, mixed)) in to.enumerate() {
-        let mut apart2 = 0.0;
-        for channel in 0..3 {
-            mixed[channel] = live[channel][place];
-            let apart = live[channel][place] - room[channel][place];
-            apart2 += apart * apart;
-        }
-        *foreground *= ((apart2.sqrt() - faint) / (plain - faint)).clamp(0.0, 1.0);
+    let count = window.width * window.height;
+    let (mut mixed, mut differs) = (Vec::with_capacity(3 * count), Vec::with_capacity(count));
+    for_every_strip(
+        cut,
+        window,
+        #[inline(always)]
+        |cut, strip, rows| {
+            let here = rows.start * window.width..rows.end * window.width;
+            let seen = expected(cut, strip, exposure);
+            let mut foreground = foreground(&seen, [strip.width, strip.height], model);
+            let count = foreground.len();
+            let [live, room] = [&seen.live, &seen.room]
+                .map(|planes| planes.each_ref().map(|plane| &plane[..count]));
+            for (place, foreground) in foreground.iter_mut().enumerate() {
+                let mut apart2 = 0.0;
+                for channel in 0..3 {
+                    let apart = live[channel][place] - room[channel][place];
+                    apart2 += apart * apart;
+                }
+                *foreground *= ((apart2.sqrt() - faint) / (plain - faint)).clamp(0.0, 1.0);
+            }
+            mix(&seen.live, here.clone(), &mut mixed);
+            differs.extend_from_slice(&foreground[here]);
+        },
+    );
+    (mixed, differs)
+}
+
+/// Appends a part of a picture pixel by pixel.
+#[inline(always)]
+fn mix([red, green, blue]: &Planes, part: Range<usize>, to: &mut Vec<f32>) {
+    let begin = to.len();
+    to.resize(begin + 3 * part.len(), 0.0);
+    let green_and_blue = green[part.clone()].iter().zip(&blue[part.clone()]);
+    let colours = red[part].iter().zip(green_and_blue);
+    for (to, (&red, (&green, &blue))) in to[begin..].chunks_exact_mut(3).zip(colours) {
+        to.copy_from_slice(&[red, green, blue]);
     }
-    (mixed, foreground)
 }
 
 /// What a window shows; every picture has the window's size.
@@ -122,31 +178,56 @@ pub fn change(
     table: &[f32],
     model: &ChangeModel,
 ) -> Change {
-    let size = [window.width, window.height];
-    let mut seen = expected(cut, window, exposure);
-    for layer in layers {
-        lay(&mut seen, layer, window, exposure, model.neighbour_noise);
-    }
-    let foreground = foreground(&seen, size, model);
-    let [red, green, blue] = &seen.live;
+    let count = window.width * window.height;
+    let mut change = Change {
+        live: Vec::with_capacity(3 * count),
+        foreground: Vec::with_capacity(count),
+        own: Vec::with_capacity(count),
+        hidden: Vec::with_capacity(count),
+    };
+    for_every_strip(
+        cut,
+        window,
+        #[inline(always)]
+        |cut, strip, rows| {
+            let here = rows.start * window.width..rows.end * window.width;
+            let size = [strip.width, strip.height];
+            let mut seen = expected(cut, strip, exposure);
+            for layer in layers {
+                lay(&mut seen, layer, strip, exposure, model.neighbour_noise);
+            }
+            let foreground = foreground(&seen, size, model);
+            let own = own(&seen.live, &foreground, size, table, model);
+            mix(&seen.live, here.clone(), &mut change.live);
+            change
+                .foreground
+                .extend_from_slice(&foreground[here.clone()]);
+            change.own.extend_from_slice(&own[here.clone()]);
+            change.hidden.extend_from_slice(&seen.hidden[here]);
+        },
+    );
+    change
+}
+
+/// Foreground of the object's colours.
+#[inline(always)]
+fn own(
+    [red, green, blue]: &Planes,
+    foreground: &[f32],
+    size: [usize; 2],
+    table: &[f32],
+    model: &ChangeModel,
+) -> Vec<f32> {
+    let mut likeness = vec![0.0; foreground.len()];
     let colours = red.iter().zip(green).zip(blue);
-    let (mut live, mut likeness) = (Vec::with_capacity(3 * red.len()), Vec::new());
-    likeness.extend(colours.map(|((&r, &g), &b)| {
-        live.extend([r, g, b]);
-        table[bin(r) * BINS * BINS + bin(g) * BINS + bin(b)]
-    }));
-    let likeness = filtered(&likeness, size, 1, &gaussian::<3>(0.7));
-    let own = foreground
-        .iter()
-        .zip(&likeness)
-        .map(|(f, alike)| f * (alike * model.likeness_gain).clamp(0.0, 1.0))
-        .collect();
-    Change {
-        live,
-        foreground,
-        own,
-        hidden: seen.hidden,
+    for (likeness, ((&red, &green), &blue)) in likeness.iter_mut().zip(colours) {
+        *likeness = table[bin(red) * BINS * BINS + bin(green) * BINS + bin(blue)];
     }
+    let mut own = filtered(&likeness, size, 1, &gaussian::<3>(0.7));
+    for (own, foreground) in own.iter_mut().zip(foreground) {
+        *own = foreground * (*own * model.likeness_gain).clamp(0.0, 1.0);
+    }
+    own
 }
 
 #[inline(always)]

@@ -60,7 +60,7 @@ def test_the_extent_is_no_larger_than_needed():
     rows, columns = extent(splats, CAMERA, Pose.from_yaw(0.0, (0.0, 0.0, 2.0)), margin_px=3)
     reach = 3.4 * 1.6 * 0.02 / 2.0 * CAMERA.f_px + 3
     assert rows == columns
-    assert rows.start == math.floor(150 - reach) and rows.stop == math.ceil(150 + reach)
+    assert (rows.start, rows.stop) == (math.floor(150 - reach), math.ceil(150 + reach))
 
 
 def test_what_is_beside_the_picture_keeps_one_pixel():
