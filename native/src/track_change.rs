@@ -325,50 +325,91 @@ fn lay(
     exposure: &Exposure,
     neighbour_noise: f32,
 ) {
-    let (width, shrink) = (window.width, window.shrink as isize);
+    let (width, shrink) = (window.width, window.shrink);
     let share = 1.0 / (shrink * shrink) as f32;
-    let rows = reached(
-        window.top,
-        window.height,
-        window.shrink,
-        layer.top,
-        layer.height,
-    );
-    let columns = reached(window.left, width, window.shrink, layer.left, layer.width);
+    let rows = reached(window.top, window.height, shrink, layer.top, layer.height);
+    let columns = reached(window.left, width, shrink, layer.left, layer.width);
+    let mut line = Line::default();
     for row in rows {
-        for column in columns.clone() {
-            let left = window.left as isize + column as isize * shrink - layer.left;
-            let top = window.top as isize + row as isize * shrink - layer.top;
-            let (mut rgb, mut alpha, mut nearer) = ([0.0; 3], 0.0, 0.0);
-            for y in top.max(0)..(top + shrink).min(layer.height as isize) {
-                for x in left.max(0)..(left + shrink).min(layer.width as isize) {
-                    let place = y as usize * layer.width + x as usize;
-                    for (sum, value) in rgb.iter_mut().zip(&layer.rgb[3 * place..]) {
-                        *sum += value;
-                    }
-                    alpha += layer.alpha[place];
-                    nearer += layer.alpha[place] * layer.nearer[place];
-                }
-            }
-            if alpha == 0.0 {
-                continue;
-            }
-            let alpha = alpha * share;
-            let place = row * width + column;
-            for (channel, plane) in seen.room.iter_mut().enumerate() {
-                let lit = rgb[channel] * share * exposure.gain[channel];
-                let offset = exposure.offset[channel] * alpha;
-                plane[place] = plane[place] * (1.0 - alpha) + lit + offset;
-            }
-            seen.hidden[place] = seen.hidden[place].max(nearer * share);
-            let rough = neighbour_noise * alpha;
-            for y in row.saturating_sub(1)..(row + 2).min(window.height) {
-                for x in column.saturating_sub(1)..(column + 2).min(width) {
-                    let noise = &mut seen.noise[y * width + x];
-                    *noise = noise.max(rough);
-                }
+        line.sum(layer, window, row, &columns);
+        let here = row * width + columns.start..row * width + columns.end;
+        for (channel, plane) in seen.room.iter_mut().enumerate() {
+            let (gain, offset) = (exposure.gain[channel], exposure.offset[channel]);
+            let drawn = line.rgb[channel].iter().zip(&line.alpha);
+            for (room, (drawn, alpha)) in plane[here.clone()].iter_mut().zip(drawn) {
+                let alpha = alpha * share;
+                *room = *room * (1.0 - alpha) + drawn * share * gain + offset * alpha;
             }
         }
+        for (hidden, nearer) in seen.hidden[here].iter_mut().zip(&line.nearer) {
+            *hidden = hidden.max(nearer * share);
+        }
+        // The edge of what is drawn may be a pixel off.
+        let from = columns.start.saturating_sub(1);
+        let past = (columns.end + 1).min(width);
+        let widened = line.widened(columns.start - from);
+        for beside in row.saturating_sub(1)..(row + 2).min(window.height) {
+            let noise = &mut seen.noise[beside * width + from..beside * width + past];
+            for (noise, alpha) in noise.iter_mut().zip(&widened) {
+                *noise = noise.max(neighbour_noise * (alpha * share));
+            }
+        }
+    }
+}
+
+/// Sums of a layer over a row of a window's pixels.
+#[derive(Default)]
+struct Line {
+    rgb: Planes,
+    alpha: Vec<f32>,
+    nearer: Vec<f32>,
+}
+
+impl Line {
+    #[inline(always)]
+    fn sum(&mut self, layer: &Layer<'_>, window: &Window, row: usize, columns: &Range<usize>) {
+        let [red, green, blue] = &mut self.rgb;
+        let sums = [red, green, blue, &mut self.alpha, &mut self.nearer];
+        let [red, green, blue, alpha, nearer] = sums.map(|sums| {
+            sums.clear();
+            sums.resize(columns.len(), 0.0);
+            &mut sums[..]
+        });
+        let shrink = window.shrink as isize;
+        let top = (window.top + row * window.shrink) as isize - layer.top;
+        let left = (window.left + columns.start * window.shrink) as isize - layer.left;
+        let right = left + columns.len() as isize * shrink;
+        let (first, last) = (left.max(0), right.min(layer.width as isize));
+        for y in top.max(0)..(top + shrink).min(layer.height as isize) {
+            let line = y as usize * layer.width;
+            for x in first..last {
+                let place = line + x as usize;
+                // A constant divisor lets the compiler take several pixels at once.
+                let k = match shrink {
+                    1 => x - left,
+                    _ => (x - left) / shrink,
+                } as usize;
+                red[k] += layer.rgb[3 * place];
+                green[k] += layer.rgb[3 * place + 1];
+                blue[k] += layer.rgb[3 * place + 2];
+                alpha[k] += layer.alpha[place];
+                nearer[k] += layer.alpha[place] * layer.nearer[place];
+            }
+        }
+    }
+
+    /// The largest alpha of every pixel and its two neighbours, from `before` pixels before the first
+    /// to one after the last.
+    #[inline(always)]
+    fn widened(&self, before: usize) -> Vec<f32> {
+        let count = self.alpha.len();
+        let mut padded = vec![0.0; count + 4];
+        padded[2..count + 2].copy_from_slice(&self.alpha);
+        let mut largest = vec![0.0; count + 2];
+        for (k, value) in largest.iter_mut().enumerate() {
+            *value = padded[k].max(padded[k + 1]).max(padded[k + 2]);
+        }
+        largest.split_off(1 - before)
     }
 }
 
@@ -376,11 +417,8 @@ fn lay(
 #[inline(always)]
 fn foreground(seen: &Expected, size: [usize; 2], model: &ChangeModel) -> Vec<f32> {
     let kernel: [f32; 3] = gaussian(0.8);
-    let [red, green, blue] = std::array::from_fn(|channel| {
-        let (live, room) = (&seen.live[channel], &seen.room[channel]);
-        let apart: Vec<f32> = live.iter().zip(room).map(|(a, b)| a - b).collect();
-        filtered(&apart, size, 1, &kernel)
-    });
+    let apart = [apart(seen, 0), apart(seen, 1), apart(seen, 2)];
+    let [red, green, blue] = smoothed(&apart, size, &kernel);
     let shadow = shadow(seen, size, model);
     let apart = red.iter().zip(&green).zip(&blue);
     apart
@@ -394,14 +432,33 @@ fn foreground(seen: &Expected, size: [usize; 2], model: &ChangeModel) -> Vec<f32
         .collect()
 }
 
+/// How far a channel is from what is expected.
+#[inline(always)]
+fn apart(seen: &Expected, channel: usize) -> Vec<f32> {
+    let mut apart = seen.live[channel].clone();
+    for (apart, room) in apart.iter_mut().zip(&seen.room[channel]) {
+        *apart -= room;
+    }
+    apart
+}
+
+/// Every channel filtered. Spelt out: what `map` calls would not be compiled for wider registers.
+#[inline(always)]
+fn smoothed<const TAPS: usize>(planes: &Planes, size: [usize; 2], kernel: &[f32; TAPS]) -> Planes {
+    [
+        filtered(&planes[0], size, 1, kernel),
+        filtered(&planes[1], size, 1, kernel),
+        filtered(&planes[2], size, 1, kernel),
+    ]
+}
+
 /// Likelihood that a pixel shows the expected surface in other light.
 #[inline(always)]
 fn shadow(seen: &Expected, size: [usize; 2], model: &ChangeModel) -> Vec<f32> {
     let kernel: [f32; 7] = gaussian(1.2);
-    let smooth = |plane: &Vec<f32>| filtered(plane, size, 1, &kernel);
     let (live, room) = (
-        seen.live.each_ref().map(smooth),
-        seen.room.each_ref().map(smooth),
+        smoothed(&seen.live, size, &kernel),
+        smoothed(&seen.room, size, &kernel),
     );
     let [darker, dark] = model.shadow_darkest;
     let [light, lighter] = model.shadow_gone;
@@ -410,11 +467,15 @@ fn shadow(seen: &Expected, size: [usize; 2], model: &ChangeModel) -> Vec<f32> {
     let [live, room] = [&live, &room].map(|planes| planes.each_ref().map(|plane| &plane[..count]));
     let to = detail.iter_mut().zip(&mut likely).zip(&seen.noise);
     for (place, ((detail, likely), noise)) in to.enumerate() {
-        let l: [f32; 3] = std::array::from_fn(|channel| live[channel][place]);
-        let e: [f32; 3] = std::array::from_fn(|channel| room[channel][place]);
+        let l = [live[0][place], live[1][place], live[2][place]];
+        let e = [room[0][place], room[1][place], room[2][place]];
         let power = e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + 1e-4;
         let ratio = (l[0] * e[0] + l[1] * e[1] + l[2] * e[2]) / power;
-        let hue: [f32; 3] = std::array::from_fn(|channel| l[channel] - ratio * e[channel]);
+        let hue = [
+            l[0] - ratio * e[0],
+            l[1] - ratio * e[1],
+            l[2] - ratio * e[2],
+        ];
         let sigma2 = model.shadow_hue * model.shadow_hue + 0.1 * noise * noise;
         let hue2 = (hue[0] * hue[0] + hue[1] * hue[1] + hue[2] * hue[2]) / sigma2;
         let plausible = ((ratio - darker) / (dark - darker)).clamp(0.0, 1.0)
