@@ -304,7 +304,8 @@ def learned_rows(
         speckle = np.abs(small_residual - mean_residual).mean(axis=2)
         weight = take[::SHRINK, ::SHRINK].astype(np.float32)
         total, count = box_blurred(speckle * weight, rough_side), box_blurred(weight, rough_side)
-        rough = _grown(total / np.maximum(count, np.float32(1e-3)), height, width)
+        rough = (total / np.maximum(count, 1e-3)).astype(np.float32)
+        rough = _grown(rough, height, width)
         noise = np.where(known, noise, np.maximum(noise, rough))
     return plate, noise.astype(np.float32), known
 
