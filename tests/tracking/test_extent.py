@@ -1,4 +1,4 @@
-"""What is drawn in the part of a picture that an object reaches is all there is of it."""
+"""Nothing of an object is seen beside its extent."""
 
 import math
 
@@ -6,14 +6,11 @@ import numpy as np
 import pytest
 
 from scenes.cameras import Fisheye
-from scenes.pose import Pose, rotation_from_vector
-from scenes.render.native import NativeRenderer
-from scenes.render.renderer import PosedSplats, RenderOptions
+from scenes.pose import Pose, rotation_from_quaternion, rotation_from_vector
 from scenes.splats import SplatCloud
 from tracking.extent import extent, part_of
 
 CAMERA = Fisheye.from_fov(300, math.radians(200))
-OPTIONS = RenderOptions(threads=1, antialias=True)
 
 
 def thing(rng):
@@ -30,23 +27,30 @@ def thing(rng):
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_nothing_is_drawn_beside_the_extent(seed):
+def test_all_of_every_splat_that_can_be_seen_is_within_the_extent(seed):
     rng = np.random.default_rng(seed)
-    splats, renderer = thing(rng), NativeRenderer()
+    splats = thing(rng)
     angle, about = rng.uniform(0.0, 1.7), rng.uniform(0, 2 * math.pi)
     ray = [math.sin(angle) * math.cos(about), math.sin(angle) * math.sin(about), math.cos(angle)]
     rotation = rotation_from_vector(rng.uniform(-2, 2, 3))
     pose = Pose(rotation, rng.uniform(1.0, 4.0) * np.array(ray))
-    whole = renderer.render((PosedSplats(splats, pose),), CAMERA, Pose.identity(), OPTIONS)
-    part = extent(splats, CAMERA, pose, margin_px=0)
-    cut = renderer.render(
-        (PosedSplats(splats, pose),), part_of(CAMERA, part), Pose.identity(), OPTIONS
-    )
-    np.testing.assert_allclose(cut.alpha, whole.alpha[part], atol=1e-5)
-    beside = whole.alpha.copy()
-    beside[part] = 0.0
-    assert beside.max() == 0.0
-    assert whole.alpha.max() > 0.5
+    rows, columns = extent(splats, CAMERA, pose, margin_px=0)
+    # Points on each splat's surface where the strongest fades to 1/255.
+    on_sphere = rng.normal(size=(200, 3))
+    on_sphere *= math.sqrt(2 * math.log(255)) / np.linalg.norm(on_sphere, axis=1, keepdims=True)
+    for mean, scale, wxyz in zip(splats.means, splats.scales, splats.rotations, strict=True):
+        local = rotation_from_quaternion(wxyz.astype(np.float64))
+        pixels, seen = CAMERA.project(pose @ (mean + (on_sphere * scale) @ local.T))
+        x, y = pixels[seen].T
+        assert ((columns.start <= x) & (x <= columns.stop)).all()
+        assert ((rows.start <= y) & (y <= rows.stop)).all()
+
+
+def test_a_part_of_a_picture_shows_the_same_in_its_own_pixels():
+    part = slice(40, 90), slice(100, 180)
+    points = np.array([[0.1, -0.4, 1.0], [0.5, 0.2, 2.0]])
+    whole, _ = CAMERA.project(points)
+    np.testing.assert_allclose(part_of(CAMERA, part).project(points)[0], whole - [100, 40])
 
 
 def test_the_extent_is_no_larger_than_needed():
