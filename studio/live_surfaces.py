@@ -134,18 +134,16 @@ class LiveSurfaces:
         drawn = render_plates(self._renderer, self._room, small, world_from_rig)
         sizes = [(lens.width_px, lens.height_px) for lens in rig.lenses]
 
-        def enlarged(pictures: tuple[NDArray[np.float32], ...]) -> tuple[NDArray[np.float32], ...]:
-            return tuple(
-                np.asarray(cv2.resize(picture, size), dtype=np.float32)
-                for picture, size in zip(pictures, sizes, strict=True)
-            )
+        def enlarged(picture: NDArray[np.float32], size_px: tuple[int, int]) -> NDArray[np.float32]:
+            return np.asarray(cv2.resize(picture, size_px), dtype=np.float32)
 
-        return Plates(
+        return Plates.of_pictures(
             world_from_rig,
-            enlarged(drawn.images),
-            enlarged(drawn.noise),
-            enlarged(drawn.coverage),
-            tuple(np.zeros((height, width), dtype=np.bool_) for width, height in sizes),
+            [
+                enlarged(image.whole(), size)
+                for image, size in zip(drawn.images, sizes, strict=True)
+            ],
+            [enlarged(alpha, size) for alpha, size in zip(drawn.coverage, sizes, strict=True)],
         )
 
     def _before(

@@ -135,7 +135,7 @@ def learn(
         top=rows.start,
         exposure=exposures[index].rows(),
         sides=surroundings(width),
-        level=COHERENT_LEVEL,
+        level=CAUTIOUS_LEVEL if is_cautious else COHERENT_LEVEL,
         is_cautious=is_cautious,
     )
     inner = slice(band.top - rows.start, band.bottom - rows.start)

@@ -73,7 +73,7 @@ def seen(request):
     hidden[:, : hidden.shape[1] * 46 // 100] = 1.0
     shape = (window.camera.width_px, window.camera.height_px)
     native = SeenWindow(live, foreground, own, hidden, shape)
-    return Evidence(window, live, foreground, own, hidden, native), drawn, world_from_object
+    return Evidence(window, live, foreground, own, hidden, (), native), drawn, world_from_object
 
 
 def measured(evidence, drawn, world_from_object, *, is_round=False):

@@ -56,7 +56,7 @@ def seen(model, world_from_object):
     empty = np.zeros(shape, np.float32)
     live = np.zeros((*shape, 3), np.float32)
     native = SeenWindow(live, empty, empty, empty, (shape[1], shape[0]))
-    return Evidence(window, live, empty, empty, empty, native)
+    return Evidence(window, live, empty, empty, empty, (), native)
 
 
 def at(x, y, z, yaw_deg=0.0):
