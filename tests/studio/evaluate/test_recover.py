@@ -86,3 +86,17 @@ def test_shuffled_things_stand_on_something_and_apart(room, seed):
             radius = 0.5 * (np.hypot(*a.box_m[:2]) + np.hypot(*b.box_m[:2]))
             assert np.linalg.norm(gap) > 0.8 * radius
     assert isinstance(poses["mug-1"], Pose)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_no_object_of_a_layout_stands_before_another(room, seed):
+    poses = shuffled(room, np.random.default_rng(seed))
+    eye = room.world_from_rig.translation
+    seen = []
+    for thing in room.objects:
+        x, y, _ = poses[thing.object_id].translation - eye
+        half_width = 0.5 * float(np.hypot(*thing.box_m[:2]))
+        seen.append((float(np.arctan2(y, x)), float(np.arcsin(half_width / np.hypot(x, y)))))
+    for k, (azimuth, half) in enumerate(seen):
+        for other, other_half in seen[:k]:
+            assert abs(azimuth - other) > half + other_half
