@@ -152,6 +152,7 @@ def _in_frame_of(made: ObjectModel, item: PhysicalObject) -> ObjectModel:
             replace(part, object_from_box=item_from_made @ part.object_from_box)
             for part in made.parts
         ),
+        support_z_m=float(item.world_from_object.translation[2]),
         world_from_object=item.world_from_object,
     )
 
