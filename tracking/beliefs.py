@@ -25,7 +25,7 @@ from tracking.solve import (
     Prior,
     solve,
 )
-from tracking.track import Task
+from tracking.track import Task, Track
 
 HOLD_BELOW = 0.42
 """The pose is held while its outline has less support than this."""
@@ -60,7 +60,6 @@ LOST_CONFIDENCE = 0.4
 
 THERE_SUPPORT = 0.55
 THERE_VISIBLE = 0.5
-THERE_LIKENESS = 0.25
 """An object is where the scan says if its outline, its surface and its pattern are this good."""
 
 LEAST_GUESSES = 4
@@ -261,7 +260,7 @@ def is_doubtful(task: Task, fit: Fit) -> bool:
     if weak and (unsure or _has_left_its_rest(task, fit)):
         return True
     lifted = is_lifted(task, fit.world_from_object)
-    wanted = LEAST_LIKENESS + 0.05 * lifted + 0.12 * unsure
+    wanted = least_likeness(task.track) + 0.05 * lifted + 0.12 * unsure
     return task.model.textured and fit.likeness < wanted
 
 
@@ -334,9 +333,17 @@ def _is_convincing(task: Task, fit: Fit) -> bool:
     return fit.support >= HOLD_BELOW and fit.free_agreement >= CONVINCING and usual and alike
 
 
-def is_believable(fit: Fit) -> bool:
+def least_likeness(track: Track) -> float:
+    """What an object's pattern has to show to be the object's.
+
+    Where a scan is blurred or the thing is far away even the right place shows less.
+    """
+    return min(LEAST_LIKENESS, USUAL_SHARE * track.likeness_there)
+
+
+def is_believable(fit: Fit, *, wanted_likeness: float = LEAST_LIKENESS) -> bool:
     """Whether enough of the object is seen, agrees and looks like it."""
-    alike = not fit.textured or fit.likeness >= LEAST_LIKENESS
+    alike = not fit.textured or fit.likeness >= wanted_likeness
     least = RECOGNISED_AGREEMENT if _is_recognised(fit) else HOLD_BELOW
     return fit.support >= least and fit.visible_fraction >= LEAST_VISIBLE and alike
 
@@ -358,8 +365,16 @@ def confidence_of(fit: Fit) -> float:
     return min(max(sure, 0.0), 1.0) * min(max(there, 0.0), 1.0)
 
 
-def is_certainly_there(fit: Fit) -> bool:
-    """Whether an object that nothing is known of but the scan stands where the scan says."""
-    alike = not fit.textured or fit.likeness >= THERE_LIKENESS
+def is_certainly_there(fit: Fit, *, is_recognised: bool | None) -> bool:
+    """Whether an object that nothing is known of but the scan stands where the scan says.
+
+    Args:
+        fit: its measurement there.
+        is_recognised: whether its colours explain what is seen, None if they were not asked.
+    """
+    if is_recognised is None:
+        known = is_believable(fit)
+    else:
+        known = is_recognised and is_believable(fit, wanted_likeness=0.0)
     shown = fit.visible_fraction + fit.covered_fraction >= THERE_VISIBLE
-    return alike and shown and is_believable(fit) and fit.support >= THERE_SUPPORT
+    return known and shown and fit.support >= THERE_SUPPORT

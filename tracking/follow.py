@@ -18,6 +18,7 @@ from tracking.beliefs import (
     is_believable,
     is_certainly_there,
     is_doubtful,
+    least_likeness,
     measure,
 )
 from tracking.evidence import Evidence, gather, view_of
@@ -106,11 +107,14 @@ def follow(task: Task, unchanged: bool) -> Track:
     )
     fit = measure(task, evidence, predicted_world_from_object)
     if task.is_first:
-        is_there = is_certainly_there(fit)
-        if not is_there or not is_recognised(task.scene, task.model, evidence, fit):
+        known = is_recognised(task.scene, task.model, evidence, fit)
+        if not is_certainly_there(fit, is_recognised=known):
             return _lost(task, fit)
+        if known:
+            task = replace(task, track=replace(track, likeness_there=max(fit.likeness, 0.0)))
     task, fit = audited(task, evidence, fit)
-    if is_believable(fit) and not is_doubtful(task, fit):
+    wanted_likeness = least_likeness(task.track)
+    if is_believable(fit, wanted_likeness=wanted_likeness) and not is_doubtful(task, fit):
         return _accept(task, evidence, fit)
     return _miss(task, fit)
 

@@ -247,10 +247,13 @@ def leaves_no_doubt(fit: Fit) -> bool:
     return not fit.textured and fit.support >= GOOD_SUPPORT and fit.visible_fraction >= GOOD_VISIBLE
 
 
-def is_recognised(scene: Scene, model: TrackModel, evidence: Evidence, fit: Fit) -> bool:
-    """Whether what is at a pose looks like the object: outlines of small things are all alike."""
+def is_recognised(scene: Scene, model: TrackModel, evidence: Evidence, fit: Fit) -> bool | None:
+    """Whether what is at a pose looks like the object, None for what its outline tells.
+
+    Outlines of small things are all alike; their inner colours say little when seen from afar.
+    """
     if not _is_small(model, evidence):
-        return True
+        return None
     return _refined(scene, model, fit.world_from_object, evidence).quality >= RECOGNISED_SMALL
 
 

@@ -74,6 +74,7 @@ class Track:
         visible_fraction: 0..1.
         confidence: 0..1.
         usual_agreement: share of the free outline that agreed lately; 0 before.
+        likeness_there: that of its pattern where it was recognised at first; 1 if it was not asked.
         halo_m: learned distance of the drawn surface outside the real one.
         halo_sigma_m: how well that is known.
         still_frames: frames in a row with hardly a step.
@@ -95,6 +96,7 @@ class Track:
     visible_fraction: float
     confidence: float
     usual_agreement: float
+    likeness_there: float
     halo_m: float
     halo_sigma_m: float
     still_frames: int
@@ -146,6 +148,7 @@ def new_track(model: TrackModel) -> Track:
         visible_fraction=0.0,
         confidence=0.0,
         usual_agreement=0.0,
+        likeness_there=1.0,
         halo_m=HALO_M,
         halo_sigma_m=HALO_SIGMA_M,
         still_frames=RESTING_FRAMES,
