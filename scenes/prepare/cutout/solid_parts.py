@@ -30,7 +30,7 @@ WALLS = 4
 LEAST_SHARE = 0.01
 """Of what is solid: a part that adds less is left out."""
 
-DENSITY_OF_SIZE = ((0.4, 450.0), (1.3, 220.0), (np.inf, 150.0))
+DENSITY_OF_SIZE = ((0.4, 350.0), (1.3, 220.0), (np.inf, 150.0))
 """Longest side in metres, and kg/m³ of what is solid: books and boxes; chairs and stools, whose
 legs take more cells than wood; cupboards and sofas, which are hollow."""
 
