@@ -12,15 +12,18 @@ from scenes.state import TrackState
 from tracking.beliefs import LOST_CONFIDENCE, confidence_of
 from tracking.evidence import Evidence
 from tracking.metrics import ROUND
-from tracking.recover import Guess, is_other, leaves_no_doubt, turned
+from tracking.recover import Guess, is_other, leaves_no_doubt, ranked, refined, turned
 from tracking.solve import Fit
-from tracking.track import Audit, Task, Track
+from tracking.track import Audit, Review, Task, Track
 
 COVERED = 0.35
 """Of what is covered by more than this share, little can be told."""
 
 SEEN = 0.25
 """Of what shows less of its silhouette than this, too."""
+
+REFINED_NS = 20_000_000
+"""A yaw is refined for every so much time since the frame before, and one in each."""
 
 PERIOD_NS = 180_000_000
 MOST_IN_VAIN = 5
@@ -30,30 +33,79 @@ MOST_IN_VAIN = 5
 def audited(task: Task, evidence: Evidence, fit: Fit) -> tuple[Task, Fit]:
     """The task with its audit noted, and the fit or a clearly better one at another yaw.
 
+    An audit is spread over frames, so that none is late for it: each refines as many of the yaws
+    as it has time for, all in the frame that the audit began with.
+
     Args:
         task: an object that may have turned.
         evidence: its window.
         fit: what was found from the prediction.
     """
     audit, now = task.track.audit, task.scene.frame.t_ns
-    if not task.may_search or not _is_wanted(task, fit) or not _is_due(audit, now):
+    if not task.may_search:
         return task, fit
-    others = turned(task.scene, task.model, evidence, fit.world_from_object)
+    if audit is not None and audit.review is not None and _is_outdated(audit.review, task):
+        audit = replace(audit, review=None)
+        task = replace(task, track=replace(task.track, audit=audit))
+    review = None if audit is None else audit.review
+    if review is None:
+        if not (_is_wanted(task, fit) and _is_due(audit, now)):
+            return task, fit
+        starts = turned(task.model, evidence, fit.world_from_object)
+        review = Review(task.scene, evidence, fit, tuple(starts), ())
+    count = max((now - task.track.looked_ns) // REFINED_NS, 1)
+    review = _advanced(task, review, count)
+    if review.starts:
+        in_vain, is_clear = (0, False) if audit is None else (audit.in_vain, audit.is_clear)
+        audit = Audit(now, in_vain, is_clear, review)
+        return replace(task, track=replace(task.track, audit=audit)), fit
+    return _concluded(task, evidence, fit, review)
+
+
+def _is_outdated(review: Review, task: Task) -> bool:
+    """Whether the camera was moved since, or found to stand elsewhere."""
+    return review.scene.world_from_rig is not task.scene.world_from_rig
+
+
+def _advanced(task: Task, review: Review, count: int) -> Review:
+    """A review after some more poses were refined."""
+    more = tuple(
+        refined(review.scene, task.model, start, review.evidence) for start in review.starts[:count]
+    )
+    return replace(review, starts=review.starts[count:], guesses=review.guesses + more)
+
+
+def _concluded(task: Task, evidence: Evidence, fit: Fit, review: Review) -> tuple[Task, Fit]:
+    """The task and the fit once all yaws are compared."""
+    audit, believed = task.track.audit, review.fit.world_from_object
     same, rivals = [], []
-    for other in others:
-        is_rival = is_other(task.model, other.world_from_object, fit.world_from_object)
+    for other in ranked(review.scene, task.model, review.guesses):
+        is_rival = is_other(task.model, other.world_from_object, believed)
         (rivals if is_rival else same).append(other)
     is_small = bool(same) and same[0].explained is not None
-    found = same[0] if is_small else Guess(fit, None)
+    found = same[0] if is_small else Guess(review.fit, None)
     is_wrong = bool(rivals) and rivals[0].is_clearly_better(found)
     best, others = (rivals[0], [found, *rivals[1:]]) if is_wrong else (found, rivals)
     is_clear = all(best.is_clearly_better(other) for other in others)
     in_vain = 0 if is_wrong or audit is None else min(audit.in_vain + 1, MOST_IN_VAIN)
-    return replace(task, track=replace(task.track, audit=Audit(now, in_vain, is_clear))), best.fit
+    audit = Audit(task.scene.frame.t_ns, in_vain, is_clear)
+    task = replace(task, track=replace(task.track, audit=audit))
+    if review.evidence is evidence:
+        return task, best.fit
+    if best.fit is review.fit:
+        return task, fit
+    # What the frame of the review shows of the object has moved with it since.
+    start = fit.world_from_object @ (believed.inverse() @ best.world_from_object)
+    return task, refined(task.scene, task.model, start, evidence).fit
+
+
+def is_under_review(track: Track) -> bool:
+    """Whether an audit of a track has begun and is not done."""
+    return track.audit is not None and track.audit.review is not None
 
 
 def was_audited(track: Track, t_ns: int) -> bool:
-    """Whether a track was audited in the frame of this time."""
+    """Whether a track's audit was worked on in the frame of this time."""
     return track.audit is not None and track.audit.t_ns == t_ns
 
 

@@ -95,13 +95,16 @@ Neighbour = tuple[TrackModel, Pose]
 """Another tracked object and where it is."""
 
 
-def view_of(scene: Scene, model: TrackModel, world_from_object: Pose) -> Window:
-    """The window of an object believed to be at a pose."""
+def view_of(
+    scene: Scene, model: TrackModel, world_from_object: Pose, *, at_any_yaw: bool = False
+) -> Window:
+    """The window of an object believed to be at a pose, or at a place with whatever yaw."""
     return window_around(
         scene.frame.rig,
         scene.world_from_rig,
         model.centre_at(world_from_object),
         radius_m=model.radius_m,
+        box_in_world=None if at_any_yaw else model.box_at(world_from_object),
     )
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from scenes.pose import wrap_angle
 from scenes.state import TrackState
-from tracking.audit import COVERED, audited, told_confidence
+from tracking.audit import COVERED, audited, is_under_review, told_confidence
 from tracking.beliefs import (
     HEAVY_HEIGHT_M,
     LOST_CONFIDENCE,
@@ -26,9 +26,7 @@ from tracking.kernels import KERNELS
 from tracking.metrics import ROUND
 from tracking.recover import is_recognised
 from tracking.smooth import Motion, pose_vector, vector_pose
-from tracking.solve import (
-    Fit,
-)
+from tracking.solve import Fit
 from tracking.track import RESTING_FRAMES, Rest, Task, Track
 from tracking.uncertainty import uncertainty
 
@@ -94,7 +92,7 @@ def follow(task: Task, unchanged: bool) -> Track:
         unchanged: result of `first_look`.
     """
     track, now = task.track, task.scene.frame.t_ns
-    if unchanged and not task.is_turn:
+    if unchanged and not task.is_turn and not is_under_review(track):
         return replace(track, motion=Motion.rest(now), seen_ns=now, looked_ns=now)
     if track.state is TrackState.LOST:
         return track
@@ -207,8 +205,10 @@ def _miss(task: Task, fit: Fit) -> Track:
 
 def _lost(task: Task, fit: Fit) -> Track:
     """The track of an object that must be looked for, with the best guess so far."""
+    audit = task.track.audit
     return replace(
         task.track,
+        audit=None if audit is None else replace(audit, review=None),
         state=TrackState.LOST,
         confidence=min(LOST_CONFIDENCE, confidence_of(fit)),
         visible_fraction=fit.visible_fraction,

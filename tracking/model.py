@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 
 import cv2
 import numpy as np
@@ -23,6 +24,9 @@ TEXTURED_VARIATION = 0.1
 
 ROUND_DIFFERENCE = 0.04
 """Mean picture difference between yaws below which an object counts as round, of its silhouette."""
+
+CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
+"""(8, 3) of a box from its middle, in halves of its sides."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,6 +59,10 @@ class TrackModel:
     def centre_at(self, world_from_object: Pose) -> NDArray[np.float64]:
         """(3,) centre of the object in the world at a pose."""
         return world_from_object @ self.centre_m
+
+    def box_at(self, world_from_object: Pose) -> NDArray[np.float64]:
+        """(8, 3) corners of the object's box in the world at a pose."""
+        return world_from_object @ (self.centre_m + 0.5 * CORNERS * np.array(self.source.box_m))
 
     def splats_at(self, world_from_object: Pose) -> PosedSplats:
         """What to hand to a renderer."""

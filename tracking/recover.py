@@ -159,12 +159,12 @@ def candidates(
         nearer = nearer[scene.stands.hold(nearer)]
         yaws, scores = scored(scene, look, model, pictures, nearer)
         starts = (
-            (start, gather(scene, model, view_of(scene, model, start), neighbours))
+            (start, gather(scene, model, view_of(scene, model, start, at_any_yaw=True), neighbours))
             for start in _distinct_starts(model, nearer, yaws, scores, limit=REFINED)
         )
     guesses: list[Guess] = []
     for start, evidence in starts:
-        guesses.append(_refined(scene, model, start, evidence))
+        guesses.append(refined(scene, model, start, evidence))
         if len(_distinct(model, [g for g in guesses if leaves_no_doubt(g.fit)])) >= enough:
             break
     accepted = [g for g in guesses if _is_acceptable(g) and _can_be(scene, g.world_from_object)]
@@ -183,7 +183,8 @@ def _small_starts(
     for roughly in places:
         place = roughly
         pose = Pose.from_yaw(0.0, place)
-        evidence = gather(scene, model, view_of(scene, model, pose), neighbours)
+        view = view_of(scene, model, pose, at_any_yaw=True)
+        evidence = gather(scene, model, view, neighbours)
         drawn = draw(model, pose, evidence, scene.renderer)
         shift = silhouette_shift(evidence, drawn.alpha)
         if shift is not None:
@@ -201,12 +202,10 @@ def _small_starts(
     return distinct
 
 
-def turned(
-    scene: Scene, model: TrackModel, evidence: Evidence, world_from_belief: Pose
-) -> list[Guess]:
-    """Poses of an object about where it is believed to be, at whatever yaw, the best first.
+def turned(model: TrackModel, evidence: Evidence, world_from_belief: Pose) -> list[Pose]:
+    """Poses to refine of an object about where it is believed to be, at whatever yaw.
 
-    That of a small object is among them, as its colours have it.
+    That of a small object is among them, as only its colours tell how good it is.
     """
     free = np.maximum(evidence.foreground, evidence.hidden)
     own = evidence.own * (1.0 - evidence.hidden)
@@ -219,10 +218,25 @@ def turned(
     starts = _distinct_starts(
         model, places, yaws, template_scores(cuts, model), limit=REFINED_TURNED
     )
-    if _is_small(model, evidence):
-        starts.insert(0, world_from_belief)
-    guesses = [_refined(scene, model, start, evidence) for start in starts]
+    return [world_from_belief, *starts] if _is_small(model, evidence) else starts
+
+
+def ranked(scene: Scene, model: TrackModel, guesses: Sequence[Guess]) -> list[Guess]:
+    """The guesses inside the room, each pose once, the best first."""
     return _distinct(model, [g for g in guesses if scene.holds(g.world_from_object)])
+
+
+def refined(scene: Scene, model: TrackModel, start: Pose, evidence: Evidence) -> Guess:
+    """What a rough pose of an object comes to; of a small one, as its colours have it."""
+    if _is_small(model, evidence):
+        found, share = explained(scene, model, evidence, start)
+        sketch = sketched(model, found, evidence, scene.renderer)
+        prior = Prior(pose_vector(found), np.array(START_SIGMA))
+        information = np.diag(1.0 / Prior(prior.mean, np.array(SMALL_SIGMA)).seven() ** 2)
+        return Guess(judge(evidence, model, found, information, prior, sketch), share)
+    prior = Prior(pose_vector(start), np.array(START_SIGMA))
+    fit = solve(evidence, model, start, prior, scene.renderer, reaches_px=START_REACHES)
+    return Guess(fit, None)
 
 
 def _around(model: TrackModel) -> Points:
@@ -254,7 +268,7 @@ def is_recognised(scene: Scene, model: TrackModel, evidence: Evidence, fit: Fit)
     """
     if not _is_small(model, evidence):
         return None
-    return _refined(scene, model, fit.world_from_object, evidence).quality >= RECOGNISED_SMALL
+    return refined(scene, model, fit.world_from_object, evidence).quality >= RECOGNISED_SMALL
 
 
 def _can_be(scene: Scene, world_from_object: Pose) -> bool:
@@ -318,18 +332,6 @@ def _distinct_starts(
 
 def _apart(first: Pose, second: Pose) -> float:
     return float(np.linalg.norm(first.translation - second.translation))
-
-
-def _refined(scene: Scene, model: TrackModel, start: Pose, evidence: Evidence) -> Guess:
-    if _is_small(model, evidence):
-        found, share = explained(scene, model, evidence, start)
-        sketch = sketched(model, found, evidence, scene.renderer)
-        prior = Prior(pose_vector(found), np.array(START_SIGMA))
-        information = np.diag(1.0 / Prior(prior.mean, np.array(SMALL_SIGMA)).seven() ** 2)
-        return Guess(judge(evidence, model, found, information, prior, sketch), share)
-    prior = Prior(pose_vector(start), np.array(START_SIGMA))
-    fit = solve(evidence, model, start, prior, scene.renderer, reaches_px=START_REACHES)
-    return Guess(fit, None)
 
 
 def _is_small(model: TrackModel, evidence: Evidence) -> bool:

@@ -11,15 +11,12 @@ from numpy.typing import NDArray
 from devices.messages import Frame
 from scenes.pose import Pose
 from scenes.state import TrackedObject, TrackState
-from tracking.evidence import Neighbour, Scene
+from tracking.evidence import Evidence, Neighbour, Scene
 from tracking.model import TrackModel
 from tracking.recover import Guess
 from tracking.sketch import Sketch
 from tracking.smooth import Motion
-from tracking.solve import (
-    HALO_M,
-    HALO_SIGMA_M,
-)
+from tracking.solve import HALO_M, HALO_SIGMA_M, Fit
 
 FloatArray = NDArray[np.float32]
 
@@ -47,19 +44,40 @@ class Rest:
     inside: int
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Review:
+    """An audit under way: other yaws are refined in the frame that it began with.
+
+    Attributes:
+        scene: that frame.
+        evidence: the object's window there.
+        fit: what was believed there.
+        starts: poses still to be refined.
+        guesses: what the others came to.
+    """
+
+    scene: Scene
+    evidence: Evidence
+    fit: Fit
+    starts: tuple[Pose, ...]
+    guesses: tuple[Guess, ...]
+
+
 @dataclass(frozen=True, slots=True)
 class Audit:
     """A comparison of an object's yaw with all others.
 
     Attributes:
-        t_ns: frame time.
+        t_ns: frame time at which it was worked on last.
         in_vain: how many in a row changed nothing.
         is_clear: whether no other yaw was about as good.
+        review: what is left to do of it; None once it is done.
     """
 
     t_ns: int
     in_vain: int
     is_clear: bool
+    review: Review | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

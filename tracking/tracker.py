@@ -18,7 +18,7 @@ from scenes.pose import Pose, rotation_angle, rotation_from_vector
 from scenes.render.renderer import PosedSplats, Renderer
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel, TrackState
-from tracking.audit import was_audited
+from tracking.audit import is_under_review, was_audited
 from tracking.background import Exposure, Plates, fit_exposure, render_plates
 from tracking.calibrate import Calibration, calibrate
 from tracking.camera_watch import Watch, turned_since, watched
@@ -168,12 +168,14 @@ class Tracker:
         looks = {name: first_look(task) for name, task in tasks.items()}
         detected = self._stopwatch()
         searched = False
+        reviewed = next((name for name, track in tracks.items() if is_under_review(track)), None)
         for model in _most_certain_first(self._models, tracks):
             name = model.object_id
+            is_free = not searched and reviewed in (None, name)
             task = replace(
                 tasks[name],
                 neighbours=self._neighbours(model, tracks),
-                may_search=self._options.recover and not searched,
+                may_search=self._options.recover and is_free,
             )
             tracks[name] = follow(task, looks[name])
             searched = searched or was_audited(tracks[name], frame.t_ns)

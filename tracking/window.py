@@ -77,6 +77,7 @@ def window_around(
     centre_in_world: ArrayLike,
     *,
     radius_m: float,
+    box_in_world: NDArray[np.float64] | None = None,
     lens: int | None = None,
 ) -> Window:
     """The window of one object.
@@ -86,6 +87,8 @@ def window_around(
         world_from_rig: its pose.
         centre_in_world: (3,) centre of the object.
         radius_m: of the sphere around the object.
+        box_in_world: (N, 3) corners of its box where its pose is known; what lies far beside them
+            is left out.
         lens: take this lens instead of the one that sees the centre best.
     """
     centre = np.asarray(centre_in_world, dtype=np.float64)
@@ -97,26 +100,41 @@ def window_around(
     half_angle = math.asin(min(0.8, radius_m / distance))
     wanted = max(2.0 * MARGIN * half_angle * source.f_px, LEAST_SIDE_PX)
     shrink = max(1, math.ceil(wanted / LARGEST_SIDE_PX))
-    side = int(wanted) // shrink * shrink
     middle = source.project(in_lens[None])[0][0]
-    return _cut(source, middle, side, shrink, lens=chosen, pose=world_from_lens, target=centre)
+    spans = np.stack([middle - 0.5 * wanted, middle + 0.5 * wanted])
+    if box_in_world is not None:
+        margin_px = (MARGIN - 1.0) * half_angle * source.f_px
+        spans = _narrowed(
+            spans, source.project(world_from_lens.inverse() @ box_in_world)[0], margin_px
+        )
+    return _cut(source, spans, shrink, lens=chosen, pose=world_from_lens, target=centre)
+
+
+def _narrowed(
+    spans: NDArray[np.float64], pixels: NDArray[np.float64], margin_px: float
+) -> NDArray[np.float64]:
+    """Spans without what lies farther than a margin beside some pixels, but no side too short."""
+    low = np.maximum(spans[0], pixels.min(axis=0) - margin_px)
+    high = np.minimum(spans[1], pixels.max(axis=0) + margin_px)
+    missing = np.maximum(LEAST_SIDE_PX - (high - low), 0.0)
+    return np.stack([low - 0.5 * missing, high + 0.5 * missing])
 
 
 def _cut(
     source: Fisheye,
-    middle: NDArray[np.float64],
-    side_px: int,
+    spans: NDArray[np.float64],
     shrink: int,
     *,
     lens: int,
     pose: Pose,
     target: NDArray[np.float64],
 ) -> Window:
-    """A square window, moved and cut so that it lies within the lens picture."""
+    """The window over some columns and rows, moved so that it lies within the lens picture."""
     corner, size = [], []
-    for place, limit in zip(middle, (source.width_px, source.height_px), strict=True):
-        side = min(side_px, limit) // shrink * shrink
-        corner.append(int(min(max(round(float(place) - 0.5 * side), 0), limit - side)))
+    for low, high, limit in zip(*spans, (source.width_px, source.height_px), strict=True):
+        side = min(int(high - low), limit) // shrink * shrink
+        first = round(0.5 * float(low + high) - 0.5 * side)
+        corner.append(int(min(max(first, 0), limit - side)))
         size.append(side // shrink)
     camera = replace(
         source,

@@ -8,13 +8,22 @@ import pytest
 import tracking.audit
 from scenes.pose import Pose
 from scenes.state import TrackState
-from tracking.audit import PERIOD_NS, audited, told_confidence, was_audited
+from tracking.audit import (
+    PERIOD_NS,
+    REFINED_NS,
+    audited,
+    is_under_review,
+    told_confidence,
+    was_audited,
+)
 from tracking.beliefs import LOST_CONFIDENCE
 from tracking.recover import Guess
 from tracking.track import Audit, Track
 
 SHARP = Pose.from_yaw(0.0)
 FLIPPED = Pose.from_yaw(3.1)
+RIG = Pose.identity()
+LONG_NS = 10 * REFINED_NS
 
 
 def a_fit(pose, support, *, visible=0.95):
@@ -30,27 +39,28 @@ def a_fit(pose, support, *, visible=0.95):
     )
 
 
-def a_track(audit, state=TrackState.TRACKED):
+def a_track(audit, state=TrackState.TRACKED, looked_ns=0):
     fields = {name: None for name in Track.__dataclass_fields__}
-    return Track(**{**fields, "audit": audit, "state": state})
+    return Track(**{**fields, "audit": audit, "state": state, "looked_ns": looked_ns})
 
 
 @pytest.fixture
 def task(monkeypatch):
     """A task whose object stands turned by half from what it is taken for."""
 
-    def found(*_):
-        return [Guess(a_fit(FLIPPED, 0.95), None), Guess(a_fit(SHARP, 0.6), None)]
+    def refined(_scene, _model, start, _evidence):
+        return Guess(a_fit(start, 0.95 if abs(start.yaw()) > 3.0 else 0.6), None)
 
-    monkeypatch.setattr(tracking.audit, "turned", found)
+    monkeypatch.setattr(tracking.audit, "turned", lambda *_: [SHARP, FLIPPED])
+    monkeypatch.setattr(tracking.audit, "refined", refined)
     templates = SimpleNamespace(are_alike=lambda turns: np.zeros(len(turns), bool))
     model = SimpleNamespace(symmetry=1, radius_m=0.5, templates=templates)
 
-    def make(audit, *, now_ns=0, state=TrackState.TRACKED):
-        scene = SimpleNamespace(frame=SimpleNamespace(t_ns=now_ns))
-        return tracking.audit.Task(
-            scene, model, a_track(audit, state), (), (0.0,), False, False, True, True
-        )
+    def make(audit, *, now_ns=0, since_ns=LONG_NS, state=TrackState.TRACKED, rig=RIG):
+        frame = SimpleNamespace(t_ns=now_ns)
+        scene = SimpleNamespace(frame=frame, holds=lambda _pose: True, world_from_rig=rig)
+        track = a_track(audit, state, looked_ns=now_ns - since_ns)
+        return tracking.audit.Task(scene, model, track, (), (0.0,), False, False, True, True)
 
     return make
 
@@ -60,6 +70,36 @@ def test_a_doubtful_yaw_is_given_up_for_a_clearly_better_one(task):
     assert fit.world_from_object is FLIPPED
     assert after.track.audit == Audit(0, 0, True)
     assert was_audited(after.track, 0)
+
+
+def test_an_audit_is_spread_over_frames_and_its_object_moves_on_meanwhile(task):
+    first = task(None, since_ns=REFINED_NS)
+    begun, fit = audited(first, "then", a_fit(SHARP, 0.65))
+    assert is_under_review(begun.track)
+    assert was_audited(begun.track, 0)
+    assert fit.world_from_object is SHARP
+    second = task(begun.track.audit, now_ns=REFINED_NS, since_ns=REFINED_NS)
+    moved = Pose.from_yaw(0.1, [0.2, 0.0, 0.0])
+    done, fit = audited(second, "now", a_fit(moved, 0.65))
+    assert not is_under_review(done.track)
+    np.testing.assert_allclose(fit.world_from_object.matrix(), (moved @ FLIPPED).matrix())
+
+
+def test_a_yaw_that_was_right_is_kept_though_it_moved_meanwhile(task):
+    begun, _ = audited(task(None, since_ns=REFINED_NS), "then", a_fit(SHARP, 0.99, visible=0.5))
+    fit = a_fit(Pose.from_yaw(0.1), 0.65)
+    second = task(begun.track.audit, now_ns=REFINED_NS, since_ns=REFINED_NS)
+    done, after = audited(second, "now", fit)
+    assert after is fit
+    assert done.track.audit.in_vain == 1
+
+
+def test_an_audit_begins_anew_when_the_camera_was_moved(task):
+    begun, _ = audited(task(None, since_ns=REFINED_NS), "then", a_fit(SHARP, 0.65))
+    moved = task(begun.track.audit, now_ns=PERIOD_NS, since_ns=REFINED_NS, rig=Pose.identity())
+    again, fit = audited(moved, "now", a_fit(SHARP, 0.65))
+    assert again.track.audit.review.evidence == "now"
+    assert fit.world_from_object is SHARP
 
 
 def test_a_good_fit_and_what_never_moved_are_left_alone(task):

@@ -1,6 +1,7 @@
 """Windows of a lens picture, what is drawn into them, and when a drawing still serves."""
 
 import math
+from itertools import product
 
 import numpy as np
 import pytest
@@ -62,6 +63,28 @@ def test_a_near_object_is_looked_at_in_whole_shrunk_pixels():
     rows, columns = near.part
     assert rows.stop - rows.start == 2 * near.camera.height_px
     assert columns.stop - columns.start == 2 * near.camera.width_px
+
+
+@given(PLACES, st.floats(0.05, 0.8), st.floats(0.1, 1.0))
+def test_a_window_about_a_box_leaves_out_only_what_lies_beside_it(place, radius_m, slender):
+    box = np.array(list(product((-1, 1), repeat=3))) * radius_m / 3**0.5 * (slender, slender, 1.0)
+    whole = window_around(RIG, Pose.identity(), place, radius_m=radius_m, lens=0)
+    part = window_around(
+        RIG, Pose.identity(), place, radius_m=radius_m, box_in_world=place + box, lens=0
+    )
+    assert part.shrink == whole.shrink
+    assert part.camera.width_px <= whole.camera.width_px + 1
+    assert part.camera.height_px <= whole.camera.height_px + 1
+    pixels = LENS.project(place + box)[0]
+    pixels = pixels[_within(whole, pixels, 0.0)]
+    assert _within(part, pixels, 1.0 + part.shrink).all()
+
+
+def _within(window, pixels, margin_px):
+    rows, columns = window.part
+    low = np.array([columns.start, rows.start]) - margin_px
+    high = np.array([columns.stop, rows.stop]) + margin_px
+    return ((pixels >= low) & (pixels <= high)).all(axis=1)
 
 
 @pytest.mark.parametrize("place", [(0.2, 0.1, 1.5), (1.5, 0.0, 0.05)])
