@@ -33,7 +33,8 @@ from studio.evaluate.takes import (
 from studio.provenance import library_versions
 
 ENCODER_FPS = 10.0
-"""Pictures a second that the encoder believes in, whatever the pace: each gets the same bits."""
+"""Pictures a second that the encoder believes in unless told, whatever the pace: each gets the same
+bits."""
 
 Told = Callable[[float], None]
 """Hears how much of a take is filmed, 0..1."""
@@ -78,7 +79,15 @@ class FilmSet:
         self._camera: Camera360 | None = None
         self._contents = _digest_of_bodies(room.name, self._bodies)
 
-    def film(self, shots: Sequence[Shot], conditions: Conditions, *, seed: int, told: Told) -> Take:
+    def film(
+        self,
+        shots: Sequence[Shot],
+        conditions: Conditions,
+        *,
+        seed: int,
+        told: Told,
+        fps: float = ENCODER_FPS,
+    ) -> Take:
         """The take of these shots, from the cache where it was filmed before.
 
         Args:
@@ -86,16 +95,18 @@ class FilmSet:
             conditions: of the sensor and the video; the pose error is not used here.
             seed: decides noise and drift.
             told: hears how far it is.
+            fps: pictures a second that the encoder believes in: it shares its bits among so many,
+                and begins anew every two seconds.
 
         Raises:
             OSError: the cache cannot be written.
         """
         body_ids = tuple(body.body_id for body in self._bodies)
-        key = self._key(shots, conditions, seed)
+        key = self._key(shots, conditions, seed, fps)
         take = self._cache.find(key, body_ids)
         if take is None:
             with self._cache.filming(key) as folder:
-                self._film(folder, shots, conditions, seed, told)
+                self._film(folder, shots, conditions, seed=seed, fps=fps, told=told)
             take = self._cache.find(key, body_ids)
         if take is None:
             raise OSError(f"the take {key} vanished from the cache while it was made")
@@ -113,10 +124,10 @@ class FilmSet:
     def __exit__(self, *_rest: object) -> None:
         self.close()
 
-    def _key(self, shots: Sequence[Shot], conditions: Conditions, seed: int) -> str:
+    def _key(self, shots: Sequence[Shot], conditions: Conditions, seed: int, fps: float) -> str:
         digest = hashlib.sha256(source_digest() + self._contents)
         pictures_only = replace(conditions, pose_error_deg=0.0, pose_error_cm=0.0)
-        digest.update(repr((astuple(pictures_only), seed)).encode())
+        digest.update(repr((astuple(pictures_only), seed, fps)).encode())
         for shot in shots:
             digest.update(str(shot.t_ns).encode())
             for name, placement in shot.placements.items():
@@ -130,7 +141,9 @@ class FilmSet:
         folder: Path,
         shots: Sequence[Shot],
         conditions: Conditions,
+        *,
         seed: int,
+        fps: float,
         told: Told,
     ) -> None:
         camera = self._opened(conditions)
@@ -140,11 +153,11 @@ class FilmSet:
         encoder = H264Encoder(
             len(camera.rig.lenses) * size,
             size,
-            ENCODER_FPS,
+            fps,
             round(conditions.bitrate_mbps * 1e6),
             stream_id=STREAM_ID,
         )
-        info = _session_info(self.room.name, seed, camera.rig)
+        info = _session_info(self.room.name, seed, camera.rig, fps)
         object_ids = {thing.object_id for thing in self.room.objects}
         first = _poses(shots[0], object_ids)
         before_ns = shots[0].t_ns
@@ -156,7 +169,7 @@ class FilmSet:
                 view = camera.view(shot.placements)
                 dt_s = (shot.t_ns - before_ns) / 1e9
                 images = sensor.expose([lens.rgb for lens in view.lenses], dt_s)
-                even_ns = round(seq * 1e9 / ENCODER_FPS)
+                even_ns = round(seq * 1e9 / fps)
                 packet = encoder.encode(np.hstack(images), seq, even_ns)[0]
                 stamp = FrameStamp(STREAM_ID, seq, shot.t_ns, shot.t_ns, camera.world_from_rig)
                 recorder.write(stamp)
@@ -198,7 +211,7 @@ def _is_elsewhere(name: str, poses: Mapping[str, Pose], first: Mapping[str, Pose
     )
 
 
-def _session_info(room: str, seed: int, rig: Rig) -> SessionInfo:
+def _session_info(room: str, seed: int, rig: Rig, fps: float) -> SessionInfo:
     return SessionInfo(
         scene=room,
         scene_hash="",
@@ -209,7 +222,7 @@ def _session_info(room: str, seed: int, rig: Rig) -> SessionInfo:
         methods=(),
         versions=library_versions(),
         rig=rig,
-        fps=ENCODER_FPS,
+        fps=fps,
     )
 
 

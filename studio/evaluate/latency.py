@@ -21,7 +21,7 @@ from devices.recording import read_recording
 from devices.recording_codec import FrameStamp, RecordedValue
 from devices.replay import FrameAssembler
 from scenes.pose import Pose
-from studio.evaluate.filming import ENCODER_FPS, FilmSet, Shot, standing
+from studio.evaluate.filming import FilmSet, Shot, standing
 from studio.evaluate.findings import TITLES, Asked, Drawing, Findings, aligned, own_bar, row_name
 from studio.evaluate.stations import eased
 from studio.evaluate.takes import RECORDING, Take
@@ -68,14 +68,13 @@ def evaluate(asked: Asked) -> Findings:
     """Two chairs move among eight objects that stand still."""
     room, scene = ten_objects()
     taken = shots(scanned_poses(room))
-    # The bit rate is for ten pictures a second; three times as many share it.
-    each = asked.conditions.bitrate_mbps * ENCODER_FPS / FPS
-    conditions = replace(asked.conditions, bitrate_mbps=each)
     runs: dict[str, list[Paced]] = {name: [] for name in asked.methods}
     with FilmSet(room, cache=asked.cache) as film_set:
         for seed in asked.seeds:
             asked.told.begin(f"filming two of ten objects, seed {seed}")
-            take = film_set.film(taken, conditions, seed=seed, told=asked.told.advance)
+            take = film_set.film(
+                taken, asked.conditions, seed=seed, told=asked.told.advance, fps=FPS
+            )
             asked.told.finish()
             known = marker_pose(room.world_from_rig, asked.conditions, seed=seed)
             for name in asked.methods:
