@@ -91,16 +91,16 @@ class Pose:
     def __matmul__(self, other: Pose | NDArray[np.float64]) -> Pose | NDArray[np.float64]:
         """Compose with a pose, or map points of shape (..., 3)."""
         if isinstance(other, Pose):
-            return Pose(
-                renormalised(self.rotation @ other.rotation),
-                self.rotation @ other.translation + self.translation,
+            return _unchecked(
+                renormalised(self.rotation.dot(other.rotation)),
+                self.rotation.dot(other.translation) + self.translation,
             )
         points = np.asarray(other, dtype=np.float64)
         return points @ self.rotation.T + self.translation
 
     def inverse(self) -> Pose:
         """`b_from_a` of `a_from_b`."""
-        return Pose(self.rotation.T, -self.rotation.T @ self.translation)
+        return _unchecked(self.rotation.T.copy(), -self.rotation.T.dot(self.translation))
 
     def matrix(self) -> NDArray[np.float64]:
         """The (4, 4) homogeneous matrix."""
@@ -117,6 +117,16 @@ class Pose:
         """Rotation about up (Z) in radians: the yaw nearest to this rotation (swing-twist)."""
         r = self.rotation
         return math.atan2(r[1, 0] - r[0, 1], r[0, 0] + r[1, 1])
+
+
+def _unchecked(rotation: NDArray[np.float64], translation: NDArray[np.float64]) -> Pose:
+    """A pose of fresh arrays that are right because they were made of poses."""
+    pose = object.__new__(Pose)
+    rotation.setflags(write=False)
+    translation.setflags(write=False)
+    object.__setattr__(pose, "rotation", rotation)
+    object.__setattr__(pose, "translation", translation)
+    return pose
 
 
 def _off_rotation(a: list[float], b: list[float], c: list[float]) -> tuple[float, float]:
@@ -211,4 +221,4 @@ def wrap_angle(angle_rad: float) -> float:
 
 def renormalised(rotation: NDArray[np.float64]) -> NDArray[np.float64]:
     """One Newton step towards the nearest rotation, so that long chains do not drift."""
-    return 1.5 * rotation - 0.5 * rotation @ rotation.T @ rotation
+    return 1.5 * rotation - 0.5 * rotation.dot(rotation.T).dot(rotation)

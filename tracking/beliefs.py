@@ -62,7 +62,7 @@ THERE_SUPPORT = 0.55
 THERE_VISIBLE = 0.5
 """An object is where the scan says if its outline, its surface and its pattern are this good."""
 
-LEAST_GUESSES = 4
+LEAST_GUESSES = 2
 GUESS_NS = 15_000_000
 """So many guesses are followed in a frame, and more where frames are farther apart, one for each
 stretch of this time; the next frame goes on with the others."""
@@ -205,7 +205,7 @@ def _guesses(
     steps += [(b, z, 0.0) for b in beliefs if b.sigma[2] > CONTACT_SIGMA_M for z in LIFTS_M]
     elapsed_ns = task.scene.frame.t_ns - task.track.looked_ns
     count = min(max(LEAST_GUESSES, elapsed_ns // GUESS_NS), len(steps))
-    first = task.track.missed_frames * count % len(steps)
+    first = task.scene.frame.seq * count % len(steps)
     expected = pose_vector(predicted_world_from_object)
     return [
         _Guess(belief, vector_pose(expected + np.array([0.0, 0.0, z, yaw])), z == 0.0)

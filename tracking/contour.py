@@ -44,6 +44,16 @@ class Contour:
     def __len__(self) -> int:
         return len(self.points)
 
+    def thinned(self, step: int) -> Contour:
+        """Every so many points of it."""
+        return Contour(
+            np.ascontiguousarray(self.points[::step]),
+            np.ascontiguousarray(self.normals[::step]),
+            np.ascontiguousarray(self.inner_px[::step]),
+            np.ascontiguousarray(self.outer_px[::step]),
+            np.ascontiguousarray(self.colours[::step]),
+        )
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Texture:

@@ -50,7 +50,7 @@ TRIM_PX = 8
 DEEP_PX = 2.0
 """The colour inside a contour is taken this far from it."""
 
-DRAWN_RADIUS_PX = 120
+DRAWN_RADIUS_PX = 80
 MOST_FINER = 4
 """Small objects are drawn finer than they are seen, up to so many times: at a few pixels the many
 splats of each widen the silhouette by a pixel."""

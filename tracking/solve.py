@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scenes.pose import Pose
 from scenes.render.renderer import Renderer
 from tracking.align import slide
+from tracking.contour import Contour, Texture
 from tracking.evidence import Evidence
 from tracking.kernels import KERNELS, Measurement, refined, rows_of
 from tracking.metrics import ROUND
@@ -44,6 +45,9 @@ GROUNDED_M = 0.015
 
 FINE_REACH_PX = 4.5
 """Texture takes part from rounds with at most this reach."""
+
+ROUGH_POINTS = 80
+"""Of the outline, in the rounds before."""
 
 LEAST_TEXTURE = 12
 
@@ -211,8 +215,10 @@ def solve(
             continue
         closely = 1.0 if rounds is fine else ROUGHLY
         sketch = book.at(model, world_from_object, evidence, renderer, tolerance=closely)
-        is_fine = use_texture and rounds is fine
-        measurement = _measurement(evidence, model, prior, sketch, use_texture=is_fine)
+        is_fine = rounds is fine
+        outline = sketch.contour if is_fine else roughly(sketch.contour)
+        texture = sketch.texture if is_fine and use_texture else None
+        measurement = _measurement(evidence, model, prior, sketch, outline=outline, texture=texture)
         world_from_object, halo_m, information = refined(
             evidence.seen, measurement, world_from_object, halo_m, rounds=rounds
         )
@@ -220,15 +226,26 @@ def solve(
     return judge(evidence, model, world_from_object, information, prior, sketch, halo_m=halo_m)
 
 
+def roughly(outline: Contour) -> Contour:
+    """As much of an outline as tells about where an object is."""
+    return outline.thinned(max(len(outline) // ROUGH_POINTS, 1))
+
+
 def _measurement(
-    evidence: Evidence, model: TrackModel, prior: Prior, sketch: Sketch, *, use_texture: bool
+    evidence: Evidence,
+    model: TrackModel,
+    prior: Prior,
+    sketch: Sketch,
+    *,
+    outline: Contour,
+    texture: Texture | None,
 ) -> Measurement:
-    has_texture = use_texture and len(sketch.texture) >= LEAST_TEXTURE
+    has_texture = texture is not None and len(texture) >= LEAST_TEXTURE
     return Measurement(
         camera=evidence.camera,
         world_from_camera=evidence.world_from_camera,
-        outline=sketch.contour,
-        texture=sketch.texture if has_texture else None,
+        outline=outline,
+        texture=texture if has_texture else None,
         textured=model.textured,
         centre_m=model.centre_m,
         prior_world_from_object=vector_pose(prior.mean),
@@ -311,7 +328,7 @@ def _agreement(
     how much less these edges say because neighbours err alike.
     """
     prior = Prior(pose_vector(world_from_object), np.ones(4))
-    measurement = _measurement(evidence, model, prior, sketch, use_texture=False)
+    measurement = _measurement(evidence, model, prior, sketch, outline=sketch.contour, texture=None)
     offset, sigma, found, hidden = KERNELS.edges(
         evidence.seen,
         measurement.request(),

@@ -15,6 +15,7 @@ from tracking.evidence import Evidence
 from tracking.kernels import SeenWindow
 from tracking.model import make_model
 from tracking.sketch import Sketchbook, draw, sketched
+from tracking.solve import ROUGH_POINTS, roughly
 from tracking.window import window_around
 
 LENS = Fisheye.from_fov(1000, math.radians(200))
@@ -64,7 +65,7 @@ def at(x, y, z, yaw_deg=0.0):
     return Pose(tilt @ Pose.from_yaw(math.radians(yaw_deg)).rotation, np.array([x, y, z]))
 
 
-@pytest.mark.parametrize(("distance_m", "finer"), [(0.5, 2), (1.2, 3), (3.0, 4)])
+@pytest.mark.parametrize(("distance_m", "finer"), [(0.5, 1), (1.2, 2), (3.0, 4)])
 def test_small_objects_are_drawn_finer_and_their_points_lie_where_they_should(
     model, renderer, distance_m, finer
 ):
@@ -110,3 +111,14 @@ def test_what_a_book_has_drawn_serves_again_and_a_rough_one_only_to_come_near_by
     assert second is not first
     assert book.at(model, pose, seen(model, pose), renderer) is first
     assert Sketchbook(second).at(model, turned, seen(model, turned), renderer) is second
+
+
+def test_far_off_an_outline_is_looked_at_in_fewer_points(model, renderer):
+    pose = Pose.from_yaw(0.3, (0.2, 0.1, 1.0))
+    outline = sketched(model, pose, seen(model, pose), renderer).contour
+    few = roughly(outline)
+    assert ROUGH_POINTS <= len(few) < 2 * ROUGH_POINTS
+    step = len(outline) // ROUGH_POINTS
+    np.testing.assert_array_equal(few.points, outline.points[::step])
+    np.testing.assert_array_equal(few.normals, outline.normals[::step])
+    assert roughly(few).points.shape == few.points.shape
