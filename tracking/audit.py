@@ -48,12 +48,13 @@ def audited(task: Task, evidence: Evidence, fit: Fit) -> tuple[Task, Fit]:
         audit = replace(audit, review=None)
         task = replace(task, track=replace(task.track, audit=audit))
     review = None if audit is None else audit.review
+    count = max((now - task.track.looked_ns) // REFINED_NS, 1)
     if review is None:
         if not (_is_wanted(task, fit) and _is_due(audit, now)):
             return task, fit
         starts = turned(task.model, evidence, fit.world_from_object)
         review = Review(task.scene, evidence, fit, tuple(starts), ())
-    count = max((now - task.track.looked_ns) // REFINED_NS, 1)
+        count -= 1  # To compare all yaws from afar takes about as long.
     review = _advanced(task, review, count)
     if review.starts:
         in_vain, is_clear = (0, False) if audit is None else (audit.in_vain, audit.is_clear)

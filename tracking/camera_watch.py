@@ -47,13 +47,13 @@ class Watch:
         camera: the lens at `WATCH_PX`.
         rays: (N, 3) unit, lens frame.
         values: (N,) grey values without coarse structure.
-        slopes: (N, 2) their derivatives, per pixel.
+        by_turn: (N, 3) their derivatives by a small turn of the lens, per radian.
     """
 
     camera: Fisheye
     rays: Points
     values: FloatArray
-    slopes: FloatArray
+    by_turn: Points
 
 
 def watched(image: NDArray[np.uint8], camera: Fisheye) -> Watch:
@@ -79,7 +79,7 @@ def watched(image: NDArray[np.uint8], camera: Fisheye) -> Watch:
     column = kept % columns * CELL_PX + best[kept] % CELL_PX
     rays = small.unproject(np.stack([column + 0.5, row + 0.5], axis=1))
     slope = np.stack([gx[row, column], gy[row, column]], axis=1)
-    return Watch(small, rays, detail[row, column], slope)
+    return Watch(small, rays, detail[row, column], _by_turn(small, rays, slope))
 
 
 def turned_since(watch: Watch, image: NDArray[np.uint8]) -> Points | None:
@@ -92,11 +92,12 @@ def turned_since(watch: Watch, image: NDArray[np.uint8]) -> Points | None:
     detail = _detail(image)
     turn = np.zeros(3)
     for _ in range(STEPS):
-        slope, residual = _linearised(watch, detail, turn)
+        residual = _residual(watch, detail, turn)
         noise = max(1.5 * float(np.median(np.abs(residual))), LEAST_NOISE)
         agree = np.clip(1 - (residual / (ALIKE * noise)) ** 2, 0, None) ** 2
-        weighted = slope * agree[:, None]
-        information = weighted.T @ slope
+        # A turn is so small that pixels change by it as they did at first.
+        weighted = watch.by_turn * agree[:, None]
+        information = weighted.T @ watch.by_turn
         if np.linalg.cond(information) > 1e8:
             return None
         step = -np.linalg.solve(information, weighted.T @ residual)
@@ -104,22 +105,26 @@ def turned_since(watch: Watch, image: NDArray[np.uint8]) -> Points | None:
         if np.abs(step).max() < 1e-5:
             break
     then = watch.values.astype(np.float64)
-    now = then + _linearised(watch, detail, turn)[1]
+    now = then + _residual(watch, detail, turn)
     alike = float(then @ now) / max(float(np.sqrt((then @ then) * (now @ now))), 1e-12)
     return turn if alike > LEAST_LIKENESS else None
 
 
-def _linearised(watch: Watch, detail: FloatArray, turn: Points) -> tuple[Points, Points]:
-    """(N, 3) derivative of the grey value by a further turn, and (N,) difference now - then."""
-    rays = watch.rays @ rotation_from_vector(turn)
-    pixels, _ = watch.camera.project(rays)
-    residual = sample(detail, pixels).astype(np.float64) - watch.values
+def _residual(watch: Watch, detail: FloatArray, turn: Points) -> Points:
+    """(N,) grey values now less those then, of a lens that was turned."""
+    pixels, _ = watch.camera.project(watch.rays @ rotation_from_vector(turn))
+    return sample(detail, pixels).astype(np.float64) - watch.values
+
+
+def _by_turn(camera: Fisheye, rays: Points, slope: FloatArray) -> Points:
+    """(N, 3) derivative of the grey values along some rays by a turn of the lens."""
     small = 1e-4
-    slope = np.empty((len(rays), 3))
+    pixels, _ = camera.project(rays)
+    derivative = np.empty((len(rays), 3))
     for axis, unit in enumerate(np.eye(3)):
-        shifted, _ = watch.camera.project(rays - small * np.cross(unit, rays))
-        slope[:, axis] = ((shifted - pixels) / small * watch.slopes).sum(axis=1)
-    return slope, residual
+        shifted, _ = camera.project(rays - small * np.cross(unit, rays))
+        derivative[:, axis] = ((shifted - pixels) / small * slope).sum(axis=1)
+    return derivative
 
 
 def _detail(image: NDArray[np.uint8]) -> FloatArray:

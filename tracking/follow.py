@@ -220,10 +220,8 @@ def _lost(task: Task, fit: Fit) -> Track:
     )
 
 
-def rest_of(task: Task, fit: Fit) -> Rest | None:
-    """How the object looks now, unless something covers it."""
-    if fit.covered_fraction > 0.1:
-        return task.track.rest
+def rest_of(task: Task, fit: Fit) -> Rest:
+    """How the object looks now, or what covers it: when that goes, the look changes, too."""
     sketch, view = fit.sketch, view_of(task.scene, task.model, fit.world_from_object)
     camera_from_object = view.world_from_camera.inverse() @ fit.world_from_object
     inside, _ = view.camera.project(camera_from_object @ sketch.surface)
