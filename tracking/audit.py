@@ -54,7 +54,8 @@ def audited(task: Task, evidence: Evidence, fit: Fit) -> tuple[Task, Fit]:
             return task, fit
         starts = turned(task.model, evidence, fit.world_from_object)
         review = Review(task.scene, evidence, fit, tuple(starts), ())
-        count -= 1  # To compare all yaws from afar takes about as long.
+        if count == 1:
+            count = 0  # To compare all yaws from afar took about as long.
     review = _advanced(task, review, count)
     if review.starts:
         in_vain, is_clear = (0, False) if audit is None else (audit.in_vain, audit.is_clear)

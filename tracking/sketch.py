@@ -50,7 +50,7 @@ TRIM_PX = 8
 DEEP_PX = 2.0
 """The colour inside a contour is taken this far from it."""
 
-DRAWN_RADIUS_PX = 80
+DRAWN_RADIUS_PX = 120
 MOST_FINER = 4
 """Small objects are drawn finer than they are seen, up to so many times: at a few pixels the many
 splats of each widen the silhouette by a pixel."""
@@ -146,7 +146,7 @@ def sketched(
     object_from_camera = world_from_object.inverse() @ view.world_from_camera
     camera = evidence.camera
     radius_px = camera.f_px * model.radius_m / max(view.target_range_m, model.radius_m)
-    finer = int(np.clip(np.ceil(DRAWN_RADIUS_PX / radius_px), 1, MOST_FINER))
+    finer = int(np.clip(np.rint(DRAWN_RADIUS_PX / radius_px), 1, MOST_FINER))
     part = extent(model.source.splats, camera, object_from_camera.inverse(), margin_px=TRIM_PX + 1)
     camera = part_of(camera, part)
     fine = camera.resized(camera.width_px * finer, camera.height_px * finer)

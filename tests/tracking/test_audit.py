@@ -73,12 +73,12 @@ def test_a_doubtful_yaw_is_given_up_for_a_clearly_better_one(task):
 
 
 def test_an_audit_is_spread_over_frames_and_its_object_moves_on_meanwhile(task):
-    first = task(None, since_ns=2 * REFINED_NS)
+    first = task(None, since_ns=REFINED_NS)
     begun, fit = audited(first, "then", a_fit(SHARP, 0.65))
     assert is_under_review(begun.track)
     assert was_audited(begun.track, 0)
     assert fit.world_from_object is SHARP
-    second = task(begun.track.audit, now_ns=REFINED_NS, since_ns=REFINED_NS)
+    second = task(begun.track.audit, now_ns=REFINED_NS, since_ns=2 * REFINED_NS)
     moved = Pose.from_yaw(0.1, [0.2, 0.0, 0.0])
     done, fit = audited(second, "now", a_fit(moved, 0.65))
     assert not is_under_review(done.track)
@@ -86,9 +86,9 @@ def test_an_audit_is_spread_over_frames_and_its_object_moves_on_meanwhile(task):
 
 
 def test_a_yaw_that_was_right_is_kept_though_it_moved_meanwhile(task):
-    begun, _ = audited(task(None, since_ns=2 * REFINED_NS), "then", a_fit(SHARP, 0.99, visible=0.5))
+    begun, _ = audited(task(None, since_ns=REFINED_NS), "then", a_fit(SHARP, 0.99, visible=0.5))
     fit = a_fit(Pose.from_yaw(0.1), 0.65)
-    second = task(begun.track.audit, now_ns=REFINED_NS, since_ns=REFINED_NS)
+    second = task(begun.track.audit, now_ns=REFINED_NS, since_ns=2 * REFINED_NS)
     done, after = audited(second, "now", fit)
     assert after is fit
     assert done.track.audit.in_vain == 1

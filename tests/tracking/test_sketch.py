@@ -65,7 +65,7 @@ def at(x, y, z, yaw_deg=0.0):
     return Pose(tilt @ Pose.from_yaw(math.radians(yaw_deg)).rotation, np.array([x, y, z]))
 
 
-@pytest.mark.parametrize(("distance_m", "finer"), [(0.5, 1), (1.2, 2), (3.0, 4)])
+@pytest.mark.parametrize(("distance_m", "finer"), [(0.5, 1), (1.2, 3), (3.0, 4)])
 def test_small_objects_are_drawn_finer_and_their_points_lie_where_they_should(
     model, renderer, distance_m, finer
 ):
