@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from scenes.state import TrackState
-from tracking.beliefs import LOST_CONFIDENCE, confidence_of
+from tracking.beliefs import LOST_CONFIDENCE, confidence_of, shows_pattern
 from tracking.evidence import Evidence
 from tracking.metrics import ROUND
 from tracking.recover import Guess, is_other, leaves_no_doubt, ranked, refined, turned
@@ -86,6 +86,8 @@ def _concluded(task: Task, evidence: Evidence, fit: Fit, review: Review) -> tupl
         (rivals if is_rival else same).append(other)
     is_small = bool(same) and same[0].explained is not None
     found = same[0] if is_small else Guess(review.fit, None)
+    if same and same[0].is_clearly_better(found):
+        found = same[0]
     is_wrong = bool(rivals) and rivals[0].is_clearly_better(found)
     best, others = (rivals[0], [found, *rivals[1:]]) if is_wrong else (found, rivals)
     is_clear = all(best.is_clearly_better(other) for other in others)
@@ -123,10 +125,19 @@ def _is_wanted(task: Task, fit: Fit) -> bool:
     """Whether the yaw may be wrong, and the picture may tell."""
     if task.model.symmetry == ROUND or leaves_no_doubt(fit):
         return False
+    audit = task.track.audit
+    if _is_portrayed(fit) and shows_pattern(fit) and (audit is None or audit.is_clear):
+        return False
     if fit.covered_fraction > COVERED or fit.visible_fraction < SEEN:
         return False
     # What never moved has the yaw that it was scanned with.
-    return task.track.state is not TrackState.STATIC or task.track.audit is not None
+    return task.track.state is not TrackState.STATIC or audit is not None
+
+
+def _is_portrayed(fit: Fit) -> bool:
+    """Whether a pose was found by the object's portrait, which shows it at the yaw known then."""
+    sketch = fit.sketch
+    return sketch.portrait is not None and sketch.portrait.worth(sketch.camera_from_object) > 0.5
 
 
 def _is_due(audit: Audit | None, now_ns: int) -> bool:

@@ -14,6 +14,7 @@ from scenes.state import TrackState
 from tracking.carried import is_lifted, is_likelier
 from tracking.evidence import Evidence
 from tracking.metrics import ROUND
+from tracking.portrait import Portrait
 from tracking.sketch import Sketchbook
 from tracking.smooth import pose_vector, vector_pose
 from tracking.solve import (
@@ -23,6 +24,7 @@ from tracking.solve import (
     TRACKING_REACHES,
     Fit,
     Prior,
+    judge,
     solve,
 )
 from tracking.track import Task, Track
@@ -45,6 +47,11 @@ RECOGNISED_LIKENESS = 0.5
 RECOGNISED_VISIBLE = 0.6
 RECOGNISED_AGREEMENT = 0.3
 """A pattern that is seen this well, and is this like the drawn one, needs less of an outline."""
+SAME_SHARE = 0.95
+PORTRAYED_SIGMA = (0.005, 0.005, 0.003, math.radians(1.5))
+"""What is so nearly as like its portrait as when that was made has not moved by a pixel; how well
+its pose is known then."""
+
 DOUBTED_AGREEMENT, CERTAIN_AGREEMENT = 0.42, 0.88
 DOUBTED_LIKENESS, CERTAIN_LIKENESS = 0.2, 0.6
 """Confidence grows from 0 to 1 between these."""
@@ -147,10 +154,20 @@ def _standing(
 
 def measure(task: Task, evidence: Evidence, predicted_world_from_object: Pose) -> Fit:
     """Solve from the prediction, and from farther off if that does not convince."""
-    beliefs, book = priors(task, predicted_world_from_object), Sketchbook(task.track.sketch)
+    beliefs, track = priors(task, predicted_world_from_object), task.track
+    # What rests is judged by the scan alone: a portrait of it would find itself right.
+    rested = track.state is TrackState.STATIC and track.missed_frames == 0
+    book = Sketchbook(track.sketch, None if rested else track.portrait)
+    if not rested and track.portrait is not None:
+        back = _as_portrayed(task, evidence, book, track.portrait, predicted_world_from_object)
+        if back is not None:
+            return back
     quick = TRACKING_REACHES if task.track.missed_frames == 0 else COLD_REACHES
     best = _try(task, evidence, book, predicted_world_from_object, beliefs[0], reaches_px=quick)
     best_belief = beliefs[0]
+    if rested and not _is_convincing(task, best) and track.portrait is not None:
+        book = Sketchbook(track.sketch, track.portrait)
+        best = _try(task, evidence, book, predicted_world_from_object, beliefs[0], reaches_px=quick)
     if len(beliefs) > 1 and not task.is_first and _has_left(task, best):
         # What is carried looks like something that slides along its support, and the other way
         # round: both are tried, and the likelier one is taken.
@@ -173,6 +190,30 @@ def measure(task: Task, evidence: Evidence, predicted_world_from_object: Pose) -
         if _is_convincing(task, best):
             break
     return best
+
+
+def _as_portrayed(
+    task: Task, evidence: Evidence, book: Sketchbook, portrait: Portrait, predicted: Pose
+) -> Fit | None:
+    """The pose at which an object rested last, if it looks there just as it did then.
+
+    What somebody reached across has not moved, whatever its outline says.
+    """
+    apart = predicted.translation - portrait.world_from_object.translation
+    if float(np.linalg.norm(apart)) > task.model.radius_m:
+        return None
+    fit = at_portrait(task, evidence, book, portrait)
+    is_same = fit.likeness >= SAME_SHARE * portrait.likeness
+    return fit if is_same and shows_pattern(fit) else None
+
+
+def at_portrait(task: Task, evidence: Evidence, book: Sketchbook, portrait: Portrait) -> Fit:
+    """What a picture says of the pose at which an object was portrayed."""
+    world_from_object = portrait.world_from_object
+    prior = Prior(pose_vector(world_from_object), np.array(PORTRAYED_SIGMA))
+    sketch = book.at(task.model, world_from_object, evidence, task.scene.renderer)
+    information = np.diag(prior.weights())
+    return judge(evidence, task.model, world_from_object, information, prior, sketch)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -254,7 +295,7 @@ def is_doubtful(task: Task, fit: Fit) -> bool:
     if not task.scene.holds(fit.world_from_object):
         return True
     unsure = task.track.missed_frames > 0
-    weak = fit.support < CONVINCING and not _is_recognised(fit)
+    weak = fit.support < CONVINCING and not shows_pattern(fit)
     if task.model.source.box_m[2] >= HEAVY_HEIGHT_M:
         return weak and unsure
     if weak and (unsure or _has_left_its_rest(task, fit)):
@@ -268,7 +309,9 @@ def _worth(fit: Fit, belief: Prior) -> float:
     """Quality less the price of being far from what was expected."""
     apart = pose_vector(fit.world_from_object) - belief.mean
     apart[3] = wrap_angle(float(apart[3]))
-    return fit.quality - FAR_PRICE * min(float(((apart / belief.sigma) ** 2).sum()), 9.0)
+    return _presence(fit) * fit.quality - FAR_PRICE * min(
+        float(((apart / belief.sigma) ** 2).sum()), 9.0
+    )
 
 
 def _try(
@@ -328,7 +371,8 @@ def _lowered(
 
 
 def _is_convincing(task: Task, fit: Fit) -> bool:
-    alike = not fit.textured or fit.likeness >= CONVINCING_LIKENESS
+    wanted = max(CONVINCING_LIKENESS, USUAL_SHARE * task.track.usual_likeness)
+    alike = not fit.textured or fit.likeness >= wanted
     usual = fit.free_agreement >= USUAL_SHARE * task.track.usual_agreement
     return fit.support >= HOLD_BELOW and fit.free_agreement >= CONVINCING and usual and alike
 
@@ -344,11 +388,11 @@ def least_likeness(track: Track) -> float:
 def is_believable(fit: Fit, *, wanted_likeness: float = LEAST_LIKENESS) -> bool:
     """Whether enough of the object is seen, agrees and looks like it."""
     alike = not fit.textured or fit.likeness >= wanted_likeness
-    least = RECOGNISED_AGREEMENT if _is_recognised(fit) else HOLD_BELOW
+    least = RECOGNISED_AGREEMENT if shows_pattern(fit) else HOLD_BELOW
     return fit.support >= least and fit.visible_fraction >= LEAST_VISIBLE and alike
 
 
-def _is_recognised(fit: Fit) -> bool:
+def shows_pattern(fit: Fit) -> bool:
     """Whether an object's pattern alone tells that it is there."""
     shows = fit.visible_fraction >= RECOGNISED_VISIBLE
     return fit.textured and shows and fit.likeness >= RECOGNISED_LIKENESS
@@ -360,9 +404,14 @@ def confidence_of(fit: Fit) -> float:
     if fit.textured:
         alike = (fit.likeness - DOUBTED_LIKENESS) / (CERTAIN_LIKENESS - DOUBTED_LIKENESS)
         sure = min(sure, alike)
+    return min(max(sure, 0.0), 1.0) * _presence(fit)
+
+
+def _presence(fit: Fit) -> float:
+    """0..1: how little of the silhouette shows the empty room."""
     missing = 1.0 - fit.visible_fraction - fit.covered_fraction
     there = (ABSENT_SHARE - missing) / (ABSENT_SHARE - PRESENT_SHARE)
-    return min(max(sure, 0.0), 1.0) * min(max(there, 0.0), 1.0)
+    return min(max(there, 0.0), 1.0)
 
 
 def is_certainly_there(fit: Fit, *, is_recognised: bool | None) -> bool:

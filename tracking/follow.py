@@ -14,6 +14,8 @@ from tracking.audit import COVERED, audited, is_under_review, told_confidence
 from tracking.beliefs import (
     HEAVY_HEIGHT_M,
     LOST_CONFIDENCE,
+    RECOGNISED_LIKENESS,
+    at_portrait,
     confidence_of,
     is_believable,
     is_certainly_there,
@@ -21,10 +23,13 @@ from tracking.beliefs import (
     least_likeness,
     measure,
 )
+from tracking.carried import is_lifted
 from tracking.evidence import Evidence, gather, view_of
 from tracking.kernels import KERNELS
 from tracking.metrics import ROUND
-from tracking.recover import is_recognised
+from tracking.portrait import Portrait, portrayed
+from tracking.recover import is_recognised, settled
+from tracking.sketch import Sketchbook, draw
 from tracking.smooth import Motion, pose_vector, vector_pose
 from tracking.solve import Fit
 from tracking.track import RESTING_FRAMES, Rest, Task, Track
@@ -57,6 +62,12 @@ SIGNIFICANT = 2.5
 
 REST_BLEND = 0.2
 """Share of a new measurement in a resting object's pose."""
+
+UNCOVERED = 0.05
+"""Of a thing of which no more is covered, the picture shows how it looks."""
+
+OUTGROWN = 0.9
+"""Worth of a portrait, 0..1, below which a new one is made of what is still recognised by it."""
 
 FORGOTTEN = 0.15
 """Share of a frame's lower agreement in what is usual."""
@@ -113,11 +124,11 @@ def follow(task: Task, unchanged: bool) -> Track:
     task, fit = audited(task, evidence, fit)
     wanted_likeness = least_likeness(task.track)
     if is_believable(fit, wanted_likeness=wanted_likeness) and not is_doubtful(task, fit):
-        return _accept(task, evidence, fit)
+        return _accept(task, evidence, fit, unchanged=unchanged)
     return _miss(task, fit)
 
 
-def _accept(task: Task, evidence: Evidence, fit: Fit) -> Track:
+def _accept(task: Task, evidence: Evidence, fit: Fit, *, unchanged: bool) -> Track:
     """The track after a convincing measurement."""
     track, now = task.track, task.scene.frame.t_ns
     step = pose_vector(fit.world_from_object) - pose_vector(track.world_from_object)
@@ -130,7 +141,8 @@ def _accept(task: Task, evidence: Evidence, fit: Fit) -> Track:
         covariance=uncertainty(task.scene, fit),
         visible_fraction=fit.visible_fraction,
         confidence=told_confidence(track, fit),
-        usual_agreement=_usual(track, fit),
+        usual_agreement=_usual(track.usual_agreement, fit.free_agreement),
+        usual_likeness=_usual(track.usual_likeness, fit.likeness),
         missed_frames=0,
         seen_ns=now,
         looked_ns=now,
@@ -139,18 +151,24 @@ def _accept(task: Task, evidence: Evidence, fit: Fit) -> Track:
     sigma = np.sqrt(np.diag(fit.covariance))
     far = max(MOVED_M, SIGNIFICANT * float(np.linalg.norm(sigma[:2])))
     turned = max(MOVED_RAD, SIGNIFICANT * float(sigma[3]))
-    if track.state is TrackState.STATIC and distance < far and turn < turned:
+    rests = distance < far and turn < turned and (unchanged or not _was_taken_up(task, fit))
+    if track.state is TrackState.STATIC and rests:
         blend = REST_BLEND if fit.visible_fraction > 0.85 and track.rest is not None else 0.0
         world_from_object = vector_pose(pose_vector(track.world_from_object) + blend * step)
+        # What begins to leave is not where it was: it would be portrayed wrongly.
+        is_quiet = unchanged or track.portrait is None
+        known = replace(fit, world_from_object=world_from_object)
         return replace(
             seen,
             world_from_object=world_from_object,
             motion=Motion.rest(now),
             rest=rest_of(task, fit),
+            portrait=_portrait(task, evidence, known) if is_quiet else track.portrait,
         )
     still = distance < RESTING_STEP_M and turn < RESTING_STEP_RAD
     still_frames = track.still_frames + 1 if still else 0
     if still_frames >= RESTING_FRAMES:
+        fit = _settled(task, evidence, fit)
         return replace(
             seen,
             world_from_object=fit.world_from_object,
@@ -158,6 +176,7 @@ def _accept(task: Task, evidence: Evidence, fit: Fit) -> Track:
             state=TrackState.STATIC,
             still_frames=still_frames,
             rest=rest_of(task, fit),
+            portrait=_portrait(task, evidence, fit),
         )
     motion = track.motion.measured(track.world_from_object, fit.world_from_object, now)
     if task.is_first or track.missed_frames > 3:
@@ -169,13 +188,47 @@ def _accept(task: Task, evidence: Evidence, fit: Fit) -> Track:
         state=TrackState.TRACKED,
         still_frames=still_frames,
         rest=None,
+        portrait=_portrait(task, evidence, fit) if _is_outgrown(fit) else track.portrait,
     )
 
 
-def _usual(track: Track, fit: Fit) -> float:
+def _was_taken_up(task: Task, fit: Fit) -> bool:
+    """Whether what stood hangs in the air: from afar, its distance is too unsure to tell."""
+    stood = not is_lifted(task, task.track.world_from_object)
+    return stood and is_lifted(task, fit.world_from_object)
+
+
+def _usual(before: float, now: float) -> float:
     """What agrees usually: soon more, slowly less."""
-    kept = (1.0 - FORGOTTEN) * track.usual_agreement + FORGOTTEN * fit.free_agreement
-    return max(fit.free_agreement, kept)
+    return max(now, (1.0 - FORGOTTEN) * before + FORGOTTEN * now)
+
+
+def _settled(task: Task, evidence: Evidence, fit: Fit) -> Fit:
+    """The fit of what comes to rest, or a better one by its colours."""
+    found = settled(task.scene, task.model, evidence, fit.world_from_object)
+    return fit if found is None else max(fit, found, key=lambda option: option.quality)
+
+
+def _is_outgrown(fit: Fit) -> bool:
+    """Whether an object is recognised by a portrait from which it has begun to turn away."""
+    portrait = fit.sketch.portrait
+    if portrait is None or fit.likeness < RECOGNISED_LIKENESS:
+        return False
+    return 0.0 < portrait.worth(fit.sketch.camera_from_object) < OUTGROWN
+
+
+def _portrait(task: Task, evidence: Evidence, fit: Fit) -> Portrait | None:
+    """How a textured object looks where it rests, if nothing covers it."""
+    model = task.model
+    if not model.textured or fit.covered_fraction > UNCOVERED:
+        return task.track.portrait
+    pose, renderer = fit.world_from_object, task.scene.renderer
+    drawn = draw(model, pose, evidence, renderer)
+    portrait = portrayed(evidence, drawn, pose, radius_m=model.radius_m)
+    return replace(
+        portrait,
+        likeness=at_portrait(task, evidence, Sketchbook(None, portrait), portrait).likeness,
+    )
 
 
 def _miss(task: Task, fit: Fit) -> Track:

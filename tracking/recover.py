@@ -271,6 +271,15 @@ def is_recognised(scene: Scene, model: TrackModel, evidence: Evidence, fit: Fit)
     return refined(scene, model, fit.world_from_object, evidence).quality >= RECOGNISED_SMALL
 
 
+def settled(
+    scene: Scene, model: TrackModel, evidence: Evidence, world_from_object: Pose
+) -> Fit | None:
+    """Where a small textured object came to rest, by its colours; None for any other object."""
+    if not (model.textured and _is_small(model, evidence)):
+        return None
+    return refined(scene, model, world_from_object, evidence).fit
+
+
 def _can_be(scene: Scene, world_from_object: Pose) -> bool:
     """Whether something at a pose is inside the room, and stands on something."""
     stands = bool(scene.stands.hold(world_from_object.translation[None])[0])

@@ -21,6 +21,7 @@ from tracking.extent import extent, part_of
 from tracking.kernels import contour_of
 from tracking.model import RENDER_OPTIONS, TrackModel
 from tracking.pictures import bell_blurred, resized
+from tracking.portrait import Portrait
 
 FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]
@@ -70,6 +71,7 @@ class Sketch:
         surface: (N, 3) points evenly over the silhouette, in the object's frame.
         colours: (N, 3) float32 drawn there, smoothed.
         area_px: pixels of the silhouette.
+        portrait: whose colours were laid on it, if any.
     """
 
     camera_from_object: Pose
@@ -81,6 +83,7 @@ class Sketch:
     surface: Points
     colours: FloatArray
     area_px: int
+    portrait: Portrait | None
 
     def serves(self, evidence: Evidence, world_from_object: Pose, tolerance: float = 1.0) -> bool:
         """Whether an object at a pose still looks like this, up to so many times the limits."""
@@ -104,10 +107,13 @@ class Sketchbook:
 
     Args:
         first: of the frame before, if there is one.
+        portrait: laid on whatever is drawn.
     """
 
-    def __init__(self, first: Sketch | None = None) -> None:
-        self._sketches = [] if first is None else [first]
+    def __init__(self, first: Sketch | None = None, portrait: Portrait | None = None) -> None:
+        is_alike = first is not None and first.portrait is portrait
+        self._sketches = [first] if first is not None and is_alike else []
+        self._portrait = portrait
 
     def at(
         self,
@@ -122,8 +128,19 @@ class Sketchbook:
         for sketch in reversed(self._sketches):
             if sketch.serves(evidence, world_from_object, tolerance):
                 return sketch
-        self._sketches.append(sketched(model, world_from_object, evidence, renderer))
-        return self._sketches[-1]
+        drawn = sketched(model, world_from_object, evidence, renderer, portrait=self._portrait)
+        self._sketches.append(drawn)
+        return drawn
+
+    def drawn(
+        self, model: TrackModel, world_from_object: Pose, evidence: Evidence, renderer: Renderer
+    ) -> Rendering:
+        """The object alone, as the window's camera would see it."""
+        picture = draw(model, world_from_object, evidence, renderer)
+        if self._portrait is None:
+            return picture
+        camera_from_object = evidence.world_from_camera.inverse() @ world_from_object
+        return self._portrait.laid_on(picture, evidence.camera, camera_from_object)
 
 
 def draw(
@@ -139,9 +156,14 @@ def draw(
 
 
 def sketched(
-    model: TrackModel, world_from_object: Pose, evidence: Evidence, renderer: Renderer
+    model: TrackModel,
+    world_from_object: Pose,
+    evidence: Evidence,
+    renderer: Renderer,
+    *,
+    portrait: Portrait | None = None,
 ) -> Sketch:
-    """Draw an object at a pose and pick its points."""
+    """Draw an object at a pose, lay what is known of its looks on it, and pick its points."""
     view = evidence.view
     object_from_camera = world_from_object.inverse() @ view.world_from_camera
     camera = evidence.camera
@@ -162,7 +184,9 @@ def sketched(
         reach_px=REACH_PX * finer,
     )
     drawn = _shrunk(drawn, finer)
-    if finer > 1:
+    if portrait is not None:
+        drawn = portrait.laid_on(drawn, camera, object_from_camera.inverse())
+    if finer > 1 or portrait is not None:
         contour = _as_seen(contour, drawn, camera, object_from_camera, finer)
     picture = bell_blurred(drawn.rgb, TEXTURE_BLUR_PX, 3)
     texture = texture_points(
@@ -190,6 +214,7 @@ def sketched(
         surface=object_from_camera @ lift(camera, pixels, depth),
         colours=picture[rows, columns] / drawn.alpha[rows, columns, None],
         area_px=area,
+        portrait=portrait,
     )
 
 

@@ -18,7 +18,7 @@ from tracking.kernels import KERNELS, Measurement, refined, rows_of
 from tracking.metrics import ROUND
 from tracking.model import TrackModel
 from tracking.observe import CONTOUR_CORRELATION
-from tracking.sketch import LEAST_AREA_PX, ROUGHLY, Sketch, Sketchbook, draw
+from tracking.sketch import LEAST_AREA_PX, ROUGHLY, Sketch, Sketchbook
 from tracking.smooth import pose_vector, vector_pose
 
 Points = NDArray[np.float64]
@@ -200,12 +200,12 @@ def solve(
         book: what was drawn before of this object in this window, and will be now.
     """
     world_from_object, halo_m = start_world_from_object, prior.halo_m
+    book = book or Sketchbook()
     if slide_first:
-        drawn = draw(model, world_from_object, evidence, renderer)
+        drawn = book.drawn(model, world_from_object, evidence, renderer)
         world_from_object = slide(
             world_from_object, drawn, evidence, model, grounded=prior.sigma[2] < GROUNDED_M
         )
-    book = book or Sketchbook()
     sketch = book.at(model, world_from_object, evidence, renderer, tolerance=ROUGHLY)
     information = np.diag(prior.weights())
     coarse = [(reach, 2) for reach in reaches_px if reach > FINE_REACH_PX]

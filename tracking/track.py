@@ -13,6 +13,7 @@ from scenes.pose import Pose
 from scenes.state import TrackedObject, TrackState
 from tracking.evidence import Evidence, Neighbour, Scene
 from tracking.model import TrackModel
+from tracking.portrait import Portrait
 from tracking.recover import Guess
 from tracking.sketch import Sketch
 from tracking.smooth import Motion
@@ -92,6 +93,7 @@ class Track:
         visible_fraction: 0..1.
         confidence: 0..1.
         usual_agreement: share of the free outline that agreed lately; 0 before.
+        usual_likeness: that of its pattern, lately; 0 before.
         likeness_there: that of its pattern where it was recognised at first; 1 if it was not asked.
         halo_m: learned distance of the drawn surface outside the real one.
         halo_sigma_m: how well that is known.
@@ -99,6 +101,7 @@ class Track:
         missed_frames: frames in a row without agreement.
         rest: how it looks at rest; None while it isn't known to rest.
         sketch: how it was drawn last; None before.
+        portrait: how it looked where it rested last, uncovered; None before.
         seen_ns: frame time of the last frame that agreed.
         looked_ns: frame time of the last frame in which it was measured or missed.
         searched_ns: frame time of the last search over the whole scene.
@@ -114,6 +117,7 @@ class Track:
     visible_fraction: float
     confidence: float
     usual_agreement: float
+    usual_likeness: float
     likeness_there: float
     halo_m: float
     halo_sigma_m: float
@@ -121,6 +125,7 @@ class Track:
     missed_frames: int
     rest: Rest | None
     sketch: Sketch | None
+    portrait: Portrait | None
     seen_ns: int
     looked_ns: int
     searched_ns: int
@@ -166,6 +171,7 @@ def new_track(model: TrackModel) -> Track:
         visible_fraction=0.0,
         confidence=0.0,
         usual_agreement=0.0,
+        usual_likeness=0.0,
         likeness_there=1.0,
         halo_m=HALO_M,
         halo_sigma_m=HALO_SIGMA_M,
@@ -173,6 +179,7 @@ def new_track(model: TrackModel) -> Track:
         missed_frames=0,
         rest=None,
         sketch=None,
+        portrait=None,
         seen_ns=0,
         looked_ns=0,
         searched_ns=-SEARCH_PERIOD_NS,

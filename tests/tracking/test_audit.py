@@ -35,7 +35,7 @@ def a_fit(pose, support, *, visible=0.95):
         covered_fraction=0.0,
         textured=False,
         likeness=0.5,
-        sketch=SimpleNamespace(contour=range(240)),
+        sketch=SimpleNamespace(contour=range(240), portrait=None),
     )
 
 
@@ -120,3 +120,26 @@ def test_a_yaw_that_is_one_of_several_is_told_as_a_guess():
     doubtful = a_fit(SHARP, 0.75)
     assert told_confidence(a_track(Audit(0, 1, False)), doubtful) <= LOST_CONFIDENCE
     assert told_confidence(a_track(Audit(0, 1, True)), doubtful) > LOST_CONFIDENCE
+
+
+def test_a_clearly_better_place_at_the_same_yaw_is_taken(task, monkeypatch):
+    better = a_fit(Pose.from_yaw(0.05), 0.9)
+    doubtful = task(None)
+    monkeypatch.setattr(tracking.audit, "turned", lambda *_: [SHARP])
+    monkeypatch.setattr(tracking.audit, "refined", lambda *_: Guess(better, None))
+    after, fit = audited(doubtful, None, a_fit(SHARP, 0.5))
+    assert fit is better
+    assert after.track.audit.is_clear
+
+
+def test_what_looks_like_its_portrait_of_a_known_yaw_is_left_alone(task):
+    seen = a_fit(SHARP, 0.5)
+    seen.textured = True
+    seen.sketch = SimpleNamespace(
+        contour=range(240),
+        camera_from_object=None,
+        portrait=SimpleNamespace(worth=lambda _: 1.0),
+    )
+    assert audited(task(None), None, seen)[1] is seen
+    doubted = task(Audit(0, 0, False), now_ns=10 * PERIOD_NS)
+    assert audited(doubted, None, seen)[1] is not seen

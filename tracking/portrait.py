@@ -1,0 +1,116 @@
+"""What the live picture has shown of an object, laid over what is drawn of it.
+
+A scan has faults: a side that no photo saw, a corner that stayed in the room. Where an object's
+pose is known, the live picture shows how it really looks from there; seen from about the same side,
+every drawn point takes its colour from that (image-based rendering on the scan's own depth).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.cameras import Fisheye
+from scenes.pose import Pose
+from scenes.render.renderer import Rendering
+from tracking.contour import lift, sample
+from tracking.evidence import Evidence
+
+FloatArray = NDArray[np.float32]
+
+SHOWN = 0.5
+"""Foreground of at least this share is the object's own colour, and no gap in it."""
+
+SOLID = 0.9
+"""Alpha of what is drawn firmly enough to be laid on."""
+
+SAME_DEPTH = 0.2
+"""What lies deeper than this behind what the portrait shows, in radii, is another side."""
+
+FADES_RAD, GONE_RAD = math.radians(20), math.radians(40)
+"""A portrait counts fully while the object is seen turned by less than the first angle, and no more
+from the second on."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Portrait:
+    """The live picture of an object whose pose is known.
+
+    Attributes:
+        camera: of the picture; depth is range.
+        camera_from_object: from where it was seen.
+        world_from_object: where the object was.
+        shown: (H, W, 4) float32 0..1: its colours, and how surely they are the object's.
+        depth: (H, W) metres from the camera to the drawn object.
+        slack_m: what lies so much deeper is another side of the object.
+        likeness: -1..1, of the object drawn with this portrait to the picture it was made of.
+    """
+
+    camera: Fisheye
+    camera_from_object: Pose
+    world_from_object: Pose
+    shown: FloatArray
+    depth: FloatArray
+    slack_m: float
+    likeness: float = 1.0
+
+    def laid_on(self, drawn: Rendering, camera: Fisheye, camera_from_object: Pose) -> Rendering:
+        """A drawing of the object with the colours that this portrait knows of it.
+
+        Args:
+            drawn: the object alone.
+            camera: it was drawn with.
+            camera_from_object: and from where.
+        """
+        worth = self.worth(camera_from_object)
+        rows, columns = np.nonzero(drawn.alpha > SHOWN)
+        if worth <= 0.0 or len(rows) == 0:
+            return drawn
+        pixels = np.stack([columns, rows], axis=1).astype(np.float64) + 0.5
+        points = lift(camera, pixels, drawn.depth[rows, columns].astype(np.float64))
+        here = self.camera_from_object @ camera_from_object.inverse() @ points
+        places, _ = self.camera.project(here)
+        seen = sample(self.shown, places)
+        is_front = np.linalg.norm(here, axis=1) < sample(self.depth, places) + self.slack_m
+        share = (worth * seen[:, 3] * is_front)[:, None].astype(np.float32)
+        rgb = drawn.rgb.copy()
+        alpha = drawn.alpha[rows, columns, None]
+        rgb[rows, columns] += share * (alpha * seen[:, :3] - rgb[rows, columns])
+        return Rendering(rgb, drawn.alpha, drawn.depth)
+
+    def worth(self, camera_from_object: Pose) -> float:
+        """0..1: how much the portrait says of the object seen from elsewhere."""
+        a, b = _sight(self.camera_from_object), _sight(camera_from_object)
+        turned = math.acos(min(max(float(a @ b), -1.0), 1.0))
+        return min(max((GONE_RAD - turned) / (GONE_RAD - FADES_RAD), 0.0), 1.0)
+
+
+def _sight(camera_from_object: Pose) -> NDArray[np.float64]:
+    """(3,) unit direction to the camera, in the object's frame."""
+    eye = camera_from_object.inverse().translation
+    return np.asarray(eye / np.linalg.norm(eye), dtype=np.float64)
+
+
+def portrayed(
+    evidence: Evidence, drawn: Rendering, world_from_object: Pose, *, radius_m: float
+) -> Portrait:
+    """The portrait of an object.
+
+    Args:
+        evidence: its window.
+        drawn: the object alone in that window, at its pose.
+        world_from_object: the pose.
+        radius_m: of the object.
+    """
+    own = (drawn.alpha > SOLID) & (evidence.foreground > SHOWN) & (evidence.hidden < SHOWN)
+    sure = cv2.erode(own.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(np.float32)
+    shown = np.dstack([evidence.live, sure]).astype(np.float32)
+    # Beside the object a neighbouring pixel's depth would be mixed with nothing's.
+    depth = np.where(drawn.alpha > SHOWN, drawn.depth, 0.0).astype(np.float32)
+    camera_from_object = evidence.world_from_camera.inverse() @ world_from_object
+    slack_m = SAME_DEPTH * radius_m
+    return Portrait(evidence.camera, camera_from_object, world_from_object, shown, depth, slack_m)
