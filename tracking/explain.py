@@ -64,6 +64,9 @@ class Setting:
         live: (H, W, 3) 0..1.
         empty: (H, W, 3) what the live picture would show there without anything new.
         free: (H, W) 0..1, not covered by a nearer object.
+        changed_px: in how many pixels the live picture differs from the empty room.
+        live_detail: (H, W, 3) fine structure of the live picture.
+        empty_detail: (H, W, 3) and of the empty room.
     """
 
     camera: Fisheye
@@ -71,12 +74,27 @@ class Setting:
     live: FloatArray
     empty: FloatArray
     free: FloatArray
+    changed_px: float
+    live_detail: FloatArray
+    empty_detail: FloatArray
 
 
 def explained(
-    scene: Scene, model: TrackModel, evidence: Evidence, world_from_start: Pose
+    scene: Scene,
+    model: TrackModel,
+    evidence: Evidence,
+    world_from_start: Pose,
+    *,
+    evaluations: int = EVALUATIONS,
 ) -> tuple[Pose, float]:
     """The pose near a start, on its height, at which the object explains the picture best.
+
+    Args:
+        scene: the frame.
+        model: the object.
+        evidence: its window.
+        world_from_start: the start.
+        evaluations: so many poses are tried at most.
 
     Returns:
         The pose, and how much it resembles the picture there, as in `resemblances`.
@@ -94,10 +112,10 @@ def explained(
 
     def cost(steps: Points) -> float:
         shown, _ = _shown(setting, model, pose_of(steps), scene.renderer)
-        return _strange_px(shown, setting.live, setting) + STEP_PRICE * float(steps @ steps)
+        return _strange_px(shown, setting.live, setting.free) + STEP_PRICE * float(steps @ steps)
 
     simplex = np.vstack([np.zeros(3), np.eye(3)])
-    options = {"maxfev": EVALUATIONS, "initial_simplex": simplex, "xatol": 0.02, "fatol": 0.1}
+    options = {"maxfev": evaluations, "initial_simplex": simplex, "xatol": 0.02, "fatol": 0.1}
     found = minimize(cost, np.zeros(3), method="Nelder-Mead", options=options)
     pose = pose_of(np.asarray(found.x, dtype=np.float64))
     return pose, _resemblance(setting, model, pose, scene.renderer)
@@ -122,9 +140,8 @@ def resemblances(
 def _resemblance(setting: Setting, model: TrackModel, pose: Pose, renderer: Renderer) -> float:
     shown, alpha = _shown(setting, model, pose, renderer)
     on_object = setting.free * (blurred(alpha, LENS_BLUR_PX) > ON_OBJECT)
-    live = setting.live
-    detail = _detail_shared(shown, live, on_object)
-    without = max(_detail_shared(setting.empty, live, on_object), 0.0)
+    detail = _detail_shared(_detail(shown), setting.live_detail, on_object)
+    without = max(_detail_shared(setting.empty_detail, setting.live_detail, on_object), 0.0)
     return 0.5 * (_share_explained(shown, setting) + detail - without)
 
 
@@ -141,19 +158,21 @@ def _shown(
     return np.asarray(shown, dtype=np.float32), alpha
 
 
+def _detail(picture: FloatArray) -> FloatArray:
+    """(H, W, 3) fine structure of a picture."""
+    return np.asarray(picture - blurred(picture, DETAIL_PX), dtype=np.float32)
+
+
 def _detail_shared(first: FloatArray, second: FloatArray, weight: FloatArray) -> float:
-    """-1..1: how alike the fine structure of two pictures is, in strength as well.
+    """-1..1: how alike the fine structures of two pictures are, in strength as well.
 
     Light, shadows and faults of an empty room are smooth; flat floor is not like a plain object,
     which has an outline.
     """
-    a, b = (
-        np.asarray(picture - blurred(picture, DETAIL_PX), dtype=np.float32)
-        for picture in (first, second)
-    )
-    both = float((weight * np.einsum("hwc,hwc->hw", a, b)).sum())
-    power = np.einsum("hwc,hwc->hw", a, a) + np.einsum("hwc,hwc->hw", b, b)
-    return 2.0 * both / max(float((weight * power).sum()), 1e-6)
+    weights = np.repeat(weight.ravel(), 3)
+    a, b = first.ravel(), second.ravel()
+    power = float(weights @ (a * a + b * b))
+    return 2.0 * float(weights @ (a * b)) / max(power, 1e-6)
 
 
 def _light(
@@ -176,17 +195,15 @@ def _share_explained(shown: FloatArray, setting: Setting) -> float:
     Something large that has changed is not explained by a small object, and a large object is not
     seen where little has changed: the larger of the two changes counts.
     """
-    changed = _strange_px(setting.empty, setting.live, setting)
-    wanted = _strange_px(setting.empty, shown, setting)
-    most = max(changed, wanted)
-    return (most - _strange_px(shown, setting.live, setting)) / (most + DOUBT_PX)
+    most = max(setting.changed_px, _strange_px(setting.empty, shown, setting.free))
+    return (most - _strange_px(shown, setting.live, setting.free)) / (most + DOUBT_PX)
 
 
-def _strange_px(first: FloatArray, second: FloatArray, setting: Setting) -> float:
-    """In how many pixels two pictures differ."""
+def _strange_px(first: FloatArray, second: FloatArray, free: FloatArray) -> float:
+    """In how many pixels two pictures differ, of those that are free."""
     apart = first - second
     apart2 = np.einsum("hwc,hwc->hw", apart, apart)
-    return float((setting.free * apart2 / (apart2 + STRANGE**2)).sum())
+    return float((free * apart2 / (apart2 + STRANGE**2)).sum())
 
 
 def _setting(scene: Scene, model: TrackModel, evidence: Evidence, start: Pose) -> Setting | None:
@@ -205,12 +222,18 @@ def _setting(scene: Scene, model: TrackModel, evidence: Evidence, start: Pose) -
         cx=evidence.camera.cx - int(columns[0]),
         cy=evidence.camera.cy - int(rows[0]),
     )
+    live = np.ascontiguousarray(evidence.live[part])
+    empty = np.ascontiguousarray(_empty(scene, evidence)[part])
+    free = np.ascontiguousarray(1.0 - evidence.hidden[part])
     return Setting(
         camera,
         evidence.world_from_camera,
-        np.ascontiguousarray(evidence.live[part]),
-        np.ascontiguousarray(_empty(scene, evidence)[part]),
-        np.ascontiguousarray(1.0 - evidence.hidden[part]),
+        live,
+        empty,
+        free,
+        _strange_px(empty, live, free),
+        _detail(live),
+        _detail(empty),
     )
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import sys
 import threading
+from collections import OrderedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,7 @@ PictureArrays = tuple[
 """Flat rgb, alpha, depth and ids."""
 
 MOST_BYTES = 256_000_000
-"""Kept for later pictures; the ones put back longest ago go first."""
+"""Kept for later pictures; those of the size used longest ago go first."""
 BYTES_PER_PIXEL = 24
 
 
@@ -28,24 +29,34 @@ class PictureMemory:
     """Arrays of pictures drawn before. May be used from several threads."""
 
     def __init__(self) -> None:
-        self._kept: list[PictureArrays] = []
+        self._kept: OrderedDict[int, list[PictureArrays]] = OrderedDict()
+        self._bytes = 0
         self._lock = threading.Lock()
 
     def take(self, pixels: int) -> PictureArrays:
         """Arrays for a picture of so many pixels, whatever is in them."""
         with self._lock:
-            for place, arrays in enumerate(self._kept):
-                if len(arrays[1]) == pixels and _holders(arrays) == _NOBODY:
-                    return self._kept.pop(place)
+            kept = self._kept.get(pixels, [])
+            for place, arrays in enumerate(kept):
+                if _holders(arrays) == _NOBODY:
+                    self._bytes -= BYTES_PER_PIXEL * pixels
+                    return kept.pop(place)
         return _fresh(pixels)
 
     def give(self, arrays: PictureArrays) -> None:
         """Arrays that were drawn into; whoever still holds them keeps them from being reused."""
+        pixels = len(arrays[1])
         with self._lock:
-            self._kept.append(arrays)
-            size = BYTES_PER_PIXEL * sum(len(kept[1]) for kept in self._kept)
-            while size > MOST_BYTES and self._kept:
-                size -= BYTES_PER_PIXEL * len(self._kept.pop(0)[1])
+            self._kept.setdefault(pixels, []).append(arrays)
+            self._kept.move_to_end(pixels)
+            self._bytes += BYTES_PER_PIXEL * pixels
+            while self._bytes > MOST_BYTES:
+                oldest = next(iter(self._kept))
+                if self._kept[oldest]:
+                    self._kept[oldest].pop(0)
+                    self._bytes -= BYTES_PER_PIXEL * oldest
+                else:
+                    del self._kept[oldest]
 
 
 def rendering_of(arrays: PictureArrays, height: int, width: int) -> Rendering:
