@@ -33,6 +33,8 @@ Points = NDArray[np.float64]
 REACH_M = 4.5
 PLACES_NEARER = 12
 PLACES_SMALL, YAWS_SMALL = 32, 12
+YAWS_FIRST, PLACES_TURNED = 4, 14
+"""Of small objects so many yaws are compared at every place, and the others at the best ones."""
 REFINED = 10
 REFINED_TURNED = 4
 """How many places are looked at more closely; of small objects with how many yaws each; how many
@@ -56,6 +58,9 @@ START_SIGMA = (0.25, 0.25, 0.003, 0.6)
 
 GOOD_SUPPORT, GOOD_VISIBLE = 0.8, 0.9
 """Wrong yaws reach three quarters."""
+
+ROUGHLY, REFINED_SMALL = 24, 4
+"""Poses of small objects are refined by so many comparisons, the best of them by all there are."""
 
 SMALL_M = 0.25
 SMALL_PX = 40.0
@@ -152,7 +157,7 @@ def candidates(
     _, scores = scored(scene, look, model, pictures, places)
     if model.radius_m < SMALL_M:
         places = places[np.argsort(-scores.max(axis=1), kind="stable")[:PLACES_SMALL]]
-        starts = iter(_small_starts(scene, model, neighbours, places))
+        guesses = _small_guesses(scene, model, _small_starts(scene, model, neighbours, places))
     else:
         chosen = places[np.argsort(-scores.max(axis=1), kind="stable")[:PLACES_NEARER]]
         nearer = (chosen[:, None] + _around(model)).reshape(-1, 3)
@@ -162,11 +167,11 @@ def candidates(
             (start, gather(scene, model, view_of(scene, model, start, at_any_yaw=True), neighbours))
             for start in _distinct_starts(model, nearer, yaws, scores, limit=REFINED)
         )
-    guesses: list[Guess] = []
-    for start, evidence in starts:
-        guesses.append(refined(scene, model, start, evidence))
-        if len(_distinct(model, [g for g in guesses if leaves_no_doubt(g.fit)])) >= enough:
-            break
+        guesses = []
+        for start, evidence in starts:
+            guesses.append(refined(scene, model, start, evidence))
+            if len(_distinct(model, [g for g in guesses if leaves_no_doubt(g.fit)])) >= enough:
+                break
     accepted = [g for g in guesses if _is_acceptable(g) and _can_be(scene, g.world_from_object)]
     return _distinct(model, accepted)
 
@@ -179,7 +184,7 @@ def _small_starts(
     A place is right to a part of the object, too roughly to compare pictures: what has changed
     there is covered first.
     """
-    found: list[tuple[float, Pose, Evidence]] = []
+    tried: list[tuple[Points, list[Pose], Evidence]] = []
     for roughly in places:
         place = roughly
         pose = Pose.from_yaw(0.0, place)
@@ -190,6 +195,11 @@ def _small_starts(
         if shift is not None:
             place = shifted(pose, shift, evidence, model, grounded=True).translation
         poses = [Pose.from_yaw(2 * math.pi * k / YAWS_SMALL, place) for k in range(YAWS_SMALL)]
+        first = resemblances(scene, model, evidence, poses[:: YAWS_SMALL // YAWS_FIRST])
+        tried.append((first, poses, evidence))
+    tried.sort(key=lambda item: -item[0].max())
+    found: list[tuple[float, Pose, Evidence]] = []
+    for _, poses, evidence in tried[:PLACES_TURNED]:
         alike = resemblances(scene, model, evidence, poses)
         peaks = np.flatnonzero((alike >= np.roll(alike, 1)) & (alike > np.roll(alike, -1)))
         best = peaks[np.argsort(-alike[peaks], kind="stable")][:STARTS_A_PLACE]
@@ -200,6 +210,34 @@ def _small_starts(
         if len(distinct) < REFINED and all(is_other(model, pose, p) for p, _ in distinct):
             distinct.append((pose, evidence))
     return distinct
+
+
+def _small_guesses(
+    scene: Scene, model: TrackModel, starts: Sequence[tuple[Pose, Evidence]]
+) -> list[Guess]:
+    """What rough poses of a small object come to, the likeliest ones told closely."""
+    rough = [
+        (*explained(scene, model, evidence, start, evaluations=ROUGHLY), evidence)
+        for start, evidence in starts
+    ]
+    rough.sort(key=lambda item: -item[1])
+    best = [refined(scene, model, pose, evidence) for pose, _, evidence in rough[:REFINED_SMALL]]
+    others = [
+        _placed(scene, model, evidence, pose, share)
+        for pose, share, evidence in rough[REFINED_SMALL:]
+        if share >= ACCEPTED_SMALL
+    ]
+    return best + others
+
+
+def _placed(
+    scene: Scene, model: TrackModel, evidence: Evidence, world_from_object: Pose, share: float
+) -> Guess:
+    """A small object at a pose, and how much it explains there."""
+    sketch = sketched(model, world_from_object, evidence, scene.renderer)
+    prior = Prior(pose_vector(world_from_object), np.array(START_SIGMA))
+    information = np.diag(1.0 / Prior(prior.mean, np.array(SMALL_SIGMA)).seven() ** 2)
+    return Guess(judge(evidence, model, world_from_object, information, prior, sketch), share)
 
 
 def turned(model: TrackModel, evidence: Evidence, world_from_belief: Pose) -> list[Pose]:
@@ -230,10 +268,7 @@ def refined(scene: Scene, model: TrackModel, start: Pose, evidence: Evidence) ->
     """What a rough pose of an object comes to; of a small one, as its colours have it."""
     if _is_small(model, evidence):
         found, share = explained(scene, model, evidence, start)
-        sketch = sketched(model, found, evidence, scene.renderer)
-        prior = Prior(pose_vector(found), np.array(START_SIGMA))
-        information = np.diag(1.0 / Prior(prior.mean, np.array(SMALL_SIGMA)).seven() ** 2)
-        return Guess(judge(evidence, model, found, information, prior, sketch), share)
+        return _placed(scene, model, evidence, found, share)
     prior = Prior(pose_vector(start), np.array(START_SIGMA))
     fit = solve(evidence, model, start, prior, scene.renderer, reaches_px=START_REACHES)
     return Guess(fit, None)
