@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scenes.pose import Pose
 from tracking.align import shifted, silhouette_shift
 from tracking.evidence import Evidence, Neighbour, Scene, gather, view_of
-from tracking.explain import explained, resemblances
+from tracking.explain import EVALUATIONS, explained, resemblances
 from tracking.metrics import ROUND
 from tracking.model import TrackModel
 from tracking.observe import CONTOUR_CORRELATION
@@ -221,13 +221,15 @@ def _small_guesses(
         for start, evidence in starts
     ]
     rough.sort(key=lambda item: -item[1])
-    best = [refined(scene, model, pose, evidence) for pose, _, evidence in rough[:REFINED_SMALL]]
-    others = [
+    fine = [
+        (*explained(scene, model, evidence, pose, evaluations=EVALUATIONS - ROUGHLY), evidence)
+        for pose, _, evidence in rough[:REFINED_SMALL]
+    ]
+    return [
         _placed(scene, model, evidence, pose, share)
-        for pose, share, evidence in rough[REFINED_SMALL:]
+        for pose, share, evidence in fine + rough[REFINED_SMALL:]
         if share >= ACCEPTED_SMALL
     ]
-    return best + others
 
 
 def _placed(
