@@ -52,6 +52,8 @@ STEP_PRICE = 4.0
 """First steps, and what a step away from the start costs, in pixels wholly unexplained."""
 
 EVALUATIONS = 60
+ROUGHLY, CLOSELY = 24, 36
+"""How many poses are tried near a believed one; to come near the best, and to tell it closely."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,25 +82,39 @@ class Setting:
 
 
 def explained(
-    scene: Scene,
-    model: TrackModel,
-    evidence: Evidence,
-    world_from_start: Pose,
-    *,
-    evaluations: int = EVALUATIONS,
+    scene: Scene, model: TrackModel, evidence: Evidence, world_from_start: Pose
 ) -> tuple[Pose, float]:
     """The pose near a start, on its height, at which the object explains the picture best.
-
-    Args:
-        scene: the frame.
-        model: the object.
-        evidence: its window.
-        world_from_start: the start.
-        evaluations: so many poses are tried at most.
 
     Returns:
         The pose, and how much it resembles the picture there, as in `resemblances`.
     """
+    return _best(scene, model, evidence, world_from_start, EVALUATIONS, STEP_PRICE)
+
+
+def roughly_explained(
+    scene: Scene, model: TrackModel, evidence: Evidence, world_from_start: Pose
+) -> tuple[Pose, float]:
+    """The same, told with less effort; `closely_explained` goes on from there."""
+    return _best(scene, model, evidence, world_from_start, ROUGHLY, STEP_PRICE)
+
+
+def closely_explained(
+    scene: Scene, model: TrackModel, evidence: Evidence, world_from_rough: Pose
+) -> tuple[Pose, float]:
+    """The same from a rough pose, which nothing but the picture speaks for: it has no pull."""
+    return _best(scene, model, evidence, world_from_rough, CLOSELY, 0.0)
+
+
+def _best(
+    scene: Scene,
+    model: TrackModel,
+    evidence: Evidence,
+    world_from_start: Pose,
+    evaluations: int,
+    price: float,
+) -> tuple[Pose, float]:
+    """The best of so many poses tried near a start, where steps away have a price."""
     setting = _setting(scene, model, evidence, world_from_start)
     if setting is None:
         return world_from_start, 0.0
@@ -112,7 +128,7 @@ def explained(
 
     def cost(steps: Points) -> float:
         shown, _ = _shown(setting, model, pose_of(steps), scene.renderer)
-        return _strange_px(shown, setting.live, setting.free) + STEP_PRICE * float(steps @ steps)
+        return _strange_px(shown, setting.live, setting.free) + price * float(steps @ steps)
 
     simplex = np.vstack([np.zeros(3), np.eye(3)])
     options = {"maxfev": evaluations, "initial_simplex": simplex, "xatol": 0.02, "fatol": 0.1}

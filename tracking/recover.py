@@ -17,7 +17,12 @@ from numpy.typing import NDArray
 from scenes.pose import Pose
 from tracking.align import shifted, silhouette_shift
 from tracking.evidence import Evidence, Neighbour, Scene, gather, view_of
-from tracking.explain import EVALUATIONS, explained, resemblances
+from tracking.explain import (
+    closely_explained,
+    explained,
+    resemblances,
+    roughly_explained,
+)
 from tracking.metrics import ROUND
 from tracking.model import TrackModel
 from tracking.observe import CONTOUR_CORRELATION
@@ -59,8 +64,8 @@ START_SIGMA = (0.25, 0.25, 0.003, 0.6)
 GOOD_SUPPORT, GOOD_VISIBLE = 0.8, 0.9
 """Wrong yaws reach three quarters."""
 
-ROUGHLY, REFINED_SMALL = 24, 4
-"""Poses of small objects are refined by so many comparisons, the best of them by all there are."""
+REFINED_SMALL = 4
+"""So many rough poses of a small object are told closely."""
 
 SMALL_M = 0.25
 SMALL_PX = 40.0
@@ -217,12 +222,11 @@ def _small_guesses(
 ) -> list[Guess]:
     """What rough poses of a small object come to, the likeliest ones told closely."""
     rough = [
-        (*explained(scene, model, evidence, start, evaluations=ROUGHLY), evidence)
-        for start, evidence in starts
+        (*roughly_explained(scene, model, evidence, start), evidence) for start, evidence in starts
     ]
     rough.sort(key=lambda item: -item[1])
     fine = [
-        (*explained(scene, model, evidence, pose, evaluations=EVALUATIONS - ROUGHLY), evidence)
+        (*closely_explained(scene, model, evidence, pose), evidence)
         for pose, _, evidence in rough[:REFINED_SMALL]
     ]
     return [
