@@ -158,7 +158,7 @@ def measure(task: Task, evidence: Evidence, predicted_world_from_object: Pose) -
     # What rests is judged by the scan alone: a portrait of it would find itself right.
     rested = track.state is TrackState.STATIC and track.missed_frames == 0
     book = Sketchbook(track.sketch, None if rested else track.portrait)
-    if not rested and track.portrait is not None:
+    if not rested and track.portrait is not None and track.portrait.is_of_rest:
         back = _as_portrayed(task, evidence, book, track.portrait, predicted_world_from_object)
         if back is not None:
             return back

@@ -188,7 +188,7 @@ def _accept(task: Task, evidence: Evidence, fit: Fit, *, unchanged: bool) -> Tra
         state=TrackState.TRACKED,
         still_frames=still_frames,
         rest=None,
-        portrait=_portrait(task, evidence, fit) if _is_outgrown(fit) else track.portrait,
+        portrait=_portrait_underway(task, evidence, fit),
     )
 
 
@@ -207,6 +207,14 @@ def _settled(task: Task, evidence: Evidence, fit: Fit) -> Fit:
     """The fit of what comes to rest, or a better one by its colours."""
     found = settled(task.scene, task.model, evidence, fit.world_from_object)
     return fit if found is None else max(fit, found, key=lambda option: option.quality)
+
+
+def _portrait_underway(task: Task, evidence: Evidence, fit: Fit) -> Portrait | None:
+    """The portrait of what moves: the one it has until it turns away from that."""
+    if not _is_outgrown(fit):
+        return task.track.portrait
+    portrait = _portrait(task, evidence, fit)
+    return None if portrait is None else replace(portrait, is_of_rest=False)
 
 
 def _is_outgrown(fit: Fit) -> bool:

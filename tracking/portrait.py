@@ -47,7 +47,9 @@ class Portrait:
         shown: (H, W, 4) float32 0..1: its colours, and how surely they are the object's.
         depth: (H, W) metres from the camera to the drawn object.
         slack_m: what lies so much deeper is another side of the object.
-        likeness: -1..1, of the object drawn with this portrait to the picture it was made of.
+        likeness: -1..1, of the object drawn with this portrait to the picture it was made of; 1
+            before it is known.
+        is_of_rest: whether the object rested, so that its pose is known well.
     """
 
     camera: Fisheye
@@ -57,6 +59,7 @@ class Portrait:
     depth: FloatArray
     slack_m: float
     likeness: float = 1.0
+    is_of_rest: bool = True
 
     def laid_on(self, drawn: Rendering, camera: Fisheye, camera_from_object: Pose) -> Rendering:
         """A drawing of the object with the colours that this portrait knows of it.

@@ -113,6 +113,8 @@ def test_what_looks_as_it_did_at_rest_has_not_moved(monkeypatch, portrait, liken
     assert (measure(task, None, near) is there) == stays
     far = Pose(REST.rotation, REST.translation + 0.2)
     assert measure(task, None, far) is tried
+    track.portrait = replace(known, is_of_rest=False)
+    assert measure(task, None, near) is tried
 
 
 @pytest.mark.parametrize(

@@ -44,7 +44,11 @@ def test_what_is_kept_is_bounded():
     pixels = MOST_BYTES // 24 // 3
     for _ in range(10):
         memory.give(memory.take(pixels))
-    assert sum(24 * len(arrays[1]) for arrays in memory._kept) <= MOST_BYTES
+    for smaller in range(1, 6):
+        memory.give(memory.take(pixels - smaller))
+    kept = [arrays for same in memory._kept.values() for arrays in same]
+    assert sum(24 * len(arrays[1]) for arrays in kept) <= MOST_BYTES
+    assert max(len(arrays[1]) for arrays in kept) < pixels
 
 
 def test_a_picture_that_is_kept_never_changes(random_cloud):
