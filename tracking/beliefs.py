@@ -239,18 +239,21 @@ class _Guess:
 def _guesses(
     task: Task, beliefs: Sequence[Prior], predicted_world_from_object: Pose, best: Fit
 ) -> list[_Guess]:
-    """This frame's guesses: slid there, turned, higher in the air; the next frame's are others."""
+    """This frame's guesses: slid there, and some turned or higher in the air, in turn."""
     turn = NEAR_TURN_RAD if is_believable(best) else FAR_TURN_RAD
     yaws = (0.0,) if task.model.symmetry == ROUND else (0.0, turn, -turn)
     steps = [(belief, 0.0, yaw) for belief in beliefs for yaw in yaws]
     steps += [(b, z, 0.0) for b in beliefs if b.sigma[2] > CONTACT_SIGMA_M for z in LIFTS_M]
     elapsed_ns = task.scene.frame.t_ns - task.track.looked_ns
     count = min(max(LEAST_GUESSES, elapsed_ns // GUESS_NS), len(steps))
-    first = task.scene.frame.seq * count % len(steps)
+    # The likeliest is tried in every frame, the others in turn.
+    others = steps[1:]
+    first = task.scene.frame.seq * (count - 1) % len(others) if others else 0
+    chosen = steps[:1] + (others[first:] + others[:first])[: count - 1]
     expected = pose_vector(predicted_world_from_object)
     return [
         _Guess(belief, vector_pose(expected + np.array([0.0, 0.0, z, yaw])), z == 0.0)
-        for belief, z, yaw in (steps[first:] + steps[:first])[:count]
+        for belief, z, yaw in chosen
     ]
 
 

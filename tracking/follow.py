@@ -211,10 +211,9 @@ def _settled(task: Task, evidence: Evidence, fit: Fit) -> Fit:
 
 def _portrait_underway(task: Task, evidence: Evidence, fit: Fit) -> Portrait | None:
     """The portrait of what moves: the one it has until it turns away from that."""
-    if not _is_outgrown(fit):
-        return task.track.portrait
-    portrait = _portrait(task, evidence, fit)
-    return None if portrait is None else replace(portrait, is_of_rest=False)
+    kept = task.track.portrait
+    made = _portrait(task, evidence, fit) if _is_outgrown(fit) else kept
+    return kept if made is kept or made is None else replace(made, is_of_rest=False)
 
 
 def _is_outgrown(fit: Fit) -> bool:

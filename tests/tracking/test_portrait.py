@@ -17,6 +17,7 @@ from tracking.beliefs import measure
 from tracking.model import make_model
 from tracking.portrait import portrayed
 from tracking.sketch import Sketchbook, draw
+from tracking.solve import Prior
 
 REST = at(0.0, 0.2, 1.2)
 
@@ -137,3 +138,25 @@ def test_what_stood_and_hangs_in_the_air_was_taken_up(height_m, taken_up):
     )
     fit = SimpleNamespace(world_from_object=Pose.from_yaw(0.0, (0.0, 0.0, height_m)))
     assert tracking.follow._was_taken_up(task, fit) == taken_up
+
+
+def test_the_likeliest_guess_is_tried_in_every_frame_and_all_others_in_turn():
+    prior = Prior(np.zeros(4), np.full(4, 0.1))
+    tried = []
+    for seq in range(12):
+        frame = SimpleNamespace(t_ns=33_000_000 * (seq + 1), seq=seq)
+        task = SimpleNamespace(
+            model=SimpleNamespace(symmetry=1),
+            scene=SimpleNamespace(frame=frame),
+            track=SimpleNamespace(looked_ns=33_000_000 * seq),
+        )
+        poor = SimpleNamespace(textured=False, support=0.1, visible_fraction=0.9, likeness=0.0)
+        guesses = tracking.beliefs._guesses(task, [prior], Pose.identity(), poor)
+        first = guesses[0].start_world_from_object
+        assert first.yaw() == 0.0
+        assert first.translation[2] == 0.0
+        tried += [
+            (round(g.start_world_from_object.yaw(), 2), g.start_world_from_object.translation[2])
+            for g in guesses
+        ]
+    assert len(set(tried)) == 6
