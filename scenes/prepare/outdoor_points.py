@@ -1,41 +1,30 @@
 """Points for what the trainer's stereo cannot see: the way ahead, and the sky.
 
-Photos taken in the direction of walking cannot be turned until their rows agree. Here each is
-compared with a few neighbours over planes at growing distance (plane sweep, Collins 1996, with
-normalised cross-correlation); a distance counts if another photo's agrees with it. What is blue
-above the horizon is sky: it is put on a far dome, or splats near the cameras would have to paint
-it. A room that is filmed from the side gets neither.
+Photos taken in the direction of walking get their distances by `plane_sweep`; a distance counts if
+another photo's agrees with it. What is blue above the horizon, and clouds in it, is sky: it is put
+on a far dome, or splats near the cameras would have to paint it. A room that is filmed from the
+side gets neither.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.cameras import Pinhole, pixel_centres
-from scenes.pose import Pose
+from scenes.cameras import pixel_centres
+from scenes.prepare.plane_sweep import GreyPicture, Look, looks_of, partners_of, swept, ways_on
 from scenes.prepare.progress import Progress, silent
-from scenes.prepare.reconstruction import Reconstruction, View
-from scenes.prepare.train.training_photos import Photos, read_photo
+from scenes.prepare.reconstruction import Reconstruction
+from scenes.prepare.train.training_photos import Photos
 
 LOOKING_AHEAD = 0.75
 """Cosine between a photo's axis and the way to the next, from which stereo sees nothing."""
-PICTURE_PX = 288
-PLANES = 64
-NEIGHBOURS = 4
-WINDOW_PX = 7
-LEAST_LIKENESS = 0.8
-LEAST_CONTRAST = 3.0
-"""Grey levels of standard deviation below which a window shows nothing to compare."""
-AGREEMENT = 0.04
+PICTURE_PX = 320
+AGREEMENT = 0.02
 """Relative difference of distances up to which two photos agree."""
-NEAREST_SHARE, FARTHEST_SHARE = 0.5, 2.0
-"""Distances that are tried, by the nearest and farthest sparse points of a photo."""
-LEAST_ANGLE_DEG, BEST_ANGLE_DEG = 0.5, 6.0
 
 SKY_REACH = 6.0
 """How far away the dome is, in distances of the farthest sparse points."""
@@ -44,23 +33,12 @@ SKY_BLUE = 1.12
 """Sky has so much more blue than red."""
 OUTDOORS_M = 15.0
 """Who sees no farther is in a room, and its blue walls are no sky."""
+CLOUD_GREY = 140
+"""Each channel of a cloud is brighter (0..255)."""
 LEAST_SKY = 0.03
 """Less of all pictures than this is no sky."""
 
 FloatArray = NDArray[np.float64]
-GreyPicture = NDArray[np.float32]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Look:
-    """A photo, small, and where it was taken."""
-
-    colours: NDArray[np.uint8]
-    grey: GreyPicture
-    camera: Pinhole
-    world_from_camera: Pose
-    nearest: float
-    farthest: float
 
 
 def with_outdoor_points(
@@ -84,18 +62,21 @@ def with_outdoor_points(
         ValueError: a photo cannot be read, or fewer than two views are left.
     """
     photos = Photos(metric, held_out_every=held_out_every, longest_px=PICTURE_PX)
-    looks = _looks(metric, photos.training)
+    looks = looks_of(metric, photos.training, PICTURE_PX)
     if len(looks) < 3:
         return metric
+    skies = _skies(looks, metric.points)
     points, colours = np.zeros((0, 3)), np.zeros((0, 3), dtype=np.uint8)
-    if _look_ahead(looks):
-        partners = _partners(looks, metric.points)
+    ways = ways_on(looks)
+    if _look_along(looks, ways):
+        partners = partners_of(looks, metric.points)
         inverse = []
-        for number, look in enumerate(looks):
-            inverse.append(_swept(look, [looks[k] for k in partners[number]]))
+        for number, (look, is_sky) in enumerate(zip(looks, skies, strict=True)):
+            found = swept(look, [looks[k] for k in partners[number]], ways[number])
+            inverse.append(np.where(is_sky, np.float32(0), found))
             progress(0.9 * (number + 1) / len(looks), f"photo {number + 1} of {len(looks)}")
         points, colours = _agreed(looks, inverse, partners)
-    sky, sky_colours = _sky(looks, metric.points)
+    sky, sky_colours = _dome(looks, skies, metric.points)
     room = max(wanted - len(metric.points) - len(sky), 0)
     if len(points) > room:
         chosen = np.sort(rng.choice(len(points), room, replace=False))
@@ -112,145 +93,14 @@ def with_outdoor_points(
     )
 
 
-def _look_ahead(looks: list[_Look]) -> bool:
+def _look_along(looks: Sequence[Look], ways: FloatArray) -> bool:
     """Whether most photos look along the way to the next place that they were taken from."""
-    eyes = np.stack([look.world_from_camera.translation for look in looks])
     axes = np.stack([look.world_from_camera.rotation[:, 2] for look in looks])
-    apart = eyes[:, None] - eyes[None]
-    distance = np.linalg.norm(apart, axis=2)
-    np.fill_diagonal(distance, np.inf)
-    nearest = distance.argmin(axis=1)
-    place = np.arange(len(looks))
-    way = apart[place, nearest] / np.maximum(distance[place, nearest], 1e-12)[:, None]
-    return float(np.median(np.abs(np.einsum("kc,kc->k", way, axes)))) > LOOKING_AHEAD
-
-
-def _looks(metric: Reconstruction, views: Sequence[View]) -> list[_Look]:
-    looks = []
-    for view in views:
-        if not isinstance(view.camera, Pinhole):
-            continue
-        in_camera = view.world_from_camera.inverse() @ metric.points
-        _, is_seen = view.camera.project(in_camera)
-        depths = in_camera[is_seen, 2]
-        if len(depths) < 10:
-            continue
-        photo = read_photo(view, PICTURE_PX)
-        assert isinstance(photo.camera, Pinhole)
-        grey = cv2.cvtColor(photo.picture, cv2.COLOR_RGB2GRAY).astype(np.float32)
-        low, high = np.quantile(depths, (0.02, 0.98))
-        looks.append(
-            _Look(
-                photo.picture,
-                grey,
-                photo.camera,
-                view.world_from_camera,
-                NEAREST_SHARE * float(low),
-                FARTHEST_SHARE * float(high),
-            )
-        )
-    return looks
-
-
-def _partners(looks: list[_Look], points: FloatArray) -> list[list[int]]:
-    """For each photo the others that show most of the same, from neither too near nor too far."""
-    eyes = np.stack([look.world_from_camera.translation for look in looks])
-    seen = np.stack([_sees(look, points) for look in looks])
-    chosen = []
-    for number in range(len(looks)):
-        both = seen & seen[number]
-        towards = points[None] - eyes[:, None]
-        towards /= np.maximum(np.linalg.norm(towards, axis=2, keepdims=True), 1e-12)
-        cosine = np.einsum("kpc,pc->kp", towards, towards[number]).clip(-1, 1)
-        angle = np.degrees(np.arccos(cosine))
-        # What is seen under a small angle has no distance, under a large one another look.
-        worth = np.minimum(angle / BEST_ANGLE_DEG, BEST_ANGLE_DEG / np.maximum(angle, 1e-6))
-        worth = np.where(both & (angle > LEAST_ANGLE_DEG), worth, 0.0)
-        worth[number] = 0.0
-        chosen.append(_covering(worth))
-    return chosen
-
-
-def _covering(worth: FloatArray) -> list[int]:
-    """Rows of (K, P) that together are worth most, each point counted by its best row."""
-    chosen: list[int] = []
-    had = np.zeros(worth.shape[1])
-    for _ in range(NEIGHBOURS):
-        gain = np.maximum(worth - had, 0.0).sum(axis=1)
-        best = int(gain.argmax())
-        if gain[best] <= 0:
-            break
-        chosen.append(best)
-        had = np.maximum(had, worth[best])
-    return chosen
-
-
-def _sees(look: _Look, points: FloatArray) -> NDArray[np.bool_]:
-    _, is_seen = look.camera.project(look.world_from_camera.inverse() @ points)
-    return is_seen
-
-
-def _swept(look: _Look, others: list[_Look]) -> GreyPicture:
-    """(H, W) inverse depth where the photo looks like its neighbours; 0 where it does not."""
-    height, width = look.grey.shape
-    if not others:
-        return np.zeros((height, width), dtype=np.float32)
-    tried = np.linspace(1.0 / look.farthest, 1.0 / look.nearest, PLANES)
-    mean, deviation = _moments(look.grey)
-    best = np.full((height, width), -1.0, dtype=np.float32)
-    place = np.zeros((height, width), dtype=np.intp)
-    for number, inverse in enumerate(tried):
-        scores = np.stack(
-            [_likeness(look, other, float(inverse), mean, deviation) for other in others]
-        )
-        # Hidden in some of the neighbours, a place is seen in the one that it looks like.
-        score = scores.max(axis=0)
-        better = score > best
-        best[better], place[better] = score[better], number
-    sure = (best >= LEAST_LIKENESS) & (deviation >= LEAST_CONTRAST)
-    sure &= (place > 0) & (place < PLANES - 1)
-    return np.where(sure, tried[place], 0.0).astype(np.float32)
-
-
-def _likeness(
-    look: _Look, other: _Look, inverse: float, mean: GreyPicture, deviation: GreyPicture
-) -> GreyPicture:
-    """(H, W) correlation of windows if everything were on the plane z = 1 / inverse; -1 outside."""
-    other_from_look = other.world_from_camera.inverse() @ look.world_from_camera
-    onto = other_from_look.rotation + np.outer(
-        other_from_look.translation, np.array([0.0, 0.0, inverse])
-    )
-    homography = _matrix(other.camera) @ onto @ np.linalg.inv(_matrix(look.camera))
-    size = (look.grey.shape[1], look.grey.shape[0])
-    warped = cv2.warpPerspective(
-        other.grey,
-        homography,
-        size,
-        flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
-        borderMode=cv2.BORDER_CONSTANT,
-        borderValue=-1.0,
-    )
-    warped = np.asarray(warped, dtype=np.float32)
-    other_mean, other_deviation = _moments(warped)
-    product = cv2.blur(look.grey * warped, (WINDOW_PX, WINDOW_PX)) - mean * other_mean
-    likeness = product / np.maximum(deviation * other_deviation, 1.0)
-    return np.where(warped < 0, -1.0, likeness).astype(np.float32)
-
-
-def _moments(grey: GreyPicture) -> tuple[GreyPicture, GreyPicture]:
-    window = (WINDOW_PX, WINDOW_PX)
-    mean = np.asarray(cv2.blur(grey, window), dtype=np.float32)
-    square = np.asarray(cv2.blur(grey * grey, window), dtype=np.float32)
-    return mean, np.sqrt(np.maximum(square - mean * mean, 0.0))
-
-
-def _matrix(camera: Pinhole) -> FloatArray:
-    """OpenCV's, whose whole numbers are pixel centres."""
-    return np.array([[camera.fx, 0, camera.cx - 0.5], [0, camera.fy, camera.cy - 0.5], [0, 0, 1.0]])
+    return float(np.median(np.abs(np.einsum("kc,kc->k", ways, axes)))) > LOOKING_AHEAD
 
 
 def _agreed(
-    looks: list[_Look], inverse: list[GreyPicture], partners: list[list[int]]
+    looks: Sequence[Look], inverse: Sequence[GreyPicture], partners: Sequence[Sequence[int]]
 ) -> tuple[FloatArray, NDArray[np.uint8]]:
     """Points, world, whose distance from one photo is that from another."""
     points, colours = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=np.uint8)]
@@ -269,7 +119,7 @@ def _agreed(
     return np.concatenate(points), np.concatenate(colours)
 
 
-def _agrees(look: _Look, inverse: GreyPicture, world: FloatArray) -> NDArray[np.bool_]:
+def _agrees(look: Look, inverse: GreyPicture, world: FloatArray) -> NDArray[np.bool_]:
     in_camera = look.world_from_camera.inverse() @ world
     pixels, valid = look.camera.project(in_camera)
     agrees = np.zeros(len(world), dtype=np.bool_)
@@ -280,29 +130,50 @@ def _agrees(look: _Look, inverse: GreyPicture, world: FloatArray) -> NDArray[np.
     return agrees
 
 
-def _sky(looks: list[_Look], points: FloatArray) -> tuple[FloatArray, NDArray[np.uint8]]:
-    """Points on a far dome in the directions in which photos show sky; none in a room."""
-    nothing = np.zeros((0, 3)), np.zeros((0, 3), dtype=np.uint8)
-    centre = np.stack([look.world_from_camera.translation for look in looks]).mean(axis=0)
-    far_m = float(np.quantile(np.linalg.norm(points - centre, axis=1), 0.98))
-    if far_m < OUTDOORS_M:
-        return nothing
-    rays, colours, pixels = [], [], 0
-    for look in looks:
-        r, b = look.colours[..., 0].astype(np.float32), look.colours[..., 2].astype(np.float32)
-        blue = ((b > SKY_BLUE * r) & (b > 90)).astype(np.uint8)
-        # Clouds are not blue, but have blue around them.
-        blue = cv2.morphologyEx(blue, cv2.MORPH_CLOSE, np.ones((15, 15), np.uint8))
-        direction = look.camera.unproject(pixel_centres(look.camera))
-        direction = direction @ look.world_from_camera.rotation.T
-        direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-        is_sky = (blue.ravel() > 0) & (direction[:, 2] > 0.02)
-        rays.append(direction[is_sky])
-        colours.append(look.colours.reshape(-1, 3)[is_sky])
-        pixels += blue.size
-    towards, seen = np.concatenate(rays), np.concatenate(colours)
-    if len(towards) < LEAST_SKY * pixels:
-        return nothing
+def _skies(looks: Sequence[Look], points: FloatArray) -> list[NDArray[np.bool_]]:
+    """(H, W) of each photo: where it shows sky; nowhere in a room."""
+    skies = [_sky_of(look) for look in looks]
+    shown = sum(int(sky.sum()) for sky in skies)
+    is_outdoors = _farthest(looks, points)[1] >= OUTDOORS_M
+    if is_outdoors and shown >= LEAST_SKY * sum(sky.size for sky in skies):
+        return skies
+    return [np.zeros_like(sky) for sky in skies]
+
+
+def _sky_of(look: Look) -> NDArray[np.bool_]:
+    """(H, W) what is blue above the horizon, and what is bright between."""
+    r, b = look.colours[..., 0].astype(np.float32), look.colours[..., 2].astype(np.float32)
+    blue = ((b > SKY_BLUE * r) & (b > 90)).astype(np.uint8)
+    # Clouds are not blue, but have blue around them; so have chimneys, which are dark.
+    closed = cv2.morphologyEx(blue, cv2.MORPH_CLOSE, np.ones((15, 15), np.uint8))
+    sky = (blue > 0) | ((closed > 0) & (look.colours.min(axis=2) > CLOUD_GREY))
+    return np.asarray(sky & (_directions(look)[..., 2] > 0.02))
+
+
+def _directions(look: Look) -> FloatArray:
+    """(H, W, 3) unit vectors, world, that the pixels look along."""
+    rays = look.camera.unproject(pixel_centres(look.camera)) @ look.world_from_camera.rotation.T
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    return rays.reshape(*look.grey.shape, 3)
+
+
+def _farthest(looks: Sequence[Look], points: FloatArray) -> tuple[FloatArray, float]:
+    """The middle (3,) of where photos were taken, and how far from it points lie, but for a few."""
+    centre = np.stack([look.eye for look in looks]).mean(axis=0)
+    return centre, float(np.quantile(np.linalg.norm(points - centre, axis=1), 0.98))
+
+
+def _dome(
+    looks: Sequence[Look], skies: Sequence[NDArray[np.bool_]], points: FloatArray
+) -> tuple[FloatArray, NDArray[np.uint8]]:
+    """Points on a far dome in the directions in which photos show sky."""
+    centre, far_m = _farthest(looks, points)
+    towards = np.concatenate(
+        [_directions(look)[sky] for look, sky in zip(looks, skies, strict=True)]
+    )
+    seen = np.concatenate([look.colours[sky] for look, sky in zip(looks, skies, strict=True)])
+    if not len(towards):
+        return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.uint8)
     cell = np.deg2rad(SKY_CELL_DEG)
     _, first, inverse, count = np.unique(
         np.floor(towards / cell).astype(np.int64),

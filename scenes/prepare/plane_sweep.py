@@ -1,0 +1,263 @@
+"""How far away things are, seen by photos that were taken in the direction of walking.
+
+Such photos cannot be turned until their rows agree. Each is compared with a few others over planes
+at growing distance (plane sweep, Collins 1996, with normalised cross-correlation). Planes that face
+the camera tell little about a wall that is passed or a road: it has another distance in every
+column and another size in every photo. So the planes lie as streets do: across, level, and along
+the way on both sides (Gallup et al. 2007).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.cameras import Pinhole, pixel_centres
+from scenes.pose import Pose
+from scenes.prepare.reconstruction import Reconstruction, View
+from scenes.prepare.train.training_photos import read_photo
+
+PARTNERS = 4
+LEAST_ANGLE_DEG, BEST_ANGLE_DEG = 0.5, 6.0
+MOST_LARGER = 1.6
+"""What another photo shows larger or smaller by more looks different there."""
+LEAST_LIKENESS = 0.8
+LEAST_CONTRAST = 3.0
+"""Grey levels of standard deviation below which a window shows nothing to compare."""
+FEWEST_POINTS = 10
+"""Sparse points of which fewer say nothing about where planes may be."""
+
+FloatArray = NDArray[np.float64]
+GreyPicture = NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True)
+class _Family:
+    """Parallel planes that are tried.
+
+    Attributes:
+        count: how many.
+        quantiles: of the distances of sparse points along the normal: the nearest and the farthest.
+        shares: of those two distances, where the planes begin and end.
+        window_px: side of what is compared; planes that things truly lie in allow larger ones.
+    """
+
+    count: int
+    quantiles: tuple[float, float]
+    shares: tuple[float, float]
+    window_px: int
+
+
+ACROSS = _Family(64, (0.02, 0.98), (0.5, 2.0), 7)
+LEVEL = _Family(32, (0.9, 0.9), (0.5, 1.7), 7)
+"""Most of what lies far below a camera is what it stands on."""
+BESIDE = _Family(40, (0.2, 0.98), (0.7, 1.2), 7)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Look:
+    """A photo, small, and where it was taken.
+
+    Attributes:
+        colours: (H, W, 3) uint8 RGB.
+        grey: (H, W) float32, 0..255.
+        camera: the lens at this size.
+        world_from_camera: its pose.
+        known: (K, 3) the sparse points that it sees, in the camera.
+    """
+
+    colours: NDArray[np.uint8]
+    grey: GreyPicture
+    camera: Pinhole
+    world_from_camera: Pose
+    known: FloatArray
+
+    @property
+    def eye(self) -> FloatArray:
+        """(3,) where it was taken, world."""
+        return self.world_from_camera.translation
+
+    def sees(self, points: FloatArray) -> NDArray[np.bool_]:
+        """(N,) which world points (N, 3) fall into the picture."""
+        _, is_seen = self.camera.project(self.world_from_camera.inverse() @ points)
+        return is_seen
+
+
+def looks_of(metric: Reconstruction, views: Sequence[View], longest_px: int) -> list[Look]:
+    """The views through a pinhole that see enough sparse points, their photos made small.
+
+    Raises:
+        ValueError: a photo cannot be read.
+    """
+    looks = []
+    for view in views:
+        if not isinstance(view.camera, Pinhole):
+            continue
+        in_camera = view.world_from_camera.inverse() @ metric.points
+        _, is_seen = view.camera.project(in_camera)
+        if is_seen.sum() < FEWEST_POINTS:
+            continue
+        photo = read_photo(view, longest_px)
+        assert isinstance(photo.camera, Pinhole)
+        grey = cv2.cvtColor(photo.picture, cv2.COLOR_RGB2GRAY).astype(np.float32)
+        pose = view.world_from_camera
+        looks.append(Look(photo.picture, grey, photo.camera, pose, in_camera[is_seen]))
+    return looks
+
+
+def ways_on(looks: Sequence[Look]) -> FloatArray:
+    """(K, 3) unit vectors, world: from each photo to where the nearest other one was taken."""
+    eyes = np.stack([look.eye for look in looks])
+    apart = eyes[None] - eyes[:, None]
+    distance = np.linalg.norm(apart, axis=2)
+    np.fill_diagonal(distance, np.inf)
+    nearest = distance.argmin(axis=1)
+    place = np.arange(len(looks))
+    return apart[place, nearest] / np.maximum(distance[place, nearest], 1e-12)[:, None]
+
+
+def partners_of(looks: Sequence[Look], points: FloatArray) -> list[list[int]]:
+    """For each photo the others that show most of the same, from neither too near nor too far."""
+    eyes = np.stack([look.eye for look in looks])
+    seen = np.stack([look.sees(points) for look in looks])
+    towards = points[None] - eyes[:, None]
+    distance = np.maximum(np.linalg.norm(towards, axis=2), 1e-12)
+    towards /= distance[..., None]
+    chosen = []
+    for number in range(len(looks)):
+        cosine = np.einsum("kpc,pc->kp", towards, towards[number]).clip(-1, 1)
+        angle = np.degrees(np.arccos(cosine))
+        larger = np.maximum(distance / distance[number], distance[number] / distance)
+        # What is seen under a small angle has no distance, under a large one another look.
+        worth = np.minimum(angle / BEST_ANGLE_DEG, BEST_ANGLE_DEG / np.maximum(angle, 1e-6))
+        useful = seen & seen[number] & (angle > LEAST_ANGLE_DEG) & (larger < MOST_LARGER)
+        worth = np.where(useful, worth, 0.0)
+        worth[number] = 0.0
+        chosen.append(_covering(worth))
+    return chosen
+
+
+def _covering(worth: FloatArray) -> list[int]:
+    """Rows of (K, P) that together are worth most, each point counted by its best row."""
+    chosen: list[int] = []
+    had = np.zeros(worth.shape[1])
+    for _ in range(PARTNERS):
+        gain = np.maximum(worth - had, 0.0).sum(axis=1)
+        best = int(gain.argmax())
+        if gain[best] <= 0:
+            break
+        chosen.append(best)
+        had = np.maximum(had, worth[best])
+    return chosen
+
+
+def swept(look: Look, others: Sequence[Look], way: FloatArray) -> GreyPicture:
+    """(H, W) inverse z where the photo looks like its partners; 0 where it does not.
+
+    Args:
+        look: whose.
+        others: its partners.
+        way: (3,) unit, world: along which the photos were taken.
+    """
+    inverse, likeness = np.zeros((2, *look.grey.shape), dtype=np.float32)
+    for normal, family in _families(look, way):
+        found, alike = _swept_along(look, others, normal, family)
+        better = alike > likeness
+        inverse[better], likeness[better] = found[better], alike[better]
+    return np.where(likeness >= LEAST_LIKENESS, inverse, 0).astype(np.float32)
+
+
+def _families(look: Look, way: FloatArray) -> list[tuple[FloatArray, _Family]]:
+    """Unit normals in the camera, away from it, with the planes to be tried along them."""
+    turn = look.world_from_camera.rotation.T
+    up = np.array([0.0, 0.0, 1.0])
+    families = [(np.array([0.0, 0.0, 1.0]), ACROSS), (-(turn @ up), LEVEL)]
+    aside = np.cross(up, way)
+    if np.linalg.norm(aside) > 0.1:
+        aside = turn @ (aside / np.linalg.norm(aside))
+        families += [(aside, BESIDE), (-aside, BESIDE)]
+    return families
+
+
+def _swept_along(
+    look: Look, others: Sequence[Look], normal: FloatArray, family: _Family
+) -> tuple[GreyPicture, GreyPicture]:
+    """(H, W) inverse z of the likeliest of parallel planes and how alike photos are there, 0..1."""
+    nothing = np.zeros_like(look.grey)
+    away = look.known @ normal
+    away = away[away > 0]
+    if not others or len(away) < FEWEST_POINTS:
+        return nothing, nothing
+    low, high = np.quantile(away, family.quantiles) * family.shares
+    tried = np.linspace(1 / high, 1 / low, family.count)
+    rays = look.camera.unproject(pixel_centres(look.camera))
+    along = ((rays / rays[:, 2:]) @ normal).reshape(look.grey.shape)
+    mean, deviation = _moments(look.grey, family.window_px)
+    z = np.quantile(look.known[:, 2], ACROSS.quantiles) * ACROSS.shares
+    alike = np.zeros((family.count, *look.grey.shape), dtype=np.float32)
+    for number, inverse in enumerate(tried):
+        in_range = (along * inverse > 1 / z[1]) & (along * inverse < 1 / z[0])
+        for other in others:
+            onto = _onto(look, other, normal * inverse)
+            found = _likeness(look.grey, mean, deviation, other.grey, onto, family.window_px)
+            # Hidden in some of the partners, a place is seen in the one that it looks like.
+            np.maximum(alike[number], np.where(in_range, found, 0), out=alike[number])
+    best = alike.argmax(axis=0)
+    inner = (best > 0) & (best < family.count - 1) & (deviation >= LEAST_CONTRAST)
+    best = best.clip(1, family.count - 2)
+    before, there, after = (
+        np.take_along_axis(alike, best[None] + step, axis=0)[0] for step in (-1, 0, 1)
+    )
+    # The top of the parabola through the three, as likeness falls off to both sides.
+    bend = np.maximum(2 * there - before - after, 1e-6)
+    off = np.clip(0.5 * (after - before) / bend, -0.5, 0.5)
+    inverse = along * (tried[best] + off * (tried[1] - tried[0]))
+    return inverse.astype(np.float32), np.where(inner, there, 0)
+
+
+def _onto(look: Look, other: Look, plane: FloatArray) -> FloatArray:
+    """(3, 3) from the photo's pixels to the other's for points x of the plane `plane` · x = 1."""
+    other_from_look = other.world_from_camera.inverse() @ look.world_from_camera
+    onto = other_from_look.rotation + np.outer(other_from_look.translation, plane)
+    return _matrix(other.camera) @ onto @ np.linalg.inv(_matrix(look.camera))
+
+
+def _likeness(
+    grey: GreyPicture,
+    mean: GreyPicture,
+    deviation: GreyPicture,
+    other: GreyPicture,
+    onto: FloatArray,
+    window_px: int,
+) -> GreyPicture:
+    """(H, W) correlation of windows with another picture through a homography; 0 outside it."""
+    warped = cv2.warpPerspective(
+        other,
+        onto,
+        (grey.shape[1], grey.shape[0]),
+        flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
+        borderMode=cv2.BORDER_CONSTANT,
+        borderValue=-1.0,
+    )
+    warped = np.asarray(warped, dtype=np.float32)
+    other_mean, other_deviation = _moments(warped, window_px)
+    product = cv2.blur(grey * warped, (window_px, window_px)) - mean * other_mean
+    found = product / np.maximum(deviation * other_deviation, 1.0)
+    return np.where(warped < 0, 0.0, found).astype(np.float32)
+
+
+def _moments(grey: GreyPicture, window_px: int) -> tuple[GreyPicture, GreyPicture]:
+    """(H, W) mean and standard deviation in a window."""
+    window = (window_px, window_px)
+    mean = np.asarray(cv2.blur(grey, window), dtype=np.float32)
+    square = np.asarray(cv2.blur(grey * grey, window), dtype=np.float32)
+    return mean, np.sqrt(np.maximum(square - mean * mean, 0.0))
+
+
+def _matrix(camera: Pinhole) -> FloatArray:
+    """OpenCV's, whose whole numbers are pixel centres."""
+    return np.array([[camera.fx, 0, camera.cx - 0.5], [0, camera.fy, camera.cy - 0.5], [0, 0, 1.0]])
