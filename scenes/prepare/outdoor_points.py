@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.cameras import pixel_centres
-from scenes.prepare.plane_sweep import GreyPicture, Look, looks_of, partners_of, swept, ways_on
+from scenes.prepare.plane_sweep import GreyPicture, Look, looks_of, partners_of, swept, ways_of
 from scenes.prepare.progress import Progress, silent
 from scenes.prepare.reconstruction import Reconstruction
 from scenes.prepare.train.training_photos import Photos
@@ -67,7 +67,7 @@ def with_outdoor_points(
         return metric
     skies = _skies(looks, metric.points)
     points, colours = np.zeros((0, 3)), np.zeros((0, 3), dtype=np.uint8)
-    ways = ways_on(looks)
+    ways = ways_of(looks)
     if _look_along(looks, ways):
         partners = partners_of(looks, metric.points)
         inverse = []

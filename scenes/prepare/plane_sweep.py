@@ -22,6 +22,8 @@ from scenes.prepare.reconstruction import Reconstruction, View
 from scenes.prepare.train.training_photos import read_photo
 
 PARTNERS = 4
+ON_THE_WAY = 5
+"""Photos that tell the way, the one in question among them."""
 LEAST_ANGLE_DEG, BEST_ANGLE_DEG = 0.5, 6.0
 MOST_LARGER = 1.6
 """What another photo shows larger or smaller by more looks different there."""
@@ -109,15 +111,16 @@ def looks_of(metric: Reconstruction, views: Sequence[View], longest_px: int) -> 
     return looks
 
 
-def ways_on(looks: Sequence[Look]) -> FloatArray:
-    """(K, 3) unit vectors, world: from each photo to where the nearest other one was taken."""
+def ways_of(looks: Sequence[Look]) -> FloatArray:
+    """(K, 3) unit vectors, world: along which each photo and those next to it were taken."""
     eyes = np.stack([look.eye for look in looks])
-    apart = eyes[None] - eyes[:, None]
-    distance = np.linalg.norm(apart, axis=2)
-    np.fill_diagonal(distance, np.inf)
-    nearest = distance.argmin(axis=1)
-    place = np.arange(len(looks))
-    return apart[place, nearest] / np.maximum(distance[place, nearest], 1e-12)[:, None]
+    distance = np.linalg.norm(eyes[None] - eyes[:, None], axis=2)
+    ways = []
+    for near in distance.argsort(axis=1)[:, :ON_THE_WAY]:
+        # Nobody walks straight from one photo to the next.
+        _, _, axes = np.linalg.svd(eyes[near] - eyes[near].mean(axis=0))
+        ways.append(axes[0])
+    return np.stack(ways)
 
 
 def partners_of(looks: Sequence[Look], points: FloatArray) -> list[list[int]]:
@@ -163,7 +166,7 @@ def swept(look: Look, others: Sequence[Look], way: FloatArray) -> GreyPicture:
         others: its partners.
         way: (3,) unit, world: along which the photos were taken.
     """
-    inverse, likeness = np.zeros((2, *look.grey.shape), dtype=np.float32)
+    inverse, likeness = np.zeros_like(look.grey), np.zeros_like(look.grey)
     for normal, family in _families(look, way):
         found, alike = _swept_along(look, others, normal, family)
         better = alike > likeness
