@@ -253,7 +253,7 @@ def _seen_by(
     """Which places fall into a picture, into which pixels, their z, and the ways from the eye."""
     camera = surface.camera
     rays = places - surface.world_from_camera.translation.astype(np.float32)
-    x, y, z = (rays @ surface.world_from_camera.rotation.astype(np.float32)).T
+    x, y, z = surface.world_from_camera.rotation.astype(np.float32).T @ rays.T
     with np.errstate(divide="ignore", invalid="ignore"):
         column = np.floor(camera.fx * x / z + camera.cx)
         row = np.floor(camera.fy * y / z + camera.cy)

@@ -33,7 +33,7 @@ from scenes.render.renderer import RenderOptions
 from scenes.render.training import Exposure, Trainee
 from scenes.splats import SplatCloud
 
-NAME = "built-in 3"
+NAME = "built-in 4"
 REPORT_EVERY = 20
 LOSS_MEMORY = 0.99
 SAVE_EVERY_S = 60.0
@@ -118,7 +118,7 @@ class _Run:
         self._distance = typical_distance(reconstruction)
         # Views kept aside must not have a say in anything.
         shown = replace(reconstruction, views=self._photos.training)
-        self._surfaces = surfaces_of(seen_depths(shown, longest_px=options.longest_px // 2))
+        self._surfaces = surfaces_of(seen_depths(shown, longest_px=options.stereo_px))
         self._photos.surfaces = {surface.view: surface for surface in self._surfaces}
         rows = seed_rows(
             reconstruction, self._surfaces, (options.sh_degree + 1) ** 2, options.budget, rng
@@ -283,7 +283,7 @@ def _describe(options: TrainingOptions, reconstruction: Reconstruction) -> str:
     return (
         f"{NAME}; budget {options.budget}, degree {options.sh_degree}, "
         f"held out {options.held_out_every}, exposure {options.exposure}, "
-        f"longest side {options.longest_px} px, "
+        f"longest side {options.longest_px} px, stereo {options.stereo_px} px, "
         f"background {options.background}; {len(reconstruction.points)} points; "
         f"poses {poses!r}; {names}"
     )

@@ -32,6 +32,8 @@ class TrainingOptions:
         sh_degree: of the splats' colour, 0 to 3.
         longest_px: photos with a longer side are made smaller before they are trained on and judged
             by: finer detail than the time allows for would only slow every step.
+        stereo_px: the same for photos that are compared in pairs to see how far away things are;
+            finer ones see small things more exactly, and take longer.
         held_out_every: of so many views one is kept aside to judge the result; 0 keeps none.
         exposure: find a gain and a bias per view and channel and the lens's falloff, for photos of
             automatic exposure; the splats come out without them.
@@ -48,6 +50,7 @@ class TrainingOptions:
     budget: int = 100_000
     sh_degree: int = 1
     longest_px: int = 640
+    stereo_px: int = 480
     held_out_every: int = 8
     exposure: bool = True
     background: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -63,6 +66,7 @@ class TrainingOptions:
             "budget": self.budget > 0,
             "sh_degree": self.sh_degree in (0, 1, 2, 3),
             "longest_px": self.longest_px > 0,
+            "stereo_px": self.stereo_px > 0,
             "held_out_every": self.held_out_every == 0 or self.held_out_every > 1,
             "previews": self.previews >= 0,
             "threads": self.threads >= 0,
@@ -74,10 +78,12 @@ class TrainingOptions:
 
 
 PRESETS = {
-    "preview": TrainingOptions(seconds=30.0, budget=50_000, longest_px=480, previews=6),
+    "preview": TrainingOptions(
+        seconds=30.0, budget=50_000, longest_px=480, stereo_px=240, previews=6
+    ),
     "default": TrainingOptions(seconds=120.0, budget=100_000),
     "fine": TrainingOptions(
-        seconds=480.0, budget=250_000, sh_degree=2, longest_px=960, previews=24
+        seconds=480.0, budget=250_000, sh_degree=2, longest_px=960, stereo_px=640, previews=24
     ),
 }
 """By name, what `nexus prepare --quality` offers. The times are for training alone."""
