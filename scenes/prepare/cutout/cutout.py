@@ -14,6 +14,7 @@ from scenes.package_records import Stage
 from scenes.prepare.cutout.added import ADDED, require_free_id
 from scenes.prepare.cutout.fill import fill_support
 from scenes.prepare.cutout.lifting import MaskedView
+from scenes.prepare.cutout.see_through import shows_background
 from scenes.prepare.cutout.seen_surface import seen_surface
 from scenes.prepare.cutout.separate import Separation, ViewVerdict, separate
 from scenes.prepare.cutout.solid_parts import guessed_mass_kg, solid_parts
@@ -135,9 +136,11 @@ def make_object(
 def _box(package: ScenePackage, found: Separation, renderer: NativeRenderer) -> UprightBox:
     """Around the surface that the room's views show of the found splats, else around the splats."""
     room = package.room
-    surface = seen_surface(room, found.labels, package.views, renderer=renderer)
+    through = shows_background(room, found.labels, package.views, renderer=renderer)
+    own = found.labels & ~through
+    surface = seen_surface(room, own, package.views, renderer=renderer)
     gone = found.labels | found.floaters
-    return upright_box(room.select(found.labels), room.select(~gone), surface)
+    return upright_box(room.select(own), room.select(~gone), surface)
 
 
 def _without_haze(room: SplatCloud, found: Separation, box: UprightBox) -> Separation:
