@@ -185,7 +185,7 @@ def _held(
         # Place does not tell a thing's foot from what it stands on. A tall thing's foot is found
         # again by its light; of a low thing too much would be missing, and the masks are heeded.
         tall = (high - low)[2] > TALL * TRAINED_PLANE_M + 2 * BESIDE_M
-        meant = inside > CORE * np.maximum(seen, FULL_SIGHT)
+        meant = _agreed_share(votes) > CORE
         guess = (standing if tall else marked | meant) & within
     return np.flatnonzero(
         held_against_views(
@@ -270,6 +270,17 @@ def _weighted_range(
         picks = np.searchsorted(running, (0.005, 0.995))
         corners[:, axis] = points[order[np.minimum(picks, len(order) - 1)], axis]
     return corners[0], corners[1]
+
+
+def _agreed_share(votes: Sequence[Vote]) -> FloatArray:
+    """(N,) share of a splat's light inside the masks, where each view that sees it has one voice.
+
+    A near view's mask that holds too much would outvote two from farther away.
+    """
+    inside = np.stack([vote.inside for vote in votes]).astype(np.float64)
+    seen = np.stack([vote.seen for vote in votes]).astype(np.float64)
+    voice = seen / (seen + FULL_SIGHT)
+    return (voice * inside / np.maximum(seen, 1e-6)).sum(0) / np.maximum(voice.sum(0), FULL_SIGHT)
 
 
 def _summed(votes: Sequence[Vote]) -> tuple[FloatArray, FloatArray]:
