@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,6 +16,9 @@ from scenes.render.renderer import PosedSplats, RenderOptions
 from scenes.splats import SH_C0, SplatCloud
 
 FloatArray = NDArray[np.float32]
+
+FULL_SIGHT = 0.5
+"""Blend weight, in pixels, from which on a vote counts half."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,6 +80,18 @@ def lift(cloud: SplatCloud, view: MaskedView, *, renderer: NativeRenderer) -> Vo
     )
     by_colour = recording.gradients(d_rgb=d_rgb).objects[0].sh[:, 0, :] / SH_C0
     return Vote(by_colour[:, 0].copy(), by_colour[:, 1].copy(), recording.rendering.depth)
+
+
+def agreed_share(votes: Sequence[Vote]) -> NDArray[np.float64]:
+    """(N,) share of a splat's light inside the masks, where each view that sees it has one voice.
+
+    Summed over pixels, a near view's mask that holds too much would outvote two from farther away.
+    """
+    inside = np.stack([vote.inside for vote in votes]).astype(np.float64)
+    seen = np.stack([vote.seen for vote in votes]).astype(np.float64)
+    voice = seen / (seen + FULL_SIGHT)
+    said = (voice * inside / np.maximum(seen, 1e-6)).sum(axis=0)
+    return said / np.maximum(voice.sum(axis=0), FULL_SIGHT)
 
 
 def share(

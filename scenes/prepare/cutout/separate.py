@@ -19,7 +19,7 @@ from scipy.spatial import KDTree
 from scenes.package_records import ViewPoint
 from scenes.prepare.cutout.bodies import bodies, bodies_of_splats
 from scenes.prepare.cutout.graph_cut import Links, cut, neighbour_links
-from scenes.prepare.cutout.lifting import MaskedView, Vote, lift
+from scenes.prepare.cutout.lifting import FULL_SIGHT, MaskedView, Vote, agreed_share, lift
 from scenes.prepare.cutout.other_views import held_against_views
 from scenes.prepare.cutout.silhouettes import (
     BOX_SLACK,
@@ -38,8 +38,6 @@ from scenes.splats import SplatCloud
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-FULL_SIGHT = 0.5
-"""Blend weight, in pixels, from which on a vote counts half."""
 VOTE_COST = 4.0
 FREE_VOTE_COST = 1.0
 """The same for splats of a free-standing body, whose shape says more than its colours."""
@@ -167,7 +165,7 @@ def _held(
     if not len(found):
         return found
     positions = cloud.means.astype(np.float64)
-    inside, seen = _summed(votes)
+    inside, _ = _summed(votes)
     low, high = _weighted_range(positions[found], inside[found] + 1e-6)
     # The boxes of few views reach far back; what was found says where the thing is, though masks
     # may have lost its upper or lower half.
@@ -185,7 +183,7 @@ def _held(
         # Place does not tell a thing's foot from what it stands on. A tall thing's foot is found
         # again by its light; of a low thing too much would be missing, and the masks are heeded.
         tall = (high - low)[2] > TALL * TRAINED_PLANE_M + 2 * BESIDE_M
-        meant = _agreed_share(votes) > CORE
+        meant = agreed_share(votes) > CORE
         guess = (standing if tall else marked | meant) & within
     return np.flatnonzero(
         held_against_views(
@@ -270,17 +268,6 @@ def _weighted_range(
         picks = np.searchsorted(running, (0.005, 0.995))
         corners[:, axis] = points[order[np.minimum(picks, len(order) - 1)], axis]
     return corners[0], corners[1]
-
-
-def _agreed_share(votes: Sequence[Vote]) -> FloatArray:
-    """(N,) share of a splat's light inside the masks, where each view that sees it has one voice.
-
-    A near view's mask that holds too much would outvote two from farther away.
-    """
-    inside = np.stack([vote.inside for vote in votes]).astype(np.float64)
-    seen = np.stack([vote.seen for vote in votes]).astype(np.float64)
-    voice = seen / (seen + FULL_SIGHT)
-    return (voice * inside / np.maximum(seen, 1e-6)).sum(0) / np.maximum(voice.sum(0), FULL_SIGHT)
 
 
 def _summed(votes: Sequence[Vote]) -> tuple[FloatArray, FloatArray]:
