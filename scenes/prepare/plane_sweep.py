@@ -27,6 +27,8 @@ ON_THE_WAY = 5
 LEAST_ANGLE_DEG, BEST_ANGLE_DEG = 0.5, 6.0
 MOST_LARGER = 1.6
 """What another photo shows larger or smaller by more looks different there."""
+WINDOW = (7, 7)
+"""Pixels that are compared around each."""
 LEAST_LIKENESS = 0.8
 LEAST_CONTRAST = 3.0
 """Grey levels of standard deviation below which a window shows nothing to compare."""
@@ -45,19 +47,17 @@ class _Family:
         count: how many.
         quantiles: of the distances of sparse points along the normal: the nearest and the farthest.
         shares: of those two distances, where the planes begin and end.
-        window_px: side of what is compared; planes that things truly lie in allow larger ones.
     """
 
     count: int
     quantiles: tuple[float, float]
     shares: tuple[float, float]
-    window_px: int
 
 
-ACROSS = _Family(64, (0.02, 0.98), (0.5, 2.0), 7)
-LEVEL = _Family(32, (0.9, 0.9), (0.5, 1.7), 7)
+ACROSS = _Family(64, (0.02, 0.98), (0.5, 2.0))
+LEVEL = _Family(32, (0.9, 0.9), (0.5, 1.7))
 """Most of what lies far below a camera is what it stands on."""
-BESIDE = _Family(40, (0.2, 0.98), (0.7, 1.2), 7)
+BESIDE = _Family(40, (0.2, 0.98), (0.7, 1.2))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -199,14 +199,14 @@ def _swept_along(
     tried = np.linspace(1 / high, 1 / low, family.count)
     rays = look.camera.unproject(pixel_centres(look.camera))
     along = ((rays / rays[:, 2:]) @ normal).reshape(look.grey.shape)
-    mean, deviation = _moments(look.grey, family.window_px)
+    mean, deviation = _moments(look.grey)
     z = np.quantile(look.known[:, 2], ACROSS.quantiles) * ACROSS.shares
     alike = np.zeros((family.count, *look.grey.shape), dtype=np.float32)
     for number, inverse in enumerate(tried):
         in_range = (along * inverse > 1 / z[1]) & (along * inverse < 1 / z[0])
         for other in others:
             onto = _onto(look, other, normal * inverse)
-            found = _likeness(look.grey, mean, deviation, other.grey, onto, family.window_px)
+            found = _likeness(look.grey, mean, deviation, other.grey, onto)
             # Hidden in some of the partners, a place is seen in the one that it looks like.
             np.maximum(alike[number], np.where(in_range, found, 0), out=alike[number])
     best = alike.argmax(axis=0)
@@ -235,7 +235,6 @@ def _likeness(
     deviation: GreyPicture,
     other: GreyPicture,
     onto: FloatArray,
-    window_px: int,
 ) -> GreyPicture:
     """(H, W) correlation of windows with another picture through a homography; 0 outside it."""
     warped = cv2.warpPerspective(
@@ -247,17 +246,16 @@ def _likeness(
         borderValue=-1.0,
     )
     warped = np.asarray(warped, dtype=np.float32)
-    other_mean, other_deviation = _moments(warped, window_px)
-    product = cv2.blur(grey * warped, (window_px, window_px)) - mean * other_mean
+    other_mean, other_deviation = _moments(warped)
+    product = cv2.blur(grey * warped, WINDOW) - mean * other_mean
     found = product / np.maximum(deviation * other_deviation, 1.0)
     return np.where(warped < 0, 0.0, found).astype(np.float32)
 
 
-def _moments(grey: GreyPicture, window_px: int) -> tuple[GreyPicture, GreyPicture]:
+def _moments(grey: GreyPicture) -> tuple[GreyPicture, GreyPicture]:
     """(H, W) mean and standard deviation in a window."""
-    window = (window_px, window_px)
-    mean = np.asarray(cv2.blur(grey, window), dtype=np.float32)
-    square = np.asarray(cv2.blur(grey * grey, window), dtype=np.float32)
+    mean = np.asarray(cv2.blur(grey, WINDOW), dtype=np.float32)
+    square = np.asarray(cv2.blur(grey * grey, WINDOW), dtype=np.float32)
     return mean, np.sqrt(np.maximum(square - mean * mean, 0.0))
 
 
