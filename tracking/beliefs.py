@@ -157,7 +157,9 @@ def measure(task: Task, evidence: Evidence, predicted_world_from_object: Pose) -
     beliefs, track = priors(task, predicted_world_from_object), task.track
     # What rests is judged by the scan alone: a portrait of it would find itself right.
     rested = track.state is TrackState.STATIC and track.missed_frames == 0
-    book = Sketchbook(track.sketch, None if rested else track.portrait)
+    moves_on = track.state is TrackState.TRACKED and track.still_frames == 0
+    portrait = None if rested else track.portrait
+    book = Sketchbook(track.sketch, portrait, quickly=moves_on)
     if not rested and track.portrait is not None and track.portrait.is_of_rest:
         back = _as_portrayed(task, evidence, book, track.portrait, predicted_world_from_object)
         if back is not None:
@@ -166,7 +168,7 @@ def measure(task: Task, evidence: Evidence, predicted_world_from_object: Pose) -
     best = _try(task, evidence, book, predicted_world_from_object, beliefs[0], reaches_px=quick)
     best_belief = beliefs[0]
     if rested and not _is_convincing(task, best) and track.portrait is not None:
-        book = Sketchbook(track.sketch, track.portrait)
+        book = Sketchbook(track.sketch, track.portrait, quickly=moves_on)
         best = _try(task, evidence, book, predicted_world_from_object, beliefs[0], reaches_px=quick)
     if len(beliefs) > 1 and not task.is_first and _has_left(task, best):
         # What is carried looks like something that slides along its support, and the other way

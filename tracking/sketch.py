@@ -108,12 +108,20 @@ class Sketchbook:
     Args:
         first: of the frame before, if there is one.
         portrait: laid on whatever is drawn.
+        quickly: draw no finer than what moves on at once is worth.
     """
 
-    def __init__(self, first: Sketch | None = None, portrait: Portrait | None = None) -> None:
+    def __init__(
+        self,
+        first: Sketch | None = None,
+        portrait: Portrait | None = None,
+        *,
+        quickly: bool = False,
+    ) -> None:
         is_alike = first is not None and first.portrait is portrait
         self._sketches = [first] if first is not None and is_alike else []
         self._portrait = portrait
+        self._quickly = quickly
 
     def at(
         self,
@@ -125,10 +133,18 @@ class Sketchbook:
         tolerance: float = 1.0,
     ) -> Sketch:
         """The latest sketch that serves for a pose; drawn if none does."""
+        finer = _finer(model, evidence, quickly=self._quickly)
         for sketch in reversed(self._sketches):
-            if sketch.serves(evidence, world_from_object, tolerance):
+            if sketch.finer >= finer and sketch.serves(evidence, world_from_object, tolerance):
                 return sketch
-        drawn = sketched(model, world_from_object, evidence, renderer, portrait=self._portrait)
+        drawn = sketched(
+            model,
+            world_from_object,
+            evidence,
+            renderer,
+            portrait=self._portrait,
+            quickly=self._quickly,
+        )
         self._sketches.append(drawn)
         return drawn
 
@@ -162,13 +178,13 @@ def sketched(
     renderer: Renderer,
     *,
     portrait: Portrait | None = None,
+    quickly: bool = False,
 ) -> Sketch:
     """Draw an object at a pose, lay what is known of its looks on it, and pick its points."""
     view = evidence.view
     object_from_camera = world_from_object.inverse() @ view.world_from_camera
     camera = evidence.camera
-    radius_px = camera.f_px * model.radius_m / max(view.target_range_m, model.radius_m)
-    finer = int(np.clip(np.rint(DRAWN_RADIUS_PX / radius_px), 1, MOST_FINER))
+    finer = _finer(model, evidence, quickly=quickly)
     part = extent(model.source.splats, camera, object_from_camera.inverse(), margin_px=TRIM_PX + 1)
     camera = part_of(camera, part)
     fine = camera.resized(camera.width_px * finer, camera.height_px * finer)
@@ -216,6 +232,13 @@ def sketched(
         area_px=area,
         portrait=portrait,
     )
+
+
+def _finer(model: TrackModel, evidence: Evidence, *, quickly: bool) -> int:
+    """How many pixels are drawn each way per pixel of the window."""
+    distance_m = max(evidence.view.target_range_m, model.radius_m)
+    wanted = DRAWN_RADIUS_PX * distance_m / (evidence.camera.f_px * model.radius_m)
+    return min(max(round(wanted) if quickly else math.ceil(wanted), 1), MOST_FINER)
 
 
 def _trimmed(drawn: Rendering, camera: Fisheye, finer: int) -> tuple[Rendering, Fisheye, Fisheye]:

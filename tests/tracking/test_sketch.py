@@ -65,7 +65,7 @@ def at(x, y, z, yaw_deg=0.0):
     return Pose(tilt @ Pose.from_yaw(math.radians(yaw_deg)).rotation, np.array([x, y, z]))
 
 
-@pytest.mark.parametrize(("distance_m", "finer"), [(0.5, 1), (1.2, 3), (3.0, 4)])
+@pytest.mark.parametrize(("distance_m", "finer"), [(0.5, 2), (1.2, 3), (3.0, 4)])
 def test_small_objects_are_drawn_finer_and_their_points_lie_where_they_should(
     model, renderer, distance_m, finer
 ):
@@ -111,6 +111,15 @@ def test_what_a_book_has_drawn_serves_again_and_a_rough_one_only_to_come_near_by
     assert second is not first
     assert book.at(model, pose, seen(model, pose), renderer) is first
     assert Sketchbook(second).at(model, turned, seen(model, turned), renderer) is second
+
+
+def test_what_moves_on_is_drawn_quickly_until_it_is_looked_at_closely(model, renderer):
+    pose = Pose.from_yaw(0.3, (0.1, 0.1, 0.5))
+    evidence = seen(model, pose)
+    quick = Sketchbook(quickly=True).at(model, pose, evidence, renderer)
+    close = Sketchbook(quick).at(model, pose, evidence, renderer)
+    assert (quick.finer, close.finer) == (1, 2)
+    assert Sketchbook(close, quickly=True).at(model, pose, evidence, renderer) is close
 
 
 def test_far_off_an_outline_is_looked_at_in_fewer_points(model, renderer):
