@@ -71,8 +71,10 @@ def _is_outdated(review: Review, task: Task) -> bool:
 
 def _advanced(task: Task, review: Review, count: int) -> Review:
     """A review after some more poses were refined."""
+    scene, quickly = review.scene, task.track.moves_on
     more = tuple(
-        refined(review.scene, task.model, start, review.evidence) for start in review.starts[:count]
+        refined(scene, task.model, start, review.evidence, quickly=quickly)
+        for start in review.starts[:count]
     )
     return replace(review, starts=review.starts[count:], guesses=review.guesses + more)
 

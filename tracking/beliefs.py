@@ -152,14 +152,26 @@ def _standing(
     return Prior(mean, sigma, *known)
 
 
-def measure(task: Task, evidence: Evidence, predicted_world_from_object: Pose) -> Fit:
-    """Solve from the prediction, and from farther off if that does not convince."""
+def measure(
+    task: Task,
+    evidence: Evidence,
+    predicted_world_from_object: Pose,
+    *,
+    is_unchanged: bool = False,
+) -> Fit:
+    """Solve from the prediction, and from farther off if that does not convince.
+
+    Args:
+        task: the object and the frame.
+        evidence: its window.
+        predicted_world_from_object: where it is expected.
+        is_unchanged: it rests and looks as it did: it can only have been measured badly.
+    """
     beliefs, track = priors(task, predicted_world_from_object), task.track
     # What rests is judged by the scan alone: a portrait of it would find itself right.
     rested = track.state is TrackState.STATIC and track.missed_frames == 0
-    moves_on = track.state is TrackState.TRACKED and track.still_frames == 0
     portrait = None if rested else track.portrait
-    book = Sketchbook(track.sketch, portrait, quickly=moves_on)
+    book = Sketchbook(track.sketch, portrait, quickly=track.moves_on)
     if not rested and track.portrait is not None and track.portrait.is_of_rest:
         back = _as_portrayed(task, evidence, book, track.portrait, predicted_world_from_object)
         if back is not None:
@@ -168,7 +180,7 @@ def measure(task: Task, evidence: Evidence, predicted_world_from_object: Pose) -
     best = _try(task, evidence, book, predicted_world_from_object, beliefs[0], reaches_px=quick)
     best_belief = beliefs[0]
     if rested and not _is_convincing(task, best) and track.portrait is not None:
-        book = Sketchbook(track.sketch, track.portrait, quickly=moves_on)
+        book = Sketchbook(track.sketch, track.portrait, quickly=track.moves_on)
         best = _try(task, evidence, book, predicted_world_from_object, beliefs[0], reaches_px=quick)
     if len(beliefs) > 1 and not task.is_first and _has_left(task, best):
         # What is carried looks like something that slides along its support, and the other way
@@ -179,6 +191,8 @@ def measure(task: Task, evidence: Evidence, predicted_world_from_object: Pose) -
         if is_likelier(task, (other, beliefs[1]), (best, beliefs[0])):
             best, best_belief = other, beliefs[1]
     if _is_convincing(task, best) or best.covered_fraction > MOSTLY_COVERED:
+        return best
+    if is_unchanged and is_believable(best, wanted_likeness=least_likeness(track)):
         return best
     for guess in _guesses(task, beliefs, predicted_world_from_object, best):
         other = _followed(task, evidence, book, guess)

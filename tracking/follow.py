@@ -114,7 +114,7 @@ def follow(task: Task, unchanged: bool) -> Track:
         view_of(task.scene, task.model, predicted_world_from_object),
         task.neighbours,
     )
-    fit = measure(task, evidence, predicted_world_from_object)
+    fit = measure(task, evidence, predicted_world_from_object, is_unchanged=unchanged)
     if task.is_first:
         known = is_recognised(task.scene, task.model, evidence, fit)
         if not is_certainly_there(fit, is_recognised=known):

@@ -27,7 +27,7 @@ from tracking.metrics import ROUND
 from tracking.model import TrackModel
 from tracking.observe import CONTOUR_CORRELATION
 from tracking.places import Overview, claimed, proposed, scored, template_scores
-from tracking.sketch import draw, sketched
+from tracking.sketch import Sketchbook, draw, sketched
 from tracking.smooth import pose_vector
 from tracking.solve import Fit, Prior, judge, solve
 from tracking.templates import YAWS, cut_out
@@ -270,13 +270,24 @@ def ranked(scene: Scene, model: TrackModel, guesses: Sequence[Guess]) -> list[Gu
     return _distinct(model, [g for g in guesses if scene.holds(g.world_from_object)])
 
 
-def refined(scene: Scene, model: TrackModel, start: Pose, evidence: Evidence) -> Guess:
-    """What a rough pose of an object comes to; of a small one, as its colours have it."""
+def refined(
+    scene: Scene, model: TrackModel, start: Pose, evidence: Evidence, *, quickly: bool = False
+) -> Guess:
+    """What a rough pose of an object comes to; of a small one, as its colours have it.
+
+    Args:
+        scene: the frame.
+        model: the object.
+        start: where to begin.
+        evidence: its window.
+        quickly: draw it no finer than what it is compared with, an object that moves.
+    """
     if _is_small(model, evidence):
         found, share = explained(scene, model, evidence, start)
         return _placed(scene, model, evidence, found, share)
     prior = Prior(pose_vector(start), np.array(START_SIGMA))
-    fit = solve(evidence, model, start, prior, scene.renderer, reaches_px=START_REACHES)
+    book = Sketchbook(quickly=quickly)
+    fit = solve(evidence, model, start, prior, scene.renderer, reaches_px=START_REACHES, book=book)
     return Guess(fit, None)
 
 

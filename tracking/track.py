@@ -133,6 +133,11 @@ class Track:
     guesses: tuple[Guess, ...]
     audit: Audit | None
 
+    @property
+    def moves_on(self) -> bool:
+        """Whether it moved in the frame before."""
+        return self.state is TrackState.TRACKED and self.still_frames == 0
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Task:

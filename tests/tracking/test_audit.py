@@ -48,7 +48,8 @@ def a_track(audit, state=TrackState.TRACKED, looked_ns=0):
 def task(monkeypatch):
     """A task whose object stands turned by half from what it is taken for."""
 
-    def refined(_scene, _model, start, _evidence):
+    def refined(_scene, _model, start, _evidence, *, quickly=False):
+        assert not quickly
         return Guess(a_fit(start, 0.95 if abs(start.yaw()) > 3.0 else 0.6), None)
 
     monkeypatch.setattr(tracking.audit, "turned", lambda *_: [SHARP, FLIPPED])
@@ -126,7 +127,7 @@ def test_a_clearly_better_place_at_the_same_yaw_is_taken(task, monkeypatch):
     better = a_fit(Pose.from_yaw(0.05), 0.9)
     doubtful = task(None)
     monkeypatch.setattr(tracking.audit, "turned", lambda *_: [SHARP])
-    monkeypatch.setattr(tracking.audit, "refined", lambda *_: Guess(better, None))
+    monkeypatch.setattr(tracking.audit, "refined", lambda *_, **_quickly: Guess(better, None))
     after, fit = audited(doubtful, None, a_fit(SHARP, 0.5))
     assert fit is better
     assert after.track.audit.is_clear
