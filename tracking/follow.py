@@ -157,13 +157,16 @@ def _accept(task: Task, evidence: Evidence, fit: Fit, *, unchanged: bool) -> Tra
         world_from_object = vector_pose(pose_vector(track.world_from_object) + blend * step)
         # What begins to leave is not where it was: it would be portrayed wrongly.
         is_quiet = unchanged or track.portrait is None
+        is_portrayed = track.portrait is not None and track.portrait.shows_at(world_from_object)
         known = replace(fit, world_from_object=world_from_object)
         return replace(
             seen,
             world_from_object=world_from_object,
             motion=Motion.rest(now),
             rest=rest_of(task, fit),
-            portrait=_portrait(task, evidence, known) if is_quiet else track.portrait,
+            portrait=_portrait(task, evidence, known)
+            if is_quiet and not is_portrayed
+            else track.portrait,
         )
     still = distance < RESTING_STEP_M and turn < RESTING_STEP_RAD
     still_frames = track.still_frames + 1 if still else 0

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.cameras import Fisheye
-from scenes.pose import Pose
+from scenes.pose import Pose, rotation_angle
 from scenes.render.renderer import Rendering
 from tracking.contour import lift, sample
 from tracking.evidence import Evidence
@@ -34,6 +34,9 @@ SAME_DEPTH = 0.2
 FADES_RAD, GONE_RAD = math.radians(20), math.radians(40)
 """A portrait counts fully while the object is seen turned by less than the first angle, and no more
 from the second on."""
+
+SAME_PLACE_M, SAME_TURN_RAD = 0.001, math.radians(0.3)
+"""What is believed to rest this near to where it was portrayed need not be portrayed again."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,6 +87,13 @@ class Portrait:
         alpha = drawn.alpha[rows, columns, None]
         rgb[rows, columns] += share * (alpha * seen[:, :3] - rgb[rows, columns])
         return Rendering(rgb, drawn.alpha, drawn.depth)
+
+    def shows_at(self, world_from_object: Pose) -> bool:
+        """Whether this is how the object looks at rest at a pose, to a small part of a pixel."""
+        apart = self.world_from_object.inverse() @ world_from_object
+        away_m = float(np.linalg.norm(apart.translation))
+        is_here = away_m < SAME_PLACE_M and rotation_angle(apart.rotation) < SAME_TURN_RAD
+        return self.is_of_rest and is_here
 
     def worth(self, camera_from_object: Pose) -> float:
         """0..1: how much the portrait says of the object seen from elsewhere."""

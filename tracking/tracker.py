@@ -52,6 +52,9 @@ between the measurements of resting objects, so that no frame does both."""
 TURN_PERIOD = 4
 """Frames between two fresh measurements of resting objects, one object at a time."""
 
+UNHURRIED_NS = 50_000_000
+"""Frames that come faster than this audit and search only where they have nothing else to do."""
+
 
 @dataclass(frozen=True, slots=True)
 class TrackerOptions:
@@ -95,11 +98,13 @@ class TrackerState:
         tracks: by object id.
         rig: None before the first frame.
         frames: how many were taken in.
+        t_ns: frame time of the last one.
     """
 
     tracks: Mapping[str, Track]
     rig: RigState | None
     frames: int
+    t_ns: int
 
 
 class Tracker:
@@ -146,7 +151,7 @@ class Tracker:
     def start(self) -> TrackerState:
         """Every object where the scene says, the camera unknown."""
         tracks = {m.object_id: new_track(m) for m in self._models}
-        return TrackerState(MappingProxyType(tracks), None, 0)
+        return TrackerState(MappingProxyType(tracks), None, 0, -UNHURRIED_NS)
 
     def step(
         self, state: TrackerState, frame: Frame, now_ns: int
@@ -168,10 +173,11 @@ class Tracker:
         looks = {name: first_look(task) for name, task in tasks.items()}
         detected = self._stopwatch()
         searched = False
+        is_busy = _is_busy(state.frames) and frame.t_ns - state.t_ns < UNHURRIED_NS
         reviewed = next((name for name, track in tracks.items() if is_under_review(track)), None)
         for model in _most_certain_first(self._models, tracks):
             name = model.object_id
-            is_free = not searched and reviewed in (None, name)
+            is_free = not searched and not is_busy and reviewed in (None, name)
             task = replace(
                 tasks[name],
                 neighbours=self._neighbours(model, tracks),
@@ -184,7 +190,7 @@ class Tracker:
             searches = 1 if state.frames else len(self._models)
             tracks |= regain(self._lost(tasks, tracks), searches)
         posed = self._stopwatch()
-        if state.frames % LEARN_PERIOD == LEARN_PERIOD // 2:
+        if _learns(state.frames):
             heights = [lens.height_px for lens in frame.rig.lenses]
             band = band_of(state.frames // LEARN_PERIOD, heights)
             plates = self._learned(rig.plates, frame, tracks, scene.exposures, band)
@@ -197,7 +203,7 @@ class Tracker:
             "pose": posed - detected,
             "smooth": ended - posed,
         }
-        following = TrackerState(MappingProxyType(tracks), rig, state.frames + 1)
+        following = TrackerState(MappingProxyType(tracks), rig, state.frames + 1, frame.t_ns)
         output = TrackOutput(objects, MappingProxyType(stages), scene.world_from_rig)
         return following, output
 
@@ -314,12 +320,27 @@ class Tracker:
         )
 
 
+def _learns(frames: int) -> bool:
+    """Whether a frame looks at what has become of the room."""
+    return frames % LEARN_PERIOD == LEARN_PERIOD // 2
+
+
+def _watches(frames: int) -> bool:
+    """Whether a frame looks at whether the camera still stands."""
+    return (frames - WATCH_PHASE) % WATCH_PERIOD == 0
+
+
+def _is_busy(frames: int) -> bool:
+    """Whether a frame has more to do than to follow what moves."""
+    return _learns(frames) or _watches(frames) or frames % TURN_PERIOD == 0
+
+
 def _looked_through(known: RigState, frame: Frame, frames: int) -> tuple[RigState, Pose]:
     """The rig's state after a look through one lens, if it is time, and how far it has turned.
 
     A bumped camera moves in all its lenses; somebody in front of one is seen by that alone.
     """
-    if (frames - WATCH_PHASE) % WATCH_PERIOD:
+    if not _watches(frames):
         return known, Pose.identity()
     lens = frames // WATCH_PERIOD % len(known.watches)
     turn = turned_since(known.watches[lens], frame.images[lens])

@@ -106,6 +106,7 @@ def test_what_looks_as_it_did_at_rest_has_not_moved(monkeypatch, portrait, liken
     monkeypatch.setattr(tracking.beliefs, "_try", lambda *_, **__: tried)
     monkeypatch.setattr(tracking.beliefs, "at_portrait", lambda *_: there)
     track = SimpleNamespace(
+        moves_on=False,
         state=None, missed_frames=3, sketch=None, portrait=known, usual_agreement=0.0,
         usual_likeness=0.0,
     )  # fmt: skip
@@ -160,3 +161,13 @@ def test_the_likeliest_guess_is_tried_in_every_frame_and_all_others_in_turn():
             for g in guesses
         ]
     assert len(set(tried)) == 6
+
+
+def test_what_rests_where_it_was_portrayed_is_not_portrayed_again(faulty, renderer):
+    evidence = seen(faulty, REST)
+    drawn = draw(faulty, REST, evidence, renderer)
+    portrait = portrayed(evidence, drawn, REST, radius_m=faulty.radius_m)
+    assert portrait.shows_at(REST @ Pose.from_yaw(0.001, (0.0004, 0.0, 0.0)))
+    assert not portrait.shows_at(REST @ Pose.from_yaw(0.0, (0.003, 0.0, 0.0)))
+    assert not portrait.shows_at(REST @ Pose.from_yaw(0.02))
+    assert not replace(portrait, is_of_rest=False).shows_at(REST)
