@@ -271,23 +271,35 @@ def ranked(scene: Scene, model: TrackModel, guesses: Sequence[Guess]) -> list[Gu
 
 
 def refined(
-    scene: Scene, model: TrackModel, start: Pose, evidence: Evidence, *, quickly: bool = False
+    scene: Scene,
+    model: TrackModel,
+    start_world_from_object: Pose,
+    evidence: Evidence,
+    *,
+    quickly: bool = False,
 ) -> Guess:
     """What a rough pose of an object comes to; of a small one, as its colours have it.
 
     Args:
         scene: the frame.
         model: the object.
-        start: where to begin.
+        start_world_from_object: where to begin.
         evidence: its window.
         quickly: draw it no finer than what it is compared with, an object that moves.
     """
     if _is_small(model, evidence):
-        found, share = explained(scene, model, evidence, start)
+        found, share = explained(scene, model, evidence, start_world_from_object)
         return _placed(scene, model, evidence, found, share)
-    prior = Prior(pose_vector(start), np.array(START_SIGMA))
-    book = Sketchbook(quickly=quickly)
-    fit = solve(evidence, model, start, prior, scene.renderer, reaches_px=START_REACHES, book=book)
+    prior = Prior(pose_vector(start_world_from_object), np.array(START_SIGMA))
+    fit = solve(
+        evidence,
+        model,
+        start_world_from_object,
+        prior,
+        scene.renderer,
+        reaches_px=START_REACHES,
+        book=Sketchbook(quickly=quickly),
+    )
     return Guess(fit, None)
 
 
