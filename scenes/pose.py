@@ -120,7 +120,10 @@ class Pose:
 
 
 def _unchecked(rotation: NDArray[np.float64], translation: NDArray[np.float64]) -> Pose:
-    """A pose of fresh arrays that are right because they were made of poses."""
+    """A pose of fresh arrays that are a rotation and a place because they were made of poses.
+
+    Thousands are composed a second; that a distance overflows is told where it enters.
+    """
     pose = object.__new__(Pose)
     rotation.setflags(write=False)
     translation.setflags(write=False)

@@ -67,7 +67,8 @@ LOST_CONFIDENCE = 0.4
 
 THERE_SUPPORT = 0.55
 THERE_VISIBLE = 0.5
-"""An object is where the scan says if its outline, its surface and its pattern are this good."""
+"""An object is where the scan says if its outline and its surface are this good, and what it shows
+is believable."""
 
 LEAST_GUESSES = 2
 GUESS_NS = 15_000_000
@@ -180,7 +181,7 @@ def measure(
     best = _try(task, evidence, book, predicted_world_from_object, beliefs[0], reaches_px=quick)
     best_belief = beliefs[0]
     if rested and not _is_convincing(task, best) and track.portrait is not None:
-        book = Sketchbook(track.sketch, track.portrait, quickly=track.moves_on)
+        book = Sketchbook(track.sketch, track.portrait)
         best = _try(task, evidence, book, predicted_world_from_object, beliefs[0], reaches_px=quick)
     if len(beliefs) > 1 and not task.is_first and _has_left(task, best):
         # What is carried looks like something that slides along its support, and the other way
@@ -328,9 +329,8 @@ def _worth(fit: Fit, belief: Prior) -> float:
     """Quality less the price of being far from what was expected."""
     apart = pose_vector(fit.world_from_object) - belief.mean
     apart[3] = wrap_angle(float(apart[3]))
-    return _presence(fit) * fit.quality - FAR_PRICE * min(
-        float(((apart / belief.sigma) ** 2).sum()), 9.0
-    )
+    far = min(float(((apart / belief.sigma) ** 2).sum()), 9.0)
+    return _presence(fit) * fit.quality - FAR_PRICE * far
 
 
 def _try(

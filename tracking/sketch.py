@@ -180,7 +180,16 @@ def sketched(
     portrait: Portrait | None = None,
     quickly: bool = False,
 ) -> Sketch:
-    """Draw an object at a pose, lay what is known of its looks on it, and pick its points."""
+    """Draw an object at a pose, lay what is known of its looks on it, and pick its points.
+
+    Args:
+        model: the object.
+        world_from_object: where it is drawn.
+        evidence: its window.
+        renderer: draws it.
+        portrait: how it really looks, where that is known.
+        quickly: draw no finer than what moves on at once is worth.
+    """
     view = evidence.view
     object_from_camera = world_from_object.inverse() @ view.world_from_camera
     camera = evidence.camera

@@ -1,7 +1,8 @@
 """One object on one core: how long a frame takes, and how long to find it wherever it stands.
 
 A session begins with the object elsewhere than the scan says: its pose is unknown. Then it is
-pushed to and fro. Everything the tracker does runs on the thread that asks, kept on one core.
+pushed to and fro. All that is timed runs on the thread that asks, kept on one core; the empty room,
+drawn by several threads when the camera is found, is no part of it. Times are the processor's.
 """
 
 from __future__ import annotations
