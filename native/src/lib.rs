@@ -19,6 +19,7 @@ pub mod cone;
 pub mod curvature;
 pub mod depth_bounds;
 pub mod ewa;
+pub mod exponential;
 pub mod gradient_projection;
 pub mod kannala_brandt;
 pub mod lanes;
@@ -40,6 +41,7 @@ mod python;
 mod python_gradients;
 mod python_probe;
 mod python_request;
+mod python_seen_window;
 mod python_still;
 mod python_track;
 mod python_track_cut;
@@ -65,6 +67,7 @@ pub mod track_change;
 pub mod track_contour;
 pub mod track_cut;
 pub mod track_edges;
+pub mod track_expected;
 pub mod track_learn;
 pub mod track_light;
 pub mod track_picture;
@@ -73,6 +76,7 @@ pub mod track_solve;
 pub mod train_backward;
 pub mod train_splats;
 pub mod train_step;
+mod train_sums;
 pub mod wide;
 pub mod wide_tile;
 
@@ -86,9 +90,11 @@ mod _native {
     #[pymodule_export]
     use crate::python_probe::Probe;
     #[pymodule_export]
+    use crate::python_seen_window::SeenWindow;
+    #[pymodule_export]
     use crate::python_still::StillPicture;
     #[pymodule_export]
-    use crate::python_track::{SeenWindow, TrackKernels};
+    use crate::python_track::TrackKernels;
     #[pymodule_export]
     use crate::python_track_cut::cut_out;
     #[pymodule_export]

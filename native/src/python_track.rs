@@ -1,29 +1,26 @@
 //! What Python sees of the tracker's kernels.
 
-use std::sync::OnceLock;
-
 use numpy::{PyArray1, PyReadonlyArray3, PyReadonlyArrayDyn};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::python_request::{check_length, with_lens, LensRequest};
+use crate::python_seen_window::SeenWindow;
 use crate::python_track_request::{
     layer_of, rigid, rows_of, rows_of_picture, LayerRequest, PlainProblem, ProblemRequest,
 };
 use crate::simd::Simd;
-use crate::track_change::{change, differing, Change, ChangeModel, Cut, Exposure, Window, BINS};
+use crate::track_change::{change, differing, ChangeModel, BINS};
 use crate::track_contour::{contour, Drawn};
-use crate::track_edges::{EdgeModel, CHANNELS};
+use crate::track_edges::EdgeModel;
+use crate::track_expected::{Cut, Exposure, Window};
 use crate::track_light;
-use crate::track_picture::{filtered, gaussian, Picture};
+use crate::track_picture::Picture;
 use crate::track_solve::{Estimate, SolveModel};
 
 type Floats<'py> = PyReadonlyArrayDyn<'py, f32>;
 type Doubles<'py> = PyReadonlyArrayDyn<'py, f64>;
 type Flat<'py, T> = Bound<'py, PyArray1<T>>;
-
-/// Texture is compared after a Gaussian of this many pixels.
-const TEXTURE_BLUR_PX: f32 = 0.8;
 
 /// The tracker's constants, as `tracking.kernels` gathers them.
 #[derive(FromPyObject)]
@@ -52,113 +49,6 @@ struct Constants {
     contour_correlation: f64,
     texture_sigma: f64,
     texture_cutoff: f64,
-}
-
-/// A window of a lens picture as the solver reads it.
-#[pyclass(frozen, module = "scenes._native", name = "SeenWindow")]
-pub struct SeenWindow {
-    pixels: Vec<f32>,
-    smooth: OnceLock<Vec<f32>>,
-    width: usize,
-    height: usize,
-}
-
-#[pymethods]
-impl SeenWindow {
-    #[new]
-    fn new(
-        live: Floats<'_>,
-        foreground: Floats<'_>,
-        own: Floats<'_>,
-        hidden: Floats<'_>,
-        size: (usize, usize),
-    ) -> PyResult<Self> {
-        let count = size.0 * size.1;
-        let (live, foreground) = (live.as_slice()?, foreground.as_slice()?);
-        let (own, hidden) = (own.as_slice()?, hidden.as_slice()?);
-        check_length("live", live, 3 * count)?;
-        check_length("foreground", foreground, count)?;
-        check_length("own", own, count)?;
-        check_length("hidden", hidden, count)?;
-        if count == 0 {
-            return Err(PyValueError::new_err(
-                "window: no pixels, wanted at least one",
-            ));
-        }
-        let [live, foreground, own, hidden] = [live, foreground, own, hidden].map(<[f32]>::to_vec);
-        let change = Change {
-            live,
-            foreground,
-            own,
-            hidden,
-        };
-        Ok(SeenWindow::of(&change, size.into()))
-    }
-
-    /// Foreground, own, hidden and the smoothed live colours (3) at (N, 2) pixels, flat.
-    fn sample<'py>(
-        &self,
-        py: Python<'py>,
-        pixels: Doubles<'py>,
-    ) -> PyResult<Bound<'py, PyArray1<f32>>> {
-        let (window, smooth) = (self.picture(), self.smooth());
-        let mut values = Vec::new();
-        for place in pixels.as_slice()?.chunks_exact(2) {
-            let place = [place[0], place[1]];
-            values.extend_from_slice(&window.sample(place)[3..6]);
-            values.extend_from_slice(&smooth.sample(place));
-        }
-        Ok(PyArray1::from_vec(py, values))
-    }
-}
-
-impl SeenWindow {
-    #[inline(always)]
-    fn of(change: &Change, [width, height]: [usize; 2]) -> Self {
-        let masks = change.foreground.iter().zip(&change.own);
-        let masks = masks.zip(&change.hidden);
-        let mut pixels: Vec<[f32; CHANNELS]> = Vec::with_capacity(width * height);
-        pixels.extend(change.live.chunks_exact(3).zip(masks).map(
-            |(rgb, ((&foreground, &own), &hidden))| {
-                [rgb[0], rgb[1], rgb[2], foreground, own, hidden, 0.0, 0.0]
-            },
-        ));
-        let pixels = pixels.into_flattened();
-        SeenWindow {
-            pixels,
-            smooth: OnceLock::new(),
-            width,
-            height,
-        }
-    }
-
-    pub(crate) fn picture(&self) -> Picture<'_, CHANNELS> {
-        Picture {
-            values: &self.pixels,
-            width: self.width,
-            height: self.height,
-        }
-    }
-
-    /// The live colours, smoothed like a texture's values.
-    pub(crate) fn smooth(&self) -> Picture<'_, 3> {
-        let values = self.smooth.get_or_init(|| {
-            let mut live = Vec::with_capacity(3 * self.width * self.height);
-            for pixel in self.pixels.chunks_exact(CHANNELS) {
-                live.extend_from_slice(&pixel[..3]);
-            }
-            let kernel: [f32; 7] = gaussian(TEXTURE_BLUR_PX);
-            Simd::detect().run(
-                #[inline(always)]
-                || filtered(&live, [self.width, self.height], 3, &kernel),
-            )
-        });
-        Picture {
-            values,
-            width: self.width,
-            height: self.height,
-        }
-    }
 }
 
 fn window_of(window: [usize; 4], shrink: usize, lens: [usize; 2]) -> PyResult<Window> {

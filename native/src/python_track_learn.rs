@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use crate::python_request::check_length;
 use crate::python_track_request::rows_of_picture;
 use crate::simd::Simd;
-use crate::track_change::Exposure;
+use crate::track_expected::Exposure;
 use crate::track_learn::{learn, LearnModel, Strip};
 
 type Floats<'py> = PyReadonlyArrayDyn<'py, f32>;

@@ -7,8 +7,8 @@ use pyo3::prelude::*;
 
 use crate::camera::Lens;
 use crate::python_request::{check_length, LensRequest};
-use crate::python_track::SeenWindow;
-use crate::track_change::Layer;
+use crate::python_seen_window::SeenWindow;
+use crate::track_expected::Layer;
 use crate::track_rigid::Rigid;
 use crate::track_solve::{Outline, Prior, Problem, SolveModel, Texture, UNKNOWNS};
 

@@ -1,7 +1,7 @@
 //! Where a live window puts the edges of an object's contour: `tracking.reference_edges` says the
 //! same in numpy, and says why.
 
-use crate::track_change::exp;
+use crate::exponential::exp;
 use crate::track_contour::along;
 use crate::track_picture::Picture;
 

@@ -1,7 +1,7 @@
 //! What some rows of a lens picture show of the empty room: `tracking.reference.learned_rows` says
 //! the same in numpy.
 
-use crate::track_change::Exposure;
+use crate::track_expected::Exposure;
 use crate::track_picture::{filtered, slopes};
 
 /// What is coherent is told in a picture this much smaller; `tracking.learn.SHRINK`.

@@ -10,17 +10,13 @@
 //! Where the photo's depth is known (`depth_bounds`), weight off the surface has a price. It is part
 //! of the worth; a sweep ahead adds up what the forward pass did not.
 
-use rayon::prelude::*;
-
-use crate::bin::{TileRow, TILE};
+use crate::bin::TILE;
 use crate::blend::{Tile, TileSplat, TileWork, ALPHA_MAX, BLOCKS, BLOCK_WIDTH, TRANSMITTANCE_STOP};
 use crate::camera::Lens;
 use crate::depth_bounds::{price, DepthBounds, FARTHEST};
-use crate::ewa::Judge;
 use crate::lanes::{all3, alpha_of, of_lanes, power_at, whitened, Patch, PatchWork, Vector};
 use crate::loss::Loss;
-use crate::project::Record;
-use crate::render::{Job, Scratch};
+use crate::render::Job;
 use crate::tape::open_pixels;
 
 /// Splats between two looks at which patches still take light.
@@ -35,7 +31,7 @@ pub const ERROR: usize = SUMS - 1;
 
 /// What the pixels of a tile say, row by row.
 #[derive(Clone)]
-struct TilePixels {
+pub(crate) struct TilePixels {
     d_colour: [[f32; PIXELS]; 3],
     error: [f32; PIXELS],
     /// Worth of all that is shown.
@@ -62,11 +58,11 @@ struct PatchPixels<V: Vector> {
 }
 
 /// One tile's sweep.
-struct TrainingTile<'a> {
-    work: TileWork<'a>,
-    pixels: &'a TilePixels,
+pub(crate) struct TrainingTile<'a> {
+    pub(crate) work: TileWork<'a>,
+    pub(crate) pixels: &'a TilePixels,
     /// One for each of the tile's splats; all zero on entry.
-    sums: &'a mut [Sums],
+    pub(crate) sums: &'a mut [Sums],
 }
 
 impl PatchWork for TrainingTile<'_> {
@@ -265,6 +261,19 @@ fn live_patches<V: Patch>(patches: &[PatchPixels<V>; MOST_PATCHES]) -> u32 {
     live
 }
 
+impl Default for TilePixels {
+    fn default() -> TilePixels {
+        TilePixels {
+            d_colour: [[0.0; PIXELS]; 3],
+            error: [0.0; PIXELS],
+            worth: [0.0; PIXELS],
+            transmittance: [0.0; PIXELS],
+            bounds: [[0.0; PIXELS]; 2],
+            depth_rate: 0.0,
+        }
+    }
+}
+
 impl TilePixels {
     /// The same, a register's worth at a time.
     #[inline(always)]
@@ -297,7 +306,14 @@ impl TilePixels {
     }
 
     /// Gathers a tile from the planes of the loss; nothing is seen outside the picture.
-    fn gather<L: Lens>(&mut self, lens: &L, job: &Job, loss: &Loss, left: usize, top: usize) {
+    pub(crate) fn gather<L: Lens>(
+        &mut self,
+        lens: &L,
+        job: &Job,
+        loss: &Loss,
+        left: usize,
+        top: usize,
+    ) {
         let (width, height) = (job.view.width, job.view.height);
         let plane = width * height;
         self.transmittance.fill(0.0);
@@ -323,11 +339,9 @@ impl TilePixels {
             }
         }
     }
-}
 
-impl TilePixels {
     /// Gathers where weight has a price; `rate` is the loss per unit of weight and price.
-    fn gather_bounds(
+    pub(crate) fn gather_bounds(
         &mut self,
         bounds: &DepthBounds,
         rate: f32,
@@ -352,131 +366,6 @@ impl TilePixels {
         if says {
             self.depth_rate = rate;
         }
-    }
-}
-
-/// Sums per (splat, tile) of one row of tiles.
-#[derive(Default)]
-struct RowSums {
-    slots: Vec<u32>,
-    sums: Vec<Sums>,
-}
-
-/// Sums per splat; buffers kept between pictures.
-#[derive(Default)]
-pub(crate) struct TrainingSums {
-    rows: Vec<RowSums>,
-    /// By record.
-    pub(crate) totals: Vec<Sums>,
-}
-
-/// What a thread keeps from row to row.
-struct Gathered {
-    lists: TileRow,
-    pixels: TilePixels,
-}
-
-impl Default for Gathered {
-    fn default() -> Gathered {
-        Gathered {
-            lists: TileRow::default(),
-            pixels: TilePixels {
-                d_colour: [[0.0; PIXELS]; 3],
-                error: [0.0; PIXELS],
-                worth: [0.0; PIXELS],
-                transmittance: [0.0; PIXELS],
-                bounds: [[0.0; PIXELS]; 2],
-                depth_rate: 0.0,
-            },
-        }
-    }
-}
-
-/// Decides nothing: this pass asks no judge.
-struct Nobody;
-
-impl Judge for Nobody {
-    fn is_drawn(&self, _: &Record, _: i32, _: i32) -> bool {
-        false
-    }
-}
-
-impl TrainingSums {
-    /// Sums over the picture that `scratch` drew, given its loss; the same to the bit for any number
-    /// of threads. `records` is the number of records that hold splats or gaps between them.
-    pub(crate) fn fill<L: Lens>(
-        &mut self,
-        lens: &L,
-        job: &Job,
-        scratch: &Scratch,
-        records: usize,
-        loss: &Loss,
-        priced: Option<(&DepthBounds, f32)>,
-    ) {
-        let rows_of_tiles = job.view.height.div_ceil(TILE);
-        let columns = job.view.width.div_ceil(TILE);
-        let size = [job.view.width, job.view.height];
-        let rate = |price: f32| price / (size[0] * size[1]) as f32;
-        self.rows.resize_with(rows_of_tiles, RowSums::default);
-        self.rows
-            .par_iter_mut()
-            .with_max_len(1)
-            .enumerate()
-            .for_each_init(Gathered::default, |gathered, (row, out)| {
-                let Gathered { lists, pixels } = gathered;
-                scratch.fill_row(row, job, lists);
-                out.slots.clear();
-                out.sums.clear();
-                for column in 0..columns {
-                    let slots = lists.tile(column);
-                    let first = out.slots.len();
-                    out.slots.extend_from_slice(slots);
-                    out.sums.resize(first + slots.len(), [0.0; SUMS]);
-                    let (left, top) = (column * TILE, row * TILE);
-                    pixels.gather(lens, job, loss, left, top);
-                    if let Some((bounds, price)) = priced {
-                        pixels.gather_bounds(bounds, rate(price), size, [left, top]);
-                    }
-                    job.simd.run_patches(TrainingTile {
-                        work: TileWork {
-                            records: &scratch.records,
-                            needles: &scratch.needles,
-                            slots,
-                            left: left as i32,
-                            top: top as i32,
-                            judge: &Nobody,
-                        },
-                        pixels,
-                        sums: &mut out.sums[first..],
-                    });
-                }
-            });
-        self.add_rows(records);
-    }
-
-    /// Adds up each splat's tiles, row by row and from left to right.
-    fn add_rows(&mut self, records: usize) {
-        self.totals.clear();
-        self.totals.resize(records, [0.0; SUMS]);
-        let share = records.div_ceil(rayon::current_num_threads()).max(1);
-        let rows = &self.rows;
-        self.totals
-            .par_chunks_mut(share)
-            .enumerate()
-            .for_each(|(index, totals)| {
-                let first = index * share;
-                for row in rows {
-                    for (&slot, sums) in row.slots.iter().zip(&row.sums) {
-                        // A slot before `first` wraps around and is out of range too.
-                        let place = (slot as usize).wrapping_sub(first);
-                        if let Some(total) = totals.get_mut(place) {
-                            for (total, &sum) in total.iter_mut().zip(sums) {
-                                *total += sum;
-                            }
-                        }
-                    }
-                }
-            });
     }
 }
 

@@ -11,8 +11,9 @@ use crate::loss::{Distance, Exposure, Loss, Target};
 use crate::project::PosedCloud;
 use crate::render::{self, Job, Picture, Scratch};
 use crate::scene::CHUNK;
-use crate::train_backward::{TrainingSums, ERROR};
+use crate::train_backward::ERROR;
 use crate::train_splats::{GroupGradients, Rows, TrainSplats, LOGIT, LOG_SCALE, ROTATION, SH};
+use crate::train_sums::TrainingSums;
 
 /// Where the camera stands: camera from world.
 #[derive(Clone, Copy)]
