@@ -143,11 +143,17 @@ def _without(
 
 
 def _in_frame_of(made: ObjectModel, item: PhysicalObject) -> ObjectModel:
-    """The same splats and parts at the same place, in the physical object's frame."""
+    """The same splats and parts at the same place, in the physical object's frame.
+
+    The box keeps its extents, each along the axis of the new frame that is nearest.
+    """
     item_from_made = item.world_from_object.inverse() @ made.world_from_object
+    x, y, z = made.box_m
+    crosswise = abs(item_from_made.rotation[0, 1]) > abs(item_from_made.rotation[0, 0])
     return replace(
         made,
         splats=turned(made.splats, item_from_made),
+        box_m=(y, x, z) if crosswise else (x, y, z),
         parts=tuple(
             replace(part, object_from_box=item_from_made @ part.object_from_box)
             for part in made.parts

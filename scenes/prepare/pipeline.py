@@ -22,7 +22,7 @@ from scenes.prepare.collision_stages import collision_mesh
 from scenes.prepare.cutout.floaters import remove_floaters
 from scenes.prepare.footage.capture import Capture
 from scenes.prepare.footage.gather import capture_key, gather
-from scenes.prepare.options import KnownObject, PrepareOptions
+from scenes.prepare.options import BUILT_IN, KnownObject, PrepareOptions
 from scenes.prepare.outdoor_points import with_outdoor_points
 from scenes.prepare.poses.given_poses import as_capture, as_report, import_poses, load_imported
 from scenes.prepare.poses.sfm import SfmReport, reconstruct
@@ -32,6 +32,7 @@ from scenes.prepare.room_splats import import_splats, train_room, trainer_of
 from scenes.prepare.saved_reconstruction import load_reconstruction, save_reconstruction
 from scenes.prepare.stages import WorkFolder, stamps
 from scenes.prepare.train import checkpoint
+from scenes.prepare.train.train import BUILT_IN_VERSION
 from scenes.prepare.train.trained_file import load_training, save_training
 from scenes.prepare.train.trainer import PRESETS, TrainingResult
 from scenes.render.native import NativeRenderer
@@ -261,7 +262,7 @@ def _trained(metric: Reconstruction, work: WorkFolder, options: PrepareOptions) 
             "quality": options.quality,
             "steps": options.steps,
             "seed": options.seed,
-            "trainer": options.trainer,
+            "trainer": BUILT_IN_VERSION if options.trainer == BUILT_IN else options.trainer,
             "program": str(options.program),
         },
         make=make,

@@ -33,7 +33,8 @@ from scenes.render.renderer import RenderOptions
 from scenes.render.training import Exposure, Trainee
 from scenes.splats import SplatCloud
 
-NAME = "built-in 4"
+BUILT_IN_VERSION = "built-in 4"
+"""Counted up with every change to what it makes of the same photos."""
 REPORT_EVERY = 20
 LOSS_MEMORY = 0.99
 SAVE_EVERY_S = 60.0
@@ -255,7 +256,9 @@ class _Run:
             score_photo(self._renderer, cloud, self._photos.photo(view), self._drawing, lens=lens)
             for view in self._photos.held_out
         )
-        return TrainingResult(cloud, scores, tuple(self._history), NAME, self._floating(cloud))
+        return TrainingResult(
+            cloud, scores, tuple(self._history), BUILT_IN_VERSION, self._floating(cloud)
+        )
 
     def _floating(self, cloud: SplatCloud) -> float | None:
         """Share of the splats that are not where the views see surfaces; None if they see none."""
@@ -281,7 +284,7 @@ def _describe(options: TrainingOptions, reconstruction: Reconstruction) -> str:
     names = ",".join(view.name for view in reconstruction.views)
     poses = sum(float(view.world_from_camera.matrix().sum()) for view in reconstruction.views)
     return (
-        f"{NAME}; budget {options.budget}, degree {options.sh_degree}, "
+        f"{BUILT_IN_VERSION}; budget {options.budget}, degree {options.sh_degree}, "
         f"held out {options.held_out_every}, exposure {options.exposure}, "
         f"longest side {options.longest_px} px, stereo {options.stereo_px} px, "
         f"background {options.background}; {len(reconstruction.points)} points; "
