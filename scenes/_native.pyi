@@ -314,6 +314,27 @@ class SeenWindow:
     def sample(self, pixels: NDArray[np.float64]) -> NDArray[np.float32]:
         """Foreground, own, hidden and the smoothed live colours (3) at (N, 2) pixels, flat."""
 
+class Setting:
+    """A part of the live picture, and what it would show without the object.
+
+    `size` is width and height; the twin is `tracking.resemblance`.
+    """
+
+    def __init__(
+        self,
+        live: NDArray[np.float32],
+        empty: NDArray[np.float32],
+        free: NDArray[np.float32],
+        *,
+        size: tuple[int, int],
+        constants: Mapping[str, float | tuple[float, float]],
+    ) -> None: ...
+    def strange(self, rgb: NDArray[np.float32], alpha: NDArray[np.float32]) -> float:
+        """In how many pixels the live picture is not what a drawn object would make it."""
+
+    def resemblance(self, rgb: NDArray[np.float32], alpha: NDArray[np.float32]) -> float:
+        """How much a drawn object resembles the picture, at most 1, 0 for by chance."""
+
 class TrackKernels:
     """The tracker's kernels with their constants; arrays are C-contiguous unless it is said."""
 

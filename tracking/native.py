@@ -2,9 +2,17 @@
 
 from typing import TYPE_CHECKING
 
-from scenes._native import RoomLearner, SeenWindow, TrackKernels, cut_out
+from scenes._native import RoomLearner, SeenWindow, Setting, TrackKernels, cut_out
 
 if TYPE_CHECKING:
     from scenes._native import TrackLayer, TrackProblem
 
-__all__ = ["RoomLearner", "SeenWindow", "TrackKernels", "TrackLayer", "TrackProblem", "cut_out"]
+__all__ = [
+    "RoomLearner",
+    "SeenWindow",
+    "Setting",
+    "TrackKernels",
+    "TrackLayer",
+    "TrackProblem",
+    "cut_out",
+]

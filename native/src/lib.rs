@@ -42,6 +42,7 @@ mod python_gradients;
 mod python_probe;
 mod python_request;
 mod python_seen_window;
+mod python_setting;
 mod python_still;
 mod python_track;
 mod python_track_cut;
@@ -71,6 +72,7 @@ pub mod track_expected;
 pub mod track_learn;
 pub mod track_light;
 pub mod track_picture;
+pub mod track_resemblance;
 pub mod track_rigid;
 pub mod track_solve;
 pub mod train_backward;
@@ -91,6 +93,8 @@ mod _native {
     use crate::python_probe::Probe;
     #[pymodule_export]
     use crate::python_seen_window::SeenWindow;
+    #[pymodule_export]
+    use crate::python_setting::Setting;
     #[pymodule_export]
     use crate::python_still::StillPicture;
     #[pymodule_export]

@@ -16,7 +16,13 @@ from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose, renormalised
 from scenes.render.picture_memory import PictureMemory, rendering_of
 from scenes.render.renderer import PosedSplats, Rendering, RenderOptions
-from scenes.render.request import check_request, refuse_exact, refuse_parts
+from scenes.render.request import (
+    check_cloud,
+    check_is_posed,
+    check_view,
+    refuse_exact,
+    refuse_parts,
+)
 from scenes.splats import SplatCloud
 
 if TYPE_CHECKING:
@@ -91,8 +97,8 @@ class NativeRenderer:
             ValueError: names the argument, what it got and what it wants.
         """
         options = options or RenderOptions()
-        check_request(objects, camera, options)
-        return self._drawn(objects, camera, world_from_camera, draw_of(options))
+        clouds = self._checked(objects, camera, options)
+        return self._drawn(clouds, objects, camera, world_from_camera, draw_of(options))
 
     def shares(
         self,
@@ -106,9 +112,10 @@ class NativeRenderer:
 
         `rgb` holds the object's blend weight, its weighted depth and that of all others.
         """
-        check_request(objects, camera, options)
+        clouds = self._checked(objects, camera, options)
         options = replace(options, background=(0.0, 0.0, 0.0), sh_degree=0)
-        return self._drawn(objects, camera, world_from_camera, draw_of(options, marked=index))
+        draw = draw_of(options, marked=index)
+        return self._drawn(clouds, objects, camera, world_from_camera, draw)
 
     def record(
         self,
@@ -118,10 +125,10 @@ class NativeRenderer:
         options: RenderOptions,
     ) -> tuple[Rendering, Tape]:
         """Draw and remember how: the part of `scenes.render.gradients.record` that is native."""
-        check_request(objects, camera, options)
+        clouds = self._checked(objects, camera, options)
         refuse_exact(options, "gradients are those of EWA")
         flat, tape = self._differentiator.record(
-            [self._prepared(posed.cloud) for posed in objects],
+            clouds,
             _camera_from_objects(objects, world_from_camera),
             lens=lens_of(camera),
             draw=draw_of(options),
@@ -152,12 +159,12 @@ class NativeRenderer:
         brightness: tuple[float, float],
     ) -> PoseNormals:
         """The part of `scenes.render.pose_newton.normal_equations` that is native."""
-        check_request([posed], camera, options)
+        (cloud,) = self._checked([posed], camera, options)
         refuse_parts(options, "give the target weights of 0")
         # The tracker's objects are never wide, and its steps need EWA's derivatives.
         options = replace(options, exact_above_rad=math.inf)
         return self._differentiator.pose_normals(
-            self._prepared(posed.cloud),
+            cloud,
             _camera_from_objects([posed], world_from_camera),
             twists,
             target,
@@ -168,8 +175,27 @@ class NativeRenderer:
             bias=brightness[1],
         )
 
+    def _checked(
+        self,
+        objects: Sequence[PosedSplats],
+        camera: Pinhole | Fisheye,
+        options: RenderOptions,
+    ) -> list[_native.PreparedCloud]:
+        """The objects' clouds, prepared; arrays are looked at when they are, and not again.
+
+        Raises:
+            TypeError, ValueError: as `check_request`.
+        """
+        clouds: list[_native.PreparedCloud] = []
+        for index, posed in enumerate(objects):
+            check_is_posed(posed, index)
+            clouds.append(self._prepared(posed.cloud, index))
+        check_view(camera, options)
+        return clouds
+
     def _drawn(
         self,
+        clouds: list[_native.PreparedCloud],
         objects: Sequence[PosedSplats],
         camera: Pinhole | Fisheye,
         world_from_camera: Pose,
@@ -177,7 +203,7 @@ class NativeRenderer:
     ) -> Rendering:
         arrays = self._memory.take(camera.width_px * camera.height_px)
         self._engine.render(
-            [self._prepared(posed.cloud) for posed in objects],
+            clouds,
             _camera_from_objects(objects, world_from_camera),
             lens=lens_of(camera),
             draw=draw,
@@ -187,12 +213,13 @@ class NativeRenderer:
         self._memory.give(arrays)
         return drawn
 
-    def _prepared(self, cloud: SplatCloud) -> _native.PreparedCloud:
+    def _prepared(self, cloud: SplatCloud, index: int = 0) -> _native.PreparedCloud:
         key = id(cloud)
         with self._lock:
             if key in self._clouds:
                 self._clouds.move_to_end(key)
                 return self._clouds[key][1]
+        check_cloud(cloud, index)
         prepared = self._prepare(
             cloud.means.ravel(),
             cloud.scales.ravel(),
@@ -211,7 +238,7 @@ class NativeRenderer:
         self, camera: Pinhole | Fisheye, options: RenderOptions
     ) -> _native.StillPicture:
         """An empty picture for `update_still`; `scenes.render.incremental` is the way to use it."""
-        check_request((), camera, options)
+        check_view(camera, options)
         return self._still(lens=lens_of(camera), draw=draw_of(options))
 
     def update_still(
@@ -223,8 +250,7 @@ class NativeRenderer:
         options: RenderOptions,
     ) -> NDArray[np.bool_]:
         """Draw into `picture` what changed; returns a flag per tile of 16 × 16 pixels, flat."""
-        check_request(objects, camera, options)
-        clouds = [self._prepared(posed.cloud) for posed in objects]
+        clouds = self._checked(objects, camera, options)
         poses = _camera_from_objects(objects, world_from_camera)
         return picture.update(self._engine, clouds, poses, threads=options.threads)
 

@@ -30,9 +30,28 @@ def check_request(
         ValueError: names the argument, what it got and what it wants.
     """
     for index, posed in enumerate(objects):
-        if not isinstance(posed, PosedSplats):
-            raise TypeError(f"objects[{index}]: got {type(posed).__name__}, wanted PosedSplats")
-        _check_arrays(posed.cloud, f"objects[{index}].cloud")
+        check_is_posed(posed, index)
+        check_cloud(posed.cloud, index)
+    check_view(camera, options)
+
+
+def check_is_posed(posed: object, index: int) -> None:
+    """Refuse what is no posed cloud, as `objects[index]`.
+
+    Raises:
+        TypeError: names the argument, what it got and what it wants.
+    """
+    if not isinstance(posed, PosedSplats):
+        raise TypeError(f"objects[{index}]: got {type(posed).__name__}, wanted PosedSplats")
+
+
+def check_view(camera: Pinhole | Fisheye, options: RenderOptions) -> None:
+    """Refuse cameras and options that no renderer can draw with.
+
+    Raises:
+        TypeError: the camera is of the wrong type.
+        ValueError: names the argument, what it got and what it wants.
+    """
     if not isinstance(camera, (Pinhole, Fisheye)):
         raise TypeError(f"camera: got {type(camera).__name__}, wanted Pinhole or Fisheye")
     if max(camera.width_px, camera.height_px) > MAX_SIDE_PX:
@@ -58,7 +77,12 @@ def _check_lens(camera: Pinhole | Fisheye) -> None:
         )
 
 
-def _check_arrays(cloud: SplatCloud, where: str) -> None:
+def check_cloud(cloud: SplatCloud, index: int) -> None:
+    """Refuse a cloud whose arrays do not belong together, as `objects[index].cloud`.
+
+    Raises:
+        ValueError: names the array, what it got and what it wants.
+    """
     n = len(cloud.means)
     wanted: dict[str, tuple[int | str, ...]] = {
         "means": (n, 3),
@@ -82,7 +106,8 @@ def _check_arrays(cloud: SplatCloud, where: str) -> None:
         if not fits:
             sizes = ", ".join(str(size) for size in shape)
             raise ValueError(
-                f"{where}.{name}: got {described(array)}, wanted contiguous float32 ({sizes})"
+                f"objects[{index}].cloud.{name}: got {described(array)}, "
+                f"wanted contiguous float32 ({sizes})"
             )
 
 

@@ -15,7 +15,7 @@ from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
 from scenes.render.native import draw_of, lens_of
 from scenes.render.renderer import RenderOptions
-from scenes.render.request import check_request, refuse_exact, refuse_parts
+from scenes.render.request import check_view, refuse_exact, refuse_parts
 
 SSIM_SHARE = 0.2
 """Share of 1 - SSIM in the loss, as in 3D Gaussian splatting (Kerbl et al. 2023, equation 7)."""
@@ -201,7 +201,7 @@ class Trainee:
         Raises:
             ValueError: names the argument, what it got and what it wants.
         """
-        check_request((), target.camera, options)
+        check_view(target.camera, options)
         refuse_parts(options, "training compares the whole photo")
         refuse_exact(options, "gradients are those of EWA")
         raw = self._native.step(

@@ -1,0 +1,102 @@
+//! A part of the live picture that small objects are compared with, kept between the calls.
+
+use numpy::PyReadonlyArrayDyn;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+use crate::python_request::check_length;
+use crate::simd::Simd;
+use crate::track_resemblance::{ResemblanceModel, Setting as PlainSetting};
+
+type Floats<'py> = PyReadonlyArrayDyn<'py, f32>;
+
+/// The constants of `tracking.resemblance`.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct Constants {
+    strange: f32,
+    on_object: f32,
+    doubt_px: f64,
+    light_range: [f32; 2],
+}
+
+/// A part of the live picture, and what it would show without the object.
+#[pyclass(frozen, module = "scenes._native", name = "Setting")]
+pub struct Setting {
+    setting: PlainSetting,
+    simd: Simd,
+}
+
+#[pymethods]
+impl Setting {
+    #[new]
+    #[pyo3(signature = (live, empty, free, *, size, constants))]
+    fn new(
+        live: Floats<'_>,
+        empty: Floats<'_>,
+        free: Floats<'_>,
+        size: [usize; 2],
+        constants: Constants,
+    ) -> PyResult<Self> {
+        let count = size[0] * size[1];
+        let (live, empty, free) = (live.as_slice()?, empty.as_slice()?, free.as_slice()?);
+        check_length("live", live, 3 * count)?;
+        check_length("empty", empty, 3 * count)?;
+        check_length("free", free, count)?;
+        if count == 0 {
+            return Err(PyValueError::new_err(
+                "setting: no pixels, wanted at least one",
+            ));
+        }
+        let model = ResemblanceModel {
+            strange: constants.strange,
+            on_object: constants.on_object,
+            doubt_px: constants.doubt_px,
+            light_range: constants.light_range,
+        };
+        let simd = Simd::detect();
+        let setting = simd.run(
+            #[inline(always)]
+            || PlainSetting::new(live, empty, free, size, model),
+        );
+        Ok(Setting { setting, simd })
+    }
+
+    /// In how many pixels the live picture is not what a drawn object would make it.
+    fn strange(&self, py: Python<'_>, rgb: Floats<'_>, alpha: Floats<'_>) -> PyResult<f64> {
+        let (rgb, alpha) = self.checked(&rgb, &alpha)?;
+        let setting = &self.setting;
+        Ok(py.detach(|| {
+            self.simd.run(
+                #[inline(always)]
+                || setting.strange(rgb, alpha),
+            )
+        }))
+    }
+
+    /// How much a drawn object resembles the picture, at most 1, 0 for by chance.
+    fn resemblance(&self, py: Python<'_>, rgb: Floats<'_>, alpha: Floats<'_>) -> PyResult<f64> {
+        let (rgb, alpha) = self.checked(&rgb, &alpha)?;
+        let setting = &self.setting;
+        Ok(py.detach(|| {
+            self.simd.run(
+                #[inline(always)]
+                || setting.resemblance(rgb, alpha),
+            )
+        }))
+    }
+}
+
+impl Setting {
+    fn checked<'a>(
+        &self,
+        rgb: &'a Floats<'_>,
+        alpha: &'a Floats<'_>,
+    ) -> PyResult<(&'a [f32], &'a [f32])> {
+        let [width, height] = self.setting.size();
+        let (rgb, alpha) = (rgb.as_slice()?, alpha.as_slice()?);
+        check_length("rgb", rgb, 3 * width * height)?;
+        check_length("alpha", alpha, width * height)?;
+        Ok((rgb, alpha))
+    }
+}
