@@ -420,6 +420,19 @@ class TrackKernels:
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_]]:
         """Distance, its standard deviation, found and hidden of the edge at every contour point."""
 
+    def judge(
+        self,
+        window: SeenWindow,
+        problem: TrackProblem,
+        pose: list[float],
+        halo: float,
+        *,
+        surface: NDArray[np.float64],
+        colours: NDArray[np.float32],
+        is_textured: bool,
+    ) -> list[float]:
+        """How well a window supports a pose: the eight of `tracking.judgement.Judgement`."""
+
     @staticmethod
     def exposure(
         plate: NDArray[np.float64],

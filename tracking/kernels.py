@@ -1,7 +1,8 @@
 """The tracker's native kernels with their constants; numpy says the same in the modules named here.
 
 `tracking.background` and `tracking.reference` (what changed), `tracking.contour` (points of a drawn
-object), `tracking.observe` (edges and texture), `tracking.reference` (Gauss-Newton).
+object), `tracking.observe` (edges and texture), `tracking.reference` (Gauss-Newton),
+`tracking.judgement` (how well a pose is supported).
 """
 
 from __future__ import annotations
@@ -17,8 +18,9 @@ from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
 from scenes.render.native import lens_of
 from scenes.render.renderer import Rendering
-from tracking import background, observe
+from tracking import background, judgement, observe
 from tracking.contour import Contour, Texture
+from tracking.judgement import Judgement
 from tracking.native import SeenWindow, TrackKernels
 
 if TYPE_CHECKING:
@@ -26,7 +28,7 @@ if TYPE_CHECKING:
 
 Points = NDArray[np.float64]
 
-__all__ = ["KERNELS", "Measurement", "SeenWindow", "contour_of", "rows_of"]
+__all__ = ["KERNELS", "Measurement", "SeenWindow", "contour_of", "judged", "rows_of"]
 
 KERNELS = TrackKernels(
     {
@@ -53,6 +55,7 @@ KERNELS = TrackKernels(
         "contour_correlation": observe.CONTOUR_CORRELATION,
         "texture_sigma": observe.TEXTURE_SIGMA,
         "texture_cutoff": observe.TEXTURE_CUTOFF,
+        **judgement.CONSTANTS,
     }
 )
 
@@ -141,6 +144,37 @@ def refined(
         seen, measurement.request(), rows_of(world_from_object), halo_m, rounds=list(rounds)
     )
     return pose_of(rows), halo, np.array(information).reshape(7, 7)
+
+
+def judged(
+    seen: SeenWindow,
+    measurement: Measurement,
+    world_from_object: Pose,
+    halo_m: float,
+    *,
+    surface: Points,
+    colours: NDArray[np.float32],
+) -> Judgement:
+    """`tracking.judgement.judged`, natively; of a measurement's outline.
+
+    Args:
+        seen: the window.
+        measurement: what to measure by.
+        world_from_object: the pose.
+        halo_m: how far the drawn contour lies outside the real one.
+        surface: (N, 3) points evenly over the silhouette, in the object's frame.
+        colours: (N, 3) drawn there.
+    """
+    found = KERNELS.judge(
+        seen,
+        measurement.request(),
+        rows_of(world_from_object),
+        halo_m,
+        surface=surface,
+        colours=colours,
+        is_textured=measurement.textured,
+    )
+    return Judgement(*found)
 
 
 def contour_of(

@@ -14,28 +14,17 @@ from scenes.render.renderer import Renderer
 from tracking.align import slide
 from tracking.contour import Contour, Texture
 from tracking.evidence import Evidence
-from tracking.kernels import KERNELS, Measurement, refined, rows_of
+from tracking.judgement import NOTHING_DRAWN
+from tracking.kernels import Measurement, judged, refined
 from tracking.metrics import ROUND
 from tracking.model import TrackModel
-from tracking.observe import CONTOUR_CORRELATION
 from tracking.sketch import LEAST_AREA_PX, ROUGHLY, Sketch, Sketchbook
 from tracking.smooth import pose_vector, vector_pose
 
 Points = NDArray[np.float64]
 
-AGREE_PX = 1.6
-"""An edge this near to the drawn one agrees with the pose."""
-
-JUDGE_REACH_PX = 4.0
 LEAST_VARIANCE = 0.5
 """What a contour's residuals may make of the variance expected of them, however small they are."""
-
-MISFIT_CUTOFF = 5.0
-"""Edges farther off than so many standard deviations all count alike."""
-
-TOGETHER_PX = 12.0
-LEAST_TOGETHER = 12
-"""Whether residuals of neighbours are alike is told within this distance, from so many at least."""
 
 SUPPORT_SIGMA_M = 0.0015
 """How well a scan knows the height of a support, and of what stands on it."""
@@ -63,9 +52,6 @@ HALO_SIGMA_M = 0.0015
 
 ROUND_YAW_SIGMA = 3.0
 """Radians: what is reported for the yaw of a round object."""
-
-DETAIL_PX = 3.0
-"""A pattern is known by what differs from its surroundings of this size."""
 
 TEXTURED_SHARE = 0.8
 PLAIN_SHARE = 0.5
@@ -280,28 +266,33 @@ def judge(
     inverse = np.linalg.inv(information + 1e-9 * np.eye(len(information)))
     response = inverse @ (information - np.diag(prior.weights()))
     covariance = (inverse @ _spread(information, prior) @ inverse.T)[np.ix_(UPRIGHT, UPRIGHT)]
-    agreement = free = misfit = roughness = visible = covered = likeness = 0.0
-    alike = 1.0
+    found = NOTHING_DRAWN
     if sketch.area_px >= LEAST_AREA_PX:
-        agreement, free, misfit, roughness, alike = _agreement(
-            evidence, model, world_from_object, sketch, halo_m
+        here = Prior(pose_vector(world_from_object), np.ones(4))
+        outline = _measurement(evidence, model, here, sketch, outline=sketch.contour, texture=None)
+        found = judged(
+            evidence.seen,
+            outline,
+            world_from_object,
+            halo_m,
+            surface=sketch.surface,
+            colours=sketch.colours,
         )
-        visible, covered, likeness = _surface_shown(evidence, model, world_from_object, sketch)
     # Residuals tell what noise and the model's faults come to in this picture.
-    variance = max(roughness, LEAST_VARIANCE) * alike
+    variance = max(found.roughness, LEAST_VARIANCE) * found.alike
     return Fit(
         world_from_object=world_from_object,
         covariance=_with_symmetry(covariance[:4, :4] * variance, model),
         response=response[np.ix_(UPRIGHT[:4], range(6))],
-        agreement=agreement,
-        free_share=free,
-        misfit=misfit,
-        alike=alike,
-        visible_fraction=visible,
-        covered_fraction=covered,
+        agreement=found.agreement,
+        free_share=found.free_share,
+        misfit=found.misfit,
+        alike=found.alike,
+        visible_fraction=found.visible,
+        covered_fraction=found.covered,
         halo_m=halo_m,
         halo_sigma_m=float(np.sqrt(covariance[4, 4])),
-        likeness=likeness,
+        likeness=found.likeness,
         textured=model.textured,
         sketch=sketch,
     )
@@ -317,90 +308,6 @@ def _spread(information: Points, prior: Prior) -> Points:
         weight = prior.weights()[2]
         spread[2, 2] += weight * (weight * SUPPORT_SIGMA_M**2 - 1.0)
     return spread
-
-
-def _agreement(
-    evidence: Evidence, model: TrackModel, world_from_object: Pose, sketch: Sketch, halo_m: float
-) -> tuple[float, float, float, float, float]:
-    """Shares of the contour whose edge is where it should be, and that is free; its misfit.
-
-    Then the mean squared residual where there is an edge, which alone had a say in the pose, and
-    how much less these edges say because neighbours err alike.
-    """
-    prior = Prior(pose_vector(world_from_object), np.ones(4))
-    measurement = _measurement(evidence, model, prior, sketch, outline=sketch.contour, texture=None)
-    offset, sigma, found, hidden = KERNELS.edges(
-        evidence.seen,
-        measurement.request(),
-        rows_of(world_from_object),
-        halo_m,
-        reach_px=JUDGE_REACH_PX,
-    )
-    if len(offset) == 0:
-        return 0.0, 0.0, 0.0, 0.0, 1.0
-    agrees = found & (np.abs(offset) < AGREE_PX) & ~hidden
-    relative = np.where(found, np.clip(np.abs(offset / sigma) / MISFIT_CUTOFF, 0.0, 1.0), 1.0)
-    # Tukey's loss, scaled to be a square near 0.
-    loss = MISFIT_CUTOFF**2 / 3 * (1.0 - (1.0 - relative**2) ** 3)
-    misfit = float(loss[~hidden].sum()) / CONTOUR_CORRELATION
-    seen = found & ~hidden
-    roughness = float(loss[seen].mean()) if seen.any() else MISFIT_CUTOFF**2 / 3
-    camera_from_object = evidence.world_from_camera.inverse() @ world_from_object
-    pixels, _ = evidence.camera.project(camera_from_object @ sketch.contour.points[seen])
-    alike = shared_errors(pixels, np.clip(offset / sigma, -MISFIT_CUTOFF, MISFIT_CUTOFF)[seen])
-    return float(agrees.mean()), float((~hidden).mean()), misfit, roughness, alike
-
-
-def shared_errors(pixels: Points, residuals: Points) -> float:
-    """How many times more alike neighbouring residuals are than a solve believes, at least 1.
-
-    The mean of n independent residuals has 1/n of their variance; what it has more, a scan's faults
-    and shadows have made, which are longer than noise.
-    """
-    if len(residuals) < LEAST_TOGETHER:
-        return 1.0
-    x, y = pixels.astype(np.float32).T
-    near = (x[:, None] - x) ** 2 + (y[:, None] - y) ** 2 < TOGETHER_PX**2
-    means = near @ residuals / near.sum(axis=1)
-    power = float((residuals**2).mean())
-    correlation = float((near.sum(axis=1) * means**2).mean()) / max(power, 1e-9)
-    return max(correlation / CONTOUR_CORRELATION, 1.0)
-
-
-def _surface_shown(
-    evidence: Evidence, model: TrackModel, world_from_object: Pose, sketch: Sketch
-) -> tuple[float, float, float]:
-    """Shares of the surface that show the object, and something in front; likeness of colours."""
-    camera_from_object = evidence.world_from_camera.inverse() @ world_from_object
-    pixels, _ = evidence.camera.project(camera_from_object @ sketch.surface)
-    seen = evidence.seen.sample(pixels).reshape(-1, 6)
-    foreground, own, hidden = seen[:, :3].T
-    visible = own * (1 - hidden) > 0.35
-    covered = np.maximum(foreground - own, hidden) > 0.5
-    shown = (own > 0.35) & (hidden < 0.5)
-    if shown.sum() < LEAST_AREA_PX:
-        return float(visible.mean()), float(covered.mean()), 0.0
-    live, drawn = seen[shown, 3:], sketch.colours[shown]
-    if model.textured:
-        around = _surroundings(pixels[shown])
-        live, drawn = live - around @ live, drawn - around @ drawn
-    return float(visible.mean()), float(covered.mean()), _correlation(drawn, live)
-
-
-def _surroundings(pixels: Points) -> NDArray[np.float32]:
-    """(N, N) weights that average each point's surroundings."""
-    x, y = pixels.astype(np.float32).T
-    apart2 = (x[:, None] - x) ** 2 + (y[:, None] - y) ** 2
-    weight = np.exp(-0.5 / DETAIL_PX**2 * apart2)
-    return weight / weight.sum(axis=1, keepdims=True)
-
-
-def _correlation(first: NDArray[np.floating], second: NDArray[np.floating]) -> float:
-    """-1..1 of two lists of colours about their means."""
-    a = (first - first.mean(axis=0)).astype(np.float64).ravel()
-    b = (second - second.mean(axis=0)).astype(np.float64).ravel()
-    norm = float(np.sqrt((a @ a) * (b @ b)))
-    return float(a @ b) / norm if norm > 1e-9 else 0.0
 
 
 def _with_symmetry(covariance: Points, model: TrackModel) -> Points:

@@ -69,6 +69,7 @@ pub mod track_contour;
 pub mod track_cut;
 pub mod track_edges;
 pub mod track_expected;
+pub mod track_judge;
 pub mod track_learn;
 pub mod track_light;
 pub mod track_picture;

@@ -14,6 +14,7 @@ use crate::track_change::{change, differing, ChangeModel, BINS};
 use crate::track_contour::{contour, Drawn};
 use crate::track_edges::EdgeModel;
 use crate::track_expected::{Cut, Exposure, Window};
+use crate::track_judge::{JudgeModel, Surface};
 use crate::track_light;
 use crate::track_picture::Picture;
 use crate::track_solve::{Estimate, SolveModel};
@@ -49,6 +50,13 @@ struct Constants {
     contour_correlation: f64,
     texture_sigma: f64,
     texture_cutoff: f64,
+    judge_reach_px: f64,
+    agree_px: f64,
+    misfit_cutoff: f64,
+    together_px: f32,
+    least_together: usize,
+    least_shown: usize,
+    detail_px: f32,
 }
 
 fn window_of(window: [usize; 4], shrink: usize, lens: [usize; 2]) -> PyResult<Window> {
@@ -96,6 +104,7 @@ pub struct TrackKernels {
     simd: Simd,
     change: ChangeModel,
     solve: SolveModel,
+    judge: JudgeModel,
 }
 
 type ContourArrays<'py> = (
@@ -158,6 +167,15 @@ impl TrackKernels {
                 texture_correlation: 1.0,
                 focal: 1.0,
                 is_round: false,
+            },
+            judge: JudgeModel {
+                reach_px: c.judge_reach_px,
+                agree_px: c.agree_px,
+                misfit_cutoff: c.misfit_cutoff,
+                together_px: c.together_px,
+                least_together: c.least_together,
+                least_shown: c.least_shown,
+                detail_px: c.detail_px,
             },
         }
     }
@@ -340,6 +358,49 @@ impl TrackKernels {
             PyArray1::from_iter(py, found.iter().map(|edge| edge.found)),
             PyArray1::from_iter(py, found.iter().map(|edge| edge.covered || edge.foreign)),
         ))
+    }
+
+    /// How well a window supports a pose: agreement, free share, misfit, roughness, how alike errors
+    /// are, visible and covered shares, likeness.
+    #[pyo3(signature = (window, problem, pose, halo, *, surface, colours, is_textured))]
+    #[allow(clippy::too_many_arguments)]
+    fn judge(
+        &self,
+        py: Python<'_>,
+        window: &SeenWindow,
+        problem: ProblemRequest<'_>,
+        pose: [f64; 12],
+        halo: f64,
+        surface: Doubles<'_>,
+        colours: Floats<'_>,
+        is_textured: bool,
+    ) -> PyResult<[f64; 8]> {
+        let lens = problem.lens.lens();
+        let problem = PlainProblem::of(&problem, &self.solve)?;
+        let surface = Surface {
+            points: surface.as_slice()?,
+            colours: colours.as_slice()?,
+        };
+        check_length("colours", surface.colours, surface.points.len())?;
+        let found = py.detach(|| {
+            with_lens!(&lens, lens => {
+                let problem = problem.seen(lens, window);
+                self.simd.run(
+                    #[inline(always)]
+                    || problem.judge(&rigid(&pose), halo, &surface, is_textured, &self.judge),
+                )
+            })
+        });
+        Ok([
+            found.agreement,
+            found.free_share,
+            found.misfit,
+            found.roughness,
+            found.alike,
+            found.visible,
+            found.covered,
+            found.likeness,
+        ])
     }
 
     /// Gain, falloff and offset of one channel.

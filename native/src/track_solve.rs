@@ -379,7 +379,7 @@ fn solved(a: &Matrix, b: &[f64; UNKNOWNS]) -> [f64; UNKNOWNS] {
 }
 
 #[inline(always)]
-fn triple<T: Copy>(values: &[T], k: usize) -> [T; 3] {
+pub(crate) fn triple<T: Copy>(values: &[T], k: usize) -> [T; 3] {
     [values[3 * k], values[3 * k + 1], values[3 * k + 2]]
 }
 

@@ -10,12 +10,20 @@ from scenes.cameras import Fisheye, Pinhole, Rig, pixel_centres
 from scenes.frames import FRONT_FROM_BACK_LENS, look_at
 from scenes.pose import Pose, rotation_angle, rotation_from_vector
 from scenes.render.renderer import Rendering
-from tracking import reference
+from tracking import judgement, reference
 from tracking.background import Exposure, expose
 from tracking.colours import ColourModel
 from tracking.contour import contour_points, sample, texture_points
 from tracking.evidence import Evidence
-from tracking.kernels import KERNELS, Measurement, SeenWindow, contour_of, refined, rows_of
+from tracking.kernels import (
+    KERNELS,
+    Measurement,
+    SeenWindow,
+    contour_of,
+    judged,
+    refined,
+    rows_of,
+)
 from tracking.learn import LEARNER, surroundings
 from tracking.observe import measure_contour, projection
 from tracking.pictures import bell_blurred
@@ -147,6 +155,35 @@ def test_edges_are_the_readable_ones(seen, reach_px):
     np.testing.assert_allclose(sigma[same], wanted.sigma_px[same], atol=1e-3)
     assert found.mean() > 0.5
     assert 0.0 < hidden.mean() < 0.5
+
+
+@pytest.mark.parametrize("is_textured", [False, True])
+@pytest.mark.parametrize("shift_m", [0.0, 0.01])
+def test_a_judgement_is_the_readable_one(seen, is_textured, shift_m):
+    evidence, drawn, world_from_object = seen
+    measurement = replace(measured(evidence, drawn, world_from_object), textured=is_textured)
+    pose = Pose(
+        world_from_object.rotation, world_from_object.translation + np.array([shift_m, 0.0, 0.0])
+    )
+    surface, colours = measurement.texture.points, measurement.texture.values
+    halo_m = 0.003
+    found = judged(evidence.seen, measurement, pose, halo_m, surface=surface, colours=colours)
+    wanted = judgement.judged(
+        evidence,
+        measurement.outline,
+        surface,
+        colours,
+        pose,
+        offset_px=measurement.low_pass_px + halo_m * reference.px_per_m(measurement, pose),
+        is_textured=is_textured,
+    )
+    for name in ("agreement", "free_share", "visible", "covered"):
+        # An edge within rounding of a limit may fall either way.
+        assert getattr(found, name) == pytest.approx(getattr(wanted, name), abs=0.02)
+    for name in ("misfit", "roughness", "alike", "likeness"):
+        assert getattr(found, name) == pytest.approx(getattr(wanted, name), rel=0.03)
+    assert 0.2 < found.agreement < 0.9
+    assert found.likeness > 0.3
 
 
 @pytest.mark.parametrize("is_round", [False, True])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tracking.solve import shared_errors
+from tracking.judgement import shared_errors
 
 CORNER = np.linspace(0.0, 2 * np.pi, 200, endpoint=False)
 PIXELS = 60.0 * np.stack([np.cos(CORNER), np.sin(CORNER)], axis=1)
