@@ -7,9 +7,8 @@ object and of what is behind it tell them apart (dense likelihood, Nelder & Mead
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
@@ -19,17 +18,18 @@ from scenes.pose import Pose
 from scenes.render.renderer import Renderer, Rendering
 from tracking.background import expose
 from tracking.evidence import Evidence, Scene
+from tracking.extent import part_of
 from tracking.model import RENDER_OPTIONS, TrackModel
 from tracking.native import Setting
 from tracking.pictures import resized
 from tracking.resemblance import CONSTANTS, how_much_lighter
-from tracking.sketch import draw
+from tracking.window import Layer
 
 FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]
 
 AROUND_PX = 6
-"""How far around the drawn object the picture counts."""
+"""How far around an object's box the picture counts."""
 
 SHADE_RANGE = (0.35, 1.0)
 """How much darker the empty room may be in the object's shadow."""
@@ -141,54 +141,70 @@ def _resemblance(place: Place, model: TrackModel, pose: Pose, renderer: Renderer
 
 def _place(scene: Scene, model: TrackModel, evidence: Evidence, start: Pose) -> Place | None:
     """The surroundings of an object at a pose; None if nothing of it is in the window."""
-    drawn = draw(model, start, evidence, scene.renderer)
-    side = 2 * AROUND_PX + 1
-    near = cv2.dilate((drawn.alpha > 0.3).astype(np.uint8), np.ones((side, side), np.uint8))
-    rows, columns = np.flatnonzero(near.any(axis=1)), np.flatnonzero(near.any(axis=0))
-    if len(rows) == 0:
+    part = _around(model, evidence, start)
+    if part is None:
         return None
-    part = (slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1))
-    camera = replace(
-        evidence.camera,
-        width_px=int(columns[-1] - columns[0] + 1),
-        height_px=int(rows[-1] - rows[0] + 1),
-        cx=evidence.camera.cx - int(columns[0]),
-        cy=evidence.camera.cy - int(rows[0]),
-    )
     live = np.ascontiguousarray(evidence.live[part])
-    empty = np.ascontiguousarray(_empty(scene, evidence)[part])
-    free = np.ascontiguousarray(1.0 - evidence.hidden[part])
-    size = (camera.width_px, camera.height_px)
-    setting = Setting(live, empty, free, size=size, constants=CONSTANTS)
+    free = 1.0 - evidence.hidden[part]
+    camera = part_of(evidence.camera, part)
+    setting = Setting(
+        live,
+        _empty(scene, evidence, part, live),
+        free,
+        size=(camera.width_px, camera.height_px),
+        constants=CONSTANTS,
+    )
     return Place(camera, evidence.world_from_camera, setting)
 
 
-def _empty(scene: Scene, evidence: Evidence) -> FloatArray:
-    """(H, W, 3) a window without the object: the empty room, as the live camera records it.
+def _around(
+    model: TrackModel, evidence: Evidence, world_from_object: Pose
+) -> tuple[slice, slice] | None:
+    """Rows and columns around an object's box, None if it is outside the window."""
+    camera = evidence.camera
+    corners = evidence.world_from_camera.inverse() @ model.box_at(world_from_object)
+    pixels, seen = camera.project(corners)
+    low = np.floor(pixels.min(axis=0)) - AROUND_PX
+    high = np.ceil(pixels.max(axis=0)) + AROUND_PX
+    size = np.array([camera.width_px, camera.height_px])
+    if not seen.any() or (low >= size).any() or (high <= 0).any():
+        return None
+    (left, top), (right, bottom) = (
+        np.maximum(low, 0).astype(int),
+        np.minimum(high, size).astype(int),
+    )
+    return slice(int(top), int(bottom)), slice(int(left), int(right))
+
+
+def _empty(
+    scene: Scene, evidence: Evidence, part: tuple[slice, slice], live: FloatArray
+) -> FloatArray:
+    """(H, W, 3) a part of a window without the object, as the live camera records the empty room.
 
     It is shaded like that; what shows another object is as in the live picture.
     """
-    view = evidence.view
+    view, size = evidence.view, (live.shape[1], live.shape[0])
     lens = scene.frame.rig.lenses[view.lens]
-    height, width = evidence.live.shape[:2]
-    part = np.ascontiguousarray(scene.plates.images[view.lens][view.part])
-    plate = resized(part, (width, height))
-    x = (view.left + (np.arange(width) + 0.5) * view.shrink) * 2 / lens.width_px - 1
-    y = (view.top + (np.arange(height) + 0.5) * view.shrink) * 2 / lens.height_px - 1
+    rows, columns = part
+    top, left = view.top + rows.start * view.shrink, view.left + columns.start * view.shrink
+    cut = slice(top, top + size[1] * view.shrink), slice(left, left + size[0] * view.shrink)
+    plate = resized(np.ascontiguousarray(scene.plates.images[view.lens][cut]), size)
+    x = (left + (np.arange(size[0]) + 0.5) * view.shrink) * 2 / lens.width_px - 1
+    y = (top + (np.arange(size[1]) + 0.5) * view.shrink) * 2 / lens.height_px - 1
     radius2 = (x[None, :] ** 2 + y[:, None] ** 2).astype(np.float32)
     room = expose(plate, scene.exposures[view.lens], radius2=radius2)
-    others = _others(evidence)[..., None]
-    shade = how_much_lighter(room, np.ones_like(others[..., 0]), evidence.live, limits=SHADE_RANGE)
-    shaded = room * shade[..., None]
-    return np.asarray(others * evidence.live + (1.0 - others) * shaded, dtype=np.float32)
+    everywhere = np.ones(live.shape[:2], np.float32)
+    shade = how_much_lighter(room, everywhere, live, limits=SHADE_RANGE)
+    others = resized(_others(evidence.layers, cut), size)[..., None]
+    empty = others * live + (1.0 - others) * (room * shade[..., None])
+    return np.ascontiguousarray(empty, dtype=np.float32)
 
 
-def _others(evidence: Evidence) -> FloatArray:
-    """(H, W) 0..1: how much of a window other objects cover, before or behind."""
-    view = evidence.view
-    rows, columns = view.part
+def _others(layers: Sequence[Layer], cut: tuple[slice, slice]) -> FloatArray:
+    """(H, W) 0..1: how much of a part of a lens other objects cover, before or behind."""
+    rows, columns = cut
     others = np.zeros((rows.stop - rows.start, columns.stop - columns.start), np.float32)
-    for layer in evidence.layers:
+    for layer in layers:
         height, width = layer.alpha.shape
         top, bottom = max(layer.top, rows.start), min(layer.top + height, rows.stop)
         left, right = max(layer.left, columns.start), min(layer.left + width, columns.stop)
@@ -198,4 +214,4 @@ def _others(evidence: Evidence) -> FloatArray:
             part = others[top - rows.start : bottom - rows.start]
             part = part[:, left - columns.start : right - columns.start]
             np.maximum(part, drawn, out=part)
-    return resized(others, (evidence.live.shape[1], evidence.live.shape[0]))
+    return others
