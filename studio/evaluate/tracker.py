@@ -50,6 +50,7 @@ TABLES: Mapping[str, Table] = {
     "distance": Table("distance", "evaluate", 1, 5, "error against size, beside the bound"),
     "camera": Table("camera", "evaluate", 5, 10, "what is left of the camera pose's error"),
     "surface": Table("surface", "evaluate", 2, 5, "where the corners of live surfaces come out"),
+    "model": Table("object_models", "evaluate", 1, 1, "scanned objects against the physical ones"),
     "alone": Table("alone", "evaluate", 1, 5, "one object on one core: a frame, and a cold start"),
     "latency": Table("latency", "evaluate", 1, 3, "30 frames a second in, poses out"),
 }
