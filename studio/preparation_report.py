@@ -119,16 +119,24 @@ def _curve(prepared: Prepared) -> str:
     with figure_style():
         figure = Figure(figsize=(7.2, 2.6), layout="constrained")
         axes = figure.subplots()
-        axes.plot(
-            [m.seconds for m in moments],
-            [m.psnr_db for m in moments if m.psnr_db is not None],
-            "o-",
-            color="#1f88d1",
-        )
+        seconds = np.array([m.seconds for m in moments])
+        psnr_db = np.array([m.psnr_db for m in moments], dtype=np.float64)
+        lasts = mean_of_rounds(psnr_db, len(prepared.training.held_out))
+        axes.plot(seconds, psnr_db, "o", color="#1f88d1", alpha=0.4, label="one view, in turn")
+        axes.plot(seconds, lasts, "-", color="#1f88d1", label="mean of a round")
+        axes.legend(loc="lower right")
         axes.set_xlabel("training time (s)")
         axes.set_ylabel("PSNR (dB)")
         axes.grid(visible=True)
         return as_svg(figure, "Likeness of views that are not trained on, over time")
+
+
+def mean_of_rounds(values: NDArray[np.float64], views: int) -> NDArray[np.float64]:
+    """(N,) mean of each value and those before it, as many as there are views that take turns."""
+    sums = np.concatenate([[0.0], np.cumsum(values)])
+    ends = np.arange(1, len(values) + 1)
+    firsts = np.maximum(ends - max(views, 1), 0)
+    return (sums[ends] - sums[firsts]) / (ends - firsts)
 
 
 def _previews(work: WorkFolder) -> list[Picture]:
