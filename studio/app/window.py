@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from types import FrameType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -223,6 +227,7 @@ def open_window(scene: str, *, rehearse_to: Path) -> int:
     """`nexus studio`: look at a scene, rehearse in it. Returns the exit code.
 
     Raises:
+        KeyboardInterrupt: Ctrl+C, or the process was told to end.
         ValueError, OSError: the scene cannot be opened.
     """
     job = _run_window(scene, SceneJob(scene), rehearse_to)
@@ -260,8 +265,34 @@ def _run_window(scene: str, job: SceneJob, rehearse_to: Path) -> SceneJob:
     application = QApplication.instance() or QApplication(["nexus"])
     window = StudioWindow(scene, job, rehearse_to=rehearse_to)
     window.show()
-    application.exec()
+    with _closing_when_told_to_end(window) as told:
+        application.exec()
+    if told:
+        raise KeyboardInterrupt
     return job
+
+
+@contextmanager
+def _closing_when_told_to_end(window: QMainWindow) -> Iterator[list[int]]:
+    """Ctrl+C closes the window, as its frame's button does; collects the signals that came.
+
+    What is raised in a signal's handler would end in Qt's event loop, which only prints it.
+    """
+    told: list[int] = []
+
+    def close(number: int, _frame: FrameType | None) -> None:
+        told.append(number)
+        window.close()
+
+    if threading.current_thread() is not threading.main_thread():
+        yield told
+        return
+    before = {number: signal.signal(number, close) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield told
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _raise_failure(job: SceneJob) -> None:
