@@ -34,7 +34,7 @@ from scenes.samples import SAMPLE_NAMES, sample_room
 from scenes.state import ObjectModel
 from sim.phone import PhoneOptions, film
 from sim.phone_capture import IMAGES
-from studio.evaluate.cutouts import marked, photos_of
+from studio.evaluate.prepared.cutouts import marked, photos_of
 from studio.progress import Progress, StageProgress, text_progress
 
 WALKS = (

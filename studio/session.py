@@ -30,7 +30,7 @@ from devices.recording_codec import (
 from devices.streams import BoundedQueue
 from scenes.package import ScenePackage
 from scenes.state import LiveSurface, SceneState, reduce_state
-from studio.evaluate.perfect_detector import PerfectDetector
+from studio.evaluate.filmed.perfect_detector import PerfectDetector
 from studio.latency import Latencies
 from studio.live_surfaces import LiveSurfaces
 from studio.methods import METHODS, make_method

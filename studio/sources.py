@@ -21,7 +21,7 @@ from devices.recording_codec import (
 )
 from devices.replay import FrameAssembler
 from scenes.state import Avatar, LiveSurface, TrackedObject
-from studio.evaluate.perfect_detector import Masks
+from studio.evaluate.filmed.perfect_detector import Masks
 from studio.live_surfaces import live_surface
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 from matplotlib.figure import Figure
 
-from studio.evaluate.conditions import Conditions
-from studio.evaluate.takes import TakeCache
+from studio.evaluate.filmed.conditions import Conditions
+from studio.evaluate.filmed.takes import TakeCache
 from studio.progress import Progress
 from studio.rows import Row, at_most
 from tracking.metrics import PoseError, Spread, error_table

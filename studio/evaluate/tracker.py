@@ -25,7 +25,7 @@ class Table:
     """One evaluation.
 
     Attributes:
-        module: in `studio.evaluate`; imported when it is asked for.
+        module: in `studio.evaluate.tables`; imported when it is asked for.
         function: in that module; takes an `Asked`, gives `Findings`.
         seeds: how many runs, where `--seeds` does not say.
         published_seeds: how many are behind the figures that are published.
@@ -58,7 +58,7 @@ TABLES: Mapping[str, Table] = {
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's flags."""
-    from studio.evaluate.conditions import Conditions
+    from studio.evaluate.filmed.conditions import Conditions
 
     usual = Conditions()
     parser.add_argument(
@@ -103,9 +103,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Evaluate; exit 1 if a figure misses its bar."""
-    from studio.evaluate.conditions import Conditions
+    from studio.evaluate.filmed.conditions import Conditions
+    from studio.evaluate.filmed.takes import TakeCache
     from studio.evaluate.findings import Asked
-    from studio.evaluate.takes import TakeCache
     from studio.progress import text_progress
     from studio.rows import as_json, exit_code
 
@@ -127,7 +127,9 @@ def run(args: argparse.Namespace) -> int:
         cache=TakeCache(),
         told=text_progress(),
     )
-    evaluate = getattr(importlib.import_module(f"studio.evaluate.{table.module}"), table.function)
+    evaluate = getattr(
+        importlib.import_module(f"studio.evaluate.tables.{table.module}"), table.function
+    )
     findings: Findings = evaluate(asked)
     runs = "1 seed" if seeds == 1 else f"{seeds} seeds"
     caption = f"nexus evaluate {args.table} · {' and '.join(asked.methods)} · {runs}"

@@ -13,10 +13,10 @@ from scenes.package import save_package
 from scenes.pose import Pose, rotation_angle
 from scenes.samples import sample_room
 from studio.cli import EXIT_DONE, EXIT_INPUT, main
-from studio.evaluate.conditions import Conditions
-from studio.evaluate.filming import FilmSet, Shot, standing
-from studio.evaluate.stations import carried
-from studio.evaluate.takes import RECORDING, TakeCache
+from studio.evaluate.filmed.conditions import Conditions
+from studio.evaluate.filmed.filming import FilmSet, Shot, standing
+from studio.evaluate.filmed.takes import RECORDING, TakeCache
+from studio.evaluate.tables.stations import carried
 from studio.session import SessionPlan
 from studio.track import Tally, tracks_as_json
 

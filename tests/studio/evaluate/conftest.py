@@ -8,7 +8,7 @@ import pytest
 from devices.recording_codec import RecordedTruth
 from scenes.pose import Pose
 from scenes.state import TrackedObject, TrackState
-from studio.evaluate.trial import Answer
+from studio.evaluate.filmed.trial import Answer
 
 
 def tracked(object_id, pose, *, t_ns=0, state=TrackState.TRACKED, confidence=1.0, sigma=0.01):

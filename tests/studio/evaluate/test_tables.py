@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import pytest
 
-from studio.evaluate.conditions import Conditions
+from studio.evaluate.filmed.conditions import Conditions
+from studio.evaluate.filmed.takes import TakeCache
 from studio.evaluate.findings import Asked
-from studio.evaluate.takes import TakeCache
 from studio.progress import Progress
 
 FIGURES = {
@@ -30,7 +30,7 @@ def asked(tmp_path_factory):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", FIGURES)
 def test_a_table_gives_its_figures_and_gives_them_again(name, asked):
-    module = importlib.import_module(f"studio.evaluate.{name}")
+    module = importlib.import_module(f"studio.evaluate.tables.{name}")
     first, second = (module.evaluate(asked).rows for _ in range(2))
     assert set(FIGURES[name]) <= {row.name for row in first}
     assert [(row.name, row.value) for row in first] == [(row.name, row.value) for row in second]
@@ -38,7 +38,7 @@ def test_a_table_gives_its_figures_and_gives_them_again(name, asked):
 
 @pytest.mark.slow
 def test_the_paper_s_method_stands_beside_ours(asked):
-    from studio.evaluate.rest import evaluate
+    from studio.evaluate.tables.rest import evaluate
 
     rows = evaluate(replace(asked, methods=("own", "paper"))).rows
     names = {row.name for row in rows}

@@ -22,7 +22,7 @@ def one_table(monkeypatch):
             drawings=[Drawing("room", lambda figure: figure.add_subplot().plot([0, 1]))],
         )
 
-    module = importlib.import_module("studio.evaluate.paper_tables")
+    module = importlib.import_module("studio.evaluate.tables.paper_tables")
     monkeypatch.setattr(module, "room", evaluate)
     return asked
 
@@ -30,7 +30,7 @@ def one_table(monkeypatch):
 @pytest.mark.parametrize("name", tracker.TABLES)
 def test_every_table_has_its_function(name):
     table = tracker.TABLES[name]
-    module = importlib.import_module(f"studio.evaluate.{table.module}")
+    module = importlib.import_module(f"studio.evaluate.tables.{table.module}")
     assert callable(getattr(module, table.function))
     assert 1 <= table.seeds <= table.published_seeds
 

@@ -1,0 +1,1 @@
+"""What a preparation is judged by."""

@@ -1,0 +1,1 @@
+"""One module a table of `nexus evaluate`, and what some of them share."""
