@@ -75,6 +75,8 @@ TRAINED_PLANE_M = 0.02
 """Half the thickness of a trained floor."""
 TALL = 10.0
 """How many times as high as half that thickness a thing is to be found without its foot."""
+SOLID_REACH_M = 0.03
+"""Solid splats farther apart belong to different bodies."""
 SOLID = 0.3
 """Opacity from which on a splat of a trained room holds others together."""
 BEYOND_FOUND = 0.3
@@ -175,7 +177,8 @@ def _held(
     marked[found] = True
     guess = marked & within
     # What the boxes hold above the plane is the thing, but for what a mask took in behind it.
-    standing = marked & _standing(cloud, within)
+    above = _standing(cloud, within)
+    standing = marked & above
     solid = standing & (cloud.opacities >= SOLID)
     if len(views) > 1 and solid.any():
         low, high = _reach_of_main(cloud.select(solid), inside[solid])
@@ -184,12 +187,38 @@ def _held(
         # again by its light; of a low thing too much would be missing, and the masks are heeded.
         tall = (high - low)[2] > TALL * TRAINED_PLANE_M + 2 * BESIDE_M
         meant = agreed_share(votes) > CORE
-        guess = (standing if tall else marked | meant) & within
+        whole = standing | above & _hanging_on(cloud, standing, in_boxes, inside)
+        guess = (whole if tall else marked | meant) & within
     return np.flatnonzero(
         held_against_views(
             cloud, guess, within, viewpoints, hidden=marked & in_boxes, renderer=renderer
         )
     )
+
+
+def _hanging_on(
+    cloud: SplatCloud, found: BoolArray, in_boxes: BoolArray, weights: FloatArray
+) -> BoolArray:
+    """(N,) the solid splats above all planes that hang together with what was found, if free.
+
+    A body that goes on outside the boxes says nothing: there the masks have to decide.
+    """
+    positions = cloud.means.astype(np.float64)
+    low, high = positions[found].min(axis=0) - AROUND_M, positions[found].max(axis=0) + AROUND_M
+    around = ((positions > low) & (positions < high)).all(axis=1)
+    standing = _standing(cloud, around)
+    near = np.flatnonzero(around)
+    ground = around & ~standing & ~in_boxes
+    likeness = np.zeros(len(cloud))
+    likeness[near] = _likeness(cloud.colours()[near], like=found[near], unlike=ground[near])
+    solid = np.flatnonzero(standing & (cloud.opacities >= SOLID) & (likeness >= 0))
+    count, body = bodies_of_splats(cloud.select(solid), SOLID_REACH_M)
+    meant = np.bincount(body, weights=(weights * found)[solid], minlength=count)
+    main = solid[body == np.argmax(meant)]
+    hanging = np.zeros(len(cloud), dtype=bool)
+    if in_boxes[main].mean() >= FREE_SHARE:
+        hanging[main] = True
+    return hanging & in_boxes
 
 
 def _reach_of_main(cloud: SplatCloud, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
