@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from scenes.cut import divide, restore
 from scenes.harmonics import turned
@@ -14,14 +15,17 @@ from scenes.package_records import Stage
 from scenes.prepare.cutout.added import ADDED, require_free_id
 from scenes.prepare.cutout.fill import fill_support
 from scenes.prepare.cutout.lifting import MaskedView
+from scenes.prepare.cutout.room_beside import beside_foot, hanging_off
 from scenes.prepare.cutout.see_through import shows_background
-from scenes.prepare.cutout.seen_surface import seen_surface
+from scenes.prepare.cutout.seen_surface import SeenSurface, seen_surface
 from scenes.prepare.cutout.separate import Separation, ViewVerdict, separate
 from scenes.prepare.cutout.solid_parts import guessed_mass_kg, solid_parts
 from scenes.prepare.cutout.upright_box import UprightBox, upright_box
 from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel
+
+BoolArray = NDArray[np.bool_]
 
 LEAST_SPLATS = 30
 BESIDE_BOX_M = 0.03
@@ -97,7 +101,7 @@ def make_object(
     renderer: NativeRenderer,
 ) -> Cutout:
     """The package after the found splats became an object; see `cut_out`."""
-    box = _box(package, found, renderer)
+    found, box = _bounded(package, found, renderer)
     found = _without_haze(package.room, found, box)
     splats = package.room.select(found.labels)
     left = package.room.select(~(found.labels | found.floaters))
@@ -133,14 +137,30 @@ def make_object(
     return Cutout(changed, item, box, found.views, stray, cut.filled)
 
 
-def _box(package: ScenePackage, found: Separation, renderer: NativeRenderer) -> UprightBox:
-    """Around the surface that the room's views show of the found splats, else around the splats."""
+def _bounded(
+    package: ScenePackage, found: Separation, renderer: NativeRenderer
+) -> tuple[Separation, UprightBox]:
+    """What was found without what is the room's, and the box around it."""
     room = package.room
     through = shows_background(room, found.labels, package.views, renderer=renderer)
+    surface, box = _box(package, found, through, renderer)
+    beside = box.supported & beside_foot(room, found.labels, box.support_z_m)
+    if beside.any():
+        found = replace(found, labels=found.labels & ~beside)
+        surface, box = _box(package, found, through, renderer)
+    haze = hanging_off(room, found.labels, through, surface.thing)
+    return replace(found, labels=found.labels & ~haze), box
+
+
+def _box(
+    package: ScenePackage, found: Separation, through: BoolArray, renderer: NativeRenderer
+) -> tuple[SeenSurface, UprightBox]:
+    """What the room's views show of the found splats, and the box around it or the splats."""
+    room = package.room
     own = found.labels & ~through
     surface = seen_surface(room, own, package.views, renderer=renderer)
     gone = found.labels | found.floaters
-    return upright_box(room.select(own), room.select(~gone), surface)
+    return surface, upright_box(room.select(own), room.select(~gone), surface)
 
 
 def _without_haze(room: SplatCloud, found: Separation, box: UprightBox) -> Separation:

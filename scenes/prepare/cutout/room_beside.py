@@ -1,0 +1,69 @@
+"""Splats that were found with a thing and are the room's: the ground around its foot, and haze.
+
+A mask takes the shadow beside a low thing for the thing, and in a trained room splats hang in the
+air beside things and paint what is behind.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+from scenes.splats import SplatCloud
+
+BoolArray = NDArray[np.bool_]
+FloatArray = NDArray[np.float64]
+
+LEVEL_M = 0.015
+"""Splats less far above the support may be the support's."""
+FOOT_M = 0.01
+"""A foot reaches at most so far beyond what stands on it."""
+SOLID = 0.3
+"""Opacity from which on a splat tells where the thing is."""
+FAR_M = 0.03
+"""Haze farther than this from the thing is none of it."""
+
+
+def beside_foot(cloud: SplatCloud, labels: BoolArray, support_z_m: float) -> BoolArray:
+    """(N,) the labelled splats in the support's level that nothing of the thing stands on.
+
+    Args:
+        cloud: the whole room, metres.
+        labels: (N,) the thing's splats.
+        support_z_m: height of what the thing stands on.
+    """
+    low = labels & (cloud.means[:, 2] < support_z_m + LEVEL_M)
+    standing = labels & ~low & (cloud.opacities >= SOLID)
+    if not low.any() or not standing.any():
+        return np.zeros(len(cloud), dtype=bool)
+    return _farther(cloud, low, cloud.means[standing, :2].astype(np.float64), FOOT_M)
+
+
+def hanging_off(
+    cloud: SplatCloud, labels: BoolArray, through: BoolArray, surface: FloatArray
+) -> BoolArray:
+    """(N,) the labelled splats that show the background and hang well away from the thing.
+
+    Args:
+        cloud: the whole room, metres.
+        labels: (N,) the thing's splats.
+        through: (N,) those that show the background.
+        surface: (K, 3) points on the thing that views agree about.
+    """
+    solid = labels & ~through & (cloud.opacities >= SOLID)
+    of_thing = np.concatenate([surface, cloud.means[solid].astype(np.float64)])
+    if not len(of_thing):
+        return np.zeros(len(cloud), dtype=bool)
+    return _farther(cloud, labels & through, of_thing, FAR_M)
+
+
+def _farther(
+    cloud: SplatCloud, which: BoolArray, points: FloatArray, reach_m: float
+) -> BoolArray:
+    """(N,) those of some splats that lie farther than that from all points, seen from above if 2D."""
+    far = np.zeros(len(cloud), dtype=bool)
+    if which.any():
+        at = cloud.means[which, : points.shape[1]].astype(np.float64)
+        far[which] = KDTree(points).query(at)[0] > reach_m
+    return far
