@@ -15,6 +15,7 @@ from scenes.package_records import Stage
 from scenes.prepare.cutout.added import ADDED, require_free_id
 from scenes.prepare.cutout.fill import fill_support
 from scenes.prepare.cutout.lifting import MaskedView
+from scenes.prepare.cutout.other_views import painting
 from scenes.prepare.cutout.room_beside import beside_foot, hanging_off
 from scenes.prepare.cutout.see_through import shows_background
 from scenes.prepare.cutout.seen_surface import SeenSurface, seen_surface
@@ -146,6 +147,8 @@ def _bounded(
     surface, box = _box(package, found, through, renderer)
     beside = box.supported & beside_foot(room, found.labels, box.support_z_m)
     if beside.any():
+        rest = found.labels & ~beside
+        beside &= ~painting(room, rest, package.views, renderer=renderer)
         found = replace(found, labels=found.labels & ~beside)
         surface, box = _box(package, found, through, renderer)
     haze = hanging_off(room, found.labels, through, surface.thing)

@@ -89,6 +89,15 @@ def held_against_views(
     return labels
 
 
+def painting(
+    cloud: SplatCloud, labels: BoolArray, viewpoints: Sequence[ViewPoint], *, renderer: NativeRenderer
+) -> BoolArray:
+    """(N,) the splats most of whose light falls into the labelled splats' silhouettes."""
+    framing = close_views(viewpoints, cloud.means[labels].astype(np.float64))
+    inside, seen = _light(cloud, labels, evenly(framing, MOST_VIEWS), renderer)
+    return inside > MAJORITY * np.maximum(seen, 1e-9)
+
+
 def _light(
     cloud: SplatCloud, labels: BoolArray, views: Sequence[CloseView], renderer: NativeRenderer
 ) -> tuple[FloatArray, FloatArray]:
