@@ -13,12 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
+from scipy.spatial import KDTree
 
 from scenes.cameras import pixel_centres
 from scenes.package_records import ViewPoint
 from scenes.prepare.cutout.bodies import bodies
 from scenes.prepare.cutout.close_views import CloseView, close_views, evenly
 from scenes.prepare.cutout.lifting import share
+from scenes.prepare.cutout.side_views import SeenFrom
 from scenes.prepare.surface_depth import surface_depth
 from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud
@@ -35,6 +37,8 @@ LEAST_PX = 60
 """A smaller outline says nothing."""
 RIM_PX = 3.0
 """How far a depth may be carried to the outline: depth is unsure at edges, outlines are not."""
+OUTLINE_PX = 8.0
+"""The same where only the outline matters."""
 CELL_M = 0.01
 """Least side of a cell in which views agree."""
 CELL_PX = 2.0
@@ -60,10 +64,12 @@ class SeenSurface:
     Attributes:
         thing: (P, 3) on the thing's surface.
         around: (Q, 3) on surfaces beside it, as far as the thing is large.
+        by_view: what each view shows of the thing up to its outline, whoever agrees.
     """
 
     thing: FloatArray
     around: FloatArray
+    by_view: tuple[SeenFrom, ...] = ()
 
 
 NOTHING = SeenSurface(np.zeros((0, 3)), np.zeros((0, 3)))
@@ -104,7 +110,18 @@ def seen_surface(
     low, high = thing.min(axis=0), thing.max(axis=0)
     reach = (high - low).max()
     near = ((around > low - reach) & (around < high + reach)).all(axis=1)
-    return SeenSurface(thing, around[near])
+    return SeenSurface(thing, around[near], _by_view(sights, thing))
+
+
+def _by_view(sights: Sequence[_Sight], thing: FloatArray) -> tuple[SeenFrom, ...]:
+    """What each view shows near what they agree about; depths at edges may be far behind."""
+    tree = KDTree(thing)
+    seen = []
+    for sight in sights:
+        apart, _ = tree.query(sight.whole) if len(sight.whole) else (np.zeros(0), None)
+        eye = sight.view.world_from_camera.translation
+        seen.append(SeenFrom(eye, sight.whole[apart < BEHIND_M]))
+    return tuple(seen)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -116,6 +133,7 @@ class _Sight:
         outline: (H, W) where most of the light is the thing's.
         depth: (H, W) z of what is drawn, 0 where it is not sure.
         thing: (K, 3) world points drawn inside the outline, up to its rim.
+        whole: (J, 3) the same up to the outline.
         around: (L, 3) world points drawn outside.
     """
 
@@ -123,6 +141,7 @@ class _Sight:
     outline: BoolArray
     depth: NDArray[np.float32]
     thing: FloatArray
+    whole: FloatArray
     around: FloatArray
 
     def pixels_m(self) -> FloatArray:
@@ -154,21 +173,21 @@ def _sight(
     depth = surface_depth(cloud, camera, world_from_camera, renderer=renderer)
     none = np.zeros((0, 3))
     if outline.sum() < LEAST_PX:
-        return _Sight(view, outline, depth, none, none)
+        return _Sight(view, outline, depth, none, none, none)
     rays = camera.unproject(pixel_centres(camera)).reshape(*depth.shape, 3)
     rays = rays / rays[..., 2:]
     away = (light < 1.0 - PURE) & (depth > 0)
     around = world_from_camera @ (rays[away] * depth[away].astype(np.float64)[:, None])
     sure = (light > PURE) & (depth > 0)
     if not sure.any():
-        return _Sight(view, outline, depth, none, around)
+        return _Sight(view, outline, depth, none, none, around)
     found = ndimage.distance_transform_edt(~sure, return_indices=True)
     assert isinstance(found, tuple)
     apart, nearest = found
-    reached = outline & (apart <= RIM_PX)
+    reached = outline & (apart <= OUTLINE_PX)
     z = depth[nearest[0], nearest[1]][reached].astype(np.float64)
-    thing = world_from_camera @ (rays[reached] * z[:, None])
-    return _Sight(view, outline, depth, thing, around)
+    whole = world_from_camera @ (rays[reached] * z[:, None])
+    return _Sight(view, outline, depth, whole[apart[reached] <= RIM_PX], whole, around)
 
 
 def _in_outlines(points: FloatArray, sights: Sequence[_Sight]) -> BoolArray:

@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.pose import Pose
+from scenes.prepare.cutout.level_top import level_top
 from scenes.prepare.cutout.seen_surface import NOTHING, SeenSurface
+from scenes.prepare.cutout.side_views import reach_across
 from scenes.splats import SplatCloud
 
 FloatArray = NDArray[np.float64]
@@ -82,6 +84,7 @@ def upright_box(
     if len(surface.thing) >= LEAST_SURFACE:
         points, weights, tail = surface.thing, np.ones(len(surface.thing)), SURFACE_TAIL
         bottom, top = _span(points[:, 2], weights, tail)
+        top = level_top(points, top) or top
     level = surroundings.means[surroundings.opacities >= SOLID].astype(np.float64)
     middle, _ = _span(points[:, 2], weights, 0.5)
     support, found = _support(points, level, surface.around, (bottom, middle))
@@ -90,8 +93,12 @@ def upright_box(
         points, weights = points[above], weights[above]
     yaw = _yaw(points, weights, tail)
     axes = np.array([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]])
-    low_x, high_x = _span(points[:, :2] @ axes[0], weights, tail)
-    low_y, high_y = _span(points[:, :2] @ axes[1], weights, tail)
+    low_x, high_x = reach_across(surface.by_view, axes[0], support) or _span(
+        points[:, :2] @ axes[0], weights, tail
+    )
+    low_y, high_y = reach_across(surface.by_view, axes[1], support) or _span(
+        points[:, :2] @ axes[1], weights, tail
+    )
     centre = axes.T @ (0.5 * (low_x + high_x), 0.5 * (low_y + high_y))
     return UprightBox(
         Pose.from_yaw(yaw, (centre[0], centre[1], support)),

@@ -1,0 +1,64 @@
+"""How far a thing reaches, by the views that look across.
+
+Where a thing ends to the left and to the right a view tells to a pixel, however rough the depths in
+it are; where it ends towards the view and away from it only depths tell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+LEAST_VIEWS = 3
+ACROSS = 0.7
+"""Cosine between a direction and how a view looks, from which on it does not look across."""
+SLICE_M = 0.01
+LEAST_SLICE = 0.05
+"""Of the points in the fullest slice across: a slice that holds fewer is of strays."""
+LEAST_POINTS = 60
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SeenFrom:
+    """What one view shows of a thing, up to its outline: world points (K, 3), seen from `eye`."""
+
+    eye: FloatArray
+    points: FloatArray
+
+
+def reach_across(
+    views: Sequence[SeenFrom], axis: FloatArray, above_m: float
+) -> tuple[float, float] | None:
+    """Where a thing begins and ends along a level direction; None if too few views look across.
+
+    Args:
+        views: what they show of it.
+        axis: (2,) of length 1.
+        above_m: points below that height are not the thing's.
+    """
+    ends: list[tuple[float, float]] = []
+    for view in views:
+        points = view.points[view.points[:, 2] > above_m]
+        if len(points) < LEAST_POINTS:
+            continue
+        sight = points.mean(axis=0) - view.eye
+        if abs(sight[:2] @ axis) < ACROSS * np.linalg.norm(sight):
+            ends.append(_ends(points[:, :2] @ axis))
+    if len(ends) < LEAST_VIEWS:
+        return None
+    low, high = np.median(np.array(ends), axis=0)
+    return float(low), float(high)
+
+
+def _ends(places: FloatArray) -> tuple[float, float]:
+    """The lowest and the highest of the places (K,) that are none of strays."""
+    slices = np.floor(places / SLICE_M).astype(np.intp)
+    slices -= slices.min()
+    count = np.bincount(slices)
+    kept = places[count[slices] >= LEAST_SLICE * count.max()]
+    return float(kept.min()), float(kept.max())
