@@ -16,7 +16,7 @@ from scenes.prepare.cutout.added import ADDED, require_free_id
 from scenes.prepare.cutout.fill import fill_support
 from scenes.prepare.cutout.lifting import MaskedView
 from scenes.prepare.cutout.other_views import painting
-from scenes.prepare.cutout.room_beside import beside_foot, hanging_off
+from scenes.prepare.cutout.room_beside import SOLID, beside_foot, hanging_off
 from scenes.prepare.cutout.see_through import shows_background
 from scenes.prepare.cutout.seen_surface import SeenSurface, seen_surface
 from scenes.prepare.cutout.separate import Separation, ViewVerdict, separate
@@ -27,6 +27,7 @@ from scenes.splats import SplatCloud
 from scenes.state import ObjectModel
 
 BoolArray = NDArray[np.bool_]
+FloatArray = NDArray[np.float64]
 
 LEAST_SPLATS = 30
 BESIDE_BOX_M = 0.03
@@ -103,7 +104,6 @@ def make_object(
 ) -> Cutout:
     """The package after the found splats became an object; see `cut_out`."""
     found, box = _bounded(package, found, renderer)
-    found = _without_haze(package.room, found, box)
     splats = package.room.select(found.labels)
     left = package.room.select(~(found.labels | found.floaters))
     fill = fill_support(left, splats.means.astype(np.float64), box) if box.supported else None
@@ -151,8 +151,17 @@ def _bounded(
         beside &= ~painting(room, rest, package.views, renderer=renderer)
         found = replace(found, labels=found.labels & ~beside)
         surface, box = _box(package, found, through, renderer)
-    haze = hanging_off(room, found.labels, through, surface.thing)
-    return replace(found, labels=found.labels & ~haze), box
+    background = hanging_off(
+        room, found.labels & through, _on_thing(room, found.labels & ~through, surface)
+    )
+    found = replace(found, labels=found.labels & ~background)
+    return _without_haze(room, found, box, surface), box
+
+
+def _on_thing(room: SplatCloud, labels: BoolArray, surface: SeenSurface) -> FloatArray:
+    """(K, 3) points on a thing: what views agree about, and its solid splats where they do not."""
+    solid = labels & (room.opacities >= SOLID)
+    return np.concatenate([surface.thing, room.means[solid].astype(np.float64)])
 
 
 def _box(
@@ -166,12 +175,13 @@ def _box(
     return surface, upright_box(room.select(own), room.select(~gone), surface)
 
 
-def _without_haze(room: SplatCloud, found: Separation, box: UprightBox) -> Separation:
+def _without_haze(
+    room: SplatCloud, found: Separation, box: UprightBox, surface: SeenSurface
+) -> Separation:
     """Splats that paint the object but hang well outside its box or below its support float."""
-    beside = found.labels & (
-        ~box.holds(room.means.astype(np.float64), BESIDE_BOX_M)
-        | (room.means[:, 2] < box.support_z_m - BELOW_SUPPORT_M)
-    )
+    outside = found.labels & ~box.holds(room.means.astype(np.float64), BESIDE_BOX_M)
+    below = found.labels & (room.means[:, 2] < box.support_z_m - BELOW_SUPPORT_M)
+    beside = hanging_off(room, outside, surface.thing) | below
     if room.opacities[beside].sum() > MOST_BESIDE * room.opacities[found.labels].sum():
         return found
     return replace(found, labels=found.labels & ~beside, floaters=found.floaters | beside)

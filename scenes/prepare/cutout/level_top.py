@@ -25,7 +25,7 @@ LEAST_WIDTH = 0.5
 
 
 def level_top(points: FloatArray, top_m: float) -> float | None:
-    """The height of the level plane that most points under the highest ones lie in, if there is one.
+    """The height of the level plane that most points under the highest lie in, if there is one.
 
     Args:
         points: (N, 3) on the thing's surface, Z up.
@@ -42,7 +42,9 @@ def level_top(points: FloatArray, top_m: float) -> float | None:
         if near.sum() < max(LEAST_SHARE * len(band), 3):
             return None
         plane = np.linalg.lstsq(run[near], apart[near, 2], rcond=None)[0]
-    if np.hypot(plane[1], plane[2]) > MOST_TILT or _width(band[near]) < LEAST_WIDTH * _width(points):
+    if np.hypot(plane[1], plane[2]) > MOST_TILT or _width(band[near]) < LEAST_WIDTH * _width(
+        points
+    ):
         return None
     return float(np.median(band[near, 2]))
 

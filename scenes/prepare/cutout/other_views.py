@@ -90,7 +90,11 @@ def held_against_views(
 
 
 def painting(
-    cloud: SplatCloud, labels: BoolArray, viewpoints: Sequence[ViewPoint], *, renderer: NativeRenderer
+    cloud: SplatCloud,
+    labels: BoolArray,
+    viewpoints: Sequence[ViewPoint],
+    *,
+    renderer: NativeRenderer,
 ) -> BoolArray:
     """(N,) the splats most of whose light falls into the labelled splats' silhouettes."""
     framing = close_views(viewpoints, cloud.means[labels].astype(np.float64))

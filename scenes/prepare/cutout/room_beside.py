@@ -40,28 +40,19 @@ def beside_foot(cloud: SplatCloud, labels: BoolArray, support_z_m: float) -> Boo
     return _farther(cloud, low, cloud.means[standing, :2].astype(np.float64), FOOT_M)
 
 
-def hanging_off(
-    cloud: SplatCloud, labels: BoolArray, through: BoolArray, surface: FloatArray
-) -> BoolArray:
-    """(N,) the labelled splats that show the background and hang well away from the thing.
+def hanging_off(cloud: SplatCloud, which: BoolArray, points: FloatArray) -> BoolArray:
+    """(N,) those of some splats that hang well away from the thing; all where nothing tells.
 
     Args:
         cloud: the whole room, metres.
-        labels: (N,) the thing's splats.
-        through: (N,) those that show the background.
-        surface: (K, 3) points on the thing that views agree about.
+        which: (N,) splats found with the thing.
+        points: (K, 3) on the thing.
     """
-    solid = labels & ~through & (cloud.opacities >= SOLID)
-    of_thing = np.concatenate([surface, cloud.means[solid].astype(np.float64)])
-    if not len(of_thing):
-        return np.zeros(len(cloud), dtype=bool)
-    return _farther(cloud, labels & through, of_thing, FAR_M)
+    return _farther(cloud, which, points, FAR_M) if len(points) else which
 
 
-def _farther(
-    cloud: SplatCloud, which: BoolArray, points: FloatArray, reach_m: float
-) -> BoolArray:
-    """(N,) those of some splats that lie farther than that from all points, seen from above if 2D."""
+def _farther(cloud: SplatCloud, which: BoolArray, points: FloatArray, reach_m: float) -> BoolArray:
+    """(N,) those of some splats that lie farther than that from all points (K, 2 or 3)."""
     far = np.zeros(len(cloud), dtype=bool)
     if which.any():
         at = cloud.means[which, : points.shape[1]].astype(np.float64)

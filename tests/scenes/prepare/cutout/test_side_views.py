@@ -1,0 +1,38 @@
+import numpy as np
+
+from scenes.prepare.cutout.side_views import LEAST_VIEWS, SeenFrom, reach_across
+
+X = np.array([1.0, 0.0])
+
+
+def shown(turn, rng, *, rough_m=0.03):
+    """The faces of a box that a view from far away sees, with depths that are rough by that."""
+    eye = np.array([5 * np.cos(turn), 5 * np.sin(turn), 1.0])
+    points = rng.uniform((-0.3, -0.2, 0.0), (0.3, 0.2, 0.4), (4000, 3))
+    rays = points - eye
+    rays /= np.linalg.norm(rays, axis=1)[:, None]
+    return SeenFrom(eye, points + rays * rng.normal(0.0, rough_m, len(points))[:, None])
+
+
+def test_rough_depths_do_not_matter_to_views_that_look_across():
+    rng = np.random.default_rng(1)
+    turns = np.linspace(0, 2 * np.pi, 16, endpoint=False)
+    low, high = reach_across([shown(turn, rng) for turn in turns], X, 0.0) or (0.0, 0.0)
+    np.testing.assert_allclose((low, high), (-0.3, 0.3), atol=0.02)
+    along = [shown(turn, rng) for turn in (0.0, 0.2, -0.2, np.pi)]
+    assert reach_across(along, X, 0.0) is None
+    assert max(view.points[:, 0].max() for view in along) > 0.35
+
+
+def test_a_stray_beside_the_thing_and_what_lies_below_do_not_count():
+    rng = np.random.default_rng(2)
+    views = []
+    for turn in np.linspace(1.2, 1.9, LEAST_VIEWS):
+        view = shown(turn, rng)
+        stray = rng.uniform((0.35, 0.0, 0.2), (0.36, 0.01, 0.21), (8, 3))
+        below = rng.uniform((-0.9, -0.9, -0.1), (0.9, 0.9, -0.01), (2000, 3))
+        views.append(SeenFrom(view.eye, np.concatenate([view.points, stray, below])))
+    ends = reach_across(views, X, 0.0)
+    assert ends is not None
+    np.testing.assert_allclose(ends, (-0.3, 0.3), atol=0.02)
+    assert reach_across(views[1:], X, 0.0) is None
