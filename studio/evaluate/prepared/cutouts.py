@@ -23,6 +23,7 @@ from scenes.rays import RayScene
 from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud
 from studio.evaluate.prepared.true_labels import (
+    between_two,
     labels_by_light,
     object_triangles,
     static_triangles,
@@ -46,7 +47,9 @@ class CutScore:
 
     Attributes:
         object_id: of the physical object.
-        iou: overlap of its splats with those nearest to its mesh, per splat (`true_labels`).
+        iou: overlap of its splats with those nearest to its mesh, per splat (`true_labels`); of
+            those that are as near to what it touches (`between_two`), light tells whose they are.
+        iou_by_mesh: the same where all of the latter are called the room's.
         iou_by_light: the same with those whose light falls into its outlines (`labels_by_light`);
             it is kinder: the cut is decided by the same kind of vote.
         truths_agree: overlap of the two truths. Where splats hang off what they paint, a cut that
@@ -57,6 +60,7 @@ class CutScore:
 
     object_id: str
     iou: float
+    iou_by_mesh: float
     iou_by_light: float
     truths_agree: float
     box_error_cm: float
@@ -80,18 +84,19 @@ def score_cutouts(
     """
     by_mesh = true_labels(package.room, room)
     by_light = labels_by_light(package.room, room, package.views, renderer=renderer)
+    true = np.where(between_two(package.room, room), by_light, by_mesh)
     before = _digest(package.room, folder)
     scores = []
     for number, item in enumerate(room.objects):
         told.advance(number / len(room.objects), item.object_id)
-        agree = _overlap(by_light == number, by_mesh == number)
+        agree = _overlap(by_light == number, true == number)
         try:
             cut = _cut_by_hand(package, item, room, prepared.reconstruction.views, renderer)
         except ValueError as refused:
             # One thing that no photo shows whole leaves the others to be judged.
             log.warning("%s was not cut out: %s", item.object_id, refused)
             off_cm = 100 * max(item.box_m)
-            scores.append(CutScore(item.object_id, 0.0, 0.0, agree, off_cm, exact=True))
+            scores.append(CutScore(item.object_id, 0.0, 0.0, 0.0, agree, off_cm, exact=True))
             continue
         last = cut.package.cuts[-1]
         found = np.zeros(len(package.room), dtype=bool)
@@ -101,6 +106,7 @@ def score_cutouts(
         scores.append(
             CutScore(
                 item.object_id,
+                _overlap(found, true == number),
                 _overlap(found, by_mesh == number),
                 _overlap(found, by_light == number),
                 agree,

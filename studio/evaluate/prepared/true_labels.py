@@ -17,6 +17,8 @@ from scenes.splats import SplatCloud
 
 FAR_M = 0.03
 """Splats farther from every surface than this float: they belong to nothing."""
+TOUCHING_M = 1e-4
+"""Distances that differ by less are equal."""
 SEEN_PX = 0.5
 """Blend weight, in pixels over all views, below which a splat is seen in none."""
 
@@ -39,10 +41,24 @@ def object_triangles(item: PhysicalObject) -> NDArray[np.float64]:
 
 def true_labels(cloud: SplatCloud, room: PhysicalRoom) -> NDArray[np.intp]:
     """(N,) index into `room.objects`, -1 for what never moves, -2 for floaters."""
-    things = [static_triangles(room), *(object_triangles(item) for item in room.objects)]
-    distances = np.stack([RayScene(triangles).distance(cloud.means) for triangles in things])
+    distances = _distances(cloud, room)
     nearest = distances.argmin(axis=0)
     return np.where(distances.min(axis=0) > FAR_M, -2, nearest - 1)
+
+
+def between_two(cloud: SplatCloud, room: PhysicalRoom) -> NDArray[np.bool_]:
+    """(N,) the splats that are as near to one thing as to another: the meshes do not tell whose.
+
+    A book's underside is the table's surface: what paints the book's lower edge lies in both.
+    """
+    nearest, second = np.sort(_distances(cloud, room), axis=0)[:2]
+    return np.asarray((second - nearest < TOUCHING_M) & (nearest <= FAR_M))
+
+
+def _distances(cloud: SplatCloud, room: PhysicalRoom) -> NDArray[np.float64]:
+    """(1 + objects, N) how far each splat is from what never moves and from each object."""
+    things = [static_triangles(room), *(object_triangles(item) for item in room.objects)]
+    return np.stack([RayScene(triangles).distance(cloud.means) for triangles in things])
 
 
 def labels_by_light(
