@@ -8,7 +8,7 @@ on neighbourhood and colour decides, and the body that the masks mean most is ke
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from scenes.package_records import ViewPoint
 from scenes.prepare.cutout.bodies import bodies, bodies_of_splats
 from scenes.prepare.cutout.graph_cut import Links, cut, neighbour_links
 from scenes.prepare.cutout.lifting import FULL_SIGHT, MaskedView, Vote, agreed_share, lift
+from scenes.prepare.cutout.likeness import likeness
 from scenes.prepare.cutout.other_views import held_against_views
 from scenes.prepare.cutout.silhouettes import (
     BOX_SLACK,
@@ -31,7 +32,16 @@ from scenes.prepare.cutout.silhouettes import (
     points_drawn,
     silhouette,
 )
-from scenes.prepare.cutout.support import LevelPlane, level_planes, on_planes
+from scenes.prepare.cutout.standing import (
+    AROUND_M,
+    FREE_SHARE,
+    SOLID,
+    TRAINED_PLANE_M,
+    hanging_on,
+    planes_around,
+    standing,
+)
+from scenes.prepare.cutout.support import on_planes
 from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud
 
@@ -53,32 +63,18 @@ PLANE_COST = 1.0
 """For a splat that is seen in a plane which goes on far beyond the thing."""
 COLOUR_COST = 2.0
 """For a splat in such a plane, by how its colour fits the plane around or the thing above."""
-NEAREST_COLOURS = 5
-COLOUR_NOISE = 0.02
 PLAIN_SIGHT = 5.0
 """Blend weight, in pixels, from which on a splat is half as sure to be seen in a plane."""
-FREE_SHARE = 0.9
-"""Of a body's surface: what must lie inside all boxes for it to be free-standing."""
 HELD_BY_BOX = 0.95
 """Of what the masks mean: what a box has to hold to be heeded without its mask."""
 MUST = 1e6
 SMOOTHNESS = 1.0
-RING_M = 0.3
-"""How far around a thing its support is looked for."""
-AROUND_M = 0.1
-"""How far beyond the boxes splats are looked at, to see what goes on there."""
 LINK_REACH_M = 0.06
 """Splats farther apart than this belong to different bodies."""
 TRAINED_REACH_M = 0.12
 """The same in a trained room, whose splats are as large as they may be."""
-TRAINED_PLANE_M = 0.02
-"""Half the thickness of a trained floor."""
 TALL = 10.0
-"""How many times as high as half that thickness a thing is to be found without its foot."""
-SOLID_REACH_M = 0.03
-"""Solid splats farther apart belong to different bodies."""
-SOLID = 0.3
-"""Opacity from which on a splat of a trained room holds others together."""
+"""How many times as high as half of a floor's thickness a thing is to be found without its foot."""
 BEYOND_FOUND = 0.3
 """Of the size of what the masks found: how far around it the rest of the thing may lie."""
 BESIDE_M = 0.05
@@ -177,9 +173,9 @@ def _held(
     marked[found] = True
     guess = marked & within
     # What the boxes hold above the plane is the thing, but for what a mask took in behind it.
-    above = _standing(cloud, within)
-    standing = marked & above
-    solid = standing & (cloud.opacities >= SOLID)
+    above = standing(cloud, within)
+    upper = marked & above
+    solid = upper & (cloud.opacities >= SOLID)
     if len(views) > 1 and solid.any():
         low, high = _reach_of_main(cloud.select(solid), inside[solid])
         within &= ((positions > low) & (positions < high))[:, :2].all(axis=1)
@@ -187,38 +183,13 @@ def _held(
         # again by its light; of a low thing too much would be missing, and the masks are heeded.
         tall = (high - low)[2] > TALL * TRAINED_PLANE_M + 2 * BESIDE_M
         meant = agreed_share(votes) > CORE
-        whole = standing | above & _hanging_on(cloud, standing, in_boxes, inside)
+        whole = upper | hanging_on(cloud, upper, within, in_boxes=in_boxes, weights=inside)
         guess = (whole if tall else marked | meant) & within
     return np.flatnonzero(
         held_against_views(
             cloud, guess, within, viewpoints, hidden=marked & in_boxes, renderer=renderer
         )
     )
-
-
-def _hanging_on(
-    cloud: SplatCloud, found: BoolArray, in_boxes: BoolArray, weights: FloatArray
-) -> BoolArray:
-    """(N,) the solid splats above all planes that hang together with what was found, if free.
-
-    A body that goes on outside the boxes says nothing: there the masks have to decide.
-    """
-    positions = cloud.means.astype(np.float64)
-    low, high = positions[found].min(axis=0) - AROUND_M, positions[found].max(axis=0) + AROUND_M
-    around = ((positions > low) & (positions < high)).all(axis=1)
-    standing = _standing(cloud, around)
-    near = np.flatnonzero(around)
-    ground = around & ~standing & ~in_boxes
-    likeness = np.zeros(len(cloud))
-    likeness[near] = _likeness(cloud.colours()[near], like=found[near], unlike=ground[near])
-    solid = np.flatnonzero(standing & (cloud.opacities >= SOLID) & (likeness >= 0))
-    count, body = bodies_of_splats(cloud.select(solid), SOLID_REACH_M)
-    meant = np.bincount(body, weights=(weights * found)[solid], minlength=count)
-    main = solid[body == np.argmax(meant)]
-    hanging = np.zeros(len(cloud), dtype=bool)
-    if in_boxes[main].mean() >= FREE_SHARE:
-        hanging[main] = True
-    return hanging & in_boxes
 
 
 def _reach_of_main(cloud: SplatCloud, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -233,15 +204,6 @@ def _reach_of_main(cloud: SplatCloud, weights: FloatArray) -> tuple[FloatArray, 
     astray = ~((positions > low) & (positions < high)).all(axis=1)
     own = positions[np.bincount(body, weights=astray, minlength=count)[body] == 0]
     return own.min(axis=0) - BESIDE_M, own.max(axis=0) + BESIDE_M
-
-
-def _standing(cloud: SplatCloud, within: BoolArray) -> BoolArray:
-    """(N,) the splats above the lowest level plane around, and in none of the others."""
-    positions = cloud.means.astype(np.float64)
-    planes = _planes_around(cloud, positions[within])
-    raised = tuple(replace(p, reach_m=max(p.reach_m, TRAINED_PLANE_M)) for p in planes)
-    lowest = min((p.height_m for p in raised), default=-np.inf)
-    return within & ~on_planes(positions, raised) & (positions[:, 2] > lowest)
 
 
 def _in_boxes(
@@ -323,7 +285,7 @@ def _belief(
         where = silhouette(positions, view, vote)
         cost = np.where(where.in_front, OUTSIDE_COST, BEHIND_COST)
         outside += np.where(where.framed & ~where.in_mask, cost, 0.0)
-    flat = on_planes(positions, _planes_around(cloud, positions[in_boxes]))
+    flat = on_planes(positions, planes_around(cloud, positions[in_boxes]))
     free = _free_standing(cloud.select(chosen), links, in_boxes, ~flat)
     bound = VOTE_COST * lean - outside
     if len(views) > 1:
@@ -332,31 +294,10 @@ def _belief(
     colours = cloud.colours()[chosen]
     # What lies in the plane unseen is likely the underside of another thing.
     around = flat & ~in_boxes & (seen > FULL_SIGHT)
-    likeness = _likeness(colours, like=free, unlike=around)
+    alike = likeness(colours, like=free, unlike=around)
     plain = seen / (seen + PLAIN_SIGHT)
-    of_foot = COLOUR_COST * likeness + HIDDEN_GAIN * (1 - sight) - PLANE_COST * plain
+    of_foot = COLOUR_COST * alike + HIDDEN_GAIN * (1 - sight) - PLANE_COST * plain
     return np.where(in_boxes, np.where(flat, of_foot, bound), -MUST)
-
-
-def _likeness(colours: NDArray[np.float32], *, like: BoolArray, unlike: BoolArray) -> FloatArray:
-    """(K,) how much more likely colours are among one kind than another, -2..2.
-
-    The logarithm of the ratio of how far the nearest such colours are (Loftsgaarden and Quesenberry
-    1965); 0 where a kind has too few.
-    """
-    if min(like.sum(), unlike.sum()) < NEAREST_COLOURS:
-        return np.zeros(len(colours))
-    far, near = (_distance_to_nearest(colours, colours[kind]) for kind in (unlike, like))
-    return np.clip(np.log(far / near), -2.0, 2.0)
-
-
-def _planes_around(cloud: SplatCloud, inner: FloatArray) -> tuple[LevelPlane, ...]:
-    """Level planes of what surrounds the splats that lie in all boxes."""
-    low, high = inner.min(axis=0), inner.max(axis=0)
-    means = cloud.means
-    ring = ((means > low - RING_M) & (means < high + RING_M)).all(axis=1)
-    ring &= ~((means > low) & (means < high)).all(axis=1)
-    return level_planes(cloud.select(ring))
 
 
 def _free_standing(
@@ -378,14 +319,6 @@ def _free_standing(
     whole = np.bincount(body, weights=area, minlength=count)
     inner = np.bincount(body, weights=area * in_boxes, minlength=count)
     return off_planes & in_boxes & (inner >= FREE_SHARE * whole)[body]
-
-
-def _distance_to_nearest(
-    colours: NDArray[np.float32], among: NDArray[np.float32]
-) -> NDArray[np.float64]:
-    """(K,) how far the fifth-nearest of the colours is: a few wrong ones do not count."""
-    distances, _ = KDTree(among).query(colours, k=NEAREST_COLOURS)
-    return np.asarray(distances, dtype=np.float64)[:, -1] + COLOUR_NOISE
 
 
 def _main_body(

@@ -8,7 +8,7 @@ X = np.array([1.0, 0.0])
 def shown(turn, rng, *, rough_m=0.03):
     """The faces of a box that a view from far away sees, with depths that are rough by that."""
     eye = np.array([5 * np.cos(turn), 5 * np.sin(turn), 1.0])
-    points = rng.uniform((-0.3, -0.2, 0.0), (0.3, 0.2, 0.4), (4000, 3))
+    points = rng.uniform((-0.3, -0.2, 0.0), (0.3, 0.2, 0.4), (20_000, 3))
     rays = points - eye
     rays /= np.linalg.norm(rays, axis=1)[:, None]
     return SeenFrom(eye, points + rays * rng.normal(0.0, rough_m, len(points))[:, None])
