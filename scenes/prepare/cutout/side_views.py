@@ -21,6 +21,10 @@ SLICE_M = 0.01
 LEAST_SLICE = 0.05
 """Of the points in the fullest slice across: a slice that holds fewer is of strays."""
 LEAST_POINTS = 60
+RIM_M = 0.05
+"""How far below a level top the points of its rim may lie."""
+LEAST_ABOVE_M = 0.3
+"""A view from less far above a level top looks along it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,6 +57,36 @@ def reach_across(
         return None
     low, high = np.median(np.array(ends), axis=0)
     return float(low), float(high)
+
+
+def far_ends(
+    views: Sequence[SeenFrom], axis: FloatArray, level_m: float
+) -> tuple[float | None, float | None]:
+    """Where a level top begins and ends along a direction, on the sides away from the views.
+
+    The highest rays of an outline meet the top in its far rim, whatever their depths say. None
+    where too few views look along the direction from the other side.
+
+    Args:
+        views: what they show of the thing.
+        axis: (2,) of length 1.
+        level_m: height of the top.
+    """
+    lows: list[float] = []
+    highs: list[float] = []
+    for view in views:
+        points = view.points[view.points[:, 2] > level_m - RIM_M]
+        if len(points) < LEAST_POINTS or view.eye[2] < level_m + LEAST_ABOVE_M:
+            continue
+        rays = points - view.eye
+        sight = rays.mean(axis=0)
+        along = float(sight[:2] @ axis) / float(np.linalg.norm(sight))
+        if abs(along) >= ACROSS:
+            met = view.eye + rays * ((level_m - view.eye[2]) / rays[:, 2:])
+            low, high = _ends(met[:, :2] @ axis)
+            (highs if along > 0 else lows).append(high if along > 0 else low)
+    low, high = (float(np.median(e)) if len(e) >= LEAST_VIEWS else None for e in (lows, highs))
+    return low, high
 
 
 def _ends(places: FloatArray) -> tuple[float, float]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scenes.pose import Pose
 from scenes.prepare.cutout.level_top import level_top
 from scenes.prepare.cutout.seen_surface import NOTHING, SeenSurface
-from scenes.prepare.cutout.side_views import reach_across
+from scenes.prepare.cutout.side_views import SeenFrom, far_ends, reach_across
 from scenes.splats import SplatCloud
 
 FloatArray = NDArray[np.float64]
@@ -29,6 +29,8 @@ SUPPORT_RING_M = 0.2
 LEAST_SUPPORT = 12
 SURFACE_TAIL = 0.0005
 """The same as `TAIL` for points that several views agree about."""
+LEAST_HEIGHT_M = 0.1
+"""Of a lower thing the sides are as few pixels as the top: no far rim is told apart."""
 LEAST_SURFACE = 300
 """Points of a surface from which on they say more than splats."""
 
@@ -80,11 +82,12 @@ def upright_box(
     points = chosen.means.astype(np.float64)
     weights = chosen.opacities.astype(np.float64)
     bottom, top = _span(points[:, 2], weights, TAIL)
-    tail = TAIL
+    tail, level_m = TAIL, None
     if len(surface.thing) >= LEAST_SURFACE:
         points, weights, tail = surface.thing, np.ones(len(surface.thing)), SURFACE_TAIL
         bottom, top = _span(points[:, 2], weights, tail)
-        top = level_top(points, top) or top
+        level_m = level_top(points, top)
+        top = level_m or top
     level = surroundings.means[surroundings.opacities >= SOLID].astype(np.float64)
     middle, _ = _span(points[:, 2], weights, 0.5)
     support, found = _support(points, level, surface.around, (bottom, middle))
@@ -93,11 +96,9 @@ def upright_box(
         points, weights = points[above], weights[above]
     yaw = _yaw(points, weights, tail)
     axes = np.array([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]])
-    low_x, high_x = reach_across(surface.by_view, axes[0], support) or _span(
-        points[:, :2] @ axes[0], weights, tail
-    )
-    low_y, high_y = reach_across(surface.by_view, axes[1], support) or _span(
-        points[:, :2] @ axes[1], weights, tail
+    seen = _Seen(surface.by_view, support, level_m if top - support > LEAST_HEIGHT_M else None)
+    (low_x, high_x), (low_y, high_y) = (
+        seen.extent(axis, _span(points[:, :2] @ axis, weights, tail)) for axis in axes
     )
     centre = axes.T @ (0.5 * (low_x + high_x), 0.5 * (low_y + high_y))
     return UprightBox(
@@ -106,6 +107,23 @@ def upright_box(
         support,
         found,
     )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Seen:
+    """What single views tell of a thing above its support, and the height of its level top."""
+
+    views: tuple[SeenFrom, ...]
+    support_m: float
+    level_m: float | None
+
+    def extent(self, axis: FloatArray, agreed: tuple[float, float]) -> tuple[float, float]:
+        """Where the thing begins and ends along a direction; as agreed where views do not tell."""
+        across = reach_across(self.views, axis, self.support_m)
+        if across is not None or self.level_m is None:
+            return across or agreed
+        low, high = far_ends(self.views, axis, self.level_m)
+        return agreed[0] if low is None else low, agreed[1] if high is None else high
 
 
 def _span(values: FloatArray, weights: FloatArray, tail: float) -> tuple[float, float]:

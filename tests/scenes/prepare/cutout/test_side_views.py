@@ -1,6 +1,6 @@
 import numpy as np
 
-from scenes.prepare.cutout.side_views import LEAST_VIEWS, SeenFrom, reach_across
+from scenes.prepare.cutout.side_views import LEAST_VIEWS, SeenFrom, far_ends, reach_across
 
 X = np.array([1.0, 0.0])
 
@@ -36,3 +36,23 @@ def test_a_stray_beside_the_thing_and_what_lies_below_do_not_count():
     assert ends is not None
     np.testing.assert_allclose(ends, (-0.3, 0.3), atol=0.02)
     assert reach_across(views[1:], X, 0.0) is None
+
+
+def test_the_far_rim_of_a_level_top_is_told_by_rays_alone():
+    rng = np.random.default_rng(3)
+    turn, apart = rng.uniform(0, 2 * np.pi, 5000), 0.18 * np.sqrt(rng.uniform(0, 1, 5000))
+    seat = np.stack([apart * np.cos(turn), apart * np.sin(turn), np.full(5000, 0.45)], axis=1)
+    views = []
+    for angle in (-0.4, 0.0, 0.4):
+        eye = np.array([-2.0 * np.cos(angle), 2.0 * np.sin(angle), 1.4])
+        # The far side is drawn too near, and so too high.
+        nearer = 1.0 - 0.015 * (seat[:, :1] + 0.18) / 0.36
+        views.append(SeenFrom(eye, eye + (seat - eye) * nearer))
+    assert max(view.points[:, 0].max() for view in views) < 0.16
+    low, high = far_ends(views, X, 0.45)
+    assert low is None
+    assert high is not None
+    assert abs(high - 0.18) < 0.01
+    assert far_ends(views[1:], X, 0.45) == (None, None)
+    level_with_it = [SeenFrom(view.eye - (0, 0, 0.8), view.points) for view in views]
+    assert far_ends(level_with_it, X, 0.45) == (None, None)
