@@ -16,11 +16,12 @@ from scenes.prepare.cutout.added import ADDED, require_free_id
 from scenes.prepare.cutout.fill import fill_support
 from scenes.prepare.cutout.lifting import MaskedView
 from scenes.prepare.cutout.other_views import painting
-from scenes.prepare.cutout.room_beside import SOLID, beside_foot, hanging_off
+from scenes.prepare.cutout.room_beside import beside_foot, hanging_off
 from scenes.prepare.cutout.see_through import shows_background
 from scenes.prepare.cutout.seen_surface import SeenSurface, seen_surface
 from scenes.prepare.cutout.separate import Separation, ViewVerdict, separate
 from scenes.prepare.cutout.solid_parts import guessed_mass_kg, solid_parts
+from scenes.prepare.cutout.standing import SOLID
 from scenes.prepare.cutout.upright_box import UprightBox, upright_box
 from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud

@@ -42,11 +42,9 @@ def level_top(points: FloatArray, top_m: float) -> float | None:
         if near.sum() < max(LEAST_SHARE * len(band), 3):
             return None
         plane = np.linalg.lstsq(run[near], apart[near, 2], rcond=None)[0]
-    if np.hypot(plane[1], plane[2]) > MOST_TILT or _width(band[near]) < LEAST_WIDTH * _width(
-        points
-    ):
-        return None
-    return float(np.median(band[near, 2]))
+    level = np.hypot(plane[1], plane[2]) <= MOST_TILT
+    wide = _width(band[near]) >= LEAST_WIDTH * _width(points)
+    return float(np.median(band[near, 2])) if level and wide else None
 
 
 def _width(points: FloatArray) -> float:

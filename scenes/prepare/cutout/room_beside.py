@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from scenes.prepare.cutout.standing import SOLID
 from scenes.splats import SplatCloud
 
 BoolArray = NDArray[np.bool_]
@@ -19,8 +20,6 @@ LEVEL_M = 0.015
 """Splats less far above the support may be the support's."""
 FOOT_M = 0.01
 """A foot reaches at most so far beyond what stands on it."""
-SOLID = 0.3
-"""Opacity from which on a splat tells where the thing is."""
 FAR_M = 0.03
 """Haze farther than this from the thing is none of it."""
 

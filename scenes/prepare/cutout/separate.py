@@ -183,8 +183,9 @@ def _held(
         # again by its light; of a low thing too much would be missing, and the masks are heeded.
         tall = (high - low)[2] > TALL * TRAINED_PLANE_M + 2 * BESIDE_M
         meant = agreed_share(votes) > CORE
-        whole = upper | hanging_on(cloud, upper, within, in_boxes=in_boxes, weights=inside)
-        guess = (whole if tall else marked | meant) & within
+        if tall:
+            upper |= hanging_on(cloud, upper, within, in_boxes=in_boxes, weights=inside)
+        guess = (upper if tall else marked | meant) & within
     return np.flatnonzero(
         held_against_views(
             cloud, guess, within, viewpoints, hidden=marked & in_boxes, renderer=renderer

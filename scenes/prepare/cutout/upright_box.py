@@ -87,7 +87,7 @@ def upright_box(
         points, weights, tail = surface.thing, np.ones(len(surface.thing)), SURFACE_TAIL
         bottom, top = _span(points[:, 2], weights, tail)
         level_m = level_top(points, top)
-        top = level_m or top
+        top = top if level_m is None else level_m
     level = surroundings.means[surroundings.opacities >= SOLID].astype(np.float64)
     middle, _ = _span(points[:, 2], weights, 0.5)
     support, found = _support(points, level, surface.around, (bottom, middle))

@@ -47,9 +47,9 @@ class CutScore:
 
     Attributes:
         object_id: of the physical object.
-        iou: overlap of its splats with those nearest to its mesh, per splat (`true_labels`); of
-            those that are as near to what it touches (`between_two`), light tells whose they are.
-        iou_by_mesh: the same where all of the latter are called the room's.
+        iou: overlap of its splats with those nearest to its mesh, per splat (`true_labels`).
+        iou_ties_by_light: the same, but light tells whose splats are that are as near to what it
+            touches (`between_two`); by mesh alone they are the room's, though they paint its edge.
         iou_by_light: the same with those whose light falls into its outlines (`labels_by_light`);
             it is kinder: the cut is decided by the same kind of vote.
         truths_agree: overlap of the two truths. Where splats hang off what they paint, a cut that
@@ -60,7 +60,7 @@ class CutScore:
 
     object_id: str
     iou: float
-    iou_by_mesh: float
+    iou_ties_by_light: float
     iou_by_light: float
     truths_agree: float
     box_error_cm: float
@@ -84,12 +84,12 @@ def score_cutouts(
     """
     by_mesh = true_labels(package.room, room)
     by_light = labels_by_light(package.room, room, package.views, renderer=renderer)
-    true = np.where(between_two(package.room, room), by_light, by_mesh)
+    untied = np.where(between_two(package.room, room), by_light, by_mesh)
     before = _digest(package.room, folder)
     scores = []
     for number, item in enumerate(room.objects):
         told.advance(number / len(room.objects), item.object_id)
-        agree = _overlap(by_light == number, true == number)
+        agree = _overlap(by_light == number, by_mesh == number)
         try:
             cut = _cut_by_hand(package, item, room, prepared.reconstruction.views, renderer)
         except ValueError as refused:
@@ -106,8 +106,8 @@ def score_cutouts(
         scores.append(
             CutScore(
                 item.object_id,
-                _overlap(found, true == number),
                 _overlap(found, by_mesh == number),
+                _overlap(found, untied == number),
                 _overlap(found, by_light == number),
                 agree,
                 100 * error_m,

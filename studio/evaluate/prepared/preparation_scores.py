@@ -232,11 +232,14 @@ def cut_rows(scores: Sequence[CutScore]) -> list[Row]:
         at_least("prepare.cut.iou.min", min(s.iou for s in scores), "", bar=IOU_BAR),
         at_least("prepare.cut.exact", float(all(s.exact for s in scores)), "", bar=1.0),
         at_most("prepare.collision_cm.max", worst_cm, "cm", bar=COLLISION_BAR_CM),
-        Row("prepare.cut.iou_by_mesh.min", min(s.iou_by_mesh for s in scores), ""),
+        Row("prepare.cut.iou_ties_by_light.min", min(s.iou_ties_by_light for s in scores), ""),
         Row("prepare.cut.iou_by_light.min", min(s.iou_by_light for s in scores), ""),
         Row("prepare.cut.truths_agree.min", min(s.truths_agree for s in scores), ""),
         *(Row(f"prepare.cut.{s.object_id}.iou", s.iou, "") for s in scores),
-        *(Row(f"prepare.cut.{s.object_id}.iou_by_mesh", s.iou_by_mesh, "") for s in scores),
+        *(
+            Row(f"prepare.cut.{s.object_id}.iou_ties_by_light", s.iou_ties_by_light, "")
+            for s in scores
+        ),
         *(Row(f"prepare.cut.{s.object_id}.iou_by_light", s.iou_by_light, "") for s in scores),
         *(Row(f"prepare.cut.{s.object_id}.box_cm", s.box_error_cm, "cm") for s in scores),
     ]
