@@ -57,9 +57,9 @@ class Place:
     world_from_camera: Pose
     setting: Setting
 
-    def drawn(self, model: TrackModel, pose: Pose, renderer: Renderer) -> Rendering:
+    def drawn(self, model: TrackModel, world_from_object: Pose, renderer: Renderer) -> Rendering:
         """The object alone."""
-        posed = (model.splats_at(pose),)
+        posed = (model.splats_at(world_from_object),)
         return renderer.render(posed, self.camera, self.world_from_camera, RENDER_OPTIONS)
 
 
