@@ -36,14 +36,16 @@ FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]
 
 REACH_M = 4.5
-PLACES_NEARER = 12
+PLACES_NEARER = 16
 PLACES_SMALL, YAWS_SMALL = 32, 12
 YAWS_FIRST, PLACES_TURNED = 4, 14
 """Of small objects so many yaws are compared at every place, and the others at the best ones."""
 REFINED = 10
+PLACES_REFINED, REFINED_MORE = 12, 6
 REFINED_TURNED = 4
 """How many places are looked at more closely; of small objects with how many yaws each; how many
-poses are refined, and how many of an object whose place is known."""
+poses of these are refined; of large objects a pose at how many places, and how many more at the
+best of these; how many of an object whose place is known."""
 
 STARTS_A_PLACE = 3
 """At most so many yaws of one place are refined: there may be better places."""
@@ -168,17 +170,54 @@ def candidates(
         nearer = (chosen[:, None] + _around(model)).reshape(-1, 3)
         nearer = nearer[scene.stands.hold(nearer)]
         yaws, scores = scored(scene, look, model, pictures, nearer)
-        starts = (
-            (start, gather(scene, model, view_of(scene, model, start, at_any_yaw=True), neighbours))
-            for start in _distinct_starts(model, nearer, yaws, scores, limit=REFINED)
-        )
-        guesses = []
-        for start, evidence in starts:
-            guesses.append(refined(scene, model, start, evidence))
-            if len(_distinct(model, [g for g in guesses if leaves_no_doubt(g.fit)])) >= enough:
-                break
+        starts = _starts_by_place(model, nearer, yaws, scores, limit=PLACES_REFINED)
+        guesses = _large_guesses(scene, model, neighbours, starts, enough=enough)
     accepted = [g for g in guesses if _is_acceptable(g) and _can_be(scene, g.world_from_object)]
     return _distinct(model, accepted)
+
+
+def _large_guesses(
+    scene: Scene,
+    model: TrackModel,
+    neighbours: Sequence[Neighbour],
+    starts: Sequence[Sequence[Pose]],
+    *,
+    enough: int,
+) -> list[Guess]:
+    """What rough poses of a large object come to: of every place one, then more where it may be.
+
+    Args:
+        scene: the frame.
+        model: the object.
+        neighbours: other objects, whose places are taken.
+        starts: by place, the likeliest yaw first.
+        enough: it ends with so many poses that leave no doubt.
+    """
+    tried: list[tuple[Guess, Evidence, Sequence[Pose]]] = []
+    guesses: list[Guess] = []
+
+    def is_enough() -> bool:
+        return len(_distinct(model, [g for g in guesses if leaves_no_doubt(g.fit)])) >= enough
+
+    for first, *others in starts:
+        view = view_of(scene, model, first, at_any_yaw=True)
+        evidence = gather(scene, model, view, neighbours)
+        guesses.append(refined(scene, model, first, evidence))
+        tried.append((guesses[-1], evidence, others))
+        if is_enough():
+            return guesses
+    tried.sort(key=lambda item: -item[0].quality)
+    turned_starts = [
+        (pose, evidence)
+        for guess, evidence, others in tried
+        if not leaves_no_doubt(guess.fit)
+        for pose in others
+    ]
+    for pose, evidence in turned_starts[:REFINED_MORE]:
+        guesses.append(refined(scene, model, pose, evidence))
+        if is_enough():
+            break
+    return guesses
 
 
 def _small_starts(
@@ -401,6 +440,21 @@ def _distinct_starts(
         left &= ~same & (beside < STARTS_A_PLACE)
         left[index] = False
     return starts
+
+
+def _starts_by_place(
+    model: TrackModel, places: Points, yaws: Points, scores: Points | FloatArray, *, limit: int
+) -> list[list[Pose]]:
+    """The best-scored poses of the best places, which are a radius apart, the best first."""
+    starts = _distinct_starts(model, places, yaws, scores, limit=limit * STARTS_A_PLACE)
+    by_place: list[list[Pose]] = []
+    for start in starts:
+        here = [group for group in by_place if _apart(group[0], start) < model.radius_m]
+        if here:
+            here[0].append(start)
+        else:
+            by_place.append([start])
+    return by_place[:limit]
 
 
 def _apart(first: Pose, second: Pose) -> float:
