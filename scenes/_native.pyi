@@ -327,7 +327,7 @@ class Setting:
         free: NDArray[np.float32],
         *,
         size: tuple[int, int],
-        constants: Mapping[str, float | tuple[float, float]],
+        constants: Mapping[str, float | bool | tuple[float, float]],
     ) -> None: ...
     def strange(self, rgb: NDArray[np.float32], alpha: NDArray[np.float32]) -> float:
         """In how many pixels the live picture is not what a drawn object would make it."""

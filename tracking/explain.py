@@ -6,7 +6,7 @@ object and of what is behind it tell them apart (dense likelihood, Nelder & Mead
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +22,7 @@ from tracking.extent import part_of
 from tracking.model import RENDER_OPTIONS, TrackModel
 from tracking.native import Setting
 from tracking.pictures import resized
-from tracking.resemblance import CONSTANTS, how_much_lighter
+from tracking.resemblance import CLOSELY, ROUGHLY, how_much_lighter
 from tracking.window import Layer
 
 FloatArray = NDArray[np.float32]
@@ -38,9 +38,16 @@ STEP_M, STEP_RAD = 0.04, 0.2
 STEP_PRICE = 4.0
 """First steps, and what a step away from the start costs, in pixels wholly unexplained."""
 
-EVALUATIONS = 60
-ROUGHLY, CLOSELY = 24, 36
-"""How many poses are tried near a believed one; to come near the best, and to tell it closely."""
+TRIED_ROUGHLY, TRIED_CLOSELY = 24, 36
+"""How many poses are tried near a believed one to come near the best, and to tell it closely."""
+
+CLOSE_STEP_M, CLOSE_STEP_RAD = 0.025, 0.15
+RESEMBLANCE_DIGITS = 0.001
+"""First steps where a pose is told closely, and differences of resemblance that end it."""
+
+FINER = 2
+"""There, objects are drawn with so many pixels each way per pixel: at a few pixels the many splats
+of each widen the silhouette by a pixel, as if it were nearer."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,17 +57,37 @@ class Place:
     Attributes:
         camera: of the part.
         world_from_camera: its pose.
-        setting: what it shows, and would show without the object.
+        roughly: what it shows, and would show without the object; for poses near the right one.
+        closely: the same for poses that are right to a pixel.
     """
 
     camera: Fisheye
     world_from_camera: Pose
-    setting: Setting
+    roughly: Setting
+    closely: Setting
 
-    def drawn(self, model: TrackModel, world_from_object: Pose, renderer: Renderer) -> Rendering:
-        """The object alone."""
-        posed = (model.splats_at(world_from_object),)
-        return renderer.render(posed, self.camera, self.world_from_camera, RENDER_OPTIONS)
+    def strange(self, model: TrackModel, pose: Pose, renderer: Renderer) -> float:
+        """In how many pixels the picture is not what the object at a pose near by would make it."""
+        drawn = self._drawn(model, pose, renderer, finer=1)
+        return self.roughly.strange(drawn.rgb, drawn.alpha)
+
+    def resemblance(self, model: TrackModel, pose: Pose, renderer: Renderer) -> float:
+        """How much the object at a pose near by resembles the picture."""
+        drawn = self._drawn(model, pose, renderer, finer=1)
+        return self.roughly.resemblance(drawn.rgb, drawn.alpha)
+
+    def close_resemblance(self, model: TrackModel, pose: Pose, renderer: Renderer) -> float:
+        """How much the object at just this pose resembles the picture."""
+        drawn = self._drawn(model, pose, renderer, finer=FINER)
+        size = (self.camera.width_px, self.camera.height_px)
+        return self.closely.resemblance(resized(drawn.rgb, size), resized(drawn.alpha, size))
+
+    def _drawn(self, model: TrackModel, pose: Pose, renderer: Renderer, *, finer: int) -> Rendering:
+        """The object alone, with so many pixels each way per pixel."""
+        posed, camera = (model.splats_at(pose),), self.camera
+        if finer > 1:
+            camera = camera.resized(camera.width_px * finer, camera.height_px * finer)
+        return renderer.render(posed, camera, self.world_from_camera, RENDER_OPTIONS)
 
 
 def explained(
@@ -69,74 +96,71 @@ def explained(
     """The pose near a start, on its height, at which the object explains the picture best.
 
     Returns:
-        The pose, and how much it resembles the picture there, as in `resemblances`.
+        The pose, and how much the object at just this pose resembles the picture there, see
+        `tracking.resemblance.Setting.resemblance`.
     """
-    return _best(scene, model, evidence, world_from_start, EVALUATIONS, STEP_PRICE)
+    world_from_rough, _ = roughly_explained(scene, model, evidence, world_from_start)
+    return closely_explained(scene, model, evidence, world_from_rough)
 
 
 def roughly_explained(
     scene: Scene, model: TrackModel, evidence: Evidence, world_from_start: Pose
 ) -> tuple[Pose, float]:
-    """The same, told with less effort; `closely_explained` goes on from there."""
-    return _best(scene, model, evidence, world_from_start, ROUGHLY, STEP_PRICE)
+    """The same with less effort and a pull to the start; `closely_explained` goes on from there."""
+    place = _place(scene, model, evidence, world_from_start)
+    if place is None:
+        return world_from_start, 0.0
+
+    def cost(steps: Points) -> float:
+        pose = _stepped(world_from_start, steps, STEP_M, STEP_RAD)
+        strange_px = place.strange(model, pose, scene.renderer)
+        return strange_px + STEP_PRICE * float(steps @ steps)
+
+    steps = _least(cost, TRIED_ROUGHLY, resolved=0.1)
+    pose = _stepped(world_from_start, steps, STEP_M, STEP_RAD)
+    return pose, place.close_resemblance(model, pose, scene.renderer)
 
 
 def closely_explained(
     scene: Scene, model: TrackModel, evidence: Evidence, world_from_rough: Pose
 ) -> tuple[Pose, float]:
     """The same from a rough pose, which nothing but the picture speaks for: it has no pull."""
-    return _best(scene, model, evidence, world_from_rough, CLOSELY, 0.0)
-
-
-def _best(
-    scene: Scene,
-    model: TrackModel,
-    evidence: Evidence,
-    world_from_start: Pose,
-    evaluations: int,
-    price: float,
-) -> tuple[Pose, float]:
-    """The best of so many poses tried near a start, where steps away have a price."""
-    place = _place(scene, model, evidence, world_from_start)
+    place = _place(scene, model, evidence, world_from_rough)
     if place is None:
-        return world_from_start, 0.0
-
-    def pose_of(steps: Points) -> Pose:
-        shift = np.array([steps[0] * STEP_M, steps[1] * STEP_M, 0.0])
-        return Pose.from_yaw(
-            world_from_start.yaw() + STEP_RAD * float(steps[2]),
-            world_from_start.translation + shift,
-        )
+        return world_from_rough, 0.0
 
     def cost(steps: Points) -> float:
-        drawn = place.drawn(model, pose_of(steps), scene.renderer)
-        return place.setting.strange(drawn.rgb, drawn.alpha) + price * float(steps @ steps)
+        pose = _stepped(world_from_rough, steps, CLOSE_STEP_M, CLOSE_STEP_RAD)
+        return -place.close_resemblance(model, pose, scene.renderer)
 
+    steps = _least(cost, TRIED_CLOSELY, resolved=RESEMBLANCE_DIGITS)
+    return _stepped(world_from_rough, steps, CLOSE_STEP_M, CLOSE_STEP_RAD), -cost(steps)
+
+
+def _least(cost: Callable[[Points], float], evaluations: int, *, resolved: float) -> Points:
+    """(3,) steps of x, y and yaw at which a cost is lowest, of so many that are tried from none."""
     simplex = np.vstack([np.zeros(3), np.eye(3)])
-    options = {"maxfev": evaluations, "initial_simplex": simplex, "xatol": 0.02, "fatol": 0.1}
+    options = {"maxfev": evaluations, "initial_simplex": simplex, "xatol": 0.02, "fatol": resolved}
     found = minimize(cost, np.zeros(3), method="Nelder-Mead", options=options)
-    pose = pose_of(np.asarray(found.x, dtype=np.float64))
-    return pose, _resemblance(place, model, pose, scene.renderer)
+    return np.asarray(found.x, dtype=np.float64)
+
+
+def _stepped(start: Pose, steps: Points, step_m: float, step_rad: float) -> Pose:
+    shift = np.array([steps[0] * step_m, steps[1] * step_m, 0.0])
+    return Pose.from_yaw(start.yaw() + step_rad * float(steps[2]), start.translation + shift)
 
 
 def resemblances(
     scene: Scene, model: TrackModel, evidence: Evidence, world_from_starts: Sequence[Pose]
 ) -> Points:
-    """(N,) how much poses at one place look like the picture, at most 1, 0 for by chance.
+    """(N,) how much rough poses at one place look like the picture, at most 1, 0 for by chance.
 
     See `tracking.resemblance.Setting.resemblance`.
     """
     place = _place(scene, model, evidence, world_from_starts[0])
     if place is None:
         return np.zeros(len(world_from_starts))
-    return np.array(
-        [_resemblance(place, model, pose, scene.renderer) for pose in world_from_starts]
-    )
-
-
-def _resemblance(place: Place, model: TrackModel, pose: Pose, renderer: Renderer) -> float:
-    drawn = place.drawn(model, pose, renderer)
-    return place.setting.resemblance(drawn.rgb, drawn.alpha)
+    return np.array([place.resemblance(model, pose, scene.renderer) for pose in world_from_starts])
 
 
 def _place(scene: Scene, model: TrackModel, evidence: Evidence, start: Pose) -> Place | None:
@@ -147,14 +171,13 @@ def _place(scene: Scene, model: TrackModel, evidence: Evidence, start: Pose) -> 
     live = np.ascontiguousarray(evidence.live[part])
     free = 1.0 - evidence.hidden[part]
     camera = part_of(evidence.camera, part)
-    setting = Setting(
-        live,
-        _empty(scene, evidence, part, live),
-        free,
-        size=(camera.width_px, camera.height_px),
-        constants=CONSTANTS,
+    size = (camera.width_px, camera.height_px)
+    empty = _empty(scene, evidence, part, live)
+    roughly, closely = (
+        Setting(live, empty, free, size=size, constants=constants)
+        for constants in (ROUGHLY, CLOSELY)
     )
-    return Place(camera, evidence.world_from_camera, setting)
+    return Place(camera, evidence.world_from_camera, roughly, closely)
 
 
 def _around(

@@ -57,6 +57,9 @@ MOVED_M = 0.010
 MOVED_RAD = math.radians(2.0)
 """A resting object has moved when a solve puts it farther away than this."""
 
+ELSEWHERE_M = 0.03
+"""An object that a session finds farther than this from where it was scanned has been moved."""
+
 SIGNIFICANT = 2.5
 """A resting object has moved only if it did so by this many standard deviations of the solve."""
 
@@ -117,7 +120,7 @@ def follow(task: Task, unchanged: bool) -> Track:
     fit = measure(task, evidence, predicted_world_from_object, is_unchanged=unchanged)
     if task.is_first:
         known = is_recognised(task.scene, task.model, evidence, fit)
-        if not is_certainly_there(fit, is_recognised=known):
+        if not is_certainly_there(fit, is_recognised=known) or _is_elsewhere(track, fit):
             return _lost(task, fit)
         if known:
             task = replace(task, track=replace(track, likeness_there=max(fit.likeness, 0.0)))
@@ -193,6 +196,12 @@ def _accept(task: Task, evidence: Evidence, fit: Fit, *, unchanged: bool) -> Tra
         rest=None,
         portrait=_portrait_underway(task, evidence, fit),
     )
+
+
+def _is_elsewhere(track: Track, fit: Fit) -> bool:
+    """Whether an object was found clearly beside its place: what moved it may have turned it."""
+    apart = pose_vector(fit.world_from_object) - pose_vector(track.world_from_object)
+    return float(np.linalg.norm(apart[:3])) > ELSEWHERE_M
 
 
 def _was_taken_up(task: Task, fit: Fit) -> bool:

@@ -66,8 +66,8 @@ START_SIGMA = (0.25, 0.25, 0.003, 0.6)
 GOOD_SUPPORT, GOOD_VISIBLE = 0.8, 0.9
 """Wrong yaws reach three quarters."""
 
-REFINED_SMALL = 4
-"""So many rough poses of a small object are told closely."""
+REFINED_SMALL, YAWS_COMPARED = 5, 4
+"""So many rough poses of a small object are told closely, and so many other yaws at the best."""
 
 SMALL_M = 0.25
 SMALL_PX = 40.0
@@ -268,11 +268,37 @@ def _small_guesses(
         (*closely_explained(scene, model, evidence, pose), evidence)
         for pose, _, evidence in rough[:REFINED_SMALL]
     ]
+    if fine:
+        best, _, evidence = max(fine, key=lambda item: item[1])
+        # What looks nearly alike from another side has to be told from it at the same place.
+        fine += [
+            (*closely_explained(scene, model, evidence, pose), evidence)
+            for pose in _other_yaws(scene, model, evidence, best, [pose for pose, _, _ in fine])
+        ]
     return [
         _placed(scene, model, evidence, pose, share)
         for pose, share, evidence in fine + rough[REFINED_SMALL:]
         if share >= ACCEPTED_SMALL
     ]
+
+
+def _other_yaws(
+    scene: Scene,
+    model: TrackModel,
+    evidence: Evidence,
+    world_from_object: Pose,
+    tried: Sequence[Pose],
+) -> list[Pose]:
+    """A small object's likeliest other yaws at a place, without those that were tried there."""
+    place, yaw = world_from_object.translation, world_from_object.yaw()
+    poses = [Pose.from_yaw(yaw + 2 * math.pi * k / YAWS_SMALL, place) for k in range(YAWS_SMALL)]
+    alike = resemblances(scene, model, evidence, poses)
+    others = [
+        poses[k]
+        for k in np.argsort(-alike, kind="stable")
+        if all(is_other(model, poses[k], pose) for pose in tried)
+    ]
+    return others[:YAWS_COMPARED]
 
 
 def _placed(
@@ -367,11 +393,18 @@ def leaves_no_doubt(fit: Fit) -> bool:
 def is_recognised(scene: Scene, model: TrackModel, evidence: Evidence, fit: Fit) -> bool | None:
     """Whether what is at a pose looks like the object, None for what its outline tells.
 
-    Outlines of small things are all alike; their inner colours say little when seen from afar.
+    Outlines of small things are all alike; their inner colours say little when seen from afar. What
+    looks more like the object from another side has been turned.
     """
     if not _is_small(model, evidence):
         return None
-    return refined(scene, model, fit.world_from_object, evidence).quality >= RECOGNISED_SMALL
+    found = refined(scene, model, fit.world_from_object, evidence)
+    if found.quality < RECOGNISED_SMALL:
+        return False
+    here = found.world_from_object
+    others = _other_yaws(scene, model, evidence, here, [here])
+    alike = (closely_explained(scene, model, evidence, pose)[1] for pose in others)
+    return all(share <= found.quality for share in alike)
 
 
 def settled(

@@ -5,6 +5,7 @@ The readable twin of the native `Setting`, with its constants; `tracking.explain
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,11 +32,22 @@ LIGHT_RANGE = (0.4, 2.5)
 LIGHT_BLUR_PX, LIGHT_REACH_PX = 4.0, 12
 """An object's sides may be this much darker or lighter than in its scan; how smoothly that goes."""
 
-CONSTANTS = {
+CLOSE_PX, CLOSE_REACH_PX = 1.0, 3
+CLOSE_LIGHT_RANGE = (0.3, 3.5)
+"""The scale of detail and of light where a pose is right to a pixel, and how much light may differ
+there: another room's light makes a side of a mug as much darker as what is printed on it."""
+
+ROUGHLY: Mapping[str, float | bool | tuple[float, float]] = {
     "strange": STRANGE,
     "on_object": ON_OBJECT,
     "doubt_px": DOUBT_PX,
     "light_range": LIGHT_RANGE,
+    "closely": False,
+}
+CLOSELY: Mapping[str, float | bool | tuple[float, float]] = {
+    **ROUGHLY,
+    "light_range": CLOSE_LIGHT_RANGE,
+    "closely": True,
 }
 """In the words of the native crate, which has the blurs of its own."""
 
@@ -48,11 +60,13 @@ class Setting:
         live: (H, W, 3) 0..1.
         empty: (H, W, 3) what the live picture would show there without anything new.
         free: (H, W) 0..1, not covered by a nearer object.
+        closely: whether a drawn object is right to a pixel, so that small detail tells.
     """
 
     live: FloatArray
     empty: FloatArray
     free: FloatArray
+    closely: bool = False
 
     def strange(self, rgb: FloatArray, alpha: FloatArray) -> float:
         """In how many pixels the live picture is not what a drawn object would make it.
@@ -72,18 +86,29 @@ class Setting:
         """
         shown, alpha = self.shown(rgb, alpha)
         on_object = self.free * (bell_blurred(alpha, LENS_BLUR_PX, LENS_REACH_PX) > ON_OBJECT)
-        live = _detail(self.live)
-        shared = _detail_shared(_detail(shown), live, on_object)
-        without = max(_detail_shared(_detail(self.empty), live, on_object), 0.0)
+        live = self._detail(self.live)
+        shared = _detail_shared(self._detail(shown), live, on_object)
+        without = max(_detail_shared(self._detail(self.empty), live, on_object), 0.0)
         return 0.5 * (self._share_explained(shown) + shared - without)
 
     def shown(self, rgb: FloatArray, alpha: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The object over the empty room in the live picture's light; its alpha."""
         rgb = bell_blurred(rgb, LENS_BLUR_PX, LENS_REACH_PX)
         alpha = bell_blurred(alpha, LENS_BLUR_PX, LENS_REACH_PX)
-        light = how_much_lighter(rgb, alpha * self.free, self.live, limits=LIGHT_RANGE)
+        light = how_much_lighter(
+            rgb,
+            alpha * self.free,
+            self.live,
+            limits=CLOSE_LIGHT_RANGE if self.closely else LIGHT_RANGE,
+            closely=self.closely,
+        )
         shown = rgb * light[..., None] + (1.0 - alpha)[..., None] * self.empty
         return np.asarray(shown, dtype=np.float32), alpha
+
+    def _detail(self, picture: FloatArray) -> FloatArray:
+        """(H, W, 3) fine structure of a picture."""
+        scale = (CLOSE_PX, CLOSE_REACH_PX) if self.closely else (DETAIL_PX, DETAIL_REACH_PX)
+        return np.asarray(picture - bell_blurred(picture, *scale), dtype=np.float32)
 
     def _share_explained(self, shown: FloatArray) -> float:
         """1 if the picture is as shown, 0 if it is as near to what is there without the object.
@@ -97,17 +122,29 @@ class Setting:
 
 
 def how_much_lighter(
-    drawn: FloatArray, weight: FloatArray, live: FloatArray, *, limits: tuple[float, float]
+    drawn: FloatArray,
+    weight: FloatArray,
+    live: FloatArray,
+    *,
+    limits: tuple[float, float],
+    closely: bool = False,
 ) -> FloatArray:
     """(H, W) how much lighter each part of a drawn picture is seen live.
 
     Sides turn towards the light and away from it, shadows fall: all of that is smooth beside what
     is drawn on things.
+
+    Args:
+        drawn: (H, W, 3) a picture.
+        weight: (H, W) how much of each pixel it is.
+        live: (H, W, 3) the live picture there.
+        limits: of the answer.
+        closely: whether the one lies on the other to a pixel.
     """
     both = weight * np.einsum("hwc,hwc->hw", drawn, live)
     power = weight * np.einsum("hwc,hwc->hw", drawn, drawn)
-    both = bell_blurred(both, LIGHT_BLUR_PX, LIGHT_REACH_PX)
-    power = bell_blurred(power, LIGHT_BLUR_PX, LIGHT_REACH_PX)
+    scale = (CLOSE_PX, CLOSE_REACH_PX) if closely else (LIGHT_BLUR_PX, LIGHT_REACH_PX)
+    both, power = bell_blurred(both, *scale), bell_blurred(power, *scale)
     return np.clip(both / np.maximum(power, 1e-6), *limits).astype(np.float32)
 
 
@@ -116,12 +153,6 @@ def strange_px(first: FloatArray, second: FloatArray, free: FloatArray) -> float
     apart = first - second
     apart2 = np.einsum("hwc,hwc->hw", apart, apart)
     return float((free * apart2 / (apart2 + STRANGE**2)).sum())
-
-
-def _detail(picture: FloatArray) -> FloatArray:
-    """(H, W, 3) fine structure of a picture."""
-    smooth = bell_blurred(picture, DETAIL_PX, DETAIL_REACH_PX)
-    return np.asarray(picture - smooth, dtype=np.float32)
 
 
 def _detail_shared(first: FloatArray, second: FloatArray, weight: FloatArray) -> float:

@@ -18,6 +18,7 @@ struct Constants {
     on_object: f32,
     doubt_px: f64,
     light_range: [f32; 2],
+    closely: bool,
 }
 
 /// A part of the live picture, and what it would show without the object.
@@ -53,6 +54,7 @@ impl Setting {
             on_object: constants.on_object,
             doubt_px: constants.doubt_px,
             light_range: constants.light_range,
+            closely: constants.closely,
         };
         let simd = Simd::detect();
         let setting = simd.run(

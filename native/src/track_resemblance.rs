@@ -3,13 +3,15 @@
 
 use crate::track_picture::{filtered, gaussian};
 
-/// Blur of the lens, and the scales of detail and of light.
+/// Blur of the lens, and the scales of detail and of light: roughly, and closely.
 const LENS_BLUR_PX: f32 = 0.6;
 const LENS_TAPS: usize = 5;
 const DETAIL_PX: f32 = 3.0;
 const DETAIL_TAPS: usize = 19;
 const LIGHT_BLUR_PX: f32 = 4.0;
 const LIGHT_TAPS: usize = 25;
+const CLOSE_PX: f32 = 1.0;
+const CLOSE_TAPS: usize = 7;
 const LEAST_POWER: f32 = 1e-6;
 
 /// What is taken for strange, for the object's, and for light; see `tracking.resemblance`.
@@ -19,6 +21,7 @@ pub struct ResemblanceModel {
     pub on_object: f32,
     pub doubt_px: f64,
     pub light_range: [f32; 2],
+    pub closely: bool,
 }
 
 /// A part of the live picture, and what it would show without the object.
@@ -51,8 +54,8 @@ impl Setting {
     ) -> Self {
         Setting {
             size,
-            live_detail: detail(live, size),
-            empty_detail: detail(empty, size),
+            live_detail: detail(live, size, model.closely),
+            empty_detail: detail(empty, size, model.closely),
             changed_px: strange_px(empty, live, free, model.strange),
             live: live.to_vec(),
             empty: empty.to_vec(),
@@ -89,7 +92,7 @@ impl Setting {
                 }
             })
             .collect();
-        let drawn = detail(&shown.rgb, self.size);
+        let drawn = detail(&shown.rgb, self.size, self.model.closely);
         let shared = detail_shared(&drawn, &self.live_detail, &on_object);
         let without = detail_shared(&self.empty_detail, &self.live_detail, &on_object);
         0.5 * (self.share_explained(&shown.rgb) + shared - without.max(0.0))
@@ -132,8 +135,11 @@ impl Setting {
             }
             powers.extend_from_slice(&[weight * both, weight * power]);
         }
-        let bell: [f32; LIGHT_TAPS] = gaussian(LIGHT_BLUR_PX);
-        let powers = filtered(&powers, self.size, 2, &bell);
+        let powers = if self.model.closely {
+            filtered(&powers, self.size, 2, &gaussian::<CLOSE_TAPS>(CLOSE_PX))
+        } else {
+            filtered(&powers, self.size, 2, &gaussian::<LIGHT_TAPS>(LIGHT_BLUR_PX))
+        };
         let [darkest, lightest] = self.model.light_range;
         let ratios = powers.chunks_exact(2);
         ratios
@@ -165,9 +171,12 @@ fn strange_px(first: &[f32], second: &[f32], free: &[f32], strange: f32) -> f64 
 
 /// What differs from its surroundings.
 #[inline(always)]
-fn detail(picture: &[f32], size: [usize; 2]) -> Vec<f32> {
-    let bell: [f32; DETAIL_TAPS] = gaussian(DETAIL_PX);
-    let mut smooth = filtered(picture, size, 3, &bell);
+fn detail(picture: &[f32], size: [usize; 2], closely: bool) -> Vec<f32> {
+    let mut smooth = if closely {
+        filtered(picture, size, 3, &gaussian::<CLOSE_TAPS>(CLOSE_PX))
+    } else {
+        filtered(picture, size, 3, &gaussian::<DETAIL_TAPS>(DETAIL_PX))
+    };
     for (smooth, value) in smooth.iter_mut().zip(picture) {
         *smooth = value - *smooth;
     }
@@ -201,6 +210,7 @@ mod tests {
         on_object: 0.1,
         doubt_px: 8.0,
         light_range: [0.4, 2.5],
+        closely: false,
     };
 
     /// A striped square on black, its left side at `left`.

@@ -5,7 +5,7 @@ import pytest
 
 from tracking import native
 from tracking.pictures import bell_blurred
-from tracking.resemblance import CONSTANTS, Setting
+from tracking.resemblance import CLOSELY, ROUGHLY, Setting
 
 
 def blot(rng, shape, centre, radius):
@@ -27,14 +27,16 @@ def pictures(shape):
     return live.astype(np.float32), empty, rgb, alpha
 
 
+@pytest.mark.parametrize("closely", [False, True], ids=["roughly", "closely"])
 @pytest.mark.parametrize("shape", [(31, 40), (9, 60), (5, 3)], ids=str)
-def test_the_native_kernel_says_what_its_twin_says(shape):
+def test_the_native_kernel_says_what_its_twin_says(shape, closely):
     live, empty, rgb, alpha = pictures(shape)
     free = np.ones(shape, np.float32)
     free[:, : shape[1] // 3] = 0.3
     size = (free.shape[1], free.shape[0])
-    kernel = native.Setting(live, empty, free, size=size, constants=CONSTANTS)
-    twin = Setting(live, empty, free)
+    constants = CLOSELY if closely else ROUGHLY
+    kernel = native.Setting(live, empty, free, size=size, constants=constants)
+    twin = Setting(live, empty, free, closely)
     for shift in (0, 1, 2):
         drawn = np.roll(rgb, shift, axis=1), np.roll(alpha, shift, axis=1)
         assert kernel.strange(*drawn) == pytest.approx(twin.strange(*drawn), rel=1e-4, abs=1e-4)
@@ -61,4 +63,4 @@ def test_pictures_of_another_size_are_refused(name):
     }
     arrays[name] = arrays[name][:3].copy()
     with pytest.raises(ValueError, match=f"{name}: .* values, wanted"):
-        native.Setting(**arrays, size=(5, 4), constants=CONSTANTS)
+        native.Setting(**arrays, size=(5, 4), constants=ROUGHLY)
