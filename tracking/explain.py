@@ -42,7 +42,7 @@ TRIED_ROUGHLY, TRIED_CLOSELY = 24, 36
 """How many poses are tried near a believed one to come near the best, and to tell it closely."""
 
 CLOSE_STEP_M, CLOSE_STEP_RAD = 0.025, 0.15
-RESEMBLANCE_DIGITS = 0.001
+RESOLVED = 0.001
 """First steps where a pose is told closely, and differences of resemblance that end it."""
 
 FINER = 2
@@ -66,25 +66,29 @@ class Place:
     roughly: Setting
     closely: Setting
 
-    def strange(self, model: TrackModel, pose: Pose, renderer: Renderer) -> float:
+    def strange(self, model: TrackModel, world_from_object: Pose, renderer: Renderer) -> float:
         """In how many pixels the picture is not what the object at a pose near by would make it."""
-        drawn = self._drawn(model, pose, renderer, finer=1)
+        drawn = self._drawn(model, world_from_object, renderer, finer=1)
         return self.roughly.strange(drawn.rgb, drawn.alpha)
 
-    def resemblance(self, model: TrackModel, pose: Pose, renderer: Renderer) -> float:
+    def resemblance(self, model: TrackModel, world_from_object: Pose, renderer: Renderer) -> float:
         """How much the object at a pose near by resembles the picture."""
-        drawn = self._drawn(model, pose, renderer, finer=1)
+        drawn = self._drawn(model, world_from_object, renderer, finer=1)
         return self.roughly.resemblance(drawn.rgb, drawn.alpha)
 
-    def close_resemblance(self, model: TrackModel, pose: Pose, renderer: Renderer) -> float:
+    def close_resemblance(
+        self, model: TrackModel, world_from_object: Pose, renderer: Renderer
+    ) -> float:
         """How much the object at just this pose resembles the picture."""
-        drawn = self._drawn(model, pose, renderer, finer=FINER)
+        drawn = self._drawn(model, world_from_object, renderer, finer=FINER)
         size = (self.camera.width_px, self.camera.height_px)
         return self.closely.resemblance(resized(drawn.rgb, size), resized(drawn.alpha, size))
 
-    def _drawn(self, model: TrackModel, pose: Pose, renderer: Renderer, *, finer: int) -> Rendering:
+    def _drawn(
+        self, model: TrackModel, world_from_object: Pose, renderer: Renderer, *, finer: int
+    ) -> Rendering:
         """The object alone, with so many pixels each way per pixel."""
-        posed, camera = (model.splats_at(pose),), self.camera
+        posed, camera = (model.splats_at(world_from_object),), self.camera
         if finer > 1:
             camera = camera.resized(camera.width_px * finer, camera.height_px * finer)
         return renderer.render(posed, camera, self.world_from_camera, RENDER_OPTIONS)
@@ -100,7 +104,7 @@ def explained(
         `tracking.resemblance.Setting.resemblance`.
     """
     world_from_rough, _ = roughly_explained(scene, model, evidence, world_from_start)
-    return closely_explained(scene, model, evidence, world_from_rough)
+    return closely_explained(scene, model, evidence, world_from_rough, tried=TRIED_ROUGHLY)
 
 
 def roughly_explained(
@@ -122,7 +126,12 @@ def roughly_explained(
 
 
 def closely_explained(
-    scene: Scene, model: TrackModel, evidence: Evidence, world_from_rough: Pose
+    scene: Scene,
+    model: TrackModel,
+    evidence: Evidence,
+    world_from_rough: Pose,
+    *,
+    tried: int = TRIED_CLOSELY,
 ) -> tuple[Pose, float]:
     """The same from a rough pose, which nothing but the picture speaks for: it has no pull."""
     place = _place(scene, model, evidence, world_from_rough)
@@ -133,7 +142,7 @@ def closely_explained(
         pose = _stepped(world_from_rough, steps, CLOSE_STEP_M, CLOSE_STEP_RAD)
         return -place.close_resemblance(model, pose, scene.renderer)
 
-    steps = _least(cost, TRIED_CLOSELY, resolved=RESEMBLANCE_DIGITS)
+    steps = _least(cost, tried, resolved=RESOLVED)
     return _stepped(world_from_rough, steps, CLOSE_STEP_M, CLOSE_STEP_RAD), -cost(steps)
 
 
@@ -145,9 +154,11 @@ def _least(cost: Callable[[Points], float], evaluations: int, *, resolved: float
     return np.asarray(found.x, dtype=np.float64)
 
 
-def _stepped(start: Pose, steps: Points, step_m: float, step_rad: float) -> Pose:
+def _stepped(world_from_start: Pose, steps: Points, step_m: float, step_rad: float) -> Pose:
+    """The pose so many steps of x, y and yaw from a start."""
     shift = np.array([steps[0] * step_m, steps[1] * step_m, 0.0])
-    return Pose.from_yaw(start.yaw() + step_rad * float(steps[2]), start.translation + shift)
+    yaw = world_from_start.yaw() + step_rad * float(steps[2])
+    return Pose.from_yaw(yaw, world_from_start.translation + shift)
 
 
 def resemblances(

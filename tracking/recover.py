@@ -66,8 +66,9 @@ START_SIGMA = (0.25, 0.25, 0.003, 0.6)
 GOOD_SUPPORT, GOOD_VISIBLE = 0.8, 0.9
 """Wrong yaws reach three quarters."""
 
-REFINED_SMALL, YAWS_COMPARED = 5, 4
-"""So many rough poses of a small object are told closely, and so many other yaws at the best."""
+REFINED_SMALL, YAWS_COMPARED, REFINED_AGAIN = 5, 6, 3
+"""So many rough poses of a small object are told closely, and so many other yaws at the best; the
+best of all these once more."""
 
 SMALL_M = 0.25
 SMALL_PX = 40.0
@@ -275,9 +276,15 @@ def _small_guesses(
             (*closely_explained(scene, model, evidence, pose), evidence)
             for pose in _other_yaws(scene, model, evidence, best, [pose for pose, _, _ in fine])
         ]
+    fine.sort(key=lambda item: -item[1])
+    # Steps that have become small too early are taken anew.
+    finest = [
+        (*closely_explained(scene, model, evidence, pose), evidence)
+        for pose, _, evidence in fine[:REFINED_AGAIN]
+    ]
     return [
         _placed(scene, model, evidence, pose, share)
-        for pose, share, evidence in fine + rough[REFINED_SMALL:]
+        for pose, share, evidence in finest + fine[REFINED_AGAIN:] + rough[REFINED_SMALL:]
         if share >= ACCEPTED_SMALL
     ]
 

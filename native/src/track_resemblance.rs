@@ -138,7 +138,12 @@ impl Setting {
         let powers = if self.model.closely {
             filtered(&powers, self.size, 2, &gaussian::<CLOSE_TAPS>(CLOSE_PX))
         } else {
-            filtered(&powers, self.size, 2, &gaussian::<LIGHT_TAPS>(LIGHT_BLUR_PX))
+            filtered(
+                &powers,
+                self.size,
+                2,
+                &gaussian::<LIGHT_TAPS>(LIGHT_BLUR_PX),
+            )
         };
         let [darkest, lightest] = self.model.light_range;
         let ratios = powers.chunks_exact(2);

@@ -54,6 +54,22 @@ def test_light_is_forgiven_and_another_place_is_not():
     assert setting.strange(*beside) > 2.0 * setting.strange(rgb, alpha)
 
 
+def test_a_thing_lit_from_the_side_is_known_closely():
+    """A mug's print is a few pixels wide, and so is what another room's light does to its sides."""
+    shape = (31, 40)
+    _, empty, rgb, alpha = pictures(shape)
+    other, _ = blot(np.random.default_rng(6), shape, (shape[0] / 2, shape[1] / 2), 0.35 * shape[0])
+    sides = np.where(np.arange(shape[1]) // 4 % 2, 1.6, 0.5).astype(np.float32)[:, None]
+    live = bell_blurred(sides * rgb + (1.0 - alpha)[..., None] * empty, 0.6, 2)
+    free = np.ones_like(alpha)
+
+    def margin(closely):
+        setting = Setting(live, empty, free, closely)
+        return setting.resemblance(rgb, alpha) - setting.resemblance(other, alpha)
+
+    assert margin(True) > 2.0 * max(margin(False), 0.0)
+
+
 @pytest.mark.parametrize("name", ["live", "empty", "free"])
 def test_pictures_of_another_size_are_refused(name):
     arrays = {
