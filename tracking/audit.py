@@ -11,8 +11,9 @@ from dataclasses import replace
 from scenes.state import TrackState
 from tracking.beliefs import LOST_CONFIDENCE, confidence_of, shows_pattern
 from tracking.evidence import Evidence
+from tracking.guess import Guess, is_other
 from tracking.metrics import ROUND
-from tracking.recover import Guess, is_other, leaves_no_doubt, ranked, refined, turned
+from tracking.recover import leaves_no_doubt, ranked, refined, turned
 from tracking.solve import Fit
 from tracking.track import Audit, Review, Task, Track
 

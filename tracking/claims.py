@@ -10,8 +10,8 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from scenes.pose import Pose
+from tracking.guess import Guess, is_other
 from tracking.model import TrackModel
-from tracking.recover import Guess, is_other
 
 SAME_SPOT = 0.35
 """Two things nearer than this, in the sum of their radii, would stand in each other."""

@@ -38,8 +38,9 @@ STEP_M, STEP_RAD = 0.04, 0.2
 STEP_PRICE = 4.0
 """First steps, and what a step away from the start costs, in pixels wholly unexplained."""
 
-TRIED_ROUGHLY, TRIED_CLOSELY = 24, 36
-"""How many poses are tried near a believed one to come near the best, and to tell it closely."""
+TRIED_ROUGHLY, TRIED_CLOSELY, TRIED_KNOWN = 24, 36, 32
+"""How many poses are tried near a believed one to come near the best, and to tell it closely; the
+last of an object whose place is known."""
 
 CLOSE_STEP_M, CLOSE_STEP_RAD = 0.025, 0.15
 RESOLVED = 0.001
@@ -104,14 +105,14 @@ def explained(
         `tracking.resemblance.Setting.resemblance`.
     """
     world_from_rough, _ = roughly_explained(scene, model, evidence, world_from_start)
-    return closely_explained(scene, model, evidence, world_from_rough, tried=TRIED_ROUGHLY)
+    return closely_explained(scene, model, evidence, world_from_rough, tried=TRIED_KNOWN)
 
 
 def roughly_explained(
     scene: Scene, model: TrackModel, evidence: Evidence, world_from_start: Pose
 ) -> tuple[Pose, float]:
     """The same with less effort and a pull to the start; `closely_explained` goes on from there."""
-    place = _place(scene, model, evidence, world_from_start)
+    place = surroundings_of(scene, model, evidence, world_from_start)
     if place is None:
         return world_from_start, 0.0
 
@@ -120,7 +121,7 @@ def roughly_explained(
         strange_px = place.strange(model, pose, scene.renderer)
         return strange_px + STEP_PRICE * float(steps @ steps)
 
-    steps = _least(cost, TRIED_ROUGHLY, resolved=0.1)
+    steps, _ = _least(cost, TRIED_ROUGHLY, resolved=0.1)
     pose = _stepped(world_from_start, steps, STEP_M, STEP_RAD)
     return pose, place.close_resemblance(model, pose, scene.renderer)
 
@@ -134,7 +135,7 @@ def closely_explained(
     tried: int = TRIED_CLOSELY,
 ) -> tuple[Pose, float]:
     """The same from a rough pose, which nothing but the picture speaks for: it has no pull."""
-    place = _place(scene, model, evidence, world_from_rough)
+    place = surroundings_of(scene, model, evidence, world_from_rough)
     if place is None:
         return world_from_rough, 0.0
 
@@ -142,16 +143,18 @@ def closely_explained(
         pose = _stepped(world_from_rough, steps, CLOSE_STEP_M, CLOSE_STEP_RAD)
         return -place.close_resemblance(model, pose, scene.renderer)
 
-    steps = _least(cost, tried, resolved=RESOLVED)
-    return _stepped(world_from_rough, steps, CLOSE_STEP_M, CLOSE_STEP_RAD), -cost(steps)
+    steps, least = _least(cost, tried, resolved=RESOLVED)
+    return _stepped(world_from_rough, steps, CLOSE_STEP_M, CLOSE_STEP_RAD), -least
 
 
-def _least(cost: Callable[[Points], float], evaluations: int, *, resolved: float) -> Points:
-    """(3,) steps of x, y and yaw at which a cost is lowest, of so many that are tried from none."""
+def _least(
+    cost: Callable[[Points], float], evaluations: int, *, resolved: float
+) -> tuple[Points, float]:
+    """(3,) steps of x, y and yaw at which a cost is lowest, of so many tried; the cost there."""
     simplex = np.vstack([np.zeros(3), np.eye(3)])
     options = {"maxfev": evaluations, "initial_simplex": simplex, "xatol": 0.02, "fatol": resolved}
     found = minimize(cost, np.zeros(3), method="Nelder-Mead", options=options)
-    return np.asarray(found.x, dtype=np.float64)
+    return np.asarray(found.x, dtype=np.float64), float(found.fun)
 
 
 def _stepped(world_from_start: Pose, steps: Points, step_m: float, step_rad: float) -> Pose:
@@ -162,21 +165,28 @@ def _stepped(world_from_start: Pose, steps: Points, step_m: float, step_rad: flo
 
 
 def resemblances(
-    scene: Scene, model: TrackModel, evidence: Evidence, world_from_starts: Sequence[Pose]
+    place: Place | None, model: TrackModel, poses: Sequence[Pose], renderer: Renderer
 ) -> Points:
     """(N,) how much rough poses at one place look like the picture, at most 1, 0 for by chance.
 
     See `tracking.resemblance.Setting.resemblance`.
+
+    Args:
+        place: around the first of them; where it is None there is nothing to look like.
+        model: the object.
+        poses: `world_from_object` of each.
+        renderer: draws it.
     """
-    place = _place(scene, model, evidence, world_from_starts[0])
     if place is None:
-        return np.zeros(len(world_from_starts))
-    return np.array([place.resemblance(model, pose, scene.renderer) for pose in world_from_starts])
+        return np.zeros(len(poses))
+    return np.array([place.resemblance(model, pose, renderer) for pose in poses])
 
 
-def _place(scene: Scene, model: TrackModel, evidence: Evidence, start: Pose) -> Place | None:
+def surroundings_of(
+    scene: Scene, model: TrackModel, evidence: Evidence, world_from_object: Pose
+) -> Place | None:
     """The surroundings of an object at a pose; None if nothing of it is in the window."""
-    part = _around(model, evidence, start)
+    part = _around(model, evidence, world_from_object)
     if part is None:
         return None
     live = np.ascontiguousarray(evidence.live[part])

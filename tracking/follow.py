@@ -28,8 +28,8 @@ from tracking.evidence import Evidence, gather, view_of
 from tracking.kernels import KERNELS
 from tracking.metrics import ROUND
 from tracking.portrait import Portrait, portrayed
-from tracking.recover import is_recognised, settled
 from tracking.sketch import Sketchbook, draw
+from tracking.small_things import is_recognised, settled
 from tracking.smooth import Motion, pose_vector, vector_pose
 from tracking.solve import Fit
 from tracking.track import RESTING_FRAMES, Rest, Task, Track

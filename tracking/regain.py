@@ -9,8 +9,10 @@ from scenes.state import TrackState
 from tracking.beliefs import HEAVY_HEIGHT_M, LOST_CONFIDENCE, SURE, confidence_of
 from tracking.claims import Claim, Searched, claims, is_same_spot
 from tracking.follow import rest_of
+from tracking.guess import Guess
 from tracking.places import Overview, overview
-from tracking.recover import SMALL_M, Guess, candidates
+from tracking.recover import candidates
+from tracking.small_things import SMALL_M
 from tracking.smooth import Motion
 from tracking.track import RESTING_FRAMES, SEARCH_PERIOD_NS, Audit, Task, Track
 from tracking.uncertainty import uncertainty

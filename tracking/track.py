@@ -12,9 +12,9 @@ from devices.messages import Frame
 from scenes.pose import Pose
 from scenes.state import TrackedObject, TrackState
 from tracking.evidence import Evidence, Neighbour, Scene
+from tracking.guess import Guess
 from tracking.model import TrackModel
 from tracking.portrait import Portrait
-from tracking.recover import Guess
 from tracking.sketch import Sketch
 from tracking.smooth import Motion
 from tracking.solve import HALO_M, HALO_SIGMA_M, Fit

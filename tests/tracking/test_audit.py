@@ -17,7 +17,7 @@ from tracking.audit import (
     was_audited,
 )
 from tracking.beliefs import LOST_CONFIDENCE
-from tracking.recover import Guess
+from tracking.guess import Guess
 from tracking.track import Audit, Track
 
 SHARP = Pose.from_yaw(0.0)

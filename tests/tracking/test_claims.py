@@ -8,7 +8,7 @@ import pytest
 
 from scenes.pose import Pose
 from tracking.claims import Searched, claims
-from tracking.recover import Guess
+from tracking.guess import Guess
 from tracking.templates import SMALL_PX, YAWS, Templates
 
 PIXELS = SMALL_PX * SMALL_PX
