@@ -13,10 +13,13 @@ from scenes.package import ScenePackage
 from scenes.pose import Pose
 from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
 from scenes.render.thinning import thinned
+from scenes.splats import SplatCloud
 from studio.surface_drawing import LivePicture, draw_surface
 
-BACKGROUND = (0.055, 0.063, 0.078)
-"""Behind everything: the colour of the film's frame."""
+Colour = tuple[float, float, float]
+
+BACKGROUND: Colour = (0.055, 0.063, 0.078)
+"""Behind everything, seen from outside a room: the colour of the film's frame."""
 
 ABOVE_M = 16.0
 """Height of the camera that looks down: far up, so that walls hardly lean."""
@@ -43,6 +46,8 @@ class Twin:
         self._objects = {item.object_id: item for item in scene.objects}
         self._renderer = renderer
         self._footprint = scene.footprint_m
+        self._usual = usual_colour(scene.room)
+        self._top_m = float(scene.room.means[:, 2].max(initial=0.0))
 
     def picture(
         self,
@@ -69,12 +74,23 @@ class Twin:
             PosedSplats(item.splats, poses.get(object_id, item.world_from_object))
             for object_id, item in self._objects.items()
         ]
-        options = RenderOptions(background=BACKGROUND, near_m=near_m)
+        behind = self._behind(camera, world_from_camera)
+        options = RenderOptions(background=behind, near_m=near_m)
         drawn = self._renderer.render([room, *posed], camera, world_from_camera, options)
         picture = (np.clip(drawn.rgb, 0.0, 1.0) * 255.0 + 0.5).astype(np.uint8)
         for surface in live:
             draw_surface(picture, drawn.depth, camera, world_from_camera, surface)
         return picture
+
+    def _behind(
+        self, camera: Pinhole | Fisheye, world_from_camera: Pose
+    ) -> Colour | NDArray[np.float32]:
+        """What shows where the scan has a hole: inside the room, its usual colour."""
+        *place, height = world_from_camera.translation
+        low, high = self._footprint
+        if height > self._top_m or (place < low).any() or (place > high).any():
+            return BACKGROUND
+        return within_circle(camera, self._usual) if isinstance(camera, Fisheye) else self._usual
 
     def make_coarse(self) -> None:
         """Choose the splats of coarse pictures: a second's work for a million of them."""
@@ -95,6 +111,24 @@ class Twin:
         """(S, S, 3) RGB of the room without its ceiling, see `above`."""
         camera, world_from_camera = self.above(size_px)
         return self.picture(poses, camera, world_from_camera, near_m=ABOVE_M - CUT_M)
+
+
+def usual_colour(room: SplatCloud) -> Colour:
+    """The mean colour of a room's surfaces; without any, the one behind everything."""
+    area = np.prod(np.sort(room.scales, axis=1)[:, 1:], axis=1)
+    weight = (area * room.opacities).astype(np.float64)
+    if not weight.sum() > 0.0:
+        return BACKGROUND
+    red, green, blue = np.clip(np.average(room.colours(), axis=0, weights=weight), 0.0, 1.0)
+    return float(red), float(green), float(blue)
+
+
+def within_circle(camera: Fisheye, colour: Colour) -> NDArray[np.float32]:
+    """(H, W, 3) a colour where a lens sees anything, what is behind everything beside it."""
+    x = np.arange(camera.width_px) + 0.5 - camera.cx
+    y = np.arange(camera.height_px) + 0.5 - camera.cy
+    sees = np.hypot(x[None, :], y[:, None]) <= camera.circle_px
+    return np.where(sees[..., None], colour, BACKGROUND).astype(np.float32)
 
 
 def lens_camera(lens: Fisheye, size_px: int) -> Fisheye:
