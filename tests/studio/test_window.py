@@ -9,9 +9,10 @@ from studio.display import why_no_window
 from studio.pipeline import CancelledError
 from studio.session import SessionPlan
 
+WHY_NOT = why_no_window()
 pytestmark = [
     pytest.mark.gui,
-    pytest.mark.skipif(why_no_window() is not None, reason=f"no window here: {why_no_window()}"),
+    pytest.mark.skipif(WHY_NOT is not None, reason=f"no window here: {WHY_NOT}"),
 ]
 
 
