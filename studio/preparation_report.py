@@ -124,7 +124,7 @@ def _curve(prepared: Prepared) -> str:
         lasts = mean_of_rounds(psnr_db, len(prepared.training.held_out))
         axes.plot(seconds, psnr_db, "o", color="#1f88d1", alpha=0.4, label="one view, in turn")
         axes.plot(seconds, lasts, "-", color="#1f88d1", label="mean of a round")
-        axes.legend(loc="lower right")
+        axes.legend(loc="upper left")
         axes.set_xlabel("training time (s)")
         axes.set_ylabel("PSNR (dB)")
         axes.grid(visible=True)
