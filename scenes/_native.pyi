@@ -76,6 +76,19 @@ class Engine:
     ) -> None:
         """Draw over flat rgb, alpha, depth, ids; `camera_from_object` (M, 12), row-major 3×4."""
 
+class Alone:
+    """A cloud drawn alone on black through one camera; `camera_from_world` is row-major 3×4."""
+
+    def __init__(
+        self,
+        engine: Engine,
+        cloud: PreparedCloud,
+        camera_from_world: Sequence[float],
+        *,
+        lens: Lens,
+        draw: Draw,
+    ) -> None: ...
+
 _ObjectGradients = tuple[
     NDArray[np.float32],
     NDArray[np.float32],
@@ -334,6 +347,19 @@ class Setting:
 
     def resemblance(self, rgb: NDArray[np.float32], alpha: NDArray[np.float32]) -> float:
         """How much a drawn object resembles the picture, at most 1, 0 for by chance."""
+
+    def strange_at(
+        self, alone: Alone, upright: Sequence[tuple[float, float, float, float]]
+    ) -> list[float]:
+        """`strange` of a cloud at each of some poses, each x, y, z (m) and yaw in the world.
+
+        It may be drawn with a whole number of pixels each way per pixel of this picture.
+        """
+
+    def resemblance_at(
+        self, alone: Alone, upright: Sequence[tuple[float, float, float, float]]
+    ) -> list[float]:
+        """`resemblance` of a cloud, like `strange_at`."""
 
 class TrackKernels:
     """The tracker's kernels with their constants; arrays are C-contiguous unless it is said."""

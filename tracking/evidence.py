@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from devices.messages import Frame
 from scenes.cameras import Fisheye
 from scenes.pose import Pose
-from scenes.render.renderer import Renderer
+from scenes.render.native import NativeRenderer
 from tracking.background import Exposure, Plates
 from tracking.kernels import KERNELS, SeenWindow
 from tracking.layers import LayerMemo
@@ -79,7 +79,7 @@ class Scene:
     camera_sigma: NDArray[np.float64]
     plates: Plates
     exposures: tuple[Exposure, ...]
-    renderer: Renderer
+    renderer: NativeRenderer
     bounds_m: NDArray[np.float64]
     stands: Stands
     layers: LayerMemo

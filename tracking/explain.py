@@ -13,14 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from scenes.cameras import Fisheye
 from scenes.pose import Pose
-from scenes.render.renderer import Renderer, Rendering
 from tracking.background import expose
 from tracking.evidence import Evidence, Scene
 from tracking.extent import part_of
 from tracking.model import RENDER_OPTIONS, TrackModel
-from tracking.native import Setting
+from tracking.native import Alone, Setting
 from tracking.pictures import resized
 from tracking.resemblance import CLOSELY, ROUGHLY, how_much_lighter
 from tracking.window import Layer
@@ -51,48 +49,33 @@ FINER = 2
 of each widen the silhouette by a pixel, as if it were nearer."""
 
 
+Upright = tuple[float, float, float, float]
+"""x, y, z in metres and yaw in radians of `world_from_object`."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Place:
     """A part of the live picture in which an object is drawn.
 
     Attributes:
-        camera: of the part.
-        world_from_camera: its pose.
         roughly: what it shows, and would show without the object; for poses near the right one.
         closely: the same for poses that are right to a pixel.
+        drawn: the object alone as its camera sees it.
+        finely: the same with `FINER` pixels each way.
     """
 
-    camera: Fisheye
-    world_from_camera: Pose
     roughly: Setting
     closely: Setting
+    drawn: Alone
+    finely: Alone
 
-    def strange(self, model: TrackModel, world_from_object: Pose, renderer: Renderer) -> float:
+    def strange(self, upright: Upright) -> float:
         """In how many pixels the picture is not what the object at a pose near by would make it."""
-        drawn = self._drawn(model, world_from_object, renderer, finer=1)
-        return self.roughly.strange(drawn.rgb, drawn.alpha)
+        return self.roughly.strange_at(self.drawn, [upright])[0]
 
-    def resemblance(self, model: TrackModel, world_from_object: Pose, renderer: Renderer) -> float:
-        """How much the object at a pose near by resembles the picture."""
-        drawn = self._drawn(model, world_from_object, renderer, finer=1)
-        return self.roughly.resemblance(drawn.rgb, drawn.alpha)
-
-    def close_resemblance(
-        self, model: TrackModel, world_from_object: Pose, renderer: Renderer
-    ) -> float:
+    def close_resemblance(self, upright: Upright) -> float:
         """How much the object at just this pose resembles the picture."""
-        drawn = self._drawn(model, world_from_object, renderer, finer=FINER)
-        size = (self.camera.width_px, self.camera.height_px)
-        return self.closely.resemblance(resized(drawn.rgb, size), resized(drawn.alpha, size))
-
-    def _drawn(
-        self, model: TrackModel, world_from_object: Pose, renderer: Renderer, *, finer: int
-    ) -> Rendering:
-        """The object alone, with so many pixels each way per pixel."""
-        posed, camera = (model.splats_at(world_from_object),), self.camera
-        if finer > 1:
-            camera = camera.resized(camera.width_px * finer, camera.height_px * finer)
-        return renderer.render(posed, camera, self.world_from_camera, RENDER_OPTIONS)
+        return self.closely.resemblance_at(self.finely, [upright])[0]
 
 
 def explained(
@@ -117,13 +100,13 @@ def roughly_explained(
         return world_from_start, 0.0
 
     def cost(steps: Points) -> float:
-        pose = _stepped(world_from_start, steps, STEP_M, STEP_RAD)
-        strange_px = place.strange(model, pose, scene.renderer)
+        strange_px = place.strange(_stepped(start, steps, STEP_M, STEP_RAD))
         return strange_px + STEP_PRICE * float(steps @ steps)
 
+    start = upright_of(world_from_start)
     steps, _ = _least(cost, TRIED_ROUGHLY, resolved=0.1)
-    pose = _stepped(world_from_start, steps, STEP_M, STEP_RAD)
-    return pose, place.close_resemblance(model, pose, scene.renderer)
+    found = _stepped(start, steps, STEP_M, STEP_RAD)
+    return pose_of(found), place.close_resemblance(found)
 
 
 def closely_explained(
@@ -140,11 +123,11 @@ def closely_explained(
         return world_from_rough, 0.0
 
     def cost(steps: Points) -> float:
-        pose = _stepped(world_from_rough, steps, CLOSE_STEP_M, CLOSE_STEP_RAD)
-        return -place.close_resemblance(model, pose, scene.renderer)
+        return -place.close_resemblance(_stepped(rough, steps, CLOSE_STEP_M, CLOSE_STEP_RAD))
 
+    rough = upright_of(world_from_rough)
     steps, least = _least(cost, tried, resolved=RESOLVED)
-    return _stepped(world_from_rough, steps, CLOSE_STEP_M, CLOSE_STEP_RAD), -least
+    return pose_of(_stepped(rough, steps, CLOSE_STEP_M, CLOSE_STEP_RAD)), -least
 
 
 def _least(
@@ -157,29 +140,38 @@ def _least(
     return np.asarray(found.x, dtype=np.float64), float(found.fun)
 
 
-def _stepped(world_from_start: Pose, steps: Points, step_m: float, step_rad: float) -> Pose:
+def _stepped(start: Upright, steps: Points, step_m: float, step_rad: float) -> Upright:
     """The pose so many steps of x, y and yaw from a start."""
-    shift = np.array([steps[0] * step_m, steps[1] * step_m, 0.0])
-    yaw = world_from_start.yaw() + step_rad * float(steps[2])
-    return Pose.from_yaw(yaw, world_from_start.translation + shift)
+    across, along, turns = steps.tolist()
+    x, y, z, yaw = start
+    return x + step_m * across, y + step_m * along, z, yaw + step_rad * turns
 
 
-def resemblances(
-    place: Place | None, model: TrackModel, poses: Sequence[Pose], renderer: Renderer
-) -> Points:
+def upright_of(world_from_object: Pose) -> Upright:
+    """Place and yaw of something that stands."""
+    x, y, z = world_from_object.translation.tolist()
+    return x, y, z, world_from_object.yaw()
+
+
+def pose_of(upright: Upright) -> Pose:
+    """`world_from_object` of something that stands."""
+    *place, yaw = upright
+    return Pose.from_yaw(yaw, place)
+
+
+def resemblances(place: Place | None, poses: Sequence[Pose]) -> Points:
     """(N,) how much rough poses at one place look like the picture, at most 1, 0 for by chance.
 
     See `tracking.resemblance.Setting.resemblance`.
 
     Args:
         place: around the first of them; where it is None there is nothing to look like.
-        model: the object.
         poses: `world_from_object` of each.
-        renderer: draws it.
     """
     if place is None:
         return np.zeros(len(poses))
-    return np.array([place.resemblance(model, pose, renderer) for pose in poses])
+    upright = [upright_of(pose) for pose in poses]
+    return np.array(place.roughly.resemblance_at(place.drawn, upright))
 
 
 def surroundings_of(
@@ -198,7 +190,12 @@ def surroundings_of(
         Setting(live, empty, free, size=size, constants=constants)
         for constants in (ROUGHLY, CLOSELY)
     )
-    return Place(camera, evidence.world_from_camera, roughly, closely)
+    splats, world_from_camera = model.source.splats, evidence.world_from_camera
+    drawn, finely = (
+        scene.renderer.alone(splats, seen_by, world_from_camera, RENDER_OPTIONS)
+        for seen_by in (camera, camera.resized(FINER * size[0], FINER * size[1]))
+    )
+    return Place(roughly, closely, drawn, finely)
 
 
 def _around(

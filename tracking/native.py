@@ -2,12 +2,13 @@
 
 from typing import TYPE_CHECKING
 
-from scenes._native import RoomLearner, SeenWindow, Setting, TrackKernels, cut_out
+from scenes._native import Alone, RoomLearner, SeenWindow, Setting, TrackKernels, cut_out
 
 if TYPE_CHECKING:
     from scenes._native import TrackLayer, TrackProblem
 
 __all__ = [
+    "Alone",
     "RoomLearner",
     "SeenWindow",
     "Setting",

@@ -123,7 +123,7 @@ def _starts(
         alike = at.alike.copy()
         left = [k for k in range(YAWS) if k % every]
         poses = [at.poses[k] for k in left]
-        alike[left] = resemblances(at.surroundings, model, poses, scene.renderer)
+        alike[left] = resemblances(at.surroundings, poses)
         peaks = np.flatnonzero((alike >= np.roll(alike, 1)) & (alike > np.roll(alike, -1)))
         best = peaks[np.argsort(-alike[peaks], kind="stable")][:STARTS_A_PLACE]
         found += [(float(alike[k]), at.poses[k], at.evidence) for k in best]
@@ -159,7 +159,7 @@ def _tried(
     poses = [Pose.from_yaw(2 * math.pi * k / YAWS, place) for k in range(YAWS)]
     surroundings = surroundings_of(scene, model, evidence, poses[0])
     alike = np.zeros(YAWS)
-    alike[::every] = resemblances(surroundings, model, poses[::every], scene.renderer)
+    alike[::every] = resemblances(surroundings, poses[::every])
     return _Tried(poses, alike, surroundings, evidence)
 
 
@@ -174,7 +174,7 @@ def _other_yaws(
     place, yaw = world_from_object.translation, world_from_object.yaw()
     poses = [Pose.from_yaw(yaw + 2 * math.pi * k / YAWS, place) for k in range(YAWS)]
     surroundings = surroundings_of(scene, model, evidence, poses[0])
-    alike = resemblances(surroundings, model, poses, scene.renderer)
+    alike = resemblances(surroundings, poses)
     others = [
         poses[k]
         for k in np.argsort(-alike, kind="stable")

@@ -15,7 +15,8 @@ import numpy as np
 
 from devices.messages import Frame
 from scenes.pose import Pose, rotation_angle, rotation_from_vector
-from scenes.render.renderer import PosedSplats, Renderer
+from scenes.render.native import NativeRenderer
+from scenes.render.renderer import PosedSplats
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel, TrackState
 from tracking.audit import is_under_review, was_audited
@@ -125,7 +126,7 @@ class Tracker:
         self,
         room: SplatCloud,
         objects: Sequence[ObjectModel],
-        renderer: Renderer,
+        renderer: NativeRenderer,
         options: TrackerOptions | None = None,
         *,
         stopwatch: Stopwatch = no_stopwatch,

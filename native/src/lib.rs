@@ -1,6 +1,7 @@
 //! Splat rendering kernels behind `scenes._native`; `scenes/render/reference.py` is their oracle.
 
 pub mod adam;
+pub mod alone;
 pub mod angles;
 pub mod backward;
 #[cfg(target_arch = "x86_64")]
@@ -38,6 +39,7 @@ pub mod pose_tile;
 pub mod probe;
 pub mod project;
 mod python;
+mod python_alone;
 mod python_gradients;
 mod python_probe;
 mod python_request;
@@ -88,6 +90,8 @@ pub mod wide_tile;
 mod _native {
     #[pymodule_export]
     use crate::python::{Engine, PreparedCloud};
+    #[pymodule_export]
+    use crate::python_alone::Alone;
     #[pymodule_export]
     use crate::python_gradients::{Differentiator, Tape};
     #[pymodule_export]

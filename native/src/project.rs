@@ -176,8 +176,11 @@ pub fn project_chunk<L: Lens>(
     for index in first..last {
         let block = &cloud.blocks[index];
         let prints = footprints(posed, lens, view, index);
-        let mut visible: [_; LANES] =
-            std::array::from_fn(|lane| extent_of(&prints, lane, block.log2_opacity[lane], scope));
+        let mut visible = [None; LANES];
+        // A loop: what an array is made from by a function is compiled without vector instructions.
+        for (lane, seen) in visible.iter_mut().enumerate() {
+            *seen = extent_of(&prints, lane, block.log2_opacity[lane], scope);
+        }
         let mut wide = [None; LANES];
         if prints.is_wide.contains(&true) {
             wide = wide_records(posed, lens, scope, block, &prints.is_wide);
@@ -337,9 +340,12 @@ pub fn tiles_within(x: [f64; 2], y: [f64; 2], scope: &Scope) -> Option<TileBox> 
 fn record_of(prints: &Footprints, lane: usize) -> Record {
     // Beyond this a splat is so wide that the lost fraction of a pixel does not show.
     const FAR: f64 = (1 << 24) as f64;
-    let base = [prints.u[lane], prints.v[lane]].map(|v| v.floor().clamp(-FAR, FAR));
+    let base = [
+        prints.u[lane].floor().clamp(-FAR, FAR),
+        prints.v[lane].floor().clamp(-FAR, FAR),
+    ];
     Record {
-        base: base.map(|v| v as i32),
+        base: [base[0] as i32, base[1] as i32],
         offset: [
             (prints.u[lane] - base[0]) as f32,
             (prints.v[lane] - base[1]) as f32,

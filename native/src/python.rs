@@ -76,7 +76,7 @@ impl PreparedCloud {
 /// Draws prepared clouds; keeps threads and buffers between pictures.
 #[pyclass(frozen, module = "scenes._native", name = "Engine")]
 pub struct Engine {
-    engine: render::Engine,
+    pub(crate) engine: render::Engine,
     pub(crate) pools: Pools,
     pub(crate) simd: Simd,
 }

@@ -4,6 +4,8 @@ use numpy::PyReadonlyArrayDyn;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
+use crate::alone::{shrunk, Drawing};
+use crate::python_alone::Alone;
 use crate::python_request::check_length;
 use crate::simd::Simd;
 use crate::track_resemblance::{ResemblanceModel, Setting as PlainSetting};
@@ -87,9 +89,73 @@ impl Setting {
             )
         }))
     }
+
+    /// `strange` of a cloud at each of some poses, each x, y, z and yaw in the world.
+    fn strange_at(
+        &self,
+        py: Python<'_>,
+        alone: &Bound<'_, Alone>,
+        upright: Vec<[f64; 4]>,
+    ) -> PyResult<Vec<f64>> {
+        let setting = &self.setting;
+        self.at_each(
+            py,
+            alone.get(),
+            upright,
+            #[inline(always)]
+            |rgb, alpha| setting.strange(rgb, alpha),
+        )
+    }
+
+    /// `resemblance` of a cloud at each of some poses, each x, y, z and yaw in the world.
+    fn resemblance_at(
+        &self,
+        py: Python<'_>,
+        alone: &Bound<'_, Alone>,
+        upright: Vec<[f64; 4]>,
+    ) -> PyResult<Vec<f64>> {
+        let setting = &self.setting;
+        self.at_each(
+            py,
+            alone.get(),
+            upright,
+            #[inline(always)]
+            |rgb, alpha| setting.resemblance(rgb, alpha),
+        )
+    }
 }
 
 impl Setting {
+    /// Compares a cloud, drawn at each of some poses, with the picture.
+    fn at_each(
+        &self,
+        py: Python<'_>,
+        alone: &Alone,
+        upright: Vec<[f64; 4]>,
+        compare: impl Fn(&[f32], &[f32]) -> f64 + Sync,
+    ) -> PyResult<Vec<f64>> {
+        let size = self.setting.size();
+        let finer = alone.finer_than(size)?;
+        let pool = alone.pool()?;
+        Ok(py.detach(|| {
+            let mut drawing = Drawing::default();
+            let each = upright.into_iter().map(|upright| {
+                alone.draw(upright, &pool, &mut drawing);
+                self.simd.run(
+                    #[inline(always)]
+                    || {
+                        if finer == 1 {
+                            return compare(&drawing.rgb, &drawing.alpha);
+                        }
+                        let rgb = shrunk(&drawing.rgb, size, 3, finer);
+                        compare(&rgb, &shrunk(&drawing.alpha, size, 1, finer))
+                    },
+                )
+            });
+            each.collect()
+        }))
+    }
+
     fn checked<'a>(
         &self,
         rgb: &'a Floats<'_>,

@@ -300,14 +300,18 @@ pub(crate) fn blend_all<L: Lens, const TRACK_OBJECTS: bool>(
                 ids,
             };
             for column in 0..width.div_ceil(TILE) {
-                if !job.scope.is_open(row, column) {
+                let slots = match job.scope.is_open(row, column) {
+                    true => lists.tile(column),
+                    false => &[],
+                };
+                if slots.is_empty() {
                     leave_tile(job, row, column, &mut strip);
                     continue;
                 }
                 let work = TileWork {
                     records: &scratch.records,
                     needles: &scratch.needles,
-                    slots: lists.tile(column),
+                    slots,
                     left: (column * TILE) as i32,
                     top: (row * TILE) as i32,
                     judge: &judge,

@@ -30,7 +30,7 @@ pub(crate) struct ClosedPixels {
 
 impl ClosedPixels {
     pub(crate) fn new<L: Lens>(lens: &L, window: &Window, left: usize, top: usize) -> ClosedPixels {
-        let circle = lens.circle();
+        let circle = lens.circle().filter(|circle| cuts(*circle, left, top));
         let is_cut = window.is_part
             && (left < window.left
                 || top < window.top
@@ -81,6 +81,16 @@ impl ClosedPixels {
             tile.blocks[block].transmittance[lane] = transmittance;
         }
     }
+}
+
+/// Whether a lens circle, its radius and centre, leaves out pixels of a tile.
+fn cuts((radius, centre): (f64, [f64; 2]), left: usize, top: usize) -> bool {
+    let farthest = |first: usize, centre: f64| {
+        let from_first = first as f64 + 0.5 - centre;
+        from_first.abs().max((from_first + (TILE - 1) as f64).abs())
+    };
+    let [dx, dy] = [farthest(left, centre[0]), farthest(top, centre[1])];
+    dx * dx + dy * dy > radius * radius
 }
 
 /// Copies a tile to a strip of the picture (16 rows of `width` pixels, fewer at the bottom).

@@ -62,6 +62,7 @@ class NativeRenderer:
         self._prepare = _native.PreparedCloud
         self._still = _native.StillPicture
         self._probe = _native.Probe
+        self._alone = _native.Alone
         self._engine = _native.Engine(portable=portable, instructions=instructions)
         self._differentiator = _native.Differentiator(instructions=self._engine.simd)
         self._clouds: OrderedDict[int, tuple[SplatCloud, _native.PreparedCloud]] = OrderedDict()
@@ -173,6 +174,29 @@ class NativeRenderer:
             luma=luma,
             gain=brightness[0],
             bias=brightness[1],
+        )
+
+    def alone(
+        self,
+        cloud: SplatCloud,
+        camera: Pinhole | Fisheye,
+        world_from_camera: Pose,
+        options: RenderOptions,
+    ) -> _native.Alone:
+        """A cloud to be drawn alone on black, whole, at one upright pose after the other.
+
+        Kernels draw it that compare it with a picture (`tracking.explain`).
+        """
+        refuse_parts(options, "what is compared is drawn whole")
+        (prepared,) = self._checked([PosedSplats(cloud, Pose.identity())], camera, options)
+        camera_from_world = world_from_camera.inverse()
+        rows = np.hstack([camera_from_world.rotation, camera_from_world.translation[:, None]])
+        return self._alone(
+            self._engine,
+            prepared,
+            rows.ravel().tolist(),
+            lens=lens_of(camera),
+            draw=draw_of(options),
         )
 
     def _checked(

@@ -72,8 +72,6 @@ def test_a_book_two_metres_away_is_put_right_by_its_colours(seen, x_m, y_m, turn
 def test_the_right_yaw_resembles_the_picture_most(seen):
     scene, model, evidence = seen
     poses = [Pose.from_yaw(TRUE.yaw() + k * math.pi / 4, TRUE.translation) for k in range(8)]
-    alike = resemblances(
-        surroundings_of(scene, model, evidence, poses[0]), model, poses, scene.renderer
-    )
+    alike = resemblances(surroundings_of(scene, model, evidence, poses[0]), poses)
     assert alike.argmax() == 0
     assert alike[0] > alike[1:].max() + 0.2
