@@ -361,6 +361,48 @@ class Setting:
     ) -> list[float]:
         """`resemblance` of a cloud, like `strange_at`."""
 
+class DrawnArrays(TypedDict):
+    """An object drawn alone."""
+
+    rgb: NDArray[np.float32]
+    alpha: NDArray[np.float32]
+    depth: NDArray[np.float32]
+
+def outlined(
+    drawn: DrawnArrays, *, lens: Lens, kept: Mapping[str, float | tuple[int, int]]
+) -> tuple[
+    tuple[int, int, int, int],
+    NDArray[np.float64],
+    NDArray[np.float64],
+    NDArray[np.float64],
+    NDArray[np.float64],
+    NDArray[np.float64],
+    tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]],
+]:
+    """The outline of a drawing, and its picture at the window's own pixels; all flat.
+
+    Left, top, width and height in the window; pixels, points (camera axes), normals, widths inside
+    and outside of the contour; colours, alpha and depth.
+    """
+
+def looks(
+    drawn: DrawnArrays,
+    line: Mapping[str, NDArray[np.float64]],
+    *,
+    lens: Lens,
+    kept: Mapping[str, float],
+) -> tuple[
+    NDArray[np.float32],
+    tuple[NDArray[np.float64], NDArray[np.float32], NDArray[np.float32]],
+    tuple[NDArray[np.float64], NDArray[np.float32]],
+    int,
+]:
+    """Points on a drawn object in camera axes, and how it looks there; all flat.
+
+    Colours inside the contour; points, values and slopes of the texture; points and colours of the
+    surface; pixels of the silhouette.
+    """
+
 class TrackKernels:
     """The tracker's kernels with their constants; arrays are C-contiguous unless it is said."""
 

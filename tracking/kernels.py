@@ -2,13 +2,14 @@
 
 `tracking.background` and `tracking.reference` (what changed), `tracking.contour` (points of a drawn
 object), `tracking.observe` (edges and texture), `tracking.reference` (Gauss-Newton),
-`tracking.judgement` (how well a pose is supported).
+`tracking.judgement` (how well a pose is supported), `tracking.reduction` (what of a drawing is
+kept).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,17 +19,28 @@ from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
 from scenes.render.native import lens_of
 from scenes.render.renderer import Rendering
-from tracking import background, judgement, observe
-from tracking.contour import Contour, Texture
+from tracking import background, judgement, native, observe, reduction
+from tracking.contour import REACH_PX, Contour, Texture
+from tracking.extent import part_of
 from tracking.judgement import Judgement
 from tracking.native import SeenWindow, TrackKernels
+from tracking.reduction import Looks, Outlined
 
 if TYPE_CHECKING:
-    from tracking.native import TrackProblem
+    from tracking.native import DrawnArrays, TrackProblem
 
 Points = NDArray[np.float64]
 
-__all__ = ["KERNELS", "Measurement", "SeenWindow", "contour_of", "judged", "rows_of"]
+__all__ = [
+    "KERNELS",
+    "Measurement",
+    "SeenWindow",
+    "contour_of",
+    "judged",
+    "looks_of",
+    "outlined_of",
+    "rows_of",
+]
 
 KERNELS = TrackKernels(
     {
@@ -58,6 +70,20 @@ KERNELS = TrackKernels(
         **judgement.CONSTANTS,
     }
 )
+
+
+OUTLINE = {
+    "trim_px": reduction.TRIM_PX,
+    "points": (reduction.FEWEST_POINTS, reduction.MOST_POINTS),
+    "around_px2": reduction.AROUND_PX2,
+    "reach_px": REACH_PX,
+}
+SURFACE = {
+    "texture_points": reduction.TEXTURE_POINTS,
+    "surface_points": reduction.SURFACE_POINTS,
+    "least_slope": reduction.LEAST_SLOPE,
+}
+"""What is kept of a drawing, in the words of the native crate."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -196,6 +222,59 @@ def contour_of(
         outer,
         colours.reshape(-1, 3),
     )
+
+
+def outlined_of(
+    drawn: Rendering, camera: Fisheye, object_from_camera: Pose, *, finer: int
+) -> Outlined:
+    """`tracking.reduction.outlined`, natively."""
+    part, pixels, points, normals, inner_px, outer_px, (rgb, alpha, depth) = native.outlined(
+        _request(drawn), lens=lens_of(camera), kept={"finer": finer, **OUTLINE}
+    )
+    left, top, width, height = part
+    contour = Contour(
+        np.ascontiguousarray(object_from_camera @ points.reshape(-1, 3)),
+        normals.reshape(-1, 2),
+        inner_px,
+        outer_px,
+        np.zeros((len(inner_px), 3), np.float32),
+    )
+    shape = (height, width)
+    return Outlined(
+        part=(slice(top, top + height), slice(left, left + width)),
+        pixels=pixels.reshape(-1, 2),
+        contour=contour,
+        drawn=Rendering(rgb.reshape(*shape, 3), alpha.reshape(shape), depth.reshape(shape)),
+    )
+
+
+def looks_of(found: Outlined, drawn: Rendering, window: Fisheye, object_from_camera: Pose) -> Looks:
+    """`tracking.reduction.looks`, natively."""
+    contour = found.contour
+    colours, texture, surface, area_px = native.looks(
+        _request(drawn),
+        {"pixels": found.pixels, "normals": contour.normals, "inner_px": contour.inner_px},
+        lens=lens_of(part_of(window, found.part)),
+        kept=SURFACE,
+    )
+    points, values, slopes = texture
+    surface_points, surface_colours = surface
+    return Looks(
+        contour=replace(contour, colours=colours.reshape(-1, 3)),
+        texture=Texture(
+            np.ascontiguousarray(object_from_camera @ points.reshape(-1, 3)),
+            values.reshape(-1, 3),
+            slopes.reshape(-1, 3, 2),
+        ),
+        surface=np.ascontiguousarray(object_from_camera @ surface_points.reshape(-1, 3)),
+        colours=surface_colours.reshape(-1, 3),
+        area_px=area_px,
+    )
+
+
+def _request(drawn: Rendering) -> DrawnArrays:
+    """A drawing in the words of the native crate."""
+    return {"rgb": drawn.rgb, "alpha": drawn.alpha, "depth": drawn.depth}
 
 
 def rows_of(a_from_b: Pose) -> list[float]:

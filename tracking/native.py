@@ -2,13 +2,23 @@
 
 from typing import TYPE_CHECKING
 
-from scenes._native import Alone, RoomLearner, SeenWindow, Setting, TrackKernels, cut_out
+from scenes._native import (
+    Alone,
+    RoomLearner,
+    SeenWindow,
+    Setting,
+    TrackKernels,
+    cut_out,
+    looks,
+    outlined,
+)
 
 if TYPE_CHECKING:
-    from scenes._native import TrackLayer, TrackProblem
+    from scenes._native import DrawnArrays, TrackLayer, TrackProblem
 
 __all__ = [
     "Alone",
+    "DrawnArrays",
     "RoomLearner",
     "SeenWindow",
     "Setting",
@@ -16,4 +26,6 @@ __all__ = [
     "TrackLayer",
     "TrackProblem",
     "cut_out",
+    "looks",
+    "outlined",
 ]

@@ -7,34 +7,23 @@ same side, at about the same size: then nothing has to be drawn.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.cameras import Fisheye
 from scenes.pose import Pose, rotation_angle
 from scenes.render.renderer import Renderer, Rendering
-from tracking.contour import REACH_PX, Contour, Texture, lift, sample, texture_points
+from tracking.contour import Contour, Texture
 from tracking.evidence import Evidence
 from tracking.extent import extent, part_of
-from tracking.kernels import contour_of
+from tracking.kernels import looks_of, outlined_of
 from tracking.model import RENDER_OPTIONS, TrackModel
-from tracking.pictures import bell_blurred, resized
 from tracking.portrait import Portrait
+from tracking.reduction import TRIM_PX
 
 FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]
-
-CONTOUR_POINTS = 200
-LEAST_POINTS = 40
-AROUND_PX2 = 25.0
-"""A contour is about this times as long, squared, as the silhouette is large: a point a pixel."""
-
-TEXTURE_POINTS = 300
-SURFACE_POINTS = 240
-LEAST_SLOPE = 0.012
-TEXTURE_BLUR_PX = 0.8
 
 TURNED_RAD = np.deg2rad(2.0)
 SCALED = 0.03
@@ -44,12 +33,6 @@ ROUGHLY = 2.5
 """A sketch serves to come near by, until it is off by so many times as much."""
 
 LEAST_AREA_PX = 12
-
-TRIM_PX = 8
-"""Kept around what was drawn."""
-
-DEEP_PX = 2.0
-"""The colour inside a contour is taken this far from it."""
 
 DRAWN_RADIUS_PX = 120
 MOST_FINER = 4
@@ -190,55 +173,30 @@ def sketched(
         portrait: how it really looks, where that is known.
         quickly: draw no finer than what moves on at once is worth.
     """
-    view = evidence.view
+    view, window = evidence.view, evidence.camera
     object_from_camera = world_from_object.inverse() @ view.world_from_camera
-    camera = evidence.camera
     finer = _finer(model, evidence, quickly=quickly)
-    part = extent(model.source.splats, camera, object_from_camera.inverse(), margin_px=TRIM_PX + 1)
-    camera = part_of(camera, part)
-    fine = camera.resized(camera.width_px * finer, camera.height_px * finer)
+    part = extent(model.source.splats, window, object_from_camera.inverse(), margin_px=TRIM_PX + 1)
+    window = part_of(window, part)
+    fine = window.resized(window.width_px * finer, window.height_px * finer)
     posed = model.splats_at(world_from_object)
-    drawn = renderer.render((posed,), fine, view.world_from_camera, RENDER_OPTIONS)
-    drawn, fine, camera = _trimmed(drawn, camera, finer)
-    around_px = int(np.sqrt(AROUND_PX2 * float((drawn.alpha > 0.5).sum()))) // finer
-    contour = contour_of(
-        drawn,
-        fine,
-        object_from_camera,
-        limit=int(np.clip(around_px, LEAST_POINTS, CONTOUR_POINTS)),
-        reach_px=REACH_PX * finer,
-    )
-    drawn = _shrunk(drawn, finer)
+    drawing = renderer.render((posed,), fine, view.world_from_camera, RENDER_OPTIONS)
+    outline = outlined_of(drawing, fine, object_from_camera, finer=finer)
+    drawn = outline.drawn
     if portrait is not None:
-        drawn = portrait.laid_on(drawn, camera, object_from_camera.inverse())
-    if finer > 1 or portrait is not None:
-        contour = _as_seen(contour, drawn, camera, object_from_camera, finer)
-    picture = bell_blurred(drawn.rgb, TEXTURE_BLUR_PX, 3)
-    texture = texture_points(
-        drawn,
-        picture,
-        camera,
-        object_from_camera,
-        limit=TEXTURE_POINTS,
-        least_slope=LEAST_SLOPE,
-    )
-    rows, columns = np.nonzero(drawn.alpha > 0.5)
-    area = len(rows)
-    if area > SURFACE_POINTS:
-        chosen = np.linspace(0, area - 1, SURFACE_POINTS).astype(int)
-        rows, columns = rows[chosen], columns[chosen]
-    pixels = np.stack([columns, rows], axis=1).astype(np.float64) + 0.5
-    depth = drawn.depth[rows, columns].astype(np.float64)
+        seen_by = part_of(window, outline.part)
+        drawn = portrait.laid_on(drawn, seen_by, object_from_camera.inverse())
+    looks = looks_of(outline, drawn, window, object_from_camera)
     return Sketch(
         camera_from_object=object_from_camera.inverse(),
         lens=view.lens,
         shrink=view.shrink,
         finer=finer,
-        contour=contour,
-        texture=texture,
-        surface=object_from_camera @ lift(camera, pixels, depth),
-        colours=picture[rows, columns] / drawn.alpha[rows, columns, None],
-        area_px=area,
+        contour=looks.contour,
+        texture=looks.texture,
+        surface=looks.surface,
+        colours=looks.colours,
+        area_px=looks.area_px,
         portrait=portrait,
     )
 
@@ -248,49 +206,3 @@ def _finer(model: TrackModel, evidence: Evidence, *, quickly: bool) -> int:
     distance_m = max(evidence.view.target_range_m, model.radius_m)
     wanted = DRAWN_RADIUS_PX * distance_m / (evidence.camera.f_px * model.radius_m)
     return min(max(round(wanted) if quickly else math.ceil(wanted), 1), MOST_FINER)
-
-
-def _trimmed(drawn: Rendering, camera: Fisheye, finer: int) -> tuple[Rendering, Fisheye, Fisheye]:
-    """The part of a fine drawing that shows anything; its camera, and that of the window there."""
-    sides: list[slice] = []
-    for axis in (0, 1):
-        shown = np.flatnonzero((drawn.alpha > 0.0).any(axis=1 - axis))
-        first, last = (int(shown[0]), int(shown[-1])) if len(shown) else (0, 0)
-        limit = drawn.alpha.shape[axis] // finer
-        low = max(first // finer - TRIM_PX, 0)
-        high = min(last // finer + 1 + TRIM_PX, limit)
-        sides.append(slice(low, high))
-    trimmed = part_of(camera, (sides[0], sides[1]))
-    fine = trimmed.resized(trimmed.width_px * finer, trimmed.height_px * finer)
-    part = tuple(slice(side.start * finer, side.stop * finer) for side in sides)
-    rgb, alpha, depth = (
-        np.ascontiguousarray(p[part]) for p in (drawn.rgb, drawn.alpha, drawn.depth)
-    )
-    return Rendering(rgb, alpha, depth), fine, trimmed
-
-
-def _shrunk(drawn: Rendering, finer: int) -> Rendering:
-    """The picture at the window's own pixels: what a lens makes of it."""
-    if finer == 1:
-        return drawn
-    height, width = drawn.alpha.shape
-    size = (width // finer, height // finer)
-    alpha = resized(drawn.alpha, size)
-    depth = resized(drawn.depth * drawn.alpha, size) / np.maximum(alpha, 1e-6)
-    return Rendering(resized(drawn.rgb, size), alpha, np.asarray(depth, dtype=np.float32))
-
-
-def _as_seen(
-    contour: Contour,
-    drawn: Rendering,
-    camera: Fisheye,
-    object_from_camera: Pose,
-    finer: int,
-) -> Contour:
-    """A contour found in a finer drawing, with the widths and colours that the window shows."""
-    inner_px, outer_px = contour.inner_px / finer, contour.outer_px / finer
-    pixels, _ = camera.project(object_from_camera.inverse() @ contour.points)
-    deep = pixels - contour.normals * np.minimum(0.5 * inner_px, DEEP_PX)[:, None]
-    covered = np.maximum(sample(drawn.alpha, deep), 0.3)
-    colours = np.ascontiguousarray(sample(drawn.rgb, deep) / covered[:, None])
-    return replace(contour, inner_px=inner_px, outer_px=outer_px, colours=colours)

@@ -88,42 +88,9 @@ fn camera_from_upright(camera_from_world: &[f64; 12], [x, y, z, yaw]: [f64; 4]) 
     pose
 }
 
-/// Means over squares of `finer` pixels each way of interleaved values, `size` squares.
-#[inline(always)]
-pub fn shrunk(values: &[f32], size: [usize; 2], channels: usize, finer: usize) -> Vec<f32> {
-    let [width, height] = size;
-    let line = width * finer * channels;
-    let mut summed = vec![0.0; line];
-    let mut means = Vec::with_capacity(width * height * channels);
-    let share = 1.0 / (finer * finer) as f32;
-    for rows in values.chunks_exact(line * finer) {
-        summed.copy_from_slice(&rows[..line]);
-        for row in rows[line..].chunks_exact(line) {
-            for (sum, value) in summed.iter_mut().zip(row) {
-                *sum += value;
-            }
-        }
-        for square in summed.chunks_exact(finer * channels) {
-            for channel in 0..channels {
-                let across = square[channel..].iter().step_by(channels);
-                means.push(share * across.sum::<f32>());
-            }
-        }
-    }
-    means
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn squares_of_pixels_become_their_means() {
-        let values: Vec<f32> = (0..16).map(|value| value as f32).collect();
-        assert_eq!(shrunk(&values, [2, 2], 1, 2), [2.5, 4.5, 10.5, 12.5]);
-        assert_eq!(shrunk(&values, [2, 1], 2, 2), [4.0, 5.0, 8.0, 9.0]);
-        assert_eq!(shrunk(&values, [4, 4], 1, 1), values);
-    }
 
     #[test]
     fn a_quarter_turn_to_the_left_brings_x_to_y() {

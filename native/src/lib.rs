@@ -49,6 +49,7 @@ mod python_still;
 mod python_track;
 mod python_track_cut;
 mod python_track_learn;
+mod python_track_reduction;
 mod python_track_request;
 mod python_train;
 pub mod render;
@@ -75,6 +76,7 @@ pub mod track_judge;
 pub mod track_learn;
 pub mod track_light;
 pub mod track_picture;
+pub mod track_reduction;
 pub mod track_resemblance;
 pub mod track_rigid;
 pub mod track_solve;
@@ -108,6 +110,8 @@ mod _native {
     use crate::python_track_cut::cut_out;
     #[pymodule_export]
     use crate::python_track_learn::RoomLearner;
+    #[pymodule_export]
+    use crate::python_track_reduction::{looks, outlined};
     #[pymodule_export]
     use crate::python_train::{Trainee, TrainingTarget};
 }

@@ -4,10 +4,11 @@ use numpy::PyReadonlyArrayDyn;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::alone::{shrunk, Drawing};
+use crate::alone::Drawing;
 use crate::python_alone::Alone;
 use crate::python_request::check_length;
 use crate::simd::Simd;
+use crate::track_picture::shrunk;
 use crate::track_resemblance::{ResemblanceModel, Setting as PlainSetting};
 
 type Floats<'py> = PyReadonlyArrayDyn<'py, f32>;

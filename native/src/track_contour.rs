@@ -1,5 +1,5 @@
 //! Points of a drawn object that its pose can be measured at: where its silhouette ends, where its
-//! picture has structure. `tracking.reference_contour` says the same in numpy.
+//! picture has structure. `tracking/contour.py` says the same.
 
 use crate::camera::Lens;
 use crate::track_picture::Picture;
@@ -19,9 +19,10 @@ pub struct Drawn<'a> {
     pub depth: &'a [f32],
 }
 
-/// Silhouette points: `points` in camera axes, `normals` outward in the picture.
+/// Silhouette points: `pixels` and `normals`, outward, in the picture, `points` in camera axes.
 #[derive(Default)]
 pub struct Contour {
+    pub pixels: Vec<[f64; 2]>,
     pub points: Vec<[f64; 3]>,
     pub normals: Vec<[f64; 2]>,
     pub inner: Vec<f64>,
@@ -65,6 +66,7 @@ pub fn contour<L: Lens>(drawn: &Drawn<'_>, lens: &L, limit: usize, reach_px: f64
         found
             .points
             .push(lifted(lens, pixel, f64::from(drawn.depth[inside])));
+        found.pixels.push(pixel);
         found.normals.push(normal);
         found.inner.push(inner);
         found.outer.push(outer);
