@@ -148,8 +148,8 @@ impl Setting {
                         if finer == 1 {
                             return compare(&drawing.rgb, &drawing.alpha);
                         }
-                        let rgb = shrunk(&drawing.rgb, size, 3, finer);
-                        compare(&rgb, &shrunk(&drawing.alpha, size, 1, finer))
+                        let rgb = shrunk::<3>(&drawing.rgb, size, finer);
+                        compare(&rgb, &shrunk::<1>(&drawing.alpha, size, finer))
                     },
                 )
             });

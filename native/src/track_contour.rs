@@ -1,6 +1,8 @@
 //! Points of a drawn object that its pose can be measured at: where its silhouette ends, where its
 //! picture has structure. `tracking/contour.py` says the same.
 
+use std::ops::Range;
+
 use crate::camera::Lens;
 use crate::track_picture::Picture;
 
@@ -103,18 +105,19 @@ fn crossings(alpha: &Picture<'_, 1>) -> Vec<Crossing> {
             alpha.width - usize::from(axis == 0),
             alpha.height - usize::from(axis == 1),
         ];
+        let step = if axis == 0 { 1 } else { alpha.width };
         for row in 0..high {
-            for column in 0..wide {
-                let near = alpha.values[row * alpha.width + column] - HALF;
+            let line = &alpha.values[row * alpha.width..];
+            for column in changes(&line[..wide], &line[step..][..wide]).flatten() {
+                let [near, far] = [line[column] - HALF, line[column + step] - HALF];
+                if near * far >= 0.0 {
+                    continue;
+                }
                 let next = if axis == 0 {
                     [column + 1, row]
                 } else {
                     [column, row + 1]
                 };
-                let far = alpha.values[next[1] * alpha.width + next[0]] - HALF;
-                if near * far >= 0.0 {
-                    continue;
-                }
                 let inside = if near > 0.0 { [column, row] } else { next };
                 let slope = slope_at(alpha, inside);
                 let length = slope[0].hypot(slope[1]);
@@ -138,6 +141,21 @@ fn crossings(alpha: &Picture<'_, 1>) -> Vec<Crossing> {
         }
     }
     found
+}
+
+/// Stretches of two lines in which one may be inside where the other is not.
+#[inline(always)]
+fn changes<'a>(near: &'a [f32], far: &'a [f32]) -> impl Iterator<Item = Range<usize>> + 'a {
+    const STRETCH: usize = 16;
+    let stretches = near.chunks(STRETCH).zip(far.chunks(STRETCH)).enumerate();
+    stretches.filter_map(|(index, (near, far))| {
+        let mut differ = false;
+        for (near, far) in near.iter().zip(far) {
+            differ |= (*near < HALF) != (*far < HALF);
+        }
+        let first = index * STRETCH;
+        differ.then(|| first..first + near.len())
+    })
 }
 
 /// Derivative at a pixel of the picture blurred by a Gaussian of one pixel, the border repeated.

@@ -138,23 +138,30 @@ pub fn slopes(values: &[f32], [width, height]: [usize; 2]) -> [Vec<f32>; 2] {
 
 /// Means over squares of `finer` pixels each way of interleaved values, `size` squares.
 #[inline(always)]
-pub fn shrunk(values: &[f32], size: [usize; 2], channels: usize, finer: usize) -> Vec<f32> {
+pub fn shrunk<const CHANNELS: usize>(values: &[f32], size: [usize; 2], finer: usize) -> Vec<f32> {
     let [width, height] = size;
-    let line = width * finer * channels;
+    let line = width * finer * CHANNELS;
     let mut summed = vec![0.0; line];
-    let mut means = Vec::with_capacity(width * height * channels);
+    let mut means = vec![0.0; width * height * CHANNELS];
     let share = 1.0 / (finer * finer) as f32;
-    for rows in values.chunks_exact(line * finer) {
+    let to = means.chunks_exact_mut(width * CHANNELS);
+    for (rows, to) in values.chunks_exact(line * finer).zip(to) {
         summed.copy_from_slice(&rows[..line]);
         for row in rows[line..].chunks_exact(line) {
             for (sum, value) in summed.iter_mut().zip(row) {
                 *sum += value;
             }
         }
-        for square in summed.chunks_exact(finer * channels) {
-            for channel in 0..channels {
-                let across = square[channel..].iter().step_by(channels);
-                means.push(share * across.sum::<f32>());
+        let squares = summed.chunks_exact(finer * CHANNELS);
+        for (square, to) in squares.zip(to.chunks_exact_mut(CHANNELS)) {
+            let mut sums = [0.0; CHANNELS];
+            for pixel in square.chunks_exact(CHANNELS) {
+                for channel in 0..CHANNELS {
+                    sums[channel] += pixel[channel];
+                }
+            }
+            for (to, sum) in to.iter_mut().zip(sums) {
+                *to = share * sum;
             }
         }
     }
@@ -181,9 +188,9 @@ mod tests {
     #[test]
     fn squares_of_pixels_become_their_means() {
         let values: Vec<f32> = (0..16).map(|value| value as f32).collect();
-        assert_eq!(shrunk(&values, [2, 2], 1, 2), [2.5, 4.5, 10.5, 12.5]);
-        assert_eq!(shrunk(&values, [2, 1], 2, 2), [4.0, 5.0, 8.0, 9.0]);
-        assert_eq!(shrunk(&values, [4, 4], 1, 1), values);
+        assert_eq!(shrunk::<1>(&values, [2, 2], 2), [2.5, 4.5, 10.5, 12.5]);
+        assert_eq!(shrunk::<2>(&values, [2, 1], 2), [4.0, 5.0, 8.0, 9.0]);
+        assert_eq!(shrunk::<1>(&values, [4, 4], 1), values);
     }
 
     #[test]

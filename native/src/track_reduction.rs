@@ -122,12 +122,12 @@ fn seen(drawn: &Drawn<'_>, part: [usize; 4], finer: usize) -> [Vec<f32>; 3] {
         *depth *= alpha;
     }
     let size = [part[2], part[3]];
-    let alpha = shrunk(&alpha, size, 1, finer);
-    let mut depth = shrunk(&depth, size, 1, finer);
+    let alpha = shrunk::<1>(&alpha, size, finer);
+    let mut depth = shrunk::<1>(&depth, size, finer);
     for (depth, alpha) in depth.iter_mut().zip(&alpha) {
         *depth /= alpha.max(LEAST_ALPHA);
     }
-    [shrunk(&rgb, size, 3, finer), alpha, depth]
+    [shrunk::<3>(&rgb, size, finer), alpha, depth]
 }
 
 /// Some columns and rows of a picture: left, top, width and height.
