@@ -21,6 +21,7 @@ from tracking.kernels import looks_of, outlined_of
 from tracking.model import RENDER_OPTIONS, TrackModel
 from tracking.portrait import Portrait
 from tracking.reduction import TRIM_PX
+from tracking.window import Window
 
 FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]
@@ -68,15 +69,18 @@ class Sketch:
     area_px: int
     portrait: Portrait | None
 
-    def serves(self, evidence: Evidence, world_from_object: Pose, tolerance: float = 1.0) -> bool:
-        """Whether an object at a pose still looks like this, up to so many times the limits."""
-        view = evidence.view
+    def serves(self, view: Window, camera_from_object: Pose, tolerance: float = 1.0) -> bool:
+        """Whether an object seen from there still looks like this, up to so many times the limits.
+
+        Args:
+            view: the window in which it is seen.
+            camera_from_object: its pose.
+            tolerance: of the limits.
+        """
         if view.lens != self.lens or view.shrink != self.shrink:
             return False
-        now = view.world_from_camera.inverse() @ world_from_object
-        then = self.camera_from_object
-        range_now = float(np.linalg.norm(now.translation))
-        range_then = float(np.linalg.norm(then.translation))
+        now, then = camera_from_object, self.camera_from_object
+        range_now, range_then = math.hypot(*now.translation), math.hypot(*then.translation)
         if abs(range_now / range_then - 1.0) > tolerance * SCALED:
             return False
         aside = float(now.translation @ then.translation) / (range_now * range_then)
@@ -117,8 +121,11 @@ class Sketchbook:
     ) -> Sketch:
         """The latest sketch that serves for a pose; drawn if none does."""
         finer = _finer(model, evidence, quickly=self._quickly)
+        camera_from_object = evidence.world_from_camera.inverse() @ world_from_object
         for sketch in reversed(self._sketches):
-            if sketch.finer >= finer and sketch.serves(evidence, world_from_object, tolerance):
+            if sketch.finer >= finer and sketch.serves(
+                evidence.view, camera_from_object, tolerance
+            ):
                 return sketch
         drawn = sketched(
             model,

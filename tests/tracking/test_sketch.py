@@ -92,7 +92,8 @@ def test_a_sketch_serves_until_the_object_looks_otherwise(model, renderer):
 
     def serves(x, y, z, yaw_deg=0.0):
         moved = at(x, y, z, yaw_deg)
-        return sketch.serves(seen(model, moved), moved)
+        view = seen(model, moved).view
+        return sketch.serves(view, view.world_from_camera.inverse() @ moved)
 
     assert serves(0.0, 0.2, 1.5)
     assert serves(0.01, 0.2, 1.51, 0.5)
