@@ -27,8 +27,10 @@ FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]
 
 TURNED_RAD = np.deg2rad(2.0)
+TURNED_PX = 1.0
 SCALED = 0.03
-"""A sketch serves until the object is seen turned, aside or nearer by more than this."""
+"""A sketch serves until the object is seen turned, aside or nearer by more than this; a small one
+until its sides have moved by so much of the picture."""
 
 ROUGHLY = 2.5
 """A sketch serves to come near by, until it is off by so many times as much."""
@@ -85,7 +87,7 @@ class Sketch:
             return False
         aside = float(now.translation @ then.translation) / (range_now * range_then)
         turned = rotation_angle(now.rotation @ then.rotation.T)
-        limit = tolerance * TURNED_RAD
+        limit = tolerance * max(TURNED_RAD, TURNED_PX / math.sqrt(self.area_px / math.pi + 1.0))
         return turned < limit and aside > math.cos(limit)
 
 
