@@ -185,7 +185,7 @@ def sketched(
     view, window = evidence.view, evidence.camera
     object_from_camera = world_from_object.inverse() @ view.world_from_camera
     finer = _finer(model, evidence, quickly=quickly)
-    part = extent(model.source.splats, window, object_from_camera.inverse(), margin_px=TRIM_PX + 1)
+    part = extent(model.outermost, window, object_from_camera.inverse(), margin_px=TRIM_PX + 1)
     window = part_of(window, part)
     fine = window.resized(window.width_px * finer, window.height_px * finer)
     posed = model.splats_at(world_from_object)
