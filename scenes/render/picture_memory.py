@@ -1,7 +1,9 @@
 """Memory for pictures, used again once nobody holds the picture any longer.
 
 Fresh memory costs the operating system a cleared page for every 4 KiB of a picture, a tenth of the
-time that a large picture takes. An array whose only reference is ours can be drawn over.
+time that a large picture takes. An array whose only reference is ours can be drawn over. The
+windows of tracked objects differ by some pixels from frame to frame: memory is roomier than needed,
+so that they share what the processor still has at hand.
 """
 
 from __future__ import annotations
@@ -9,6 +11,7 @@ from __future__ import annotations
 import sys
 import threading
 from collections import OrderedDict
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +27,9 @@ MOST_BYTES = 256_000_000
 """Kept for later pictures; those of the size used longest ago go first."""
 BYTES_PER_PIXEL = 24
 
+SMALL_BITS = 17
+"""Pictures of up to two to the power of this many pixels are small."""
+
 
 class PictureMemory:
     """Arrays of pictures drawn before. May be used from several threads."""
@@ -35,21 +41,24 @@ class PictureMemory:
 
     def take(self, pixels: int) -> PictureArrays:
         """Arrays for a picture of so many pixels, whatever is in them."""
+        room = _room_for(pixels)
         with self._lock:
-            kept = self._kept.get(pixels, [])
-            for place, arrays in enumerate(kept):
-                if _holders(arrays) == _NOBODY:
-                    self._bytes -= BYTES_PER_PIXEL * pixels
-                    return kept.pop(place)
-        return _fresh(pixels)
+            kept = self._kept.get(room, [])
+            # The last one is likeliest to be in the processor's memory still.
+            for place in reversed(range(len(kept))):
+                if _holders(kept[place]) == _NOBODY:
+                    self._bytes -= BYTES_PER_PIXEL * room
+                    return _first(kept.pop(place), pixels)
+        return _first(_fresh(room), pixels)
 
     def give(self, arrays: PictureArrays) -> None:
-        """Arrays that were drawn into; whoever still holds them keeps them from being reused."""
-        pixels = len(arrays[1])
+        """Arrays of `take` that were drawn into; whoever still holds them keeps them unchanged."""
+        owners = _whole(arrays)
+        room = len(owners[1])
         with self._lock:
-            self._kept.setdefault(pixels, []).append(arrays)
-            self._kept.move_to_end(pixels)
-            self._bytes += BYTES_PER_PIXEL * pixels
+            self._kept.setdefault(room, []).append(owners)
+            self._kept.move_to_end(room)
+            self._bytes += BYTES_PER_PIXEL * room
             while self._bytes > MOST_BYTES:
                 oldest = next(iter(self._kept))
                 if self._kept[oldest]:
@@ -57,6 +66,25 @@ class PictureMemory:
                     self._bytes -= BYTES_PER_PIXEL * oldest
                 else:
                     del self._kept[oldest]
+
+
+def _room_for(pixels: int) -> int:
+    """Pixels of the arrays for a picture: a power of two, or of a large one some eighths of one."""
+    bits = max(pixels - 1, 0).bit_length()
+    step = 1 << (bits if bits <= SMALL_BITS else bits - 3)
+    return -(-pixels // step) * step
+
+
+def _first(arrays: PictureArrays, pixels: int) -> PictureArrays:
+    """As much of arrays as a picture needs."""
+    rgb, alpha, depth, ids = arrays
+    return rgb[: 3 * pixels], alpha[:pixels], depth[:pixels], ids[:pixels]
+
+
+def _whole(arrays: PictureArrays) -> PictureArrays:
+    """All of the arrays that others are parts of."""
+    rgb, alpha, depth, ids = (cast("NDArray[Any]", array.base) for array in arrays)
+    return rgb, alpha, depth, ids
 
 
 def rendering_of(arrays: PictureArrays, height: int, width: int) -> Rendering:
@@ -87,9 +115,7 @@ def _holders(arrays: PictureArrays) -> int:
 def _references_of_idle_arrays() -> int:
     """What `_holders` says of arrays that only a list holds, on this interpreter."""
     kept = [_fresh(1)]
-    for _, arrays in enumerate(kept):
-        return _holders(arrays)
-    raise AssertionError
+    return _holders(kept[0])
 
 
 _NOBODY = _references_of_idle_arrays()

@@ -1,6 +1,7 @@
 import threading
 
 import numpy as np
+import pytest
 
 from scenes.cameras import Pinhole
 from scenes.pose import Pose
@@ -45,10 +46,41 @@ def test_what_is_kept_is_bounded():
     for _ in range(10):
         memory.give(memory.take(pixels))
     for smaller in range(1, 6):
-        memory.give(memory.take(pixels - smaller))
+        memory.give(memory.take(pixels >> smaller))
     kept = [arrays for same in memory._kept.values() for arrays in same]
     assert sum(24 * len(arrays[1]) for arrays in kept) <= MOST_BYTES
+
+
+def test_the_size_used_longest_ago_goes_first():
+    memory = PictureMemory()
+    pixels = MOST_BYTES // 24 // 3
+    memory.give(memory.take(pixels))
+    held = [memory.take(pixels // 4) for _ in range(14)]
+    for arrays in held:
+        memory.give(arrays)
+    kept = [arrays for same in memory._kept.values() for arrays in same]
+    assert kept
     assert max(len(arrays[1]) for arrays in kept) < pixels
+
+
+@pytest.mark.parametrize(
+    ("pixels", "most"),
+    [(0, 1), (1, 1), (7, 8), (8, 8), (9, 16), (131_072, 131_072), (1_000_003, 1_048_576)],
+)
+def test_memory_is_a_little_roomier_than_asked(pixels, most):
+    memory = PictureMemory()
+    memory.give(memory.take(pixels))
+    ((arrays,),) = memory._kept.values()
+    assert pixels <= len(arrays[1]) <= most
+
+
+def test_pictures_of_nearly_one_size_share_memory():
+    memory = PictureMemory()
+    arrays = memory.take(1190)
+    first = where(arrays)
+    memory.give(arrays)
+    del arrays
+    assert where(memory.take(1200)) == first
 
 
 def test_a_picture_that_is_kept_never_changes(random_cloud):
