@@ -22,6 +22,7 @@ from scenes.prepare.cutout.seen_surface import SeenSurface, seen_surface
 from scenes.prepare.cutout.separate import Separation, ViewVerdict, separate
 from scenes.prepare.cutout.solid_parts import guessed_mass_kg, solid_parts
 from scenes.prepare.cutout.standing import SOLID
+from scenes.prepare.cutout.traces import traces
 from scenes.prepare.cutout.upright_box import UprightBox, upright_box
 from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud
@@ -156,7 +157,8 @@ def _bounded(
         room, found.labels & through, _on_thing(room, found.labels & ~through, surface)
     )
     found = replace(found, labels=found.labels & ~background)
-    return _without_haze(room, found, box, surface), box
+    found = _without_haze(room, found, box, surface)
+    return (_with_traces(room, found, box) if box.supported else found), box
 
 
 def _on_thing(room: SplatCloud, labels: BoolArray, surface: SeenSurface) -> FloatArray:
@@ -186,6 +188,12 @@ def _without_haze(
     if room.opacities[beside].sum() > MOST_BESIDE * room.opacities[found.labels].sum():
         return found
     return replace(found, labels=found.labels & ~beside, floaters=found.floaters | beside)
+
+
+def _with_traces(room: SplatCloud, found: Separation, box: UprightBox) -> Separation:
+    """What the thing would leave on its support goes with it, as floaters."""
+    left = traces(room, found.labels | found.floaters, box.support_z_m)
+    return replace(found, floaters=found.floaters | left)
 
 
 def undo_cut(package: ScenePackage) -> ScenePackage:

@@ -33,7 +33,7 @@ def level_planes(cloud: SplatCloud, *, least_share: float = LEAST_SHARE) -> tupl
         least_share: of the area, to be a plane.
     """
     heights = cloud.means[:, 2].astype(np.float64)
-    return levels(heights, _level_area(cloud), least_share=least_share)
+    return levels(heights, level_area(cloud), least_share=least_share)
 
 
 def levels(
@@ -64,7 +64,7 @@ def on_planes(positions: NDArray[np.floating], planes: tuple[LevelPlane, ...]) -
     return found
 
 
-def _level_area(cloud: SplatCloud) -> NDArray[np.float64]:
+def level_area(cloud: SplatCloud) -> NDArray[np.float64]:
     """(N,) area of each splat seen from above, times its opacity."""
     flat = cloud.covariances()[:, :2, :2]
     spread = flat[:, 0, 0] * flat[:, 1, 1] - flat[:, 0, 1] ** 2
