@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from scenes.prepare.cutout.likeness import usual
+from scenes.prepare.cutout.support import level_area
 from scenes.prepare.cutout.upright_box import UprightBox
 from scenes.splats import SplatCloud
 
@@ -27,7 +29,7 @@ RIM_M = 0.35
 OVERLAP = 0.75
 """Standard deviation of a new splat in cells' steps: enough to leave no gaps."""
 STEP_CELLS = 2
-SOURCES = 5
+SOURCES = 15
 """Splats of the support that a new one takes its colour from."""
 OPACITY = 0.95
 THICKNESS_M = 0.0008
@@ -63,7 +65,12 @@ def fill_support(room: SplatCloud, footprint: FloatArray, box: UprightBox) -> Sp
     outside = ~inside[_cells(support.means[:, :2].astype(np.float64), low, shape)]
     if not outside.any():
         return None
-    return _laid(places, support.select(outside), box.support_z_m, hole, low)
+    around = support.select(outside)
+    # A sheet of paper beside the hole does not go on in it.
+    colours = np.clip(around.colours(), 0.0, 1.0)
+    own = usual(colours, among=colours, area=level_area(around))
+    around = around.select(own) if own.any() else around
+    return _laid(places, around, box.support_z_m, hole, low)
 
 
 def _within(outline: FloatArray, low: FloatArray, shape: tuple[int, ...]) -> NDArray[np.bool_]:

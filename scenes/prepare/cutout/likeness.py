@@ -1,16 +1,21 @@
-"""Which of two kinds a colour fits better."""
+"""Which of two kinds a colour fits better, and how usual it is among some."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
+from scipy.spatial.distance import cdist
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 NEAREST_COLOURS = 5
 COLOUR_NOISE = 0.02
+ALIKE = 0.12
+"""Difference of colours (0..1 per channel, Euclidean) up to which they are alike."""
+USUAL = 0.05
+"""Share of an area that has to be alike for a colour to be the area's."""
 
 
 def likeness(colours: NDArray[np.float32], *, like: BoolArray, unlike: BoolArray) -> FloatArray:
@@ -23,6 +28,20 @@ def likeness(colours: NDArray[np.float32], *, like: BoolArray, unlike: BoolArray
         return np.zeros(len(colours))
     far, near = (_distance_to_nearest(colours, colours[kind]) for kind in (unlike, like))
     return np.clip(np.log(far / near), -2.0, 2.0)
+
+
+def usual(
+    colours: NDArray[np.float32], *, among: NDArray[np.float32], area: FloatArray
+) -> BoolArray:
+    """(K,) whether colours are an area's, and not those of a few spots in it.
+
+    Args:
+        colours: (K, 3) in question.
+        among: (N, 3) those of the area's splats.
+        area: (N,) how much of it each of these is.
+    """
+    alike = cdist(colours, among) < ALIKE
+    return alike @ area >= USUAL * area.sum()
 
 
 def _distance_to_nearest(

@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
-from scipy.spatial.distance import cdist
 
+from scenes.prepare.cutout.likeness import usual
 from scenes.prepare.cutout.standing import SOLID
 from scenes.prepare.cutout.support import level_area
 from scenes.splats import SplatCloud
@@ -34,12 +34,8 @@ AROUND_M = 0.3
 SURFACE_M = 0.03
 """How far the support's splats lie from it."""
 CELL_M = 0.005
-USUAL = 0.05
-"""Of the support's area around: so much has to be alike for a colour to be the support's."""
 LEAST_AROUND = 40
 """Splats of the support from which on they tell what it looks like."""
-STRANGE = 0.12
-"""Difference of colours (0..1 per channel, Euclidean) from which on they are not alike."""
 
 
 def traces(cloud: SplatCloud, labels: BoolArray, support_z_m: float) -> BoolArray:
@@ -67,8 +63,7 @@ def traces(cloud: SplatCloud, labels: BoolArray, support_z_m: float) -> BoolArra
         return found
     colours = np.clip(cloud.colours(), 0.0, 1.0)
     area = level_area(cloud.select(support))
-    alike = cdist(colours[under], colours[support]) < STRANGE
-    found[under[alike @ area < USUAL * area.sum()]] = True
+    found[under] = ~usual(colours[under], among=colours[support], area=area)
     return found
 
 
@@ -79,8 +74,8 @@ def _from_foot(places: FloatArray, foot: FloatArray) -> FloatArray:
     free = np.ones(np.ceil((high - low) / CELL_M).astype(int), dtype=bool)
     rows, columns = ((foot - low) / CELL_M).astype(np.intp).T
     free[rows, columns] = False
-    away = np.asarray(ndimage.distance_transform_edt(free)) * CELL_M
-    enclosed = ndimage.binary_fill_holes(away < BESIDE_M)
+    away = np.asarray(ndimage.distance_transform_edt(free), dtype=np.float64) * CELL_M
+    enclosed = np.asarray(ndimage.binary_fill_holes(away < BESIDE_M), dtype=bool)
     away = np.where(enclosed, np.minimum(away, BESIDE_M - CELL_M), away)
     rows, columns = ((places - low) / CELL_M).astype(np.intp).T
     return away[rows, columns]
