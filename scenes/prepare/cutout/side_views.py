@@ -45,17 +45,20 @@ def reach_across(
         axis: (2,) of length 1.
         above_m: points below that height are not the thing's.
     """
-    ends: list[tuple[float, float]] = []
+    told: list[tuple[float, tuple[float, float]]] = []
     for view in views:
         points = view.points[view.points[:, 2] > above_m]
         if len(points) < LEAST_POINTS:
             continue
         sight = points.mean(axis=0) - view.eye
-        if abs(sight[:2] @ axis) < ACROSS * np.linalg.norm(sight):
-            ends.append(_ends(points[:, :2] @ axis))
-    if len(ends) < LEAST_VIEWS:
+        along = abs(float(sight[:2] @ axis)) / float(np.linalg.norm(sight))
+        if along < ACROSS:
+            told.append((along, _ends(points[:, :2] @ axis)))
+    if len(told) < LEAST_VIEWS:
         return None
-    low, high = np.median(np.array(ends), axis=0)
+    # The more a view looks along, the more it sees ends by depths as well.
+    told.sort()
+    low, high = np.median([ends for _, ends in told[: max(LEAST_VIEWS, len(told) // 2)]], axis=0)
     return float(low), float(high)
 
 

@@ -24,6 +24,17 @@ def test_rough_depths_do_not_matter_to_views_that_look_across():
     assert max(view.points[:, 0].max() for view in along) > 0.35
 
 
+def test_of_views_that_look_across_those_that_do_most_are_heard():
+    rng = np.random.default_rng(4)
+    across = [shown(turn, rng) for turn in np.linspace(1.4, 1.75, 5)]
+    # Rays that miss the near rim, taken to be as far away as what they should have hit.
+    oblique = [shown(turn, rng) for turn in np.linspace(0.85, 1.15, 5)]
+    cut = [SeenFrom(view.eye, view.points[view.points[:, 0] < 0.26]) for view in oblique]
+    ends = reach_across(across + cut, X, 0.0)
+    assert ends is not None
+    np.testing.assert_allclose(ends, (-0.3, 0.3), atol=0.02)
+
+
 def test_a_stray_beside_the_thing_and_what_lies_below_do_not_count():
     rng = np.random.default_rng(2)
     views = []
