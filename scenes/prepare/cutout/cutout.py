@@ -51,7 +51,7 @@ class Cutout:
         item: the new object.
         box: around it.
         views: what became of each view.
-        floaters: stray splats that were removed with it.
+        floaters: stray splats that were removed with it, and what it would have left behind.
         filled: splats laid where the support had never been seen.
     """
 

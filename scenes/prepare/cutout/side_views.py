@@ -17,6 +17,8 @@ FloatArray = NDArray[np.float64]
 LEAST_VIEWS = 3
 ACROSS = 0.7
 """Cosine between a direction and how a view looks, from which on it does not look across."""
+MOST_ACROSS = 2 / 3
+"""Of the views that look across: those that do most are heard."""
 SLICE_M = 0.01
 LEAST_SLICE = 0.05
 """Of the points in the fullest slice across: a slice that holds fewer is of strays."""
@@ -58,7 +60,8 @@ def reach_across(
         return None
     # The more a view looks along, the more it sees ends by depths as well.
     told.sort()
-    low, high = np.median([ends for _, ends in told[: max(LEAST_VIEWS, len(told) // 2)]], axis=0)
+    heard = max(LEAST_VIEWS, round(MOST_ACROSS * len(told)))
+    low, high = np.median([ends for _, ends in told[:heard]], axis=0)
     return float(low), float(high)
 
 
