@@ -8,42 +8,31 @@ import pytest
 from scenes.cameras import Fisheye
 from scenes.frames import look_at
 from scenes.pose import Pose
-from scenes.render.native import NativeRenderer
-from scenes.render.renderer import PosedSplats, Rendering, RenderOptions
-from scenes.splats import SplatCloud
+from scenes.render.renderer import Rendering
+from tests.tracking.test_kernels import AXES_M, CHAIR, egg
 from tracking import reduction
 from tracking.kernels import looks_of, outlined_of
 
 WINDOW = Fisheye(72, 56, 70.0, 33.0, 30.0, max_angle=math.radians(100))
-SIGMA_M = 0.012
 
 
-def cloud(count):
-    """Speckled splats on a box of 30 cm."""
-    rng = np.random.default_rng(4)
-    means = rng.uniform(-0.15, 0.15, (count, 3))
-    means[np.arange(count), rng.integers(0, 3, count)] = 0.15
-    return SplatCloud(
-        means.astype(np.float32),
-        np.full((count, 3), SIGMA_M, np.float32),
-        np.tile(np.float32([1.0, 0.0, 0.0, 0.0]), (count, 1)),
-        np.full(count, 0.95, np.float32),
-        rng.uniform(-1.0, 1.0, (count, 1, 3)).astype(np.float32),
-    )
-
-
-def drawing(finer, *, count=4000, away_m=0.9):
-    """A drawing, its camera and `object_from_camera`."""
-    world_from_camera = look_at(np.array([0.6, 0.7, 0.4]) * away_m, np.zeros(3))
+def drawing(finer, *, away_m=1.8):
+    """A drawing of an egg, its camera and `object_from_camera`."""
+    aside = np.array([0.6, 0.7, 0.4]) * (away_m / math.hypot(0.6, 0.7, 0.4))
+    world_from_camera = look_at(CHAIR + aside, CHAIR)
     camera = WINDOW.resized(WINDOW.width_px * finer, WINDOW.height_px * finer)
-    posed = PosedSplats(cloud(count), Pose.identity())
-    options = RenderOptions(threads=1, antialias=True)
-    drawn = NativeRenderer().render((posed,), camera, world_from_camera, options)
-    return drawn, camera, world_from_camera
+    return egg(camera, world_from_camera, Pose.identity()), camera, world_from_camera
+
+
+def matched(one, other):
+    """Indices of those points of two lists that lie at the same place."""
+    apart = np.linalg.norm(one[:, None] - other[None], axis=2)
+    both = np.flatnonzero(apart.min(axis=1) < 1e-4)
+    return both, apart[both].argmin(axis=1)
 
 
 @pytest.mark.parametrize("finer", [1, 2, 4])
-@pytest.mark.parametrize("away_m", [0.5, 0.9, 4.0], ids=["cut off", "whole", "small"])
+@pytest.mark.parametrize("away_m", [0.8, 1.8, 6.0], ids=["cut off", "whole", "small"])
 def test_kernels_keep_what_their_twins_keep(finer, away_m):
     drawn, camera, object_from_camera = drawing(finer, away_m=away_m)
     found = outlined_of(drawn, camera, object_from_camera, finer=finer)
@@ -53,9 +42,11 @@ def test_kernels_keep_what_their_twins_keep(finer, away_m):
     for name in ("rgb", "alpha", "depth"):
         pictures = getattr(found.drawn, name), getattr(wanted.drawn, name)
         np.testing.assert_allclose(*pictures, atol=1e-5)
-    np.testing.assert_allclose(found.pixels, wanted.pixels, atol=1e-4)
+    # Where the contour is as steep as it is flat, rounding decides from which axis it is taken.
+    both, same = matched(found.pixels, wanted.pixels)
+    assert len(both) > 0.9 * max(len(found.contour), len(wanted.contour))
     for name in ("points", "normals", "inner_px", "outer_px"):
-        values = getattr(found.contour, name), getattr(wanted.contour, name)
+        values = getattr(found.contour, name)[both], getattr(wanted.contour, name)[same]
         np.testing.assert_allclose(*values, atol=1e-4)
     looks = looks_of(wanted, wanted.drawn, WINDOW, object_from_camera)
     twin = reduction.looks(wanted, wanted.drawn, WINDOW, object_from_camera)
@@ -73,8 +64,11 @@ def test_texture_lies_on_the_side_that_is_seen():
     found = outlined_of(drawn, camera, object_from_camera, finer=2)
     looks = looks_of(found, found.drawn, WINDOW, object_from_camera)
     assert len(looks.texture) > 50
-    on_a_side = np.abs(looks.texture.points - 0.15).min(axis=1)
-    assert np.median(on_a_side) < 2.0 * SIGMA_M
+    for points in (looks.texture.points, looks.surface):
+        from_middle = np.linalg.norm((points - CHAIR) / AXES_M, axis=1)
+        np.testing.assert_allclose(from_middle, 1.0, atol=0.02)
+        outwards, to_eye = (points - CHAIR) / AXES_M**2, object_from_camera.translation - points
+        assert ((outwards * to_eye).sum(axis=1) > -0.05).all()
 
 
 def test_better_colours_are_those_that_are_kept():

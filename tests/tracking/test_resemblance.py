@@ -3,14 +3,8 @@
 import numpy as np
 import pytest
 
-from scenes.cameras import Fisheye
-from scenes.frames import look_at
-from scenes.render.native import NativeRenderer
-from scenes.render.renderer import PosedSplats, RenderOptions
-from scenes.splats import SplatCloud
 from tracking import native
-from tracking.explain import pose_of
-from tracking.pictures import bell_blurred, resized
+from tracking.pictures import bell_blurred
 from tracking.resemblance import CLOSELY, ROUGHLY, Setting
 
 
@@ -74,51 +68,6 @@ def test_a_thing_lit_from_the_side_is_known_closely():
         return setting.resemblance(rgb, alpha) - setting.resemblance(other, alpha)
 
     assert margin(True) > 2.0 * max(margin(False), 0.0)
-
-
-def thing_and_camera():
-    """A few splats on the floor, what they are seen by, and two poses that they may have."""
-    rng = np.random.default_rng(8)
-    means = rng.uniform([-0.2, -0.2, 0.0], [0.2, 0.2, 0.4], (40, 3))
-    cloud = SplatCloud(
-        means.astype(np.float32),
-        np.full((40, 3), 0.05, np.float32),
-        np.tile(np.float32([1.0, 0.0, 0.0, 0.0]), (40, 1)),
-        np.full(40, 0.9, np.float32),
-        rng.uniform(-0.5, 1.0, (40, 4, 3)).astype(np.float32),
-    )
-    camera = Fisheye(40, 30, 60.0, 21.0, 14.0, max_angle=0.5)
-    world_from_camera = look_at(np.array([0.5, -2.0, 1.1]), np.array([0.0, 0.0, 0.2]))
-    return cloud, camera, world_from_camera, [(0.0, 0.0, 0.0, 0.0), (0.1, -0.1, 0.05, 2.4)]
-
-
-@pytest.mark.parametrize("finer", [1, 2, 3])
-def test_a_cloud_is_compared_as_it_is_drawn(finer):
-    cloud, camera, world_from_camera, upright = thing_and_camera()
-    renderer, options = NativeRenderer(), RenderOptions(threads=1, antialias=True)
-    live, empty, _, _ = pictures((30, 40))
-    kernel = native.Setting(
-        live, empty, np.ones((30, 40), np.float32), size=(40, 30), constants=CLOSELY
-    )
-    fine = camera.resized(40 * finer, 30 * finer)
-    alone = renderer.alone(cloud, fine, world_from_camera, options)
-    strange, alike = kernel.strange_at(alone, upright), kernel.resemblance_at(alone, upright)
-    for index, pose in enumerate(upright):
-        posed = PosedSplats(cloud, pose_of(pose))
-        drawn = renderer.render((posed,), fine, world_from_camera, options)
-        seen = resized(drawn.rgb, (40, 30)), resized(drawn.alpha, (40, 30))
-        assert seen[1].max() > 0.5
-        assert strange[index] == pytest.approx(kernel.strange(*seen), rel=1e-4)
-        assert alike[index] == pytest.approx(kernel.resemblance(*seen), rel=1e-3, abs=1e-5)
-
-
-def test_a_drawing_that_no_whole_pixels_make_is_refused():
-    cloud, camera, world_from_camera, upright = thing_and_camera()
-    alone = NativeRenderer().alone(cloud, camera, world_from_camera, RenderOptions())
-    picture, free = np.zeros((20, 30, 3), np.float32), np.zeros((20, 30), np.float32)
-    kernel = native.Setting(picture, picture, free, size=(30, 20), constants=CLOSELY)
-    with pytest.raises(ValueError, match=r"alone: drawn with \[40, 30\] px, wanted a whole mult"):
-        kernel.resemblance_at(alone, upright)
 
 
 @pytest.mark.parametrize("name", ["live", "empty", "free"])
