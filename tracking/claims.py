@@ -16,6 +16,9 @@ from tracking.model import TrackModel
 SAME_SPOT = 0.35
 """Two things nearer than this, in the sum of their radii, would stand in each other."""
 
+LEVEL_M, CLOSEST = 0.05, 0.9
+"""So do two on one height that are nearer than this share of their narrower sides lets them."""
+
 NOWHERE = 0.92
 """Cost of leaving an object lost, beside one less the quality of a pose: any guess is better, and
 told for what it is."""
@@ -102,8 +105,12 @@ def is_same_spot(
     model: TrackModel, world_from_object: Pose, other: TrackModel, world_from_other: Pose
 ) -> bool:
     """Whether two objects at two poses would stand in each other."""
-    apart = float(np.linalg.norm(world_from_object.translation - world_from_other.translation))
-    return apart < SAME_SPOT * (model.radius_m + other.radius_m)
+    apart = world_from_object.translation - world_from_other.translation
+    if float(np.linalg.norm(apart)) < SAME_SPOT * (model.radius_m + other.radius_m):
+        return True
+    is_beside = abs(float(apart[2])) < LEVEL_M
+    narrowest = 0.5 * sum(min(item.source.box_m[:2]) for item in (model, other))
+    return is_beside and float(np.hypot(*apart[:2])) < CLOSEST * narrowest
 
 
 Spot = tuple[TrackModel, Pose]

@@ -13,7 +13,7 @@ from scenes.pose import Pose
 from tracking.metrics import ROUND
 from tracking.model import TrackModel
 from tracking.observe import CONTOUR_CORRELATION
-from tracking.solve import Fit
+from tracking.solve import PLAIN_SHARE, Fit
 
 Points = NDArray[np.float64]
 
@@ -26,6 +26,11 @@ START_SIGMA = (0.25, 0.25, 0.003, 0.6)
 APART = 0.3
 APART_RAD = math.radians(20)
 """Poses farther apart than this, in radii of the object or in yaw, are different ones."""
+
+OUTLINED = (0.75, 0.9)
+SHOWN = (0.8, 0.95)
+"""Between such support, and such shares of a silhouette that show the object, an outline begins to
+be enough, and is: wrong yaws reach three quarters."""
 
 SMALL_QUALITY_SIGMA = 0.03
 CLEAR_SIGMAS = 1.5
@@ -53,7 +58,7 @@ class Guess:
     def quality(self) -> float:
         """0..1: ranks guesses of one object."""
         if self.explained is None:
-            return self.fit.quality
+            return _outlined(self.fit)
         return max(self.explained, 0.0)
 
     @property
@@ -72,6 +77,23 @@ class Guess:
         """Whether this guess's quality is higher than can be by chance."""
         margin = CLEAR_SIGMAS * math.hypot(self.quality_sigma, other.quality_sigma)
         return self.quality > other.quality + margin
+
+
+def _outlined(fit: Fit) -> float:
+    """Quality of a pose by its outline and colours.
+
+    An outline that is better than any wrong pose's needs no colours: those of its sides depend on
+    another room's light.
+    """
+    if fit.textured:
+        return fit.quality
+    (doubted, sure), (hardly, wholly) = OUTLINED, SHOWN
+    known = min(
+        (fit.support - doubted) / (sure - doubted),
+        (fit.visible_fraction - hardly) / (wholly - hardly),
+        1.0,
+    )
+    return max(fit.quality, fit.support * (1.0 - PLAIN_SHARE * (1.0 - known)))
 
 
 def distinct(model: TrackModel, guesses: Sequence[Guess]) -> list[Guess]:

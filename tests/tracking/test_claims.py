@@ -7,27 +7,34 @@ import numpy as np
 import pytest
 
 from scenes.pose import Pose
-from tracking.claims import Searched, claims
+from tracking.claims import Searched, claims, is_same_spot
 from tracking.guess import Guess
 from tracking.templates import SMALL_PX, YAWS, Templates
 
 PIXELS = SMALL_PX * SMALL_PX
 
 
-def a_model(name, *, radius_m=0.5):
+def a_model(name, *, radius_m=0.5, narrow_m=0.3):
     """A model whose yaws all look different."""
     alpha = np.zeros((4, YAWS, PIXELS), np.float32)
     for yaw in range(YAWS):
         alpha[:, yaw, yaw * 40 : yaw * 40 + 40] = 1.0
     alike = np.arange(YAWS) == 0
     templates = Templates(alpha, np.zeros((*alpha.shape, 3), np.float32), alike)
-    return SimpleNamespace(object_id=name, radius_m=radius_m, symmetry=1, templates=templates)
+    return SimpleNamespace(
+        object_id=name,
+        radius_m=radius_m,
+        symmetry=1,
+        templates=templates,
+        source=SimpleNamespace(box_m=(narrow_m, 0.6, 0.6)),
+    )
 
 
 def a_guess(x, quality, *, yaw_deg=0.0, points=240):
     sketch = SimpleNamespace(contour=range(points))
     pose = Pose.from_yaw(math.radians(yaw_deg), (x, 0.0, 0.0))
-    return Guess(SimpleNamespace(world_from_object=pose, quality=quality, sketch=sketch), None)
+    fit = SimpleNamespace(world_from_object=pose, quality=quality, sketch=sketch, textured=True)
+    return Guess(fit, None)
 
 
 def looked_for(name, last_x, *fits):
@@ -76,3 +83,18 @@ def test_what_fits_badly_or_nowhere_stays_lost():
 def test_few_points_are_never_clear_by_a_little():
     assert a_guess(0.0, 0.9).is_clearly_better(a_guess(0.0, 0.7))
     assert not a_guess(0.0, 0.9, points=30).is_clearly_better(a_guess(0.0, 0.7, points=30))
+
+
+@pytest.mark.parametrize(
+    ("x", "z", "same"), [(0.4, 0.0, True), (0.5, 0.0, False), (0.4, 0.5, False)]
+)
+def test_two_things_on_one_height_keep_their_narrower_sides_apart(x, z, same):
+    first, second = (a_model(name, radius_m=0.3, narrow_m=0.48) for name in "ab")
+    here, there = Pose.from_yaw(0.0, (0.0, 0.0, 0.0)), Pose.from_yaw(0.0, (x, 0.0, z))
+    assert is_same_spot(first, here, second, there) is same
+
+
+@pytest.mark.parametrize(("support", "visible", "quality"), [(0.95, 1.0, 0.95), (0.7, 1.0, 0.4)])
+def test_an_outline_better_than_any_wrong_ones_needs_no_colours(support, visible, quality):
+    fit = SimpleNamespace(textured=False, support=support, visible_fraction=visible, quality=0.4)
+    assert Guess(fit, None).quality == pytest.approx(quality)
