@@ -9,22 +9,31 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from scenes.pose import Pose
+from scenes.render.renderer import PosedSplats
+from tracking.align import shifted
 from tracking.background import expose
 from tracking.evidence import Evidence, Scene
 from tracking.extent import part_of
 from tracking.model import RENDER_OPTIONS, TrackModel
 from tracking.native import Alone, Setting
 from tracking.pictures import resized
+from tracking.relight import LitView, Shell
 from tracking.resemblance import CLOSELY, ROUGHLY, how_much_lighter
 from tracking.window import Layer
 
 FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]
+
+SLID = 1.0
+GAIN_RANGE = (0.5, 2.5)
+"""How far an object is slid to where it fits roughly, in radii; how much lighter it may be there
+than in its scan."""
 
 AROUND_PX = 6
 """How far around an object's box the picture counts."""
@@ -36,13 +45,15 @@ STEP_M, STEP_RAD = 0.04, 0.2
 STEP_PRICE = 4.0
 """First steps, and what a step away from the start costs, in pixels wholly unexplained."""
 
-TRIED_ROUGHLY, TRIED_CLOSELY, TRIED_KNOWN = 24, 36, 32
+TRIED_ROUGHLY, TRIED_CLOSELY, TRIED_KNOWN = 24, 20, 18
 """How many poses are tried near a believed one to come near the best, and to tell it closely; the
 last of an object whose place is known."""
 
 CLOSE_STEP_M, CLOSE_STEP_RAD = 0.025, 0.15
+LIT_ANEW = (1.0, 0.6)
 RESOLVED = 0.001
-"""First steps where a pose is told closely, and differences of resemblance that end it."""
+"""First steps where a pose is told closely, the shares of them that are taken each time its light
+was told, and differences of resemblance that end it."""
 
 FINER = 2
 """There, objects are drawn with so many pixels each way per pixel: at a few pixels the many splats
@@ -60,22 +71,39 @@ class Place:
     Attributes:
         roughly: what it shows, and would show without the object; for poses near the right one.
         closely: the same for poses that are right to a pixel.
-        drawn: the object alone as its camera sees it.
-        finely: the same with `FINER` pixels each way.
+        view: the same, for the light there.
+        shell: the object.
     """
 
     roughly: Setting
     closely: Setting
-    drawn: Alone
-    finely: Alone
+    view: LitView
+    shell: Shell
 
-    def strange(self, upright: Upright) -> float:
+    def resemblance(self, world_from_object: Pose) -> float:
+        """How much the object at a pose near by resembles the picture, in whatever light."""
+        return self.roughly.resemblance(*self.view.lit(self.shell, world_from_object))
+
+    def strange(self, lit: Alone, upright: Upright) -> float:
         """In how many pixels the picture is not what the object at a pose near by would make it."""
-        return self.roughly.strange_at(self.drawn, [upright])[0]
+        return self.roughly.strange_at(lit, [upright])[0]
 
-    def close_resemblance(self, upright: Upright) -> float:
+    def close_resemblance(self, lit: Alone, upright: Upright) -> float:
         """How much the object at just this pose resembles the picture."""
-        return self.closely.resemblance_at(self.finely, [upright])[0]
+        return self.closely.resemblance_at(lit, [upright])[0]
+
+    def lit(self, upright: Upright, *, finer: int = 1) -> Alone:
+        """The object, to be drawn in the light in which it would look most like the picture.
+
+        Args:
+            upright: a pose, for the light.
+            finer: it is drawn with so many pixels each way per pixel.
+        """
+        camera = self.view.camera
+        if finer > 1:
+            camera = camera.resized(finer * camera.width_px, finer * camera.height_px)
+        splats = self.view.relit(self.shell, pose_of(upright))
+        return self.view.renderer.alone(splats, camera, self.view.world_from_camera, RENDER_OPTIONS)
 
 
 def explained(
@@ -99,14 +127,16 @@ def roughly_explained(
     if place is None:
         return world_from_start, 0.0
 
+    start = upright_of(world_from_start)
+    lit = place.lit(start)
+
     def cost(steps: Points) -> float:
-        strange_px = place.strange(_stepped(start, steps, STEP_M, STEP_RAD))
+        strange_px = place.strange(lit, _stepped(start, steps, STEP_M, STEP_RAD))
         return strange_px + STEP_PRICE * float(steps @ steps)
 
-    start = upright_of(world_from_start)
     steps, _ = _least(cost, TRIED_ROUGHLY, resolved=0.1)
     found = _stepped(start, steps, STEP_M, STEP_RAD)
-    return pose_of(found), place.close_resemblance(found)
+    return pose_of(found), place.close_resemblance(place.lit(found, finer=FINER), found)
 
 
 def closely_explained(
@@ -122,12 +152,23 @@ def closely_explained(
     if place is None:
         return world_from_rough, 0.0
 
-    def cost(steps: Points) -> float:
-        return -place.close_resemblance(_stepped(rough, steps, CLOSE_STEP_M, CLOSE_STEP_RAD))
+    found = upright_of(world_from_rough)
+    for share in LIT_ANEW:
+        # The light is told at the pose before, and is as wrong as that.
+        found = _told(place, found, share, tried)
+    return pose_of(found), place.close_resemblance(place.lit(found, finer=FINER), found)
 
-    rough = upright_of(world_from_rough)
-    steps, least = _least(cost, tried, resolved=RESOLVED)
-    return pose_of(_stepped(rough, steps, CLOSE_STEP_M, CLOSE_STEP_RAD)), -least
+
+def _told(place: Place, start: Upright, share: float, tried: int) -> Upright:
+    """The pose near a start that resembles the picture most in the light told at the start."""
+    lit = place.lit(start, finer=FINER)
+    step_m, step_rad = share * CLOSE_STEP_M, share * CLOSE_STEP_RAD
+
+    def cost(steps: Points) -> float:
+        return -place.close_resemblance(lit, _stepped(start, steps, step_m, step_rad))
+
+    steps, _ = _least(cost, tried, resolved=RESOLVED)
+    return _stepped(start, steps, step_m, step_rad)
 
 
 def _least(
@@ -159,19 +200,64 @@ def pose_of(upright: Upright) -> Pose:
     return Pose.from_yaw(yaw, place)
 
 
-def resemblances(place: Place | None, poses: Sequence[Pose]) -> Points:
-    """(N,) how much rough poses at one place look like the picture, at most 1, 0 for by chance.
+def resemblance_at(
+    scene: Scene, model: TrackModel, evidence: Evidence, world_from_object: Pose
+) -> float:
+    """How much an object at a rough pose looks like the picture, at most 1, 0 for by chance.
 
     See `tracking.resemblance.Setting.resemblance`.
+    """
+    place = surroundings_of(scene, model, evidence, world_from_object)
+    return 0.0 if place is None else place.resemblance(world_from_object)
+
+
+class Slide:
+    """Slides a drawn small object over its window to where it explains most of what has changed.
 
     Args:
-        place: around the first of them; where it is None there is nothing to look like.
-        poses: `world_from_object` of each.
+        scene: the frame.
+        model: the object.
+        evidence: its window.
     """
-    if place is None:
-        return np.zeros(len(poses))
-    upright = [upright_of(pose) for pose in poses]
-    return np.array(place.roughly.resemblance_at(place.drawn, upright))
+
+    def __init__(self, scene: Scene, model: TrackModel, evidence: Evidence) -> None:
+        height, width = evidence.live.shape[:2]
+        live = np.ascontiguousarray(evidence.live)
+        empty = _empty(scene, evidence, (slice(0, height), slice(0, width)), live)
+        free = 1.0 - evidence.hidden
+        apart = live - empty
+        changed = np.einsum("hwc,hwc->hw", apart, apart) - np.einsum("hwc,hwc->hw", live, live)
+        self._reach_px = round(
+            SLID * evidence.camera.f_px * model.radius_m / evidence.view.target_range_m
+        )
+        self._changed = self._framed((free * changed).astype(np.float32))
+        self._live = self._framed(free[..., None] * live)
+        self._renderer, self._model, self._evidence = scene.renderer, model, evidence
+
+    def best(self, world_from_object: Pose) -> Pose:
+        """The pose at which it does, without being turned."""
+        evidence, model = self._evidence, self._model
+        posed = (PosedSplats(model.shell.splats, world_from_object),)
+        drawn = self._renderer.render(
+            posed, evidence.camera, evidence.world_from_camera, RENDER_OPTIONS
+        )
+        colours = drawn.rgb
+        # Of the change's energy, as much is explained as `bare + 2 · gain · both - gain² · power`.
+        bare = cv2.matchTemplate(self._changed, drawn.alpha, cv2.TM_CCORR)
+        both = cv2.matchTemplate(self._live, colours, cv2.TM_CCORR)
+        power = max(float((colours * colours).sum()), 1e-6)
+        gain = np.clip(both / power, *GAIN_RANGE)
+        explained = bare + 2.0 * gain * both - gain * gain * power
+        row, column = np.unravel_index(np.argmax(explained), explained.shape)
+        shift = np.array([column, row], dtype=np.float64) - self._reach_px
+        return shifted(world_from_object, shift, evidence, model, grounded=True)
+
+    def _framed(self, picture: FloatArray) -> FloatArray:
+        reach = self._reach_px
+        framed = cv2.copyMakeBorder(
+            picture, reach, reach, reach, reach, cv2.BORDER_CONSTANT, value=(0.0, 0.0, 0.0)
+        )
+        return np.asarray(framed, dtype=np.float32)
 
 
 def surroundings_of(
@@ -190,12 +276,8 @@ def surroundings_of(
         Setting(live, empty, free, size=size, constants=constants)
         for constants in (ROUGHLY, CLOSELY)
     )
-    splats, world_from_camera = model.source.splats, evidence.world_from_camera
-    drawn, finely = (
-        scene.renderer.alone(splats, seen_by, world_from_camera, RENDER_OPTIONS)
-        for seen_by in (camera, camera.resized(FINER * size[0], FINER * size[1]))
-    )
-    return Place(roughly, closely, drawn, finely)
+    view = LitView(live, empty, free, camera, evidence.world_from_camera, scene.renderer)
+    return Place(roughly, closely, view, model.shell)
 
 
 def _around(
@@ -234,8 +316,7 @@ def _empty(
     y = (top + (np.arange(size[1]) + 0.5) * view.shrink) * 2 / lens.height_px - 1
     radius2 = (x[None, :] ** 2 + y[:, None] ** 2).astype(np.float32)
     room = expose(plate, scene.exposures[view.lens], radius2=radius2)
-    everywhere = np.ones(live.shape[:2], np.float32)
-    shade = how_much_lighter(room, everywhere, live, limits=SHADE_RANGE)
+    shade = how_much_lighter(room, live, limits=SHADE_RANGE)
     others = resized(_others(evidence.layers, cut), size)[..., None]
     empty = others * live + (1.0 - others) * (room * shade[..., None])
     return np.ascontiguousarray(empty, dtype=np.float32)

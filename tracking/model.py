@@ -16,6 +16,7 @@ from scenes.state import ObjectModel
 from tracking.colours import ColourModel
 from tracking.extent import outermost
 from tracking.metrics import ROUND
+from tracking.relight import Shell, shell_of
 from tracking.templates import ELEVATIONS_RAD, YAWS, Templates, drawn_around, templates_of
 
 RENDER_OPTIONS = RenderOptions(threads=1, antialias=True)
@@ -44,6 +45,7 @@ class TrackModel:
         textured: whether its inner picture is rich enough to tell it from anything else.
         templates: what it looks like from afar.
         outermost: its splats that reach farthest.
+        shell: its splats for any light.
     """
 
     source: ObjectModel
@@ -54,6 +56,7 @@ class TrackModel:
     textured: bool
     templates: Templates
     outermost: SplatCloud
+    shell: Shell
 
     @property
     def object_id(self) -> str:
@@ -91,6 +94,7 @@ def make_model(source: ObjectModel, renderer: Renderer) -> TrackModel:
         textured=_is_textured(pictures),
         templates=templates_of(around),
         outermost=outermost(source.splats),
+        shell=shell_of(source),
     )
 
 

@@ -144,10 +144,10 @@ def proposed(
         own = np.ascontiguousarray(pictures[index][..., 3])
         scores = np.maximum(scores, _box_density(own, camera, world_from_lens, model, places))
     scores = np.where(scores > LEAST_DENSITY, scores, -np.inf)
-    return _spread_out(places, scores, apart=0.5 * max(model.source.box_m[:2]), limit=PLACES)
+    return spread_out(places, scores, apart=0.5 * max(model.source.box_m[:2]), limit=PLACES)
 
 
-def _spread_out(places: Points, scores: Points, *, apart: float, limit: int) -> Points:
+def spread_out(places: Points, scores: Points, *, apart: float, limit: int) -> Points:
     """(P, 3) at most so many of the places, the best of each neighbourhood, best first."""
     order = np.argsort(-scores, kind="stable")
     order = order[scores[order] > 0.0]

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scenes.pose import Pose
 from tracking import small_things
 from tracking.evidence import Evidence, Neighbour, Scene, gather, view_of
+from tracking.explain import SLID
 from tracking.guess import (
     APART_RAD,
     START_SIGMA,
@@ -26,7 +27,7 @@ from tracking.guess import (
     distinct,
 )
 from tracking.model import TrackModel
-from tracking.places import Overview, claimed, proposed, scored, template_scores
+from tracking.places import Overview, claimed, proposed, scored, spread_out, template_scores
 from tracking.sketch import Sketchbook
 from tracking.smooth import pose_vector
 from tracking.solve import Fit, Prior, solve
@@ -36,12 +37,12 @@ FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]
 
 REACH_M = 4.5
-PLACES_SMALL, PLACES_NEARER = 32, 16
+PLACES_SMALL, PLACES_NEARER = 40, 16
 """Of a small object so many places are looked at; of a large one the surroundings of so many."""
 
-PLACES_REFINED, REFINED_MORE, REFINED_TURNED = 12, 6, 4
+PLACES_REFINED, REFINED_MORE, REFINED_AGAIN, REFINED_TURNED = 12, 6, 6, 4
 """Of a large object a pose is refined at so many places, and so many more at the best of these; so
-many of an object whose place is known."""
+many of all of them once more; so many of an object whose place is known."""
 
 NEARER = np.arange(-2, 3) * 0.2
 """Steps around a place of those that are looked at more closely, in radii."""
@@ -93,7 +94,8 @@ def candidates(
     places = places[scene.stands.hold(places)]
     _, scores = scored(scene, look, model, pictures, places)
     if model.radius_m < small_things.SMALL_M:
-        places = places[np.argsort(-scores.max(axis=1), kind="stable")[:PLACES_SMALL]]
+        apart_m = SLID * model.radius_m
+        places = spread_out(places, scores.max(axis=1), apart=apart_m, limit=PLACES_SMALL)
         guesses = small_things.guesses(scene, model, neighbours, places)
     else:
         chosen = places[np.argsort(-scores.max(axis=1), kind="stable")[:PLACES_NEARER]]
@@ -145,6 +147,14 @@ def _large_guesses(
     ]
     for pose, evidence in turned_starts[:REFINED_MORE]:
         guesses.append(refined(scene, model, pose, evidence))
+        tried.append((guesses[-1], evidence, ()))
+        if is_enough():
+            return guesses
+    # A start may be too far off to come all the way.
+    tried.sort(key=lambda item: -item[0].quality)
+    doubted = [(guess, evidence) for guess, evidence, _ in tried if not leaves_no_doubt(guess.fit)]
+    for guess, evidence in doubted[:REFINED_AGAIN]:
+        guesses.append(refined(scene, model, guess.world_from_object, evidence))
         if is_enough():
             break
     return guesses

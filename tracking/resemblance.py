@@ -28,27 +28,19 @@ DETAIL_PX, DETAIL_REACH_PX = 3.0, 9
 DOUBT_PX = 8.0
 """Where only so few pixels have changed, half of what they say counts."""
 
-LIGHT_RANGE = (0.4, 2.5)
 LIGHT_BLUR_PX, LIGHT_REACH_PX = 4.0, 12
-"""An object's sides may be this much darker or lighter than in its scan; how smoothly that goes."""
+"""How smoothly light changes from place to place of a room."""
 
 CLOSE_PX, CLOSE_REACH_PX = 1.0, 3
-CLOSE_LIGHT_RANGE = (0.3, 3.5)
-"""The scale of detail and of light where a pose is right to a pixel, and how much light may differ
-there: another room's light makes a side of a mug as much darker as what is printed on it."""
+"""The scale of detail where a pose is right to a pixel."""
 
-ROUGHLY: Mapping[str, float | bool | tuple[float, float]] = {
+ROUGHLY: Mapping[str, float | bool] = {
     "strange": STRANGE,
     "on_object": ON_OBJECT,
     "doubt_px": DOUBT_PX,
-    "light_range": LIGHT_RANGE,
     "closely": False,
 }
-CLOSELY: Mapping[str, float | bool | tuple[float, float]] = {
-    **ROUGHLY,
-    "light_range": CLOSE_LIGHT_RANGE,
-    "closely": True,
-}
+CLOSELY: Mapping[str, float | bool] = {**ROUGHLY, "closely": True}
 """In the words of the native crate, which has the blurs of its own."""
 
 
@@ -92,17 +84,10 @@ class Setting:
         return 0.5 * (self._share_explained(shown) + shared - without)
 
     def shown(self, rgb: FloatArray, alpha: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The object over the empty room in the live picture's light; its alpha."""
+        """The object over the empty room; its alpha."""
         rgb = bell_blurred(rgb, LENS_BLUR_PX, LENS_REACH_PX)
         alpha = bell_blurred(alpha, LENS_BLUR_PX, LENS_REACH_PX)
-        light = how_much_lighter(
-            rgb,
-            alpha * self.free,
-            self.live,
-            limits=CLOSE_LIGHT_RANGE if self.closely else LIGHT_RANGE,
-            closely=self.closely,
-        )
-        shown = rgb * light[..., None] + (1.0 - alpha)[..., None] * self.empty
+        shown = rgb + (1.0 - alpha)[..., None] * self.empty
         return np.asarray(shown, dtype=np.float32), alpha
 
     def _detail(self, picture: FloatArray) -> FloatArray:
@@ -122,29 +107,19 @@ class Setting:
 
 
 def how_much_lighter(
-    drawn: FloatArray,
-    weight: FloatArray,
-    live: FloatArray,
-    *,
-    limits: tuple[float, float],
-    closely: bool = False,
+    room: FloatArray, live: FloatArray, *, limits: tuple[float, float]
 ) -> FloatArray:
-    """(H, W) how much lighter each part of a drawn picture is seen live.
-
-    Sides turn towards the light and away from it, shadows fall: all of that is smooth beside what
-    is drawn on things.
+    """(H, W) how much lighter each part of an empty room is seen live: shadows are smooth.
 
     Args:
-        drawn: (H, W, 3) a picture.
-        weight: (H, W) how much of each pixel it is.
+        room: (H, W, 3) its picture.
         live: (H, W, 3) the live picture there.
         limits: of the answer.
-        closely: whether the one lies on the other to a pixel.
     """
-    both = weight * np.einsum("hwc,hwc->hw", drawn, live)
-    power = weight * np.einsum("hwc,hwc->hw", drawn, drawn)
-    scale = (CLOSE_PX, CLOSE_REACH_PX) if closely else (LIGHT_BLUR_PX, LIGHT_REACH_PX)
-    both, power = bell_blurred(both, *scale), bell_blurred(power, *scale)
+    both = np.einsum("hwc,hwc->hw", room, live)
+    power = np.einsum("hwc,hwc->hw", room, room)
+    both = bell_blurred(both, LIGHT_BLUR_PX, LIGHT_REACH_PX)
+    power = bell_blurred(power, LIGHT_BLUR_PX, LIGHT_REACH_PX)
     return np.clip(both / np.maximum(power, 1e-6), *limits).astype(np.float32)
 
 

@@ -10,19 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.pose import Pose
-from tracking.align import shifted, silhouette_shift
 from tracking.evidence import Evidence, Neighbour, Scene, gather, view_of
 from tracking.explain import (
-    Place,
+    Slide,
     closely_explained,
     explained,
-    resemblances,
+    resemblance_at,
     roughly_explained,
-    surroundings_of,
 )
-from tracking.guess import START_SIGMA, STARTS_A_PLACE, Guess, is_other
+from tracking.guess import START_SIGMA, STARTS_A_PLACE, Guess, apart, is_other
 from tracking.model import TrackModel
-from tracking.sketch import draw, sketched
+from tracking.sketch import sketched
 from tracking.smooth import pose_vector
 from tracking.solve import Fit, Prior, judge
 
@@ -39,9 +37,9 @@ YAWS, YAWS_FIRST, PLACES_TURNED = 12, 4, 14
 REFINED = 10
 """So many of these poses are refined roughly."""
 
-TOLD_CLOSELY, YAWS_COMPARED, TOLD_AGAIN = 5, 6, 3
-"""So many rough poses are told closely, and so many other yaws at the best; the best of all these
-once more."""
+TOLD_CLOSELY, PLACES_TOLD, YAWS_COMPARED, TOLD_AGAIN = 6, 3, 6, 4
+"""So many rough poses are told closely, and at so many of their places so many other yaws; the best
+of all these once more."""
 
 ACCEPTED = 0.1
 RECOGNISED = 0.12
@@ -68,8 +66,7 @@ def guesses(
         (*closely_explained(scene, model, evidence, pose), evidence)
         for pose, _, evidence in rough[:TOLD_CLOSELY]
     ]
-    if fine:
-        best, _, evidence = max(fine, key=lambda item: item[1])
+    for best, evidence in _best_places(model, fine):
         # What looks nearly alike from another side has to be told from it at the same place.
         fine += [
             (*closely_explained(scene, model, evidence, pose), evidence)
@@ -88,6 +85,17 @@ def guesses(
     ]
 
 
+def _best_places(
+    model: TrackModel, told: Sequence[tuple[Pose, float, Evidence]]
+) -> list[tuple[Pose, Evidence]]:
+    """The best poses of the best places, which are a radius apart."""
+    best: list[tuple[Pose, Evidence]] = []
+    for pose, _, evidence in sorted(told, key=lambda item: -item[1]):
+        if all(apart(pose, other) > model.radius_m for other, _ in best):
+            best.append((pose, evidence))
+    return best[:PLACES_TOLD]
+
+
 def refined(scene: Scene, model: TrackModel, evidence: Evidence, world_from_start: Pose) -> Guess:
     """What a rough pose of a small object comes to, as its colours have it."""
     found, share = explained(scene, model, evidence, world_from_start)
@@ -96,18 +104,16 @@ def refined(scene: Scene, model: TrackModel, evidence: Evidence, world_from_star
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Tried:
-    """A place at which a small object's yaws are compared.
+    """A place about which a small object's yaws are compared.
 
     Attributes:
-        poses: all of them.
-        alike: (Y,) how much each looks like the picture, where it was compared.
-        surroundings: what the picture shows there, None if nothing of it is in the window.
+        poses: one a yaw, each slid to where it fits best.
+        alike: (Y,) how much each looks like the picture.
         evidence: the object's window.
     """
 
     poses: list[Pose]
     alike: Points
-    surroundings: Place | None
     evidence: Evidence
 
 
@@ -115,18 +121,19 @@ def _starts(
     scene: Scene, model: TrackModel, neighbours: Sequence[Neighbour], places: Points
 ) -> list[tuple[Pose, Evidence]]:
     """Poses near some places that look most like the picture, with their windows, best first."""
-    every = YAWS // YAWS_FIRST
-    tried = [_tried(scene, model, neighbours, place, every=every) for place in places]
-    tried.sort(key=lambda at: -at.alike[::every].max())
+    some = range(0, YAWS, YAWS // YAWS_FIRST)
+    others = [k for k in range(YAWS) if k not in some]
+    tried = [_tried(scene, model, neighbours, place, some) for place in places]
+    tried.sort(key=lambda at: -at.alike.max())
     found: list[tuple[float, Pose, Evidence]] = []
     for at in tried[:PLACES_TURNED]:
-        alike = at.alike.copy()
-        left = [k for k in range(YAWS) if k % every]
-        poses = [at.poses[k] for k in left]
-        alike[left] = resemblances(at.surroundings, poses)
+        more = _compared(scene, model, at.evidence, at.poses[0].translation, others)
+        poses, alike = [*at.poses, *more.poses], np.concatenate([at.alike, more.alike])
+        order = np.argsort([*some, *others])
+        poses, alike = [poses[k] for k in order], alike[order]
         peaks = np.flatnonzero((alike >= np.roll(alike, 1)) & (alike > np.roll(alike, -1)))
         best = peaks[np.argsort(-alike[peaks], kind="stable")][:STARTS_A_PLACE]
-        found += [(float(alike[k]), at.poses[k], at.evidence) for k in best]
+        found += [(float(alike[k]), poses[k], at.evidence) for k in best]
     found.sort(key=lambda item: -item[0])
     distinct: list[tuple[Pose, Evidence]] = []
     for _, pose, evidence in found:
@@ -139,28 +146,22 @@ def _tried(
     scene: Scene,
     model: TrackModel,
     neighbours: Sequence[Neighbour],
-    roughly: Points,
-    *,
-    every: int,
+    place: Points,
+    yaws: Sequence[int],
 ) -> _Tried:
-    """A place with one of so many yaws compared.
+    """A place with some of `YAWS` compared."""
+    view = view_of(scene, model, Pose.from_yaw(0.0, place), at_any_yaw=True)
+    return _compared(scene, model, gather(scene, model, view, neighbours), place, yaws)
 
-    It is right to a part of the object, too roughly to compare pictures: what has changed there is
-    covered first.
-    """
-    place = roughly
-    pose = Pose.from_yaw(0.0, place)
-    view = view_of(scene, model, pose, at_any_yaw=True)
-    evidence = gather(scene, model, view, neighbours)
-    drawn = draw(model, pose, evidence, scene.renderer)
-    shift = silhouette_shift(evidence, drawn.alpha)
-    if shift is not None:
-        place = shifted(pose, shift, evidence, model, grounded=True).translation
-    poses = [Pose.from_yaw(2 * math.pi * k / YAWS, place) for k in range(YAWS)]
-    surroundings = surroundings_of(scene, model, evidence, poses[0])
-    alike = np.zeros(YAWS)
-    alike[::every] = resemblances(surroundings, poses[::every])
-    return _Tried(poses, alike, surroundings, evidence)
+
+def _compared(
+    scene: Scene, model: TrackModel, evidence: Evidence, place: Points, yaws: Sequence[int]
+) -> _Tried:
+    """Some of `YAWS` about a place, which is right to a part of the object: each is slid first."""
+    slide = Slide(scene, model, evidence)
+    poses = [slide.best(Pose.from_yaw(2 * math.pi * k / YAWS, place)) for k in yaws]
+    alike = [resemblance_at(scene, model, evidence, pose) for pose in poses]
+    return _Tried(poses, np.array(alike), evidence)
 
 
 def _other_yaws(
@@ -172,9 +173,9 @@ def _other_yaws(
 ) -> list[Pose]:
     """A small object's likeliest other yaws at a place, without those that were tried there."""
     place, yaw = world_from_object.translation, world_from_object.yaw()
-    poses = [Pose.from_yaw(yaw + 2 * math.pi * k / YAWS, place) for k in range(YAWS)]
-    surroundings = surroundings_of(scene, model, evidence, poses[0])
-    alike = resemblances(surroundings, poses)
+    slide = Slide(scene, model, evidence)
+    poses = [slide.best(Pose.from_yaw(yaw + 2 * math.pi * k / YAWS, place)) for k in range(YAWS)]
+    alike = np.array([resemblance_at(scene, model, evidence, pose) for pose in poses])
     others = [
         poses[k]
         for k in np.argsort(-alike, kind="stable")

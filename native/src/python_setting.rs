@@ -20,7 +20,6 @@ struct Constants {
     strange: f32,
     on_object: f32,
     doubt_px: f64,
-    light_range: [f32; 2],
     closely: bool,
 }
 
@@ -56,7 +55,6 @@ impl Setting {
             strange: constants.strange,
             on_object: constants.on_object,
             doubt_px: constants.doubt_px,
-            light_range: constants.light_range,
             closely: constants.closely,
         };
         let simd = Simd::detect();

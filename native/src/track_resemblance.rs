@@ -3,24 +3,21 @@
 
 use crate::track_picture::{filtered, gaussian};
 
-/// Blur of the lens, and the scales of detail and of light: roughly, and closely.
+/// Blur of the lens, and the scale of detail: roughly, and closely.
 const LENS_BLUR_PX: f32 = 0.6;
 const LENS_TAPS: usize = 5;
 const DETAIL_PX: f32 = 3.0;
 const DETAIL_TAPS: usize = 19;
-const LIGHT_BLUR_PX: f32 = 4.0;
-const LIGHT_TAPS: usize = 25;
 const CLOSE_PX: f32 = 1.0;
 const CLOSE_TAPS: usize = 7;
 const LEAST_POWER: f32 = 1e-6;
 
-/// What is taken for strange, for the object's, and for light; see `tracking.resemblance`.
+/// What is taken for strange, and for the object's; see `tracking.resemblance`.
 #[derive(Clone, Copy)]
 pub struct ResemblanceModel {
     pub strange: f32,
     pub on_object: f32,
     pub doubt_px: f64,
-    pub light_range: [f32; 2],
     pub closely: bool,
 }
 
@@ -36,7 +33,7 @@ pub struct Setting {
     model: ResemblanceModel,
 }
 
-/// A drawn object over the empty room, in the live picture's light.
+/// A drawn object over the empty room.
 struct Shown {
     rgb: Vec<f32>,
     alpha: Vec<f32>,
@@ -106,50 +103,18 @@ impl Setting {
         }
         let lens: [f32; LENS_TAPS] = gaussian(LENS_BLUR_PX);
         let drawn = filtered(&drawn, self.size, 4, &lens);
-        let light = self.light(&drawn);
         let mut shown = Shown {
             rgb: Vec::with_capacity(rgb.len()),
             alpha: Vec::with_capacity(alpha.len()),
         };
         let pixels = drawn.chunks_exact(4).zip(self.empty.chunks_exact(3));
-        for ((drawn, empty), light) in pixels.zip(&light) {
+        for (drawn, empty) in pixels {
             let through = 1.0 - drawn[3];
-            let rgb: [f32; 3] = std::array::from_fn(|k| drawn[k] * light + through * empty[k]);
+            let rgb: [f32; 3] = std::array::from_fn(|k| drawn[k] + through * empty[k]);
             shown.rgb.extend_from_slice(&rgb);
             shown.alpha.push(drawn[3]);
         }
         shown
-    }
-
-    /// How much lighter each part of what is drawn is seen live.
-    #[inline(always)]
-    fn light(&self, drawn: &[f32]) -> Vec<f32> {
-        let mut powers = Vec::with_capacity(2 * self.free.len());
-        let pixels = drawn.chunks_exact(4).zip(self.live.chunks_exact(3));
-        for ((drawn, live), free) in pixels.zip(&self.free) {
-            let weight = drawn[3] * free;
-            let (mut both, mut power) = (0.0, 0.0);
-            for k in 0..3 {
-                both += drawn[k] * live[k];
-                power += drawn[k] * drawn[k];
-            }
-            powers.extend_from_slice(&[weight * both, weight * power]);
-        }
-        let powers = if self.model.closely {
-            filtered(&powers, self.size, 2, &gaussian::<CLOSE_TAPS>(CLOSE_PX))
-        } else {
-            filtered(
-                &powers,
-                self.size,
-                2,
-                &gaussian::<LIGHT_TAPS>(LIGHT_BLUR_PX),
-            )
-        };
-        let [darkest, lightest] = self.model.light_range;
-        let ratios = powers.chunks_exact(2);
-        ratios
-            .map(|pair| (pair[0] / pair[1].max(LEAST_POWER)).clamp(darkest, lightest))
-            .collect()
     }
 
     /// 1 if the picture is as shown, 0 if it is as near to what is there without the object.
@@ -214,7 +179,6 @@ mod tests {
         strange: 0.15,
         on_object: 0.1,
         doubt_px: 8.0,
-        light_range: [0.4, 2.5],
         closely: false,
     };
 

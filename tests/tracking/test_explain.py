@@ -14,7 +14,7 @@ from scenes.pose import Pose, wrap_angle
 from scenes.render.native import NativeRenderer
 from scenes.samples import sample_room
 from tracking.background import Exposure
-from tracking.explain import explained, resemblances, surroundings_of
+from tracking.explain import explained, resemblance_at
 from tracking.model import make_model
 from tracking.window import window_around
 
@@ -72,6 +72,6 @@ def test_a_book_two_metres_away_is_put_right_by_its_colours(seen, x_m, y_m, turn
 def test_the_right_yaw_resembles_the_picture_most(seen):
     scene, model, evidence = seen
     poses = [Pose.from_yaw(TRUE.yaw() + k * math.pi / 4, TRUE.translation) for k in range(8)]
-    alike = resemblances(surroundings_of(scene, model, evidence, poses[0]), poses)
+    alike = np.array([resemblance_at(scene, model, evidence, pose) for pose in poses])
     assert alike.argmax() == 0
     assert alike[0] > alike[1:].max() + 0.2
