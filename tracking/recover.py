@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from scenes.pose import Pose
 from tracking import small_things
 from tracking.evidence import Evidence, Neighbour, Scene, gather, view_of
-from tracking.explain import SLID
 from tracking.guess import (
     APART_RAD,
     START_SIGMA,
@@ -29,6 +28,7 @@ from tracking.guess import (
 from tracking.model import TrackModel
 from tracking.places import Overview, claimed, proposed, scored, spread_out, template_scores
 from tracking.sketch import Sketchbook
+from tracking.small_slide import SLID
 from tracking.smooth import pose_vector
 from tracking.solve import Fit, Prior, solve
 from tracking.templates import YAWS, cut_out

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from scenes.pose import Pose
 from tracking.evidence import Evidence, Neighbour, Scene, gather, view_of
 from tracking.explain import (
-    Slide,
     closely_explained,
     explained,
     resemblance_at,
@@ -21,8 +20,10 @@ from tracking.explain import (
 from tracking.guess import START_SIGMA, STARTS_A_PLACE, Guess, apart, is_other
 from tracking.model import TrackModel
 from tracking.sketch import sketched
+from tracking.small_slide import SmallSlide
 from tracking.smooth import pose_vector
 from tracking.solve import Fit, Prior, judge
+from tracking.surroundings import Surroundings, surroundings_of
 
 Points = NDArray[np.float64]
 
@@ -58,48 +59,42 @@ def guesses(
         places: (P, 3) where it may stand.
     """
     rough = [
-        (*roughly_explained(scene, model, evidence, start), evidence)
-        for start, evidence in _starts(scene, model, neighbours, places)
+        (*roughly_explained(around, start), around)
+        for start, around in _starts(scene, model, neighbours, places)
     ]
     rough.sort(key=lambda item: -item[1])
-    fine = [
-        (*closely_explained(scene, model, evidence, pose), evidence)
-        for pose, _, evidence in rough[:TOLD_CLOSELY]
-    ]
-    for best, evidence in _best_places(model, fine):
+    fine = [(*closely_explained(around, pose), around) for pose, _, around in rough[:TOLD_CLOSELY]]
+    for best, around in _best_places(model, fine):
         # What looks nearly alike from another side has to be told from it at the same place.
         fine += [
-            (*closely_explained(scene, model, evidence, pose), evidence)
-            for pose in _other_yaws(scene, model, evidence, best, [pose for pose, _, _ in fine])
+            (*closely_explained(around, pose), around)
+            for pose in _other_yaws(around, best, [pose for pose, _, _ in fine])
         ]
     fine.sort(key=lambda item: -item[1])
     # Steps that have become small too early are taken anew.
-    finest = [
-        (*closely_explained(scene, model, evidence, pose), evidence)
-        for pose, _, evidence in fine[:TOLD_AGAIN]
-    ]
+    finest = [(*closely_explained(around, pose), around) for pose, _, around in fine[:TOLD_AGAIN]]
     return [
-        _placed(scene, model, evidence, pose, share)
-        for pose, share, evidence in finest + fine[TOLD_AGAIN:] + rough[TOLD_CLOSELY:]
+        _placed(around, pose, share)
+        for pose, share, around in finest + fine[TOLD_AGAIN:] + rough[TOLD_CLOSELY:]
         if share >= ACCEPTED
     ]
 
 
 def _best_places(
-    model: TrackModel, told: Sequence[tuple[Pose, float, Evidence]]
-) -> list[tuple[Pose, Evidence]]:
+    model: TrackModel, told: Sequence[tuple[Pose, float, Surroundings]]
+) -> list[tuple[Pose, Surroundings]]:
     """The best poses of the best places, which are a radius apart."""
-    best: list[tuple[Pose, Evidence]] = []
-    for pose, _, evidence in sorted(told, key=lambda item: -item[1]):
+    best: list[tuple[Pose, Surroundings]] = []
+    for pose, _, around in sorted(told, key=lambda item: -item[1]):
         if all(apart(pose, other) > model.radius_m for other, _ in best):
-            best.append((pose, evidence))
+            best.append((pose, around))
     return best[:PLACES_TOLD]
 
 
 def refined(scene: Scene, model: TrackModel, evidence: Evidence, world_from_start: Pose) -> Guess:
     """What a rough pose of a small object comes to, as its colours have it."""
-    found, share = explained(scene, model, evidence, world_from_start)
-    return _placed(scene, model, evidence, found, share)
+    around = surroundings_of(scene, model, evidence)
+    return _placed(around, *explained(around, world_from_start))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,36 +104,36 @@ class _Tried:
     Attributes:
         poses: one a yaw, each slid to where it fits best.
         alike: (Y,) how much each looks like the picture.
-        evidence: the object's window.
+        around: the object's window.
     """
 
     poses: list[Pose]
     alike: Points
-    evidence: Evidence
+    around: Surroundings
 
 
 def _starts(
     scene: Scene, model: TrackModel, neighbours: Sequence[Neighbour], places: Points
-) -> list[tuple[Pose, Evidence]]:
+) -> list[tuple[Pose, Surroundings]]:
     """Poses near some places that look most like the picture, with their windows, best first."""
     some = range(0, YAWS, YAWS // YAWS_FIRST)
     others = [k for k in range(YAWS) if k not in some]
     tried = [_tried(scene, model, neighbours, place, some) for place in places]
     tried.sort(key=lambda at: -at.alike.max())
-    found: list[tuple[float, Pose, Evidence]] = []
+    found: list[tuple[float, Pose, Surroundings]] = []
     for at in tried[:PLACES_TURNED]:
-        more = _compared(scene, model, at.evidence, at.poses[0].translation, others)
+        more = _compared(at.around, at.poses[0].translation, others)
         poses, alike = [*at.poses, *more.poses], np.concatenate([at.alike, more.alike])
         order = np.argsort([*some, *others])
         poses, alike = [poses[k] for k in order], alike[order]
         peaks = np.flatnonzero((alike >= np.roll(alike, 1)) & (alike > np.roll(alike, -1)))
         best = peaks[np.argsort(-alike[peaks], kind="stable")][:STARTS_A_PLACE]
-        found += [(float(alike[k]), poses[k], at.evidence) for k in best]
+        found += [(float(alike[k]), poses[k], at.around) for k in best]
     found.sort(key=lambda item: -item[0])
-    distinct: list[tuple[Pose, Evidence]] = []
-    for _, pose, evidence in found:
+    distinct: list[tuple[Pose, Surroundings]] = []
+    for _, pose, around in found:
         if len(distinct) < REFINED and all(is_other(model, pose, p) for p, _ in distinct):
-            distinct.append((pose, evidence))
+            distinct.append((pose, around))
     return distinct
 
 
@@ -151,44 +146,35 @@ def _tried(
 ) -> _Tried:
     """A place with some of `YAWS` compared."""
     view = view_of(scene, model, Pose.from_yaw(0.0, place), at_any_yaw=True)
-    return _compared(scene, model, gather(scene, model, view, neighbours), place, yaws)
+    evidence = gather(scene, model, view, neighbours)
+    return _compared(surroundings_of(scene, model, evidence), place, yaws)
 
 
-def _compared(
-    scene: Scene, model: TrackModel, evidence: Evidence, place: Points, yaws: Sequence[int]
-) -> _Tried:
+def _compared(around: Surroundings, place: Points, yaws: Sequence[int]) -> _Tried:
     """Some of `YAWS` about a place, which is right to a part of the object: each is slid first."""
-    slide = Slide(scene, model, evidence)
+    slide = SmallSlide(around)
     poses = [slide.best(Pose.from_yaw(2 * math.pi * k / YAWS, place)) for k in yaws]
-    alike = [resemblance_at(scene, model, evidence, pose) for pose in poses]
-    return _Tried(poses, np.array(alike), evidence)
+    return _Tried(poses, np.array([resemblance_at(around, pose) for pose in poses]), around)
 
 
-def _other_yaws(
-    scene: Scene,
-    model: TrackModel,
-    evidence: Evidence,
-    world_from_object: Pose,
-    tried: Sequence[Pose],
-) -> list[Pose]:
+def _other_yaws(around: Surroundings, world_from_object: Pose, tried: Sequence[Pose]) -> list[Pose]:
     """A small object's likeliest other yaws at a place, without those that were tried there."""
     place, yaw = world_from_object.translation, world_from_object.yaw()
-    slide = Slide(scene, model, evidence)
+    slide = SmallSlide(around)
     poses = [slide.best(Pose.from_yaw(yaw + 2 * math.pi * k / YAWS, place)) for k in range(YAWS)]
-    alike = np.array([resemblance_at(scene, model, evidence, pose) for pose in poses])
+    alike = np.array([resemblance_at(around, pose) for pose in poses])
     others = [
         poses[k]
         for k in np.argsort(-alike, kind="stable")
-        if all(is_other(model, poses[k], pose) for pose in tried)
+        if all(is_other(around.model, poses[k], pose) for pose in tried)
     ]
     return others[:YAWS_COMPARED]
 
 
-def _placed(
-    scene: Scene, model: TrackModel, evidence: Evidence, world_from_object: Pose, share: float
-) -> Guess:
+def _placed(around: Surroundings, world_from_object: Pose, share: float) -> Guess:
     """A small object at a pose, and how much it explains there."""
-    sketch = sketched(model, world_from_object, evidence, scene.renderer)
+    model, evidence = around.model, around.evidence
+    sketch = sketched(model, world_from_object, evidence, around.renderer)
     prior = Prior(pose_vector(world_from_object), np.array(START_SIGMA))
     information = np.diag(1.0 / Prior(prior.mean, np.array(SMALL_SIGMA)).seven() ** 2)
     return Guess(judge(evidence, model, world_from_object, information, prior, sketch), share)
@@ -202,12 +188,13 @@ def is_recognised(scene: Scene, model: TrackModel, evidence: Evidence, fit: Fit)
     """
     if not is_small(model, evidence):
         return None
-    found = refined(scene, model, evidence, fit.world_from_object)
+    around = surroundings_of(scene, model, evidence)
+    found = _placed(around, *explained(around, fit.world_from_object))
     if found.quality < RECOGNISED:
         return False
     here = found.world_from_object
-    others = _other_yaws(scene, model, evidence, here, [here])
-    alike = (closely_explained(scene, model, evidence, pose)[1] for pose in others)
+    others = _other_yaws(around, here, [here])
+    alike = (closely_explained(around, pose)[1] for pose in others)
     return all(share <= found.quality for share in alike)
 
 

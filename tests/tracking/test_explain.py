@@ -16,6 +16,7 @@ from scenes.samples import sample_room
 from tracking.background import Exposure
 from tracking.explain import explained, resemblance_at
 from tracking.model import make_model
+from tracking.surroundings import surroundings_of
 from tracking.window import window_around
 
 LENS = Fisheye.from_fov(1440, math.radians(200))
@@ -63,7 +64,7 @@ def test_a_book_two_metres_away_is_put_right_by_its_colours(seen, x_m, y_m, turn
     scene, model, evidence = seen
     shift = np.array([x_m, y_m, 0.0])
     start = Pose.from_yaw(TRUE.yaw() + math.radians(turn_deg), TRUE.translation + shift)
-    found, share = explained(scene, model, evidence, start)
+    found, share = explained(surroundings_of(scene, model, evidence), start)
     assert np.linalg.norm(found.translation - TRUE.translation) < 0.015
     assert abs(math.degrees(wrap_angle(found.yaw() - TRUE.yaw()))) < 3.0
     assert share > 0.4
@@ -72,6 +73,7 @@ def test_a_book_two_metres_away_is_put_right_by_its_colours(seen, x_m, y_m, turn
 def test_the_right_yaw_resembles_the_picture_most(seen):
     scene, model, evidence = seen
     poses = [Pose.from_yaw(TRUE.yaw() + k * math.pi / 4, TRUE.translation) for k in range(8)]
-    alike = np.array([resemblance_at(scene, model, evidence, pose) for pose in poses])
+    around = surroundings_of(scene, model, evidence)
+    alike = np.array([resemblance_at(around, pose) for pose in poses])
     assert alike.argmax() == 0
     assert alike[0] > alike[1:].max() + 0.2
