@@ -153,15 +153,18 @@ def _tried(
 def _compared(around: Surroundings, place: Points, yaws: Sequence[int]) -> _Tried:
     """Some of `YAWS` about a place, which is right to a part of the object: each is slid first."""
     slide = SmallSlide(around)
-    poses = [slide.best(Pose.from_yaw(2 * math.pi * k / YAWS, place)) for k in yaws]
-    return _Tried(poses, np.array([resemblance_at(around, pose) for pose in poses]), around)
+    slid = [slide.best(Pose.from_yaw(2 * math.pi * k / YAWS, place)) for k in yaws]
+    # What explains none of the change does not look like it, whatever the light.
+    alike = [resemblance_at(around, pose) if gain > 0.0 else 0.0 for pose, gain in slid]
+    return _Tried([pose for pose, _ in slid], np.array(alike), around)
 
 
 def _other_yaws(around: Surroundings, world_from_object: Pose, tried: Sequence[Pose]) -> list[Pose]:
     """A small object's likeliest other yaws at a place, without those that were tried there."""
     place, yaw = world_from_object.translation, world_from_object.yaw()
     slide = SmallSlide(around)
-    poses = [slide.best(Pose.from_yaw(yaw + 2 * math.pi * k / YAWS, place)) for k in range(YAWS)]
+    yaws = [yaw + 2 * math.pi * k / YAWS for k in range(YAWS)]
+    poses = [slide.best(Pose.from_yaw(turned, place))[0] for turned in yaws]
     alike = np.array([resemblance_at(around, pose) for pose in poses])
     others = [
         poses[k]
