@@ -197,8 +197,9 @@ def is_recognised(scene: Scene, model: TrackModel, evidence: Evidence, fit: Fit)
         return False
     here = found.world_from_object
     others = _other_yaws(around, here, [here])
-    alike = (closely_explained(around, pose)[1] for pose in others)
-    return all(share <= found.quality for share in alike)
+    told = (closely_explained(around, pose) for pose in others)
+    # What comes back to the same pose only says so better.
+    return not any(share > found.quality and is_other(model, pose, here) for pose, share in told)
 
 
 def settled(
