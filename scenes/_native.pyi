@@ -448,24 +448,6 @@ class TrackKernels:
         Colours nearer to the room's than the first of `apart` do not, farther than the second do.
         """
 
-    @staticmethod
-    def contour(
-        rgb: NDArray[np.float32],
-        alpha: NDArray[np.float32],
-        depth: NDArray[np.float32],
-        *,
-        lens: Lens,
-        limit: int,
-        reach_px: float,
-    ) -> tuple[
-        NDArray[np.float64],
-        NDArray[np.float64],
-        NDArray[np.float64],
-        NDArray[np.float64],
-        NDArray[np.float32],
-    ]:
-        """Points in camera axes, normals, widths inside and outside, colours, all flat."""
-
     def refine(
         self,
         window: SeenWindow,
@@ -501,21 +483,6 @@ class TrackKernels:
     ) -> list[float]:
         """How well a window supports a pose: the eight of `tracking.judgement.Judgement`."""
 
-    @staticmethod
-    def exposure(
-        plate: NDArray[np.float64],
-        radius2: NDArray[np.float64],
-        seen: NDArray[np.float64],
-        rounds: int,
-    ) -> tuple[float, float, float]:
-        """Gain, falloff and offset of one channel."""
-
-    @staticmethod
-    def patch_means(
-        live: NDArray[np.uint8], corners: NDArray[np.int64], side: int
-    ) -> NDArray[np.float32]:
-        """Mean RGB, 0..1, flat, of squares whose left and top are in `corners`."""
-
 class RoomLearner:
     """Learns the empty room from live pictures; see `tracking.learn`."""
 
@@ -550,3 +517,31 @@ def cut_out(
     half_m: float,
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
     """Colours, own foreground and what is free at some places, flat; see `tracking.templates`."""
+
+def exposure(
+    plate: NDArray[np.float64],
+    radius2: NDArray[np.float64],
+    seen: NDArray[np.float64],
+    rounds: int,
+) -> tuple[float, float, float]:
+    """Gain, falloff and offset of one channel."""
+
+def patch_means(
+    live: NDArray[np.uint8], corners: NDArray[np.int64], side: int
+) -> NDArray[np.float32]:
+    """Mean RGB, 0..1, flat, of squares whose left and top are in `corners`."""
+
+def contour(
+    drawn: DrawnArrays,
+    *,
+    lens: Lens,
+    limit: int,
+    reach_px: float,
+) -> tuple[
+    NDArray[np.float64],
+    NDArray[np.float64],
+    NDArray[np.float64],
+    NDArray[np.float64],
+    NDArray[np.float32],
+]:
+    """Points in camera axes, normals, widths inside and outside, colours, all flat."""

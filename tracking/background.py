@@ -17,7 +17,7 @@ from scenes.cameras import Rig
 from scenes.pose import Pose, rotation_angle
 from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
 from scenes.splats import SplatCloud
-from tracking.native import TrackKernels
+from tracking import native
 from tracking.pictures import bell_blurred, box_blurred, grey, slopes
 from tracking.strips import Strips
 
@@ -183,7 +183,7 @@ def fit_exposure(
     if len(observed) < 50:
         return neutral
     fits = [
-        TrackKernels.exposure(
+        native.exposure(
             np.ascontiguousarray(model[:, c]),
             radius2,
             np.ascontiguousarray(observed[:, c]),

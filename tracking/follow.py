@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from scenes.pose import wrap_angle
 from scenes.state import TrackState
+from tracking import native
 from tracking.audit import COVERED, audited, is_under_review, told_confidence
 from tracking.beliefs import (
     HEAVY_HEIGHT_M,
@@ -25,7 +26,6 @@ from tracking.beliefs import (
 )
 from tracking.carried import is_lifted
 from tracking.evidence import Evidence, gather, view_of
-from tracking.kernels import KERNELS
 from tracking.metrics import ROUND
 from tracking.portrait import Portrait, portrayed
 from tracking.sketch import Sketchbook, draw
@@ -94,7 +94,7 @@ def first_look(task: Task) -> bool:
 
 
 def _colours_at(task: Task, lens: int, corners: NDArray[np.int64]) -> NDArray[np.float32]:
-    means = KERNELS.patch_means(task.scene.frame.images[lens], corners, PATCH_PX)
+    means = native.patch_means(task.scene.frame.images[lens], corners, PATCH_PX)
     return means.reshape(-1, 3)
 
 

@@ -212,8 +212,8 @@ def contour_of(
     reach_px: float,
 ) -> Contour:
     """`tracking.contour.contour_points`, natively."""
-    points, normals, inner, outer, colours = KERNELS.contour(
-        drawn.rgb, drawn.alpha, drawn.depth, lens=lens_of(camera), limit=limit, reach_px=reach_px
+    points, normals, inner, outer, colours = native.contour(
+        _request(drawn), lens=lens_of(camera), limit=limit, reach_px=reach_px
     )
     return Contour(
         np.ascontiguousarray(object_from_camera @ points.reshape(-1, 3)),

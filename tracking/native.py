@@ -8,9 +8,12 @@ from scenes._native import (
     SeenWindow,
     Setting,
     TrackKernels,
+    contour,
     cut_out,
+    exposure,
     looks,
     outlined,
+    patch_means,
 )
 
 if TYPE_CHECKING:
@@ -25,7 +28,10 @@ __all__ = [
     "TrackKernels",
     "TrackLayer",
     "TrackProblem",
+    "contour",
     "cut_out",
+    "exposure",
     "looks",
     "outlined",
+    "patch_means",
 ]

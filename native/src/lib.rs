@@ -21,6 +21,7 @@ pub mod curvature;
 pub mod depth_bounds;
 pub mod ewa;
 pub mod exponential;
+pub mod exposure;
 pub mod gradient_projection;
 pub mod kannala_brandt;
 pub mod lanes;
@@ -49,6 +50,7 @@ mod python_still;
 mod python_track;
 mod python_track_cut;
 mod python_track_learn;
+mod python_track_light;
 mod python_track_reduction;
 mod python_track_request;
 mod python_train;
@@ -63,9 +65,11 @@ pub mod slab;
 pub mod sort;
 #[cfg(target_arch = "x86_64")]
 mod square_avx512;
+mod ssim_row;
 mod ssim_window;
 pub mod still;
 pub mod tape;
+pub mod target;
 pub mod tile_picture;
 pub mod track_change;
 pub mod track_contour;
@@ -111,7 +115,9 @@ mod _native {
     #[pymodule_export]
     use crate::python_track_learn::RoomLearner;
     #[pymodule_export]
-    use crate::python_track_reduction::{looks, outlined};
+    use crate::python_track_light::{exposure, patch_means};
+    #[pymodule_export]
+    use crate::python_track_reduction::{contour, looks, outlined};
     #[pymodule_export]
     use crate::python_train::{Trainee, TrainingTarget};
 }

@@ -1,55 +1,17 @@
 //! The distance of a drawn picture from a photo, L1 + D-SSIM, and its gradient.
 //!
-//! SSIM as Wang et al. 2004 define it: a Gaussian window of 11 pixels, σ = 1.5, zero beyond the
-//! border. What depends on the photo alone (its windowed mean and variance) is computed once.
 //! Everything works on rows of planes, one plane a channel, so that the compiler can vectorise.
 
 use rayon::prelude::*;
 
-use crate::depth_bounds::DepthBounds;
+use crate::exposure::Exposure;
 use crate::simd::Simd;
+use crate::ssim_row::{dot, RowScratch};
 use crate::ssim_window::{blur_column, blur_row, REACH};
+use crate::target::{unit, Target, CHANNELS};
 
-const C1: f32 = 0.01 * 0.01;
-const C2: f32 = 0.03 * 0.03;
-const CHANNELS: usize = 3;
 /// Rows that one task takes.
 const ROWS_PER_TASK: usize = 8;
-
-/// A photo and its windowed statistics; planes of `width * height`, one after the other.
-pub struct Target {
-    pub width: usize,
-    pub height: usize,
-    colour: Vec<u8>,
-    mean: Vec<f32>,
-    variance: Vec<f32>,
-    pub bounds: Option<DepthBounds>,
-}
-
-/// What the photo shows of a colour drawn: gain · falloff · colour + bias, per channel, with
-/// falloff = 1 + f₀·r² + f₁·r⁴ and r the distance from the centre over that of the corners.
-#[derive(Clone, Copy, Debug)]
-pub struct Exposure {
-    pub gain: [f32; CHANNELS],
-    pub bias: [f32; CHANNELS],
-    pub falloff: [f32; 2],
-}
-
-impl Exposure {
-    /// r² of a row's pixels, and the falloff there.
-    #[inline(always)]
-    fn fill_row(&self, y: usize, height: usize, squares: &mut [f32], falloff: &mut [f32]) {
-        let width = squares.len();
-        let centre = [0.5 * width as f32, 0.5 * height as f32];
-        let per_square = 1.0 / (centre[0] * centre[0] + centre[1] * centre[1]);
-        let dy = y as f32 + 0.5 - centre[1];
-        for (x, (square, fall)) in squares.iter_mut().zip(falloff).enumerate() {
-            let dx = x as f32 + 0.5 - centre[0];
-            *square = per_square * (dx * dx + dy * dy);
-            *fall = 1.0 + *square * (self.falloff[0] + *square * self.falloff[1]);
-        }
-    }
-}
 
 /// Mean over pixels and channels.
 #[derive(Clone, Copy, Debug, Default)]
@@ -76,66 +38,6 @@ pub struct Loss {
     pub worth: Vec<f32>,
     /// Mean over channels of |seen - photo|.
     pub error: Vec<f32>,
-}
-
-impl Target {
-    /// From `width * height` RGB pixels, row by row.
-    pub fn new(pixels: &[u8], width: usize, height: usize, simd: Simd) -> Target {
-        let plane = width * height;
-        let mut target = Target {
-            width,
-            height,
-            colour: vec![0; CHANNELS * plane],
-            mean: vec![0.0; CHANNELS * plane],
-            variance: vec![0.0; CHANNELS * plane],
-            bounds: None,
-        };
-        for (place, pixel) in pixels.chunks_exact(CHANNELS).enumerate() {
-            for (channel, &value) in pixel.iter().enumerate() {
-                target.colour[channel * plane + place] = value;
-            }
-        }
-        let mut along = [vec![0.0; CHANNELS * plane], vec![0.0; CHANNELS * plane]];
-        simd.run(
-            #[inline(always)]
-            || {
-                let mut padded = vec![0.0; width + 2 * REACH];
-                for (row, colours) in target.colour.chunks_exact(width).enumerate() {
-                    let span = row * width..(row + 1) * width;
-                    for (power, along) in along.iter_mut().enumerate() {
-                        for (to, &colour) in padded[REACH..].iter_mut().zip(colours) {
-                            let value = unit(colour);
-                            *to = if power == 0 { value } else { value * value };
-                        }
-                        blur_row(&padded, &mut along[span.clone()]);
-                    }
-                }
-                let nothing = vec![0.0; width];
-                for row in 0..CHANNELS * height {
-                    let span = row * width..(row + 1) * width;
-                    let (mean, variance) = (
-                        &mut target.mean[span.clone()],
-                        &mut target.variance[span.clone()],
-                    );
-                    blur_column(&along[0], row, height, &nothing, mean);
-                    blur_column(&along[1], row, height, &nothing, variance);
-                    for (square, &mean) in variance.iter_mut().zip(&*mean) {
-                        *square -= mean * mean;
-                    }
-                }
-            },
-        );
-        target
-    }
-
-    /// Bytes held.
-    pub fn size(&self) -> usize {
-        let bounds = self
-            .bounds
-            .as_ref()
-            .map_or(0, |bounds| 8 * bounds.near.len());
-        9 * self.colour.len() + bounds
-    }
 }
 
 impl Loss {
@@ -364,85 +266,6 @@ impl Loss {
             )
             .collect()
     }
-}
-
-/// One row of everything between two blurs.
-struct RowScratch {
-    values: [Vec<f32>; 3],
-    padded: [Vec<f32>; 3],
-    similarity: Vec<f32>,
-    nothing: Vec<f32>,
-    ones: Vec<f32>,
-}
-
-impl RowScratch {
-    fn new(width: usize) -> RowScratch {
-        RowScratch {
-            values: std::array::from_fn(|_| vec![0.0; width]),
-            padded: std::array::from_fn(|_| vec![0.0; width + 2 * REACH]),
-            similarity: vec![0.0; width],
-            nothing: vec![0.0; width],
-            ones: vec![1.0; width],
-        }
-    }
-
-    /// SSIM = (2μν + C1)(2σ_xy + C2) / ((μ² + ν² + C1)(σ_xx + σ_yy + C2)) of the windowed mean,
-    /// square and product in `values`, and its derivatives by those three, into `padded`.
-    #[inline(always)]
-    fn slopes(&mut self, target_mean: &[f32], target_variance: &[f32]) {
-        let [mean, square, product] = &self.values;
-        let [d_mean, d_square, d_product] = &mut self.padded;
-        let width = self.similarity.len();
-        let similarity = &mut self.similarity[..width];
-        let (mean, square, product) = (&mean[..width], &square[..width], &product[..width]);
-        let (target_mean, target_variance) = (&target_mean[..width], &target_variance[..width]);
-        let d_mean = &mut d_mean[REACH..REACH + width];
-        let d_square = &mut d_square[REACH..REACH + width];
-        let d_product = &mut d_product[REACH..REACH + width];
-        for x in 0..width {
-            let (mu, nu) = (mean[x], target_mean[x]);
-            let variance = square[x] - mu * mu;
-            let covariance = product[x] - mu * nu;
-            let light_top = 2.0 * mu * nu + C1;
-            let shape_top = 2.0 * covariance + C2;
-            let light_under = 1.0 / (mu * mu + nu * nu + C1);
-            let shape_under = 1.0 / (variance + target_variance[x] + C2);
-            let light = light_top * light_under;
-            let shape = shape_top * shape_under;
-            let by_variance = -light * shape * shape_under;
-            let by_covariance = 2.0 * light * shape_under;
-            let by_mean = 2.0 * (nu - mu * light) * light_under * shape;
-            similarity[x] = light * shape;
-            d_mean[x] = by_mean - 2.0 * mu * by_variance - nu * by_covariance;
-            d_square[x] = by_variance;
-            d_product[x] = by_covariance;
-        }
-    }
-}
-
-#[inline(always)]
-fn unit(colour: u8) -> f32 {
-    f32::from(colour) * (1.0 / 255.0)
-}
-
-/// Σ a · b in sixteen partial sums, so that the compiler can vectorise it.
-#[inline(always)]
-fn dot(a: &[f32], b: &[f32]) -> f32 {
-    const PARTS: usize = 16;
-    let mut parts = [0.0f32; PARTS];
-    let (a, b) = (a.chunks_exact(PARTS), b.chunks_exact(PARTS));
-    let rest: f32 = a
-        .remainder()
-        .iter()
-        .zip(b.remainder())
-        .map(|(a, b)| a * b)
-        .sum();
-    for (a, b) in a.zip(b) {
-        for k in 0..PARTS {
-            parts[k] += a[k] * b[k];
-        }
-    }
-    parts.iter().sum::<f32>() + rest
 }
 
 #[cfg(test)]

@@ -67,26 +67,12 @@ impl Setting {
 
     /// In how many pixels the live picture is not what a drawn object would make it.
     fn strange(&self, py: Python<'_>, rgb: Floats<'_>, alpha: Floats<'_>) -> PyResult<f64> {
-        let (rgb, alpha) = self.checked(&rgb, &alpha)?;
-        let setting = &self.setting;
-        Ok(py.detach(|| {
-            self.simd.run(
-                #[inline(always)]
-                || setting.strange(rgb, alpha),
-            )
-        }))
+        self.compare(py, &rgb, &alpha, PlainSetting::strange)
     }
 
     /// How much a drawn object resembles the picture, at most 1, 0 for by chance.
     fn resemblance(&self, py: Python<'_>, rgb: Floats<'_>, alpha: Floats<'_>) -> PyResult<f64> {
-        let (rgb, alpha) = self.checked(&rgb, &alpha)?;
-        let setting = &self.setting;
-        Ok(py.detach(|| {
-            self.simd.run(
-                #[inline(always)]
-                || setting.resemblance(rgb, alpha),
-            )
-        }))
+        self.compare(py, &rgb, &alpha, PlainSetting::resemblance)
     }
 
     /// `strange` of a cloud at each of some poses, each x, y, z and yaw in the world.
@@ -96,14 +82,7 @@ impl Setting {
         alone: &Bound<'_, Alone>,
         upright: Vec<[f64; 4]>,
     ) -> PyResult<Vec<f64>> {
-        let setting = &self.setting;
-        self.at_each(
-            py,
-            alone.get(),
-            upright,
-            #[inline(always)]
-            |rgb, alpha| setting.strange(rgb, alpha),
-        )
+        self.compare_at(py, alone.get(), upright, PlainSetting::strange)
     }
 
     /// `resemblance` of a cloud at each of some poses, each x, y, z and yaw in the world.
@@ -113,25 +92,38 @@ impl Setting {
         alone: &Bound<'_, Alone>,
         upright: Vec<[f64; 4]>,
     ) -> PyResult<Vec<f64>> {
-        let setting = &self.setting;
-        self.at_each(
-            py,
-            alone.get(),
-            upright,
-            #[inline(always)]
-            |rgb, alpha| setting.resemblance(rgb, alpha),
-        )
+        self.compare_at(py, alone.get(), upright, PlainSetting::resemblance)
     }
 }
 
 impl Setting {
+    /// Compares a picture of an object with the live one.
+    fn compare(
+        &self,
+        py: Python<'_>,
+        rgb: &Floats<'_>,
+        alpha: &Floats<'_>,
+        measure: impl Fn(&PlainSetting, &[f32], &[f32]) -> f64 + Sync,
+    ) -> PyResult<f64> {
+        let [width, height] = self.setting.size();
+        let (rgb, alpha) = (rgb.as_slice()?, alpha.as_slice()?);
+        check_length("rgb", rgb, 3 * width * height)?;
+        check_length("alpha", alpha, width * height)?;
+        Ok(py.detach(|| {
+            self.simd.run(
+                #[inline(always)]
+                || measure(&self.setting, rgb, alpha),
+            )
+        }))
+    }
+
     /// Compares a cloud, drawn at each of some poses, with the picture.
-    fn at_each(
+    fn compare_at(
         &self,
         py: Python<'_>,
         alone: &Alone,
         upright: Vec<[f64; 4]>,
-        compare: impl Fn(&[f32], &[f32]) -> f64 + Sync,
+        measure: impl Fn(&PlainSetting, &[f32], &[f32]) -> f64 + Sync,
     ) -> PyResult<Vec<f64>> {
         let size = self.setting.size();
         let finer = alone.finer_than(size)?;
@@ -144,26 +136,18 @@ impl Setting {
                     #[inline(always)]
                     || {
                         if finer == 1 {
-                            return compare(&drawing.rgb, &drawing.alpha);
+                            return measure(&self.setting, &drawing.rgb, &drawing.alpha);
                         }
                         let rgb = shrunk::<3>(&drawing.rgb, size, finer);
-                        compare(&rgb, &shrunk::<1>(&drawing.alpha, size, finer))
+                        measure(
+                            &self.setting,
+                            &rgb,
+                            &shrunk::<1>(&drawing.alpha, size, finer),
+                        )
                     },
                 )
             });
             each.collect()
         }))
-    }
-
-    fn checked<'a>(
-        &self,
-        rgb: &'a Floats<'_>,
-        alpha: &'a Floats<'_>,
-    ) -> PyResult<(&'a [f32], &'a [f32])> {
-        let [width, height] = self.setting.size();
-        let (rgb, alpha) = (rgb.as_slice()?, alpha.as_slice()?);
-        check_length("rgb", rgb, 3 * width * height)?;
-        check_length("alpha", alpha, width * height)?;
-        Ok((rgb, alpha))
     }
 }

@@ -1,22 +1,19 @@
 //! What Python sees of the tracker's kernels.
 
-use numpy::{PyArray1, PyReadonlyArray3, PyReadonlyArrayDyn};
+use numpy::{PyArray1, PyReadonlyArrayDyn};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::python_request::{check_length, with_lens, LensRequest};
+use crate::python_request::{check_length, with_lens};
 use crate::python_seen_window::SeenWindow;
 use crate::python_track_request::{
     layer_of, rigid, rows_of, rows_of_picture, LayerRequest, PlainProblem, ProblemRequest,
 };
 use crate::simd::Simd;
 use crate::track_change::{change, differing, ChangeModel, BINS};
-use crate::track_contour::{contour, Drawn};
 use crate::track_edges::EdgeModel;
 use crate::track_expected::{Cut, Exposure, Window};
 use crate::track_judge::{JudgeModel, Surface};
-use crate::track_light;
-use crate::track_picture::Picture;
 use crate::track_solve::{Estimate, SolveModel};
 
 type Floats<'py> = PyReadonlyArrayDyn<'py, f32>;
@@ -107,13 +104,6 @@ pub struct TrackKernels {
     judge: JudgeModel,
 }
 
-type ContourArrays<'py> = (
-    Flat<'py, f64>,
-    Flat<'py, f64>,
-    Flat<'py, f64>,
-    Flat<'py, f64>,
-    Flat<'py, f32>,
-);
 type ChangeArrays<'py> = (
     Flat<'py, f32>,
     Flat<'py, f32>,
@@ -258,49 +248,6 @@ impl TrackKernels {
         ))
     }
 
-    /// Points (camera axes), normals, widths inside and outside, and colours of a silhouette.
-    #[staticmethod]
-    #[pyo3(signature = (rgb, alpha, depth, *, lens, limit, reach_px))]
-    fn contour<'py>(
-        py: Python<'py>,
-        rgb: Floats<'py>,
-        alpha: Floats<'py>,
-        depth: Floats<'py>,
-        lens: LensRequest,
-        limit: usize,
-        reach_px: f64,
-    ) -> PyResult<ContourArrays<'py>> {
-        let (width, height) = lens.size();
-        let drawn = Drawn {
-            rgb: Picture {
-                values: rgb.as_slice()?,
-                width,
-                height,
-            },
-            alpha: Picture {
-                values: alpha.as_slice()?,
-                width,
-                height,
-            },
-            depth: depth.as_slice()?,
-        };
-        check_length("rgb", drawn.rgb.values, 3 * width * height)?;
-        check_length("alpha", drawn.alpha.values, width * height)?;
-        check_length("depth", drawn.depth, width * height)?;
-        let found = py.detach(|| {
-            with_lens!(&lens.lens(), lens => {
-                Simd::detect().run(#[inline(always)] || contour(&drawn, lens, limit, reach_px))
-            })
-        });
-        Ok((
-            PyArray1::from_vec(py, found.points.into_flattened()),
-            PyArray1::from_vec(py, found.normals.into_flattened()),
-            PyArray1::from_vec(py, found.inner),
-            PyArray1::from_vec(py, found.outer),
-            PyArray1::from_vec(py, found.colours.into_flattened()),
-        ))
-    }
-
     /// A pose after some Gauss-Newton steps per search distance: rotation and translation row by
     /// row (12), halo, information (7 × 7, flat).
     #[pyo3(signature = (window, problem, start, halo, *, rounds))]
@@ -401,64 +348,5 @@ impl TrackKernels {
             found.covered,
             found.likeness,
         ])
-    }
-
-    /// Gain, falloff and offset of one channel.
-    #[staticmethod]
-    fn exposure(
-        plate: Doubles<'_>,
-        radius2: Doubles<'_>,
-        seen: Doubles<'_>,
-        rounds: usize,
-    ) -> PyResult<[f64; 3]> {
-        let (plate, seen) = (plate.as_slice()?, seen.as_slice()?);
-        let radius2 = radius2.as_slice()?;
-        check_length("radius2", radius2, plate.len())?;
-        check_length("seen", seen, plate.len())?;
-        if plate.is_empty() {
-            return Err(PyValueError::new_err(
-                "exposure: no pixels, wanted at least one",
-            ));
-        }
-        Ok(track_light::exposure(plate, radius2, seen, rounds))
-    }
-
-    /// Mean RGB, 0..1, of squares of `side` pixels whose left and top are in `corners`. The rows of
-    /// the picture may be apart, their pixels may not.
-    #[staticmethod]
-    fn patch_means<'py>(
-        py: Python<'py>,
-        live: PyReadonlyArray3<'py, u8>,
-        corners: PyReadonlyArrayDyn<'py, i64>,
-        side: usize,
-    ) -> PyResult<Flat<'py, f32>> {
-        let live = live.as_array();
-        let (height, width, channels) = live.dim();
-        if channels != 3 || live.strides()[1..] != [3, 1] {
-            return Err(PyValueError::new_err(format!(
-                "live: shape {:?} with strides {:?}, wanted RGB pixels without gaps",
-                live.shape(),
-                live.strides()
-            )));
-        }
-        let inside = |corner: &[i64]| -> PyResult<[usize; 2]> {
-            let fits = |at: i64, size: usize| at >= 0 && at as usize + side <= size;
-            if !(fits(corner[0], width) && fits(corner[1], height)) {
-                return Err(PyValueError::new_err(format!(
-                    "corners: {corner:?}, wanted {side} px squares within {width}×{height} px"
-                )));
-            }
-            Ok([corner[0] as usize, corner[1] as usize])
-        };
-        let corners = corners.as_slice()?.chunks_exact(2).map(inside);
-        let corners = corners.collect::<PyResult<Vec<_>>>()?;
-        let rows: Vec<_> = live.outer_iter().collect();
-        let rows: Vec<&[u8]> = rows.iter().filter_map(|row| row.to_slice()).collect();
-        if rows.len() != height {
-            return Err(PyValueError::new_err("live: rows with gaps, wanted none"));
-        }
-        let means =
-            track_light::patch_means(&corners, side, |row, column| &rows[row][3 * column..]);
-        Ok(PyArray1::from_vec(py, means))
     }
 }

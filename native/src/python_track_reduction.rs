@@ -1,17 +1,26 @@
-//! What Python sees of drawings that are reduced to points.
+//! What Python sees of drawings that are reduced to contours and points.
 
 use numpy::{PyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 
 use crate::python_request::{check_length, with_lens, LensRequest};
 use crate::simd::Simd;
-use crate::track_contour::Drawn;
+use crate::track_contour::{self, Drawn};
 use crate::track_picture::Picture;
 use crate::track_reduction::{self as reduction, Line, OutlineModel, SurfaceModel};
 
 type Floats<'py> = PyReadonlyArrayDyn<'py, f32>;
 type Doubles<'py> = PyReadonlyArrayDyn<'py, f64>;
 type Flat<'py, T> = Bound<'py, PyArray1<T>>;
+
+/// Points (camera axes), normals, widths inside and outside, colours.
+type ContourArrays<'py> = (
+    Flat<'py, f64>,
+    Flat<'py, f64>,
+    Flat<'py, f64>,
+    Flat<'py, f64>,
+    Flat<'py, f32>,
+);
 
 /// Left, top, width and height; pixels, points, normals, widths inside and outside; the picture.
 type OutlinedArrays<'py> = (
@@ -61,6 +70,34 @@ impl DrawnRequest<'_> {
         check_length("depth", drawn.depth, width * height)?;
         Ok(drawn)
     }
+}
+
+/// The contour of a drawn silhouette.
+#[pyfunction]
+#[pyo3(signature = (drawn, *, lens, limit, reach_px))]
+pub(crate) fn contour<'py>(
+    py: Python<'py>,
+    drawn: DrawnRequest<'py>,
+    lens: LensRequest,
+    limit: usize,
+    reach_px: f64,
+) -> PyResult<ContourArrays<'py>> {
+    let drawn = drawn.drawn(lens.size())?;
+    let found = py.detach(|| {
+        with_lens!(&lens.lens(), lens => {
+            Simd::detect().run(
+                #[inline(always)]
+                || track_contour::contour(&drawn, lens, limit, reach_px),
+            )
+        })
+    });
+    Ok((
+        PyArray1::from_vec(py, found.points.into_flattened()),
+        PyArray1::from_vec(py, found.normals.into_flattened()),
+        PyArray1::from_vec(py, found.inner),
+        PyArray1::from_vec(py, found.outer),
+        PyArray1::from_vec(py, found.colours.into_flattened()),
+    ))
 }
 
 /// How much is kept of an outline.

@@ -6,12 +6,14 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::depth_bounds::DepthBounds;
-use crate::loss::{Distance, Exposure, Loss, Target};
+use crate::exposure::Exposure;
+use crate::loss::{Distance, Loss};
 use crate::pool::Pools;
 use crate::python_request::{check_length, pool_of, with_lens, DrawRequest, LensRequest};
 use crate::render::Job;
 use crate::scope::Scope;
 use crate::simd::Simd;
+use crate::target::Target;
 use crate::train_splats::{width_of, Rows};
 use crate::train_step::{self, CameraPose, Comparison};
 

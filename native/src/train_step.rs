@@ -6,11 +6,13 @@ use rayon::prelude::*;
 
 use crate::backward::SUMS;
 use crate::curvature::Curved;
+use crate::exposure::Exposure;
 use crate::gradient_projection::gradients_of_splat;
-use crate::loss::{Distance, Exposure, Loss, Target};
+use crate::loss::{Distance, Loss};
 use crate::project::PosedCloud;
 use crate::render::{self, Job, Picture, Scratch};
 use crate::scene::CHUNK;
+use crate::target::Target;
 use crate::train_backward::ERROR;
 use crate::train_splats::{GroupGradients, Rows, TrainSplats, LOGIT, LOG_SCALE, ROTATION, SH};
 use crate::train_sums::TrainingSums;

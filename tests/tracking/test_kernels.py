@@ -10,7 +10,7 @@ from scenes.cameras import Fisheye, Pinhole, Rig, pixel_centres
 from scenes.frames import FRONT_FROM_BACK_LENS, look_at
 from scenes.pose import Pose, rotation_angle, rotation_from_vector
 from scenes.render.renderer import Rendering
-from tracking import judgement, reference
+from tracking import judgement, native, reference
 from tracking.background import Exposure, expose
 from tracking.colours import ColourModel
 from tracking.contour import contour_points, sample, texture_points
@@ -80,8 +80,8 @@ def seen(request):
     hidden = np.zeros_like(foreground)
     hidden[:, : hidden.shape[1] * 46 // 100] = 1.0
     shape = (window.camera.width_px, window.camera.height_px)
-    native = SeenWindow(live, foreground, own, hidden, shape)
-    return Evidence(window, live, foreground, own, hidden, (), native), drawn, world_from_object
+    seen = SeenWindow(live, foreground, own, hidden, shape)
+    return Evidence(window, live, foreground, own, hidden, (), seen), drawn, world_from_object
 
 
 def measured(evidence, drawn, world_from_object, *, is_round=False):
@@ -317,7 +317,7 @@ def test_exposures_are_the_readable_ones():
     plate, radius2 = rng.uniform(0, 1, 400), rng.uniform(0, 1, 400)
     seen = plate * (1.2 - 0.3 * radius2) - 0.02 + rng.normal(0, 0.01, 400)
     seen[::5] = rng.uniform(0, 1, 80)
-    found = KERNELS.exposure(plate, radius2, seen, 6)
+    found = native.exposure(plate, radius2, seen, 6)
     np.testing.assert_allclose(found, reference.exposure(plate, radius2, seen, 6), atol=1e-9)
     np.testing.assert_allclose(found, (1.2, -0.3, -0.02), atol=0.02)
 
@@ -326,11 +326,11 @@ def test_patches_of_a_lens_in_a_wide_picture_are_averaged():
     picture = np.random.default_rng(2).integers(0, 256, (40, 90, 3), dtype=np.uint8)
     lens = picture[:, 45:]
     corners = np.array([[0, 0], [40, 35], [7, 20]])
-    found = KERNELS.patch_means(lens, corners, 5).reshape(-1, 3)
+    found = native.patch_means(lens, corners, 5).reshape(-1, 3)
     wanted = [lens[y : y + 5, x : x + 5].mean(axis=(0, 1)) / 255 for x, y in corners]
     np.testing.assert_allclose(found, wanted, atol=1e-6)
     with pytest.raises(ValueError, match="wanted 5 px squares within 45×40 px"):
-        KERNELS.patch_means(lens, np.array([[41, 0]]), 5)
+        native.patch_means(lens, np.array([[41, 0]]), 5)
 
 
 @pytest.mark.parametrize("is_cautious", [False, True])

@@ -120,11 +120,6 @@ def test_a_bumped_camera_is_noticed_without_a_marker(scene, picture, renderer, m
     assert math.degrees(rotation_angle(left.rotation)) < 0.15
     for thing in room.objects:
         tracked = by_id(output)[thing.object_id]
-        print(
-            thing.object_id,
-            tracked.state,
-            pose_error(tracked.world_from_object, thing.world_from_object),
-        )
         assert pose_error(tracked.world_from_object, thing.world_from_object).world_cm < 1.5
 
 
