@@ -26,6 +26,7 @@ from tracking.guess import (
     distinct,
 )
 from tracking.model import TrackModel
+from tracking.pace import Pace
 from tracking.places import Overview, claimed, proposed, scored, spread_out, template_scores
 from tracking.sketch import Sketchbook
 from tracking.small_slide import SLID
@@ -53,6 +54,9 @@ START_REACHES = (10.0, 5.0, 2.5)
 GOOD_SUPPORT, GOOD_VISIBLE = 0.8, 0.9
 """Wrong yaws reach three quarters."""
 
+CLAIMED_MS, PROPOSED_MS, SCORED_MS, SCORED_NEARER_MS, GATHERED_MS, REFINED_MS = 9, 20, 10, 19, 3, 12
+"""About how long the parts of a search take, see `tracking.pace`."""
+
 ACCEPTED_AGREEMENT = 0.35
 ACCEPTED_QUALITY = 0.3
 ACCEPTED_LIKENESS = 0.25
@@ -68,6 +72,7 @@ def candidates(
     supports_m: Sequence[float],
     last: Points,
     enough: int,
+    pace: Pace,
     reach_m: float = REACH_M,
 ) -> list[Guess]:
     """Poses an object may have anywhere on the given heights, the best first.
@@ -80,30 +85,34 @@ def candidates(
         supports_m: heights of the planes it may stand on.
         last: (3,) where it was seen last; tried as well.
         enough: the search ends with so many poses that leave no doubt.
+        pace: how much of it is done in this frame.
         reach_m: how far from the camera to search.
+
+    Raises:
+        NotYet: the rest is for the next frame.
     """
     pictures = [
-        claimed(scene, look, index, model, neighbours) for index in range(len(look.cameras))
+        pace.do(CLAIMED_MS, claimed, scene, look, index, model, neighbours)
+        for index in range(len(look.cameras))
     ]
-    places = np.concatenate(
-        [
-            _on_support(last, supports_m)[None],
-            proposed(scene, look, model, pictures, supports_m=supports_m, reach_m=reach_m),
-        ]
+    known = _on_support(last, supports_m)[None]
+    others = pace.do(
+        PROPOSED_MS, proposed, scene, look, model, pictures, supports_m=supports_m, reach_m=reach_m
     )
+    places = np.concatenate([known, others])
     places = places[scene.stands.hold(places)]
-    _, scores = scored(scene, look, model, pictures, places)
+    _, scores = pace.do(SCORED_MS, scored, scene, look, model, pictures, places)
     if model.radius_m < small_things.SMALL_M:
         apart_m = SLID * model.radius_m
         places = spread_out(places, scores.max(axis=1), apart=apart_m, limit=PLACES_SMALL)
-        guesses = small_things.guesses(scene, model, neighbours, places)
+        guesses = small_things.guesses(scene, model, neighbours, places, pace=pace)
     else:
         chosen = places[np.argsort(-scores.max(axis=1), kind="stable")[:PLACES_NEARER]]
         nearer = (chosen[:, None] + _around(model)).reshape(-1, 3)
         nearer = nearer[scene.stands.hold(nearer)]
-        yaws, scores = scored(scene, look, model, pictures, nearer)
+        yaws, scores = pace.do(SCORED_NEARER_MS, scored, scene, look, model, pictures, nearer)
         starts = _starts_by_place(model, nearer, yaws, scores, limit=PLACES_REFINED)
-        guesses = _large_guesses(scene, model, neighbours, starts, enough=enough)
+        guesses = _large_guesses(scene, model, neighbours, starts, enough=enough, pace=pace)
     accepted = [g for g in guesses if _is_acceptable(g) and _can_be(scene, g.world_from_object)]
     return distinct(model, accepted)
 
@@ -115,6 +124,7 @@ def _large_guesses(
     starts: Sequence[Sequence[Pose]],
     *,
     enough: int,
+    pace: Pace,
 ) -> list[Guess]:
     """What rough poses of a large object come to: of every place one, then more where it may be.
 
@@ -124,6 +134,7 @@ def _large_guesses(
         neighbours: other objects, whose places are taken.
         starts: by place, the likeliest yaw first.
         enough: it ends with so many poses that leave no doubt.
+        pace: how much of it is done in this frame.
     """
     tried: list[tuple[Guess, Evidence, Sequence[Pose]]] = []
     guesses: list[Guess] = []
@@ -133,8 +144,8 @@ def _large_guesses(
 
     for first, *others in starts:
         view = view_of(scene, model, first, at_any_yaw=True)
-        evidence = gather(scene, model, view, neighbours)
-        guesses.append(refined(scene, model, first, evidence))
+        evidence = pace.do(GATHERED_MS, gather, scene, model, view, neighbours)
+        guesses.append(pace.do(REFINED_MS, refined, scene, model, first, evidence))
         tried.append((guesses[-1], evidence, others))
         if is_enough():
             return guesses
@@ -146,7 +157,7 @@ def _large_guesses(
         for pose in others
     ]
     for pose, evidence in turned_starts[:REFINED_MORE]:
-        guesses.append(refined(scene, model, pose, evidence))
+        guesses.append(pace.do(REFINED_MS, refined, scene, model, pose, evidence))
         tried.append((guesses[-1], evidence, ()))
         if is_enough():
             return guesses
@@ -154,7 +165,8 @@ def _large_guesses(
     tried.sort(key=lambda item: -item[0].quality)
     doubted = [(guess, evidence) for guess, evidence, _ in tried if not leaves_no_doubt(guess.fit)]
     for guess, evidence in doubted[:REFINED_AGAIN]:
-        guesses.append(refined(scene, model, guess.world_from_object, evidence))
+        again = guess.world_from_object
+        guesses.append(pace.do(REFINED_MS, refined, scene, model, again, evidence))
         if is_enough():
             break
     return guesses

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence, Set
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from scenes.state import TrackState
 from tracking.beliefs import HEAVY_HEIGHT_M, LOST_CONFIDENCE, SURE, confidence_of
 from tracking.claims import Claim, Searched, claims, is_same_spot
 from tracking.follow import rest_of
 from tracking.guess import Guess
+from tracking.pace import NotYet, Pace
 from tracking.places import Overview, overview
 from tracking.recover import candidates
 from tracking.small_things import SMALL_M
@@ -24,71 +25,141 @@ holes reach what lies between."""
 MOST_WAITS = 3
 """From the second search in vain on, the next one waits twice as long, so many times."""
 
+OVERVIEW_MS = 20
+"""About how long it takes to compare a whole frame with the room."""
+
 LEAST_CONFIDENCE = 0.3
 """A guess less sure than this is not followed."""
 
 
-def regain(tasks: Sequence[Task], searches: int) -> Mapping[str, Track]:
-    """Tracks of all lost objects after some of them were looked for over the whole scene.
+@dataclass(frozen=True, slots=True, eq=False)
+class Search:
+    """A search under way for one object, in the frame that it began with.
+
+    Attributes:
+        task: the object and that frame.
+        look: the frame's overview.
+        enough: so many poses that leave no doubt end it.
+        done: what was done of it, see `tracking.pace.Pace`.
+    """
+
+    task: Task
+    look: Overview
+    enough: int
+    done: tuple[object, ...]
+
+
+def regain_all(tasks: Sequence[Task]) -> Mapping[str, Track]:
+    """Tracks of all lost objects after they were looked for over the whole scene.
 
     Small things are looked for in what the large ones leave unexplained.
 
     Args:
         tasks: of all lost objects; their neighbours are those that are not lost.
-        searches: how many objects are looked for, those that waited longest first.
     """
-    due = [task for task in tasks if _is_due(task)]
-    due = sorted(due, key=lambda task: task.track.searched_ns)[:searches]
-    if not due:
+    if not tasks:
         return {}
-    look = overview(due[0].scene)
-    names = {task.model.object_id for task in due}
+    look = overview(tasks[0].scene)
     large = [task for task in tasks if task.model.radius_m >= SMALL_M]
-    tracks = _searched(large, look, names)
-    found = tuple(
-        (task.model, tracks[task.model.object_id].world_from_object)
-        for task in large
-        if tracks[task.model.object_id].state is not TrackState.LOST
+    tracks = _placed(large, {_id(task): _guesses(task, look, len(large)) for task in large})
+    small = _beside(tasks, tracks)
+    found = {_id(task): _guesses(task, look, len(small)) for task in small}
+    return tracks | _placed(small, found)
+
+
+def regain(
+    tasks: Sequence[Task], search: Search | None, *, budget_ms: float
+) -> tuple[Mapping[str, Track], Search | None]:
+    """Tracks of lost objects after some more of the search for one of them, and what is left of it.
+
+    Searches are spread over frames, so that none is late for them: the next one is for what waited
+    longest. All of a search is done in the frame that it began with.
+
+    Args:
+        tasks: of all lost objects; their neighbours are those that are not lost.
+        search: what was left in the frame before.
+        budget_ms: how much may be done in this frame.
+    """
+    if search is None or _is_outdated(search, tasks):
+        search, budget_ms = _begun(tasks), budget_ms - OVERVIEW_MS
+    if search is None:
+        return {}, None
+    pace = Pace(budget_ms, search.done)
+    try:
+        guesses = _guesses(search.task, search.look, search.enough, pace)
+    except NotYet:
+        return {}, replace(search, done=pace.done())
+    large = [task for task in tasks if task.model.radius_m >= SMALL_M]
+    name = _id(search.task)
+    tracks = _placed(large, {name: guesses})
+    return tracks | _placed(_beside(tasks, tracks), {name: guesses}), None
+
+
+def _begun(tasks: Sequence[Task]) -> Search | None:
+    """A search for the object that waited longest; None if it is too early for any."""
+    due = [task for task in tasks if _is_due(task)]
+    if not due:
+        return None
+    task = min(due, key=lambda task: task.track.searched_ns)
+    is_small = task.model.radius_m < SMALL_M
+    alike = [other for other in tasks if (other.model.radius_m < SMALL_M) == is_small]
+    return Search(task, overview(task.scene), len(alike), ())
+
+
+def _is_outdated(search: Search, tasks: Sequence[Task]) -> bool:
+    """Whether the object is not lost any more, or the camera found to stand elsewhere since."""
+    begun = search.task.scene
+    return not any(
+        task.model is search.task.model and task.scene.world_from_rig is begun.world_from_rig
+        for task in tasks
     )
-    small = [
+
+
+def _beside(tasks: Sequence[Task], tracks: Mapping[str, Track]) -> list[Task]:
+    """Those of the tasks that are for small things, which stand beside the large ones found."""
+    found = tuple(
+        (task.model, tracks[_id(task)].world_from_object)
+        for task in tasks
+        if _id(task) in tracks and tracks[_id(task)].state is not TrackState.LOST
+    )
+    return [
         replace(task, neighbours=(*task.neighbours, *found))
         for task in tasks
         if task.model.radius_m < SMALL_M
     ]
-    return tracks | _searched(small, look, names)
 
 
-def _searched(tasks: Sequence[Task], look: Overview, due: Set[str]) -> dict[str, Track]:
-    """Tracks of some lost objects after those that are due were looked for."""
-    fresh = {
-        task.model.object_id: _guesses(task, look, len(tasks))
-        for task in tasks
-        if task.model.object_id in due
-    }
+def _placed(tasks: Sequence[Task], fresh: Mapping[str, Sequence[Guess]]) -> dict[str, Track]:
+    """Tracks of some lost objects after some of them were looked for.
+
+    Args:
+        tasks: the objects.
+        fresh: where those that were looked for may be, by object id.
+    """
+    tasks = [_searched(task, fresh.get(_id(task))) for task in tasks]
     found = claims(
-        [
-            Searched(
-                task.model,
-                task.track.world_from_object,
-                fresh.get(task.model.object_id, _still_free(task)),
-            )
-            for task in tasks
-        ]
+        [Searched(task.model, task.track.world_from_object, _still_free(task)) for task in tasks]
     )
-    tracks: dict[str, Track] = {}
-    for task in tasks:
-        name, track = task.model.object_id, task.track
-        if name in fresh:
-            now, searches = task.scene.frame.t_ns, track.searches_in_vain + 1
-            track = replace(track, searched_ns=now, searches_in_vain=searches, guesses=fresh[name])
-        tracks[name] = _regained(replace(task, track=track), found.get(name))
-    return tracks
+    return {_id(task): _regained(task, found.get(_id(task))) for task in tasks}
 
 
-def _guesses(task: Task, look: Overview, enough: int) -> tuple[Guess, ...]:
-    """Where an object may be by this frame."""
+def _searched(task: Task, guesses: Sequence[Guess] | None) -> Task:
+    """The task with the outcome of its search noted, if there was one."""
+    if guesses is None:
+        return task
+    track = replace(
+        task.track,
+        searched_ns=task.scene.frame.t_ns,
+        searches_in_vain=task.track.searches_in_vain + 1,
+        guesses=tuple(guesses),
+    )
+    return replace(task, track=track)
+
+
+def _guesses(task: Task, look: Overview, enough: int, pace: Pace | None = None) -> list[Guess]:
+    """Where an object may be by its frame."""
     last = task.track.world_from_object.translation
-    found = candidates(
+    return candidates(
         task.scene,
         look,
         task.model,
@@ -96,12 +167,12 @@ def _guesses(task: Task, look: Overview, enough: int) -> tuple[Guess, ...]:
         supports_m=_heights(task),
         last=last,
         enough=enough,
+        pace=pace or Pace(),
     )
-    return tuple(found)
 
 
 def _still_free(task: Task) -> tuple[Guess, ...]:
-    """Earlier guesses whose place was not given to another object since."""
+    """Guesses whose place was not given to another object since."""
     return tuple(
         guess
         for guess in task.track.guesses
@@ -164,6 +235,10 @@ def _confidence(guess: Guess) -> float:
         return confidence_of(guess.fit)
     sure = (guess.quality - DOUBTED_SMALL) / (CERTAIN_SMALL - DOUBTED_SMALL)
     return min(max(sure, 0.0), 1.0)
+
+
+def _id(task: Task) -> str:
+    return task.model.object_id
 
 
 def _is_due(task: Task) -> bool:

@@ -19,6 +19,7 @@ from tracking.explain import (
 )
 from tracking.guess import START_SIGMA, STARTS_A_PLACE, Guess, apart, is_other
 from tracking.model import TrackModel
+from tracking.pace import Pace
 from tracking.sketch import sketched
 from tracking.small_slide import SmallSlide
 from tracking.smooth import pose_vector
@@ -42,13 +43,21 @@ TOLD_CLOSELY, PLACES_TOLD, YAWS_COMPARED, TOLD_AGAIN = 6, 3, 6, 4
 """So many rough poses are told closely, and at so many of their places so many other yaws; the best
 of all these once more."""
 
+TRIED_MS, TURNED_MS, ROUGHLY_MS, CLOSELY_MS, YAWS_MS, PLACED_MS = 7, 12, 7, 15, 19, 3
+"""About how long the parts of a search take, see `tracking.pace`."""
+
 ACCEPTED = 0.1
 RECOGNISED = 0.12
 """How much an object must resemble the picture at a pose to be a guess, and to be there."""
 
 
 def guesses(
-    scene: Scene, model: TrackModel, neighbours: Sequence[Neighbour], places: Points
+    scene: Scene,
+    model: TrackModel,
+    neighbours: Sequence[Neighbour],
+    places: Points,
+    *,
+    pace: Pace,
 ) -> list[Guess]:
     """What rough poses of a small object at some places come to, the likeliest ones told closely.
 
@@ -57,24 +66,31 @@ def guesses(
         model: the object.
         neighbours: other objects, whose places are taken.
         places: (P, 3) where it may stand.
+        pace: how much of it is done in this frame.
+
+    Raises:
+        NotYet: the rest is for the next frame.
     """
+
+    def closely(around: Surroundings, pose: Pose) -> tuple[Pose, float, Surroundings]:
+        return *pace.do(CLOSELY_MS, closely_explained, around, pose), around
+
     rough = [
-        (*roughly_explained(around, start), around)
-        for start, around in _starts(scene, model, neighbours, places)
+        (*pace.do(ROUGHLY_MS, roughly_explained, around, start), around)
+        for start, around in _starts(scene, model, neighbours, places, pace)
     ]
     rough.sort(key=lambda item: -item[1])
-    fine = [(*closely_explained(around, pose), around) for pose, _, around in rough[:TOLD_CLOSELY]]
+    fine = [closely(around, pose) for pose, _, around in rough[:TOLD_CLOSELY]]
     for best, around in _best_places(model, fine):
         # What looks nearly alike from another side has to be told from it at the same place.
-        fine += [
-            (*closely_explained(around, pose), around)
-            for pose in _other_yaws(around, best, [pose for pose, _, _ in fine])
-        ]
+        tried = [pose for pose, _, _ in fine]
+        others = pace.do(YAWS_MS, _other_yaws, around, best, tried)
+        fine += [closely(around, pose) for pose in others]
     fine.sort(key=lambda item: -item[1])
     # Steps that have become small too early are taken anew.
-    finest = [(*closely_explained(around, pose), around) for pose, _, around in fine[:TOLD_AGAIN]]
+    finest = [closely(around, pose) for pose, _, around in fine[:TOLD_AGAIN]]
     return [
-        _placed(around, pose, share)
+        pace.do(PLACED_MS, _placed, around, pose, share)
         for pose, share, around in finest + fine[TOLD_AGAIN:] + rough[TOLD_CLOSELY:]
         if share >= ACCEPTED
     ]
@@ -113,16 +129,21 @@ class _Tried:
 
 
 def _starts(
-    scene: Scene, model: TrackModel, neighbours: Sequence[Neighbour], places: Points
+    scene: Scene,
+    model: TrackModel,
+    neighbours: Sequence[Neighbour],
+    places: Points,
+    pace: Pace,
 ) -> list[tuple[Pose, Surroundings]]:
     """Poses near some places that look most like the picture, with their windows, best first."""
     some = range(0, YAWS, YAWS // YAWS_FIRST)
     others = [k for k in range(YAWS) if k not in some]
-    tried = [_tried(scene, model, neighbours, place, some) for place in places]
+    tried = [pace.do(TRIED_MS, _tried, scene, model, neighbours, place, some) for place in places]
     tried.sort(key=lambda at: -at.alike.max())
     found: list[tuple[float, Pose, Surroundings]] = []
     for at in tried[:PLACES_TURNED]:
-        more = _compared(at.around, at.poses[0].translation, others)
+        here = at.poses[0].translation
+        more = pace.do(TURNED_MS, _compared, at.around, here, others)
         poses, alike = [*at.poses, *more.poses], np.concatenate([at.alike, more.alike])
         order = np.argsort([*some, *others])
         poses, alike = [poses[k] for k in order], alike[order]

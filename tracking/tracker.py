@@ -29,7 +29,7 @@ from tracking.layers import LayerMemo, window_of
 from tracking.learn import Band, band_of, learn, looked_at, whole_lens
 from tracking.model import TrackModel, make_model
 from tracking.output import Stopwatch, TrackOutput, no_stopwatch
-from tracking.regain import regain
+from tracking.regain import Search, regain, regain_all
 from tracking.stands import FLOOR_M, stands_in
 from tracking.track import Task, Track, new_track, report
 from tracking.window import Layer
@@ -54,7 +54,11 @@ TURN_PERIOD = 4
 """Frames between two fresh measurements of resting objects, one object at a time."""
 
 UNHURRIED_NS = 50_000_000
-"""Frames that come faster than this audit and search only where they have nothing else to do."""
+"""Frames that come faster than this audit only where they have nothing else to do."""
+
+SEARCH_SHARE = 0.6
+"""So much of the time between a stream's pictures goes into looking for what is lost. Dropped ones
+count as pictures: where frames are late already, searches do not make them later and later."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,12 +104,16 @@ class TrackerState:
         rig: None before the first frame.
         frames: how many were taken in.
         t_ns: frame time of the last one.
+        seq: its number in the stream.
+        search: what is left to do of the search for a lost object; None if none is under way.
     """
 
     tracks: Mapping[str, Track]
     rig: RigState | None
     frames: int
     t_ns: int
+    seq: int = 0
+    search: Search | None = None
 
 
 class Tracker:
@@ -186,10 +194,15 @@ class Tracker:
             )
             tracks[name] = follow(task, looks[name])
             searched = searched or was_audited(tracks[name], frame.t_ns)
-        if self._options.recover and not searched:
-            # At first there is nothing to be late for: all that is lost is looked for at once.
-            searches = 1 if state.frames else len(self._models)
-            tracks |= regain(self._lost(tasks, tracks), searches)
+        search = state.search
+        if self._options.recover and not state.frames:
+            # At first there is nothing to be late for.
+            tracks |= regain_all(self._lost(tasks, tracks))
+        elif self._options.recover and not searched:
+            period_ns = (frame.t_ns - state.t_ns) / max(frame.seq - state.seq, 1)
+            budget_ms = SEARCH_SHARE * period_ns / 1e6
+            found, search = regain(self._lost(tasks, tracks), search, budget_ms=budget_ms)
+            tracks |= found
         posed = self._stopwatch()
         if _learns(state.frames):
             heights = [lens.height_px for lens in frame.rig.lenses]
@@ -204,7 +217,9 @@ class Tracker:
             "pose": posed - detected,
             "smooth": ended - posed,
         }
-        following = TrackerState(MappingProxyType(tracks), rig, state.frames + 1, frame.t_ns)
+        following = TrackerState(
+            MappingProxyType(tracks), rig, state.frames + 1, frame.t_ns, frame.seq, search
+        )
         output = TrackOutput(objects, MappingProxyType(stages), scene.world_from_rig)
         return following, output
 

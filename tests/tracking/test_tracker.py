@@ -1,6 +1,7 @@
 """The trackers on pictures of the physical meshes, cast ray by ray; splats serve as models only."""
 
 import math
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -190,6 +191,33 @@ def test_finds_a_chair_that_was_moved_between_sessions(scene, picture, renderer)
     error = pose_error(chair.world_from_object, elsewhere)
     assert error.world_cm < 2.5
     assert error.yaw_deg < 3.0
+
+
+def test_a_search_for_what_is_lost_is_spread_over_frames(scene, picture, renderer):
+    room, splats, models = scene
+    tracker = Tracker(splats, models, renderer)
+    chair = moved(room.object_by_id("chair-1").world_from_object, -0.9, 0.5, 60)
+    state, _ = tracker.step(tracker.start(), picture({}), 0)
+    carried_off = picture({"chair-1": chair})
+    spread = []
+    for seq in range(1, 60):
+        now = seq * FRAME_NS // 3
+        frame = replace(carried_off, seq=seq, t_ns=now, received_ns=now)
+        before = state
+        state, output = tracker.step(state, frame, now)
+        if state.search is not None:
+            spread.append(len(state.search.done))
+        elif spread:
+            break
+    assert len(spread) >= 3
+    assert spread == sorted(set(spread))
+    tracked = by_id(output)["chair-1"]
+    assert tracked.state is not TrackState.LOST
+    assert pose_error(tracked.world_from_object, chair).world_cm < 3.0
+    _, again = tracker.step(before, frame, now)
+    np.testing.assert_array_equal(
+        by_id(again)["chair-1"].world_from_object.matrix(), tracked.world_from_object.matrix()
+    )
 
 
 def test_the_same_frames_give_the_same_poses(scene, picture, renderer):
