@@ -545,3 +545,18 @@ def contour(
     NDArray[np.float32],
 ]:
     """Points in camera axes, normals, widths inside and outside, colours, all flat."""
+
+class PortraitArrays(TypedDict):
+    """A live picture of an object, and how its camera sees what the drawing's camera sees."""
+
+    shown: NDArray[np.float32]
+    depth: NDArray[np.float32]
+    lens: Lens
+    there_from_here: list[float]
+    slack_m: float
+    worth: float
+
+def laid_on(
+    drawn: DrawnArrays, portrait: PortraitArrays, *, lens: Lens, least_alpha: float
+) -> NDArray[np.float32]:
+    """The colours of a drawing, flat, with those that a portrait knows better."""

@@ -35,6 +35,7 @@ __all__ = [
     "KERNELS",
     "Measurement",
     "SeenWindow",
+    "arrays_of",
     "contour_of",
     "judged",
     "looks_of",
@@ -213,7 +214,7 @@ def contour_of(
 ) -> Contour:
     """`tracking.contour.contour_points`, natively."""
     points, normals, inner, outer, colours = native.contour(
-        _request(drawn), lens=lens_of(camera), limit=limit, reach_px=reach_px
+        arrays_of(drawn), lens=lens_of(camera), limit=limit, reach_px=reach_px
     )
     return Contour(
         np.ascontiguousarray(object_from_camera @ points.reshape(-1, 3)),
@@ -229,7 +230,7 @@ def outlined_of(
 ) -> Outlined:
     """`tracking.reduction.outlined`, natively."""
     part, pixels, points, normals, inner_px, outer_px, (rgb, alpha, depth) = native.outlined(
-        _request(drawn), lens=lens_of(camera), kept={"finer": finer, **OUTLINE}
+        arrays_of(drawn), lens=lens_of(camera), kept={"finer": finer, **OUTLINE}
     )
     left, top, width, height = part
     contour = Contour(
@@ -252,7 +253,7 @@ def looks_of(found: Outlined, drawn: Rendering, window: Fisheye, object_from_cam
     """`tracking.reduction.looks`, natively."""
     contour = found.contour
     colours, texture, surface, area_px = native.looks(
-        _request(drawn),
+        arrays_of(drawn),
         {"pixels": found.pixels, "normals": contour.normals, "inner_px": contour.inner_px},
         lens=lens_of(part_of(window, found.part)),
         kept=SURFACE,
@@ -272,7 +273,7 @@ def looks_of(found: Outlined, drawn: Rendering, window: Fisheye, object_from_cam
     )
 
 
-def _request(drawn: Rendering) -> DrawnArrays:
+def arrays_of(drawn: Rendering) -> DrawnArrays:
     """A drawing in the words of the native crate."""
     return {"rgb": drawn.rgb, "alpha": drawn.alpha, "depth": drawn.depth}
 

@@ -16,9 +16,12 @@ from numpy.typing import NDArray
 
 from scenes.cameras import Fisheye
 from scenes.pose import Pose, rotation_angle
+from scenes.render.native import lens_of
 from scenes.render.renderer import Rendering
+from tracking import native
 from tracking.contour import lift, sample
 from tracking.evidence import Evidence
+from tracking.kernels import arrays_of, rows_of
 
 FloatArray = NDArray[np.float32]
 
@@ -73,20 +76,23 @@ class Portrait:
             camera_from_object: and from where.
         """
         worth = self.worth(camera_from_object)
-        rows, columns = np.nonzero(drawn.alpha > SHOWN)
-        if worth <= 0.0 or len(rows) == 0:
+        if worth <= 0.0:
             return drawn
-        pixels = np.stack([columns, rows], axis=1).astype(np.float64) + 0.5
-        points = lift(camera, pixels, drawn.depth[rows, columns].astype(np.float64))
-        here = self.camera_from_object @ camera_from_object.inverse() @ points
-        places, _ = self.camera.project(here)
-        seen = sample(self.shown, places)
-        is_front = np.linalg.norm(here, axis=1) < sample(self.depth, places) + self.slack_m
-        share = (worth * seen[:, 3] * is_front)[:, None].astype(np.float32)
-        rgb = drawn.rgb.copy()
-        alpha = drawn.alpha[rows, columns, None]
-        rgb[rows, columns] += share * (alpha * seen[:, :3] - rgb[rows, columns])
-        return Rendering(rgb, drawn.alpha, drawn.depth)
+        there_from_here = self.camera_from_object @ camera_from_object.inverse()
+        rgb = native.laid_on(
+            arrays_of(drawn),
+            {
+                "shown": self.shown,
+                "depth": self.depth,
+                "lens": lens_of(self.camera),
+                "there_from_here": rows_of(there_from_here),
+                "slack_m": self.slack_m,
+                "worth": worth,
+            },
+            lens=lens_of(camera),
+            least_alpha=SHOWN,
+        )
+        return Rendering(rgb.reshape(drawn.rgb.shape), drawn.alpha, drawn.depth)
 
     def shows_at(self, world_from_object: Pose) -> bool:
         """Whether this is how the object looks at rest at a pose, to a small part of a pixel."""
@@ -100,6 +106,25 @@ class Portrait:
         a, b = _sight(self.camera_from_object), _sight(camera_from_object)
         turned = math.acos(min(max(float(a @ b), -1.0), 1.0))
         return min(max((GONE_RAD - turned) / (GONE_RAD - FADES_RAD), 0.0), 1.0)
+
+
+def laid_on(
+    portrait: Portrait, drawn: Rendering, camera: Fisheye, camera_from_object: Pose
+) -> Rendering:
+    """The readable twin of `Portrait.laid_on`."""
+    rows, columns = np.nonzero(drawn.alpha > SHOWN)
+    pixels = np.stack([columns, rows], axis=1).astype(np.float64) + 0.5
+    points = lift(camera, pixels, drawn.depth[rows, columns].astype(np.float64))
+    here = portrait.camera_from_object @ camera_from_object.inverse() @ points
+    places, _ = portrait.camera.project(here)
+    seen = sample(portrait.shown, places)
+    is_front = np.linalg.norm(here, axis=1) < sample(portrait.depth, places) + portrait.slack_m
+    share = portrait.worth(camera_from_object) * seen[:, 3] * is_front
+    rgb = drawn.rgb.copy()
+    alpha = drawn.alpha[rows, columns, None]
+    laid = share[:, None].astype(np.float32) * (alpha * seen[:, :3] - rgb[rows, columns])
+    rgb[rows, columns] += laid
+    return Rendering(rgb, drawn.alpha, drawn.depth)
 
 
 def _sight(camera_from_object: Pose) -> NDArray[np.float64]:

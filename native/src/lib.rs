@@ -51,6 +51,7 @@ mod python_track;
 mod python_track_cut;
 mod python_track_learn;
 mod python_track_light;
+mod python_track_portrait;
 mod python_track_reduction;
 mod python_track_request;
 mod python_train;
@@ -80,6 +81,7 @@ pub mod track_judge;
 pub mod track_learn;
 pub mod track_light;
 pub mod track_picture;
+pub mod track_portrait;
 pub mod track_reduction;
 pub mod track_resemblance;
 pub mod track_rigid;
@@ -116,6 +118,8 @@ mod _native {
     use crate::python_track_learn::RoomLearner;
     #[pymodule_export]
     use crate::python_track_light::{exposure, patch_means};
+    #[pymodule_export]
+    use crate::python_track_portrait::laid_on;
     #[pymodule_export]
     use crate::python_track_reduction::{contour, looks, outlined};
     #[pymodule_export]

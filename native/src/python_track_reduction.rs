@@ -51,7 +51,7 @@ pub(crate) struct DrawnRequest<'py> {
 }
 
 impl DrawnRequest<'_> {
-    fn drawn(&self, (width, height): (usize, usize)) -> PyResult<Drawn<'_>> {
+    pub(crate) fn drawn(&self, (width, height): (usize, usize)) -> PyResult<Drawn<'_>> {
         let drawn = Drawn {
             rgb: Picture {
                 values: self.rgb.as_slice()?,

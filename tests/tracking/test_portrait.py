@@ -15,7 +15,7 @@ from tests.tracking.test_sketch import model as model
 from tests.tracking.test_sketch import renderer as renderer
 from tracking.beliefs import measure
 from tracking.model import make_model
-from tracking.portrait import portrayed
+from tracking.portrait import laid_on, portrayed
 from tracking.sketch import Sketchbook, draw
 from tracking.solve import Prior
 
@@ -69,6 +69,28 @@ def test_a_portrait_says_nothing_of_other_sides(portrait, model, faulty, rendere
     assert portrait.worth(portrait.camera_from_object) == 1.0
     turns = [portrait.worth(evidence_of(model, at(0.0, 0.2, 1.2, deg))) for deg in (0, 25, 35, 60)]
     assert turns == sorted(turns, reverse=True)
+
+
+@pytest.mark.parametrize("pose", [REST, at(0.0, 0.2, 1.2, 25.0), at(0.15, 0.1, 1.3, -8.0)])
+@pytest.mark.parametrize("distortion", [(0.0,) * 4, (0.02, -0.01, 0.002, 0.0)])
+def test_the_kernel_lays_on_what_its_twin_does(portrait, faulty, renderer, pose, distortion):
+    evidence = seen(faulty, pose)
+    camera = replace(evidence.camera, distortion=distortion)
+    camera_from_object = evidence.world_from_camera.inverse() @ pose
+    drawn = draw(faulty, pose, evidence, renderer)
+    found = portrait.laid_on(drawn, camera, camera_from_object)
+    wanted = laid_on(portrait, drawn, camera, camera_from_object)
+    assert np.abs(wanted.rgb - drawn.rgb).max() > 0.1
+    np.testing.assert_allclose(found.rgb, wanted.rgb, atol=2e-4)
+
+
+def test_a_portrait_of_another_size_than_its_lens_is_refused(portrait, faulty, renderer):
+    evidence = seen(faulty, REST)
+    drawn = draw(faulty, REST, evidence, renderer)
+    camera_from_object = evidence.world_from_camera.inverse() @ REST
+    cut = replace(portrait, shown=np.ascontiguousarray(portrait.shown[1:]))
+    with pytest.raises(ValueError, match="shown"):
+        cut.laid_on(drawn, evidence.camera, camera_from_object)
 
 
 def evidence_of(model, pose):
