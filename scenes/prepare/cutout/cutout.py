@@ -175,7 +175,7 @@ def _box(
     own = found.labels & ~through
     surface = seen_surface(room, own, package.views, renderer=renderer)
     gone = found.labels | found.floaters
-    return surface, upright_box(room.select(own), room.select(~gone), surface)
+    return surface, upright_box(room.select(own), room.select(~gone), surface, found.masks)
 
 
 def _without_haze(

@@ -91,11 +91,13 @@ class Separation:
         labels: (N,) bool, True for its splats.
         floaters: (N,) bool, stray splats beside it that no body holds; not in `labels`.
         views: what became of each view.
+        masks: the views whose masks were used.
     """
 
     labels: BoolArray
     floaters: BoolArray
     views: tuple[ViewVerdict, ...]
+    masks: tuple[MaskedView, ...] = ()
 
 
 def separate(
@@ -147,7 +149,7 @@ def separate(
     if others:
         found = _held(cloud, found, in_boxes, (shown, votes), viewpoints, renderer)
     labels, floaters = _main_body(cloud, found, shown, votes, trained=others)
-    return Separation(labels, floaters, verdicts + empty)
+    return Separation(labels, floaters, verdicts + empty, tuple(shown))
 
 
 def _held(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -9,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.pose import Pose
+from scenes.prepare.cutout.box_in_masks import LevelRectangle, box_in_masks
 from scenes.prepare.cutout.level_top import level_top
+from scenes.prepare.cutout.lifting import MaskedView
 from scenes.prepare.cutout.seen_surface import NOTHING, SeenSurface
 from scenes.prepare.cutout.side_views import SeenFrom, far_ends, reach_across
 from scenes.splats import SplatCloud
@@ -60,17 +63,22 @@ class UprightBox:
 
 
 def upright_box(
-    cloud: SplatCloud, surroundings: SplatCloud, surface: SeenSurface = NOTHING
+    cloud: SplatCloud,
+    surroundings: SplatCloud,
+    surface: SeenSurface = NOTHING,
+    masks: Sequence[MaskedView] = (),
 ) -> UprightBox:
     """The box of an object.
 
-    The yaw is that of the smallest rectangle around the object seen from above, of the four alike
-    the one next to the world's axes; extents leave out a small share of the opacity at each end.
+    Of a thing that is a box its masks tell where it stands. Of others the yaw is that of the
+    smallest rectangle around the object seen from above; extents leave out a small share of the
+    opacity at each end. Of the four yaws alike the one next to the world's axes is taken.
 
     Args:
         cloud: the object's splats, world frame.
         surroundings: the room without it.
         surface: what views agree about; where it is enough, it decides instead of the splats.
+        masks: of the object.
 
     Raises:
         ValueError: there are fewer than four splats.
@@ -88,22 +96,19 @@ def upright_box(
         bottom, top = _span(points[:, 2], weights, tail)
         level_m = level_top(points, top)
         top = top if level_m is None else level_m
-    level = surroundings.means[surroundings.opacities >= SOLID].astype(np.float64)
+    ground = surroundings.means[surroundings.opacities >= SOLID].astype(np.float64)
     middle, _ = _span(points[:, 2], weights, 0.5)
-    support, found = _support(points, level, surface.around, (bottom, middle))
+    support, found = _support(points, ground, surface.around, (bottom, middle))
     above = points[:, 2] > support
     if above.sum() >= 4:
         points, weights = points[above], weights[above]
-    yaw = _yaw(points, weights, tail)
-    axes = np.array([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]])
     seen = _Seen(surface.by_view, support, level_m if top - support > LEAST_HEIGHT_M else None)
-    (low_x, high_x), (low_y, high_y) = (
-        seen.extent(axis, _span(points[:, :2] @ axis, weights, tail)) for axis in axes
+    level = box_in_masks(masks, points[:, :2], (support, top)) or _around(
+        points[:, :2], weights, tail, seen
     )
-    centre = axes.T @ (0.5 * (low_x + high_x), 0.5 * (low_y + high_y))
     return UprightBox(
-        Pose.from_yaw(yaw, (centre[0], centre[1], support)),
-        (high_x - low_x, high_y - low_y, max(top - support, 1e-3)),
+        Pose.from_yaw(level.yaw, (*level.middle, support)),
+        (*level.sides_m, max(top - support, 1e-3)),
         support,
         found,
     )
@@ -124,6 +129,17 @@ class _Seen:
             return across or agreed
         low, high = far_ends(self.views, axis, self.level_m)
         return agreed[0] if low is None else low, agreed[1] if high is None else high
+
+
+def _around(places: FloatArray, weights: FloatArray, tail: float, seen: _Seen) -> LevelRectangle:
+    """The smallest rectangle around places (N, 2), as far as views see the thing reach."""
+    yaw = _yaw(places, weights, tail)
+    axes = np.array([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]])
+    (low_x, high_x), (low_y, high_y) = (
+        seen.extent(axis, _span(places @ axis, weights, tail)) for axis in axes
+    )
+    x, y = axes.T @ (0.5 * (low_x + high_x), 0.5 * (low_y + high_y))
+    return LevelRectangle((float(x), float(y)), yaw, (high_x - low_x, high_y - low_y))
 
 
 def _span(values: FloatArray, weights: FloatArray, tail: float) -> tuple[float, float]:

@@ -1,0 +1,81 @@
+import cv2
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from scenes.cameras import Pinhole
+from scenes.frames import look_at
+from scenes.pose import Pose
+from scenes.prepare.cutout.box_in_masks import box_in_masks
+from scenes.prepare.cutout.lifting import MaskedView
+
+CAMERA = Pinhole.from_fov(640, 480, 0.5)
+HEIGHT_M = 0.05
+
+
+def prism(outline, bottom=0.7):
+    """Points all over the hull of a level outline (N, 2), from one height to another."""
+    return np.concatenate(
+        [np.column_stack([outline, np.full(len(outline), bottom + up)]) for up in (0.0, HEIGHT_M)]
+    )
+
+
+def seen_from(turn, bodies):
+    """A view of convex bodies, each the hull of points, from two metres away and above."""
+    middle = np.concatenate(bodies).mean(axis=0)
+    eye = middle + 2.0 * np.array([np.cos(turn), np.sin(turn), 0.7])
+    world_from_camera = look_at(eye, middle)
+    mask = np.zeros((CAMERA.height_px, CAMERA.width_px), dtype=np.uint8)
+    for points in bodies:
+        pixels, _ = CAMERA.project(world_from_camera.inverse() @ points)
+        cv2.fillConvexPoly(mask, cv2.convexHull(np.floor(pixels).astype(np.int32)), 1)
+    return MaskedView("v", CAMERA, world_from_camera, mask > 0)
+
+
+def rectangle(size, yaw, middle=(0.3, -0.2)):
+    corners = 0.5 * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * size
+    turned = Pose.from_yaw(yaw, (*middle, 0.0)) @ np.column_stack([corners, np.zeros(4)])
+    return turned[:, :2]
+
+
+SPAN = 0.7, 0.7 + HEIGHT_M
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    size=st.tuples(st.floats(0.1, 0.3), st.floats(0.1, 0.3)),
+    yaw=st.floats(-0.75, 0.75),
+    turns=st.lists(st.floats(0.0, 6.28), min_size=1, max_size=3),
+)
+def test_a_box_is_found_to_the_pixel_though_little_is_known_of_its_place(size, yaw, turns):
+    outline = rectangle(size, yaw)
+    views = [seen_from(turn, [prism(outline)]) for turn in turns]
+    roughly = outline + (0.02, 0.015)
+    found = box_in_masks(views, roughly, SPAN)
+    assert found is not None
+    assert abs(found.yaw - yaw) < np.deg2rad(3.0)
+    np.testing.assert_allclose(found.sides_m, size, atol=0.012)
+    np.testing.assert_allclose(found.middle, (0.3, -0.2), atol=0.008)
+
+
+def test_of_three_masks_one_may_be_wrong():
+    outline = rectangle((0.25, 0.18), 0.4)
+    views = [seen_from(turn, [prism(outline)]) for turn in (0.3, 2.0)]
+    wrong = seen_from(4.0, [prism(outline), prism(outline + (0.15, 0.0))])
+    found = box_in_masks([*views, wrong], outline, SPAN)
+    assert found is not None
+    np.testing.assert_allclose(found.sides_m, (0.25, 0.18), atol=0.012)
+
+
+def test_what_is_no_box_is_not_taken_for_one():
+    turn = np.linspace(0, 2 * np.pi, 60, endpoint=False)
+    round_one = 0.08 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    handle = rectangle((0.05, 0.015), 0.0, middle=(0.1, 0.0))
+    corner = [rectangle((0.3, 0.1), 0.0, (0.0, 0.0)), rectangle((0.1, 0.3), 0.0, (-0.1, 0.1))]
+    for outlines in ([round_one], [round_one, handle], corner):
+        views = [seen_from(turn, [prism(o) for o in outlines]) for turn in (0.2, 2.2, 4.4)]
+        assert box_in_masks(views, np.concatenate(outlines), SPAN) is None
+
+
+def test_without_masks_nothing_is_told():
+    assert box_in_masks((), rectangle((0.2, 0.2), 0.0), SPAN) is None
