@@ -120,7 +120,7 @@ def _by_view(sights: Sequence[_Sight], thing: FloatArray) -> tuple[SeenFrom, ...
     for sight in sights:
         apart, _ = tree.query(sight.whole) if len(sight.whole) else (np.zeros(0), None)
         eye = sight.view.world_from_camera.translation
-        seen.append(SeenFrom(eye, sight.whole[apart < BEHIND_M]))
+        seen.append(SeenFrom(eye, sight.whole[apart < BEHIND_M], 1.0 / sight.view.camera.fx))
     return tuple(seen)
 
 

@@ -1,7 +1,8 @@
 """How far a thing reaches, by the views that look across.
 
 Where a thing ends to the left and to the right a view tells to a pixel, however rough the depths in
-it are; where it ends towards the view and away from it only depths tell.
+it are; where it ends towards the view and away from it only depths tell. Of a level top views tell
+two things more: its far rim, and its middle.
 """
 
 from __future__ import annotations
@@ -27,14 +28,23 @@ RIM_M = 0.05
 """How far below a level top the points of its rim may lie."""
 LEAST_ABOVE_M = 0.3
 """A view from less far above a level top looks along it."""
+LEAST_SPREAD = 0.03
+"""Of the views' directions, as the mean square of the sine between them: less tells no middle."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SeenFrom:
-    """What one view shows of a thing, up to its outline: world points (K, 3), seen from `eye`."""
+    """What one view shows of a thing, up to its outline.
+
+    Attributes:
+        eye: (3,) where it is seen from.
+        points: (K, 3) world points, at the centres of pixels.
+        pixel_rad: how wide a pixel is.
+    """
 
     eye: FloatArray
     points: FloatArray
+    pixel_rad: float = 0.0
 
 
 def reach_across(
@@ -90,9 +100,45 @@ def far_ends(
         if abs(along) >= ACROSS:
             met = view.eye + rays * ((level_m - view.eye[2]) / rays[:, 2:])
             low, high = _ends(met[:, :2] @ axis)
-            (highs if along > 0 else lows).append(high if along > 0 else low)
+            # The outline is half a pixel beyond the last pixel's centre.
+            above = view.eye[2] - level_m
+            away = float(np.linalg.norm(met.mean(axis=0) - view.eye))
+            beyond = 0.5 * view.pixel_rad * away**2 / above
+            (highs if along > 0 else lows).append(high + beyond if along > 0 else low - beyond)
     low, high = (float(np.median(e)) if len(e) >= LEAST_VIEWS else None for e in (lows, highs))
     return low, high
+
+
+def middle_of_top(views: Sequence[SeenFrom], level_m: float) -> FloatArray | None:
+    """(2,) where the lines of sight meet that halve what views see of a level top.
+
+    They all go through the middle of a top that is alike on both sides of it. None if the views
+    look from too few sides.
+
+    Args:
+        views: what they show of the thing.
+        level_m: height of the top.
+    """
+    normals: list[FloatArray] = []
+    offsets: list[float] = []
+    for view in views:
+        points = view.points[view.points[:, 2] > level_m - RIM_M]
+        if len(points) < LEAST_POINTS:
+            continue
+        rays = points[:, :2] - view.eye[:2]
+        ahead = rays.mean(axis=0)
+        away = float(np.linalg.norm(ahead))
+        ahead /= away
+        left = np.array([-ahead[1], ahead[0]])
+        turn = 0.5 * sum(_ends(away * np.arctan2(rays @ left, rays @ ahead))) / away
+        normals.append(np.cos(turn) * left - np.sin(turn) * ahead)
+        offsets.append(float(normals[-1] @ view.eye[:2]))
+    if len(normals) < LEAST_VIEWS:
+        return None
+    across = np.array(normals)
+    if np.linalg.eigvalsh(across.T @ across / len(across))[0] < LEAST_SPREAD:
+        return None
+    return np.linalg.lstsq(across, np.array(offsets), rcond=None)[0]
 
 
 def _ends(places: FloatArray) -> tuple[float, float]:

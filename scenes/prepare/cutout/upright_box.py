@@ -14,7 +14,7 @@ from scenes.prepare.cutout.box_in_masks import LevelRectangle, box_in_masks
 from scenes.prepare.cutout.level_top import level_top
 from scenes.prepare.cutout.lifting import MaskedView
 from scenes.prepare.cutout.seen_surface import NOTHING, SeenSurface
-from scenes.prepare.cutout.side_views import SeenFrom, far_ends, reach_across
+from scenes.prepare.cutout.side_views import SeenFrom, far_ends, middle_of_top, reach_across
 from scenes.splats import SplatCloud
 
 FloatArray = NDArray[np.float64]
@@ -34,6 +34,8 @@ SURFACE_TAIL = 0.0005
 """The same as `TAIL` for points that several views agree about."""
 LEAST_HEIGHT_M = 0.1
 """Of a lower thing the sides are as few pixels as the top: no far rim is told apart."""
+MOST_OFF_M = 0.05
+"""How far views may be wrong about how near a level top reaches."""
 LEAST_SURFACE = 300
 """Points of a surface from which on they say more than splats."""
 
@@ -128,6 +130,14 @@ class _Seen:
         if across is not None or self.level_m is None:
             return across or agreed
         low, high = far_ends(self.views, axis, self.level_m)
+        middle = middle_of_top(self.views, self.level_m)
+        if middle is not None:
+            # Seen from one side only: the near rim is as far from the middle as the far one.
+            twice = 2.0 * float(middle @ axis)
+            if low is None and high is not None and abs(twice - high - agreed[0]) < MOST_OFF_M:
+                low = twice - high
+            elif high is None and low is not None and abs(twice - low - agreed[1]) < MOST_OFF_M:
+                high = twice - low
         return agreed[0] if low is None else low, agreed[1] if high is None else high
 
 

@@ -50,8 +50,7 @@ SPAN = 0.7, 0.7 + HEIGHT_M
 def test_a_box_is_found_to_the_pixel_though_little_is_known_of_its_place(size, yaw, turns):
     outline = rectangle(size, yaw)
     views = [seen_from(turn, [prism(outline)]) for turn in turns]
-    roughly = outline + (0.02, 0.015)
-    found = box_in_masks(views, roughly, SPAN)
+    found = box_in_masks(views, outline + np.array([0.02, 0.015]), SPAN)
     assert found is not None
     assert abs(found.yaw - yaw) < np.deg2rad(3.0)
     np.testing.assert_allclose(found.sides_m, size, atol=0.012)
@@ -61,7 +60,7 @@ def test_a_box_is_found_to_the_pixel_though_little_is_known_of_its_place(size, y
 def test_of_three_masks_one_may_be_wrong():
     outline = rectangle((0.25, 0.18), 0.4)
     views = [seen_from(turn, [prism(outline)]) for turn in (0.3, 2.0)]
-    wrong = seen_from(4.0, [prism(outline), prism(outline + (0.15, 0.0))])
+    wrong = seen_from(4.0, [prism(outline), prism(outline + np.array([0.15, 0.0]))])
     found = box_in_masks([*views, wrong], outline, SPAN)
     assert found is not None
     np.testing.assert_allclose(found.sides_m, (0.25, 0.18), atol=0.012)

@@ -1,6 +1,12 @@
 import numpy as np
 
-from scenes.prepare.cutout.side_views import LEAST_VIEWS, SeenFrom, far_ends, reach_across
+from scenes.prepare.cutout.side_views import (
+    LEAST_VIEWS,
+    SeenFrom,
+    far_ends,
+    middle_of_top,
+    reach_across,
+)
 
 X = np.array([1.0, 0.0])
 
@@ -67,3 +73,30 @@ def test_the_far_rim_of_a_level_top_is_told_by_rays_alone():
     assert far_ends(views[1:], X, 0.45) == (None, None)
     level_with_it = [SeenFrom(view.eye - (0, 0, 0.8), view.points) for view in views]
     assert far_ends(level_with_it, X, 0.45) == (None, None)
+
+
+def test_the_middle_of_a_level_top_is_told_though_its_depths_are_wrong():
+    rng = np.random.default_rng(5)
+    turn, apart = rng.uniform(0, 2 * np.pi, 20_000), 0.18 * np.sqrt(rng.uniform(0, 1, 20_000))
+    seat = np.stack([apart * np.cos(turn), apart * np.sin(turn), np.full(20_000, 0.45)], axis=1)
+    legs = rng.uniform((-0.4, -0.4, 0.0), (0.1, 0.1, 0.38), (3000, 3))
+    views = []
+    for angle in (-0.4, 0.0, 0.4):
+        eye = np.array([-2.0 * np.cos(angle), 2.0 * np.sin(angle), 1.4])
+        nearer = eye + (seat - eye) * rng.uniform(0.97, 1.0, (20_000, 1))
+        views.append(SeenFrom(eye, np.concatenate([nearer, legs])))
+    middle = middle_of_top(views, 0.45)
+    assert middle is not None
+    np.testing.assert_allclose(middle, (0.0, 0.0), atol=0.01)
+    assert middle_of_top(views[1:], 0.45) is None
+    assert middle_of_top([views[1]] * 3, 0.45) is None
+
+
+def test_a_far_rim_lies_half_a_pixel_beyond_the_last_one():
+    seat = np.stack(np.meshgrid(np.linspace(-0.18, 0.18, 80), np.linspace(-0.18, 0.18, 80), [0.45]))
+    eye = np.array([-2.0, 0.0, 1.45])
+    _, fine = far_ends([SeenFrom(eye, seat.reshape(3, -1).T)] * 3, X, 0.45)
+    _, coarse = far_ends([SeenFrom(eye, seat.reshape(3, -1).T, 0.002)] * 3, X, 0.45)
+    assert fine is not None and coarse is not None
+    # Half a pixel is 0.001 rad, over 2.2 m, on a top that is met at a slope of one in two.
+    assert abs((coarse - fine) - 0.001 * (2.0**2 + 1.0)) < 1e-4
