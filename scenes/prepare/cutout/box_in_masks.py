@@ -27,7 +27,7 @@ LEAST_OVERLAP = 0.8
 """Of a mask and the box drawn into its view: what is less is no box, or no good mask."""
 LEAST_HELD = 0.96
 """Of the places: what leaves more out of its rectangle, such as a mug's handle, is no box."""
-AROUND_M = 0.05
+AROUND_M = 0.1
 """How far beyond what is known of the thing its box may reach."""
 CELL_M = 0.0025
 MOST_CELLS = 200

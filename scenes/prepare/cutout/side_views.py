@@ -138,7 +138,7 @@ def middle_of_top(views: Sequence[SeenFrom], level_m: float) -> FloatArray | Non
     across = np.array(normals)
     if np.linalg.eigvalsh(across.T @ across / len(across))[0] < LEAST_SPREAD:
         return None
-    return np.linalg.lstsq(across, np.array(offsets), rcond=None)[0]
+    return np.asarray(np.linalg.lstsq(across, np.array(offsets), rcond=None)[0], dtype=np.float64)
 
 
 def _ends(places: FloatArray) -> tuple[float, float]:

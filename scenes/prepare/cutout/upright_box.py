@@ -130,15 +130,24 @@ class _Seen:
         if across is not None or self.level_m is None:
             return across or agreed
         low, high = far_ends(self.views, axis, self.level_m)
+        if low is None and high is not None:
+            return self._near_end(axis, high, agreed[0]), high
+        if high is None and low is not None:
+            return low, self._near_end(axis, low, agreed[1])
+        return agreed if low is None or high is None else (low, high)
+
+    def _near_end(self, axis: FloatArray, far: float, agreed: float) -> float:
+        """Where a level top seen from one side ends on that side.
+
+        As far from its middle as the far rim, if it is alike on both sides; depths tell of it too,
+        as roughly: both are heard.
+        """
+        assert self.level_m is not None
         middle = middle_of_top(self.views, self.level_m)
-        if middle is not None:
-            # Seen from one side only: the near rim is as far from the middle as the far one.
-            twice = 2.0 * float(middle @ axis)
-            if low is None and high is not None and abs(twice - high - agreed[0]) < MOST_OFF_M:
-                low = twice - high
-            elif high is None and low is not None and abs(twice - low - agreed[1]) < MOST_OFF_M:
-                high = twice - low
-        return agreed[0] if low is None else low, agreed[1] if high is None else high
+        if middle is None:
+            return agreed
+        mirrored = 2.0 * float(middle @ axis) - far
+        return 0.5 * (agreed + mirrored) if abs(mirrored - agreed) < MOST_OFF_M else agreed
 
 
 def _around(places: FloatArray, weights: FloatArray, tail: float, seen: _Seen) -> LevelRectangle:

@@ -97,6 +97,7 @@ def test_a_far_rim_lies_half_a_pixel_beyond_the_last_one():
     eye = np.array([-2.0, 0.0, 1.45])
     _, fine = far_ends([SeenFrom(eye, seat.reshape(3, -1).T)] * 3, X, 0.45)
     _, coarse = far_ends([SeenFrom(eye, seat.reshape(3, -1).T, 0.002)] * 3, X, 0.45)
-    assert fine is not None and coarse is not None
+    assert fine is not None
+    assert coarse is not None
     # Half a pixel is 0.001 rad, over 2.2 m, on a top that is met at a slope of one in two.
     assert abs((coarse - fine) - 0.001 * (2.0**2 + 1.0)) < 1e-4

@@ -1,10 +1,14 @@
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from scenes.cameras import Pinhole
+from scenes.frames import look_at
 from scenes.pose import Pose
 from scenes.prepare.cutout.fill import fill_support
+from scenes.prepare.cutout.lifting import MaskedView
 from scenes.prepare.cutout.upright_box import upright_box
 from scenes.splats import SplatCloud
 
@@ -42,6 +46,28 @@ def test_size_yaw_and_support_come_back(size, yaw, height):
     wanted = (size[1], size[0], size[2]) if turned else size
     np.testing.assert_allclose(found.size_m, wanted, atol=0.02)
     np.testing.assert_allclose(found.world_from_box.translation, (0.1, -0.2, height), atol=0.01)
+
+
+def test_a_box_that_lost_an_end_is_boxed_as_its_masks_show_it():
+    rng = np.random.default_rng(4)
+    world_from_box = Pose.from_yaw(0.3, (0.1, -0.2, 0.0))
+    places = rng.uniform((-0.15, -0.1, 0.0), (0.15, 0.1, 0.06), (6000, 3))
+    ends = np.array([(x, y, z) for x in (-0.15, 0.15) for y in (-0.1, 0.1) for z in (0.0, 0.06)])
+    camera, views = Pinhole.from_fov(480, 360, 0.5), []
+    for turn in (0.0, 2.0):
+        eye = world_from_box.translation + 2.0 * np.array([np.cos(turn), np.sin(turn), 0.8])
+        world_from_camera = look_at(eye, world_from_box.translation)
+        pixels, _ = camera.project(world_from_camera.inverse() @ (world_from_box @ ends))
+        mask = np.zeros((camera.height_px, camera.width_px), dtype=np.uint8)
+        cv2.fillConvexPoly(mask, cv2.convexHull(np.floor(pixels).astype(np.int32)), 1)
+        views.append(MaskedView("v", camera, world_from_camera, mask > 0))
+    cloud = flat(world_from_box @ places[places[:, 0] < 0.1])
+    floor = flat(floor_at(0.0, rng))
+    assert max(upright_box(cloud, floor).size_m) < 0.27
+    found = upright_box(cloud, floor, masks=views)
+    np.testing.assert_allclose(found.size_m, (0.3, 0.2, 0.06), atol=0.015)
+    np.testing.assert_allclose(found.world_from_box.translation, (0.1, -0.2, 0.0), atol=0.01)
+    assert abs(found.world_from_box.yaw() - 0.3) < 0.03
 
 
 def test_nothing_below_is_no_support():
