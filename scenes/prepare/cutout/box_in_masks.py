@@ -27,6 +27,8 @@ LEAST_OVERLAP = 0.8
 """Of a mask and the box drawn into its view: what is less is no box, or no good mask."""
 LEAST_HELD = 0.96
 """Of the places: what leaves more out of its rectangle, such as a mug's handle, is no box."""
+MOST_PIXEL_M = 0.0045
+"""A mask ends up to two pixels beside the thing on either side: four should be under 2 cm."""
 AROUND_M = 0.1
 """How far beyond what is known of the thing its box may reach."""
 CELL_M = 0.0025
@@ -54,14 +56,16 @@ def box_in_masks(
     """Where the box stands that the masks show; None if what they show is no box.
 
     Args:
-        views: with masks of the thing; pinhole ones are looked at.
+        views: with masks of the thing; pinhole ones from near enough are looked at.
         places: (N, 2) level places of the thing, roughly.
         span_m: heights of its bottom and its top.
     """
-    seen = [(view, view.camera) for view in views if isinstance(view.camera, Pinhole)]
-    if not seen or not len(places):
+    if not len(places):
         return None
-    middle = np.median(places, axis=0)
+    middle = np.asarray(np.median(places, axis=0), dtype=np.float64)
+    seen = _near_enough(views, np.append(middle, sum(span_m) / 2))
+    if not seen:
+        return None
     reach = AROUND_M + float(np.quantile(np.linalg.norm(places - middle, axis=1), 0.99))
     cell = max(CELL_M, 2 * reach / MOST_CELLS)
     count = COARSE * int(np.ceil(2 * reach / (cell * COARSE)))
@@ -82,6 +86,19 @@ def box_in_masks(
     found = LevelRectangle((float(x), float(y)), yaw, sides)
     overlaps = [_overlap(view, camera, found, span_m) for view, camera in seen]
     return found if np.median(overlaps) >= LEAST_OVERLAP else None
+
+
+def _near_enough(
+    views: Sequence[MaskedView], middle: FloatArray
+) -> list[tuple[MaskedView, Pinhole]]:
+    """The pinhole views with pixels fine enough at a thing's middle (3,), and their cameras."""
+    seen = []
+    for view in views:
+        if isinstance(view.camera, Pinhole):
+            away = float(np.linalg.norm(view.world_from_camera.translation - middle))
+            if away <= MOST_PIXEL_M * view.camera.fx:
+                seen.append((view, view.camera))
+    return seen
 
 
 def _axes(yaw: float) -> FloatArray:

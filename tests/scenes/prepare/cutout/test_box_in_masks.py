@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import cv2
 import numpy as np
 from hypothesis import given, settings
@@ -74,6 +76,15 @@ def test_what_is_no_box_is_not_taken_for_one():
     for outlines in ([round_one], [round_one, handle], corner):
         views = [seen_from(turn, [prism(o) for o in outlines]) for turn in (0.2, 2.2, 4.4)]
         assert box_in_masks(views, np.concatenate(outlines), SPAN) is None
+
+
+def test_views_from_too_far_away_are_not_heard():
+    outline = rectangle((0.25, 0.18), 0.4)
+    near = seen_from(0.3, [prism(outline)])
+    far = replace(near, camera=replace(CAMERA, fx=CAMERA.fx / 4, fy=CAMERA.fy / 4))
+    assert box_in_masks([near], outline, SPAN) is not None
+    assert box_in_masks([far], outline, SPAN) is None
+    assert box_in_masks([near, far], outline, SPAN) == box_in_masks([near], outline, SPAN)
 
 
 def test_without_masks_nothing_is_told():
