@@ -161,6 +161,7 @@ def _cut(args: argparse.Namespace, package: ScenePackage) -> tuple[dict[str, obj
         "splats": len(done.item.splats),
         "floaters": done.floaters,
         "filled": done.filled,
+        "relit": done.relit,
         "box_cm": size_cm,
         "standing": done.box.supported,
         "seconds": round(seconds, 2),
@@ -171,7 +172,8 @@ def _cut(args: argparse.Namespace, package: ScenePackage) -> tuple[dict[str, obj
     lines = [
         f"{args.scene}: {object_id}, {len(done.item.splats):,} splats, "
         f"{' × '.join(f'{side:g}' for side in size_cm)} cm, {done.floaters} floaters removed, "
-        f"{done.filled:,} splats filled in below, {seconds:.1f} s"
+        f"{done.filled:,} splats filled in below, {done.relit:,} taken out of its shadow, "
+        f"{seconds:.1f} s"
     ]
     lines += [
         f"  {v.name}: left out, its mask fits the others by {v.agreement:.0%} only"

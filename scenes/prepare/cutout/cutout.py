@@ -20,12 +20,13 @@ from scenes.prepare.cutout.room_beside import beside_foot, hanging_off
 from scenes.prepare.cutout.see_through import shows_background
 from scenes.prepare.cutout.seen_surface import SeenSurface, seen_surface
 from scenes.prepare.cutout.separate import Separation, ViewVerdict, separate
+from scenes.prepare.cutout.shadows import without_shadow
 from scenes.prepare.cutout.solid_parts import guessed_mass_kg, solid_parts
 from scenes.prepare.cutout.standing import SOLID
 from scenes.prepare.cutout.traces import traces
 from scenes.prepare.cutout.upright_box import UprightBox, upright_box
 from scenes.render.native import NativeRenderer
-from scenes.splats import SplatCloud
+from scenes.splats import SplatCloud, concatenate
 from scenes.state import ObjectModel
 
 BoolArray = NDArray[np.bool_]
@@ -53,6 +54,7 @@ class Cutout:
         views: what became of each view.
         floaters: stray splats that were removed with it, and what it would have left behind.
         filled: splats laid where the support had never been seen.
+        relit: splats of the support that were in its shadow.
     """
 
     package: ScenePackage
@@ -61,6 +63,7 @@ class Cutout:
     views: tuple[ViewVerdict, ...]
     floaters: int
     filled: int
+    relit: int
 
 
 def cut_out(
@@ -107,10 +110,13 @@ def make_object(
     """The package after the found splats became an object; see `cut_out`."""
     found, box = _bounded(package, found, renderer)
     splats = package.room.select(found.labels)
-    left = package.room.select(~(found.labels | found.floaters))
-    fill = fill_support(left, splats.means.astype(np.float64), box) if box.supported else None
+    mended = _mended(package.room, found, box)
     room, cut = divide(
-        package.room, found.labels, object_id=object_id, floaters=found.floaters, fill=fill
+        package.room,
+        found.labels,
+        object_id=object_id,
+        floaters=found.floaters | mended.shaded,
+        fill=concatenate([mended.lit, mended.fill]),
     )
     own = turned(splats, box.world_from_box.inverse())
     parts = solid_parts(own, box.size_m)
@@ -125,10 +131,11 @@ def make_object(
         parts=parts,
         guessed_mass_kg=guessed_mass_kg(parts, box.size_m),
     )
-    stray = int(found.floaters.sum())
+    stray, relit, filled = int(found.floaters.sum()), len(mended.lit), len(mended.fill)
     stage = Stage(
         f"cut {object_id}",
-        f"{len(splats)} splats, {stray} floaters removed, {cut.filled} filled in below",
+        f"{len(splats)} splats, {stray} floaters removed, {filled} filled in below, {relit} taken "
+        "out of its shadow",
     )
     changed = replace(
         package,
@@ -137,7 +144,35 @@ def make_object(
         cuts=(*package.cuts, cut),
         stages=(*package.stages, stage),
     )
-    return Cutout(changed, item, box, found.views, stray, cut.filled)
+    return Cutout(changed, item, box, found.views, stray, filled, relit)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Mended:
+    """What becomes of a thing's support without it.
+
+    Attributes:
+        shaded: (N,) the room's splats in the thing's shadow.
+        lit: what comes in their place.
+        fill: laid where the support had never been seen.
+    """
+
+    shaded: BoolArray
+    lit: SplatCloud
+    fill: SplatCloud
+
+
+def _mended(room: SplatCloud, found: Separation, box: UprightBox) -> _Mended:
+    """The support of what was found, as it is without it."""
+    gone = found.labels | found.floaters
+    shaded, nothing = np.zeros_like(gone), room.select(np.zeros_like(gone))
+    if not box.supported:
+        return _Mended(shaded, nothing, nothing)
+    left, footprint = room.select(~gone), room.means[found.labels].astype(np.float64)
+    in_shadow, lit = without_shadow(left, footprint, box.support_z_m)
+    shaded[np.flatnonzero(~gone)[in_shadow]] = True
+    fill = fill_support(concatenate([left.select(~in_shadow), lit]), footprint, box)
+    return _Mended(shaded, lit, fill if fill is not None else nothing)
 
 
 def _bounded(

@@ -9,6 +9,7 @@ from scipy.spatial.distance import cdist
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
+Colours = NDArray[np.float32] | NDArray[np.float64]
 
 NEAREST_COLOURS = 5
 COLOUR_NOISE = 0.02
@@ -30,9 +31,7 @@ def likeness(colours: NDArray[np.float32], *, like: BoolArray, unlike: BoolArray
     return np.clip(np.log(far / near), -2.0, 2.0)
 
 
-def usual(
-    colours: NDArray[np.float32], *, among: NDArray[np.float32], area: FloatArray
-) -> BoolArray:
+def usual(colours: Colours, *, among: Colours, area: FloatArray) -> BoolArray:
     """(K,) whether colours are an area's, and not those of a few spots in it.
 
     Args:
