@@ -340,7 +340,7 @@ class Setting:
         free: NDArray[np.float32],
         *,
         size: tuple[int, int],
-        constants: Mapping[str, float | bool | tuple[float, float]],
+        constants: Mapping[str, float | bool],
     ) -> None: ...
     def strange(self, rgb: NDArray[np.float32], alpha: NDArray[np.float32]) -> float:
         """In how many pixels the live picture is not what a drawn object would make it."""
@@ -497,7 +497,7 @@ class RoomLearner:
         lens_size: tuple[int, int],
         top: int,
         exposure: list[list[float]],
-        sides: tuple[int, int],
+        sides: tuple[int, int, int],
         level: float,
         is_cautious: bool,
     ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:

@@ -32,6 +32,10 @@ COHERENT_LEVEL = 0.07
 CAUTIOUS_LEVEL = 0.03
 """The same while things may be anywhere: a pale mug before a pale wall differs by little more."""
 
+WARY_SIDE = 1 / 72
+"""Then, what lies as near as half of this share of the side to what differs is not learned either:
+sides and handles of things have colours like the room's."""
+
 RELIT_RATIO = (0.35, 1.9)
 RELIT_HUE = 0.022
 """Brightness ratios, and the left-over difference of colour, of a place that is only relit."""
@@ -95,11 +99,14 @@ def looked_at(band: Band, width: int, height: int) -> slice:
     return slice(max(band.top - margin, 0) // SHRINK * SHRINK, min(band.bottom + margin, height))
 
 
-def surroundings(width: int) -> tuple[int, int]:
-    """Sides of what is averaged, in pixels of the small picture: to see things, and roughness."""
+def surroundings(width: int) -> tuple[int, int, int]:
+    """Sides in pixels of the small picture: of what is averaged to see things, and roughness.
+
+    The third is of what has to be the room's all over while things may be anywhere.
+    """
     small = -(-width // SHRINK)
-    coherent = max(3, round(COHERENT_SIDE * small)) | 1
-    return coherent, max(3, round(ROUGH_SIDE * small) * 2 + 1)
+    coherent, wary = (max(3, round(side * small)) | 1 for side in (COHERENT_SIDE, WARY_SIDE))
+    return coherent, max(3, round(ROUGH_SIDE * small) * 2 + 1), wary
 
 
 def learn(

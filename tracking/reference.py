@@ -289,11 +289,13 @@ def learned_rows(
     gain = exposure.gain.astype(np.float32) + radius2 * exposure.falloff.astype(np.float32)
     neutral = (live.astype(np.float32) / 255.0 - exposure.offset.astype(np.float32)) / gain
     residual = np.asarray(neutral - plate, dtype=np.float32)
-    coherent_side, rough_side = surroundings(lens_size[0])
+    coherent_side, rough_side, wary_side = surroundings(lens_size[0])
     small_residual = _in_squares(residual)
     mean_residual = box_blurred(small_residual, coherent_side)
     shows_room = np.abs(mean_residual).max(axis=2) < level
-    if not is_cautious:
+    if is_cautious:
+        shows_room = box_blurred(shows_room.astype(np.float32), wary_side) > 0.999
+    else:
         shows_room |= _relit(box_blurred(_in_squares(plate), coherent_side), mean_residual)
     take = usable & (_grown(shows_room.astype(np.float32), height, width) >= 0.5)
     share = np.where(learned, np.float32(BLEND), np.float32(1.0)) * take

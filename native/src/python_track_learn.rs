@@ -57,7 +57,7 @@ impl RoomLearner {
         lens_size: [usize; 2],
         top: usize,
         exposure: [[f32; 3]; 3],
-        sides: [usize; 2],
+        sides: [usize; 3],
         level: f32,
         is_cautious: bool,
     ) -> PyResult<LearnedArrays<'py>> {
@@ -91,6 +91,7 @@ impl RoomLearner {
             coherent_level: level,
             coherent_side: sides[0],
             rough_side: sides[1],
+            wary_side: sides[2],
             relit_ratio: constants.relit_ratio,
             relit_hue: constants.relit_hue,
             blend: constants.blend,

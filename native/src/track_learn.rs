@@ -14,6 +14,7 @@ pub struct LearnModel {
     /// Pixels of the small picture.
     pub coherent_side: usize,
     pub rough_side: usize,
+    pub wary_side: usize,
     pub relit_ratio: [f32; 2],
     pub relit_hue: f32,
     pub blend: f32,
@@ -177,8 +178,16 @@ fn shows_room(
         let same_hue = (0..3).all(|k| (live[k] - ratio * room[k]).abs() < model.relit_hue);
         !model.is_cautious && ratio > low && ratio < high && same_hue
     };
-    (0..small[0] * small[1])
+    let shows: Vec<f32> = (0..small[0] * small[1])
         .map(|place| f32::from(u8::from(alike(place))))
+        .collect();
+    if !model.is_cautious {
+        return shows;
+    }
+    // Beside what differs there may be more of it, of colours like the room's.
+    boxed(&shows, small, model.wary_side)
+        .iter()
+        .map(|share| f32::from(u8::from(*share > 0.999)))
         .collect()
 }
 

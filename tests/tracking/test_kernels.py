@@ -370,7 +370,8 @@ def test_the_learner_refuses_surroundings_without_a_middle():
     with pytest.raises(ValueError, match="odd sides"):
         LEARNER.learn(
             pixels, plate, flags, flags, lens_size=(8, 8), top=0,
-            exposure=[[1.0] * 3, [0.0] * 3, [0.0] * 3], sides=(3, 4), level=0.07, is_cautious=False,
+            exposure=[[1.0] * 3, [0.0] * 3, [0.0] * 3], sides=(3, 4, 3), level=0.07,
+            is_cautious=False,
         )  # fmt: skip
 
 

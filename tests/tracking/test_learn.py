@@ -65,3 +65,16 @@ def test_nothing_is_learned_where_an_object_stands(room):
     found = learn(plates, frame, (NEUTRAL, NEUTRAL), (taken,), whole_lens(0, SIDE))
     assert not found.learned[0][120:160, 100:150].any()
     assert found.learned[0][:100, :].mean() > 0.98
+
+
+def test_while_things_may_be_anywhere_nothing_is_learned_beside_what_differs(room):
+    true, plates, frame = room
+    image = frame.images[0].copy()
+    image[100:140, 100:110] = 255
+    # The thing's other side is as good as the room's colours.
+    image[100:140, 110:114] = np.clip(255 * true[100:140, 110:114] + 4, 0, 255)
+    seen = Frame("camera", 0, 0, 0, (image, image), RIG, Pose.identity())
+    band = whole_lens(0, SIDE)
+    after = learn(plates, seen, (NEUTRAL, NEUTRAL), (), band, is_cautious=True).learned[0].whole()
+    assert not after[104:136, 96:116].any()
+    assert after[200:, 200:].mean() > 0.9
