@@ -204,9 +204,7 @@ class Tracker:
             found, search = regain(self._lost(tasks, tracks), search, budget_ms=budget_ms)
             tracks |= found
         posed = self._stopwatch()
-        if _learns(state.frames):
-            heights = [lens.height_px for lens in frame.rig.lenses]
-            band = band_of(state.frames // LEARN_PERIOD, heights)
+        for band in _bands_to_learn(state.frames, frame):
             plates = self._learned(rig.plates, frame, tracks, scene.exposures, band)
             rig = replace(rig, plates=plates)
         objects = tuple(report(m, tracks[m.object_id], frame) for m in self._models)
@@ -334,6 +332,14 @@ class Tracker:
             for other in self._models
             if other is not model and tracks[other.object_id].state is not TrackState.LOST
         )
+
+
+def _bands_to_learn(frames: int, frame: Frame) -> Sequence[Band]:
+    """What a frame looks at of the room, once its objects are known: at first, all of it."""
+    heights = [lens.height_px for lens in frame.rig.lenses]
+    if frames == 0:
+        return [whole_lens(index, height_px) for index, height_px in enumerate(heights)]
+    return [band_of(frames // LEARN_PERIOD, heights)] if _learns(frames) else []
 
 
 def _learns(frames: int) -> bool:
