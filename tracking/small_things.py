@@ -175,8 +175,7 @@ def _compared(around: Surroundings, place: Points, yaws: Sequence[int]) -> _Trie
     """Some of `YAWS` about a place, which is right to a part of the object: each is slid first."""
     slide = SmallSlide(around)
     slid = [slide.best(Pose.from_yaw(2 * math.pi * k / YAWS, place)) for k in yaws]
-    # What explains none of the change does not look like it, whatever the light.
-    alike = [resemblance_at(around, pose) if gain > 0.0 else 0.0 for pose, gain in slid]
+    alike = [resemblance_at(around, pose) for pose, _ in slid]
     return _Tried([pose for pose, _ in slid], np.array(alike), around)
 
 
