@@ -81,10 +81,13 @@ def guesses(
     ]
     rough.sort(key=lambda item: -item[1])
     fine = [closely(around, pose) for pose, _, around in rough[:TOLD_CLOSELY]]
-    for best, around in _best_places(model, fine):
+    for rank, (best, around) in enumerate(_best_places(model, fine)):
         # What looks nearly alike from another side has to be told from it at the same place.
         tried = [pose for pose, _, _ in fine]
-        others = pace.do(YAWS_MS, _other_yaws, around, best, tried)
+        if rank == 0:
+            others = _on_the_spot(best)
+        else:
+            others = pace.do(YAWS_MS, _other_yaws, around, best, tried)
         fine += [closely(around, pose) for pose in others]
     fine.sort(key=lambda item: -item[1])
     # Steps that have become small too early are taken anew.
@@ -192,6 +195,16 @@ def _other_yaws(around: Surroundings, world_from_object: Pose, tried: Sequence[P
         if all(is_other(around.model, poses[k], pose) for pose in tried)
     ]
     return others[:YAWS_COMPARED]
+
+
+def _on_the_spot(world_from_object: Pose) -> list[Pose]:
+    """The other `YAWS` of a small object where it is.
+
+    As scanned, the side that is seen may be so dark that it slides off to a shadow, and looks like
+    nothing until it is in the right light at the right place.
+    """
+    place, yaw = world_from_object.translation, world_from_object.yaw()
+    return [Pose.from_yaw(yaw + 2 * math.pi * k / YAWS, place) for k in range(1, YAWS)]
 
 
 def _placed(around: Surroundings, world_from_object: Pose, share: float) -> Guess:
