@@ -6,14 +6,14 @@ object and of what is behind it tell them apart (dense likelihood, Nelder & Mead
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from scenes.pose import Pose
-from tracking.surroundings import Place, Surroundings, Upright, pose_of, upright_of
+from tracking.surroundings import FINER, Place, Surroundings, Upright, pose_of, upright_of
 
 Points = NDArray[np.float64]
 
@@ -30,10 +30,6 @@ LIT_ANEW = (1.0, 0.6)
 RESOLVED = 0.001
 """First steps where a pose is told closely, the shares of them that are taken each time its light
 was told, and differences of resemblance that end it."""
-
-FINER = 2
-"""There, objects are drawn with so many pixels each way per pixel: at a few pixels the many splats
-of each widen the silhouette by a pixel, as if it were nearer."""
 
 
 def explained(around: Surroundings, world_from_start: Pose) -> tuple[Pose, float]:
@@ -114,3 +110,14 @@ def resemblance_at(around: Surroundings, world_from_object: Pose) -> float:
     """
     place = around.at(world_from_object)
     return 0.0 if place is None else place.resemblance(world_from_object)
+
+
+def details_alike(around: Surroundings, poses: Sequence[Pose]) -> list[float]:
+    """How much an object at each of some poses at one place looks like the picture by its detail.
+
+    See `tracking.surroundings.Place.details_alike`; 0 if nothing of it is in the window.
+    """
+    place = around.at(poses[0])
+    if place is None:
+        return [0.0] * len(poses)
+    return place.details_alike([upright_of(pose) for pose in poses])

@@ -31,6 +31,9 @@ FOOT = 0.08
 NEIGHBOURS = 6
 """Where a splat faces is told by so many together."""
 
+SPARSE = 1.5
+"""Splats up to so many times as far apart as usual show well what was scanned."""
+
 EVEN, WHITE = 0.001, 0.01
 """How firmly light is held to be the same on all sides, and of no colour, beside what is seen."""
 
@@ -58,11 +61,13 @@ class Shell:
         splats: without those at its foot.
         facing: (N, 3) unit vectors away from the object, in its frame.
         compass: the same splats, coloured by where they face: 0.5 + 0.5 x, y and z.
+        known: splats in grey, white where they lie as densely as usual and dark where few do.
     """
 
     splats: SplatCloud
     facing: Points
     compass: SplatCloud
+    known: SplatCloud
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,7 +96,7 @@ def shell_of(source: ObjectModel) -> Shell:
     centre = np.array([0.0, 0.0, 0.5 * source.box_m[2]])
     facing = _facing(splats, centre)
     colours = ((0.5 * facing) / SH_C0).astype(np.float32)[:, None, :]
-    return Shell(splats, facing, replace(splats, sh=colours))
+    return Shell(splats, facing, replace(splats, sh=colours), _known(splats))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -132,12 +137,18 @@ class LitView:
         drawn = self._drawn(shell, world_from_object)
         return drawn.rgb * self._light(drawn).gains(drawn.facing), drawn.alpha
 
-    def _drawn(self, shell: Shell, world_from_object: Pose) -> _Drawn:
-        def picture(splats: SplatCloud) -> Rendering:
-            posed = (PosedSplats(splats, world_from_object),)
-            return self.renderer.render(posed, self.camera, self.world_from_camera, OPTIONS)
+    def known(self, shell: Shell, world_from_object: Pose) -> FloatArray:
+        """(H, W) 0..1: how well what an object at a pose would show there was scanned."""
+        drawn = self._picture(shell.known, world_from_object)
+        return np.clip(drawn.rgb[..., 0] + 1.0 - drawn.alpha, 0.0, 1.0)
 
-        scanned, compass = picture(shell.splats), picture(shell.compass)
+    def _picture(self, splats: SplatCloud, world_from_object: Pose) -> Rendering:
+        posed = (PosedSplats(splats, world_from_object),)
+        return self.renderer.render(posed, self.camera, self.world_from_camera, OPTIONS)
+
+    def _drawn(self, shell: Shell, world_from_object: Pose) -> _Drawn:
+        scanned = self._picture(shell.splats, world_from_object)
+        compass = self._picture(shell.compass, world_from_object)
         facing = compass.rgb / np.maximum(compass.alpha, 1e-3)[..., None] * 2.0 - 1.0
         return _Drawn(scanned.rgb, scanned.alpha, facing.astype(np.float32))
 
@@ -186,6 +197,25 @@ def _fitted(rgb: FloatArray, facing: FloatArray, shown: FloatArray, weight: Floa
         apart2 = ((flat @ light - seen).reshape(-1, 3) ** 2).sum(axis=1)
         trusted = weight * (STRANGE**2 / (STRANGE**2 + apart2)) ** 2
     return Light(light[:4], light[4:])
+
+
+def _known(splats: SplatCloud) -> SplatCloud:
+    """Splats in grey: how densely they lie, beside what is usual on the object.
+
+    What a scan hardly saw is filled with few, whose colours are guesses; each stands for all the
+    space up to the next.
+    """
+    if len(splats) <= NEIGHBOURS:
+        return splats
+    apart = KDTree(splats.means).query(splats.means, k=NEIGHBOURS)[0][:, -1]
+    density = np.minimum((SPARSE * np.median(apart) / np.maximum(apart, 1e-9)) ** 4, 1.0)
+    white = ((density - 0.5) / SH_C0).astype(np.float32)
+    return replace(
+        splats,
+        scales=np.maximum(splats.scales, 0.5 * apart[:, None].astype(np.float32)),
+        opacities=np.ones_like(splats.opacities),
+        sh=np.repeat(white[:, None, None], 3, axis=2),
+    )
 
 
 def _facing(splats: SplatCloud, centre: Points) -> Points:

@@ -5,6 +5,7 @@ The readable twin of the native `Setting`, with its constants; `tracking.explain
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -42,6 +43,9 @@ ROUGHLY: Mapping[str, float | bool] = {
 }
 CLOSELY: Mapping[str, float | bool] = {**ROUGHLY, "closely": True}
 """In the words of the native crate, which has the blurs of its own."""
+
+BY_DETAIL: Mapping[str, float | bool] = {**ROUGHLY, "doubt_px": math.inf}
+"""Only detail counts, whatever share of the pixels is explained: in doubtful light."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,6 +13,7 @@ from scenes.pose import Pose
 from tracking.evidence import Evidence, Neighbour, Scene, gather, view_of
 from tracking.explain import (
     closely_explained,
+    details_alike,
     explained,
     resemblance_at,
     roughly_explained,
@@ -43,12 +44,20 @@ TOLD_CLOSELY, PLACES_TOLD, YAWS_COMPARED, TOLD_AGAIN = 6, 3, 6, 4
 """So many rough poses are told closely, and at so many of their places so many other yaws; the best
 of all these once more."""
 
-TRIED_MS, TURNED_MS, ROUGHLY_MS, CLOSELY_MS, YAWS_MS, PLACED_MS = 7, 12, 7, 15, 19, 3
+TRIED_MS, TURNED_MS, ROUGHLY_MS, CLOSELY_MS, YAWS_MS, APART_MS, PLACED_MS = 7, 12, 7, 15, 19, 5, 3
 """About how long the parts of a search take, see `tracking.pace`."""
+
+RIVAL, RIVALS = 0.6, 4
+"""Yaws of one place that resemble the picture by this share of the best's are told apart anew, so
+many at most."""
 
 ACCEPTED = 0.1
 RECOGNISED = 0.12
 """How much an object must resemble the picture at a pose to be a guess, and to be there."""
+
+
+Told = tuple[Pose, float, Surroundings]
+"""A pose, how much it resembles the picture, and the window."""
 
 
 def guesses(
@@ -92,16 +101,39 @@ def guesses(
     fine.sort(key=lambda item: -item[1])
     # Steps that have become small too early are taken anew.
     finest = [closely(around, pose) for pose, _, around in fine[:TOLD_AGAIN]]
+    told = finest + fine[TOLD_AGAIN:] + rough[TOLD_CLOSELY:]
+    told = [item for item in told if item[1] >= ACCEPTED]
     return [
         pace.do(PLACED_MS, _placed, around, pose, share)
-        for pose, share, around in finest + fine[TOLD_AGAIN:] + rough[TOLD_CLOSELY:]
-        if share >= ACCEPTED
+        for pose, share, around in _told_apart(model, told, pace)
     ]
 
 
-def _best_places(
-    model: TrackModel, told: Sequence[tuple[Pose, float, Surroundings]]
-) -> list[tuple[Pose, Surroundings]]:
+def _told_apart(model: TrackModel, told: Sequence[Told], pace: Pace) -> list[Told]:
+    """The same, the yaws of each of the best places ranked by what tells them apart.
+
+    A side that was scanned dark or hardly at all explains less of a change than a wrong one may.
+    """
+    left = sorted(told, key=lambda item: -item[1])
+    ranked: list[Told] = []
+    for best, around in _best_places(model, left):
+        here = [item for item in left if apart(item[0], best) <= model.radius_m]
+        left = [item for item in left if apart(item[0], best) > model.radius_m]
+        rivals: list[Pose] = []
+        for pose, alike, _ in here:
+            if alike >= RIVAL * here[0][1] and all(is_other(model, pose, p) for p in rivals):
+                rivals.append(pose)
+        rivals = rivals[:RIVALS]
+        said = pace.do(APART_MS, details_alike, around, rivals)
+        ranked += [
+            (pose, here[0][1] + alike - max(said), around)
+            for pose, alike in zip(rivals, said, strict=True)
+        ]
+        ranked += [item for item in here if all(is_other(model, item[0], pose) for pose in rivals)]
+    return ranked + left
+
+
+def _best_places(model: TrackModel, told: Sequence[Told]) -> list[tuple[Pose, Surroundings]]:
     """The best poses of the best places, which are a radius apart."""
     best: list[tuple[Pose, Surroundings]] = []
     for pose, _, around in sorted(told, key=lambda item: -item[1]):

@@ -17,13 +17,17 @@ from tracking.model import RENDER_OPTIONS, TrackModel
 from tracking.native import Alone, Setting
 from tracking.pictures import resized
 from tracking.relight import LitView, Shell
-from tracking.resemblance import CLOSELY, ROUGHLY, how_much_lighter
+from tracking.resemblance import BY_DETAIL, CLOSELY, ROUGHLY, how_much_lighter
 from tracking.window import Layer
 
 FloatArray = NDArray[np.float32]
 
 AROUND_PX = 6
 """How far around an object's box the picture counts."""
+
+FINER = 2
+"""Told closely, objects are drawn with so many pixels each way per pixel: at a few pixels the many
+splats of each widen the silhouette by a pixel, as if it were nearer."""
 
 SHADE_RANGE = (0.35, 1.0)
 """How much darker the empty room may be in the object's shadow."""
@@ -59,6 +63,20 @@ class Place:
     def close_resemblance(self, lit: Alone, upright: Upright) -> float:
         """How much the object at just this pose resembles the picture."""
         return self.closely.resemblance_at(lit, [upright])[0]
+
+    def details_alike(self, uprights: Sequence[Upright]) -> list[float]:
+        """How much the object at some poses resembles the picture by what tells them apart.
+
+        That is the detail of what was scanned well of it at every one of them: how light the sides
+        of another room are says little, and what was hardly scanned resembles nothing.
+        """
+        view, camera = self.view, self.view.camera
+        known = [view.known(self.shell, pose_of(upright)) for upright in uprights]
+        free = (view.free * np.min(known, axis=0)).astype(np.float32)
+        size = (camera.width_px, camera.height_px)
+        setting = Setting(view.live, view.empty, free, size=size, constants=BY_DETAIL)
+        lit = ((self.lit(upright, finer=FINER), upright) for upright in uprights)
+        return [setting.resemblance_at(alone, [upright])[0] for alone, upright in lit]
 
     def lit(self, upright: Upright, *, finer: int = 1) -> Alone:
         """The object, to be drawn in the light in which it would look most like the picture.

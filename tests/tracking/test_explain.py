@@ -14,7 +14,7 @@ from scenes.pose import Pose, wrap_angle
 from scenes.render.native import NativeRenderer
 from scenes.samples import sample_room
 from tracking.background import Exposure
-from tracking.explain import explained, resemblance_at
+from tracking.explain import details_alike, explained, resemblance_at
 from tracking.model import make_model
 from tracking.surroundings import surroundings_of
 from tracking.window import window_around
@@ -77,3 +77,11 @@ def test_the_right_yaw_resembles_the_picture_most(seen):
     alike = np.array([resemblance_at(around, pose) for pose in poses])
     assert alike.argmax() == 0
     assert alike[0] > alike[1:].max() + 0.2
+
+
+def test_the_right_yaw_has_the_details_of_the_picture(seen):
+    scene, model, evidence = seen
+    poses = [Pose.from_yaw(TRUE.yaw() + k * math.pi / 2, TRUE.translation) for k in range(4)]
+    alike = details_alike(surroundings_of(scene, model, evidence), poses)
+    assert np.argmax(alike) == 0
+    assert alike[0] > max(alike[1:]) + 0.1
