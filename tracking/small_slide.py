@@ -45,11 +45,8 @@ class SmallSlide:
         self._live = self._framed(free[..., None] * evidence.live)
         self._around = around
 
-    def best(self, world_from_object: Pose) -> tuple[Pose, float]:
-        """The pose at which it explains most, without being turned, and how much; may be below 0.
-
-        That is by how much squared colours, summed, are nearer to the picture than the empty room.
-        """
+    def best(self, world_from_object: Pose) -> Pose:
+        """The pose at which it explains most, without being turned."""
         evidence, model, reach = self._around.evidence, self._around.model, self._reach_px
         drawn = self._around.renderer.render(
             (PosedSplats(model.shell.splats, world_from_object),),
@@ -60,7 +57,7 @@ class SmallSlide:
         colours, alpha = _halved(drawn.rgb), _halved(drawn.alpha)
         rows, columns = (np.flatnonzero(alpha.any(axis=axis)) for axis in (1, 0))
         if len(rows) == 0:
-            return world_from_object, 0.0
+            return world_from_object
         part = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
         near = tuple(slice(side.start, side.stop + 2 * reach) for side in part)
         colours, alpha = np.ascontiguousarray(colours[part]), np.ascontiguousarray(alpha[part])
@@ -72,8 +69,7 @@ class SmallSlide:
         explained = bare + 2.0 * gain * both - gain * gain * power
         row, column = np.unravel_index(np.argmax(explained), explained.shape)
         shift = SHRINK * (np.array([column, row], dtype=np.float64) - reach)
-        slid = shifted(world_from_object, shift, evidence, model, grounded=True)
-        return slid, float(explained[row, column])
+        return shifted(world_from_object, shift, evidence, model, grounded=True)
 
     def _framed(self, picture: FloatArray) -> FloatArray:
         reach, picture = self._reach_px, _halved(picture)

@@ -209,9 +209,8 @@ def _tried(
 def _compared(around: Surroundings, place: Points, yaws: Sequence[int]) -> _Tried:
     """Some of `YAWS` about a place, which is right to a part of the object: each is slid first."""
     slide = SmallSlide(around)
-    slid = [slide.best(Pose.from_yaw(2 * math.pi * k / YAWS, place)) for k in yaws]
-    alike = [resemblance_at(around, pose) for pose, _ in slid]
-    return _Tried([pose for pose, _ in slid], np.array(alike), around)
+    poses = [slide.best(Pose.from_yaw(2 * math.pi * k / YAWS, place)) for k in yaws]
+    return _Tried(poses, np.array([resemblance_at(around, pose) for pose in poses]), around)
 
 
 def _other_yaws(around: Surroundings, world_from_object: Pose, tried: Sequence[Pose]) -> list[Pose]:
@@ -219,7 +218,7 @@ def _other_yaws(around: Surroundings, world_from_object: Pose, tried: Sequence[P
     place, yaw = world_from_object.translation, world_from_object.yaw()
     slide = SmallSlide(around)
     yaws = [yaw + 2 * math.pi * k / YAWS for k in range(YAWS)]
-    poses = [slide.best(Pose.from_yaw(turned, place))[0] for turned in yaws]
+    poses = [slide.best(Pose.from_yaw(turned, place)) for turned in yaws]
     alike = np.array([resemblance_at(around, pose) for pose in poses])
     others = [
         poses[k]
