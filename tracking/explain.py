@@ -112,12 +112,10 @@ def resemblance_at(around: Surroundings, world_from_object: Pose) -> float:
     return 0.0 if place is None else place.resemblance(world_from_object)
 
 
-def details_alike(around: Surroundings, poses: Sequence[Pose]) -> list[float]:
+def details_alike(around: Surroundings, poses: Sequence[Pose]) -> list[float] | None:
     """How much an object at each of some poses at one place looks like the picture by its detail.
 
-    See `tracking.surroundings.Place.details_alike`; 0 if nothing of it is in the window.
+    See `tracking.surroundings.Place.details_alike`; None if nothing of it is in the window, too.
     """
     place = around.at(poses[0])
-    if place is None:
-        return [0.0] * len(poses)
-    return place.details_alike([upright_of(pose) for pose in poses])
+    return None if place is None else place.details_alike([upright_of(pose) for pose in poses])

@@ -137,10 +137,14 @@ class LitView:
         drawn = self._drawn(shell, world_from_object)
         return drawn.rgb * self._light(drawn).gains(drawn.facing), drawn.alpha
 
-    def known(self, shell: Shell, world_from_object: Pose) -> FloatArray:
-        """(H, W) 0..1: how well what an object at a pose would show there was scanned."""
+    def known(self, shell: Shell, world_from_object: Pose) -> tuple[FloatArray, float]:
+        """(H, W) 0..1: how well what an object at a pose would show there was scanned.
+
+        And how well all that it would show, 0..1.
+        """
         drawn = self._picture(shell.known, world_from_object)
-        return np.clip(drawn.rgb[..., 0] + 1.0 - drawn.alpha, 0.0, 1.0)
+        share = float(drawn.rgb[..., 0].sum()) / max(float(drawn.alpha.sum()), 1e-6)
+        return np.clip(drawn.rgb[..., 0] + 1.0 - drawn.alpha, 0.0, 1.0), share
 
     def _picture(self, splats: SplatCloud, world_from_object: Pose) -> Rendering:
         posed = (PosedSplats(splats, world_from_object),)

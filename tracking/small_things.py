@@ -125,6 +125,9 @@ def _told_apart(model: TrackModel, told: Sequence[Told], pace: Pace) -> list[Tol
                 rivals.append(pose)
         rivals = rivals[:RIVALS]
         said = pace.do(APART_MS, details_alike, around, rivals)
+        if said is None:
+            ranked += here
+            continue
         ranked += [
             (pose, here[0][1] + alike - max(said), around)
             for pose, alike in zip(rivals, said, strict=True)

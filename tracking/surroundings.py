@@ -29,6 +29,9 @@ FINER = 2
 """Told closely, objects are drawn with so many pixels each way per pixel: at a few pixels the many
 splats of each widen the silhouette by a pixel, as if it were nearer."""
 
+UNFAIR = 0.12
+"""Poses at which so much more or less of what is seen was scanned well are compared in what was."""
+
 SHADE_RANGE = (0.35, 1.0)
 """How much darker the empty room may be in the object's shadow."""
 
@@ -64,15 +67,19 @@ class Place:
         """How much the object at just this pose resembles the picture."""
         return self.closely.resemblance_at(lit, [upright])[0]
 
-    def details_alike(self, uprights: Sequence[Upright]) -> list[float]:
+    def details_alike(self, uprights: Sequence[Upright]) -> list[float] | None:
         """How much the object at some poses resembles the picture by what tells them apart.
 
         That is the detail of what was scanned well of it at every one of them: how light the sides
-        of another room are says little, and what was hardly scanned resembles nothing.
+        of another room are says little, and what was hardly scanned resembles nothing. None where
+        all were scanned about as well: to compare all that is seen is fair, and tells more.
         """
         view, camera = self.view, self.view.camera
         known = [view.known(self.shell, pose_of(upright)) for upright in uprights]
-        free = (view.free * np.min(known, axis=0)).astype(np.float32)
+        shares = [share for _, share in known]
+        if max(shares) - min(shares) < UNFAIR:
+            return None
+        free = (view.free * np.min([there for there, _ in known], axis=0)).astype(np.float32)
         size = (camera.width_px, camera.height_px)
         setting = Setting(view.live, view.empty, free, size=size, constants=BY_DETAIL)
         lit = ((self.lit(upright, finer=FINER), upright) for upright in uprights)

@@ -79,9 +79,14 @@ def test_the_right_yaw_resembles_the_picture_most(seen):
     assert alike[0] > alike[1:].max() + 0.2
 
 
-def test_the_right_yaw_has_the_details_of_the_picture(seen):
+def test_the_right_yaw_has_the_details_of_the_picture(seen, monkeypatch):
     scene, model, evidence = seen
+    around = surroundings_of(scene, model, evidence)
     poses = [Pose.from_yaw(TRUE.yaw() + k * math.pi / 2, TRUE.translation) for k in range(4)]
-    alike = details_alike(surroundings_of(scene, model, evidence), poses)
+    # The book was scanned well all around: nothing else is compared.
+    assert details_alike(around, poses) is None
+    monkeypatch.setattr("tracking.surroundings.UNFAIR", 0.0)
+    alike = details_alike(around, poses)
+    assert alike is not None
     assert np.argmax(alike) == 0
     assert alike[0] > max(alike[1:]) + 0.1

@@ -137,10 +137,15 @@ def test_a_side_of_few_splats_is_told_from_those_that_were_scanned_well(seen):
     eye, middle = np.array([0.0, -0.8, 0.7]), np.array([0.0, 0.0, 0.1])
     picture = np.zeros((SIDE_PX, SIDE_PX, 3), np.float32)
     view = LitView(picture, picture, picture[..., 0], CAMERA, look_at(eye, middle), renderer)
-    known = view.known(shell, Pose.identity())
+    known, share = view.known(shell, Pose.identity())
     places = np.array([[0.0, -0.1, 0.1], [0.0, 0.0, 0.2], [0.0, 0.4, 0.0]])
     pixels, _ = CAMERA.project(view.world_from_camera.inverse() @ places)
     front, top, beside = (float(known[int(y), int(x)]) for x, y in pixels)
     assert front < 0.4
     assert top > 0.9
     assert beside > 0.9
+    assert 0.2 < share < 0.8
+    behind = LitView(
+        picture, picture, picture[..., 0], CAMERA, look_at(-eye + [0, 0, 1.4], middle), renderer
+    )
+    assert behind.known(shell, Pose.identity())[1] > 0.9
