@@ -204,7 +204,7 @@ class Tracker:
             found, search = regain(self._lost(tasks, tracks), search, budget_ms=budget_ms)
             tracks |= found
         posed = self._stopwatch()
-        for band in _bands_to_learn(state.frames, frame):
+        for band in _bands_to_learn(state.frames, frame, tracks):
             plates = self._learned(rig.plates, frame, tracks, scene.exposures, band)
             rig = replace(rig, plates=plates)
         objects = tuple(report(m, tracks[m.object_id], frame) for m in self._models)
@@ -280,8 +280,8 @@ class Tracker:
                 layer = self._layers.layer(item, pose, *view, self._renderer, lens=band.lens)
                 taken.append(layer)
         placed = all(track.visible_fraction > 0 for track in tracks.values())
-        lost = any(track.state is TrackState.LOST for track in tracks.values())
-        return learn(plates, frame, exposures, taken, band, is_cautious=lost or not placed)
+        is_cautious = not placed or _misses_any(tracks)
+        return learn(plates, frame, exposures, taken, band, is_cautious=is_cautious)
 
     def _scene(self, frame: Frame, rig: RigState) -> Scene:
         exposures = _exposures(frame, rig.plates)
@@ -334,12 +334,20 @@ class Tracker:
         )
 
 
-def _bands_to_learn(frames: int, frame: Frame) -> Sequence[Band]:
-    """What a frame looks at of the room, once its objects are known: at first, all of it."""
+def _bands_to_learn(frames: int, frame: Frame, tracks: Mapping[str, Track]) -> Sequence[Band]:
+    """What a frame looks at of the room, once its objects are known: at first, all of it.
+
+    While one is lost, no more can be learned than before it was looked for.
+    """
     heights = [lens.height_px for lens in frame.rig.lenses]
-    if frames == 0:
+    if frames == 0 and not _misses_any(tracks):
         return [whole_lens(index, height_px) for index, height_px in enumerate(heights)]
     return [band_of(frames // LEARN_PERIOD, heights)] if _learns(frames) else []
+
+
+def _misses_any(tracks: Mapping[str, Track]) -> bool:
+    """Whether an object is lost."""
+    return any(track.state is TrackState.LOST for track in tracks.values())
 
 
 def _learns(frames: int) -> bool:
