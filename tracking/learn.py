@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from enum import Enum
 
 import cv2
 import numpy as np
@@ -30,11 +31,11 @@ COHERENT_LEVEL = 0.07
 """A mean difference above this, of a 0..1 channel, is a thing and not the scan's roughness."""
 
 CAUTIOUS_LEVEL = 0.03
-"""The same while things may be anywhere: a pale mug before a pale wall differs by little more."""
+"""The same where care is taken: a pale mug before a pale wall differs by little more."""
 
 WARY_SIDE = 1 / 72
-"""Then, what lies as near as half of this share of the side to what differs is not learned either:
-sides and handles of things have colours like the room's."""
+"""While things may be anywhere, what lies as near as half of this share of the side to what differs
+is not learned either: sides and handles of things have colours like the room's."""
 
 RELIT_RATIO = (0.35, 1.9)
 RELIT_HUE = 0.022
@@ -99,14 +100,23 @@ def looked_at(band: Band, width: int, height: int) -> slice:
     return slice(max(band.top - margin, 0) // SHRINK * SHRINK, min(band.bottom + margin, height))
 
 
-def surroundings(width: int) -> tuple[int, int, int]:
+class Care(Enum):
+    """How much of what differs from the scan is taken for the room."""
+
+    LITTLE = "what is only lighter or darker is the room, too"
+    CAUTIOUS = "a grey thing before a wall is no shadow on it"
+    WARY = "things may be anywhere, and beside what differs there may be more of it"
+
+
+def surroundings(width: int, care: Care) -> tuple[int, int, int]:
     """Sides in pixels of the small picture: of what is averaged to see things, and roughness.
 
-    The third is of what has to be the room's all over while things may be anywhere.
+    The third is of what has to be the room's all over, a single pixel where no more is asked.
     """
     small = -(-width // SHRINK)
     coherent, wary = (max(3, round(side * small)) | 1 for side in (COHERENT_SIDE, WARY_SIDE))
-    return coherent, max(3, round(ROUGH_SIDE * small) * 2 + 1), wary
+    rough = max(3, round(ROUGH_SIDE * small) * 2 + 1)
+    return coherent, rough, wary if care is Care.WARY else 1
 
 
 def learn(
@@ -116,7 +126,7 @@ def learn(
     taken: Sequence[Layer],
     band: Band,
     *,
-    is_cautious: bool = False,
+    care: Care = Care.LITTLE,
 ) -> Plates:
     """The plates with what this frame shows of the room in a band.
 
@@ -126,7 +136,7 @@ def learn(
         exposures: one per lens, of this frame.
         taken: movable objects as drawn into the band's lens; nothing is learned there.
         band: what to learn from.
-        is_cautious: things may be anywhere; a grey one before a wall is no shadow on it.
+        care: what is taken for the room.
     """
     index = band.lens
     images, noise, learned = list(plates.images), list(plates.noise), list(plates.learned)
@@ -141,9 +151,9 @@ def learn(
         lens_size=(width, height),
         top=rows.start,
         exposure=exposures[index].rows(),
-        sides=surroundings(width),
-        level=CAUTIOUS_LEVEL if is_cautious else COHERENT_LEVEL,
-        is_cautious=is_cautious,
+        sides=surroundings(width, care),
+        level=COHERENT_LEVEL if care is Care.LITTLE else CAUTIOUS_LEVEL,
+        is_cautious=care is not Care.LITTLE,
     )
     inner = slice(band.top - rows.start, band.bottom - rows.start)
     size = (rows.stop - rows.start, width)

@@ -26,7 +26,6 @@ from tracking.learn import (
     RELIT_HUE,
     RELIT_RATIO,
     SHRINK,
-    surroundings,
 )
 from tracking.observe import (
     TEXTURE_CUTOFF,
@@ -266,6 +265,7 @@ def learned_rows(
     lens_size: tuple[int, int],
     top: int,
     exposure: Exposure,
+    sides: tuple[int, int, int],
     level: float,
     is_cautious: bool,
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
@@ -279,8 +279,9 @@ def learned_rows(
         lens_size: width and height of the lens picture.
         top: first of the rows.
         exposure: of the lens.
+        sides: see `tracking.learn.surroundings`.
         level: a mean difference above this, of a 0..1 channel, is a thing.
-        is_cautious: things may be anywhere; a grey one before a wall is no shadow on it.
+        is_cautious: a grey thing before a wall is no shadow on it.
     """
     height, width = plate.shape[:2]
     x = ((np.arange(width, dtype=np.float32) + 0.5) / lens_size[0] - 0.5) * 2
@@ -289,7 +290,7 @@ def learned_rows(
     gain = exposure.gain.astype(np.float32) + radius2 * exposure.falloff.astype(np.float32)
     neutral = (live.astype(np.float32) / 255.0 - exposure.offset.astype(np.float32)) / gain
     residual = np.asarray(neutral - plate, dtype=np.float32)
-    coherent_side, rough_side, wary_side = surroundings(lens_size[0])
+    coherent_side, rough_side, wary_side = sides
     small_residual = _in_squares(residual)
     mean_residual = box_blurred(small_residual, coherent_side)
     shows_room = np.abs(mean_residual).max(axis=2) < level

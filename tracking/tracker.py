@@ -26,7 +26,7 @@ from tracking.camera_watch import Watch, turned_since, watched
 from tracking.evidence import Neighbour, Scene
 from tracking.follow import first_look, follow
 from tracking.layers import LayerMemo, window_of
-from tracking.learn import Band, band_of, learn, looked_at, whole_lens
+from tracking.learn import Band, Care, band_of, learn, looked_at, whole_lens
 from tracking.model import TrackModel, make_model
 from tracking.output import Stopwatch, TrackOutput, no_stopwatch
 from tracking.regain import Search, regain, regain_all
@@ -205,7 +205,8 @@ class Tracker:
             tracks |= found
         posed = self._stopwatch()
         for band in _bands_to_learn(state.frames, frame, tracks):
-            plates = self._learned(rig.plates, frame, tracks, scene.exposures, band)
+            care = _care(tracks, is_first=not state.frames)
+            plates = self._learned(rig.plates, frame, tracks, scene.exposures, band, care)
             rig = replace(rig, plates=plates)
         objects = tuple(report(m, tracks[m.object_id], frame) for m in self._models)
         ended = self._stopwatch()
@@ -256,7 +257,8 @@ class Tracker:
         exposures = _exposures(frame, plates)
         for index, lens in enumerate(frame.rig.lenses):
             band = whole_lens(index, lens.height_px)
-            plates = self._learned(plates, frame, state.tracks, exposures, band)
+            care = _care(state.tracks, is_first=known is None)
+            plates = self._learned(plates, frame, state.tracks, exposures, band, care)
         watches = tuple(map(watched, frame.images, frame.rig.lenses))
         return RigState(marker_world_from_rig, calibration, plates, watches)
 
@@ -267,6 +269,7 @@ class Tracker:
         tracks: Mapping[str, Track],
         exposures: tuple[Exposure, ...],
         band: Band,
+        care: Care,
     ) -> Plates:
         """Plates with what this frame shows of the room in a band, away from all objects."""
         lens = frame.rig.lenses[band.lens]
@@ -279,9 +282,7 @@ class Tracker:
             if drawn.start < rows.stop and rows.start < drawn.stop:
                 layer = self._layers.layer(item, pose, *view, self._renderer, lens=band.lens)
                 taken.append(layer)
-        placed = all(track.visible_fraction > 0 for track in tracks.values())
-        is_cautious = not placed or _misses_any(tracks)
-        return learn(plates, frame, exposures, taken, band, is_cautious=is_cautious)
+        return learn(plates, frame, exposures, taken, band, care=care)
 
     def _scene(self, frame: Frame, rig: RigState) -> Scene:
         exposures = _exposures(frame, rig.plates)
@@ -348,6 +349,17 @@ def _bands_to_learn(frames: int, frame: Frame, tracks: Mapping[str, Track]) -> S
 def _misses_any(tracks: Mapping[str, Track]) -> bool:
     """Whether an object is lost."""
     return any(track.state is TrackState.LOST for track in tracks.values())
+
+
+def _care(tracks: Mapping[str, Track], *, is_first: bool) -> Care:
+    """With how much care the room is learned.
+
+    Of a single picture nobody can tell the room's shadows from those of things that will move.
+    """
+    is_unseen = any(track.visible_fraction == 0 for track in tracks.values())
+    if is_unseen or _misses_any(tracks):
+        return Care.WARY
+    return Care.CAUTIOUS if is_first else Care.LITTLE
 
 
 def _learns(frames: int) -> bool:

@@ -24,7 +24,7 @@ from tracking.kernels import (
     refined,
     rows_of,
 )
-from tracking.learn import LEARNER, surroundings
+from tracking.learn import LEARNER, Care, surroundings
 from tracking.observe import measure_contour, projection
 from tracking.pictures import bell_blurred
 from tracking.templates import cut_out
@@ -333,10 +333,10 @@ def test_patches_of_a_lens_in_a_wide_picture_are_averaged():
         native.patch_means(lens, np.array([[41, 0]]), 5)
 
 
-@pytest.mark.parametrize("is_cautious", [False, True])
+@pytest.mark.parametrize("care", Care)
 @pytest.mark.parametrize("size", [(368, 92), (361, 75)], ids=["squares", "cut off"])
-def test_rows_are_learned_as_in_numpy(size, is_cautious):
-    width, height = size
+def test_rows_are_learned_as_in_numpy(size, care):
+    (width, height), is_cautious = size, care is not Care.LITTLE
     rng = np.random.default_rng(6)
     room = bell_blurred(rng.uniform(0, 1, (height, width, 3)).astype(np.float32), 4.0, 12)
     room = np.clip(0.5 + 4 * (room - 0.5), 0.05, 0.95)
@@ -350,10 +350,9 @@ def test_rows_are_learned_as_in_numpy(size, is_cautious):
     plate = np.clip(room + rng.normal(0, 0.03, room.shape), 0, 1).astype(np.float32)
     learned, usable = rng.random((2, height, width)) < np.array([0.3, 0.9])[:, None, None]
     known = {"lens_size": (width, 300), "top": 40, "level": 0.07, "is_cautious": is_cautious}
+    known["sides"] = surroundings(width, care)
     wanted = reference.learned_rows(live, plate, learned, usable, exposure=exposure, **known)
-    found = LEARNER.learn(
-        live, plate, learned, usable, exposure=exposure.rows(), sides=surroundings(width), **known
-    )
+    found = LEARNER.learn(live, plate, learned, usable, exposure=exposure.rows(), **known)
     image, noise, mask = (a.reshape(b.shape) for a, b in zip(found, wanted, strict=True))
     np.testing.assert_array_equal(mask, wanted[2])
     np.testing.assert_allclose(image, wanted[0], atol=1e-5)

@@ -10,7 +10,7 @@ from scenes.cameras import Fisheye, Rig
 from scenes.frames import FRONT_FROM_BACK_LENS
 from scenes.pose import Pose
 from tracking.background import Exposure, Plates
-from tracking.learn import band_of, learn, whole_lens
+from tracking.learn import Care, band_of, learn, whole_lens
 from tracking.pictures import bell_blurred
 from tracking.strips import STRIPS
 from tracking.window import Layer
@@ -75,6 +75,8 @@ def test_while_things_may_be_anywhere_nothing_is_learned_beside_what_differs(roo
     image[100:140, 110:114] = np.clip(255 * true[100:140, 110:114] + 4, 0, 255)
     seen = Frame("camera", 0, 0, 0, (image, image), RIG, Pose.identity())
     band = whole_lens(0, SIDE)
-    after = learn(plates, seen, (NEUTRAL, NEUTRAL), (), band, is_cautious=True).learned[0].whole()
+    after = learn(plates, seen, (NEUTRAL, NEUTRAL), (), band, care=Care.WARY).learned[0].whole()
     assert not after[104:136, 96:116].any()
     assert after[200:, 200:].mean() > 0.9
+    less = learn(plates, seen, (NEUTRAL, NEUTRAL), (), band, care=Care.CAUTIOUS).learned[0].whole()
+    assert after.sum() < less.sum()
