@@ -14,7 +14,7 @@ from types import MappingProxyType
 import numpy as np
 
 from devices.messages import Frame
-from scenes.pose import Pose, rotation_angle, rotation_from_vector
+from scenes.pose import Pose
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats
 from scenes.splats import SplatCloud
@@ -22,7 +22,7 @@ from scenes.state import ObjectModel, TrackState
 from tracking.audit import is_under_review, was_audited
 from tracking.background import Exposure, Plates, fit_exposure, render_plates
 from tracking.calibrate import Calibration, calibrate
-from tracking.camera_watch import Watch, turned_since, watched
+from tracking.camera_watch import watched
 from tracking.evidence import Neighbour, Scene
 from tracking.follow import first_look, follow
 from tracking.layers import LayerMemo, window_of
@@ -30,21 +30,10 @@ from tracking.learn import Band, Care, band_of, learn, looked_at, whole_lens
 from tracking.model import TrackModel, make_model
 from tracking.output import Stopwatch, TrackOutput, no_stopwatch
 from tracking.regain import Search, regain, regain_all
+from tracking.rig_state import RigState, is_watched, looked_through
 from tracking.stands import FLOOR_M, stands_in
 from tracking.track import Task, Track, new_track, report
 from tracking.window import Layer
-
-RIG_MOVED_M = 0.02
-RIG_TURNED_RAD = np.deg2rad(0.6)
-"""A marker that moved more than this means that the camera was moved, not that the marker shook."""
-
-WATCH_PERIOD, WATCH_PHASE = 8, 5
-"""Frames between two looks at whether the camera still stands, a lens at a time; at frames that
-neither learn nor measure what rests."""
-
-BUMPED_RAD = np.deg2rad(0.12)
-BUMPED_LOOKS = 2
-"""So many looks in a row that find it turned by more mean that it was bumped."""
 
 LEARN_PERIOD = 4
 """Frames between two looks at what has become of the room, a band of a lens at a time; halfway
@@ -74,25 +63,6 @@ class TrackerOptions:
     calibrate: bool = True
     texture: bool = True
     recover: bool = True
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class RigState:
-    """Where the camera stands.
-
-    Attributes:
-        marker_world_from_rig: what the marker said when the camera was last refined.
-        calibration: the refined pose.
-        plates: the empty room from there.
-        watches: what each lens saw then.
-        turned_looks: looks in a row, until the last, that found the camera turned.
-    """
-
-    marker_world_from_rig: Pose
-    calibration: Calibration
-    plates: Plates
-    watches: tuple[Watch, ...]
-    turned_looks: int = 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -226,14 +196,9 @@ class Tracker:
         """The refined camera pose and its plates; both kept while the camera stands still."""
         known = state.rig
         if known is not None:
-            moved = known.marker_world_from_rig.inverse() @ marker_world_from_rig
-            stands = (
-                float(np.linalg.norm(moved.translation)) < RIG_MOVED_M
-                and rotation_angle(moved.rotation) < RIG_TURNED_RAD
-            )
-            if stands:
-                known, rig_from_turned = _looked_through(known, frame, state.frames)
-                if known.turned_looks < BUMPED_LOOKS:
+            if known.stands(marker_world_from_rig):
+                known, rig_from_turned = looked_through(known, frame, state.frames)
+                if not known.is_bumped:
                     return known
                 nominal = known.calibration.world_from_rig @ rig_from_turned
             else:
@@ -367,31 +332,9 @@ def _learns(frames: int) -> bool:
     return frames % LEARN_PERIOD == LEARN_PERIOD // 2
 
 
-def _watches(frames: int) -> bool:
-    """Whether a frame looks at whether the camera still stands."""
-    return (frames - WATCH_PHASE) % WATCH_PERIOD == 0
-
-
 def _is_busy(frames: int) -> bool:
     """Whether a frame has more to do than to follow what moves."""
-    return _learns(frames) or _watches(frames) or frames % TURN_PERIOD == 0
-
-
-def _looked_through(known: RigState, frame: Frame, frames: int) -> tuple[RigState, Pose]:
-    """The rig's state after a look through one lens, if it is time, and how far it has turned.
-
-    A bumped camera moves in all its lenses; somebody in front of one is seen by that alone.
-    """
-    if not _watches(frames):
-        return known, Pose.identity()
-    lens = frames // WATCH_PERIOD % len(known.watches)
-    turn = turned_since(known.watches[lens], frame.images[lens])
-    if turn is None or float(np.linalg.norm(turn)) < BUMPED_RAD:
-        return replace(known, turned_looks=0), Pose.identity()
-    rig_from_lens = frame.rig.rig_from_lens[lens]
-    turned = Pose(rotation_from_vector(turn), np.zeros(3))
-    rig_from_turned = rig_from_lens @ turned @ rig_from_lens.inverse()
-    return replace(known, turned_looks=known.turned_looks + 1), rig_from_turned
+    return _learns(frames) or is_watched(frames) or frames % TURN_PERIOD == 0
 
 
 def _exposures(frame: Frame, plates: Plates) -> tuple[Exposure, ...]:
