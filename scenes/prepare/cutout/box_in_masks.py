@@ -27,6 +27,10 @@ LEAST_OVERLAP = 0.8
 """Of a mask and the box drawn into its view: what is less is no box, or no good mask."""
 LEAST_HELD = 0.96
 """Of the places: what leaves more out of its rectangle, such as a mug's handle, is no box."""
+LEAST_OF_THING = 0.8
+"""Of what is known of the thing: columns that fall into a stool's masks are fewer than its seat."""
+BESIDE_M = 0.03
+"""So far beside a box what is known of the thing may lie."""
 MOST_PIXEL_M = 0.0045
 """A mask ends up to two pixels beside the thing on either side: four should be under 2 cm."""
 AROUND_M = 0.1
@@ -81,6 +85,9 @@ def box_in_masks(
     if places_in[slice(*ends[0]), slice(*ends[1])].sum() < LEAST_HELD * places_in.sum():
         return None
     low, high = (np.array(ends).T - count / 2) * cell
+    beside = np.abs((places - middle) @ _axes(yaw).T - 0.5 * (low + high)) - 0.5 * (high - low)
+    if (beside < BESIDE_M).all(axis=1).mean() < LEAST_OF_THING:
+        return None
     x, y = middle + _axes(yaw).T @ (0.5 * (low + high))
     sides = float(high[0] - low[0]), float(high[1] - low[1])
     found = LevelRectangle((float(x), float(y)), yaw, sides)

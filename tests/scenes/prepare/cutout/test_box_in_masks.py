@@ -89,3 +89,12 @@ def test_views_from_too_far_away_are_not_heard():
 
 def test_without_masks_nothing_is_told():
     assert box_in_masks((), rectangle((0.2, 0.2), 0.0), SPAN) is None
+
+
+def test_a_box_that_leaves_much_of_the_thing_out_is_none():
+    legs = rectangle((0.2, 0.2), 0.3)
+    views = [seen_from(turn, [prism(legs)]) for turn in (0.3, 2.0, 4.0)]
+    across = np.linspace(-0.5, 0.5, 9)
+    seat = np.stack(np.meshgrid(across, across), axis=-1).reshape(-1, 2)
+    assert box_in_masks(views, 0.2 * seat + (0.3, -0.2), SPAN) is not None
+    assert box_in_masks(views, 0.34 * seat + (0.3, -0.2), SPAN) is None
