@@ -81,8 +81,8 @@ def guesses(
         NotYet: the rest is for the next frame.
     """
 
-    def closely(around: Surroundings, pose: Pose) -> tuple[Pose, float, Surroundings]:
-        return *pace.do(CLOSELY_MS, closely_explained, around, pose), around
+    def closely(around: Surroundings, world_from_rough: Pose) -> tuple[Pose, float, Surroundings]:
+        return *pace.do(CLOSELY_MS, closely_explained, around, world_from_rough), around
 
     rough = [
         (*pace.do(ROUGHLY_MS, roughly_explained, around, start), around)
