@@ -22,7 +22,10 @@ STILL_SURPRISE = 2.0 * math.log(10.0)
 """A hand keeps a thing as still as if it stood in one frame of ten: -2 log of that, per frame."""
 
 PATTERN_CORRELATION = 9.0
-"""So many neighbouring points of a pattern count as one: they share blur and light."""
+"""So many neighbouring points of a surface count as one: they share blur and light."""
+
+BARE_SURPRISE = 2.0 * math.log(10.0)
+"""A place of a thing shows the empty room in one case of ten: -2 log of that."""
 
 MOST_ALIKE = 0.99
 
@@ -61,7 +64,8 @@ def _surprise(fit: Fit, belief: Prior, wide: Prior, *, alike: float) -> float:
     lift = float(found[2] - belief.mean[2]) / belief.sigma[2]
     weight = len(fit.sketch.contour) / CONTOUR_CORRELATION
     outline = (weight * math.log(max(fit.misfit, 1.0)) + lift**2) / alike
-    return outline + _pattern_surprise(fit) + float(apart @ apart) + 2 * math.log(belief.sigma[2])
+    surface = _pattern_surprise(fit) + _bare_surprise(fit)
+    return outline + surface + float(apart @ apart) + 2 * math.log(belief.sigma[2])
 
 
 def _pattern_surprise(fit: Fit) -> float:
@@ -70,6 +74,12 @@ def _pattern_surprise(fit: Fit) -> float:
         return 0.0
     count = fit.visible_fraction * len(fit.sketch.surface) / PATTERN_CORRELATION
     return count * math.log(1.0 - min(max(fit.likeness, 0.0), MOST_ALIKE) ** 2)
+
+
+def _bare_surprise(fit: Fit) -> float:
+    """-2 log likelihood of the places that should show a thing and show the empty room."""
+    bare = max(1.0 - fit.visible_fraction - fit.covered_fraction, 0.0)
+    return BARE_SURPRISE * bare * len(fit.sketch.surface) / PATTERN_CORRELATION
 
 
 def is_lifted(task: Task, world_from_object: Pose) -> bool:

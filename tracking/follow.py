@@ -16,16 +16,15 @@ from tracking.beliefs import (
     HEAVY_HEIGHT_M,
     LOST_CONFIDENCE,
     RECOGNISED_LIKENESS,
-    at_portrait,
     confidence_of,
     is_believable,
     is_certainly_there,
     is_doubtful,
     least_likeness,
-    measure,
 )
 from tracking.carried import is_lifted
 from tracking.evidence import Evidence, gather, view_of
+from tracking.measure import at_portrait, measure
 from tracking.metrics import ROUND
 from tracking.portrait import Portrait, portrayed
 from tracking.sketch import Sketchbook, draw
@@ -117,7 +116,7 @@ def follow(task: Task, unchanged: bool) -> Track:
         view_of(task.scene, task.model, predicted_world_from_object),
         task.neighbours,
     )
-    fit = measure(task, evidence, predicted_world_from_object, is_unchanged=unchanged)
+    evidence, fit = measure(task, evidence, predicted_world_from_object, is_unchanged=unchanged)
     if task.is_first:
         known = is_recognised(task.scene, task.model, evidence, fit)
         if not is_certainly_there(fit, is_recognised=known) or _is_elsewhere(track, fit):

@@ -22,14 +22,15 @@ def a_task(still_frames=0):
     )
 
 
-def a_fit(height_m, misfit, *, likeness=0.6, alike=1.0, textured=True):
+def a_fit(height_m, misfit, *, likeness=0.6, alike=1.0, textured=True, bare=0.0):
     return SimpleNamespace(
         world_from_object=Pose.from_yaw(0.0, (0.0, 0.0, height_m)),
         misfit=misfit,
         alike=alike,
         likeness=likeness,
         textured=textured,
-        visible_fraction=1.0,
+        visible_fraction=1.0 - bare,
+        covered_fraction=0.0,
         sketch=SimpleNamespace(contour=range(200), surface=range(240)),
     )
 
@@ -67,6 +68,12 @@ def test_what_keeps_still_is_hardly_in_a_hand():
     lifted, standing = a_fit(TABLE_M + 0.02, 100.0), a_fit(TABLE_M, 140.0)
     assert carried_wins(lifted, standing)
     assert not carried_wins(lifted, standing, still_frames=4)
+
+
+def test_where_the_empty_room_shows_nothing_stands():
+    lifted, standing = a_fit(TABLE_M + 0.1, 100.0, likeness=0.9), (TABLE_M, 95.0)
+    assert not carried_wins(lifted, a_fit(*standing, likeness=0.9))
+    assert carried_wins(lifted, a_fit(*standing, likeness=0.9, bare=0.85))
 
 
 @pytest.mark.parametrize(

@@ -6,18 +6,17 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-import tracking.beliefs
 import tracking.follow
+import tracking.measure
 from scenes.pose import Pose
 from scenes.state import ObjectModel
 from tests.tracking.test_sketch import BOX_M, at, box, seen
 from tests.tracking.test_sketch import model as model
 from tests.tracking.test_sketch import renderer as renderer
-from tracking.beliefs import measure
+from tracking.measure import measure
 from tracking.model import make_model
 from tracking.portrait import laid_on, portrayed
 from tracking.sketch import Sketchbook, draw
-from tracking.solve import Prior
 
 REST = at(0.0, 0.2, 1.2)
 
@@ -124,21 +123,21 @@ def test_what_looks_as_it_did_at_rest_has_not_moved(monkeypatch, portrait, liken
     tried = SimpleNamespace(
         covered_fraction=0.9, support=0.1, free_agreement=0.1, textured=True, likeness=0.1
     )
-    monkeypatch.setattr(tracking.beliefs, "priors", lambda *_: [None])
-    monkeypatch.setattr(tracking.beliefs, "_try", lambda *_, **__: tried)
-    monkeypatch.setattr(tracking.beliefs, "at_portrait", lambda *_: there)
+    monkeypatch.setattr(tracking.measure, "priors", lambda *_: [None])
+    monkeypatch.setattr(tracking.measure, "attempt", lambda *_, **__: tried)
+    monkeypatch.setattr(tracking.measure, "at_portrait", lambda *_: there)
     track = SimpleNamespace(
         moves_on=False,
         state=None, missed_frames=3, sketch=None, portrait=known, usual_agreement=0.0,
         usual_likeness=0.0,
     )  # fmt: skip
-    task = SimpleNamespace(track=track, model=SimpleNamespace(radius_m=0.2))
+    task = SimpleNamespace(track=track, model=SimpleNamespace(radius_m=0.2), is_first=False)
     near = Pose(REST.rotation, REST.translation + 0.05)
-    assert (measure(task, None, near) is there) == stays
+    assert (measure(task, None, near)[1] is there) == stays
     far = Pose(REST.rotation, REST.translation + 0.2)
-    assert measure(task, None, far) is tried
+    assert measure(task, None, far)[1] is tried
     track.portrait = replace(known, is_of_rest=False)
-    assert measure(task, None, near) is tried
+    assert measure(task, None, near)[1] is tried
 
 
 @pytest.mark.parametrize(
@@ -161,28 +160,6 @@ def test_what_stood_and_hangs_in_the_air_was_taken_up(height_m, taken_up):
     )
     fit = SimpleNamespace(world_from_object=Pose.from_yaw(0.0, (0.0, 0.0, height_m)))
     assert tracking.follow._was_taken_up(task, fit) == taken_up
-
-
-def test_the_likeliest_guess_is_tried_in_every_frame_and_all_others_in_turn():
-    prior = Prior(np.zeros(4), np.full(4, 0.1))
-    tried = []
-    for seq in range(12):
-        frame = SimpleNamespace(t_ns=33_000_000 * (seq + 1), seq=seq)
-        task = SimpleNamespace(
-            model=SimpleNamespace(symmetry=1),
-            scene=SimpleNamespace(frame=frame),
-            track=SimpleNamespace(looked_ns=33_000_000 * seq),
-        )
-        poor = SimpleNamespace(textured=False, support=0.1, visible_fraction=0.9, likeness=0.0)
-        guesses = tracking.beliefs._guesses(task, [prior], Pose.identity(), poor)
-        first = guesses[0].start_world_from_object
-        assert first.yaw() == 0.0
-        assert first.translation[2] == 0.0
-        tried += [
-            (round(g.start_world_from_object.yaw(), 2), g.start_world_from_object.translation[2])
-            for g in guesses
-        ]
-    assert len(set(tried)) == 6
 
 
 def test_what_rests_where_it_was_portrayed_is_not_portrayed_again(faulty, renderer):
