@@ -72,6 +72,7 @@ class BuiltInTrainer:
         show: ShowPreview | None = None,
     ) -> TrainingResult:
         """See `scenes.prepare.train.trainer.Trainer.train`."""
+        progress(0.0, "how far away things are")
         run = _Run(self._options, reconstruction, self._rng(), self._stopwatch)
         before = checkpoint.load(folder, run.job)
         if before is not None:
@@ -146,11 +147,13 @@ class _Run:
     @property
     def done(self) -> float:
         """0..1, of whichever end comes first."""
-        shares = [0.0]
-        if self._options.seconds is not None:
-            shares.append(self.seconds / self._options.seconds)
-        if self._options.iterations is not None:
-            shares.append(self.iteration / self._options.iterations)
+        options, shares = self._options, [0.0]
+        if options.seconds is not None:
+            by_time = self.seconds / options.seconds
+            by_steps = self.iteration / max(options.least_iterations, 1)
+            shares.append(min(by_time, by_steps) if options.least_iterations else by_time)
+        if options.iterations is not None:
+            shares.append(self.iteration / options.iterations)
         return min(max(shares), 1.0)
 
     @property

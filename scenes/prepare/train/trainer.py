@@ -28,6 +28,8 @@ class TrainingOptions:
         seconds: stop after this much time; None leaves the end to `iterations`.
         iterations: stop after this many steps; None leaves the end to `seconds`. Runs that end by
             steps alone give the same splats each time.
+        least_iterations: time does not end it before so many steps: on a busy or slow machine it
+            takes longer instead of leaving a blur.
         budget: splats at most.
         sh_degree: of the splats' colour, 0 to 3.
         longest_px: photos with a longer side are made smaller before they are trained on and judged
@@ -47,6 +49,7 @@ class TrainingOptions:
 
     seconds: float | None = 120.0
     iterations: int | None = None
+    least_iterations: int = 0
     budget: int = 100_000
     sh_degree: int = 1
     longest_px: int = 640
@@ -63,6 +66,7 @@ class TrainingOptions:
         wanted = {
             "seconds": self.seconds is None or self.seconds > 0,
             "iterations": self.iterations is None or self.iterations > 0,
+            "least_iterations": self.least_iterations >= 0,
             "budget": self.budget > 0,
             "sh_degree": self.sh_degree in (0, 1, 2, 3),
             "longest_px": self.longest_px > 0,
@@ -79,11 +83,22 @@ class TrainingOptions:
 
 PRESETS = {
     "preview": TrainingOptions(
-        seconds=30.0, budget=50_000, longest_px=480, stereo_px=240, previews=6
+        seconds=30.0,
+        least_iterations=100,
+        budget=50_000,
+        longest_px=480,
+        stereo_px=240,
+        previews=6,
     ),
-    "default": TrainingOptions(seconds=120.0, budget=100_000),
+    "default": TrainingOptions(seconds=120.0, least_iterations=300, budget=100_000),
     "fine": TrainingOptions(
-        seconds=480.0, budget=250_000, sh_degree=2, longest_px=960, stereo_px=640, previews=24
+        seconds=480.0,
+        least_iterations=900,
+        budget=250_000,
+        sh_degree=2,
+        longest_px=960,
+        stereo_px=640,
+        previews=24,
     ),
 }
 """By name, what `nexus prepare --quality` offers. The times are for training alone."""

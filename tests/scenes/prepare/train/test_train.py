@@ -73,7 +73,7 @@ def test_it_tells_how_it_goes(result):
     trained, previews, notes = result
     assert [done for done, _ in notes] == sorted(done for done, _ in notes)
     assert notes[-1][0] == 1
-    assert "left" in notes[0][1]
+    assert "left" in notes[1][1]
     assert len(previews) == OPTIONS.previews
     assert all(preview.picture.shape == preview.photo.shape for preview in previews)
     assert [m.psnr_db for m in trained.history][:-1] == [p.psnr_db for p in previews]
@@ -98,7 +98,7 @@ def test_an_interrupted_training_goes_on_to_the_same_bits(result, filmed_ball, t
     trained = trainer(seed=99).train(
         filmed_ball, tmp_path, progress=lambda done, note: seen.append(done)
     )
-    assert min(seen) > 0.4
+    assert min(seen[1:]) > 0.4
     for one, other in zip(arrays_of(result[0].cloud), arrays_of(trained.cloud), strict=True):
         np.testing.assert_array_equal(one, other)
     assert [m.iteration for m in trained.history] == [m.iteration for m in result[0].history]
@@ -106,7 +106,8 @@ def test_an_interrupted_training_goes_on_to_the_same_bits(result, filmed_ball, t
 
 def test_another_job_does_not_go_on_from_a_checkpoint(filmed_ball, tmp_path):
     def stop(done, note):
-        raise Cancelled
+        if done > 0.0:
+            raise Cancelled
 
     with pytest.raises(Cancelled):
         trainer().train(filmed_ball, tmp_path, progress=stop)
@@ -116,7 +117,7 @@ def test_another_job_does_not_go_on_from_a_checkpoint(filmed_ball, tmp_path):
     seen = []
     with pytest.raises(Cancelled):
         trainer().train(fewer, tmp_path, progress=lambda d, n: (seen.append(d), stop(d, n)))
-    assert seen[0] < 0.2
+    assert 0.0 < seen[-1] < 0.2
 
 
 def test_time_ends_it_too(filmed_ball, tmp_path):
@@ -127,6 +128,18 @@ def test_time_ends_it_too(filmed_ball, tmp_path):
     assert last.seconds >= 600
     # A long training leaves checkpoints on its way.
     assert (tmp_path / checkpoint.NAME).is_file()
+
+
+def test_a_slow_machine_takes_longer_instead_of_leaving_a_blur(filmed_ball, tmp_path):
+    options = TrainingOptions(seconds=20, least_iterations=60, budget=500, previews=0)
+    seen = []
+    trained = trainer(options, Watch(2.0)).train(
+        filmed_ball, tmp_path, progress=lambda done, _: seen.append(done)
+    )
+    last = trained.history[-1]
+    assert last.iteration == 60
+    assert last.seconds > 20
+    assert seen == sorted(seen)
 
 
 def test_exposure_is_made_up_for(filmed_ball, tmp_path):
@@ -161,6 +174,7 @@ def test_exposure_is_made_up_for(filmed_ball, tmp_path):
     [
         {"seconds": None},
         {"seconds": 0.0},
+        {"least_iterations": -1},
         {"budget": 0},
         {"sh_degree": 4},
         {"held_out_every": 1},
