@@ -140,7 +140,7 @@ def _accept(task: Task, evidence: Evidence, fit: Fit, *, unchanged: bool) -> Tra
     distance, turn = float(np.linalg.norm(step[:3])), abs(float(step[3]))
     seen = replace(
         track,
-        covariance=uncertainty(task.scene, fit),
+        covariance=uncertainty(task.scene, task.model, fit),
         visible_fraction=fit.visible_fraction,
         confidence=told_confidence(track, fit),
         usual_agreement=_usual(track.usual_agreement, fit.free_agreement),

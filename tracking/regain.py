@@ -213,7 +213,7 @@ def _regained(task: Task, claim: Claim | None) -> Track:
         # A place that is unclear is told as a guess, and asked for again.
         state=state if is_placed else TrackState.LOST,
         rest=rest,
-        covariance=uncertainty(task.scene, fit),
+        covariance=uncertainty(task.scene, task.model, fit),
         visible_fraction=fit.visible_fraction,
         confidence=confidence if is_sure else min(confidence, LOST_CONFIDENCE),
         usual_agreement=fit.free_agreement,

@@ -13,20 +13,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tracking.evidence import Scene
+from tracking.model import TrackModel
 from tracking.solve import Fit
 
-SCALE_SIGMA = 0.001
-"""A scan's scale is known to about this share."""
+EDGE_SIGMA_M = 0.0005
+"""On the whole a scan's edges are known to so much, whatever its size: how large a small thing is,
+and so how far away, is known to a larger share."""
 
 CAMERA_TRUST = 1.5
 """A camera's true error over its reported standard deviation: neighbouring pixels err alike."""
 
 
-def uncertainty(scene: Scene, fit: Fit) -> NDArray[np.float64]:
+def uncertainty(scene: Scene, model: TrackModel, fit: Fit) -> NDArray[np.float64]:
     """(4, 4) covariance of x, y, z (metres) and yaw (radians) of a measured pose.
 
     Args:
         scene: the frame, with the camera's pose and its standard deviations.
+        model: the object.
         fit: the measurement.
     """
     apart = fit.world_from_object.translation - scene.world_from_rig.translation
@@ -36,7 +39,7 @@ def uncertainty(scene: Scene, fit: Fit) -> NDArray[np.float64]:
     rotation = np.kron(np.eye(2), scene.world_from_rig.rotation)
     variance = (CAMERA_TRUST * scene.camera_sigma) ** 2
     camera = rotation @ np.diag(variance) @ rotation.T
-    by_scale = SCALE_SIGMA**2 * np.outer(along, along)
+    by_scale = (EDGE_SIGMA_M / model.radius_m) ** 2 * np.outer(along, along)
     return fit.covariance + by_camera @ camera @ by_camera.T + by_scale
 
 

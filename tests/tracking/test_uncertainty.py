@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from scenes.pose import Pose, rotation_from_vector
-from tracking.uncertainty import CAMERA_TRUST, SCALE_SIGMA, uncertainty
+from tracking.uncertainty import CAMERA_TRUST, EDGE_SIGMA_M, uncertainty
 
 FREE = np.eye(6)[[0, 1, 2, 5]]
 """A pose that follows whatever is seen."""
 
 
-def known(place, camera_sigma, *, response=FREE, world_from_rig=None):
+def known(place, camera_sigma, *, response=FREE, world_from_rig=None, radius_m=0.5):
     """The standard deviations of an object at a place, without noise of its own."""
     rig = world_from_rig or Pose.identity()
     scene = SimpleNamespace(world_from_rig=rig, camera_sigma=np.array(camera_sigma))
@@ -21,7 +21,7 @@ def known(place, camera_sigma, *, response=FREE, world_from_rig=None):
         covariance=np.zeros((4, 4)),
         response=np.asarray(response),
     )
-    covariance = uncertainty(scene, fit)
+    covariance = uncertainty(scene, SimpleNamespace(radius_m=radius_m), fit)
     np.testing.assert_allclose(covariance, covariance.T, atol=1e-15)
     return np.sqrt(np.diag(covariance))
 
@@ -29,7 +29,7 @@ def known(place, camera_sigma, *, response=FREE, world_from_rig=None):
 def test_a_camera_turned_about_up_moves_what_is_far_sideways_and_turns_it():
     x, y, z, yaw = known((4.0, 0.0, 0.0), (0, 0, 1e-3, 0, 0, 0))
     assert y == pytest.approx(CAMERA_TRUST * 4e-3)
-    assert x == pytest.approx(SCALE_SIGMA * 4.0)
+    assert x == pytest.approx(EDGE_SIGMA_M / 0.5 * 4.0)
     assert z == pytest.approx(0.0)
     assert yaw == pytest.approx(CAMERA_TRUST * 1e-3)
 
@@ -39,7 +39,7 @@ def test_an_error_of_the_camera_equals_the_move_of_what_is_seen():
     axis, place = np.array([1e-3, 0.0, 0.0]), np.array([0.5, 1.5, -1.2])
     moved = rotation_from_vector(CAMERA_TRUST * axis) @ place - place
     sigma = known(place, (1e-3, 0, 0, 0, 0, 0))
-    along = SCALE_SIGMA * np.abs(place)
+    along = EDGE_SIGMA_M / 0.5 * np.abs(place)
     wanted = np.sqrt(moved**2 + along**2)
     np.testing.assert_allclose(sigma[:3], wanted, rtol=1e-3)
 
@@ -55,3 +55,10 @@ def test_what_stands_does_not_follow_the_camera_upwards():
     standing = FREE.copy()
     standing[2] = 0.0
     assert known((2.0, 0.0, -1.0), (1e-3,) * 6, response=standing)[2] == pytest.approx(0.0)
+
+
+def test_how_far_away_a_small_thing_is_is_known_less_well():
+    still, place = (0.0,) * 6, (3.0, 0.0, 0.0)
+    assert known(place, still, radius_m=0.1)[0] == pytest.approx(
+        5 * known(place, still, radius_m=0.5)[0]
+    )
