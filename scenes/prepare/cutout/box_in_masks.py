@@ -25,6 +25,10 @@ FloatArray = NDArray[np.float64]
 
 LEAST_OVERLAP = 0.8
 """Of a mask and the box drawn into its view: what is less is no box, or no good mask."""
+MOST_OFF_PX = 2
+"""How far beside a thing its mask may end."""
+LEAST_COVERED = 0.96
+"""Of a mask, by the box drawn so much larger: a stool's seat reaches out above its legs."""
 LEAST_HELD = 0.96
 """Of the places: what leaves more out of its rectangle, such as a mug's handle, is no box."""
 LEAST_OF_THING = 0.8
@@ -91,8 +95,9 @@ def box_in_masks(
     x, y = middle + _axes(yaw).T @ (0.5 * (low + high))
     sides = float(high[0] - low[0]), float(high[1] - low[1])
     found = LevelRectangle((float(x), float(y)), yaw, sides)
-    overlaps = [_overlap(view, camera, found, span_m) for view, camera in seen]
-    return found if np.median(overlaps) >= LEAST_OVERLAP else None
+    fits = [_fit(view, camera, found, span_m) for view, camera in seen]
+    overlap, covered = np.median(fits, axis=0)
+    return found if overlap >= LEAST_OVERLAP and covered >= LEAST_COVERED else None
 
 
 def _near_enough(
@@ -162,19 +167,22 @@ def _best(voices: FloatArray, step: int) -> tuple[float, tuple[tuple[int, int], 
     return most, ends
 
 
-def _overlap(
+def _fit(
     view: MaskedView, camera: Pinhole, box: LevelRectangle, span_m: tuple[float, float]
-) -> float:
-    """Of the mask and the box drawn into its view: intersection over union."""
+) -> tuple[float, float]:
+    """Intersection over union of the mask and the box drawn into its view, and how much of the
+    mask the box covers, 0..1, where masks end beside the thing."""
     world_from_box = Pose.from_yaw(box.yaw, (*box.middle, 0.0))
     half_x, half_y = 0.5 * box.sides_m[0], 0.5 * box.sides_m[1]
     corners = [(x, y, z) for x in (-half_x, half_x) for y in (-half_y, half_y) for z in span_m]
     in_camera = view.world_from_camera.inverse() @ (world_from_box @ np.array(corners))
     if (in_camera[:, 2] <= 0).any():
-        return 0.0
+        return 0.0, 0.0
     pixels, _ = camera.project(in_camera)
     drawn = np.zeros(view.mask.shape, dtype=np.uint8)
     hull = cv2.convexHull(np.floor(pixels).astype(np.int32))
     cv2.fillConvexPoly(drawn, hull, 1)
-    covered = drawn > 0
-    return float((covered & view.mask).sum() / max((covered | view.mask).sum(), 1))
+    larger = cv2.dilate(drawn, np.ones((2 * MOST_OFF_PX + 1,) * 2, dtype=np.uint8)) > 0
+    union = int(((drawn > 0) | view.mask).sum())
+    overlap = float(((drawn > 0) & view.mask).sum() / max(union, 1))
+    return overlap, float((larger & view.mask).sum() / max(int(view.mask.sum()), 1))

@@ -98,3 +98,18 @@ def test_a_box_that_leaves_much_of_the_thing_out_is_none():
     seat = np.stack(np.meshgrid(across, across), axis=-1).reshape(-1, 2)
     assert box_in_masks(views, 0.2 * seat + (0.3, -0.2), SPAN) is not None
     assert box_in_masks(views, 0.34 * seat + (0.3, -0.2), SPAN) is None
+
+
+def test_a_seat_that_reaches_out_above_legs_is_no_box():
+    def slab(width, low, high):
+        outline = rectangle((width, width), 0.3)
+        return np.concatenate([np.column_stack([outline, np.full(4, z)]) for z in (low, high)])
+
+    # Masks often take in what is seen between legs, as if they were one block.
+    legs, span = slab(0.24, 0.7, 1.1), (0.7, 1.1)
+    known = rectangle((0.24, 0.24), 0.3)
+    turns = (0.3, 2.0)
+    block = [seen_from(turn, [legs]) for turn in turns]
+    stool = [seen_from(turn, [legs, slab(0.3, 1.06, 1.1)]) for turn in turns]
+    assert box_in_masks(block, known, span) is not None
+    assert box_in_masks(stool, known, span) is None
