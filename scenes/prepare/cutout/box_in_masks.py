@@ -170,8 +170,10 @@ def _best(voices: FloatArray, step: int) -> tuple[float, tuple[tuple[int, int], 
 def _fit(
     view: MaskedView, camera: Pinhole, box: LevelRectangle, span_m: tuple[float, float]
 ) -> tuple[float, float]:
-    """Intersection over union of the mask and the box drawn into its view, and how much of the
-    mask the box covers, 0..1, where masks end beside the thing."""
+    """Overlap of the mask and the box drawn into its view, and how much of the mask it covers.
+
+    The first is intersection over union; the second allows for how far off masks are.
+    """
     world_from_box = Pose.from_yaw(box.yaw, (*box.middle, 0.0))
     half_x, half_y = 0.5 * box.sides_m[0], 0.5 * box.sides_m[1]
     corners = [(x, y, z) for x in (-half_x, half_x) for y in (-half_y, half_y) for z in span_m]

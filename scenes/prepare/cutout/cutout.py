@@ -181,6 +181,7 @@ def _bounded(
     """What was found without what is the room's, and the box around it."""
     room = package.room
     through = shows_background(room, found.labels, package.views, renderer=renderer)
+    through |= found.astray
     surface, box = _box(package, found, through, renderer)
     beside = box.supported & beside_foot(room, found.labels, box.support_z_m)
     if beside.any():

@@ -137,7 +137,7 @@ def _proposal(
     labels = np.zeros(len(room), dtype=bool)
     labels[_with_underside(room, chosen, flat, height)] = True
     box = upright_box(room.select(labels), room.select(~labels))
-    return Proposal(Separation(labels, np.zeros_like(labels), ()), box, score)
+    return Proposal(Separation(labels, *np.zeros((2, len(labels)), dtype=bool), ()), box, score)
 
 
 def _surrounded(

@@ -17,6 +17,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from scenes.package_records import ViewPoint
+from scenes.prepare.cutout.astray import astray
 from scenes.prepare.cutout.bodies import bodies, bodies_of_splats
 from scenes.prepare.cutout.graph_cut import Links, cut, neighbour_links
 from scenes.prepare.cutout.lifting import FULL_SIGHT, MaskedView, Vote, agreed_share, lift
@@ -90,12 +91,14 @@ class Separation:
     Attributes:
         labels: (N,) bool, True for its splats.
         floaters: (N,) bool, stray splats beside it that no body holds; not in `labels`.
+        astray: (N,) bool, those of `labels` that hang beside it: `astray`.
         views: what became of each view.
         masks: the views whose masks were used.
     """
 
     labels: BoolArray
     floaters: BoolArray
+    astray: BoolArray
     views: tuple[ViewVerdict, ...]
     masks: tuple[MaskedView, ...] = ()
 
@@ -149,7 +152,8 @@ def separate(
     if others:
         found = _held(cloud, found, in_boxes, (shown, votes), viewpoints, renderer)
     labels, floaters = _main_body(cloud, found, shown, votes, trained=others)
-    return Separation(labels, floaters, verdicts + empty, tuple(shown))
+    beside = astray(cloud, labels, votes, in_boxes=in_boxes)
+    return Separation(labels, floaters, beside, verdicts + empty, tuple(shown))
 
 
 def _held(

@@ -47,6 +47,24 @@ def standing(cloud: SplatCloud, within: BoolArray) -> BoolArray:
     return within & ~on_planes(positions, raised) & (positions[:, 2] > lowest)
 
 
+def above_and_ground(
+    cloud: SplatCloud, within: BoolArray, in_boxes: BoolArray
+) -> tuple[BoolArray, BoolArray]:
+    """(N,) what stands above all planes around some splats, and (N,) the ground outside the boxes.
+
+    Args:
+        cloud: the whole room, metres.
+        within: (N,) the splats around which it is looked at.
+        in_boxes: (N,) what lies in all boxes that were drawn around a thing.
+    """
+    positions = cloud.means.astype(np.float64)
+    inner = positions[within]
+    low, high = inner.min(axis=0) - AROUND_M, inner.max(axis=0) + AROUND_M
+    around = ((positions > low) & (positions < high)).all(axis=1)
+    above = standing(cloud, around)
+    return above, around & ~above & ~in_boxes
+
+
 def hanging_on(
     cloud: SplatCloud,
     found: BoolArray,
@@ -68,13 +86,8 @@ def hanging_on(
         weights: (N,) how much each splat is meant; of several bodies the one meant most is taken.
     """
     hanging = np.zeros(len(cloud), dtype=bool)
-    positions = cloud.means.astype(np.float64)
-    inner = positions[within]
-    low, high = inner.min(axis=0) - AROUND_M, inner.max(axis=0) + AROUND_M
-    around = ((positions > low) & (positions < high)).all(axis=1)
-    near = np.flatnonzero(around)
-    above = standing(cloud, around)
-    ground = around & ~above & ~in_boxes
+    above, ground = above_and_ground(cloud, within, in_boxes)
+    near = np.flatnonzero(above | ground | found)
     alike = likeness(cloud.colours()[near], like=found[near], unlike=ground[near])
     solid = near[(alike >= 0) & above[near] & (cloud.opacities[near] >= SOLID)]
     if not found[solid].any():
