@@ -137,7 +137,8 @@ def _proposal(
     labels = np.zeros(len(room), dtype=bool)
     labels[_with_underside(room, chosen, flat, height)] = True
     box = upright_box(room.select(labels), room.select(~labels))
-    return Proposal(Separation(labels, *np.zeros((2, len(labels)), dtype=bool), ()), box, score)
+    none = np.zeros_like(labels)
+    return Proposal(Separation(labels, none, none, ()), box, score)
 
 
 def _surrounded(
