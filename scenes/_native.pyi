@@ -361,6 +361,37 @@ class Setting:
     ) -> list[float]:
         """`resemblance` of a cloud, like `strange_at`."""
 
+class Shell:
+    """An object drawn as scanned and coloured by where it faces; `facing` (N, 3) of its splats."""
+
+    def __init__(self, scanned: Alone, compass: Alone, facing: NDArray[np.float64]) -> None: ...
+
+class Relighter:
+    """Tells in what light an object is seen; `upright` is x, y, z (m) and yaw in the world.
+
+    The twin is `tracking.relight.LitView`.
+    """
+
+    def __init__(self, constants: Mapping[str, float | tuple[float, float]]) -> None: ...
+    def light(
+        self, setting: Setting, shell: Shell, upright: tuple[float, float, float, float]
+    ) -> tuple[list[float], list[float]]:
+        """How much lighter it is seen: on all sides and along x, y and z, and what colours add."""
+
+    def resemblance(
+        self, setting: Setting, shell: Shell, upright: tuple[float, float, float, float]
+    ) -> float:
+        """How much it resembles the picture in that light."""
+
+    def relit(
+        self,
+        setting: Setting,
+        shell: Shell,
+        fine: Alone,
+        upright: tuple[float, float, float, float],
+    ) -> Alone:
+        """The object in that light, to be drawn like `fine`."""
+
 class DrawnArrays(TypedDict):
     """An object drawn alone."""
 

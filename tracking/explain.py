@@ -109,7 +109,7 @@ def resemblance_at(around: Surroundings, world_from_object: Pose) -> float:
     See `tracking.resemblance.Setting.resemblance`.
     """
     place = around.at(world_from_object)
-    return 0.0 if place is None else place.resemblance(world_from_object)
+    return 0.0 if place is None else place.resemblance(upright_of(world_from_object))
 
 
 def details_alike(around: Surroundings, poses: Sequence[Pose]) -> list[float] | None:

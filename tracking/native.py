@@ -4,9 +4,11 @@ from typing import TYPE_CHECKING
 
 from scenes._native import (
     Alone,
+    Relighter,
     RoomLearner,
     SeenWindow,
     Setting,
+    Shell,
     TrackKernels,
     contour,
     cut_out,
@@ -23,9 +25,11 @@ if TYPE_CHECKING:
 __all__ = [
     "Alone",
     "DrawnArrays",
+    "Relighter",
     "RoomLearner",
     "SeenWindow",
     "Setting",
+    "Shell",
     "TrackKernels",
     "TrackLayer",
     "TrackProblem",

@@ -19,6 +19,7 @@ from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats, Rendering, RenderOptions
 from scenes.splats import SH_C0, SplatCloud
 from scenes.state import ObjectModel
+from tracking.native import Relighter
 from tracking.pictures import bell_blurred
 from tracking.resemblance import LENS_BLUR_PX, LENS_REACH_PX, STRANGE
 
@@ -51,6 +52,20 @@ LEAST_POWER = 1e-9
 """Pixels that show less of the object say nothing; where all is black, light is nothing."""
 
 OPTIONS = RenderOptions(threads=1, antialias=True)
+
+RELIGHTER = Relighter(
+    {
+        "strange": STRANGE,
+        "even": EVEN,
+        "white": WHITE,
+        "fits": FITS,
+        "range": LIGHT_RANGE,
+        "enough_px": ENOUGH_PX,
+        "seen": SEEN,
+        "least_power": LEAST_POWER,
+    }
+)
+"""Says natively what `LitView` says of light."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -103,6 +118,8 @@ def shell_of(source: ObjectModel) -> Shell:
 class LitView:
     """A part of the live picture that tells in what light an object is seen.
 
+    Of light, the readable twin of `RELIGHTER`, which `tracking.surroundings` asks.
+
     Attributes:
         live: (H, W, 3) 0..1.
         empty: (H, W, 3) what it would show without the object.
@@ -119,12 +136,16 @@ class LitView:
     world_from_camera: Pose
     renderer: NativeRenderer
 
+    def light(self, shell: Shell, world_from_object: Pose) -> Light:
+        """The light in which an object at a pose would look most like the picture."""
+        return self._light(self._drawn(shell, world_from_object))
+
     def relit(self, shell: Shell, world_from_object: Pose) -> SplatCloud:
         """The object in the light in which it would look most like the picture at a pose.
 
         What is seen of a side from behind, through gaps, is lit like the whole.
         """
-        light = self._light(self._drawn(shell, world_from_object))
+        light = self.light(shell, world_from_object)
         eye_in_object = world_from_object.inverse() @ self.world_from_camera.translation
         is_seen = ((eye_in_object - shell.splats.means) * shell.facing).sum(axis=1) > 0.0
         gains = light.gains(shell.facing * is_seen[:, None])

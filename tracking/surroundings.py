@@ -15,8 +15,9 @@ from tracking.evidence import Evidence, Scene
 from tracking.extent import part_of
 from tracking.model import RENDER_OPTIONS, TrackModel
 from tracking.native import Alone, Setting
+from tracking.native import Shell as DrawnShell
 from tracking.pictures import resized
-from tracking.relight import LitView, Shell
+from tracking.relight import RELIGHTER, LitView, Shell
 from tracking.resemblance import BY_DETAIL, CLOSELY, ROUGHLY, how_much_lighter
 from tracking.window import Layer
 
@@ -48,16 +49,18 @@ class Place:
         closely: the same for poses that are right to a pixel.
         view: the same, for the light there.
         shell: the object.
+        drawn: the same, as it is drawn there.
     """
 
     roughly: Setting
     closely: Setting
     view: LitView
     shell: Shell
+    drawn: DrawnShell
 
-    def resemblance(self, world_from_object: Pose) -> float:
+    def resemblance(self, upright: Upright) -> float:
         """How much the object at a pose near by resembles the picture, in whatever light."""
-        return self.roughly.resemblance(*self.view.lit(self.shell, world_from_object))
+        return RELIGHTER.resemblance(self.roughly, self.drawn, upright)
 
     def strange(self, lit: Alone, upright: Upright) -> float:
         """In how many pixels the picture is not what the object at a pose near by would make it."""
@@ -92,11 +95,13 @@ class Place:
             upright: a pose, for the light.
             finer: it is drawn with so many pixels each way per pixel.
         """
-        camera = self.view.camera
+        view, camera = self.view, self.view.camera
         if finer > 1:
             camera = camera.resized(finer * camera.width_px, finer * camera.height_px)
-        splats = self.view.relit(self.shell, pose_of(upright))
-        return self.view.renderer.alone(splats, camera, self.view.world_from_camera, RENDER_OPTIONS)
+        fine = view.renderer.alone(
+            self.shell.splats, camera, view.world_from_camera, RENDER_OPTIONS
+        )
+        return RELIGHTER.relit(self.roughly, self.drawn, fine, upright)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -132,7 +137,13 @@ class Surroundings:
             for constants in (ROUGHLY, CLOSELY)
         )
         view = LitView(live, empty, free, camera, evidence.world_from_camera, self.renderer)
-        return Place(roughly, closely, view, self.model.shell)
+        shell = self.model.shell
+        scanned, compass = (
+            self.renderer.alone(splats, camera, evidence.world_from_camera, RENDER_OPTIONS)
+            for splats in (shell.splats, shell.compass)
+        )
+        drawn = DrawnShell(scanned, compass, shell.facing)
+        return Place(roughly, closely, view, shell, drawn)
 
 
 def surroundings_of(scene: Scene, model: TrackModel, evidence: Evidence) -> Surroundings:

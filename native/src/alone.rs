@@ -52,6 +52,12 @@ impl Alone {
         let objects = [PosedCloud::new(&self.cloud, &pose, 0)];
         engine.render(&objects, lens, &job, None, &mut drawing.picture());
     }
+
+    /// From where something upright in the world is seen, in its own frame.
+    pub fn eye(&self, upright: [f64; 4]) -> [f64; 3] {
+        let pose = camera_from_upright(&self.camera_from_world, upright);
+        PosedCloud::new(&self.cloud, &pose, 0).eye()
+    }
 }
 
 impl Drawing {

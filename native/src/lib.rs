@@ -53,6 +53,7 @@ mod python_track_learn;
 mod python_track_light;
 mod python_track_portrait;
 mod python_track_reduction;
+mod python_track_relight;
 mod python_track_request;
 mod python_train;
 pub mod render;
@@ -83,6 +84,7 @@ pub mod track_light;
 pub mod track_picture;
 pub mod track_portrait;
 pub mod track_reduction;
+pub mod track_relight;
 pub mod track_resemblance;
 pub mod track_rigid;
 pub mod track_solve;
@@ -122,6 +124,8 @@ mod _native {
     use crate::python_track_portrait::laid_on;
     #[pymodule_export]
     use crate::python_track_reduction::{contour, looks, outlined};
+    #[pymodule_export]
+    use crate::python_track_relight::{Relighter, Shell};
     #[pymodule_export]
     use crate::python_train::{Trainee, TrainingTarget};
 }

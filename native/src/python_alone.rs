@@ -9,6 +9,7 @@ use rayon::ThreadPool;
 use crate::alone::{Alone as PlainAlone, Drawing};
 use crate::python::{Engine, PreparedCloud};
 use crate::python_request::{pool_of, with_lens, AnyLens, DrawRequest, LensRequest};
+use crate::scene::Cloud;
 
 /// A cloud drawn alone on black through one camera.
 #[pyclass(frozen, module = "scenes._native", name = "Alone")]
@@ -56,6 +57,40 @@ impl Alone {
         Err(PyValueError::new_err(format!(
             "alone: drawn with {own:?} px, wanted a whole multiple of {size:?} px"
         )))
+    }
+
+    /// Fails unless it is drawn with as many pixels as a picture of `size`.
+    pub(crate) fn check_size(&self, size: [usize; 2]) -> PyResult<()> {
+        let own = [self.alone.view.width, self.alone.view.height];
+        match own == size {
+            true => Ok(()),
+            false => Err(PyValueError::new_err(format!(
+                "alone: drawn with {own:?} px, wanted {size:?} px"
+            ))),
+        }
+    }
+
+    /// The same with another cloud.
+    pub(crate) fn with(&self, py: Python<'_>, cloud: Cloud) -> Alone {
+        Alone {
+            alone: PlainAlone {
+                cloud: Arc::new(cloud),
+                ..self.alone
+            },
+            lens: self.lens.clone(),
+            threads: self.threads,
+            engine: self.engine.clone_ref(py),
+        }
+    }
+
+    /// The cloud that is drawn.
+    pub(crate) fn cloud(&self) -> &Cloud {
+        &self.alone.cloud
+    }
+
+    /// From where it is seen at a pose, in its own frame.
+    pub(crate) fn eye(&self, upright: [f64; 4]) -> [f64; 3] {
+        self.alone.eye(upright)
     }
 
     pub(crate) fn pool(&self) -> PyResult<Arc<ThreadPool>> {

@@ -20,6 +20,7 @@ use crate::render::{Background, Picture, MAX_SIDE};
 use crate::scope::Scope;
 
 /// Any lens, as Python names it.
+#[derive(Clone)]
 pub(crate) enum AnyLens {
     Pinhole(Pinhole),
     Fisheye(Fisheye),

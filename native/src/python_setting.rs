@@ -57,12 +57,10 @@ impl Setting {
             doubt_px: constants.doubt_px,
             closely: constants.closely,
         };
-        let simd = Simd::detect();
-        let setting = simd.run(
-            #[inline(always)]
-            || PlainSetting::new(live, empty, free, size, model),
-        );
-        Ok(Setting { setting, simd })
+        Ok(Setting {
+            setting: PlainSetting::new(live, empty, free, size, model),
+            simd: Simd::detect(),
+        })
     }
 
     /// In how many pixels the live picture is not what a drawn object would make it.
@@ -97,6 +95,10 @@ impl Setting {
 }
 
 impl Setting {
+    pub(crate) fn plain(&self) -> &PlainSetting {
+        &self.setting
+    }
+
     /// Compares a picture of an object with the live one.
     fn compare(
         &self,

@@ -88,6 +88,7 @@ pub struct Chunk {
 }
 
 /// A cloud ready to draw.
+#[derive(Clone)]
 pub struct Cloud {
     pub blocks: Vec<Block>,
     /// `sh_count * 3` rows of eight lanes per block.
@@ -151,6 +152,32 @@ impl Cloud {
         let place = self.places[index] as usize;
         let rows = self.sh_of(place / LANES).chunks_exact(3);
         rows.map(move |row| std::array::from_fn(|channel| row[channel][place % LANES]))
+    }
+
+    /// The same splats in other colours; `change` gets a splat's index in the cloud as given, its
+    /// mean, and its coefficients: red, green and blue each.
+    pub fn recoloured(&self, change: impl Fn(usize, [f32; 3], &mut [[f32; 3]])) -> Cloud {
+        let mut sh = self.sh.clone();
+        let mut coefficients = vec![[0.0; 3]; self.sh_count];
+        let rows = sh.chunks_exact_mut((3 * self.sh_count).max(1));
+        for (block, rows) in self.blocks.iter().zip(rows) {
+            for lane in (0..LANES).filter(|&lane| block.index[lane] != u32::MAX) {
+                for (to, from) in coefficients.iter_mut().zip(rows.chunks_exact(3)) {
+                    *to = std::array::from_fn(|channel| from[channel][lane]);
+                }
+                let mean = std::array::from_fn(|axis| block.mean[axis][lane]);
+                change(block.index[lane] as usize, mean, &mut coefficients);
+                for (from, to) in coefficients.iter().zip(rows.chunks_exact_mut(3)) {
+                    for (to, from) in to.iter_mut().zip(from) {
+                        to[lane] = *from;
+                    }
+                }
+            }
+        }
+        Cloud {
+            sh,
+            ..self.clone()
+        }
     }
 
     /// Spherical-harmonic rows of one block.

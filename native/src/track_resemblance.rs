@@ -1,7 +1,10 @@
 //! How well a small object that is drawn into the empty room explains the live picture.
 //! `tracking/resemblance.py` says the same.
 
+use std::sync::OnceLock;
+
 use crate::track_picture::{filtered, gaussian};
+use crate::track_relight::Seen;
 
 /// Blur of the lens, and the scale of detail: roughly, and closely.
 const LENS_BLUR_PX: f32 = 0.6;
@@ -27,10 +30,15 @@ pub struct Setting {
     live: Vec<f32>,
     empty: Vec<f32>,
     free: Vec<f32>,
+    model: ResemblanceModel,
+    known: OnceLock<Known>,
+}
+
+/// What is the same for whatever is drawn.
+struct Known {
     live_detail: Vec<f32>,
     empty_detail: Vec<f32>,
     changed_px: f64,
-    model: ResemblanceModel,
 }
 
 /// A drawn object over the empty room.
@@ -41,7 +49,6 @@ struct Shown {
 
 impl Setting {
     /// Colours are interleaved, `free` has one value per pixel, `size` is width and height.
-    #[inline(always)]
     pub fn new(
         live: &[f32],
         empty: &[f32],
@@ -51,19 +58,42 @@ impl Setting {
     ) -> Self {
         Setting {
             size,
-            live_detail: detail(live, size, model.closely),
-            empty_detail: detail(empty, size, model.closely),
-            changed_px: strange_px(empty, live, free, model.strange),
             live: live.to_vec(),
             empty: empty.to_vec(),
             free: free.to_vec(),
             model,
+            known: OnceLock::new(),
         }
+    }
+
+    /// What is the same for whatever is drawn, told when it is first asked for.
+    #[inline(always)]
+    fn known(&self) -> &Known {
+        if let Some(known) = self.known.get() {
+            return known;
+        }
+        // Out of the closure below, which is compiled without vector instructions.
+        let known = Known {
+            live_detail: detail(&self.live, self.size, self.model.closely),
+            empty_detail: detail(&self.empty, self.size, self.model.closely),
+            changed_px: strange_px(&self.empty, &self.live, &self.free, self.model.strange),
+        };
+        self.known.get_or_init(|| known)
     }
 
     /// Width and height.
     pub fn size(&self) -> [usize; 2] {
         self.size
+    }
+
+    /// The pictures, for the light in them.
+    pub fn seen(&self) -> Seen<'_> {
+        Seen {
+            size: self.size,
+            live: &self.live,
+            empty: &self.empty,
+            free: &self.free,
+        }
     }
 
     /// In how many pixels the live picture is not what a drawn object would make it.
@@ -90,8 +120,13 @@ impl Setting {
             })
             .collect();
         let drawn = detail(&shown.rgb, self.size, self.model.closely);
-        let shared = detail_shared(&drawn, &self.live_detail, &on_object);
-        let without = detail_shared(&self.empty_detail, &self.live_detail, &on_object);
+        let Known {
+            live_detail,
+            empty_detail,
+            ..
+        } = self.known();
+        let shared = detail_shared(&drawn, live_detail, &on_object);
+        let without = detail_shared(empty_detail, live_detail, &on_object);
         0.5 * (self.share_explained(&shown.rgb) + shared - without.max(0.0))
     }
 
@@ -122,7 +157,7 @@ impl Setting {
     fn share_explained(&self, shown: &[f32]) -> f64 {
         let strange = self.model.strange;
         let covered = strange_px(&self.empty, shown, &self.free, strange);
-        let most = self.changed_px.max(covered);
+        let most = self.known().changed_px.max(covered);
         let left = strange_px(shown, &self.live, &self.free, strange);
         (most - left) / (most + self.model.doubt_px)
     }

@@ -14,8 +14,13 @@ from scenes.pose import Pose
 from scenes.render.native import NativeRenderer
 from scenes.samples import sample_room
 from scenes.splats import SH_C0, SplatCloud
+from tracking.model import RENDER_OPTIONS
+from tracking.native import Setting
+from tracking.native import Shell as DrawnShell
 from tracking.pictures import resized
-from tracking.relight import FOOT, LIGHT_RANGE, Light, LitView, shell_of
+from tracking.relight import FOOT, LIGHT_RANGE, RELIGHTER, Light, LitView, shell_of
+from tracking.resemblance import ROUGHLY
+from tracking.surroundings import upright_of
 
 SIDE_M, STEP_M = 0.2, 0.01
 SIDE_PX, WALL = 56, 0.5
@@ -116,6 +121,50 @@ def test_what_is_not_in_the_picture_keeps_a_light_that_can_be(seen):
     black = np.zeros((SIDE_PX, SIDE_PX, 3), np.float32)
     view = LitView(black, black, black[..., 0], CAMERA, TRUE, renderer)
     assert np.isfinite(view.relit(shell, TRUE).sh).all()
+
+
+@pytest.mark.parametrize("turn_rad", [0.0, 0.9, 2.5])
+@pytest.mark.parametrize("name", ["book-1", "mug-1"])
+def test_the_native_relighter_says_what_its_twin_says(name, turn_rad):
+    source = next(m for m in open_scene("desk").objects if m.object_id == name)
+    shell, renderer = shell_of(source), NativeRenderer()
+    rng = np.random.default_rng(7)
+    empty = rng.uniform(0.2, 0.8, (SIDE_PX, SIDE_PX, 3)).astype(np.float32)
+    free = np.ones((SIDE_PX, SIDE_PX), np.float32)
+    free[:, : SIDE_PX // 2] = 0.4
+    live = np.clip(empty + rng.normal(0.0, 0.2, empty.shape), 0.0, 1.0).astype(np.float32)
+    view = LitView(live, empty, free, CAMERA, WORLD_FROM_CAMERA, renderer)
+    setting = Setting(live, empty, free, size=(SIDE_PX, SIDE_PX), constants=ROUGHLY)
+    scanned, compass = (
+        renderer.alone(splats, CAMERA, WORLD_FROM_CAMERA, RENDER_OPTIONS)
+        for splats in (shell.splats, shell.compass)
+    )
+    drawn = DrawnShell(scanned, compass, shell.facing)
+    pose = Pose.from_yaw(turn_rad, TRUE.translation)
+    upright = upright_of(pose)
+    wanted, told = view.light(shell, pose), RELIGHTER.light(setting, drawn, upright)
+    np.testing.assert_allclose(told[0], wanted.by_side, rtol=0.0, atol=1e-4)
+    np.testing.assert_allclose(told[1], wanted.tint, rtol=0.0, atol=1e-4)
+    alike = setting.resemblance(*view.lit(shell, pose))
+    assert RELIGHTER.resemblance(setting, drawn, upright) == pytest.approx(alike, abs=1e-4)
+    relit = renderer.alone(view.relit(shell, pose), CAMERA, WORLD_FROM_CAMERA, RENDER_OPTIONS)
+    found = RELIGHTER.relit(setting, drawn, scanned, upright)
+    beside = (upright[0] + 0.01, *upright[1:])
+    assert setting.resemblance_at(found, [beside]) == pytest.approx(
+        setting.resemblance_at(relit, [beside]), abs=1e-4
+    )
+
+
+def test_a_shell_drawn_at_another_size_is_refused(seen):
+    _, shell, renderer = seen
+    grey = np.full((SIDE_PX, SIDE_PX, 3), 0.5, np.float32)
+    free = np.ones((SIDE_PX, SIDE_PX), np.float32)
+    setting = Setting(grey, grey, free, size=(SIDE_PX, SIDE_PX), constants=ROUGHLY)
+    fine = renderer.alone(
+        shell.splats, CAMERA.resized(2 * SIDE_PX, 2 * SIDE_PX), TRUE, RENDER_OPTIONS
+    )
+    with pytest.raises(ValueError, match=r"alone: drawn with .* px, wanted"):
+        RELIGHTER.light(setting, DrawnShell(fine, fine, shell.facing), (0.0, 0.0, 0.0, 0.0))
 
 
 @given(st.lists(st.floats(-9, 9), min_size=7, max_size=7), st.floats(0, 6.28))
