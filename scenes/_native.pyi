@@ -65,6 +65,16 @@ class Engine:
     def simd(self) -> str:
         """Instruction set in use."""
 
+    def reach(
+        self,
+        clouds: Sequence[PreparedCloud],
+        camera_from_object: NDArray[np.float64],
+        *,
+        lens: Lens,
+        draw: Draw,
+    ) -> tuple[int, int, int, int] | None:
+        """Left, top, right and bottom of a part outside which nothing is drawn, in pixels."""
+
     def render(
         self,
         clouds: Sequence[PreparedCloud],
@@ -537,6 +547,20 @@ class RoomLearner:
         The rows of `live` may be apart; `sides` are those of `tracking.learn.surroundings`; a mean
         difference above `level` is a thing.
         """
+
+def compare_templates(
+    colours: NDArray[np.float32],
+    own: NDArray[np.float32],
+    free: NDArray[np.float32],
+    *,
+    alpha: NDArray[np.float32],
+    drawn: NDArray[np.float32],
+    pixels: int,
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Overlap and correlation, flat, of places with templates, of so many `pixels` each.
+
+    The twin is `tracking.templates.compared`.
+    """
 
 def cut_out(
     picture: NDArray[np.float32],

@@ -6,11 +6,12 @@ object and of what is behind it tell them apart (dense likelihood, Nelder & Mead
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize
+from scipy.optimize import OptimizeResult, minimize
 
 from scenes.pose import Pose
 from tracking.surroundings import FINER, Place, Surroundings, Upright, pose_of, upright_of
@@ -30,6 +31,10 @@ LIT_ANEW = (1.0, 0.6)
 RESOLVED = 0.001
 """First steps where a pose is told closely, the shares of them that are taken each time its light
 was told, and differences of resemblance that end it."""
+
+FIRST_STEPS, BEHIND = 3, 0.2
+"""What resembles the picture by so much less than another pose does, after so many steps or when
+its light is to be told anew, does not catch up."""
 
 
 def explained(around: Surroundings, world_from_start: Pose) -> tuple[Pose, float]:
@@ -61,38 +66,72 @@ def roughly_explained(around: Surroundings, world_from_start: Pose) -> tuple[Pos
 
 
 def closely_explained(
-    around: Surroundings, world_from_rough: Pose, *, tried: int = TRIED_CLOSELY
+    around: Surroundings,
+    world_from_rough: Pose,
+    *,
+    tried: int = TRIED_CLOSELY,
+    rival: float = 0.0,
 ) -> tuple[Pose, float]:
-    """The same from a rough pose, which nothing but the picture speaks for: it has no pull."""
+    """The same from a rough pose, which nothing but the picture speaks for: it has no pull.
+
+    Args:
+        around: the object's window.
+        world_from_rough: where to begin.
+        tried: how many poses are tried, each time the light was told.
+        rival: how much another pose resembles the picture; what cannot come near that is not told
+            any more closely.
+    """
     place = around.at(world_from_rough)
     if place is None:
         return world_from_rough, 0.0
-    found = upright_of(world_from_rough)
+    found, wanted = upright_of(world_from_rough), rival - BEHIND
     for share in LIT_ANEW:
         # The light is told at the pose before, and is as wrong as that.
-        found = _told(place, found, share, tried)
+        found, alike = _told(place, found, share, tried, wanted=wanted)
+        if alike < wanted:
+            return pose_of(found), alike
     return pose_of(found), place.close_resemblance(place.lit(found, finer=FINER), found)
 
 
-def _told(place: Place, start: Upright, share: float, tried: int) -> Upright:
-    """The pose near a start that resembles the picture most in the light told at the start."""
+def _told(
+    place: Place, start: Upright, share: float, tried: int, *, wanted: float
+) -> tuple[Upright, float]:
+    """The pose near a start that resembles the picture most in the light told at the start.
+
+    And how much it does so; the search ends early where that is not wanted.
+    """
     lit = place.lit(start, finer=FINER)
     step_m, step_rad = share * CLOSE_STEP_M, share * CLOSE_STEP_RAD
 
     def cost(steps: Points) -> float:
         return -place.close_resemblance(lit, _stepped(start, steps, step_m, step_rad))
 
-    steps, _ = _least(cost, tried, resolved=RESOLVED)
-    return _stepped(start, steps, step_m, step_rad)
+    steps, lowest = _least(cost, tried, resolved=RESOLVED, hopeless=-wanted)
+    return _stepped(start, steps, step_m, step_rad), -lowest
 
 
 def _least(
-    cost: Callable[[Points], float], evaluations: int, *, resolved: float
+    cost: Callable[[Points], float],
+    evaluations: int,
+    *,
+    resolved: float,
+    hopeless: float = math.inf,
 ) -> tuple[Points, float]:
-    """(3,) steps of x, y and yaw at which a cost is lowest, of so many tried; the cost there."""
+    """(3,) steps of x, y and yaw at which a cost is lowest, of so many tried; the cost there.
+
+    It ends after `FIRST_STEPS` where the cost is higher than is hopeless.
+    """
+    steps = 0
+
+    def give_up(intermediate_result: OptimizeResult) -> None:
+        nonlocal steps
+        steps += 1
+        if steps == FIRST_STEPS and intermediate_result.fun > hopeless:
+            raise StopIteration
+
     simplex = np.vstack([np.zeros(3), np.eye(3)])
     options = {"maxfev": evaluations, "initial_simplex": simplex, "xatol": 0.02, "fatol": resolved}
-    found = minimize(cost, np.zeros(3), method="Nelder-Mead", options=options)
+    found = minimize(cost, np.zeros(3), method="Nelder-Mead", options=options, callback=give_up)
     return np.asarray(found.x, dtype=np.float64), float(found.fun)
 
 

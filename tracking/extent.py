@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -16,21 +15,6 @@ REACH_SIGMAS = 3.4
 
 STRETCH = 1.6
 """A fisheye widens what is seen far from its axis by at most about this, across the radius."""
-
-
-OUTERMOST_DIRECTIONS = 128
-"""Between directions so many on a sphere, an object reaches less than a hundredth farther."""
-
-
-def outermost(splats: SplatCloud) -> SplatCloud:
-    """The splats that reach farthest in some direction: their extent is nearly that of all."""
-    turns = np.arange(OUTERMOST_DIRECTIONS) + 0.5
-    height = 1.0 - 2.0 * turns / OUTERMOST_DIRECTIONS
-    about = turns * (math.pi * (3.0 - math.sqrt(5.0)))
-    across = np.sqrt(1.0 - height**2)
-    directions = np.stack([across * np.cos(about), across * np.sin(about), height], axis=1)
-    reach = splats.means @ directions.T + (REACH_SIGMAS * splats.scales.max(axis=1))[:, None]
-    return splats.select(np.unique(np.argmax(reach, axis=0)))
 
 
 def extent(

@@ -11,10 +11,8 @@ from numpy.typing import NDArray
 
 from scenes.pose import Pose
 from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
-from scenes.splats import SplatCloud
 from scenes.state import ObjectModel
 from tracking.colours import ColourModel
-from tracking.extent import outermost
 from tracking.metrics import ROUND
 from tracking.relight import Shell, shell_of
 from tracking.templates import ELEVATIONS_RAD, YAWS, Templates, drawn_around, templates_of
@@ -44,7 +42,6 @@ class TrackModel:
         symmetry: yaws in a turn that look alike: 1 none, n-fold, or `ROUND`.
         textured: whether its inner picture is rich enough to tell it from anything else.
         templates: what it looks like from afar.
-        outermost: its splats that reach farthest.
         shell: its splats for any light.
     """
 
@@ -55,7 +52,6 @@ class TrackModel:
     symmetry: int
     textured: bool
     templates: Templates
-    outermost: SplatCloud
     shell: Shell
 
     @property
@@ -93,7 +89,6 @@ def make_model(source: ObjectModel, renderer: Renderer) -> TrackModel:
         symmetry=_symmetry(pictures),
         textured=_is_textured(pictures),
         templates=templates_of(around),
-        outermost=outermost(source.splats),
         shell=shell_of(source),
     )
 

@@ -12,11 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from scenes.cameras import Fisheye
 from scenes.pose import Pose, rotation_angle
-from scenes.render.renderer import Renderer, Rendering
+from scenes.render.native import NativeRenderer
+from scenes.render.renderer import PosedSplats, Renderer, Rendering
 from tracking.contour import Contour, Texture
 from tracking.evidence import Evidence
-from tracking.extent import extent, part_of
+from tracking.extent import part_of
 from tracking.kernels import looks_of, outlined_of
 from tracking.model import RENDER_OPTIONS, TrackModel
 from tracking.portrait import Portrait
@@ -117,7 +119,7 @@ class Sketchbook:
         model: TrackModel,
         world_from_object: Pose,
         evidence: Evidence,
-        renderer: Renderer,
+        renderer: NativeRenderer,
         *,
         tolerance: float = 1.0,
     ) -> Sketch:
@@ -167,7 +169,7 @@ def sketched(
     model: TrackModel,
     world_from_object: Pose,
     evidence: Evidence,
-    renderer: Renderer,
+    renderer: NativeRenderer,
     *,
     portrait: Portrait | None = None,
     quickly: bool = False,
@@ -182,13 +184,12 @@ def sketched(
         portrait: how it really looks, where that is known.
         quickly: draw no finer than what moves on at once is worth.
     """
-    view, window = evidence.view, evidence.camera
+    view = evidence.view
     object_from_camera = world_from_object.inverse() @ view.world_from_camera
     finer = _finer(model, evidence, quickly=quickly)
-    part = extent(model.outermost, window, object_from_camera.inverse(), margin_px=TRIM_PX + 1)
-    window = part_of(window, part)
-    fine = window.resized(window.width_px * finer, window.height_px * finer)
     posed = model.splats_at(world_from_object)
+    window = part_of(view.camera, _reach(posed, view, renderer, finer=finer))
+    fine = _finely(window, finer)
     drawing = renderer.render((posed,), fine, view.world_from_camera, RENDER_OPTIONS)
     outline = outlined_of(drawing, fine, object_from_camera, finer=finer)
     drawn = outline.drawn
@@ -208,6 +209,26 @@ def sketched(
         area_px=looks.area_px,
         portrait=portrait,
     )
+
+
+def _reach(
+    posed: PosedSplats, view: Window, renderer: NativeRenderer, *, finer: int
+) -> tuple[slice, slice]:
+    """Rows and columns of a window that show an object, with the margin that is kept around it."""
+    camera, margin_px = _finely(view.camera, finer), TRIM_PX + 1
+    found = renderer.reach((posed,), camera, view.world_from_camera, RENDER_OPTIONS)
+    rows, columns = found or (slice(0, 1), slice(0, 1))
+
+    def within(side: slice, size_px: int) -> slice:
+        low, high = side.start // finer - margin_px, -(-side.stop // finer) + margin_px
+        return slice(max(low, 0), min(high, size_px))
+
+    return within(rows, view.camera.height_px), within(columns, view.camera.width_px)
+
+
+def _finely(camera: Fisheye, finer: int) -> Fisheye:
+    """A camera with so many pixels each way per pixel."""
+    return camera.resized(camera.width_px * finer, camera.height_px * finer)
 
 
 def _finer(model: TrackModel, evidence: Evidence, *, quickly: bool) -> int:

@@ -9,9 +9,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from scenes.cameras import Fisheye
 from scenes.pose import Pose
 from scenes.render.renderer import PosedSplats
 from tracking.align import shifted
+from tracking.extent import part_of
 from tracking.model import RENDER_OPTIONS
 from tracking.pictures import resized
 from tracking.surroundings import Surroundings
@@ -43,6 +45,7 @@ class SmallSlide:
         self._reach_px = max(round(SLID * radius_px / SHRINK), 1)
         self._changed = self._framed((free * changed).astype(np.float32))
         self._live = self._framed(free[..., None] * evidence.live)
+        self._camera = _halved_camera(evidence.camera)
         self._around = around
 
     def best(self, world_from_object: Pose) -> Pose:
@@ -50,11 +53,11 @@ class SmallSlide:
         evidence, model, reach = self._around.evidence, self._around.model, self._reach_px
         drawn = self._around.renderer.render(
             (PosedSplats(model.shell.splats, world_from_object),),
-            evidence.camera,
+            self._camera,
             evidence.world_from_camera,
             RENDER_OPTIONS,
         )
-        colours, alpha = _halved(drawn.rgb), _halved(drawn.alpha)
+        colours, alpha = drawn.rgb, drawn.alpha
         rows, columns = (np.flatnonzero(alpha.any(axis=axis)) for axis in (1, 0))
         if len(rows) == 0:
             return world_from_object
@@ -77,6 +80,12 @@ class SmallSlide:
             picture, reach, reach, reach, reach, cv2.BORDER_CONSTANT, value=(0.0, 0.0, 0.0)
         )
         return np.asarray(framed, dtype=np.float32)
+
+
+def _halved_camera(camera: Fisheye) -> Fisheye:
+    width, height = camera.width_px // SHRINK, camera.height_px // SHRINK
+    even = part_of(camera, (slice(0, height * SHRINK), slice(0, width * SHRINK)))
+    return even.resized(width, height)
 
 
 def _halved(picture: FloatArray) -> FloatArray:

@@ -34,8 +34,9 @@ SMALL_PX = 40.0
 SMALL_SIGMA = (0.01, 0.01, 0.003, 0.05)
 """Objects of a smaller radius are placed by their colours; how well: metres and radians."""
 
-YAWS, YAWS_FIRST, PLACES_TURNED = 12, 4, 14
-"""Of so many yaws so many are compared at every place, and the others at the best ones."""
+YAWS, YAWS_FIRST, PLACES_TURNED, OUTDONE = 12, 4, 14, 0.25
+"""Of so many yaws so many are compared at every place, and the others at the best ones: at so many
+at most, and not where nothing comes within the last of the best resemblance."""
 
 REFINED = 10
 """So many of these poses are refined roughly."""
@@ -80,16 +81,20 @@ def guesses(
     Raises:
         NotYet: the rest is for the next frame.
     """
+    fine: list[Told] = []
 
-    def closely(around: Surroundings, world_from_rough: Pose) -> tuple[Pose, float, Surroundings]:
-        return *pace.do(CLOSELY_MS, closely_explained, around, world_from_rough), around
+    def closely(around: Surroundings, world_from_rough: Pose) -> Told:
+        rival = max((alike for _, alike, _ in fine), default=0.0)
+        told = pace.do(CLOSELY_MS, closely_explained, around, world_from_rough, rival=rival)
+        return *told, around
 
     rough = [
         (*pace.do(ROUGHLY_MS, roughly_explained, around, start), around)
         for start, around in _starts(scene, model, neighbours, places, pace)
     ]
     rough.sort(key=lambda item: -item[1])
-    fine = [closely(around, pose) for pose, _, around in rough[:TOLD_CLOSELY]]
+    for pose, _, around in rough[:TOLD_CLOSELY]:
+        fine.append(closely(around, pose))
     for rank, (best, around) in enumerate(_best_places(model, fine)):
         # What looks nearly alike from another side has to be told from it at the same place.
         tried = [pose for pose, _, _ in fine]
@@ -97,16 +102,27 @@ def guesses(
             others = _on_the_spot(best)
         else:
             others = pace.do(YAWS_MS, _other_yaws, around, best, tried)
-        fine += [closely(around, pose) for pose in others]
+        for pose in others:
+            fine.append(closely(around, pose))
     fine.sort(key=lambda item: -item[1])
     # Steps that have become small too early are taken anew.
-    finest = [closely(around, pose) for pose, _, around in fine[:TOLD_AGAIN]]
-    told = finest + fine[TOLD_AGAIN:] + rough[TOLD_CLOSELY:]
+    finest = [closely(around, pose) for pose, _, around in _distinct(model, fine[:TOLD_AGAIN])]
+    told = finest + fine + rough[TOLD_CLOSELY:]
     told = [item for item in told if item[1] >= ACCEPTED]
+    told = sorted(_told_apart(model, told, pace), key=lambda item: -item[1])
     return [
         pace.do(PLACED_MS, _placed, around, pose, share)
-        for pose, share, around in _told_apart(model, told, pace)
+        for pose, share, around in _distinct(model, told)
     ]
+
+
+def _distinct(model: TrackModel, told: Sequence[Told]) -> list[Told]:
+    """Those whose poses differ from all before them."""
+    distinct: list[Told] = []
+    for item in told:
+        if all(is_other(model, item[0], pose) for pose, _, _ in distinct):
+            distinct.append(item)
+    return distinct
 
 
 def _told_apart(model: TrackModel, told: Sequence[Told], pace: Pace) -> list[Told]:
@@ -179,7 +195,10 @@ def _starts(
     tried = [pace.do(TRIED_MS, _tried, scene, model, neighbours, place, some) for place in places]
     tried.sort(key=lambda at: -at.alike.max())
     found: list[tuple[float, Pose, Surroundings]] = []
+    least = max((at.alike.max() for at in tried), default=0.0) - OUTDONE
     for at in tried[:PLACES_TURNED]:
+        if at.alike.max() < least:
+            break
         here = at.poses[0].translation
         more = pace.do(TURNED_MS, _compared, at.around, here, others)
         poses, alike = [*at.poses, *more.poses], np.concatenate([at.alike, more.alike])
@@ -264,7 +283,7 @@ def is_recognised(scene: Scene, model: TrackModel, evidence: Evidence, fit: Fit)
         return False
     here = found.world_from_object
     others = _other_yaws(around, here, [here])
-    told = (closely_explained(around, pose) for pose in others)
+    told = (closely_explained(around, pose, rival=found.quality) for pose in others)
     # What comes back to the same pose only says so better.
     return not any(share > found.quality and is_other(model, pose, here) for pose, share in told)
 

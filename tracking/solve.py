@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.pose import Pose
-from scenes.render.renderer import Renderer
+from scenes.render.native import NativeRenderer
 from tracking.align import slide
 from tracking.contour import Contour, Texture
 from tracking.evidence import Evidence
@@ -165,7 +165,7 @@ def solve(
     model: TrackModel,
     start_world_from_object: Pose,
     prior: Prior,
-    renderer: Renderer,
+    renderer: NativeRenderer,
     *,
     reaches_px: Sequence[float] = TRACKING_REACHES,
     use_texture: bool = True,

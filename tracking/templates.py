@@ -175,13 +175,31 @@ def compare(cuts: Cuts, templates: Templates) -> tuple[FloatArray, FloatArray]:
     likeness = np.zeros_like(overlap)
     for level in np.unique(levels):
         chosen = levels == level
-        alpha, drawn = templates.alpha[level], templates.colours[level]
-        own, free = cuts.own[chosen] * cuts.free[chosen], cuts.free[chosen]
-        shared = own @ alpha.T
-        either = free @ alpha.T + own.sum(axis=1, keepdims=True) - shared
-        overlap[chosen] = np.where(either > LEAST_SHOWN_PX, shared / np.maximum(either, 1.0), 0.0)
-        likeness[chosen] = _correlation(cuts.colours[chosen], own, alpha, drawn)
+        alike = native.compare_templates(
+            cuts.colours[chosen],
+            cuts.own[chosen],
+            cuts.free[chosen],
+            alpha=templates.alpha[level],
+            drawn=templates.colours[level],
+            pixels=SMALL_PX * SMALL_PX,
+        )
+        overlap[chosen], likeness[chosen] = (values.reshape(-1, YAWS) for values in alike)
     return overlap, likeness
+
+
+def compared(cuts: Cuts, alpha: FloatArray, drawn: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(P, Y) the same with templates of one elevation; the twin of the native kernel.
+
+    Args:
+        cuts: what some places show.
+        alpha: (Y, N) of the templates.
+        drawn: (Y, N, 3) their colours.
+    """
+    own = cuts.own * cuts.free
+    shared = own @ alpha.T
+    either = cuts.free @ alpha.T + own.sum(axis=1, keepdims=True) - shared
+    overlap = np.where(either > LEAST_SHOWN_PX, shared / np.maximum(either, 1.0), 0.0)
+    return overlap.astype(np.float32), _correlation(cuts.colours, own, alpha, drawn)
 
 
 def _correlation(

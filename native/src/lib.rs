@@ -55,6 +55,7 @@ mod python_track_portrait;
 mod python_track_reduction;
 mod python_track_relight;
 mod python_track_request;
+mod python_track_templates;
 mod python_train;
 pub mod render;
 mod round_lens;
@@ -88,6 +89,7 @@ pub mod track_relight;
 pub mod track_resemblance;
 pub mod track_rigid;
 pub mod track_solve;
+pub mod track_templates;
 pub mod train_backward;
 pub mod train_splats;
 pub mod train_step;
@@ -126,6 +128,8 @@ mod _native {
     use crate::python_track_reduction::{contour, looks, outlined};
     #[pymodule_export]
     use crate::python_track_relight::{Relighter, Shell};
+    #[pymodule_export]
+    use crate::python_track_templates::compare_templates;
     #[pymodule_export]
     use crate::python_train::{Trainee, TrainingTarget};
 }

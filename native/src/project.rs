@@ -72,6 +72,17 @@ pub struct TileBox {
     pub rows: [u16; 2],
 }
 
+impl TileBox {
+    /// The box around both.
+    pub fn with(&self, other: &TileBox) -> TileBox {
+        let around = |a: [u16; 2], b: [u16; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+        TileBox {
+            columns: around(self.columns, other.columns),
+            rows: around(self.rows, other.rows),
+        }
+    }
+}
+
 /// One posed object as the projection sees it.
 pub struct PosedCloud<'a> {
     pub cloud: &'a Cloud,

@@ -116,6 +116,32 @@ impl Engine {
         self.simd.name()
     }
 
+    /// Left, top, right and bottom, in pixels, of a part outside which nothing of these clouds is
+    /// drawn; None if nothing is.
+    #[pyo3(signature = (clouds, camera_from_object, *, lens, draw))]
+    fn reach<'py>(
+        &self,
+        py: Python<'py>,
+        clouds: Vec<Bound<'py, PreparedCloud>>,
+        camera_from_object: PyReadonlyArray2<'py, f64>,
+        lens: LensRequest,
+        draw: DrawRequest<'py>,
+    ) -> PyResult<Option<[usize; 4]>> {
+        let view = draw.view(&lens)?;
+        let scope = draw.scope(&view)?;
+        let pool = pool_of(&self.pools, draw.threads)?;
+        let job = Job {
+            view,
+            scope: &scope,
+            background: draw.background(&view)?,
+            simd: self.simd,
+            pool: &pool,
+        };
+        let objects = posed_clouds(&clouds, camera_from_object.as_slice()?)?;
+        let lens = lens.lens();
+        Ok(py.detach(|| with_lens!(&lens, lens => self.engine.reach(&objects, lens, &job))))
+    }
+
     /// Draws clouds, each with its pose (twelve values, 3×4 row by row), over what is in `picture`.
     #[pyo3(signature = (clouds, camera_from_object, *, lens, draw, picture))]
     fn render<'py>(

@@ -157,13 +157,37 @@ impl Engine {
                 blend_all::<L, false>(objects, lens, job, &scratch, picture);
             }
         });
-        let mut idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner);
-        idle.push(scratch);
+        self.give_back(scratch);
+    }
+
+    /// Left, top, right and bottom of the tiles that any splat touches, in pixels; None if none does.
+    pub fn reach<L: Lens>(
+        &self,
+        objects: &[PosedCloud],
+        lens: &L,
+        job: &Job,
+    ) -> Option<[usize; 4]> {
+        let mut scratch = self.borrow_scratch();
+        job.pool
+            .install(|| project_all(objects, lens, job, &mut scratch));
+        let reached = scratch.slots().map(|slot| scratch.boxes[slot]);
+        let reached = reached.reduce(|a, b| a.with(&b));
+        self.give_back(scratch);
+        let TileBox { columns, rows } = reached?;
+        let [left, top] = [columns[0], rows[0]].map(|tile| usize::from(tile) * TILE);
+        let [right, bottom] = [columns[1], rows[1]].map(|tile| (usize::from(tile) + 1) * TILE);
+        let View { width, height, .. } = job.view;
+        Some([left, top, right.min(width), bottom.min(height)])
     }
 
     fn borrow_scratch(&self) -> Scratch {
         let mut idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner);
         idle.pop().unwrap_or_default()
+    }
+
+    fn give_back(&self, scratch: Scratch) {
+        let mut idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner);
+        idle.push(scratch);
     }
 }
 

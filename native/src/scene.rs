@@ -174,10 +174,7 @@ impl Cloud {
                 }
             }
         }
-        Cloud {
-            sh,
-            ..self.clone()
-        }
+        Cloud { sh, ..self.clone() }
     }
 
     /// Spherical-harmonic rows of one block.

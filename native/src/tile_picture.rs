@@ -4,7 +4,7 @@
 use crate::bin::TILE;
 use crate::blend::{Tile, BLOCK_WIDTH, TRANSMITTANCE_STOP};
 use crate::camera::Lens;
-use crate::render::{Job, Picture};
+use crate::render::{Background, Job, Picture};
 use crate::scope::Window;
 
 /// Shows the background in a tile that is not drawn.
@@ -16,9 +16,18 @@ pub(crate) fn leave_tile(job: &Job, row: usize, column: usize, strip: &mut Pictu
         strip.ids[across.clone()].fill(-1);
         strip.alpha[across.clone()].fill(0.0);
         strip.depth[across].fill(0.0);
-        for x in left..right {
-            let colour = job.background.at((row * TILE + y) * width + x);
-            strip.rgb[3 * (y * width + x)..][..3].copy_from_slice(&colour);
+        let rgb = &mut strip.rgb[3 * (y * width + left)..3 * (y * width + right)];
+        match job.background {
+            Background::Plain([red, green, blue]) if red == green && green == blue => rgb.fill(red),
+            Background::Plain(colour) => {
+                for pixel in rgb.chunks_exact_mut(3) {
+                    pixel.copy_from_slice(&colour);
+                }
+            }
+            Background::Picture(values) => {
+                let place = (row * TILE + y) * width;
+                rgb.copy_from_slice(&values[3 * (place + left)..3 * (place + right)]);
+            }
         }
     }
 }

@@ -72,9 +72,7 @@ impl Drawn<'_> {
     #[inline(always)]
     fn facing(&self, pixel: usize) -> [f64; 3] {
         let covered = self.alpha[pixel].max(LEAST_ALPHA);
-        std::array::from_fn(|axis| {
-            f64::from(self.compass[3 * pixel + axis] / covered * 2.0 - 1.0)
-        })
+        std::array::from_fn(|axis| f64::from(self.compass[3 * pixel + axis] / covered * 2.0 - 1.0))
     }
 
     /// The colours of the object in some light.

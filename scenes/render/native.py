@@ -101,6 +101,31 @@ class NativeRenderer:
         clouds = self._checked(objects, camera, options)
         return self._drawn(clouds, objects, camera, world_from_camera, draw_of(options))
 
+    def reach(
+        self,
+        objects: Sequence[PosedSplats],
+        camera: Pinhole | Fisheye,
+        world_from_camera: Pose,
+        options: RenderOptions | None = None,
+    ) -> tuple[slice, slice] | None:
+        """Rows and columns outside which nothing of some objects is drawn; None if nothing is.
+
+        Raises:
+            ValueError: as `render`.
+        """
+        options = options or RenderOptions()
+        clouds = self._checked(objects, camera, options)
+        found = self._engine.reach(
+            clouds,
+            _camera_from_objects(objects, world_from_camera),
+            lens=lens_of(camera),
+            draw=draw_of(options),
+        )
+        if found is None:
+            return None
+        left, top, right, bottom = found
+        return slice(top, bottom), slice(left, right)
+
     def shares(
         self,
         objects: Sequence[PosedSplats],

@@ -8,7 +8,7 @@ import pytest
 from scenes.cameras import Fisheye
 from scenes.pose import Pose, rotation_from_quaternion, rotation_from_vector
 from scenes.splats import SplatCloud
-from tracking.extent import extent, outermost, part_of
+from tracking.extent import extent, part_of
 
 CAMERA = Fisheye.from_fov(300, math.radians(200))
 
@@ -44,27 +44,6 @@ def test_all_of_every_splat_that_can_be_seen_is_within_the_extent(seed):
         x, y = pixels[seen].T
         assert ((columns.start <= x) & (x <= columns.stop)).all()
         assert ((rows.start <= y) & (y <= rows.stop)).all()
-
-
-@pytest.mark.parametrize("seed", range(12))
-def test_the_outermost_splats_reach_nearly_as_far_as_all(seed):
-    rng = np.random.default_rng(seed)
-    spread = rng.uniform(-0.3, 0.3, (3000, 3)).astype(np.float32)
-    few = thing(rng)
-    index = rng.integers(0, len(few.means), 3000)
-    splats = SplatCloud(
-        spread, 0.3 * few.scales[index], few.rotations[index], few.opacities[index], few.sh[index]
-    )
-    pose = Pose(rotation_from_vector(rng.uniform(-2, 2, 3)), np.array([0.3, 0.4, 1.5]))
-    some = outermost(splats)
-    assert len(some.means) < 150
-    for part, whole in zip(
-        extent(some, CAMERA, pose, margin_px=0),
-        extent(splats, CAMERA, pose, margin_px=0),
-        strict=True,
-    ):
-        assert 0 <= part.start - whole.start <= 2
-        assert 0 <= whole.stop - part.stop <= 2
 
 
 def test_a_part_of_a_picture_shows_the_same_in_its_own_pixels():

@@ -11,8 +11,9 @@ from scenes.opening import open_scene
 from scenes.pose import Pose, wrap_angle
 from scenes.render.native import NativeRenderer
 from scenes.samples import sample_room
+from tracking import native
 from tracking.model import make_model
-from tracking.templates import ELEVATIONS_RAD, YAWS, Cuts, compare, cut_out
+from tracking.templates import ELEVATIONS_RAD, YAWS, Cuts, compare, compared, cut_out
 
 LENS = Fisheye.from_fov(720, math.radians(200))
 EYE = np.array([0.0, 0.0, 1.3])
@@ -89,3 +90,28 @@ def test_a_place_that_shows_a_template_is_wholly_like_it(chair):
     overlap, likeness = compare(cuts, chair.templates)
     assert overlap[0].argmax() == 5
     assert likeness[0, 5] > 0.99
+
+
+@pytest.mark.parametrize("pixels", [64, 61, 5])
+def test_the_native_kernel_says_what_its_twin_says(pixels):
+    rng = np.random.default_rng(pixels)
+    places, turns = 7, 4
+    colours = rng.uniform(size=(places, pixels, 3)).astype(np.float32)
+    own, free = rng.uniform(size=(2, places, pixels)).astype(np.float32)
+    own[0] = 0.0
+    alpha = (rng.uniform(size=(turns, pixels)) > 0.3).astype(np.float32)
+    drawn = rng.uniform(size=(turns, pixels, 3)).astype(np.float32)
+    drawn[1] = colours[1]
+    cuts = Cuts(colours, own, free, np.zeros(places), np.zeros(places))
+    found = native.compare_templates(colours, own, free, alpha=alpha, drawn=drawn, pixels=pixels)
+    for wanted, told in zip(compared(cuts, alpha, drawn), found, strict=True):
+        np.testing.assert_allclose(told.reshape(places, turns), wanted, atol=1e-4, rtol=0.0)
+
+
+def test_pictures_of_another_size_are_refused():
+    pixels = np.zeros((2, 16), np.float32)
+    colours = np.zeros((2, 16, 3), np.float32)
+    with pytest.raises(ValueError, match=r"free: .* values, wanted"):
+        native.compare_templates(
+            colours, pixels, pixels[:1], alpha=pixels, drawn=colours, pixels=16
+        )

@@ -52,6 +52,20 @@ def test_agrees_with_the_reference(native, reference, wild_cloud, camera, degree
 
 
 @pytest.mark.parametrize("seed", range(4))
+def test_nothing_is_drawn_beside_the_reach(native, reference, wild_cloud, camera, seed):
+    placed = Pose.from_yaw(0.3, (0.4, -0.2, 3.0))
+    objects = [PosedSplats(wild_cloud(40, degree=0, seed=seed, spread_m=0.2), placed)]
+    options = RenderOptions(antialias=True)
+    shown = reference.render(objects, camera, HERE, options).alpha > 0
+    rows, columns = native.reach(objects, camera, HERE, options)
+    assert shown.any()
+    assert shown[rows, columns].sum() == shown.sum()
+    away = [PosedSplats(objects[0].cloud, Pose.from_yaw(0.0, (0.0, 0.0, -2000.0)))]
+    beyond = RenderOptions(near_m=5000.0)
+    assert native.reach(away, camera, HERE, beyond) is None
+
+
+@pytest.mark.parametrize("seed", range(4))
 def test_agrees_inside_a_cloud_of_near_splats(native, reference, wild_cloud, camera, seed):
     cloud = wild_cloud(200, degree=1, seed=seed, spread_m=0.15)
     objects = [PosedSplats(cloud, Pose.identity())]
