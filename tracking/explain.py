@@ -32,9 +32,9 @@ RESOLVED = 0.001
 """First steps where a pose is told closely, the shares of them that are taken each time its light
 was told, and differences of resemblance that end it."""
 
-FIRST_STEPS, BEHIND = 3, 0.2
-"""What resembles the picture by so much less than another pose does, after so many steps or when
-its light is to be told anew, does not catch up."""
+FIRST_STEPS, FAR_BEHIND, BEHIND = 5, 0.3, 0.2
+"""What resembles the picture by so much less than another pose does, after so many steps, or by the
+last once its light is to be told anew, does not catch up."""
 
 
 def explained(around: Surroundings, world_from_start: Pose) -> tuple[Pose, float]:
@@ -84,11 +84,11 @@ def closely_explained(
     place = around.at(world_from_rough)
     if place is None:
         return world_from_rough, 0.0
-    found, wanted = upright_of(world_from_rough), rival - BEHIND
+    found = upright_of(world_from_rough)
     for share in LIT_ANEW:
         # The light is told at the pose before, and is as wrong as that.
-        found, alike = _told(place, found, share, tried, wanted=wanted)
-        if alike < wanted:
+        found, alike = _told(place, found, share, tried, wanted=rival - FAR_BEHIND)
+        if alike < rival - BEHIND:
             return pose_of(found), alike
     return pose_of(found), place.close_resemblance(place.lit(found, finer=FINER), found)
 

@@ -45,7 +45,7 @@ TOLD_CLOSELY, PLACES_TOLD, YAWS_COMPARED, TOLD_AGAIN = 6, 3, 6, 4
 """So many rough poses are told closely, and at so many of their places so many other yaws; the best
 of all these once more."""
 
-TRIED_MS, TURNED_MS, ROUGHLY_MS, CLOSELY_MS, YAWS_MS, APART_MS, PLACED_MS = 7, 12, 7, 15, 19, 5, 3
+TRIED_MS, TURNED_MS, ROUGHLY_MS, CLOSELY_MS, YAWS_MS, APART_MS, PLACED_MS = 6, 9, 6, 8, 13, 3, 3
 """About how long the parts of a search take, see `tracking.pace`."""
 
 RIVAL, RIVALS = 0.6, 4

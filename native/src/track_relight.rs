@@ -154,6 +154,7 @@ impl Sample {
             }
             for (k, square) in squares.iter().enumerate() {
                 power[i][4 + k] += square * side;
+                power[4 + k][i] += square * side;
             }
         }
         for k in 0..3 {
@@ -178,12 +179,9 @@ fn fitted(samples: &[Sample], model: &LightModel) -> Light {
             sample.add(sample.weight * familiar * familiar, &mut power, &mut both);
         }
         let whole = power[0][0];
-        for i in 0..UNKNOWNS {
-            let firm = [0.0, model.even, model.white][i.div_ceil(3).min(2)];
-            power[i][i] += firm * whole + model.least_power;
-            for j in 0..i {
-                power[i][j] = power[j][i];
-            }
+        for (i, row) in power.iter_mut().enumerate() {
+            let firm = [0.0, model.even, model.white][i.div_ceil(3)];
+            row[i] += firm * whole + model.least_power;
         }
         light = solved(&power, &both);
     }

@@ -14,9 +14,9 @@ from scenes.pose import Pose, wrap_angle
 from scenes.render.native import NativeRenderer
 from scenes.samples import sample_room
 from tracking.background import Exposure
-from tracking.explain import details_alike, explained, resemblance_at
+from tracking.explain import closely_explained, details_alike, explained, resemblance_at
 from tracking.model import make_model
-from tracking.surroundings import surroundings_of
+from tracking.surroundings import Place, surroundings_of
 from tracking.window import window_around
 
 LENS = Fisheye.from_fov(1440, math.radians(200))
@@ -68,6 +68,33 @@ def test_a_book_two_metres_away_is_put_right_by_its_colours(seen, x_m, y_m, turn
     assert np.linalg.norm(found.translation - TRUE.translation) < 0.015
     assert abs(math.degrees(wrap_angle(found.yaw() - TRUE.yaw()))) < 3.0
     assert share > 0.4
+
+
+def test_what_falls_far_behind_a_rival_is_given_up(seen, monkeypatch):
+    scene, model, evidence = seen
+    around = surroundings_of(scene, model, evidence)
+    compared = []
+    compare = Place.close_resemblance
+
+    def counted(place, lit, upright):
+        compared.append(upright)
+        return compare(place, lit, upright)
+
+    monkeypatch.setattr(Place, "close_resemblance", counted)
+
+    def told(turn_rad, rival):
+        compared.clear()
+        rough = Pose.from_yaw(TRUE.yaw() + turn_rad, TRUE.translation + np.array([0.01, 0.0, 0.0]))
+        pose, alike = closely_explained(around, rough, rival=rival)
+        return pose, alike, len(compared)
+
+    right, alike, count = told(0.0, 0.0)
+    same, still_alike, same_count = told(0.0, alike)
+    assert (same.translation == right.translation).all()
+    assert (still_alike, same_count) == (alike, count)
+    _, wrong_alike, few = told(math.pi / 2, alike)
+    assert wrong_alike < alike - 0.2
+    assert few < count / 2
 
 
 def test_the_right_yaw_resembles_the_picture_most(seen):
