@@ -1,10 +1,10 @@
-"""How far a measured pose may be off: what its outline tells, the camera's pose, the scan's scale.
+"""How far a measured pose may be off: what its outline tells, the camera's pose, the scan's edges.
 
 A solve reports what noise and the scan's surfaces make of it: where these are off on the whole is
 one of its unknowns (the halo), where they are off in places shows in residuals that are alike. An
-error of the camera moves all that is seen rigidly about the lens, one of scale moves it along the
-line of sight; how much of that reaches the pose the solve tells: what is sure to stand on the floor
-does not follow upwards.
+error of the camera moves all that is seen rigidly about the lens, one of the scan's edges moves and
+turns the thing itself, and one of its scale moves it along the line of sight; how much of that
+reaches the pose the solve tells: what is sure to stand on the floor does not follow upwards.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from tracking.model import TrackModel
 from tracking.solve import Fit
 
 EDGE_SIGMA_M = 0.0005
-"""On the whole a scan's edges are known to so much, whatever its size: how large a small thing is,
-and so how far away, is known to a larger share."""
+"""On the whole a scan's edges are known to so much, whatever its size: so well its place is known,
+and, in shares of its radius, how it is turned and how large it is."""
 
 CAMERA_TRUST = 1.5
 """A camera's true error over its reported standard deviation: neighbouring pixels err alike."""
@@ -39,8 +39,10 @@ def uncertainty(scene: Scene, model: TrackModel, fit: Fit) -> NDArray[np.float64
     rotation = np.kron(np.eye(2), scene.world_from_rig.rotation)
     variance = (CAMERA_TRUST * scene.camera_sigma) ** 2
     camera = rotation @ np.diag(variance) @ rotation.T
-    by_scale = (EDGE_SIGMA_M / model.radius_m) ** 2 * np.outer(along, along)
-    return fit.covariance + by_camera @ camera @ by_camera.T + by_scale
+    share = EDGE_SIGMA_M / model.radius_m
+    edges = np.diag(np.repeat((EDGE_SIGMA_M, share), 3) ** 2)
+    by_scan = response @ edges @ response.T + share**2 * np.outer(along, along)
+    return fit.covariance + by_camera @ camera @ by_camera.T + by_scan
 
 
 def _moved_by_camera(apart: NDArray[np.float64]) -> NDArray[np.float64]:
