@@ -18,6 +18,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Literal
 
+from studio.machine import processor_flags
+
 ROOT = Path(__file__).resolve().parent.parent
 PROBE_TIMEOUT_S = 60
 FREE_DISK_WANTED_GIB = 2.0
@@ -110,17 +112,9 @@ def _packages(list_file: Path) -> Iterable[Finding]:
 def _native() -> Finding:
     if importlib.util.find_spec("scenes._native") is None:
         return Finding("native renderer", "missing", "not built", "./nexus setup")
-    flags = _cpu_flags()
+    flags = processor_flags()
     simd = [name for name in ("avx2", "fma", "avx512f", "asimd") if name in flags]
     return Finding("native renderer", "ok", f"built; processor has {', '.join(simd) or 'no SIMD'}")
-
-
-def _cpu_flags() -> set[str]:
-    info = Path("/proc/cpuinfo")
-    if not info.exists():
-        return set()
-    match = re.search(r"^(?:flags|Features)\s*:\s*(.*)$", info.read_text(), re.MULTILINE)
-    return set(match.group(1).split()) if match else set()
 
 
 def _libraries() -> Iterable[Finding]:

@@ -21,9 +21,10 @@ from scenes.rays import RayScene
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats, RenderOptions
 from studio.figures import INK, as_svg, figure_style
+from studio.machine import describe_machine
 from studio.page import embedded_jpeg, page
 from studio.preparation_verdict import verdict_of
-from studio.rows import Row, describe_machine
+from studio.rows import Row
 
 Picture = NDArray[np.uint8]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import platform
 from importlib import metadata
 
-from studio.rows import DISTRIBUTION, program_version
+from studio.machine import DISTRIBUTION, program_version
 
 LIBRARIES = (
     "numpy",

@@ -13,8 +13,9 @@ from scenes.state import ObjectModel
 from studio import figures
 from studio.evaluate.scores import ROOM_BAR_CM, ROOM_BAR_DEG, VISIBLE_FRACTION, Score, ScoreBoard
 from studio.film import Picture
+from studio.machine import describe_machine
 from studio.page import embedded_jpeg, page
-from studio.rows import Row, describe_machine
+from studio.rows import Row
 from studio.session import Session, SessionResult
 from studio.twin import Twin
 from tracking.metrics import PAPER_ROOM, PAPER_TABLE

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import os
-import platform
-import sys
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from importlib import metadata
-from pathlib import Path
 from typing import Any
 
-DISTRIBUTION = "gaussiannexus-studio"
+from studio.machine import describe_machine, program_version
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,46 +87,6 @@ def as_table(rows: Sequence[Row]) -> str:
 def exit_code(rows: Sequence[Row]) -> int:
     """1 if any row missed its bar, else 0."""
     return int(any(row.passed is False for row in rows))
-
-
-def program_version() -> str:
-    """The installed version, or "unknown" when the program runs from a bare checkout."""
-    try:
-        return metadata.version(DISTRIBUTION)
-    except metadata.PackageNotFoundError:
-        return "unknown"
-
-
-def describe_machine() -> dict[str, Any]:
-    """Processor, usable cores, memory in GiB, system and Python of this machine."""
-    return {
-        "cpu": _processor_name(),
-        "cores": _usable_cores(),
-        "memory_gib": _memory_gib(),
-        "os": platform.platform(),
-        "python": platform.python_version(),
-    }
-
-
-def _processor_name() -> str:
-    description = Path("/proc/cpuinfo")
-    if description.is_file():
-        for line in description.read_text(encoding="utf-8", errors="replace").splitlines():
-            if line.startswith("model name"):
-                return line.partition(":")[2].strip()
-    return platform.processor() or platform.machine()
-
-
-def _usable_cores() -> int:
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
-def _memory_gib() -> float | None:
-    if sys.platform == "win32" or "SC_PHYS_PAGES" not in os.sysconf_names:
-        return None
-    return round(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30, 1)
 
 
 def _plain(value: Any) -> Any:

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from studio.evaluate.findings import Drawing
-from studio.rows import describe_machine, program_version
+from studio.machine import describe_machine, program_version
 
 _STYLE: dict[Any, Any] = {
     "font.size": 10,
@@ -40,7 +40,8 @@ def write_drawings(drawings: Sequence[Drawing], folder: Path, *, caption: str) -
     """
     folder.mkdir(parents=True, exist_ok=True)
     machine = describe_machine()
-    place = f"{machine['cpu']}, {machine['cores']} cores, version {program_version()}"
+    processor = f"{machine['cpu']} ({machine['vectors']})"
+    place = f"{processor}, {machine['cores']} cores, version {program_version()}"
     written = []
     for drawing in drawings:
         with mpl.rc_context(_STYLE):

@@ -30,7 +30,8 @@ def test_json_has_the_stated_keys_and_only_plain_values():
     rows = [Row("a.b", math.nan, "cm", spread=math.inf), at_most("c", 1.0, "ms", bar=2.0)]
     report = json.loads(json.dumps(as_json("bench raster", rows, seed=3), allow_nan=False))
     assert set(report) == {"verb", "version", "machine", "seed", "rows"}
-    assert set(report["machine"]) == {"cpu", "cores", "memory_gib", "os", "python"}
+    wanted = {"cpu", "vectors", "cores", "memory_gib", "os", "python"}
+    assert set(report["machine"]) == wanted
     assert report["machine"]["cores"] >= 1
     assert report["rows"][0] == {
         "name": "a.b",
