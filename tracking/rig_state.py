@@ -16,10 +16,6 @@ RIG_MOVED_M = 0.02
 RIG_TURNED_RAD = np.deg2rad(0.6)
 """A marker that moved more than this means that the camera was moved, not that the marker shook."""
 
-WATCH_PERIOD, WATCH_PHASE = 8, 5
-"""Frames between two looks at whether the camera still stands, a lens at a time; at frames that
-neither learn nor measure what rests."""
-
 BUMPED_RAD = np.deg2rad(0.12)
 BUMPED_LOOKS = 2
 """So many looks in a row that find it turned by more mean that it was bumped."""
@@ -57,23 +53,23 @@ class RigState:
         return self.turned_looks >= BUMPED_LOOKS
 
 
-def is_watched(frames: int) -> bool:
-    """Whether a frame looks at whether the camera still stands."""
-    return (frames - WATCH_PHASE) % WATCH_PERIOD == 0
-
-
-def looked_through(known: RigState, frame: Frame, frames: int) -> tuple[RigState, Pose]:
+def looked_through(known: RigState, frame: Frame, turn: int | None) -> tuple[RigState, Pose]:
     """The rig's state after a look through one lens, if it is time, and how far it has turned.
 
     A bumped camera moves in all its lenses; somebody in front of one is seen by that alone.
+
+    Args:
+        known: the state so far.
+        frame: what is looked at.
+        turn: which lens it is the turn of, counted on for ever; None if of none.
     """
-    if not is_watched(frames):
+    if turn is None:
         return known, Pose.identity()
-    lens = frames // WATCH_PERIOD % len(known.watches)
-    turn = turned_since(known.watches[lens], frame.images[lens])
-    if turn is None or float(np.linalg.norm(turn)) < BUMPED_RAD:
+    lens = turn % len(known.watches)
+    vector = turned_since(known.watches[lens], frame.images[lens])
+    if vector is None or float(np.linalg.norm(vector)) < BUMPED_RAD:
         return replace(known, turned_looks=0), Pose.identity()
     rig_from_lens = frame.rig.rig_from_lens[lens]
-    turned = Pose(rotation_from_vector(turn), np.zeros(3))
+    turned = Pose(rotation_from_vector(vector), np.zeros(3))
     rig_from_turned = rig_from_lens @ turned @ rig_from_lens.inverse()
     return replace(known, turned_looks=known.turned_looks + 1), rig_from_turned

@@ -30,17 +30,11 @@ from tracking.learn import Band, Care, band_of, learn, looked_at, whole_lens
 from tracking.model import TrackModel, make_model
 from tracking.output import Stopwatch, TrackOutput, no_stopwatch
 from tracking.regain import Search, regain, regain_all
-from tracking.rig_state import RigState, is_watched, looked_through
+from tracking.rig_state import RigState, looked_through
+from tracking.rota import Rota
 from tracking.stands import FLOOR_M, stands_in
 from tracking.track import Task, Track, new_track, report
 from tracking.window import Layer
-
-LEARN_PERIOD = 4
-"""Frames between two looks at what has become of the room, a band of a lens at a time; halfway
-between the measurements of resting objects, so that no frame does both."""
-
-TURN_PERIOD = 4
-"""Frames between two fresh measurements of resting objects, one object at a time."""
 
 UNHURRIED_NS = 50_000_000
 """Frames that come faster than this audit only where they have nothing else to do."""
@@ -72,17 +66,15 @@ class TrackerState:
     Attributes:
         tracks: by object id.
         rig: None before the first frame.
-        frames: how many were taken in.
-        t_ns: frame time of the last one.
-        seq: its number in the stream.
+        rota: of the last frame; None before the first.
+        t_ns: its frame time.
         search: what is left to do of the search for a lost object; None if none is under way.
     """
 
     tracks: Mapping[str, Track]
     rig: RigState | None
-    frames: int
+    rota: Rota | None
     t_ns: int
-    seq: int = 0
     search: Search | None = None
 
 
@@ -130,7 +122,7 @@ class Tracker:
     def start(self) -> TrackerState:
         """Every object where the scene says, the camera unknown."""
         tracks = {m.object_id: new_track(m) for m in self._models}
-        return TrackerState(MappingProxyType(tracks), None, 0, -UNHURRIED_NS)
+        return TrackerState(MappingProxyType(tracks), None, None, -UNHURRIED_NS)
 
     def step(
         self, state: TrackerState, frame: Frame, now_ns: int
@@ -144,15 +136,16 @@ class Tracker:
         if frame.world_from_rig is None:
             raise ValueError(f"frame {frame.seq} of {frame.stream_id!r} has no camera pose")
         began = self._stopwatch()
-        rig = self._locate(state, frame, frame.world_from_rig)
+        rota = Rota(frame.seq) if state.rota is None else state.rota.following(frame.seq)
+        rig = self._locate(state, frame, frame.world_from_rig, rota)
         scene = self._scene(frame, rig)
         rectified = self._stopwatch()
         tracks = dict(state.tracks)
-        tasks = {m.object_id: self._task(scene, m, tracks, state.frames) for m in self._models}
+        tasks = {m.object_id: self._task(scene, m, tracks, rota) for m in self._models}
         looks = {name: first_look(task) for name, task in tasks.items()}
         detected = self._stopwatch()
         searched = False
-        is_busy = _is_busy(state.frames) and frame.t_ns - state.t_ns < UNHURRIED_NS
+        is_busy = not rota.is_free and frame.t_ns - state.t_ns < UNHURRIED_NS
         reviewed = next((name for name, track in tracks.items() if is_under_review(track)), None)
         for model in _most_certain_first(self._models, tracks):
             name = model.object_id
@@ -165,17 +158,16 @@ class Tracker:
             tracks[name] = follow(task, looks[name])
             searched = searched or was_audited(tracks[name], frame.t_ns)
         search = state.search
-        if self._options.recover and not state.frames:
+        if self._options.recover and rota.is_first:
             # At first there is nothing to be late for.
             tracks |= regain_all(self._lost(tasks, tracks))
         elif self._options.recover and not searched:
-            period_ns = (frame.t_ns - state.t_ns) / max(frame.seq - state.seq, 1)
-            budget_ms = SEARCH_SHARE * period_ns / 1e6
+            budget_ms = SEARCH_SHARE * (frame.t_ns - state.t_ns) / rota.pictures / 1e6
             found, search = regain(self._lost(tasks, tracks), search, budget_ms=budget_ms)
             tracks |= found
         posed = self._stopwatch()
-        for band in _bands_to_learn(state.frames, frame, tracks):
-            care = _care(tracks, is_first=not state.frames)
+        for band in _bands_to_learn(rota, frame, tracks):
+            care = _care(tracks, is_first=rota.is_first)
             plates = self._learned(rig.plates, frame, tracks, scene.exposures, band, care)
             rig = replace(rig, plates=plates)
         objects = tuple(report(m, tracks[m.object_id], frame) for m in self._models)
@@ -186,18 +178,18 @@ class Tracker:
             "pose": posed - detected,
             "smooth": ended - posed,
         }
-        following = TrackerState(
-            MappingProxyType(tracks), rig, state.frames + 1, frame.t_ns, frame.seq, search
-        )
+        following = TrackerState(MappingProxyType(tracks), rig, rota, frame.t_ns, search)
         output = TrackOutput(objects, MappingProxyType(stages), scene.world_from_rig)
         return following, output
 
-    def _locate(self, state: TrackerState, frame: Frame, marker_world_from_rig: Pose) -> RigState:
+    def _locate(
+        self, state: TrackerState, frame: Frame, marker_world_from_rig: Pose, rota: Rota
+    ) -> RigState:
         """The refined camera pose and its plates; both kept while the camera stands still."""
         known = state.rig
         if known is not None:
             if known.stands(marker_world_from_rig):
-                known, rig_from_turned = looked_through(known, frame, state.frames)
+                known, rig_from_turned = looked_through(known, frame, rota.watches)
                 if not known.is_bumped:
                     return known
                 nominal = known.calibration.world_from_rig @ rig_from_turned
@@ -264,17 +256,18 @@ class Tracker:
         )
 
     def _task(
-        self, scene: Scene, model: TrackModel, tracks: Mapping[str, Track], frames: int
+        self, scene: Scene, model: TrackModel, tracks: Mapping[str, Track], rota: Rota
     ) -> Task:
-        turn = self._models[frames // TURN_PERIOD % len(self._models)].object_id
+        turn = rota.measures
+        whose = None if turn is None else self._models[turn % len(self._models)]
         return Task(
             scene=scene,
             model=model,
             track=tracks[model.object_id],
             neighbours=self._neighbours(model, tracks),
             supports_m=self._supports,
-            is_turn=turn == model.object_id and frames % TURN_PERIOD == 0,
-            is_first=frames == 0,
+            is_turn=whose is model,
+            is_first=rota.is_first,
             may_search=self._options.recover,
             use_texture=self._options.texture,
         )
@@ -300,15 +293,15 @@ class Tracker:
         )
 
 
-def _bands_to_learn(frames: int, frame: Frame, tracks: Mapping[str, Track]) -> Sequence[Band]:
+def _bands_to_learn(rota: Rota, frame: Frame, tracks: Mapping[str, Track]) -> Sequence[Band]:
     """What a frame looks at of the room, once its objects are known: at first, all of it.
 
     While one is lost, no more can be learned than before it was looked for.
     """
     heights = [lens.height_px for lens in frame.rig.lenses]
-    if frames == 0 and not _misses_any(tracks):
+    if rota.is_first and not _misses_any(tracks):
         return [whole_lens(index, height_px) for index, height_px in enumerate(heights)]
-    return [band_of(frames // LEARN_PERIOD, heights)] if _learns(frames) else []
+    return [] if rota.learns is None else [band_of(rota.learns, heights)]
 
 
 def _misses_any(tracks: Mapping[str, Track]) -> bool:
@@ -325,16 +318,6 @@ def _care(tracks: Mapping[str, Track], *, is_first: bool) -> Care:
     if is_unseen or _misses_any(tracks):
         return Care.WARY
     return Care.CAUTIOUS if is_first else Care.LITTLE
-
-
-def _learns(frames: int) -> bool:
-    """Whether a frame looks at what has become of the room."""
-    return frames % LEARN_PERIOD == LEARN_PERIOD // 2
-
-
-def _is_busy(frames: int) -> bool:
-    """Whether a frame has more to do than to follow what moves."""
-    return _learns(frames) or is_watched(frames) or frames % TURN_PERIOD == 0
 
 
 def _exposures(frame: Frame, plates: Plates) -> tuple[Exposure, ...]:
