@@ -67,7 +67,7 @@ class Rota:
     @property
     def is_free(self) -> bool:
         """Whether nothing is due."""
-        return all(self.beat % period != phase for period, phase in DUE)
+        return all((self.beat - phase) % period for period, phase in DUE)
 
     @property
     def measures(self) -> int | None:
@@ -85,5 +85,5 @@ class Rota:
         return self._turn(WATCH_PERIOD, WATCH_PHASE)
 
     def _turn(self, period: int, phase: int) -> int | None:
-        turn, past = divmod(self.beat, period)
-        return turn if past == phase and not self.put_off else None
+        is_due = (self.beat - phase) % period == 0 and not self.put_off
+        return self.beat // period if is_due else None
