@@ -19,26 +19,33 @@ def strip_of(index: int, height: int) -> tuple[int, int]:
     return height * index // STRIPS, height * (index + 1) // STRIPS
 
 
+def strip_with(row: int, height: int) -> int:
+    """The strip that a row of a picture is in."""
+    return (STRIPS * (row + 1) - 1) // height
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Strips(Generic[Value]):
     """An (H, W) or (H, W, C) picture.
 
     Attributes:
+        height: of the whole picture.
         parts: `STRIPS` arrays of whole rows, from top to bottom.
     """
 
+    height: int
     parts: tuple[NDArray[Value], ...]
 
     @staticmethod
     def of(picture: NDArray[Value]) -> Strips[Value]:
         """A picture in strips; nothing is copied."""
         bounds = (strip_of(index, len(picture)) for index in range(STRIPS))
-        return Strips(tuple(picture[top:bottom] for top, bottom in bounds))
+        return Strips(len(picture), tuple(picture[top:bottom] for top, bottom in bounds))
 
     @property
     def shape(self) -> tuple[int, ...]:
         """Of the whole picture."""
-        return (sum(len(part) for part in self.parts), *self.parts[0].shape[1:])
+        return (self.height, *self.parts[0].shape[1:])
 
     def cut(self, rows: slice, columns: slice) -> list[NDArray[Value]]:
         """A rectangle, or every so many pixels of one, in parts one below the other; no copies.
@@ -47,15 +54,13 @@ class Strips(Generic[Value]):
             rows: as of an array.
             columns: as of an array.
         """
-        first, stop, step = rows.indices(self.shape[0])
+        first, stop, step = rows.indices(self.height)
         taken: list[NDArray[Value]] = []
-        top = 0
-        for part in self.parts:
-            inside = slice(first - top, max(min(stop - top, len(part)), 0), step)
-            if 0 <= inside.start < inside.stop:
-                taken.append(part[inside, columns])
-                first += len(taken[-1]) * step
-            top += len(part)
+        while first < stop:
+            index = strip_with(first, self.height)
+            top, _ = strip_of(index, self.height)
+            taken.append(self.parts[index][first - top : stop - top : step, columns])
+            first += len(taken[-1]) * step
         return taken or [self.parts[0][:0, columns]]
 
     def __getitem__(self, place: tuple[slice, slice]) -> NDArray[Value]:
@@ -69,7 +74,7 @@ class Strips(Generic[Value]):
 
     def with_rows(self, top: int, rows: NDArray[Value]) -> Strips[Value]:
         """The picture with some rows replaced."""
-        if len(rows) == self.shape[0]:
+        if len(rows) == self.height:
             return Strips.of(rows)
         parts: list[NDArray[Any]] = []
         begin = 0
@@ -83,4 +88,4 @@ class Strips(Generic[Value]):
                     part = rows[begin - top : begin + len(part) - top]
             parts.append(part)
             begin += len(part)
-        return Strips(tuple(parts))
+        return Strips(self.height, tuple(parts))
