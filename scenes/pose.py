@@ -59,7 +59,10 @@ class Pose:
         """Turn by `yaw_rad` about the world's up axis (Z), then translate (metres)."""
         c, s = math.cos(yaw_rad), math.sin(yaw_rad)
         rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-        return Pose(rotation, np.asarray(translation, dtype=np.float64))
+        place = np.array(translation, dtype=np.float64)
+        if place.shape == (3,) and all(map(math.isfinite, (c, *place.tolist()))):
+            return _unchecked(rotation, place)
+        return Pose(rotation, place)
 
     @staticmethod
     def from_quaternion(wxyz: ArrayLike, translation: ArrayLike = (0.0, 0.0, 0.0)) -> Pose:
@@ -120,9 +123,9 @@ class Pose:
 
 
 def _unchecked(rotation: NDArray[np.float64], translation: NDArray[np.float64]) -> Pose:
-    """A pose of fresh arrays that are a rotation and a place because they were made of poses.
+    """A pose of fresh arrays that are a rotation and a place because of how they were made.
 
-    Thousands are composed a second; that a distance overflows is told where it enters.
+    Thousands are made a second; that a distance overflows is told where it enters.
     """
     pose = object.__new__(Pose)
     rotation.setflags(write=False)

@@ -197,6 +197,27 @@ def fit_exposure(
     return Exposure(gain, falloff, offset)
 
 
+class LensExposures:
+    """Exposure of every lens of a frame; each is fitted once, when it is first asked for.
+
+    Through a lens that shows nothing of interest none is needed.
+
+    Args:
+        images: (H, W, 3) uint8 live pictures, one per lens.
+        plates: the empty room.
+    """
+
+    def __init__(self, images: Sequence[NDArray[np.uint8]], plates: Plates) -> None:
+        self._lenses = tuple(zip(images, plates.images, plates.coverage, strict=True))
+        self._fitted: dict[int, Exposure] = {}
+
+    def __getitem__(self, lens: int) -> Exposure:
+        """Of one lens, by its index."""
+        if lens not in self._fitted:
+            self._fitted[lens] = fit_exposure(*self._lenses[lens])
+        return self._fitted[lens]
+
+
 def expose(plate: FloatArray, exposure: Exposure, *, radius2: FloatArray) -> FloatArray:
     """A plate as the live camera would record it.
 

@@ -12,7 +12,7 @@ from devices.messages import Frame
 from scenes.cameras import Fisheye
 from scenes.pose import Pose
 from scenes.render.native import NativeRenderer
-from tracking.background import Exposure, Plates
+from tracking.background import LensExposures, Plates
 from tracking.kernels import KERNELS, SeenWindow
 from tracking.layers import LayerMemo
 from tracking.model import TrackModel
@@ -67,7 +67,7 @@ class Scene:
         world_from_rig: refined pose of the camera.
         camera_sigma: (6,) its standard deviations: rotation in radians, translation in metres.
         plates: the empty room.
-        exposures: one per lens.
+        exposures: by lens.
         renderer: draws splats.
         bounds_m: (2, 3) lowest and highest corner of the room.
         stands: what the room offers to stand on.
@@ -78,7 +78,7 @@ class Scene:
     world_from_rig: Pose
     camera_sigma: NDArray[np.float64]
     plates: Plates
-    exposures: tuple[Exposure, ...]
+    exposures: LensExposures
     renderer: NativeRenderer
     bounds_m: NDArray[np.float64]
     stands: Stands

@@ -280,7 +280,8 @@ def arrays_of(drawn: Rendering) -> DrawnArrays:
 
 def rows_of(a_from_b: Pose) -> list[float]:
     """The twelve numbers of a pose's 3 × 4 matrix, row by row."""
-    return np.column_stack([a_from_b.rotation, a_from_b.translation]).ravel().tolist()
+    turned, place = a_from_b.rotation.tolist(), a_from_b.translation.tolist()
+    return [value for row, shift in zip(turned, place, strict=True) for value in (*row, shift)]
 
 
 def pose_of(rows: Sequence[float]) -> Pose:

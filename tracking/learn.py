@@ -122,7 +122,7 @@ def surroundings(width: int, care: Care) -> tuple[int, int, int]:
 def learn(
     plates: Plates,
     frame: Frame,
-    exposures: Sequence[Exposure],
+    exposure: Exposure,
     taken: Sequence[Layer],
     band: Band,
     *,
@@ -133,7 +133,7 @@ def learn(
     Args:
         plates: so far.
         frame: live pictures.
-        exposures: one per lens, of this frame.
+        exposure: of the band's lens in this frame.
         taken: movable objects as drawn into the band's lens; nothing is learned there.
         band: what to learn from.
         care: what is taken for the room.
@@ -150,7 +150,7 @@ def learn(
         free & (plates.coverage[index][rows] > 0.5),
         lens_size=(width, height),
         top=rows.start,
-        exposure=exposures[index].rows(),
+        exposure=exposure.rows(),
         sides=surroundings(width, care),
         level=COHERENT_LEVEL if care is Care.LITTLE else CAUTIOUS_LEVEL,
         is_cautious=care is not Care.LITTLE,

@@ -227,7 +227,7 @@ class PaperTracker:
             for pose in (state.tracks[o.object_id].kalman.pose(),)
         ]
         exposure = fit_exposure(frame.images[0], plates.images[0], plates.coverage[0])
-        plates = learn(plates, frame, (exposure,), standing, whole_lens(0, front_lens.height_px))
+        plates = learn(plates, frame, exposure, standing, whole_lens(0, front_lens.height_px))
         return replace(
             state,
             plates=plates,

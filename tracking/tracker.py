@@ -20,7 +20,7 @@ from scenes.render.renderer import PosedSplats
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel, TrackState
 from tracking.audit import is_under_review, was_audited
-from tracking.background import Exposure, Plates, fit_exposure, render_plates
+from tracking.background import Exposure, LensExposures, Plates, render_plates
 from tracking.calibrate import Calibration, calibrate
 from tracking.camera_watch import watched
 from tracking.evidence import Neighbour, Scene
@@ -168,7 +168,8 @@ class Tracker:
         posed = self._stopwatch()
         for band in _bands_to_learn(rota, frame, tracks):
             care = _care(tracks, is_first=rota.is_first)
-            plates = self._learned(rig.plates, frame, tracks, scene.exposures, band, care)
+            exposure = scene.exposures[band.lens]
+            plates = self._learned(rig.plates, frame, tracks, exposure, band, care)
             rig = replace(rig, plates=plates)
         objects = tuple(report(m, tracks[m.object_id], frame) for m in self._models)
         ended = self._stopwatch()
@@ -211,11 +212,11 @@ class Tracker:
         else:
             calibration = Calibration(nominal, np.full(6, 1e-3), 1.0, True)
         plates = render_plates(self._renderer, self._room, frame.rig, calibration.world_from_rig)
-        exposures = _exposures(frame, plates)
+        exposures = LensExposures(frame.images, plates)
         for index, lens in enumerate(frame.rig.lenses):
             band = whole_lens(index, lens.height_px)
             care = _care(state.tracks, is_first=known is None)
-            plates = self._learned(plates, frame, state.tracks, exposures, band, care)
+            plates = self._learned(plates, frame, state.tracks, exposures[index], band, care)
         watches = tuple(map(watched, frame.images, frame.rig.lenses))
         return RigState(marker_world_from_rig, calibration, plates, watches)
 
@@ -224,7 +225,7 @@ class Tracker:
         plates: Plates,
         frame: Frame,
         tracks: Mapping[str, Track],
-        exposures: tuple[Exposure, ...],
+        exposure: Exposure,
         band: Band,
         care: Care,
     ) -> Plates:
@@ -239,16 +240,15 @@ class Tracker:
             if drawn.start < rows.stop and rows.start < drawn.stop:
                 layer = self._layers.layer(item, pose, *view, self._renderer, lens=band.lens)
                 taken.append(layer)
-        return learn(plates, frame, exposures, taken, band, care=care)
+        return learn(plates, frame, exposure, taken, band, care=care)
 
     def _scene(self, frame: Frame, rig: RigState) -> Scene:
-        exposures = _exposures(frame, rig.plates)
         return Scene(
             frame,
             rig.calibration.world_from_rig,
             rig.calibration.sigma,
             rig.plates,
-            exposures,
+            LensExposures(frame.images, rig.plates),
             self._renderer,
             self._bounds_m,
             self._stands,
@@ -318,14 +318,6 @@ def _care(tracks: Mapping[str, Track], *, is_first: bool) -> Care:
     if is_unseen or _misses_any(tracks):
         return Care.WARY
     return Care.CAUTIOUS if is_first else Care.LITTLE
-
-
-def _exposures(frame: Frame, plates: Plates) -> tuple[Exposure, ...]:
-    """Exposure of every lens."""
-    return tuple(
-        fit_exposure(image, plate, coverage)
-        for image, plate, coverage in zip(frame.images, plates.images, plates.coverage, strict=True)
-    )
 
 
 def _most_certain_first(

@@ -2,7 +2,16 @@ import cv2
 import numpy as np
 import pytest
 
-from tracking.background import Exposure, difference, expose, fit_exposure, plate_noise
+from scenes.pose import Pose
+from tracking.background import (
+    Exposure,
+    LensExposures,
+    Plates,
+    difference,
+    expose,
+    fit_exposure,
+    plate_noise,
+)
 
 SIZE = 240
 
@@ -29,6 +38,7 @@ def live_picture(plate, exposure, *, rng=None):
 
 
 GAINS = Exposure(np.array([1.15, 1.05, 0.95]), np.array([-0.2, -0.2, -0.2]), np.full(3, 0.02))
+NEUTRAL = Exposure(np.ones(3), np.zeros(3), np.zeros(3))
 
 
 def test_exposure_is_found_in_spite_of_a_person(plate):
@@ -38,6 +48,18 @@ def test_exposure_is_found_in_spite_of_a_person(plate):
     exposed = expose(plate, fit, radius2=radius2())
     true = expose(plate, GAINS, radius2=radius2())
     assert np.abs(exposed - true).mean() < 0.006
+
+
+def test_a_lens_is_fitted_by_its_own_picture_and_once(plate):
+    images = [live_picture(plate, GAINS), live_picture(plate, NEUTRAL)]
+    whole = np.ones((SIZE, SIZE), np.float32)
+    plates = Plates.of_pictures(Pose.identity(), [plate, plate], [whole, whole])
+    exposures = LensExposures(images, plates)
+    assert exposures[0] is exposures[0]
+    for lens, image in enumerate(images):
+        wanted = fit_exposure(image, plate, whole)
+        np.testing.assert_array_equal(exposures[lens].gain, wanted.gain)
+        np.testing.assert_array_equal(exposures[lens].offset, wanted.offset)
 
 
 def test_a_picture_of_nothing_keeps_the_plate(plate):

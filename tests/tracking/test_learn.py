@@ -46,8 +46,8 @@ def test_every_row_of_every_lens_has_its_turn():
 def test_a_band_learns_its_rows_only_and_what_the_whole_would(room):
     true, plates, frame = room
     band = band_of(5, (SIDE, SIDE))
-    part = learn(plates, frame, (NEUTRAL, NEUTRAL), (), band)
-    whole = learn(plates, frame, (NEUTRAL, NEUTRAL), (), whole_lens(band.lens, SIDE))
+    part = learn(plates, frame, NEUTRAL, (), band)
+    whole = learn(plates, frame, NEUTRAL, (), whole_lens(band.lens, SIDE))
     rows = slice(band.top, band.bottom)
     before, after = plates.images[band.lens].whole(), part.images[band.lens].whole()
     np.testing.assert_array_equal(after[: band.top], before[: band.top])
@@ -62,7 +62,7 @@ def test_nothing_is_learned_where_an_object_stands(room):
     _, plates, frame = room
     square = np.ones((40, 50), np.float32)
     taken = Layer(100, 120, np.zeros((40, 50, 3), np.float32), square, square)
-    found = learn(plates, frame, (NEUTRAL, NEUTRAL), (taken,), whole_lens(0, SIDE))
+    found = learn(plates, frame, NEUTRAL, (taken,), whole_lens(0, SIDE))
     assert not found.learned[0][120:160, 100:150].any()
     assert found.learned[0][:100, :].mean() > 0.98
 
@@ -75,8 +75,8 @@ def test_while_things_may_be_anywhere_nothing_is_learned_beside_what_differs(roo
     image[100:140, 110:114] = np.clip(255 * true[100:140, 110:114] + 4, 0, 255)
     seen = Frame("camera", 0, 0, 0, (image, image), RIG, Pose.identity())
     band = whole_lens(0, SIDE)
-    after = learn(plates, seen, (NEUTRAL, NEUTRAL), (), band, care=Care.WARY).learned[0].whole()
+    after = learn(plates, seen, NEUTRAL, (), band, care=Care.WARY).learned[0].whole()
     assert not after[104:136, 96:116].any()
     assert after[200:, 200:].mean() > 0.9
-    less = learn(plates, seen, (NEUTRAL, NEUTRAL), (), band, care=Care.CAUTIOUS).learned[0].whole()
+    less = learn(plates, seen, NEUTRAL, (), band, care=Care.CAUTIOUS).learned[0].whole()
     assert after.sum() < less.sum()
