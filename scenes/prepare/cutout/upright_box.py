@@ -13,6 +13,7 @@ from scenes.pose import Pose
 from scenes.prepare.cutout.box_in_masks import LevelRectangle, box_in_masks
 from scenes.prepare.cutout.level_top import level_top
 from scenes.prepare.cutout.lifting import MaskedView
+from scenes.prepare.cutout.round_top import RoundTop, round_top
 from scenes.prepare.cutout.seen_surface import NOTHING, SeenSurface
 from scenes.prepare.cutout.side_views import SeenFrom, far_ends, middle_of_top, reach_across
 from scenes.splats import SplatCloud
@@ -36,6 +37,8 @@ LEAST_HEIGHT_M = 0.1
 """Of a lower thing the sides are as few pixels as the top: no far rim is told apart."""
 MOST_OFF_M = 0.05
 """How far views may be wrong about how near a level top reaches."""
+BEYOND_RIM_M = 0.015
+"""A thing reaches beyond its round top if it does so by more; less far it cannot reach."""
 LEAST_SURFACE = 300
 """Points of a surface from which on they say more than splats."""
 
@@ -104,7 +107,9 @@ def upright_box(
     above = points[:, 2] > support
     if above.sum() >= 4:
         points, weights = points[above], weights[above]
-    seen = _Seen(surface.by_view, support, level_m if top - support > LEAST_HEIGHT_M else None)
+    level_m = level_m if top - support > LEAST_HEIGHT_M else None
+    disc = None if level_m is None else round_top(surface.by_view, level_m)
+    seen = _Seen(surface.by_view, support, level_m, disc)
     level = box_in_masks(masks, points[:, :2], (support, top)) or _around(
         points[:, :2], weights, tail, seen
     )
@@ -118,15 +123,29 @@ def upright_box(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Seen:
-    """What single views tell of a thing above its support, and the height of its level top."""
+    """What single views tell of a thing above its support.
+
+    Attributes:
+        views: what they show.
+        support_m: height of the support.
+        level_m: height of the thing's level top, if it has one.
+        disc: that top, if it is round.
+    """
 
     views: tuple[SeenFrom, ...]
     support_m: float
     level_m: float | None
+    disc: RoundTop | None
 
     def extent(self, axis: FloatArray, agreed: tuple[float, float]) -> tuple[float, float]:
         """Where the thing begins and ends along a direction; as agreed where views do not tell."""
         across = reach_across(self.views, axis, self.support_m)
+        if self.disc is not None:
+            rim = self.disc.ends(axis)
+            least = rim[1] - rim[0] - BEYOND_RIM_M
+            if across is None or across[1] - across[0] < least:
+                return rim
+            return self._beyond(rim, axis, across)
         if across is not None or self.level_m is None:
             return across or agreed
         low, high = far_ends(self.views, axis, self.level_m)
@@ -135,6 +154,22 @@ class _Seen:
         if high is None and low is not None:
             return low, self._near_end(axis, low, agreed[1])
         return agreed if low is None or high is None else (low, high)
+
+    def _beyond(
+        self, rim: tuple[float, float], axis: FloatArray, across: tuple[float, float]
+    ) -> tuple[float, float]:
+        """Where a thing ends along a direction that reaches beyond its round top.
+
+        Legs do so on both sides, and a handle is not only low: what lies low on one side is the
+        floor's.
+        """
+        assert self.level_m is not None
+        beyond = rim[0] - across[0] > BEYOND_RIM_M, across[1] - rim[1] > BEYOND_RIM_M
+        upper = reach_across(self.views, axis, 0.5 * (self.support_m + self.level_m))
+        if all(beyond) or not any(beyond) or upper is None:
+            return across
+        low, high = (u if there else a for u, a, there in zip(upper, across, beyond, strict=True))
+        return low, high
 
     def _near_end(self, axis: FloatArray, far: float, agreed: float) -> float:
         """Where a level top seen from one side ends on that side.

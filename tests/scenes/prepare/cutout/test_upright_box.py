@@ -9,6 +9,8 @@ from scenes.frames import look_at
 from scenes.pose import Pose
 from scenes.prepare.cutout.fill import fill_support
 from scenes.prepare.cutout.lifting import MaskedView
+from scenes.prepare.cutout.seen_surface import SeenSurface
+from scenes.prepare.cutout.side_views import SeenFrom
 from scenes.prepare.cutout.upright_box import upright_box
 from scenes.splats import SplatCloud
 
@@ -68,6 +70,43 @@ def test_a_box_that_lost_an_end_is_boxed_as_its_masks_show_it():
     np.testing.assert_allclose(found.size_m, (0.3, 0.2, 0.06), atol=0.015)
     np.testing.assert_allclose(found.world_from_box.translation, (0.1, -0.2, 0.0), atol=0.01)
     assert abs(found.world_from_box.yaw() - 0.3) < 0.03
+
+
+def stool_seen_from_one_side(rng, *beside):
+    """Size of the box of a stool with a round seat, and of what else lies in (low, high) corners.
+
+    Views look along x, where the seat's near side is lost and its far side drawn too near.
+    """
+    turn, apart = rng.uniform(0, 2 * np.pi, 12_000), 0.18 * np.sqrt(rng.uniform(0, 1, 12_000))
+    seat = np.column_stack([apart * np.cos(turn), apart * np.sin(turn), np.full(12_000, 0.45)])
+    legs = [rng.uniform((x, y, 0.0), (x + 0.03, y + 0.03, 0.44), (1500, 3))
+            for x in (-0.1, 0.07) for y in (-0.1, 0.07)]  # fmt: skip
+    more = [rng.uniform(low, high, (1500, 3)) for low, high in beside]
+    whole = np.concatenate([seat, *legs, *more])
+    views = []
+    for angle in (-0.3, -0.15, 0.0, 0.15, 0.3):
+        eye = np.array([-2.2 * np.cos(angle), 2.2 * np.sin(angle), 1.5])
+        nearer = 1.0 - 0.012 * (whole[:, :1] + 0.18) / 0.36
+        views.append(SeenFrom(eye, eye + (whole - eye) * nearer))
+    agreed = whole[(whole[:, 0] > -0.13) & (whole[:, 0] < 0.15)]
+    floor = floor_at(0.0, rng, without=0.3)
+    surface = SeenSurface(agreed, floor, tuple(views))
+    return upright_box(flat(agreed), flat(floor), surface).size_m
+
+
+def test_a_round_seat_is_as_long_as_wide_though_it_is_seen_from_one_side():
+    size = stool_seen_from_one_side(np.random.default_rng(6))
+    np.testing.assert_allclose(size, (0.36, 0.36, 0.45), atol=0.012)
+
+
+def test_floor_beside_a_round_seat_is_not_its_but_legs_and_a_handle_are():
+    rng = np.random.default_rng(7)
+    left = ((-0.05, 0.17, 0.02), (0.05, 0.24, 0.1))
+    right = ((-0.05, -0.24, 0.02), (0.05, -0.17, 0.1))
+    handle = ((-0.02, 0.17, 0.3), (0.02, 0.24, 0.4))
+    for beside, width_m in (((left,), 0.36), ((left, right), 0.48), ((handle,), 0.42)):
+        size = stool_seen_from_one_side(rng, *beside)
+        assert abs(size[1] - width_m) < 0.015, (beside, size)
 
 
 def test_nothing_below_is_no_support():
