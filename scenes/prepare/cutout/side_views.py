@@ -75,6 +75,30 @@ def reach_across(
     return float(low), float(high)
 
 
+def widest_reach(
+    views: Sequence[SeenFrom], axis: FloatArray, above_m: float
+) -> tuple[float, float] | None:
+    """How far a thing reaches along a level direction at most: so far two views see it reach.
+
+    They may look along it, where depths tell no more than that it ends there or before. None if too
+    few views show it.
+
+    Args:
+        views: what they show of it.
+        axis: (2,) of length 1.
+        above_m: points below that height are not the thing's.
+    """
+    told: list[tuple[float, float]] = []
+    for view in views:
+        points = view.points[view.points[:, 2] > above_m]
+        if len(points) >= LEAST_POINTS:
+            told.append(_ends(points[:, :2] @ axis))
+    if len(told) < LEAST_VIEWS:
+        return None
+    lows, highs = np.sort(told, axis=0).T
+    return float(lows[1]), float(highs[-2])
+
+
 def far_ends(
     views: Sequence[SeenFrom], axis: FloatArray, level_m: float
 ) -> tuple[float | None, float | None]:

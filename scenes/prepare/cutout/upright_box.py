@@ -15,7 +15,13 @@ from scenes.prepare.cutout.level_top import level_top
 from scenes.prepare.cutout.lifting import MaskedView
 from scenes.prepare.cutout.round_top import RoundTop, round_top
 from scenes.prepare.cutout.seen_surface import NOTHING, SeenSurface
-from scenes.prepare.cutout.side_views import SeenFrom, far_ends, middle_of_top, reach_across
+from scenes.prepare.cutout.side_views import (
+    SeenFrom,
+    far_ends,
+    middle_of_top,
+    reach_across,
+    widest_reach,
+)
 from scenes.splats import SplatCloud
 
 FloatArray = NDArray[np.float64]
@@ -139,6 +145,10 @@ class _Seen:
 
     def extent(self, axis: FloatArray, agreed: tuple[float, float]) -> tuple[float, float]:
         """Where the thing begins and ends along a direction; as agreed where views do not tell."""
+        widest = widest_reach(self.views, axis, self.support_m)
+        if widest is not None:
+            # A few strays that views agree about lie beyond what any of them sees much of.
+            agreed = max(agreed[0], widest[0]), min(agreed[1], widest[1])
         across = reach_across(self.views, axis, self.support_m)
         if self.disc is not None:
             rim = self.disc.ends(axis)

@@ -6,6 +6,7 @@ from scenes.prepare.cutout.side_views import (
     far_ends,
     middle_of_top,
     reach_across,
+    widest_reach,
 )
 
 X = np.array([1.0, 0.0])
@@ -101,3 +102,15 @@ def test_a_far_rim_lies_half_a_pixel_beyond_the_last_one():
     assert coarse is not None
     # Half a pixel is 0.001 rad, over 2.2 m, on a top that is met at a slope of one in two.
     assert abs((coarse - fine) - 0.001 * (2.0**2 + 1.0)) < 1e-4
+
+
+def test_no_thing_reaches_beyond_what_two_views_see():
+    rng = np.random.default_rng(6)
+    along = [shown(turn, rng, rough_m=0.001) for turn in (0.0, 0.1, -0.1)]
+    cloud = rng.uniform((0.4, -0.2, 0.0), (0.5, 0.2, 0.4), (2000, 3))
+    one_is_wrong = [SeenFrom(along[0].eye, np.concatenate([along[0].points, cloud])), *along[1:]]
+    reach = widest_reach(one_is_wrong, X, 0.0)
+    assert reach is not None
+    np.testing.assert_allclose(reach, (-0.3, 0.3), atol=0.02)
+    assert widest_reach(along[1:], X, 0.0) is None
+    assert widest_reach(along, X, 0.5) is None

@@ -109,6 +109,21 @@ def test_floor_beside_a_round_seat_is_not_its_but_legs_and_a_handle_are():
         assert abs(size[1] - width_m) < 0.015, (beside, size)
 
 
+def test_a_few_points_that_views_agree_about_do_not_make_a_thing_longer():
+    rng = np.random.default_rng(8)
+    inner = rng.uniform((-0.2, -0.2, 0.0), (0.2, 0.2, 0.4), (8000, 3))
+    inner[np.arange(8000), rng.integers(0, 2, 8000)] = rng.choice([-0.2, 0.2], 8000)
+    strays = rng.uniform((0.28, -0.1, 0.01), (0.34, 0.1, 0.05), (40, 3))
+    views = tuple(
+        SeenFrom(np.array([-3.0, y, 1.0]), np.concatenate([inner, strays]))
+        for y in (-0.4, 0.0, 0.4)
+    )
+    floor = floor_at(0.0, rng, without=0.4)
+    surface = SeenSurface(np.concatenate([inner, strays]), floor, views)
+    found = upright_box(flat(inner), flat(floor), surface)
+    np.testing.assert_allclose(found.size_m, (0.4, 0.4, 0.4), atol=0.015)
+
+
 def test_nothing_below_is_no_support():
     rng = np.random.default_rng(1)
     cloud = flat(rng.uniform((0, 0, 1), (0.3, 0.3, 1.3), (2000, 3)))
