@@ -90,7 +90,7 @@ def _seen_round(view: SeenFrom, points: FloatArray, level_m: float) -> RoundTop 
     along = (outwards @ ahead)[:, None] * ahead
     rim = rim + 0.5 * view.pixel_rad * range_m * (outwards + stretch * along)
     left = np.array([-ahead[1], ahead[0]])
-    disc = RoundTop(middle, 0.5 * float(np.ptp(rim @ left)))
+    far, disc = rim, RoundTop(middle, 0.5 * float(np.ptp(rim @ left)))
     for _ in range(FITS):
         far = rim[(rim - disc.middle) @ ahead > -BEFORE * disc.radius_m]
         if len(far) < LEAST_RIM:
