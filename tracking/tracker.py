@@ -1,8 +1,8 @@
 """The default tracker: contour and texture Gauss-Newton in a native-resolution crop per object.
 
 Per frame: the camera's pose (refined against the room once the marker or the picture says that it
-has moved), exposure of each lens, a cheap look at every resting object, and a solve for those that
-may have moved. The steps of one object are in `tracking.follow`.
+has moved), exposure of each lens that is looked through, a cheap look at every resting object, and
+a solve for those that may have moved. The steps of one object are in `tracking.follow`.
 """
 
 from __future__ import annotations

@@ -13,13 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.prepare.cutout.side_views import (
-    LEAST_ABOVE_M,
-    LEAST_POINTS,
-    LEAST_VIEWS,
-    RIM_M,
-    SeenFrom,
-)
+from scenes.prepare.cutout.side_views import LEAST_ABOVE_M, LEAST_VIEWS, RIM_M, SeenFrom
 
 FloatArray = NDArray[np.float64]
 
@@ -63,8 +57,8 @@ def round_top(views: Sequence[SeenFrom], level_m: float) -> RoundTop | None:
     """
     told: list[RoundTop | None] = []
     for view in views:
-        points = view.points[view.points[:, 2] > level_m - RIM_M]
-        if len(points) >= LEAST_POINTS and view.eye[2] >= level_m + LEAST_ABOVE_M:
+        points = view.above(level_m - RIM_M)
+        if len(points) and view.eye[2] >= level_m + LEAST_ABOVE_M:
             told.append(_seen_round(view, points, level_m))
     discs = [disc for disc in told if disc is not None]
     if len(discs) < max(LEAST_VIEWS, (1.0 - MOST_UNLIKE) * len(told)):
@@ -76,8 +70,7 @@ def round_top(views: Sequence[SeenFrom], level_m: float) -> RoundTop | None:
 
 def _seen_round(view: SeenFrom, points: FloatArray, level_m: float) -> RoundTop | None:
     """The circle that a view sees of the rim, if it is one."""
-    rays = points - view.eye
-    met = (view.eye + rays * ((level_m - view.eye[2]) / rays[:, 2:]))[:, :2]
+    met = view.met(points, level_m)
     middle = met.mean(axis=0)
     ahead = middle - view.eye[:2]
     away = float(np.linalg.norm(ahead))

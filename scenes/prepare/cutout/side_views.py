@@ -46,6 +46,16 @@ class SeenFrom:
     points: FloatArray
     pixel_rad: float = 0.0
 
+    def above(self, height_m: float) -> FloatArray:
+        """(N, 3) what it shows above a height, none if that is too little to tell anything."""
+        points = self.points[self.points[:, 2] > height_m]
+        return points if len(points) >= LEAST_POINTS else points[:0]
+
+    def met(self, points: FloatArray, level_m: float) -> FloatArray:
+        """(N, 2) where rays to points (N, 3) meet a level below the eye, whatever their depths."""
+        rays = points - self.eye
+        return (self.eye + rays * ((level_m - self.eye[2]) / rays[:, 2:]))[:, :2]
+
 
 def reach_across(
     views: Sequence[SeenFrom], axis: FloatArray, above_m: float
@@ -59,8 +69,8 @@ def reach_across(
     """
     told: list[tuple[float, tuple[float, float]]] = []
     for view in views:
-        points = view.points[view.points[:, 2] > above_m]
-        if len(points) < LEAST_POINTS:
+        points = view.above(above_m)
+        if not len(points):
             continue
         sight = points.mean(axis=0) - view.eye
         along = abs(float(sight[:2] @ axis)) / float(np.linalg.norm(sight))
@@ -90,8 +100,8 @@ def widest_reach(
     """
     told: list[tuple[float, float]] = []
     for view in views:
-        points = view.points[view.points[:, 2] > above_m]
-        if len(points) >= LEAST_POINTS:
+        points = view.above(above_m)
+        if len(points):
             told.append(_ends(points[:, :2] @ axis))
     if len(told) < LEAST_VIEWS:
         return None
@@ -115,18 +125,17 @@ def far_ends(
     lows: list[float] = []
     highs: list[float] = []
     for view in views:
-        points = view.points[view.points[:, 2] > level_m - RIM_M]
-        if len(points) < LEAST_POINTS or view.eye[2] < level_m + LEAST_ABOVE_M:
+        points = view.above(level_m - RIM_M)
+        if not len(points) or view.eye[2] < level_m + LEAST_ABOVE_M:
             continue
-        rays = points - view.eye
-        sight = rays.mean(axis=0)
+        sight = points.mean(axis=0) - view.eye
         along = float(sight[:2] @ axis) / float(np.linalg.norm(sight))
         if abs(along) >= ACROSS:
-            met = view.eye + rays * ((level_m - view.eye[2]) / rays[:, 2:])
-            low, high = _ends(met[:, :2] @ axis)
+            met = view.met(points, level_m)
+            low, high = _ends(met @ axis)
             # The outline is half a pixel beyond the last pixel's centre.
             above = view.eye[2] - level_m
-            away = float(np.linalg.norm(met.mean(axis=0) - view.eye))
+            away = float(np.hypot(np.linalg.norm(met.mean(axis=0) - view.eye[:2]), above))
             beyond = 0.5 * view.pixel_rad * away**2 / above
             (highs if along > 0 else lows).append(high + beyond if along > 0 else low - beyond)
     low, high = (float(np.median(e)) if len(e) >= LEAST_VIEWS else None for e in (lows, highs))
@@ -146,8 +155,8 @@ def middle_of_top(views: Sequence[SeenFrom], level_m: float) -> FloatArray | Non
     normals: list[FloatArray] = []
     offsets: list[float] = []
     for view in views:
-        points = view.points[view.points[:, 2] > level_m - RIM_M]
-        if len(points) < LEAST_POINTS:
+        points = view.above(level_m - RIM_M)
+        if not len(points):
             continue
         rays = points[:, :2] - view.eye[:2]
         ahead = rays.mean(axis=0)

@@ -83,7 +83,8 @@ def upright_box(
 
     Of a thing that is a box its masks tell where it stands. Of others the yaw is that of the
     smallest rectangle around the object seen from above; extents leave out a small share of the
-    opacity at each end. Of the four yaws alike the one next to the world's axes is taken.
+    opacity at each end, and what hardly any view sees; a round top is as long as wide. Of the four
+    yaws alike the one next to the world's axes is taken.
 
     Args:
         cloud: the object's splats, world frame.
