@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NoReturn
 
-from studio.machine import program_version
+from studio.console.machine import program_version
 
 EXIT_DONE, EXIT_FAILED, EXIT_USAGE, EXIT_INPUT, EXIT_CANCELLED = 0, 1, 2, 3, 130
 TRACEBACK_VARIABLE = "NEXUS_TRACEBACK"
@@ -44,26 +44,26 @@ class Verb:
 VERBS = (
     Verb(
         "rehearse",
-        "studio.rehearse",
+        "studio.verbs.rehearse",
         "play a session on the twin with simulated devices and score it against the truth",
         "nexus rehearse lab --headless --seed 7 --out out/demo",
     ),
     Verb(
         "replay",
-        "studio.replay",
+        "studio.verbs.replay",
         "track a recording again and compare with the recorded tracks",
         "nexus replay out/demo/recording.mcap --headless",
     ),
     Verb(
         "prepare",
-        "studio.prepare",
+        "studio.verbs.prepare",
         "make a metric scene package of photos or a video",
         "nexus prepare room.mp4 --qr-size 0.2 --out room.gnx",
     ),
-    Verb("studio", "studio.app.verb", "open the desktop window", "nexus studio lab"),
+    Verb("studio", "studio.verbs.studio", "open the desktop window", "nexus studio lab"),
     Verb(
         "convert",
-        "studio.convert",
+        "studio.verbs.convert",
         "convert between splat file formats",
         "nexus convert room.ply room.spz",
     ),
@@ -75,7 +75,7 @@ VERBS = (
     ),
     Verb(
         "track",
-        "studio.track",
+        "studio.verbs.track",
         "follow a scene's objects in recorded footage and write their poses",
         "nexus track lab session.mp4 --camera camera.json --out tracks.json",
     ),
@@ -87,13 +87,13 @@ VERBS = (
     ),
     Verb(
         "cut",
-        "studio.cut",
+        "studio.verbs.cut",
         "make a movable object of a part of a scanned room, or put it back",
         "nexus cut room.gnx --name stool --box 12.jpg 40 21 56 43 --box 31.jpg 12 9 30 35",
     ),
     Verb(
         "gallery",
-        "studio.gallery",
+        "studio.verbs.gallery",
         "pictures of before and after, from a prepared scene",
         "nexus gallery room.gnx --out docs/pictures/gallery",
     ),
@@ -104,7 +104,10 @@ VERBS = (
         "nexus bench raster --json",
     ),
     Verb(
-        "doctor", "studio.doctor", "say what is installed, missing, and what to do", "nexus doctor"
+        "doctor",
+        "studio.verbs.doctor",
+        "say what is installed, missing, and what to do",
+        "nexus doctor",
     ),
 )
 

@@ -13,17 +13,17 @@ from typing import Any
 from devices.recording_codec import SessionInfo, track_to_json
 from scenes.render.native import NativeRenderer
 from scenes.state import LiveSurface, TrackedObject
+from studio.console.progress import Progress
+from studio.console.rows import Row, as_json, at_most
 from studio.evaluate.scores import ScoreBoard, accuracy_rows
-from studio.film import FilmMaker, FilmTitle, Picture, write_film
-from studio.live_surfaces import LiveSurfaces
-from studio.outputs import FILM, RECORDING, REPORT_HTML, REPORT_JSON, TRACKS, output_folder
-from studio.pipeline import CancelledError
-from studio.progress import Progress
-from studio.report import Report, render_report
-from studio.rows import Row, as_json, at_most
-from studio.session import Session, SessionOutput, SessionPlan, SessionResult, open_session
-from studio.sources import recorded_inputs
-from studio.twin import Twin
+from studio.reports.film import FilmMaker, FilmTitle, Picture, write_film
+from studio.reports.report import Report, render_report
+from studio.session.live_surfaces import LiveSurfaces
+from studio.session.outputs import FILM, RECORDING, REPORT_HTML, REPORT_JSON, TRACKS, output_folder
+from studio.session.pipeline import CancelledError
+from studio.session.session import Session, SessionOutput, SessionPlan, SessionResult, open_session
+from studio.session.sources import recorded_inputs
+from studio.view.twin import Twin
 from tracking.output import TrackOutput
 
 STILLS = 8

@@ -2,7 +2,7 @@
 
 Per frame: the camera's pose (refined against the room once the marker or the picture says that it
 has moved), exposure of each lens that is looked through, a cheap look at every resting object, and
-a solve for those that may have moved. The steps of one object are in `tracking.follow`.
+a solve for those that may have moved. The steps of one object are in `tracking.follow.follow`.
 """
 
 from __future__ import annotations
@@ -19,22 +19,22 @@ from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel, TrackState
-from tracking.audit import is_under_review, was_audited
-from tracking.background import Exposure, LensExposures, Plates, render_plates
-from tracking.calibrate import Calibration, calibrate
-from tracking.camera_watch import watched
-from tracking.evidence import Neighbour, Scene
-from tracking.follow import first_look, follow
-from tracking.layers import LayerMemo, window_of
-from tracking.learn import Band, Care, band_of, learn, looked_at, whole_lens
-from tracking.model import TrackModel, make_model
+from tracking.background.images import Exposure, LensExposures, Plates, render_plates
+from tracking.background.layers import LayerMemo, window_of
+from tracking.background.learning import Band, Care, band_of, learn, looked_at, whole_lens
+from tracking.camera.calibration import Calibration, calibrate
+from tracking.camera.rig_state import RigState, looked_through
+from tracking.camera.watch import watched
+from tracking.evidence.evidence import Neighbour, Scene
+from tracking.follow.follow import first_look, follow
+from tracking.follow.redetection import Search, regain, regain_all
+from tracking.follow.track import Task, Track, new_track, report
+from tracking.follow.yaw_review import is_under_review, was_audited
+from tracking.model.object_model import TrackModel, make_model
+from tracking.model.support_planes import FLOOR_M, stands_in
 from tracking.output import Stopwatch, TrackOutput, no_stopwatch
-from tracking.regain import Search, regain, regain_all
-from tracking.rig_state import RigState, looked_through
-from tracking.rota import Rota
-from tracking.stands import FLOOR_M, stands_in
-from tracking.track import Task, Track, new_track, report
-from tracking.window import Layer
+from tracking.schedule import Rota
+from tracking.window.window import Layer
 
 UNHURRIED_NS = 50_000_000
 """Frames that come faster than this audit only where they have nothing else to do."""

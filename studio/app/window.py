@@ -22,11 +22,11 @@ from scenes.state import SceneState
 from studio.app.orbit import home
 from studio.app.panes import CameraPane, TwinPane
 from studio.app.worker import SceneJob, TwinPainter, View
-from studio.live_surfaces import clicked_surface
-from studio.pipeline import CancelledError
+from studio.console.rows import exit_code
 from studio.rehearsal import Performance
-from studio.rows import exit_code
-from studio.session import SessionOutput, SessionPlan
+from studio.session.live_surfaces import clicked_surface
+from studio.session.pipeline import CancelledError
+from studio.session.session import SessionOutput, SessionPlan
 
 POLL_MS = 30
 MAX_WIDTH_PX = 960

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 
 from matplotlib.figure import Figure
 
+from studio.console.progress import Progress
+from studio.console.rows import Row, at_most
 from studio.evaluate.filmed.conditions import Conditions
 from studio.evaluate.filmed.takes import TakeCache
-from studio.progress import Progress
-from studio.rows import Row, at_most
-from tracking.metrics import PoseError, Spread, error_table
+from studio.evaluate.metrics import PoseError, Spread, error_table
 
 COLUMNS: Mapping[str, str] = {
     "x_cm": "|X| cm",
@@ -33,7 +33,7 @@ class Asked:
     """What is to be evaluated.
 
     Attributes:
-        methods: names of `studio.methods.METHODS`; their order is that of the tables.
+        methods: names of `studio.session.methods.METHODS`; their order is that of the tables.
         seeds: one run each; they decide noise, drift and the camera pose's error.
         conditions: see `Conditions`.
         cache: where takes are kept.

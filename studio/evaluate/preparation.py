@@ -27,9 +27,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Film, prepare, judge; exit 1 if a figure misses its bar."""
+    from studio.console.progress import text_progress
+    from studio.console.rows import as_json, as_table, exit_code
     from studio.evaluate.prepared.preparation_scores import evaluate
-    from studio.progress import text_progress
-    from studio.rows import as_json, as_table, exit_code
 
     kept = nullcontext(args.out) if args.out else tempfile.TemporaryDirectory()
     with kept as folder:

@@ -103,11 +103,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Evaluate; exit 1 if a figure misses its bar."""
+    from studio.console.progress import text_progress
+    from studio.console.rows import as_json, exit_code
     from studio.evaluate.filmed.conditions import Conditions
     from studio.evaluate.filmed.takes import TakeCache
     from studio.evaluate.findings import Asked
-    from studio.progress import text_progress
-    from studio.rows import as_json, exit_code
 
     table = TABLES[args.table]
     seeds = table.seeds if args.seeds is None else args.seeds
@@ -164,6 +164,6 @@ def _check(args: argparse.Namespace, seeds: int) -> None:
 
 
 def _as_text(findings: Findings, caption: str) -> str:
-    from studio.rows import as_table
+    from studio.console.rows import as_table
 
     return "\n\n".join([caption, *findings.text, as_table(findings.rows)])

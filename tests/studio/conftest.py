@@ -16,9 +16,9 @@ from scenes.package import ScenePackage
 from scenes.pose import Pose
 from scenes.splats import SplatCloud
 from scenes.state import Avatar, ObjectModel, TrackedObject, TrackState
-from studio.pipeline import ExactExecutor, PacedExecutor
-from studio.session import Pace, Session, scene_hash
-from studio.sources import SessionInput
+from studio.session.pipeline import ExactExecutor, PacedExecutor
+from studio.session.session import Pace, Session, scene_hash
+from studio.session.sources import SessionInput
 from tracking.output import TrackOutput
 
 LENS_PX, FRAMES, FPS = 64, 12, 10

@@ -17,9 +17,9 @@ from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats
 from scenes.samples import sample_room
 from scenes.state import TrackState
-from tracking.calibrate import calibrate
-from tracking.metrics import pose_error
-from tracking.paper import PaperTracker
+from studio.evaluate.metrics import pose_error
+from tracking.baseline.paper import PaperTracker
+from tracking.camera.calibration import calibrate
 from tracking.tracker import Tracker
 
 LENS = Fisheye.from_fov(1200, math.radians(200))
@@ -110,7 +110,7 @@ def test_calibration_recovers_an_injected_error(scene, picture, renderer):
 
 def test_a_bumped_camera_is_noticed_without_a_marker(scene, picture, renderer, monkeypatch):
     room, splats, models = scene
-    monkeypatch.setattr("tracking.rota.WATCH_PERIOD", 1)
+    monkeypatch.setattr("tracking.schedule.WATCH_PERIOD", 1)
     bumped = marker_off(room.world_from_rig, 0.6, 0.004)
     tracker = Tracker(splats, models, renderer)
     state, first = tracker.step(tracker.start(), picture({}), 0)
@@ -128,7 +128,7 @@ def test_a_camera_that_stands_keeps_its_pose_while_things_move(
     scene, picture, renderer, monkeypatch
 ):
     room, splats, models = scene
-    monkeypatch.setattr("tracking.rota.WATCH_PERIOD", 1)
+    monkeypatch.setattr("tracking.schedule.WATCH_PERIOD", 1)
     tracker = Tracker(splats, models, renderer)
     state, first = tracker.step(tracker.start(), picture({}), 0)
     chair = room.objects[0].world_from_object

@@ -30,7 +30,7 @@ from studio.evaluate.filmed.takes import (
     picture_name,
     source_digest,
 )
-from studio.provenance import library_versions
+from studio.session.provenance import library_versions
 
 ENCODER_FPS = 10.0
 """Pictures a second that the encoder believes in unless told, whatever the pace: each gets the same

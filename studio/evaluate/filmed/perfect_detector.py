@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from devices.messages import Frame
 from scenes.pose import Pose
 from scenes.warp import WarpTable, warp, warp_table
-from tracking.detect import Detection, Expected
-from tracking.rectify import RectifiedView
+from tracking.baseline.detect import Detection, Expected
+from tracking.baseline.rectify import RectifiedView
 
 Masks = Mapping[str, tuple[NDArray[np.bool_], ...]]
 """Per object id one (H, W) bool mask per lens."""

@@ -25,7 +25,7 @@ from devices.recording_codec import SessionInfo
 from scenes.package import DISTRIBUTION
 from scenes.pose import Pose
 from sim.truth import IdMasks
-from studio.sources import SessionInput, recorded_inputs
+from studio.session.sources import SessionInput, recorded_inputs
 
 RECORDING, BODY_NUMBERS = "take.mcap", "body-numbers.zip"
 

@@ -22,6 +22,7 @@ from scenes.prepare.reconstruction import View, read_picture
 from scenes.rays import RayScene
 from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud
+from studio.console.progress import Progress
 from studio.evaluate.prepared.true_labels import (
     between_two,
     labels_by_light,
@@ -29,7 +30,6 @@ from studio.evaluate.prepared.true_labels import (
     static_triangles,
     true_labels,
 )
-from studio.progress import Progress
 
 log = logging.getLogger(__name__)
 

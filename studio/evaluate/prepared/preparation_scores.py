@@ -26,11 +26,11 @@ from scenes.render.native import NativeRenderer
 from scenes.samples import sample_room
 from sim.phone import SAMPLE_CAPTURE, TRAINING_SET, PhoneOptions, film
 from sim.phone_capture import IMAGES, Capture
+from studio.console.progress import Progress, StageProgress
+from studio.console.rows import Row, at_least, at_most
 from studio.evaluate.prepared.cutouts import CutScore, score_cutouts
 from studio.evaluate.prepared.true_labels import triangles_of
-from studio.preparation_verdict import preview_min
-from studio.progress import Progress, StageProgress
-from studio.rows import Row, at_least, at_most
+from studio.evaluate.prepared.verdict import preview_min
 
 WALL_BAR_MIN = 8.0
 PREVIEW_BAR_MIN = 3.0

@@ -21,16 +21,16 @@ from devices.recording import read_recording
 from devices.recording_codec import FrameStamp, RecordedValue
 from devices.replay import FrameAssembler
 from scenes.pose import Pose
+from studio.console.rows import Row, at_least, at_most
+from studio.evaluate.figures import OTHER, OWN
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.takes import RECORDING, Take
 from studio.evaluate.filmed.trial import marker_pose
 from studio.evaluate.findings import TITLES, Asked, Drawing, Findings, aligned, own_bar, row_name
 from studio.evaluate.tables.stations import eased
 from studio.evaluate.tables.ten_objects import scanned_poses, ten_objects
-from studio.figures import OTHER, OWN
-from studio.methods import make_method
-from studio.pipeline import PacedExecutor
-from studio.rows import Row, at_least, at_most
+from studio.session.methods import make_method
+from studio.session.pipeline import PacedExecutor
 from tracking.output import TrackingMethod
 
 FPS = 30

@@ -25,11 +25,11 @@ from scenes.rays import RayScene
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats, Renderer
 from scenes.samples import sample_room
+from studio.console.rows import Row, at_most
 from studio.evaluate.findings import Asked, Findings, aligned
-from studio.rows import Row, at_most
-from tracking.contour import REACH_PX, lift
-from tracking.kernels import contour_of
-from tracking.model import RENDER_OPTIONS, TrackModel, make_model
+from tracking.model.object_model import RENDER_OPTIONS, TrackModel, make_model
+from tracking.window.contour import REACH_PX, lift
+from tracking.window.native_reduction import contour_of
 
 SCENES = ("lab", "desk")
 YAWS, ELEVATIONS_RAD = 12, (0.25, 0.7)

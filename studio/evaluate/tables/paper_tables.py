@@ -10,6 +10,8 @@ from matplotlib.figure import Figure
 
 from scenes.pose import wrap_angle
 from scenes.state import TrackedObject
+from studio.console.rows import Row, at_most
+from studio.evaluate.figures import OTHER, OWN
 from studio.evaluate.findings import (
     TITLES,
     Asked,
@@ -20,10 +22,8 @@ from studio.evaluate.findings import (
     paper_columns,
     row_name,
 )
+from studio.evaluate.metrics import PAPER_ROOM, PAPER_TABLE, error_table
 from studio.evaluate.tables.stations import ROOM, TABLE, Protocol, Sample, samples
-from studio.figures import OTHER, OWN
-from studio.rows import Row, at_most
-from tracking.metrics import PAPER_ROOM, PAPER_TABLE, error_table
 
 ROOM_BARS = {"world_cm.mean": 2.0, "yaw_deg.mean": 1.0, "yaw_deg.max": 3.0, "flips": 0.0}
 TRUE_CAMERA_BARS = {"world_cm.mean": 1.5, "yaw_deg.mean": 0.8}

@@ -18,13 +18,13 @@ from scenes.opening import open_scene
 from scenes.pose import Pose
 from scenes.samples import sample_room
 from sim.bodies import Placement
+from studio.console.rows import Row, at_least, at_most
+from studio.evaluate.figures import OTHER, OWN
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.trial import Answer, Trial, film_messages, performed
 from studio.evaluate.findings import TITLES, Asked, Drawing, Findings, aligned, own_bar, row_name
-from studio.figures import OTHER, OWN
-from studio.rows import Row, at_least, at_most
-from studio.sources import SessionInput
-from tracking.metrics import spread
+from studio.evaluate.metrics import spread
+from studio.session.sources import SessionInput
 
 FRAME_NS = 33_333_333
 FRAMES = 100

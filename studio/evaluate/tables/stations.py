@@ -21,7 +21,7 @@ from scenes.state import TrackedObject
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.trial import Answer, Trial, performed
 from studio.evaluate.findings import Asked
-from tracking.metrics import PoseError
+from studio.evaluate.metrics import PoseError
 
 YAWS_DEG = (0.0, 90.0, 180.0, 270.0)
 

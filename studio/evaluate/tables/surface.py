@@ -27,14 +27,14 @@ from scenes.render.native import NativeRenderer
 from scenes.samples import sample_room
 from scenes.splats import SplatCloud
 from scenes.state import LiveSurface
+from studio.console.rows import Row, at_most
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.trial import Answer, Trial, film_messages
 from studio.evaluate.findings import TITLES, Asked, Drawing, Findings, aligned, own_bar, row_name
 from studio.evaluate.tables.flat_faces import FlatFaces
-from studio.rows import Row, at_most
-from tracking.surface_pick import corners_from_clicks
-from tracking.surface_view import native_size_px
-from tracking.surfaces import SurfacePicture, SurfacesState, step
+from tracking.surfaces.corners import corners_from_clicks
+from tracking.surfaces.live import SurfacePicture, SurfacesState, step
+from tracking.surfaces.view import native_size_px
 
 SCENE = "lab"
 TOWARDS: Mapping[str, tuple[float, float, float]] = {

@@ -10,13 +10,13 @@ from matplotlib.figure import Figure
 from scenes.opening import open_scene
 from scenes.pose import Pose
 from scenes.samples import sample_room
+from studio.console.rows import Row, at_most
+from studio.evaluate.figures import OTHER, OWN
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.trial import Answer, Trial, performed
 from studio.evaluate.findings import TITLES, Asked, Drawing, Findings, own_bar, row_name
+from studio.evaluate.metrics import spread
 from studio.evaluate.tables.stations import WARM_UP, eased
-from studio.figures import OTHER, OWN
-from studio.rows import Row, at_most
-from tracking.metrics import spread
 
 SCENE, TWINS = "lab", ("chair-1", "chair-2")
 FRAME_NS = 100_000_000

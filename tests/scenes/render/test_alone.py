@@ -9,8 +9,8 @@ from scenes.pose import Pose
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats, RenderOptions
 from scenes.splats import SplatCloud
-from tracking.native import Setting
-from tracking.resemblance import CLOSELY
+from tracking.kernels.native import Setting
+from tracking.model.similarity import CLOSELY
 
 
 def shrunk(picture, finer):

@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import pytest
 
+from studio.console.progress import Progress
 from studio.evaluate.filmed.conditions import Conditions
 from studio.evaluate.filmed.takes import TakeCache
 from studio.evaluate.findings import Asked
-from studio.progress import Progress
 
 FIGURES = {
     "rest": ("rest.jitter_mm", "rest.jitter_deg"),

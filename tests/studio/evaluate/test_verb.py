@@ -4,9 +4,9 @@ import json
 import pytest
 
 from studio.cli import EXIT_DONE, EXIT_FAILED, EXIT_INPUT, EXIT_USAGE, main
+from studio.console.rows import Row, at_most
 from studio.evaluate import tracker
 from studio.evaluate.findings import Drawing, Findings
-from studio.rows import Row, at_most
 
 
 @pytest.fixture

@@ -9,8 +9,8 @@ from devices.messages import Frame
 from scenes.cameras import Fisheye, Rig
 from scenes.pose import Pose
 from studio.evaluate.filmed.perfect_detector import PerfectDetector
-from tracking.detect import Expected
-from tracking.rectify import front, rectify
+from tracking.baseline.detect import Expected
+from tracking.baseline.rectify import front, rectify
 
 LENS = Fisheye.from_fov(400, math.radians(200))
 RIG = Rig((LENS,), (Pose.identity(),))

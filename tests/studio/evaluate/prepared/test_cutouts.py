@@ -16,8 +16,8 @@ from scenes.samples import SAMPLE_NAMES, sample_room
 from scenes.splats import SplatCloud
 from sim.phone import SAMPLE_CAPTURE
 from sim.phone_path import HandShake, walk_around
+from studio.console.progress import Progress
 from studio.evaluate.prepared.cutouts import photos_of, score_cutouts
-from studio.progress import Progress
 
 CAMERA = Pinhole.from_fov(96, 72, math.radians(SAMPLE_CAPTURE.fov_deg))
 

@@ -7,7 +7,7 @@ from devices.messages import EncodedFrame, Frame
 from scenes.pose import Pose
 from scenes.samples import sample_room
 from studio.evaluate.tables.sequence import HAND_HELD, PUSHED, every, good_share, way
-from studio.sources import SessionInput
+from studio.session.sources import SessionInput
 from tests.studio.conftest import RIG
 
 TRUE = {"chair-1": Pose.identity()}

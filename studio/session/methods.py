@@ -1,0 +1,51 @@
+"""The trackers by the names that people give them on the command line."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from scenes.package import ScenePackage
+from tracking.baseline.detect import Detector
+from tracking.baseline.matcher import Matcher
+from tracking.output import Stopwatch, TrackingMethod, no_stopwatch
+
+METHODS = ("own", "paper")
+
+
+def make_method(
+    name: str,
+    scene: ScenePackage,
+    detector: Detector | None = None,
+    *,
+    matcher: Matcher | None = None,
+    stopwatch: Stopwatch = no_stopwatch,
+) -> TrackingMethod[Any]:
+    """A tracker for the objects of a scene.
+
+    Args:
+        name: one of `METHODS`.
+        scene: splats of the room and of its objects, with their last known poses.
+        detector: finds the objects for the paper's method, such as a perfect one in place of its
+            trained network; without one, it looks for what differs from the empty room.
+        matcher: finds corresponding points for the paper's method; SIFT if None.
+        stopwatch: for the stage durations.
+
+    Raises:
+        ValueError: no such method.
+    """
+    from scenes.render.native import NativeRenderer
+    from tracking.baseline.paper import PaperTracker
+    from tracking.tracker import Tracker
+
+    if name == "own":
+        return Tracker(scene.room, scene.objects, NativeRenderer(), stopwatch=stopwatch)
+    if name == "paper":
+        return PaperTracker(
+            scene.room,
+            scene.objects,
+            NativeRenderer(),
+            detector=detector,
+            matcher=matcher,
+            stopwatch=stopwatch,
+        )
+    raise ValueError(f"tracking method {name!r}: wanted one of {', '.join(METHODS)}")

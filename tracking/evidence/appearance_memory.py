@@ -1,0 +1,154 @@
+"""What the live picture has shown of an object, laid over what is drawn of it.
+
+A scan has faults: a side that no photo saw, a corner that stayed in the room. Where an object's
+pose is known, the live picture shows how it really looks from there; seen from about the same side,
+every drawn point takes its colour from that (image-based rendering on the scan's own depth).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.cameras import Fisheye
+from scenes.pose import Pose, rotation_angle
+from scenes.render.native import lens_of
+from scenes.render.renderer import Rendering
+from tracking.evidence.evidence import Evidence
+from tracking.kernels import native
+from tracking.kernels.arrays import arrays_of, rows_of
+from tracking.window.contour import lift, sample
+
+FloatArray = NDArray[np.float32]
+
+SHOWN = 0.5
+"""Foreground of at least this share is the object's own colour, and no gap in it."""
+
+SOLID = 0.9
+"""Alpha of what is drawn firmly enough to be laid on."""
+
+SAME_DEPTH = 0.2
+"""What lies deeper than this behind what the portrait shows, in radii, is another side."""
+
+FADES_RAD, GONE_RAD = math.radians(20), math.radians(40)
+"""A portrait counts fully while the object is seen turned by less than the first angle, and no more
+from the second on."""
+
+SAME_PLACE_M, SAME_TURN_RAD = 0.001, math.radians(0.3)
+"""What is believed to rest this near to where it was portrayed need not be portrayed again."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Portrait:
+    """The live picture of an object whose pose is known.
+
+    Attributes:
+        camera: of the picture; depth is range.
+        camera_from_object: from where it was seen.
+        world_from_object: where the object was.
+        shown: (H, W, 4) float32 0..1: its colours, and how surely they are the object's.
+        depth: (H, W) metres from the camera to the drawn object.
+        slack_m: what lies so much deeper is another side of the object.
+        likeness: -1..1, of the object drawn with this portrait to the picture it was made of; 1
+            before it is known.
+        is_of_rest: whether the object rested, so that its pose is known well.
+    """
+
+    camera: Fisheye
+    camera_from_object: Pose
+    world_from_object: Pose
+    shown: FloatArray
+    depth: FloatArray
+    slack_m: float
+    likeness: float = 1.0
+    is_of_rest: bool = True
+
+    def laid_on(self, drawn: Rendering, camera: Fisheye, camera_from_object: Pose) -> Rendering:
+        """A drawing of the object with the colours that this portrait knows of it.
+
+        Args:
+            drawn: the object alone.
+            camera: it was drawn with.
+            camera_from_object: and from where.
+        """
+        worth = self.worth(camera_from_object)
+        if worth <= 0.0:
+            return drawn
+        there_from_here = self.camera_from_object @ camera_from_object.inverse()
+        rgb = native.laid_on(
+            arrays_of(drawn),
+            {
+                "shown": self.shown,
+                "depth": self.depth,
+                "lens": lens_of(self.camera),
+                "there_from_here": rows_of(there_from_here),
+                "slack_m": self.slack_m,
+                "worth": worth,
+            },
+            lens=lens_of(camera),
+            least_alpha=SHOWN,
+        )
+        return Rendering(rgb.reshape(drawn.rgb.shape), drawn.alpha, drawn.depth)
+
+    def shows_at(self, world_from_object: Pose) -> bool:
+        """Whether this is how the object looks at rest at a pose, to a small part of a pixel."""
+        apart = self.world_from_object.inverse() @ world_from_object
+        away_m = float(np.linalg.norm(apart.translation))
+        is_here = away_m < SAME_PLACE_M and rotation_angle(apart.rotation) < SAME_TURN_RAD
+        return self.is_of_rest and is_here
+
+    def worth(self, camera_from_object: Pose) -> float:
+        """0..1: how much the portrait says of the object seen from elsewhere."""
+        a, b = _sight(self.camera_from_object), _sight(camera_from_object)
+        turned = math.acos(min(max(float(a @ b), -1.0), 1.0))
+        return min(max((GONE_RAD - turned) / (GONE_RAD - FADES_RAD), 0.0), 1.0)
+
+
+def laid_on(
+    portrait: Portrait, drawn: Rendering, camera: Fisheye, camera_from_object: Pose
+) -> Rendering:
+    """The readable twin of `Portrait.laid_on`."""
+    rows, columns = np.nonzero(drawn.alpha > SHOWN)
+    pixels = np.stack([columns, rows], axis=1).astype(np.float64) + 0.5
+    points = lift(camera, pixels, drawn.depth[rows, columns].astype(np.float64))
+    here = portrait.camera_from_object @ camera_from_object.inverse() @ points
+    places, _ = portrait.camera.project(here)
+    seen = sample(portrait.shown, places)
+    is_front = np.linalg.norm(here, axis=1) < sample(portrait.depth, places) + portrait.slack_m
+    share = portrait.worth(camera_from_object) * seen[:, 3] * is_front
+    rgb = drawn.rgb.copy()
+    alpha = drawn.alpha[rows, columns, None]
+    laid = share[:, None].astype(np.float32) * (alpha * seen[:, :3] - rgb[rows, columns])
+    rgb[rows, columns] += laid
+    return Rendering(rgb, drawn.alpha, drawn.depth)
+
+
+def _sight(camera_from_object: Pose) -> NDArray[np.float64]:
+    """(3,) unit direction to the camera, in the object's frame."""
+    eye = camera_from_object.inverse().translation
+    return np.asarray(eye / np.linalg.norm(eye), dtype=np.float64)
+
+
+def portrayed(
+    evidence: Evidence, drawn: Rendering, world_from_object: Pose, *, radius_m: float
+) -> Portrait:
+    """The portrait of an object.
+
+    Args:
+        evidence: its window.
+        drawn: the object alone in that window, at its pose.
+        world_from_object: the pose.
+        radius_m: of the object.
+    """
+    own = (drawn.alpha > SOLID) & (evidence.foreground > SHOWN) & (evidence.hidden < SHOWN)
+    sure = cv2.erode(own.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(np.float32)
+    shown = np.dstack([evidence.live, sure]).astype(np.float32)
+    # Beside the object a neighbouring pixel's depth would be mixed with nothing's.
+    depth = np.where(drawn.alpha > SHOWN, drawn.depth, 0.0).astype(np.float32)
+    camera_from_object = evidence.world_from_camera.inverse() @ world_from_object
+    slack_m = SAME_DEPTH * radius_m
+    return Portrait(evidence.camera, camera_from_object, world_from_object, shown, depth, slack_m)

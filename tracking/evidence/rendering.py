@@ -1,0 +1,238 @@
+"""An object drawn once at a pose, reduced to the points it can be measured at.
+
+The points live in the object's frame, so that they serve while the object is seen from about the
+same side, at about the same size: then nothing has to be drawn.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.cameras import Fisheye
+from scenes.pose import Pose, rotation_angle
+from scenes.render.native import NativeRenderer
+from scenes.render.renderer import PosedSplats, Renderer, Rendering
+from tracking.evidence.appearance_memory import Portrait
+from tracking.evidence.evidence import Evidence
+from tracking.model.object_model import RENDER_OPTIONS, TrackModel
+from tracking.window.contour import Contour, Texture
+from tracking.window.extent import part_of
+from tracking.window.native_reduction import looks_of, outlined_of
+from tracking.window.reduction import TRIM_PX
+from tracking.window.window import Window
+
+FloatArray = NDArray[np.float32]
+Points = NDArray[np.float64]
+
+TURNED_RAD = np.deg2rad(2.0)
+TURNED_PX = 1.0
+SCALED = 0.03
+"""A sketch serves until the object is seen turned, aside or nearer by more than this; a small one
+until its sides have moved by so much of the picture."""
+
+ROUGHLY = 2.5
+"""A sketch serves to come near by, until it is off by so many times as much."""
+
+LEAST_AREA_PX = 12
+
+DRAWN_RADIUS_PX = 120
+MOST_FINER = 4
+"""Small objects are drawn finer than they are seen, up to so many times: at a few pixels the many
+splats of each widen the silhouette by a pixel."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sketch:
+    """What a drawn object offers to be measured at.
+
+    Attributes:
+        camera_from_object: from where it was drawn.
+        lens: index of the lens it was drawn for.
+        shrink: of the window it was drawn in.
+        finer: pixels it was drawn with, each way, per pixel of the window.
+        contour: silhouette points.
+        texture: surface points with structure.
+        surface: (N, 3) points evenly over the silhouette, in the object's frame.
+        colours: (N, 3) float32 drawn there, smoothed.
+        area_px: pixels of the silhouette.
+        portrait: whose colours were laid on it, if any.
+    """
+
+    camera_from_object: Pose
+    lens: int
+    shrink: int
+    finer: int
+    contour: Contour
+    texture: Texture
+    surface: Points
+    colours: FloatArray
+    area_px: int
+    portrait: Portrait | None
+
+    def serves(self, view: Window, camera_from_object: Pose, tolerance: float = 1.0) -> bool:
+        """Whether an object seen from there still looks like this, up to so many times the limits.
+
+        Args:
+            view: the window in which it is seen.
+            camera_from_object: its pose.
+            tolerance: of the limits.
+        """
+        if view.lens != self.lens or view.shrink != self.shrink:
+            return False
+        now, then = camera_from_object, self.camera_from_object
+        range_now, range_then = math.hypot(*now.translation), math.hypot(*then.translation)
+        if abs(range_now / range_then - 1.0) > tolerance * SCALED:
+            return False
+        aside = float(now.translation @ then.translation) / (range_now * range_then)
+        turned = rotation_angle(now.rotation @ then.rotation.T)
+        limit = tolerance * max(TURNED_RAD, TURNED_PX / math.sqrt(self.area_px / math.pi + 1.0))
+        return turned < limit and aside > math.cos(limit)
+
+
+class Sketchbook:
+    """The sketches of one object in one window: what was drawn for one try serves the next.
+
+    Args:
+        first: of the frame before, if there is one.
+        portrait: laid on whatever is drawn.
+        quickly: draw no finer than what moves on at once is worth.
+    """
+
+    def __init__(
+        self,
+        first: Sketch | None = None,
+        portrait: Portrait | None = None,
+        *,
+        quickly: bool = False,
+    ) -> None:
+        is_alike = first is not None and first.portrait is portrait
+        self._sketches = [first] if first is not None and is_alike else []
+        self._portrait = portrait
+        self._quickly = quickly
+
+    def at(
+        self,
+        model: TrackModel,
+        world_from_object: Pose,
+        evidence: Evidence,
+        renderer: NativeRenderer,
+        *,
+        tolerance: float = 1.0,
+    ) -> Sketch:
+        """The latest sketch that serves for a pose; drawn if none does."""
+        finer = _finer(model, evidence, quickly=self._quickly)
+        camera_from_object = evidence.world_from_camera.inverse() @ world_from_object
+        for sketch in reversed(self._sketches):
+            if sketch.finer >= finer and sketch.serves(
+                evidence.view, camera_from_object, tolerance
+            ):
+                return sketch
+        drawn = sketched(
+            model,
+            world_from_object,
+            evidence,
+            renderer,
+            portrait=self._portrait,
+            quickly=self._quickly,
+        )
+        self._sketches.append(drawn)
+        return drawn
+
+    def drawn(
+        self, model: TrackModel, world_from_object: Pose, evidence: Evidence, renderer: Renderer
+    ) -> Rendering:
+        """The object alone, as the window's camera would see it."""
+        picture = draw(model, world_from_object, evidence, renderer)
+        if self._portrait is None:
+            return picture
+        camera_from_object = evidence.world_from_camera.inverse() @ world_from_object
+        return self._portrait.laid_on(picture, evidence.camera, camera_from_object)
+
+
+def draw(
+    model: TrackModel, world_from_object: Pose, evidence: Evidence, renderer: Renderer
+) -> Rendering:
+    """The object alone, as the window's camera would see it."""
+    return renderer.render(
+        (model.splats_at(world_from_object),),
+        evidence.camera,
+        evidence.world_from_camera,
+        RENDER_OPTIONS,
+    )
+
+
+def sketched(
+    model: TrackModel,
+    world_from_object: Pose,
+    evidence: Evidence,
+    renderer: NativeRenderer,
+    *,
+    portrait: Portrait | None = None,
+    quickly: bool = False,
+) -> Sketch:
+    """Draw an object at a pose, lay what is known of its looks on it, and pick its points.
+
+    Args:
+        model: the object.
+        world_from_object: where it is drawn.
+        evidence: its window.
+        renderer: draws it.
+        portrait: how it really looks, where that is known.
+        quickly: draw no finer than what moves on at once is worth.
+    """
+    view = evidence.view
+    object_from_camera = world_from_object.inverse() @ view.world_from_camera
+    finer = _finer(model, evidence, quickly=quickly)
+    posed = model.splats_at(world_from_object)
+    window = part_of(view.camera, _reach(posed, view, renderer, finer=finer))
+    fine = _finely(window, finer)
+    drawing = renderer.render((posed,), fine, view.world_from_camera, RENDER_OPTIONS)
+    outline = outlined_of(drawing, fine, object_from_camera, finer=finer)
+    drawn = outline.drawn
+    if portrait is not None:
+        seen_by = part_of(window, outline.part)
+        drawn = portrait.laid_on(drawn, seen_by, object_from_camera.inverse())
+    looks = looks_of(outline, drawn, window, object_from_camera)
+    return Sketch(
+        camera_from_object=object_from_camera.inverse(),
+        lens=view.lens,
+        shrink=view.shrink,
+        finer=finer,
+        contour=looks.contour,
+        texture=looks.texture,
+        surface=looks.surface,
+        colours=looks.colours,
+        area_px=looks.area_px,
+        portrait=portrait,
+    )
+
+
+def _reach(
+    posed: PosedSplats, view: Window, renderer: NativeRenderer, *, finer: int
+) -> tuple[slice, slice]:
+    """Rows and columns of a window that show an object, with the margin that is kept around it."""
+    camera, margin_px = _finely(view.camera, finer), TRIM_PX + 1
+    found = renderer.reach((posed,), camera, view.world_from_camera, RENDER_OPTIONS)
+    rows, columns = found or (slice(0, 1), slice(0, 1))
+
+    def within(side: slice, size_px: int) -> slice:
+        low, high = side.start // finer - margin_px, -(-side.stop // finer) + margin_px
+        return slice(max(low, 0), min(high, size_px))
+
+    return within(rows, view.camera.height_px), within(columns, view.camera.width_px)
+
+
+def _finely(camera: Fisheye, finer: int) -> Fisheye:
+    """A camera with so many pixels each way per pixel."""
+    return camera.resized(camera.width_px * finer, camera.height_px * finer)
+
+
+def _finer(model: TrackModel, evidence: Evidence, *, quickly: bool) -> int:
+    """How many pixels are drawn each way per pixel of the window."""
+    distance_m = max(evidence.view.target_range_m, model.radius_m)
+    wanted = DRAWN_RADIUS_PX * distance_m / (evidence.camera.f_px * model.radius_m)
+    return min(max(round(wanted) if quickly else math.ceil(wanted), 1), MOST_FINER)

@@ -1,0 +1,85 @@
+"""One solve under one belief: what stands is kept on its support."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.pose import Pose
+from tracking.evidence.evidence import Evidence
+from tracking.evidence.rendering import Sketchbook
+from tracking.follow.posterior import CONTACT_SIGMA_M, REACHABLE_M
+from tracking.follow.track import Task
+from tracking.solve.gauss_newton import TRACKING_REACHES, Fit, Prior, solve
+from tracking.solve.motion import pose_vector, vector_pose
+
+FAR_OFF_SUPPORT, FIRMER = 2.5, 4.0
+"""What an outline lifts off a support by more sigmas than the first is held to it so much more
+firmly."""
+
+
+def attempt(
+    task: Task,
+    evidence: Evidence,
+    book: Sketchbook,
+    world_from_start: Pose,
+    prior: Prior,
+    *,
+    reaches_px: tuple[float, ...],
+    slide: bool = False,
+) -> Fit:
+    """One solve; the start is put on the height that the prior is sure of.
+
+    What stands is within what is known of its support: an outline that lifts it farther errs, and
+    has as little say in a second solve.
+
+    Args:
+        task: the object and the frame.
+        evidence: its window.
+        book: the sketches made of it so far.
+        world_from_start: where to begin.
+        prior: the belief.
+        reaches_px: how far from the outline edges are looked for, round by round.
+        slide: whether the drawn object is slid over the picture first.
+    """
+
+    def solved(world_from_start: Pose, belief: Prior, reaches_px: tuple[float, ...]) -> Fit:
+        return solve(
+            evidence,
+            task.model,
+            world_from_start,
+            belief,
+            task.scene.renderer,
+            reaches_px=reaches_px,
+            use_texture=task.use_texture,
+            slide_first=slide and belief is prior,
+            book=book,
+        )
+
+    vector = pose_vector(world_from_start)
+    if prior.sigma[2] > CONTACT_SIGMA_M:
+        return solved(world_from_start, prior, reaches_px)
+    eye = task.scene.world_from_rig.translation
+    height = float(prior.mean[2])
+    vector[:3] = _lowered(vector[:3], height, eye)
+    fit = solved(vector_pose(vector), prior, reaches_px)
+    vector = pose_vector(fit.world_from_object)
+    if abs(vector[2] - height) < FAR_OFF_SUPPORT * prior.sigma[2]:
+        return fit
+    vector[:3] = _lowered(vector[:3], height, eye)
+    firm = replace(prior, sigma=prior.sigma * np.array([1.0, 1.0, 1.0 / FIRMER, 1.0]))
+    return solved(vector_pose(vector), firm, TRACKING_REACHES)
+
+
+def _lowered(
+    place: NDArray[np.float64], height_m: float, eye: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """A place at another height that is seen in the same direction, unless that is far away."""
+    sight = place - eye
+    share = (height_m - place[2]) / sight[2] if abs(sight[2]) > 1e-6 else 0.0
+    step = share * sight
+    if float(np.linalg.norm(step)) > REACHABLE_M:
+        step = np.array([0.0, 0.0, height_m - place[2]])
+    return place + step

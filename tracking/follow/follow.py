@@ -1,0 +1,305 @@
+"""One object from frame to frame: rest, motion, occlusion and loss."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.pose import wrap_angle
+from scenes.state import TrackState
+from tracking.evidence.appearance_memory import Portrait, portrayed
+from tracking.evidence.evidence import Evidence, gather, view_of
+from tracking.evidence.rendering import Sketchbook, draw
+from tracking.follow.carried import is_lifted
+from tracking.follow.measure import at_portrait, measure
+from tracking.follow.posterior import (
+    HEAVY_HEIGHT_M,
+    LOST_CONFIDENCE,
+    RECOGNISED_LIKENESS,
+    confidence_of,
+    is_believable,
+    is_certainly_there,
+    is_doubtful,
+    least_likeness,
+)
+from tracking.follow.track import RESTING_FRAMES, Rest, Task, Track
+from tracking.follow.yaw_review import COVERED, audited, is_under_review, told_confidence
+from tracking.hypotheses.patch_search import is_recognised, settled
+from tracking.kernels import native
+from tracking.model.symmetry import ROUND
+from tracking.solve.covariance import uncertainty
+from tracking.solve.gauss_newton import Fit
+from tracking.solve.motion import Motion, pose_vector, vector_pose
+
+GONE_BELOW = 0.25
+"""A silhouette that shows less of the object than this, and nothing in front, shows it is gone."""
+
+CHANGED_LEVEL = 0.055
+CHANGED_SHARE = 0.02
+"""A crop has changed if colours differ by the level in this share of the silhouette."""
+
+PATCH_PX = 5
+"""Side of the squares that are compared."""
+
+BESIDE_PX = 6.0
+BESIDE_STEP = 4
+"""The surroundings are looked at this far outside every so many contour points."""
+
+RESTING_STEP_M = 0.005
+RESTING_STEP_RAD = math.radians(0.7)
+"""A step smaller than this is hardly one."""
+
+MOVED_M = 0.010
+MOVED_RAD = math.radians(2.0)
+"""A resting object has moved when a solve puts it farther away than this."""
+
+ELSEWHERE_M = 0.03
+"""An object that a session finds farther than this from where it was scanned has been moved."""
+
+SIGNIFICANT = 2.5
+"""A resting object has moved only if it did so by this many standard deviations of the solve."""
+
+REST_BLEND = 0.2
+"""Share of a new measurement in a resting object's pose."""
+
+UNCOVERED = 0.05
+"""Of a thing of which no more is covered, the picture shows how it looks."""
+
+OUTGROWN = 0.9
+"""Worth of a portrait, 0..1, below which a new one is made of what is still recognised by it."""
+
+FORGOTTEN = 0.15
+"""Share of a frame's lower agreement in what is usual."""
+
+COASTED_FRAMES = 4
+"""A carried object is expected on its way for this many frames without agreement."""
+
+LOST_AFTER = 12
+"""Frames without agreement, with the place in view, after which an object counts as lost."""
+
+
+def first_look(task: Task) -> bool:
+    """Whether a resting object looks as it did, so that nothing needs to be solved."""
+    rest, track = task.track.rest, task.track
+    if rest is None or track.state is not TrackState.STATIC or rest.inside == 0:
+        return False
+    apart = _colours_at(task, rest.lens, rest.corners) - rest.colours
+    # Exposure drifts alike everywhere; what has changed is what differs from that.
+    apart = np.abs(apart - np.median(apart, axis=0))[: rest.inside]
+    return float((apart.max(axis=1) > CHANGED_LEVEL).mean()) < CHANGED_SHARE
+
+
+def _colours_at(task: Task, lens: int, corners: NDArray[np.int64]) -> NDArray[np.float32]:
+    means = native.patch_means(task.scene.frame.images[lens], corners, PATCH_PX)
+    return means.reshape(-1, 3)
+
+
+def follow(task: Task, unchanged: bool) -> Track:
+    """The object's track after this frame.
+
+    Args:
+        task: the object and the frame.
+        unchanged: result of `first_look`.
+    """
+    track, now = task.track, task.scene.frame.t_ns
+    if unchanged and not task.is_turn and not is_under_review(track):
+        return replace(track, motion=Motion.rest(now), seen_ns=now, looked_ns=now)
+    if track.state is TrackState.LOST:
+        return track
+    predicted_world_from_object = track.motion.predict(track.world_from_object, now)
+    evidence = gather(
+        task.scene,
+        task.model,
+        view_of(task.scene, task.model, predicted_world_from_object),
+        task.neighbours,
+    )
+    evidence, fit = measure(task, evidence, predicted_world_from_object, is_unchanged=unchanged)
+    if task.is_first:
+        known = is_recognised(task.scene, task.model, evidence, fit)
+        if not is_certainly_there(fit, is_recognised=known) or _is_elsewhere(track, fit):
+            return _lost(task, fit)
+        if known:
+            task = replace(task, track=replace(track, likeness_there=max(fit.likeness, 0.0)))
+    task, fit = audited(task, evidence, fit)
+    wanted_likeness = least_likeness(task.track)
+    if is_believable(fit, wanted_likeness=wanted_likeness) and not is_doubtful(task, fit):
+        return _accept(task, evidence, fit, unchanged=unchanged)
+    return _miss(task, fit)
+
+
+def _accept(task: Task, evidence: Evidence, fit: Fit, *, unchanged: bool) -> Track:
+    """The track after a convincing measurement."""
+    track, now = task.track, task.scene.frame.t_ns
+    step = pose_vector(fit.world_from_object) - pose_vector(track.world_from_object)
+    step[3] = wrap_angle(float(step[3]))
+    if task.model.symmetry == ROUND:
+        step[3] = 0.0
+    distance, turn = float(np.linalg.norm(step[:3])), abs(float(step[3]))
+    seen = replace(
+        track,
+        covariance=uncertainty(task.scene, task.model, fit),
+        visible_fraction=fit.visible_fraction,
+        confidence=told_confidence(track, fit),
+        usual_agreement=_usual(track.usual_agreement, fit.free_agreement),
+        usual_likeness=_usual(track.usual_likeness, fit.likeness),
+        missed_frames=0,
+        seen_ns=now,
+        looked_ns=now,
+        sketch=fit.sketch,
+    )
+    sigma = np.sqrt(np.diag(fit.covariance))
+    far = max(MOVED_M, SIGNIFICANT * float(np.linalg.norm(sigma[:2])))
+    turned = max(MOVED_RAD, SIGNIFICANT * float(sigma[3]))
+    rests = distance < far and turn < turned and (unchanged or not _was_taken_up(task, fit))
+    if track.state is TrackState.STATIC and rests:
+        blend = REST_BLEND if fit.visible_fraction > 0.85 and track.rest is not None else 0.0
+        world_from_object = vector_pose(pose_vector(track.world_from_object) + blend * step)
+        # What begins to leave is not where it was: it would be portrayed wrongly.
+        is_quiet = unchanged or track.portrait is None
+        is_portrayed = track.portrait is not None and track.portrait.shows_at(world_from_object)
+        known = replace(fit, world_from_object=world_from_object)
+        return replace(
+            seen,
+            world_from_object=world_from_object,
+            motion=Motion.rest(now),
+            rest=rest_of(task, fit),
+            portrait=_portrait(task, evidence, known)
+            if is_quiet and not is_portrayed
+            else track.portrait,
+        )
+    still = distance < RESTING_STEP_M and turn < RESTING_STEP_RAD
+    still_frames = track.still_frames + 1 if still else 0
+    if still_frames >= RESTING_FRAMES:
+        fit = _settled(task, evidence, fit)
+        return replace(
+            seen,
+            world_from_object=fit.world_from_object,
+            motion=Motion.rest(now),
+            state=TrackState.STATIC,
+            still_frames=still_frames,
+            rest=rest_of(task, fit),
+            portrait=_portrait(task, evidence, fit),
+        )
+    motion = track.motion.measured(track.world_from_object, fit.world_from_object, now)
+    if task.is_first or track.missed_frames > 3:
+        motion = Motion.rest(now)
+    return replace(
+        seen,
+        world_from_object=fit.world_from_object,
+        motion=motion,
+        state=TrackState.TRACKED,
+        still_frames=still_frames,
+        rest=None,
+        portrait=_portrait_underway(task, evidence, fit),
+    )
+
+
+def _is_elsewhere(track: Track, fit: Fit) -> bool:
+    """Whether an object was found clearly beside its place: what moved it may have turned it."""
+    apart = pose_vector(fit.world_from_object) - pose_vector(track.world_from_object)
+    return float(np.linalg.norm(apart[:3])) > ELSEWHERE_M
+
+
+def _was_taken_up(task: Task, fit: Fit) -> bool:
+    """Whether what stood hangs in the air: from afar, its distance is too unsure to tell."""
+    stood = not is_lifted(task, task.track.world_from_object)
+    return stood and is_lifted(task, fit.world_from_object)
+
+
+def _usual(before: float, now: float) -> float:
+    """What agrees usually: soon more, slowly less."""
+    return max(now, (1.0 - FORGOTTEN) * before + FORGOTTEN * now)
+
+
+def _settled(task: Task, evidence: Evidence, fit: Fit) -> Fit:
+    """The fit of what comes to rest, or a better one by its colours."""
+    found = settled(task.scene, task.model, evidence, fit.world_from_object)
+    return fit if found is None else max(fit, found, key=lambda option: option.quality)
+
+
+def _portrait_underway(task: Task, evidence: Evidence, fit: Fit) -> Portrait | None:
+    """The portrait of what moves: the one it has until it turns away from that."""
+    kept = task.track.portrait
+    made = _portrait(task, evidence, fit) if _is_outgrown(fit) else kept
+    return kept if made is kept or made is None else replace(made, is_of_rest=False)
+
+
+def _is_outgrown(fit: Fit) -> bool:
+    """Whether an object is recognised by a portrait from which it has begun to turn away."""
+    portrait = fit.sketch.portrait
+    if portrait is None or fit.likeness < RECOGNISED_LIKENESS:
+        return False
+    return 0.0 < portrait.worth(fit.sketch.camera_from_object) < OUTGROWN
+
+
+def _portrait(task: Task, evidence: Evidence, fit: Fit) -> Portrait | None:
+    """How a textured object looks where it rests, if nothing covers it."""
+    model = task.model
+    if not model.textured or fit.covered_fraction > UNCOVERED:
+        return task.track.portrait
+    pose, renderer = fit.world_from_object, task.scene.renderer
+    drawn = draw(model, pose, evidence, renderer)
+    portrait = portrayed(evidence, drawn, pose, radius_m=model.radius_m)
+    return replace(
+        portrait,
+        likeness=at_portrait(task, evidence, Sketchbook(None, portrait), portrait).likeness,
+    )
+
+
+def _miss(task: Task, fit: Fit) -> Track:
+    """The track after a frame without a measurement: hold it, or look around."""
+    track, now = task.track, task.scene.frame.t_ns
+    missed = track.missed_frames + 1
+    is_carried = task.model.source.box_m[2] < HEAVY_HEIGHT_M
+    grown = track.covariance + np.diag([0.03**2, 0.03**2, 0.002**2, math.radians(3) ** 2])
+    held = replace(
+        track,
+        covariance=grown,
+        visible_fraction=fit.visible_fraction,
+        confidence=0.5 * confidence_of(fit),
+        missed_frames=missed,
+        looked_ns=now,
+        still_frames=0,
+        state=TrackState.OCCLUDED,
+        motion=track.motion if is_carried and missed <= COASTED_FRAMES else Motion.rest(now),
+        rest=None,
+    )
+    is_free = fit.covered_fraction < COVERED
+    gone = fit.visible_fraction < GONE_BELOW and is_free
+    if (gone and missed >= 2) or (missed >= LOST_AFTER and is_free):
+        return _lost(replace(task, track=held), fit)
+    return held
+
+
+def _lost(task: Task, fit: Fit) -> Track:
+    """The track of an object that must be looked for, with the best guess so far."""
+    audit = task.track.audit
+    return replace(
+        task.track,
+        audit=None if audit is None else replace(audit, review=None),
+        state=TrackState.LOST,
+        confidence=min(LOST_CONFIDENCE, confidence_of(fit)),
+        visible_fraction=fit.visible_fraction,
+        missed_frames=task.track.missed_frames + 1,
+        still_frames=0,
+        motion=Motion.rest(task.scene.frame.t_ns),
+        rest=None,
+        looked_ns=task.scene.frame.t_ns,
+    )
+
+
+def rest_of(task: Task, fit: Fit) -> Rest:
+    """How the object looks now, or what covers it: when that goes, the look changes, too."""
+    sketch, view = fit.sketch, view_of(task.scene, task.model, fit.world_from_object)
+    camera_from_object = view.world_from_camera.inverse() @ fit.world_from_object
+    inside, _ = view.camera.project(camera_from_object @ sketch.surface)
+    border, _ = view.camera.project(camera_from_object @ sketch.contour.points)
+    around = (border + BESIDE_PX * sketch.contour.normals)[::BESIDE_STEP]
+    pixels = view.lens_pixels(np.concatenate([inside, around]))
+    lens = task.scene.frame.rig.lenses[view.lens]
+    limit = np.array([lens.width_px, lens.height_px]) - PATCH_PX
+    corners = np.clip(np.floor(pixels - 0.5 * PATCH_PX), 0, limit).astype(np.int64)
+    return Rest(view.lens, corners, _colours_at(task, view.lens, corners), len(inside))

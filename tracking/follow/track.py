@@ -1,0 +1,208 @@
+"""What is remembered of one object between frames, and what a frame asks of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.messages import Frame
+from scenes.pose import Pose
+from scenes.state import TrackedObject, TrackState
+from tracking.evidence.appearance_memory import Portrait
+from tracking.evidence.evidence import Evidence, Neighbour, Scene
+from tracking.evidence.rendering import Sketch
+from tracking.hypotheses.hypothesis import Guess
+from tracking.model.object_model import TrackModel
+from tracking.solve.gauss_newton import HALO_M, HALO_SIGMA_M, Fit
+from tracking.solve.motion import Motion
+
+FloatArray = NDArray[np.float32]
+
+RESTING_FRAMES = 6
+"""An object rests after this many frames with hardly a step."""
+
+SEARCH_PERIOD_NS = 800_000_000
+"""A lost object is searched for at most this often."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rest:
+    """How a resting object looks at some places, to see cheaply whether anything changed.
+
+    Attributes:
+        lens: index of the lens it is looked at through.
+        corners: (N, 2) int64 left and top of small squares of the lens picture.
+        colours: (N, 3) float32 mean of each when its pose was last confirmed.
+        inside: how many of them, the first ones, are on the object; the others lie around it.
+    """
+
+    lens: int
+    corners: NDArray[np.int64]
+    colours: FloatArray
+    inside: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Review:
+    """An audit under way: other yaws are refined in the frame that it began with.
+
+    Attributes:
+        scene: that frame.
+        evidence: the object's window there.
+        fit: what was believed there.
+        starts: poses still to be refined.
+        guesses: what the others came to.
+    """
+
+    scene: Scene
+    evidence: Evidence
+    fit: Fit
+    starts: tuple[Pose, ...]
+    guesses: tuple[Guess, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Audit:
+    """A comparison of an object's yaw with all others.
+
+    Attributes:
+        t_ns: frame time at which it was worked on last.
+        in_vain: how many in a row changed nothing.
+        is_clear: whether no other yaw was about as good.
+        review: what is left to do of it; None once it is done.
+    """
+
+    t_ns: int
+    in_vain: int
+    is_clear: bool
+    review: Review | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Track:
+    """What is remembered of one object.
+
+    Attributes:
+        world_from_object: the latest.
+        motion: its velocity.
+        state: see `TrackState`.
+        covariance: (4, 4) of x, y, z, yaw.
+        visible_fraction: 0..1.
+        confidence: 0..1.
+        usual_agreement: share of the free outline that agreed lately; 0 before.
+        usual_likeness: that of its pattern, lately; 0 before.
+        likeness_there: that of its pattern where it was recognised at first; 1 if it was not asked.
+        halo_m: learned distance of the drawn surface outside the real one.
+        halo_sigma_m: how well that is known.
+        still_frames: frames in a row with hardly a step.
+        missed_frames: frames in a row without agreement.
+        rest: how it looks at rest; None while it isn't known to rest.
+        sketch: how it was drawn last; None before.
+        portrait: how it looked where it rested last, uncovered; None before.
+        seen_ns: frame time of the last frame that agreed.
+        looked_ns: frame time of the last frame in which it was measured or missed.
+        searched_ns: frame time of the last search over the whole scene.
+        searches_in_vain: how many in a row did not find it.
+        guesses: poses that search found possible, the best first.
+        audit: the last comparison of its yaw with others; None before.
+    """
+
+    world_from_object: Pose
+    motion: Motion
+    state: TrackState
+    covariance: NDArray[np.float64]
+    visible_fraction: float
+    confidence: float
+    usual_agreement: float
+    usual_likeness: float
+    likeness_there: float
+    halo_m: float
+    halo_sigma_m: float
+    still_frames: int
+    missed_frames: int
+    rest: Rest | None
+    sketch: Sketch | None
+    portrait: Portrait | None
+    seen_ns: int
+    looked_ns: int
+    searched_ns: int
+    searches_in_vain: int
+    guesses: tuple[Guess, ...]
+    audit: Audit | None
+
+    @property
+    def moves_on(self) -> bool:
+        """Whether it moved in the frame before."""
+        return self.state is TrackState.TRACKED and self.still_frames == 0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Task:
+    """One object in one frame.
+
+    Attributes:
+        scene: the frame.
+        model: the object.
+        track: what is remembered of it.
+        neighbours: the other objects.
+        supports_m: heights of planes things stand on.
+        is_turn: whether this resting object is measured anew in this frame.
+        is_first: whether this is the first frame of the session.
+        may_search: whether a search over the whole scene is allowed in this frame.
+        use_texture: whether inner colours take part.
+    """
+
+    scene: Scene
+    model: TrackModel
+    track: Track
+    neighbours: tuple[Neighbour, ...]
+    supports_m: tuple[float, ...]
+    is_turn: bool
+    is_first: bool
+    may_search: bool
+    use_texture: bool
+
+
+def new_track(model: TrackModel) -> Track:
+    """An object where the scene says, not yet seen."""
+    return Track(
+        world_from_object=model.source.world_from_object,
+        motion=Motion.rest(0),
+        state=TrackState.STATIC,
+        covariance=np.diag([0.02**2, 0.02**2, 0.01**2, math.radians(2) ** 2]),
+        visible_fraction=0.0,
+        confidence=0.0,
+        usual_agreement=0.0,
+        usual_likeness=0.0,
+        likeness_there=1.0,
+        halo_m=HALO_M,
+        halo_sigma_m=HALO_SIGMA_M,
+        still_frames=RESTING_FRAMES,
+        missed_frames=0,
+        rest=None,
+        sketch=None,
+        portrait=None,
+        seen_ns=0,
+        looked_ns=0,
+        searched_ns=-SEARCH_PERIOD_NS,
+        searches_in_vain=0,
+        guesses=(),
+        audit=None,
+    )
+
+
+def report(model: TrackModel, track: Track, frame: Frame) -> TrackedObject:
+    """What the rest of the studio is told."""
+    return TrackedObject(
+        object_id=model.object_id,
+        t_ns=frame.t_ns,
+        world_from_object=track.world_from_object,
+        covariance=track.covariance,
+        visible_fraction=track.visible_fraction,
+        state=track.state,
+        confidence=track.confidence,
+        source_seq=frame.seq,
+    )

@@ -1,0 +1,144 @@
+"""Which place belongs to which object: decided for all that are looked for together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from scenes.pose import Pose
+from tracking.hypotheses.hypothesis import Guess, is_other
+from tracking.model.object_model import TrackModel
+
+SAME_SPOT = 0.35
+"""Two things nearer than this, in the sum of their radii, would stand in each other."""
+
+LEVEL_M, CLOSEST = 0.05, 0.9
+"""So do two on one height that are nearer than this share of their narrower sides lets them."""
+
+NOWHERE = 0.92
+"""Cost of leaving an object lost, beside one less the quality of a pose: any guess is better, and
+told for what it is."""
+
+DISTANCE_PRICE = 0.02
+DISTANCE_M = 5.0
+"""Identical twins: of places that look alike the nearer one is taken, up to so far away."""
+
+IMPOSSIBLE = 1e3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Searched:
+    """An object that was looked for.
+
+    Attributes:
+        model: the object.
+        last_world_from_object: where it was believed last.
+        guesses: where it may be, the best first.
+    """
+
+    model: TrackModel
+    last_world_from_object: Pose
+    guesses: Sequence[Guess]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Claim:
+    """A place for an object.
+
+    Attributes:
+        guess: the pose.
+        place_is_clear: whether no other free place is about as good.
+        yaw_is_clear: whether no other yaw at this place is about as good.
+    """
+
+    guess: Guess
+    place_is_clear: bool
+    yaw_is_clear: bool
+
+
+def claims(searched: Sequence[Searched]) -> Mapping[str, Claim]:
+    """A place for every object that has one, each place given once, the best in total.
+
+    Args:
+        searched: the objects; their order does not matter but for exact ties.
+    """
+    spots = _spots(searched)
+    count = len(searched)
+    cost = np.full((count, len(spots) + count), IMPOSSIBLE)
+    cost[:, len(spots) :] = NOWHERE
+    best: dict[tuple[int, int], Guess] = {}
+    for row, item in enumerate(searched):
+        for guess in item.guesses:
+            column = _spot_of(spots, item.model, guess)
+            if (row, column) not in best:
+                best[row, column] = guess
+                cost[row, column] = _cost(item, guess)
+    rows, columns = linear_sum_assignment(cost)
+    chosen = {
+        int(row): int(column)
+        for row, column in zip(rows, columns, strict=True)
+        if cost[row, column] < NOWHERE
+    }
+    taken = set(chosen.values())
+    found: dict[str, Claim] = {}
+    for row, column in chosen.items():
+        item, guess = searched[row], best[row, column]
+        here, elsewhere = True, True
+        for other in item.guesses:
+            spot = _spot_of(spots, item.model, other)
+            if guess.is_clearly_better(other):
+                continue
+            if spot == column:
+                same = not is_other(item.model, other.world_from_object, guess.world_from_object)
+                here = here and same
+            elif spot not in taken:
+                elsewhere = False
+        found[item.model.object_id] = Claim(guess, elsewhere, here)
+    return MappingProxyType(found)
+
+
+def is_same_spot(
+    model: TrackModel, world_from_object: Pose, other: TrackModel, world_from_other: Pose
+) -> bool:
+    """Whether two objects at two poses would stand in each other."""
+    apart = world_from_object.translation - world_from_other.translation
+    if float(np.linalg.norm(apart)) < SAME_SPOT * (model.radius_m + other.radius_m):
+        return True
+    is_beside = abs(float(apart[2])) < LEVEL_M
+    narrowest = 0.5 * sum(min(item.source.box_m[:2]) for item in (model, other))
+    return is_beside and float(np.hypot(*apart[:2])) < CLOSEST * narrowest
+
+
+Spot = tuple[TrackModel, Pose]
+"""The first object found at a place, and its pose."""
+
+
+def _spots(searched: Sequence[Searched]) -> list[Spot]:
+    """All places that somebody may stand at, the best supported first."""
+    ranked = sorted(
+        ((item, guess) for item in searched for guess in item.guesses),
+        key=lambda pair: -pair[1].quality,
+    )
+    spots: list[Spot] = []
+    for item, guess in ranked:
+        if not any(_is_at(spot, item.model, guess) for spot in spots):
+            spots.append((item.model, guess.world_from_object))
+    return spots
+
+
+def _spot_of(spots: Sequence[Spot], model: TrackModel, guess: Guess) -> int:
+    return next(index for index, spot in enumerate(spots) if _is_at(spot, model, guess))
+
+
+def _is_at(spot: Spot, model: TrackModel, guess: Guess) -> bool:
+    return is_same_spot(model, guess.world_from_object, *spot)
+
+
+def _cost(item: Searched, guess: Guess) -> float:
+    apart = guess.world_from_object.translation - item.last_world_from_object.translation
+    away = min(float(np.linalg.norm(apart)), DISTANCE_M) / DISTANCE_M
+    return 1.0 - guess.quality + DISTANCE_PRICE * away

@@ -1,0 +1,128 @@
+"""Where an object may be, and when two such guesses say the same."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.pose import Pose
+from tracking.kernels.options import OPTIONS
+from tracking.model.object_model import TrackModel
+from tracking.model.symmetry import ROUND
+from tracking.solve.gauss_newton import PLAIN_SHARE, Fit
+
+Points = NDArray[np.float64]
+
+STARTS_A_PLACE = 3
+"""At most so many yaws of one place are refined: there may be better places."""
+
+START_SIGMA = (0.25, 0.25, 0.003, 0.6)
+"""How far off a pose may be before it is refined: metres and radians."""
+
+APART = 0.3
+APART_RAD = math.radians(20)
+"""Poses farther apart than this, in radii of the object or in yaw, are different ones."""
+
+OUTLINED = (0.75, 0.9)
+SHOWN = (0.8, 0.95)
+"""Between such support, and such shares of a silhouette that show the object, an outline begins to
+be enough, and is: wrong yaws reach three quarters."""
+
+SMALL_QUALITY_SIGMA = 0.03
+CLEAR_SIGMAS = 1.5
+"""A pose must be better than another by this many standard deviations of a quality."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Guess:
+    """Where an object may be.
+
+    Attributes:
+        fit: the pose and what its outline says.
+        explained: of a small object, how much it resembles the picture there, at most 1.
+    """
+
+    fit: Fit
+    explained: float | None
+
+    @property
+    def world_from_object(self) -> Pose:
+        """Of the fit."""
+        return self.fit.world_from_object
+
+    @property
+    def quality(self) -> float:
+        """0..1: ranks guesses of one object."""
+        if self.explained is None:
+            return _outlined(self.fit)
+        return max(self.explained, 0.0)
+
+    @property
+    def quality_sigma(self) -> float:
+        """Standard deviation of the quality.
+
+        It is about a share of the contour, of which neighbouring points count as one.
+        """
+        if self.explained is not None:
+            return SMALL_QUALITY_SIGMA
+        count = max(len(self.fit.sketch.contour) / OPTIONS.contour_correlation, 1.0)
+        share = min(max(self.quality, 0.1), 0.9)
+        return math.sqrt(share * (1.0 - share) / count)
+
+    def is_clearly_better(self, other: Guess) -> bool:
+        """Whether this guess's quality is higher than can be by chance."""
+        margin = CLEAR_SIGMAS * math.hypot(self.quality_sigma, other.quality_sigma)
+        return self.quality > other.quality + margin
+
+
+def _outlined(fit: Fit) -> float:
+    """Quality of a pose by its outline and colours.
+
+    An outline that is better than any wrong pose's needs no colours: those of its sides depend on
+    another room's light.
+    """
+    if fit.textured:
+        return fit.quality
+    (doubted, sure), (hardly, wholly) = OUTLINED, SHOWN
+    known = min(
+        (fit.support - doubted) / (sure - doubted),
+        (fit.visible_fraction - hardly) / (wholly - hardly),
+        1.0,
+    )
+    return max(fit.quality, fit.support * (1.0 - PLAIN_SHARE * (1.0 - known)))
+
+
+def distinct(model: TrackModel, guesses: Sequence[Guess]) -> list[Guess]:
+    """The best of those that say the same, the best first."""
+    distinct: list[Guess] = []
+    for guess in sorted(guesses, key=lambda guess: -guess.quality):
+        pose = guess.world_from_object
+        if all(is_other(model, pose, other.world_from_object) for other in distinct):
+            distinct.append(guess)
+    return distinct
+
+
+def is_other(model: TrackModel, world_from_a: Pose, world_from_b: Pose) -> bool:
+    """Whether two poses of an object differ by more than a refinement would even out."""
+    if apart(world_from_a, world_from_b) > APART * model.radius_m:
+        return True
+    apart_rad = np.array([world_from_a.yaw() - world_from_b.yaw()])
+    return bool(are_other_turns(model, apart_rad, least=APART_RAD)[0])
+
+
+def are_other_turns(model: TrackModel, apart_rad: Points, *, least: float) -> NDArray[np.bool_]:
+    """(N,) whether an object looks different when turned by at least so much."""
+    if model.symmetry == ROUND:
+        return np.zeros(len(apart_rad), np.bool_)
+    turns = (apart_rad * model.symmetry + math.pi) % (2 * math.pi) - math.pi
+    turns = np.abs(turns) / model.symmetry
+    return (turns > least) & np.logical_not(model.templates.are_alike(turns))
+
+
+def apart(world_from_a: Pose, world_from_b: Pose) -> float:
+    """Metres between two poses of an object."""
+    return float(np.linalg.norm(world_from_a.translation - world_from_b.translation))

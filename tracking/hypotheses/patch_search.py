@@ -1,0 +1,303 @@
+"""Small objects, told by their colours: where one may be, and whether it is what is there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.pose import Pose
+from tracking.evidence.evidence import Evidence, Neighbour, Scene, gather, view_of
+from tracking.evidence.rendering import sketched
+from tracking.evidence.surroundings import Surroundings, surroundings_of
+from tracking.hypotheses.budget import Pace
+from tracking.hypotheses.hypothesis import START_SIGMA, STARTS_A_PLACE, Guess, apart, is_other
+from tracking.likelihood.patch_fit import (
+    closely_explained,
+    details_alike,
+    explained,
+    resemblance_at,
+    roughly_explained,
+)
+from tracking.model.object_model import TrackModel
+from tracking.solve.gauss_newton import Fit, Prior, judge
+from tracking.solve.motion import pose_vector
+from tracking.solve.patch_slide import SmallSlide
+
+Points = NDArray[np.float64]
+
+SMALL_M = 0.25
+SMALL_PX = 40.0
+SMALL_SIGMA = (0.01, 0.01, 0.003, 0.05)
+"""Objects of a smaller radius are placed by their colours; how well: metres and radians."""
+
+YAWS, YAWS_FIRST, PLACES_TURNED, OUTDONE = 12, 4, 14, 0.25
+"""Of so many yaws so many are compared at every place, and the others at the best ones: at so many
+at most, and not where nothing comes within the last of the best resemblance."""
+
+REFINED = 10
+"""So many of these poses are refined roughly."""
+
+TOLD_CLOSELY, PLACES_TOLD, YAWS_COMPARED, TOLD_AGAIN = 6, 3, 6, 4
+"""So many rough poses are told closely, and at so many of their places so many other yaws; the best
+of all these once more."""
+
+TRIED_MS, TURNED_MS, ROUGHLY_MS, CLOSELY_MS, YAWS_MS, APART_MS, PLACED_MS = 6, 9, 6, 8, 13, 3, 3
+"""About how long the parts of a search take, see `tracking.hypotheses.budget`."""
+
+RIVAL, RIVALS = 0.6, 4
+"""Yaws of one place that resemble the picture by this share of the best's are told apart anew, so
+many at most."""
+
+ACCEPTED = 0.1
+RECOGNISED = 0.12
+"""How much an object must resemble the picture at a pose to be a guess, and to be there."""
+
+
+Told = tuple[Pose, float, Surroundings]
+"""A pose, how much it resembles the picture, and the window."""
+
+
+def guesses(
+    scene: Scene,
+    model: TrackModel,
+    neighbours: Sequence[Neighbour],
+    places: Points,
+    *,
+    pace: Pace,
+) -> list[Guess]:
+    """What rough poses of a small object at some places come to, the likeliest ones told closely.
+
+    Args:
+        scene: the frame.
+        model: the object.
+        neighbours: other objects, whose places are taken.
+        places: (P, 3) where it may stand.
+        pace: how much of it is done in this frame.
+
+    Raises:
+        NotYet: the rest is for the next frame.
+    """
+    fine: list[Told] = []
+
+    def closely(around: Surroundings, world_from_rough: Pose) -> Told:
+        rival = max((alike for _, alike, _ in fine), default=0.0)
+        told = pace.do(CLOSELY_MS, closely_explained, around, world_from_rough, rival=rival)
+        return *told, around
+
+    rough = [
+        (*pace.do(ROUGHLY_MS, roughly_explained, around, start), around)
+        for start, around in _starts(scene, model, neighbours, places, pace)
+    ]
+    rough.sort(key=lambda item: -item[1])
+    for pose, _, around in rough[:TOLD_CLOSELY]:
+        fine.append(closely(around, pose))
+    for rank, (best, around) in enumerate(_best_places(model, fine)):
+        # What looks nearly alike from another side has to be told from it at the same place.
+        tried = [pose for pose, _, _ in fine]
+        if rank == 0:
+            others = _on_the_spot(best)
+        else:
+            others = pace.do(YAWS_MS, _other_yaws, around, best, tried)
+        for pose in others:
+            fine.append(closely(around, pose))
+    fine.sort(key=lambda item: -item[1])
+    # Steps that have become small too early are taken anew.
+    finest = [closely(around, pose) for pose, _, around in _distinct(model, fine[:TOLD_AGAIN])]
+    told = finest + fine + rough[TOLD_CLOSELY:]
+    told = [item for item in told if item[1] >= ACCEPTED]
+    told = sorted(_told_apart(model, told, pace), key=lambda item: -item[1])
+    return [
+        pace.do(PLACED_MS, _placed, around, pose, share)
+        for pose, share, around in _distinct(model, told)
+    ]
+
+
+def _distinct(model: TrackModel, told: Sequence[Told]) -> list[Told]:
+    """Those whose poses differ from all before them."""
+    distinct: list[Told] = []
+    for item in told:
+        if all(is_other(model, item[0], pose) for pose, _, _ in distinct):
+            distinct.append(item)
+    return distinct
+
+
+def _told_apart(model: TrackModel, told: Sequence[Told], pace: Pace) -> list[Told]:
+    """The same, the yaws of each of the best places ranked by what tells them apart.
+
+    A side that was scanned dark or hardly at all explains less of a change than a wrong one may.
+    """
+    left = sorted(told, key=lambda item: -item[1])
+    ranked: list[Told] = []
+    for best, around in _best_places(model, left):
+        here = [item for item in left if apart(item[0], best) <= model.radius_m]
+        left = [item for item in left if apart(item[0], best) > model.radius_m]
+        rivals: list[Pose] = []
+        for pose, alike, _ in here:
+            if alike >= RIVAL * here[0][1] and all(is_other(model, pose, p) for p in rivals):
+                rivals.append(pose)
+        rivals = rivals[:RIVALS]
+        said = pace.do(APART_MS, details_alike, around, rivals)
+        if said is None:
+            ranked += here
+            continue
+        ranked += [
+            (pose, here[0][1] + alike - max(said), around)
+            for pose, alike in zip(rivals, said, strict=True)
+        ]
+        ranked += [item for item in here if all(is_other(model, item[0], pose) for pose in rivals)]
+    return ranked + left
+
+
+def _best_places(model: TrackModel, told: Sequence[Told]) -> list[tuple[Pose, Surroundings]]:
+    """The best poses of the best places, which are a radius apart."""
+    best: list[tuple[Pose, Surroundings]] = []
+    for pose, _, around in sorted(told, key=lambda item: -item[1]):
+        if all(apart(pose, other) > model.radius_m for other, _ in best):
+            best.append((pose, around))
+    return best[:PLACES_TOLD]
+
+
+def refined(scene: Scene, model: TrackModel, evidence: Evidence, world_from_start: Pose) -> Guess:
+    """What a rough pose of a small object comes to, as its colours have it."""
+    around = surroundings_of(scene, model, evidence)
+    return _placed(around, *explained(around, world_from_start))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Tried:
+    """A place about which a small object's yaws are compared.
+
+    Attributes:
+        poses: one a yaw, each slid to where it fits best.
+        alike: (Y,) how much each looks like the picture.
+        around: the object's window.
+    """
+
+    poses: list[Pose]
+    alike: Points
+    around: Surroundings
+
+
+def _starts(
+    scene: Scene,
+    model: TrackModel,
+    neighbours: Sequence[Neighbour],
+    places: Points,
+    pace: Pace,
+) -> list[tuple[Pose, Surroundings]]:
+    """Poses near some places that look most like the picture, with their windows, best first."""
+    some = range(0, YAWS, YAWS // YAWS_FIRST)
+    others = [k for k in range(YAWS) if k not in some]
+    tried = [pace.do(TRIED_MS, _tried, scene, model, neighbours, place, some) for place in places]
+    tried.sort(key=lambda at: -at.alike.max())
+    found: list[tuple[float, Pose, Surroundings]] = []
+    least = max((at.alike.max() for at in tried), default=0.0) - OUTDONE
+    for at in tried[:PLACES_TURNED]:
+        if at.alike.max() < least:
+            break
+        here = at.poses[0].translation
+        more = pace.do(TURNED_MS, _compared, at.around, here, others)
+        poses, alike = [*at.poses, *more.poses], np.concatenate([at.alike, more.alike])
+        order = np.argsort([*some, *others])
+        poses, alike = [poses[k] for k in order], alike[order]
+        peaks = np.flatnonzero((alike >= np.roll(alike, 1)) & (alike > np.roll(alike, -1)))
+        best = peaks[np.argsort(-alike[peaks], kind="stable")][:STARTS_A_PLACE]
+        found += [(float(alike[k]), poses[k], at.around) for k in best]
+    found.sort(key=lambda item: -item[0])
+    distinct: list[tuple[Pose, Surroundings]] = []
+    for _, pose, around in found:
+        if len(distinct) < REFINED and all(is_other(model, pose, p) for p, _ in distinct):
+            distinct.append((pose, around))
+    return distinct
+
+
+def _tried(
+    scene: Scene,
+    model: TrackModel,
+    neighbours: Sequence[Neighbour],
+    place: Points,
+    yaws: Sequence[int],
+) -> _Tried:
+    """A place with some of `YAWS` compared."""
+    view = view_of(scene, model, Pose.from_yaw(0.0, place), at_any_yaw=True)
+    evidence = gather(scene, model, view, neighbours)
+    return _compared(surroundings_of(scene, model, evidence), place, yaws)
+
+
+def _compared(around: Surroundings, place: Points, yaws: Sequence[int]) -> _Tried:
+    """Some of `YAWS` about a place, which is right to a part of the object: each is slid first."""
+    slide = SmallSlide(around)
+    poses = [slide.best(Pose.from_yaw(2 * math.pi * k / YAWS, place)) for k in yaws]
+    return _Tried(poses, np.array([resemblance_at(around, pose) for pose in poses]), around)
+
+
+def _other_yaws(around: Surroundings, world_from_object: Pose, tried: Sequence[Pose]) -> list[Pose]:
+    """A small object's likeliest other yaws at a place, without those that were tried there."""
+    place, yaw = world_from_object.translation, world_from_object.yaw()
+    slide = SmallSlide(around)
+    yaws = [yaw + 2 * math.pi * k / YAWS for k in range(YAWS)]
+    poses = [slide.best(Pose.from_yaw(turned, place)) for turned in yaws]
+    alike = np.array([resemblance_at(around, pose) for pose in poses])
+    others = [
+        poses[k]
+        for k in np.argsort(-alike, kind="stable")
+        if all(is_other(around.model, poses[k], pose) for pose in tried)
+    ]
+    return others[:YAWS_COMPARED]
+
+
+def _on_the_spot(world_from_object: Pose) -> list[Pose]:
+    """The other `YAWS` of a small object where it is.
+
+    As scanned, the side that is seen may be so dark that it slides off to a shadow, and looks like
+    nothing until it is in the right light at the right place.
+    """
+    place, yaw = world_from_object.translation, world_from_object.yaw()
+    return [Pose.from_yaw(yaw + 2 * math.pi * k / YAWS, place) for k in range(1, YAWS)]
+
+
+def _placed(around: Surroundings, world_from_object: Pose, share: float) -> Guess:
+    """A small object at a pose, and how much it explains there."""
+    model, evidence = around.model, around.evidence
+    sketch = sketched(model, world_from_object, evidence, around.renderer)
+    prior = Prior(pose_vector(world_from_object), np.array(START_SIGMA))
+    information = np.diag(1.0 / Prior(prior.mean, np.array(SMALL_SIGMA)).seven() ** 2)
+    return Guess(judge(evidence, model, world_from_object, information, prior, sketch), share)
+
+
+def is_recognised(scene: Scene, model: TrackModel, evidence: Evidence, fit: Fit) -> bool | None:
+    """Whether what is at a pose looks like the object, None for what its outline tells.
+
+    Outlines of small things are all alike; their inner colours say little when seen from afar. What
+    looks more like the object from another side has been turned.
+    """
+    if not is_small(model, evidence):
+        return None
+    around = surroundings_of(scene, model, evidence)
+    found = _placed(around, *explained(around, fit.world_from_object))
+    if found.quality < RECOGNISED:
+        return False
+    here = found.world_from_object
+    others = _other_yaws(around, here, [here])
+    told = (closely_explained(around, pose, rival=found.quality) for pose in others)
+    # What comes back to the same pose only says so better.
+    return not any(share > found.quality and is_other(model, pose, here) for pose, share in told)
+
+
+def settled(
+    scene: Scene, model: TrackModel, evidence: Evidence, world_from_object: Pose
+) -> Fit | None:
+    """Where a small textured object came to rest, by its colours; None for any other object."""
+    if not (model.textured and is_small(model, evidence)):
+        return None
+    return refined(scene, model, evidence, world_from_object).fit
+
+
+def is_small(model: TrackModel, evidence: Evidence) -> bool:
+    """Whether an object is seen so small that its colours tell more than its outline."""
+    radius_px = evidence.camera.f_px * model.radius_m / evidence.view.target_range_m
+    return radius_px < SMALL_PX

@@ -1,0 +1,262 @@
+"""An object in another room's light: how much lighter each side is seen than it was scanned.
+
+What a side gets of the light around it is nearly linear in where it faces (Ramamoorthi & Hanrahan,
+"An efficient representation for irradiance environment maps", 2001, up to order 1). Told so, a dark
+side of a scan is not taken for another side, and light explains nothing that is printed on one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+from scenes.cameras import Fisheye
+from scenes.pose import Pose, rotation_from_quaternion
+from scenes.render.native import NativeRenderer
+from scenes.render.renderer import PosedSplats, Rendering, RenderOptions
+from scenes.splats import SH_C0, SplatCloud
+from scenes.state import ObjectModel
+from tracking.kernels.native import Relighter
+from tracking.model.similarity import LENS_BLUR_PX, LENS_REACH_PX, STRANGE
+from tracking.window.filters import bell_blurred
+
+FloatArray = NDArray[np.float32]
+Points = NDArray[np.float64]
+
+FOOT = 0.08
+"""Share of an object's height that was scanned with the shadow it stood in, and is left out."""
+
+NEIGHBOURS = 6
+"""Where a splat faces is told by so many together."""
+
+SPARSE = 1.5
+"""Splats up to so many times as far apart as usual show well what was scanned."""
+
+EVEN, WHITE = 0.001, 0.01
+"""How firmly light is held to be the same on all sides, and of no colour, beside what is seen."""
+
+FITS = 3
+"""So often, what is stranger than the light can make it gets less say."""
+
+LIGHT_RANGE = (0.3, 3.5)
+"""How much darker or lighter than in its scan a side may be seen."""
+
+ENOUGH_PX = 400
+"""Of more pixels than twice as many, only every so many are asked for the light."""
+
+SEEN = 0.05
+LEAST_POWER = 1e-9
+"""Pixels that show less of the object say nothing; where all is black, light is nothing."""
+
+OPTIONS = RenderOptions(threads=1, antialias=True)
+
+RELIGHTER = Relighter(
+    {
+        "strange": STRANGE,
+        "even": EVEN,
+        "white": WHITE,
+        "fits": FITS,
+        "range": LIGHT_RANGE,
+        "enough_px": ENOUGH_PX,
+        "seen": SEEN,
+        "least_power": LEAST_POWER,
+    }
+)
+"""Says natively what `LitView` says of light."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shell:
+    """An object's splats, told where each faces.
+
+    Attributes:
+        splats: without those at its foot.
+        facing: (N, 3) unit vectors away from the object, in its frame.
+        compass: the same splats, coloured by where they face: 0.5 + 0.5 x, y and z.
+        known: splats in grey, white where they lie as densely as usual and dark where few do.
+    """
+
+    splats: SplatCloud
+    facing: Points
+    compass: SplatCloud
+    known: SplatCloud
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Light:
+    """How much lighter than in its scan an object is seen.
+
+    Attributes:
+        by_side: (4,) of a side that faces nowhere, and more along x, y and z of the object.
+        tint: (3,) added to it by colour.
+    """
+
+    by_side: Points
+    tint: Points
+
+    def gains(self, facing: FloatArray | Points) -> FloatArray:
+        """(..., 3) how much lighter what faces some ways, (..., 3) of at most 1, is by colour."""
+        gain = self.by_side[0] + facing @ self.by_side[1:]
+        return np.clip(gain[..., None] + self.tint, *LIGHT_RANGE).astype(np.float32)
+
+
+def shell_of(source: ObjectModel) -> Shell:
+    """An object's shell, made once."""
+    cloud = source.splats
+    is_above = cloud.means[:, 2] > FOOT * source.box_m[2]
+    splats = cloud.select(is_above) if is_above.any() else cloud
+    centre = np.array([0.0, 0.0, 0.5 * source.box_m[2]])
+    facing = _facing(splats, centre)
+    colours = ((0.5 * facing) / SH_C0).astype(np.float32)[:, None, :]
+    return Shell(splats, facing, replace(splats, sh=colours), _known(splats))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LitView:
+    """A part of the live picture that tells in what light an object is seen.
+
+    Of light, the readable twin of `RELIGHTER`, which `tracking.evidence.surroundings` asks.
+
+    Attributes:
+        live: (H, W, 3) 0..1.
+        empty: (H, W, 3) what it would show without the object.
+        free: (H, W) 0..1, not covered by a nearer object.
+        camera: of the picture.
+        world_from_camera: its pose.
+        renderer: draws the object.
+    """
+
+    live: FloatArray
+    empty: FloatArray
+    free: FloatArray
+    camera: Fisheye
+    world_from_camera: Pose
+    renderer: NativeRenderer
+
+    def light(self, shell: Shell, world_from_object: Pose) -> Light:
+        """The light in which an object at a pose would look most like the picture."""
+        return self._light(self._drawn(shell, world_from_object))
+
+    def relit(self, shell: Shell, world_from_object: Pose) -> SplatCloud:
+        """The object in the light in which it would look most like the picture at a pose.
+
+        What is seen of a side from behind, through gaps, is lit like the whole.
+        """
+        light = self.light(shell, world_from_object)
+        eye_in_object = world_from_object.inverse() @ self.world_from_camera.translation
+        is_seen = ((eye_in_object - shell.splats.means) * shell.facing).sum(axis=1) > 0.0
+        gains = light.gains(shell.facing * is_seen[:, None])
+        sh = shell.splats.sh * gains[:, None, :]
+        sh[:, 0] += (gains - 1.0) * (0.5 / SH_C0)
+        return replace(shell.splats, sh=sh)
+
+    def lit(self, shell: Shell, world_from_object: Pose) -> tuple[FloatArray, FloatArray]:
+        """(H, W, 3) the object alone in that light, and its (H, W) alpha: quicker, and rougher."""
+        drawn = self._drawn(shell, world_from_object)
+        return drawn.rgb * self._light(drawn).gains(drawn.facing), drawn.alpha
+
+    def known(self, shell: Shell, world_from_object: Pose) -> tuple[FloatArray, float]:
+        """(H, W) 0..1: how well what an object at a pose would show there was scanned.
+
+        And how well all that it would show, 0..1.
+        """
+        drawn = self._picture(shell.known, world_from_object)
+        share = float(drawn.rgb[..., 0].sum()) / max(float(drawn.alpha.sum()), 1e-6)
+        return np.clip(drawn.rgb[..., 0] + 1.0 - drawn.alpha, 0.0, 1.0), share
+
+    def _picture(self, splats: SplatCloud, world_from_object: Pose) -> Rendering:
+        posed = (PosedSplats(splats, world_from_object),)
+        return self.renderer.render(posed, self.camera, self.world_from_camera, OPTIONS)
+
+    def _drawn(self, shell: Shell, world_from_object: Pose) -> _Drawn:
+        scanned = self._picture(shell.splats, world_from_object)
+        compass = self._picture(shell.compass, world_from_object)
+        facing = compass.rgb / np.maximum(compass.alpha, 1e-3)[..., None] * 2.0 - 1.0
+        return _Drawn(scanned.rgb, scanned.alpha, facing.astype(np.float32))
+
+    def _light(self, drawn: _Drawn) -> Light:
+        rgb = bell_blurred(drawn.rgb, LENS_BLUR_PX, LENS_REACH_PX)
+        alpha = bell_blurred(drawn.alpha, LENS_BLUR_PX, LENS_REACH_PX)
+        weight = self.free * alpha
+        here = np.flatnonzero(weight.ravel() > SEEN)
+        here = np.unravel_index(here[:: max(len(here) // ENOUGH_PX, 1)], weight.shape)
+        shown = self.live - (1.0 - alpha)[..., None] * self.empty
+        seen = shown[here].astype(np.float32)
+        return _fitted(rgb[here], drawn.facing[here], seen, weight[here])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Drawn:
+    """An object drawn alone: (H, W, 3) colours, (H, W) alpha, (H, W, 3) where it faces."""
+
+    rgb: FloatArray
+    alpha: FloatArray
+    facing: FloatArray
+
+
+def _fitted(rgb: FloatArray, facing: FloatArray, shown: FloatArray, weight: FloatArray) -> Light:
+    """Reweighted least squares (Geman-McClure) of `shown = rgb · gains(facing)`.
+
+    Args:
+        rgb: (N, 3) of pixels, as scanned.
+        facing: (N, 3) where they face.
+        shown: (N, 3) as seen.
+        weight: (N,) of each.
+    """
+    sides = np.column_stack([np.ones(len(facing)), facing])
+    unknowns = np.concatenate(
+        [rgb[:, :, None] * sides[:, None, :], rgb[:, :, None] * np.eye(3)], axis=2
+    )
+    flat, seen = unknowns.reshape(-1, unknowns.shape[2]), shown.astype(np.float64).ravel()
+    firm = np.array([0.0, EVEN, EVEN, EVEN, WHITE, WHITE, WHITE])
+    light: Points = np.zeros(len(firm))
+    trusted: Points = weight.astype(np.float64)
+    for _ in range(FITS):
+        weighed = flat * np.repeat(trusted, 3)[:, None]
+        power = weighed.T @ flat
+        power += np.diag(firm * power[0, 0] + LEAST_POWER)
+        light = np.asarray(np.linalg.solve(power, weighed.T @ seen), dtype=np.float64)
+        apart2 = ((flat @ light - seen).reshape(-1, 3) ** 2).sum(axis=1)
+        trusted = weight * (STRANGE**2 / (STRANGE**2 + apart2)) ** 2
+    return Light(light[:4], light[4:])
+
+
+def _known(splats: SplatCloud) -> SplatCloud:
+    """Splats in grey: how densely they lie, beside what is usual on the object.
+
+    What a scan hardly saw is filled with few, whose colours are guesses; each stands for all the
+    space up to the next.
+    """
+    if len(splats) <= NEIGHBOURS:
+        return splats
+    apart = KDTree(splats.means).query(splats.means, k=NEIGHBOURS)[0][:, -1]
+    density = np.minimum((SPARSE * np.median(apart) / np.maximum(apart, 1e-9)) ** 4, 1.0)
+    white = ((density - 0.5) / SH_C0).astype(np.float32)
+    return replace(
+        splats,
+        scales=np.maximum(splats.scales, 0.5 * apart[:, None].astype(np.float32)),
+        opacities=np.ones_like(splats.opacities),
+        sh=np.repeat(white[:, None, None], 3, axis=2),
+    )
+
+
+def _facing(splats: SplatCloud, centre: Points) -> Points:
+    """(N, 3) where splats face: across the thinnest side of each and its neighbours, outwards."""
+    if len(splats) == 0:
+        return np.zeros((0, 3))
+    rotations = rotation_from_quaternion(splats.rotations.astype(np.float64))
+    scales = np.sort(splats.scales.astype(np.float64), axis=1)
+    thinnest = splats.scales.argmin(axis=1)
+    across = rotations[np.arange(len(splats)), :, thinnest]
+    flat = splats.opacities * scales[:, 1] * scales[:, 2] * (1.0 - scales[:, 0] / scales[:, 1])
+    count = min(NEIGHBOURS, len(splats))
+    apart, near = KDTree(splats.means).query(splats.means, k=count)
+    apart, near = apart.reshape(-1, count), near.reshape(-1, count)
+    weight = flat[near] * np.exp(-2.0 * (apart / np.maximum(apart[:, -1:], 1e-9)) ** 2)
+    spread = np.einsum("nk,nka,nkb->nab", weight, across[near], across[near])
+    facing = np.linalg.eigh(spread)[1][:, :, 2]
+    outwards = np.einsum("na,na->n", splats.means - centre, facing)
+    return np.asarray(facing * np.where(outwards < 0.0, -1.0, 1.0)[:, None], dtype=np.float64)
