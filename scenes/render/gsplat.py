@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
-from scenes.render.reference import (
+from scenes.render.reference.renderer import (
     ANGLE_MARGIN,
     POLE_MARGIN_RAD,
     _in_scope,

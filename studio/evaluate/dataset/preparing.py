@@ -16,8 +16,8 @@ from scenes.package import ScenePackage
 from scenes.pose import Pose
 from scenes.prepare.align.similarity import similarity_from_points
 from scenes.prepare.cutout.cutout import cut_out
-from scenes.prepare.cutout.masks import GrabCutMasks, Prompt
-from scenes.prepare.cutout.prompted_views import PromptedView, masked_views
+from scenes.prepare.cutout.marks.masks import GrabCutMasks, Prompt
+from scenes.prepare.cutout.marks.prompted_views import PromptedView, masked_views
 from scenes.prepare.options import PrepareOptions
 from scenes.prepare.pipeline import Prepared, prepare
 from scenes.prepare.reconstruction import View, read_picture

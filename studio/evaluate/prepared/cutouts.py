@@ -15,8 +15,8 @@ from scenes.formats.ply import write_ply
 from scenes.mesh import PhysicalObject, PhysicalRoom
 from scenes.package import ScenePackage
 from scenes.prepare.cutout.cutout import Cutout, cut_out, undo_cut
-from scenes.prepare.cutout.masks import GrabCutMasks, Prompt
-from scenes.prepare.cutout.prompted_views import PromptedView, masked_views
+from scenes.prepare.cutout.marks.masks import GrabCutMasks, Prompt
+from scenes.prepare.cutout.marks.prompted_views import PromptedView, masked_views
 from scenes.prepare.pipeline import Prepared
 from scenes.prepare.reconstruction import View, read_picture
 from scenes.rays import RayScene

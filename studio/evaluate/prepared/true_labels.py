@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from scenes.cameras import pixel_centres
 from scenes.mesh import PhysicalObject, PhysicalRoom
-from scenes.package_records import ViewPoint
-from scenes.prepare.cutout.lifting import MaskedView, lift
+from scenes.package.records import ViewPoint
+from scenes.prepare.cutout.marks.masked_view import MaskedView
+from scenes.prepare.cutout.votes.lifting import lift
 from scenes.rays import RayScene
 from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud

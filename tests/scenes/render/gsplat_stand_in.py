@@ -12,7 +12,7 @@ import numpy as np
 from scenes.cameras import Fisheye, Pinhole
 from scenes.harmonics import basis
 from scenes.pose import rotation_from_quaternion
-from scenes.render.reference import _project_fisheye, _project_pinhole
+from scenes.render.reference.renderer import _project_fisheye, _project_pinhole
 
 
 class Tensor(np.ndarray):
