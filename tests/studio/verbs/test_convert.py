@@ -172,9 +172,6 @@ def test_progress_tells_the_share_and_the_time_left(tmp_path, monkeypatch):
 PEAK = """
 import resource, sys
 from studio.cli import main
-from studio.convert import SHOWN_FROM
-from studio.convert import convert as run_conversion
-from studio.progress import Progress
 code = main(["convert", *sys.argv[1:], "--json"])
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, file=sys.stderr)
 sys.exit(code)
