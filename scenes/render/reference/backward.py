@@ -21,15 +21,12 @@ from scenes.pose import Pose, rotation_from_quaternion
 from scenes.render.gradients import Gradients, ObjectGradients, checked_picture_gradients
 from scenes.render.pose_step import twists_of_camera, twists_of_object
 from scenes.render.reference.differences import ExactCloud, ExactPicture, drawable
+from scenes.render.reference.projection import project, undo_projection
 from scenes.render.reference.renderer import (
-    _about_axis,
-    _clamped,
-    _Footprints,
-    _footprints,
-    _layers,
-    _offsets,
-    _project_fisheye,
-    _project_pinhole,
+    Footprints,
+    blend_layers,
+    centre_offsets,
+    footprints_of,
 )
 from scenes.render.renderer import ALPHA_MAX, LOW_PASS_PX2, PosedSplats, RenderOptions
 from scenes.render.request import check_request, refuse_exact
@@ -39,9 +36,6 @@ FloatArray = NDArray[np.float64]
 PriceOfLight = Callable[[float], tuple[FloatArray, FloatArray]]
 """For a splat at a depth: (H, W) what a unit of its weight costs at each pixel, and the slope of
 that by the depth."""
-
-NEAR_AXIS = 1e-3
-"""Tangent of the angle below which a fisheye's bend is taken from its series."""
 
 
 def backward(
@@ -80,7 +74,7 @@ def backward(
     camera_from_world = world_from_camera.inverse()
     poses = [camera_from_world @ posed.world_from_object for posed in objects]
     prints = [
-        _footprints(posed.cloud, camera_from_object, camera, options)
+        footprints_of(posed.cloud, camera_from_object, camera, options)
         for posed, camera_from_object in zip(objects, poses, strict=True)
     ]
     d_prints = _undo_blend(prints, camera, options, d_picture, price)
@@ -97,13 +91,13 @@ def backward(
 
 
 def _undo_blend(
-    prints: Sequence[_Footprints],
+    prints: Sequence[Footprints],
     camera: Pinhole | Fisheye,
     options: RenderOptions,
     d_picture: ExactPicture,
     price: PriceOfLight | None,
-) -> list[_Footprints]:
-    """Each object's `_Footprints`, with dL/d(each value) in its place, as in `d_picture`.
+) -> list[Footprints]:
+    """Each object's `Footprints`, with dL/d(each value) in its place, as in `d_picture`.
 
     Splat i has the blend weight wᵢ = αᵢ Tᵢ, with Tᵢ the product of 1 - αⱼ over all j in front. A
     pixel's rgb is Σ wᵢ cᵢ + (1 - Σ wᵢ) · background, its alpha A = Σ wᵢ, its depth
@@ -115,7 +109,7 @@ def _undo_blend(
     factor: dL/dαᵢ = sᵢ Tᵢ - (Σ sⱼ wⱼ over all j behind) / (1 - αᵢ).
     """
     transmittance = np.ones_like(d_picture.alpha)
-    layers = list(_layers(prints, camera, options, transmittance))
+    layers = list(blend_layers(prints, camera, options, transmittance))
     alpha_sum = 1.0 - transmittance
     is_hit = alpha_sum > 0
     d_depth_sum = np.where(is_hit, d_picture.depth / np.where(is_hit, alpha_sum, 1.0), 0.0)
@@ -151,19 +145,19 @@ def _undo_blend(
     return d_prints
 
 
-def _zeros_like(p: _Footprints) -> _Footprints:
-    return _Footprints(*(np.zeros_like(getattr(p, field.name)) for field in fields(p)))
+def _zeros_like(p: Footprints) -> Footprints:
+    return Footprints(*(np.zeros_like(getattr(p, field.name)) for field in fields(p)))
 
 
 def _undo_falloff(
-    prints: _Footprints, i: int, window: tuple[slice, slice], d_log_alpha: FloatArray
+    prints: Footprints, i: int, window: tuple[slice, slice], d_log_alpha: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Gradients of one splat's centre (2,) and covariance (2, 2).
 
     ln α = ln opacity - ½ dᵀ Σ⁻¹ d with d from the centre to the pixel. With the offset whitened
     twice, e = Σ⁻¹ d, its slopes are e by the centre and ½ e eᵀ by Σ.
     """
-    offsets = np.stack(np.broadcast_arrays(*_offsets(prints, i, window)), axis=-1)
+    offsets = np.stack(np.broadcast_arrays(*centre_offsets(prints, i, window)), axis=-1)
     whitened = offsets @ np.linalg.inv(prints.covariances[i])
     d_centre = np.einsum("yx,yxa->a", d_log_alpha, whitened)
     d_covariance = 0.5 * np.einsum("yx,yxa,yxb->ab", d_log_alpha, whitened, whitened)
@@ -175,7 +169,7 @@ def _undo_footprints(
     camera_from_object: Pose,
     camera: Pinhole | Fisheye,
     options: RenderOptions,
-    d_prints: _Footprints,
+    d_prints: Footprints,
 ) -> tuple[ExactCloud, FloatArray]:
     """An `ExactCloud` of gradients, and the gradient of the object's twist (6,).
 
@@ -184,10 +178,7 @@ def _undo_footprints(
     """
     turn = camera_from_object.rotation
     points = camera_from_object @ cloud.means
-    if isinstance(camera, Pinhole):
-        _, _, jacobians, _ = _project_pinhole(camera, points)
-    else:
-        _, _, jacobians, _ = _project_fisheye(camera, points)
+    _, _, jacobians, _ = project(camera, points)
     picture_from_object = jacobians @ turn
     covariances = cloud.covariances()
     sharp = picture_from_object @ covariances @ np.swapaxes(picture_from_object, 1, 2)
@@ -197,7 +188,7 @@ def _undo_footprints(
     d_scales, d_rotations = _undo_covariances(cloud, d_covariances)
     d_picture_from_object = 2.0 * d_sharp @ picture_from_object @ covariances
     d_jacobians = d_picture_from_object @ turn.T
-    d_points = _undo_projection(camera, points, jacobians, d_prints, d_jacobians)
+    d_points = undo_projection(camera, points, d_prints.pixels, d_prints.depths, d_jacobians)
 
     eye_in_object = camera_from_object.inverse().translation
     d_sh, d_offsets = _undo_colours(cloud, eye_in_object, options.sh_degree, d_prints.colours)
@@ -218,7 +209,7 @@ def _axial(matrix: FloatArray) -> FloatArray:
 
 
 def _undo_opacity(
-    opacities: FloatArray, sharp: FloatArray, antialias: bool, d_prints: _Footprints
+    opacities: FloatArray, sharp: FloatArray, antialias: bool, d_prints: Footprints
 ) -> tuple[FloatArray, FloatArray]:
     """Gradients of the cloud's opacities (N,) and of the covariances without low pass (N, 2, 2).
 
@@ -271,97 +262,6 @@ def _rotation_slopes(unit: FloatArray) -> FloatArray:
         [[-2 * z, -w, x], [w, -2 * z, y], [x, y, o]],
     ]
     return 2.0 * np.moveaxis(np.array(by_entries), -1, 0)
-
-
-def _undo_projection(
-    camera: Pinhole | Fisheye,
-    points: FloatArray,
-    jacobians: FloatArray,
-    d_prints: _Footprints,
-    d_jacobians: FloatArray,
-) -> FloatArray:
-    """Gradients of points (N, 3) in camera axes."""
-    if isinstance(camera, Pinhole):
-        return _undo_pinhole(camera, points, d_prints, d_jacobians)
-    return _undo_fisheye(camera, points, jacobians, d_prints, d_jacobians)
-
-
-def _undo_pinhole(
-    camera: Pinhole, points: FloatArray, d_prints: _Footprints, d_jacobians: FloatArray
-) -> FloatArray:
-    """Forwards: τ = (x, y) / z, g = f / z, pixel = f τ + centre, J = [diag(g), -g · clamped τ]."""
-    z = points[:, 2:]
-    focal = np.array([camera.fx, camera.fy])
-    gains = focal / z
-    tangents = points[:, :2] / z
-    clamped = _clamped(camera, tangents)
-    d_diagonal = np.stack([d_jacobians[:, 0, 0], d_jacobians[:, 1, 1]], axis=1)
-    d_last = d_jacobians[:, :, 2]
-
-    d_gains = d_diagonal - clamped * d_last
-    # Beyond the margin the Jacobian does not follow the tangent; the pixel does everywhere.
-    d_tangents = focal * d_prints.pixels - np.where(clamped == tangents, gains * d_last, 0.0)
-    d_xy = d_tangents / z
-    d_z = -(tangents * d_tangents + gains * d_gains).sum(axis=1, keepdims=True) / z
-    return np.concatenate([d_xy, d_z + d_prints.depths[:, None]], axis=1)
-
-
-def _undo_fisheye(
-    camera: Fisheye,
-    points: FloatArray,
-    jacobians: FloatArray,
-    d_prints: _Footprints,
-    d_jacobians: FloatArray,
-) -> FloatArray:
-    """In the axes of each point: e away from the lens's axis, n around it, and z.
-
-    With s the distance from the axis, r the range and R(θ) the lens's radius, pixel = R e + centre
-    and J = [ρ e eᵀ + τ n nᵀ, a e] with ρ = R' z / r², τ = R / s and a = -R' s / r². A step along e
-    changes s alone; a step along n turns e by n / s and n by -e / s.
-    """
-    z = points[:, 2]
-    s, e, n = _about_axis(points)
-    angles = np.arctan2(s, z)
-    slope, bend = camera.f_px * camera.radius_slope(angles), _radius_bend(camera, angles)
-    square = s * s + z * z
-    rho = np.einsum("ni,nij,nj->n", e, jacobians[:, :, :2], e)
-    tau = np.einsum("ni,nij,nj->n", n, jacobians[:, :, :2], n)
-    a = -slope * s / square
-    # dθ = (z ds - s dz) / r²; a has by s the slope that ρ has by z.
-    rho_by_s = (bend * z - 2.0 * slope * s) * z / square**2
-    rho_by_z = (slope * (s * s - z * z) - bend * s * z) / square**2
-    a_by_z = (bend * s + 2.0 * slope * z) * s / square**2
-    is_near = s < NEAR_AXIS * z
-    cubic = 2.0 * camera.distortion[0] - 2.0 / 3.0
-    series = cubic * camera.f_px * s / np.where(is_near, z, 1.0) ** 3
-    tau_by_s = np.where(is_near, series, (rho - tau) / np.where(is_near, 1.0, s))
-    tau_by_z = -slope / square
-
-    d_along, d_across = _dot(d_prints.pixels, e), _dot(d_prints.pixels, n)
-    d_square = d_jacobians[:, :, :2]
-    d_rho = np.einsum("ni,nij,nj->n", e, d_square, e)
-    d_tau = np.einsum("ni,nij,nj->n", n, d_square, n)
-    d_mixed = np.einsum("ni,nij,nj->n", n, d_square + np.swapaxes(d_square, 1, 2), e)
-    d_a, d_aside = _dot(d_jacobians[:, :, 2], e), _dot(d_jacobians[:, :, 2], n)
-
-    d_s = rho * d_along + rho_by_s * d_rho + tau_by_s * d_tau + rho_by_z * d_a
-    d_z = a * d_along + rho_by_z * d_rho + tau_by_z * d_tau + a_by_z * d_a
-    d_n = tau * d_across + tau_by_s * d_mixed - slope / square * d_aside
-    d_xy = d_s[:, None] * e + d_n[:, None] * n
-    away = points / np.sqrt(square)[:, None]
-    return np.concatenate([d_xy, d_z[:, None]], axis=1) + d_prints.depths[:, None] * away
-
-
-def _radius_bend(camera: Fisheye, angles: FloatArray) -> FloatArray:
-    """R''(θ); 0 beyond the lens, where the radius goes on along its tangent."""
-    n = np.arange(1, 5)
-    factors = 2 * n * (2 * n + 1) * np.array(camera.distortion)
-    bend = camera.f_px * angles * np.polynomial.polynomial.polyval(angles**2, factors)
-    return np.where(angles <= camera.max_angle, bend, 0.0)
-
-
-def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    return (a * b).sum(axis=1)
 
 
 def _undo_colours(

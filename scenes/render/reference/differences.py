@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose, rotation_from_quaternion
 from scenes.render.reference.renderer import (
-    _draw_order,
-    _Footprints,
-    _footprints,
-    _in_scope,
-    _inside_lens,
-    _is_sound,
+    Footprints,
+    draw_order,
+    footprints_of,
+    in_scope,
+    inside_lens,
+    is_sound,
     pixel_rays,
     squared_distances,
 )
@@ -109,11 +109,11 @@ class FrozenPicture:
         self.world_from_camera = world_from_camera
         self._rays = pixel_rays(camera)
         prints = self._project(self.clouds, self.world_from_objects, world_from_camera)
-        self._order = _draw_order(prints)
+        self._order = draw_order(prints)
         alphas = self._raw_alphas(prints)
         self._is_limited = alphas >= ALPHA_MAX
         self._is_drawn = alphas >= ALPHA_MIN
-        is_open = _inside_lens(camera) & _in_scope(camera, options)
+        is_open = inside_lens(camera) & in_scope(camera, options)
         through = np.where(is_open, 1.0, 0.0)
         for k, alpha in enumerate(alphas):
             self._is_drawn[k] &= through >= TRANSMITTANCE_STOP
@@ -150,7 +150,7 @@ class FrozenPicture:
         clouds: Sequence[ExactCloud] | None,
         world_from_objects: Sequence[Pose] | None,
         world_from_camera: Pose | None,
-    ) -> tuple[FloatArray, list[_Footprints]]:
+    ) -> tuple[FloatArray, list[Footprints]]:
         prints = self._project(
             clouds or self.clouds,
             world_from_objects or self.world_from_objects,
@@ -167,13 +167,13 @@ class FrozenPicture:
         clouds: Sequence[ExactCloud],
         world_from_objects: Sequence[Pose],
         world_from_camera: Pose,
-    ) -> list[_Footprints]:
+    ) -> list[Footprints]:
         camera_from_world = world_from_camera.inverse()
         prints = []
         for cloud, world_from_object in zip(clouds, world_from_objects, strict=True):
             pose = camera_from_world @ world_from_object
             # An ExactCloud has everything that is asked of a SplatCloud there.
-            found = _footprints(cloud, pose, self._camera, self._options)  # type: ignore[arg-type]
+            found = footprints_of(cloud, pose, self._camera, self._options)  # type: ignore[arg-type]
             prints.append(found)
             if len(prints[-1].depths) != len(cloud):
                 raise ValueError(
@@ -182,7 +182,7 @@ class FrozenPicture:
                 )
         return prints
 
-    def _raw_alphas(self, prints: Sequence[_Footprints]) -> FloatArray:
+    def _raw_alphas(self, prints: Sequence[Footprints]) -> FloatArray:
         """(splats in order, H, W) opacity · falloff, without limits."""
         whole = (slice(0, self._camera.height_px), slice(0, self._camera.width_px))
         alphas = []
@@ -202,10 +202,10 @@ def drawable(
 ) -> NDArray[np.bool_]:
     """(N,) which splats a renderer keeps: sound, beyond the near limit, in the lens."""
     pose = world_from_camera.inverse() @ world_from_object
-    sound = _is_sound(cloud)
+    sound = is_sound(cloud)
     kept = [
         bool(sound[i])
-        and len(_footprints(cloud.select(np.array([i])), pose, camera, options).depths) == 1
+        and len(footprints_of(cloud.select(np.array([i])), pose, camera, options).depths) == 1
         for i in range(len(cloud))
     ]
     return np.array(kept, dtype=np.bool_)

@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from scenes.cameras import Fisheye, Pinhole, pixel_centres
 from scenes.harmonics import basis
 from scenes.pose import Pose, rotation_from_quaternion
+from scenes.render.reference.projection import focal_px, project
 from scenes.render.renderer import (
     ALPHA_MAX,
     ALPHA_MIN,
@@ -43,9 +44,6 @@ from scenes.splats import SplatCloud
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-JACOBIAN_MARGIN = 0.15
-ANGLE_MARGIN = 1.15
-POLE_MARGIN_RAD = 0.05
 MAX_MEAN_M = 1e6
 MAX_SCALE_M = 1e4
 MAX_SH = 1e15
@@ -69,7 +67,7 @@ class ReferenceRenderer:
         """
         options = options or RenderOptions()
         check_request(objects, camera, options)
-        return _blend(_footprints_of(objects, camera, world_from_camera, options), camera, options)
+        return _blend(_all_footprints(objects, camera, world_from_camera, options), camera, options)
 
     def shares(
         self,
@@ -83,7 +81,7 @@ class ReferenceRenderer:
         check_request(objects, camera, options)
         options = replace(options, background=(0.0, 0.0, 0.0), sh_degree=0)
         marked = []
-        for k, prints in enumerate(_footprints_of(objects, camera, world_from_camera, options)):
+        for k, prints in enumerate(_all_footprints(objects, camera, world_from_camera, options)):
             sums = np.zeros((len(prints.depths), 3))
             sums[:, 0] = k == index
             sums[:, 1 if k == index else 2] = prints.depths
@@ -91,21 +89,21 @@ class ReferenceRenderer:
         return _blend(marked, camera, options)
 
 
-def _footprints_of(
+def _all_footprints(
     objects: Sequence[PosedSplats],
     camera: Pinhole | Fisheye,
     world_from_camera: Pose,
     options: RenderOptions,
-) -> list[_Footprints]:
+) -> list[Footprints]:
     camera_from_world = world_from_camera.inverse()
     return [
-        _footprints(posed.cloud, camera_from_world @ posed.world_from_object, camera, options)
+        footprints_of(posed.cloud, camera_from_world @ posed.world_from_object, camera, options)
         for posed in objects
     ]
 
 
 @dataclass(frozen=True, slots=True)
-class _Footprints:
+class Footprints:
     """The drawable splats of one object on the picture plane, in the cloud's order."""
 
     pixels: FloatArray  # (N, 2)
@@ -118,13 +116,13 @@ class _Footprints:
     whitenings: FloatArray  # (N, 3, 3) A with A Σ Aᵀ = 1, Σ blurred, of points in camera axes
 
 
-def _footprints(
+def footprints_of(
     cloud: SplatCloud, camera_from_object: Pose, camera: Pinhole | Fisheye, options: RenderOptions
-) -> _Footprints:
-    cloud = cloud.select(_is_sound(cloud))
+) -> Footprints:
+    """The drawable splats of a cloud on the picture plane, in the cloud's order."""
+    cloud = cloud.select(is_sound(cloud))
     means = camera_from_object @ cloud.means.astype(np.float64)
-    project = _project_pinhole if isinstance(camera, Pinhole) else _project_fisheye
-    pixels, depths, jacobians, drawable = project(camera, means)  # type: ignore[arg-type]
+    pixels, depths, jacobians, drawable = project(camera, means)
     ranges = np.linalg.norm(means, axis=1)
     is_wide = cloud.scales.max(axis=1, initial=0.0) > options.exact_above_rad * ranges
     drawable = (drawable | is_wide) & (depths >= options.near_m) & (depths <= MAX_DEPTH_M)
@@ -142,19 +140,15 @@ def _footprints(
         opacities = opacities * np.where(is_wide, 1.0, gain)
     eye_in_object = camera_from_object.inverse().translation
     colours = _colours(cloud, eye_in_object, options.sh_degree)
-    blur_m = np.sqrt(LOW_PASS_PX2) * ranges / _focal(camera)
+    blur_m = np.sqrt(LOW_PASS_PX2) * ranges / focal_px(camera)
     scales = np.hypot(cloud.scales.astype(np.float64), blur_m[:, None])
     axes = camera_from_object.rotation @ rotation_from_quaternion(cloud.rotations)
     whitenings = np.swapaxes(axes, 1, 2) / scales[:, :, None]
-    return _Footprints(pixels, covariances, opacities, colours, depths, is_wide, means, whitenings)
+    return Footprints(pixels, covariances, opacities, colours, depths, is_wide, means, whitenings)
 
 
-def _focal(camera: Pinhole | Fisheye) -> float:
-    """Pixels per radian on the axis."""
-    return float(np.sqrt(camera.fx * camera.fy)) if isinstance(camera, Pinhole) else camera.f_px
-
-
-def _is_sound(cloud: SplatCloud) -> BoolArray:
+def is_sound(cloud: SplatCloud) -> BoolArray:
+    """(N,) whether all values of a splat are finite and within what can be drawn."""
     finite = np.ones(len(cloud), dtype=np.bool_)
     for array in (cloud.means, cloud.scales, cloud.rotations, cloud.opacities, cloud.sh):
         finite &= np.isfinite(array).all(axis=tuple(range(1, array.ndim)))
@@ -165,75 +159,6 @@ def _is_sound(cloud: SplatCloud) -> BoolArray:
         & (cloud.rotations != 0).any(axis=1)
         & (np.abs(cloud.sh) <= MAX_SH).all(axis=(1, 2))
     )
-
-
-def _project_pinhole(
-    camera: Pinhole, points: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
-    """Pixels (N, 2), z (N,), Jacobians (N, 2, 3) and which points are in front."""
-    in_front = points[:, 2] > 1e-9
-    z = np.where(in_front, points[:, 2], 1.0)
-    focal = np.array([camera.fx, camera.fy])
-    centre = np.array([camera.cx, camera.cy])
-    tangents = points[:, :2] / z[:, None]
-    clamped = _clamped(camera, tangents)
-    jacobians = np.zeros((len(points), 2, 3))
-    jacobians[:, 0, 0] = focal[0] / z
-    jacobians[:, 1, 1] = focal[1] / z
-    jacobians[:, :, 2] = -focal / z[:, None] * clamped
-    return focal * tangents + centre, points[:, 2], jacobians, in_front
-
-
-def _clamped(camera: Pinhole, tangents: FloatArray) -> FloatArray:
-    """(N, 2) x/z and y/z, kept within the margin beyond which the Jacobian is frozen."""
-    focal = np.array([camera.fx, camera.fy])
-    centre = np.array([camera.cx, camera.cy])
-    size = np.array([camera.width_px, camera.height_px], dtype=np.float64)
-    margin = JACOBIAN_MARGIN * size
-    return np.clip(tangents, (-margin - centre) / focal, (size + margin - centre) / focal)
-
-
-def _project_fisheye(
-    camera: Fisheye, points: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
-    """Pixels (N, 2), ranges (N,), Jacobians (N, 2, 3) and which points are near enough to the axis.
-
-    With s = |(x, y)| and e = (x, y) / s, r = f·d(θ) moves by f·d'·z/range² along e and by r/s
-    across.
-    """
-    z = points[:, 2]
-    off_axis, along, across = _about_axis(points)
-    ranges = np.linalg.norm(points, axis=1)
-    angles = np.arctan2(off_axis, z)
-    limit = min(ANGLE_MARGIN * camera.max_angle, np.pi - POLE_MARGIN_RAD)
-    drawable = (angles <= limit) & (ranges > 0)
-
-    on_axis = _is_on_axis(off_axis, z)
-    safe_s = np.where(on_axis, 1.0, off_axis)
-    square = np.where(ranges > 0, ranges, 1.0) ** 2
-    slopes = camera.f_px * camera.radius_slope(angles)
-    radii = camera.radius_px(angles)
-    radial = slopes * z / square
-    tangential = np.where(on_axis, camera.f_px / np.where(z != 0, z, 1.0), radii / safe_s)
-    jacobians = np.zeros((len(points), 2, 3))
-    jacobians[:, :, :2] = radial[:, None, None] * along[:, :, None] * along[:, None, :]
-    jacobians[:, :, :2] += tangential[:, None, None] * across[:, :, None] * across[:, None, :]
-    jacobians[:, :, 2] = -(slopes * off_axis / square)[:, None] * along
-    pixels = radii[:, None] * along + np.array([camera.cx, camera.cy])
-    return pixels, ranges, jacobians, drawable
-
-
-def _about_axis(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Distances (N,) from the lens's axis, and unit vectors (N, 2) away from it and around it."""
-    xy = points[:, :2]
-    off_axis = np.hypot(xy[:, 0], xy[:, 1])
-    on_axis = _is_on_axis(off_axis, points[:, 2])
-    along = np.where(on_axis[:, None], [1.0, 0.0], xy / np.where(on_axis, 1.0, off_axis)[:, None])
-    return off_axis, along, np.stack([-along[:, 1], along[:, 0]], axis=1)
-
-
-def _is_on_axis(off_axis: FloatArray, z: FloatArray) -> BoolArray:
-    return off_axis < 1e-12 * np.abs(z)
 
 
 def _colours(cloud: SplatCloud, eye_in_object: FloatArray, degree: int) -> FloatArray:
@@ -248,7 +173,7 @@ def _colours(cloud: SplatCloud, eye_in_object: FloatArray, degree: int) -> Float
 
 
 def _blend(
-    footprints: Sequence[_Footprints], camera: Pinhole | Fisheye, options: RenderOptions
+    footprints: Sequence[Footprints], camera: Pinhole | Fisheye, options: RenderOptions
 ) -> Rendering:
     height, width = camera.height_px, camera.width_px
     transmittance = np.ones((height, width))
@@ -257,7 +182,7 @@ def _blend(
     ids = np.full((height, width), -1, dtype=np.int32)
     heaviest = np.zeros((height, width))
 
-    for layer in _layers(footprints, camera, options, transmittance):
+    for layer in blend_layers(footprints, camera, options, transmittance):
         prints, i = footprints[layer.object_id], layer.splat
         window, weight = layer.window, layer.weight
         rgb[window] += weight[..., None] * prints.colours[i]
@@ -288,16 +213,16 @@ class _Layer:
     weight: FloatArray  # alpha · transmittance in front of the splat
 
 
-def _layers(
-    footprints: Sequence[_Footprints],
+def blend_layers(
+    footprints: Sequence[Footprints],
     camera: Pinhole | Fisheye,
     options: RenderOptions,
     transmittance: FloatArray,
 ) -> Iterator[_Layer]:
     """The splats that reach the picture, nearest first; each takes its share of `transmittance`."""
-    is_drawn = _inside_lens(camera) & _in_scope(camera, options)
+    is_drawn = inside_lens(camera) & in_scope(camera, options)
     rays = pixel_rays(camera)
-    for object_id, i in _draw_order(footprints):
+    for object_id, i in draw_order(footprints):
         prints = footprints[object_id]
         window = _window(prints, i, *is_drawn.shape)
         if window is None:
@@ -310,7 +235,7 @@ def _layers(
         yield _Layer(object_id, i, window, alpha, weight)
 
 
-def _draw_order(footprints: Sequence[_Footprints]) -> list[tuple[int, int]]:
+def draw_order(footprints: Sequence[Footprints]) -> list[tuple[int, int]]:
     """(object, splat) pairs, nearest first."""
     pairs = [
         (index, i) for index, prints in enumerate(footprints) for i in range(len(prints.depths))
@@ -320,7 +245,7 @@ def _draw_order(footprints: Sequence[_Footprints]) -> list[tuple[int, int]]:
     return [pairs[k] for k in order]
 
 
-def _inside_lens(camera: Pinhole | Fisheye) -> BoolArray:
+def inside_lens(camera: Pinhole | Fisheye) -> BoolArray:
     """(H, W) whether a pixel's centre is inside the lens circle."""
     if isinstance(camera, Pinhole):
         return np.ones((camera.height_px, camera.width_px), dtype=np.bool_)
@@ -329,7 +254,7 @@ def _inside_lens(camera: Pinhole | Fisheye) -> BoolArray:
     return x * x + y * y <= camera.circle_px**2
 
 
-def _in_scope(camera: Pinhole | Fisheye, options: RenderOptions) -> BoolArray:
+def in_scope(camera: Pinhole | Fisheye, options: RenderOptions) -> BoolArray:
     """(H, W) whether a pixel lies in the region and in a tile that is to be drawn."""
     drawn = np.ones((camera.height_px, camera.width_px), dtype=np.bool_)
     if options.region is not None:
@@ -342,7 +267,7 @@ def _in_scope(camera: Pinhole | Fisheye, options: RenderOptions) -> BoolArray:
     return drawn
 
 
-def _window(prints: _Footprints, i: int, height: int, width: int) -> tuple[slice, slice] | None:
+def _window(prints: Footprints, i: int, height: int, width: int) -> tuple[slice, slice] | None:
     """Rows and columns of a box that holds the pixels with alpha >= 1/255; None if there are none.
 
     A wide splat's box is the whole picture.
@@ -362,16 +287,14 @@ def _window(prints: _Footprints, i: int, height: int, width: int) -> tuple[slice
     return rows, columns
 
 
-def _alpha(
-    prints: _Footprints, i: int, window: tuple[slice, slice], rays: FloatArray
-) -> FloatArray:
+def _alpha(prints: Footprints, i: int, window: tuple[slice, slice], rays: FloatArray) -> FloatArray:
     """Alpha of one splat at the window's pixel centres, 0 where it is below the limit."""
     alpha = prints.opacities[i] * np.exp(-0.5 * squared_distances(prints, i, window, rays))
     return np.where(alpha >= ALPHA_MIN, np.minimum(alpha, ALPHA_MAX), 0.0)
 
 
 def squared_distances(
-    prints: _Footprints, i: int, window: tuple[slice, slice], rays: FloatArray
+    prints: Footprints, i: int, window: tuple[slice, slice], rays: FloatArray
 ) -> FloatArray:
     """Of the window's pixels from a splat, in its standard deviations.
 
@@ -387,13 +310,13 @@ def squared_distances(
         across = (np.cross(mean, whitened) ** 2).sum(axis=-1)
         distances = across / (whitened**2).sum(axis=-1)
         return np.where(whitened @ mean > 0, distances, mean @ mean)
-    dx, dy = _offsets(prints, i, window)
+    dx, dy = centre_offsets(prints, i, window)
     (xx, xy), (_, yy) = prints.covariances[i]
     return (yy * dx * dx - 2 * xy * dx * dy + xx * dy * dy) / (xx * yy - xy * xy)
 
 
-def _offsets(
-    prints: _Footprints, i: int, window: tuple[slice, slice]
+def centre_offsets(
+    prints: Footprints, i: int, window: tuple[slice, slice]
 ) -> tuple[FloatArray, FloatArray]:
     """From one splat's centre to the window's pixel centres: (1, columns) and (rows, 1), px."""
     rows, columns = window

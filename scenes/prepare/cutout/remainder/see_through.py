@@ -7,16 +7,19 @@ nothing that is drawn: there the same wall is seen without them.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scenes.package.records import ViewPoint
 from scenes.pose import Pose
-from scenes.prepare.cutout.marks.masked_view import MaskedView
-from scenes.prepare.cutout.votes.cropped_views import CloseView, close_views, evenly
-from scenes.prepare.cutout.votes.lifting import lift
+from scenes.prepare.cutout.votes.cropped_views import (
+    CloseView,
+    close_views,
+    evenly,
+    light_in_masks,
+)
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats
 from scenes.splats import SplatCloud
@@ -55,14 +58,13 @@ def shows_background(
     if len(framing) < LEAST_VIEWS:
         return none
     without = cloud.select(~labels)
-    changing, seen = np.zeros((2, len(cloud)))
-    for view in evenly(framing, MOST_VIEWS):
-        change = np.abs(_drawn(cloud, view, renderer) - _drawn(without, view, renderer))
-        mask = change.max(axis=2) > CHANGED
-        masked = MaskedView(view.name, view.camera, view.world_from_camera, mask)
-        vote = lift(cloud, masked, renderer=renderer)
-        changing += vote.inside / view.zoom**2
-        seen += vote.seen / view.zoom**2
+
+    def changes() -> Iterator[tuple[CloseView, BoolArray]]:
+        for view in evenly(framing, MOST_VIEWS):
+            change = np.abs(_drawn(cloud, view, renderer) - _drawn(without, view, renderer))
+            yield view, change.max(axis=2) > CHANGED
+
+    changing, seen = light_in_masks(cloud, changes(), renderer=renderer)
     through = labels & (seen > SEEN_PX) & (changing < LEAST_CHANGING * seen)
     if cloud.opacities[through].sum() > MOST_THROUGH * cloud.opacities[labels].sum():
         return none

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,10 @@ from numpy.typing import NDArray
 from scenes.cameras import Pinhole
 from scenes.package.records import ViewPoint
 from scenes.pose import Pose
+from scenes.prepare.cutout.marks.masked_view import MaskedView
+from scenes.prepare.cutout.votes.lifting import lift
+from scenes.render.native import NativeRenderer
+from scenes.splats import SplatCloud
 
 FloatArray = NDArray[np.float64]
 
@@ -83,3 +87,27 @@ def cropped(camera: Pinhole, world_from_camera: Pose, points: FloatArray) -> Pin
         (camera.cx - float(first[0])) * scale,
         (camera.cy - float(first[1])) * scale,
     )
+
+
+def light_in_masks(
+    cloud: SplatCloud,
+    masks: Iterable[tuple[CloseView, NDArray[np.bool_]]],
+    *,
+    renderer: NativeRenderer,
+) -> tuple[FloatArray, FloatArray]:
+    """(N,) each splat's light inside the masks of crops, and (N,) all of it there.
+
+    Light is blend weight, summed over pixels of the views as they were before they were cropped.
+
+    Args:
+        cloud: the whole room, metres.
+        masks: crops, each with a mask (H, W).
+        renderer: draws the room.
+    """
+    inside, seen = np.zeros((2, len(cloud)))
+    for view, mask in masks:
+        masked = MaskedView(view.name, view.camera, view.world_from_camera, mask)
+        vote = lift(cloud, masked, renderer=renderer)
+        inside += vote.inside / view.zoom**2
+        seen += vote.seen / view.zoom**2
+    return inside, seen

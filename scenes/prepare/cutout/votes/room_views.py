@@ -9,16 +9,20 @@ others. It goes with the surface that it hangs at, the thing's or another.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from scenes.package.records import ViewPoint
-from scenes.prepare.cutout.marks.masked_view import MaskedView
-from scenes.prepare.cutout.votes.cropped_views import CloseView, close_views, evenly
-from scenes.prepare.cutout.votes.lifting import lift, share
+from scenes.prepare.cutout.votes.cropped_views import (
+    CloseView,
+    close_views,
+    evenly,
+    light_in_masks,
+)
+from scenes.prepare.cutout.votes.lifting import share
 from scenes.prepare.cutout.votes.seen_surface import seen_surface
 from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud
@@ -110,14 +114,12 @@ def _light(
 
     In pixels of the views as they were before they were cropped.
     """
-    inside, seen = np.zeros((2, len(cloud)))
-    for view in views:
-        drawn = share(cloud, labels, view.camera, view.world_from_camera, renderer=renderer)
-        mask = drawn > MAJORITY
-        if mask.sum() < LEAST_PX:
-            continue
-        masked = MaskedView(view.name, view.camera, view.world_from_camera, mask)
-        vote = lift(cloud, masked, renderer=renderer)
-        inside += vote.inside / view.zoom**2
-        seen += vote.seen / view.zoom**2
-    return inside, seen
+
+    def silhouettes() -> Iterator[tuple[CloseView, BoolArray]]:
+        for view in views:
+            drawn = share(cloud, labels, view.camera, view.world_from_camera, renderer=renderer)
+            mask = drawn > MAJORITY
+            if mask.sum() >= LEAST_PX:
+                yield view, mask
+
+    return light_in_masks(cloud, silhouettes(), renderer=renderer)
