@@ -27,36 +27,36 @@ DUE = (
 LATE_FRAMES = 30
 """So long after a picture of the stream was dropped its frames count as late."""
 
-PUT_OFF_FRAMES = 4
+MOST_DEFERRED_FRAMES = 4
 """What is due at a late frame waits for so many, and not for more: all may be late for ever."""
 
 
 @dataclass(frozen=True, slots=True)
-class Rota:
+class Schedule:
     """What a frame has to do beside following what moves.
 
     Attributes:
         seq: the frame's number in its stream.
         pictures: of the stream since the frame before: more than one if some were dropped.
         beat: what is due, and whose turn it is, follow from it; 0 at the first frame.
-        put_off: frames, this one included, that leave what is due to a later one.
+        deferred: frames, this one included, that leave what is due to a later one.
         late_until: number in the stream of the last frame that counts as late.
     """
 
     seq: int
     pictures: int = 1
     beat: int = 0
-    put_off: int = 0
+    deferred: int = 0
     late_until: int = -1
 
-    def following(self, seq: int) -> Rota:
+    def following(self, seq: int) -> Schedule:
         """The rota of the next frame that is looked at."""
         pictures = max(seq - self.seq, 1)
         late_until = seq + LATE_FRAMES if pictures > 1 else self.late_until
-        beat = self.beat if self.put_off else self.beat + 1
-        following = Rota(seq, pictures, beat, 0, late_until)
-        if seq <= late_until and not following.is_free and self.put_off < PUT_OFF_FRAMES:
-            return replace(following, put_off=self.put_off + 1)
+        beat = self.beat if self.deferred else self.beat + 1
+        following = Schedule(seq, pictures, beat, 0, late_until)
+        if seq <= late_until and not following.is_free and self.deferred < MOST_DEFERRED_FRAMES:
+            return replace(following, deferred=self.deferred + 1)
         return following
 
     @property
@@ -85,5 +85,5 @@ class Rota:
         return self._turn(WATCH_PERIOD, WATCH_PHASE)
 
     def _turn(self, period: int, phase: int) -> int | None:
-        is_due = (self.beat - phase) % period == 0 and not self.put_off
+        is_due = (self.beat - phase) % period == 0 and not self.deferred
         return self.beat // period if is_due else None

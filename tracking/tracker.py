@@ -19,7 +19,7 @@ from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel, TrackState
-from tracking.background.images import Exposure, LensExposures, Plates, render_plates
+from tracking.background.images import BackgroundImages, Exposure, LensExposures, render_background
 from tracking.background.layers import LayerMemo, window_of
 from tracking.background.learning import Band, Care, band_of, learn, looked_at, whole_lens
 from tracking.camera.calibration import Calibration, calibrate
@@ -27,13 +27,13 @@ from tracking.camera.rig_state import RigState, looked_through
 from tracking.camera.watch import watched
 from tracking.evidence.evidence import Neighbour, Scene
 from tracking.follow.follow import first_look, follow
-from tracking.follow.redetection import Search, regain, regain_all
+from tracking.follow.redetection import Search, redetect, redetect_all
 from tracking.follow.track import Task, Track, new_track, report
-from tracking.follow.yaw_review import is_under_review, was_audited
+from tracking.follow.yaw_review import is_under_review, was_reviewed
 from tracking.model.object_model import TrackModel, make_model
-from tracking.model.support_planes import FLOOR_M, stands_in
+from tracking.model.support_planes import FLOOR_M, support_planes_in
 from tracking.output import Stopwatch, TrackOutput, no_stopwatch
-from tracking.schedule import Rota
+from tracking.schedule import Schedule
 from tracking.window.window import Layer
 
 UNHURRIED_NS = 50_000_000
@@ -66,14 +66,14 @@ class TrackerState:
     Attributes:
         tracks: by object id.
         rig: None before the first frame.
-        rota: of the last frame; None before the first.
+        schedule: of the last frame; None before the first.
         t_ns: its frame time.
         search: what is left to do of the search for a lost object; None if none is under way.
     """
 
     tracks: Mapping[str, Track]
     rig: RigState | None
-    rota: Rota | None
+    schedule: Schedule | None
     t_ns: int
     search: Search | None = None
 
@@ -116,8 +116,8 @@ class Tracker:
             if len(room)
             else np.array([[-np.inf] * 3, [np.inf] * 3])
         )
-        self._supports = tuple(sorted({FLOOR_M, *(o.support_z_m for o in objects)}))
-        self._stands = stands_in(room, objects)
+        self._support_heights_m = tuple(sorted({FLOOR_M, *(o.support_z_m for o in objects)}))
+        self._support_planes = support_planes_in(room, objects)
 
     def start(self) -> TrackerState:
         """Every object where the scene says, the camera unknown."""
@@ -136,16 +136,18 @@ class Tracker:
         if frame.world_from_rig is None:
             raise ValueError(f"frame {frame.seq} of {frame.stream_id!r} has no camera pose")
         began = self._stopwatch()
-        rota = Rota(frame.seq) if state.rota is None else state.rota.following(frame.seq)
-        rig = self._locate(state, frame, frame.world_from_rig, rota)
+        schedule = (
+            Schedule(frame.seq) if state.schedule is None else state.schedule.following(frame.seq)
+        )
+        rig = self._locate(state, frame, frame.world_from_rig, schedule)
         scene = self._scene(frame, rig)
         rectified = self._stopwatch()
         tracks = dict(state.tracks)
-        tasks = {m.object_id: self._task(scene, m, tracks, rota) for m in self._models}
+        tasks = {m.object_id: self._task(scene, m, tracks, schedule) for m in self._models}
         looks = {name: first_look(task) for name, task in tasks.items()}
         detected = self._stopwatch()
         searched = False
-        is_busy = not rota.is_free and frame.t_ns - state.t_ns < UNHURRIED_NS
+        is_busy = not schedule.is_free and frame.t_ns - state.t_ns < UNHURRIED_NS
         reviewed = next((name for name, track in tracks.items() if is_under_review(track)), None)
         for model in _most_certain_first(self._models, tracks):
             name = model.object_id
@@ -156,21 +158,21 @@ class Tracker:
                 may_search=self._options.recover and is_free,
             )
             tracks[name] = follow(task, looks[name])
-            searched = searched or was_audited(tracks[name], frame.t_ns)
+            searched = searched or was_reviewed(tracks[name], frame.t_ns)
         search = state.search
-        if self._options.recover and rota.is_first:
+        if self._options.recover and schedule.is_first:
             # At first there is nothing to be late for.
-            tracks |= regain_all(self._lost(tasks, tracks))
+            tracks |= redetect_all(self._lost(tasks, tracks))
         elif self._options.recover and not searched:
-            budget_ms = SEARCH_SHARE * (frame.t_ns - state.t_ns) / rota.pictures / 1e6
-            found, search = regain(self._lost(tasks, tracks), search, budget_ms=budget_ms)
+            budget_ms = SEARCH_SHARE * (frame.t_ns - state.t_ns) / schedule.pictures / 1e6
+            found, search = redetect(self._lost(tasks, tracks), search, budget_ms=budget_ms)
             tracks |= found
         posed = self._stopwatch()
-        for band in _bands_to_learn(rota, frame, tracks):
-            care = _care(tracks, is_first=rota.is_first)
+        for band in _bands_to_learn(schedule, frame, tracks):
+            care = _care(tracks, is_first=schedule.is_first)
             exposure = scene.exposures[band.lens]
-            plates = self._learned(rig.plates, frame, tracks, exposure, band, care)
-            rig = replace(rig, plates=plates)
+            background = self._learned(rig.background, frame, tracks, exposure, band, care)
+            rig = replace(rig, background=background)
         objects = tuple(report(m, tracks[m.object_id], frame) for m in self._models)
         ended = self._stopwatch()
         stages = {
@@ -179,18 +181,18 @@ class Tracker:
             "pose": posed - detected,
             "smooth": ended - posed,
         }
-        following = TrackerState(MappingProxyType(tracks), rig, rota, frame.t_ns, search)
+        following = TrackerState(MappingProxyType(tracks), rig, schedule, frame.t_ns, search)
         output = TrackOutput(objects, MappingProxyType(stages), scene.world_from_rig)
         return following, output
 
     def _locate(
-        self, state: TrackerState, frame: Frame, marker_world_from_rig: Pose, rota: Rota
+        self, state: TrackerState, frame: Frame, marker_world_from_rig: Pose, schedule: Schedule
     ) -> RigState:
         """The refined camera pose and its plates; both kept while the camera stands still."""
         known = state.rig
         if known is not None:
-            if known.stands(marker_world_from_rig):
-                known, rig_from_turned = looked_through(known, frame, rota.watches)
+            if known.is_unmoved(marker_world_from_rig):
+                known, rig_from_turned = looked_through(known, frame, schedule.watches)
                 if not known.is_bumped:
                     return known
                 nominal = known.calibration.world_from_rig @ rig_from_turned
@@ -211,63 +213,67 @@ class Tracker:
             calibration = calibrate(frame, nominal, self._room, self._renderer, objects=standing)
         else:
             calibration = Calibration(nominal, np.full(6, 1e-3), 1.0, True)
-        plates = render_plates(self._renderer, self._room, frame.rig, calibration.world_from_rig)
-        exposures = LensExposures(frame.images, plates)
+        background = render_background(
+            self._renderer, self._room, frame.rig, calibration.world_from_rig
+        )
+        exposures = LensExposures(frame.images, background)
         for index, lens in enumerate(frame.rig.lenses):
             band = whole_lens(index, lens.height_px)
             care = _care(state.tracks, is_first=known is None)
-            plates = self._learned(plates, frame, state.tracks, exposures[index], band, care)
+            background = self._learned(
+                background, frame, state.tracks, exposures[index], band, care
+            )
         watches = tuple(map(watched, frame.images, frame.rig.lenses))
-        return RigState(marker_world_from_rig, calibration, plates, watches)
+        return RigState(marker_world_from_rig, calibration, background, watches)
 
     def _learned(
         self,
-        plates: Plates,
+        background: BackgroundImages,
         frame: Frame,
         tracks: Mapping[str, Track],
         exposure: Exposure,
         band: Band,
         care: Care,
-    ) -> Plates:
+    ) -> BackgroundImages:
         """Plates with what this frame shows of the room in a band, away from all objects."""
         lens = frame.rig.lenses[band.lens]
         rows = looked_at(band, lens.width_px, lens.height_px)
         taken: list[Layer] = []
         for model in self._models:
             item, pose = model.source, tracks[model.object_id].world_from_object
-            view = frame.rig, plates.world_from_rig
+            view = frame.rig, background.world_from_rig
             drawn, _ = window_of(item, pose, *view, lens=band.lens).part
             if drawn.start < rows.stop and rows.start < drawn.stop:
                 layer = self._layers.layer(item, pose, *view, self._renderer, lens=band.lens)
                 taken.append(layer)
-        return learn(plates, frame, exposure, taken, band, care=care)
+        return learn(background, frame, exposure, taken, band, care=care)
 
     def _scene(self, frame: Frame, rig: RigState) -> Scene:
         return Scene(
             frame,
             rig.calibration.world_from_rig,
             rig.calibration.sigma,
-            rig.plates,
-            LensExposures(frame.images, rig.plates),
+            rig.background,
+            LensExposures(frame.images, rig.background),
             self._renderer,
             self._bounds_m,
-            self._stands,
+            self._support_planes,
             self._layers,
         )
 
     def _task(
-        self, scene: Scene, model: TrackModel, tracks: Mapping[str, Track], rota: Rota
+        self, scene: Scene, model: TrackModel, tracks: Mapping[str, Track], schedule: Schedule
     ) -> Task:
-        turn = rota.measures
+        turn = schedule.measures
         whose = None if turn is None else self._models[turn % len(self._models)]
         return Task(
             scene=scene,
             model=model,
             track=tracks[model.object_id],
             neighbours=self._neighbours(model, tracks),
-            supports_m=self._supports,
+            support_heights_m=self._support_heights_m,
             is_turn=whose is model,
-            is_first=rota.is_first,
+            is_first=schedule.is_first,
             may_search=self._options.recover,
             use_texture=self._options.texture,
         )
@@ -293,15 +299,17 @@ class Tracker:
         )
 
 
-def _bands_to_learn(rota: Rota, frame: Frame, tracks: Mapping[str, Track]) -> Sequence[Band]:
+def _bands_to_learn(
+    schedule: Schedule, frame: Frame, tracks: Mapping[str, Track]
+) -> Sequence[Band]:
     """What a frame looks at of the room, once its objects are known: at first, all of it.
 
     While one is lost, no more can be learned than before it was looked for.
     """
     heights = [lens.height_px for lens in frame.rig.lenses]
-    if rota.is_first and not _misses_any(tracks):
+    if schedule.is_first and not _misses_any(tracks):
         return [whole_lens(index, height_px) for index, height_px in enumerate(heights)]
-    return [] if rota.learns is None else [band_of(rota.learns, heights)]
+    return [] if schedule.learns is None else [band_of(schedule.learns, heights)]
 
 
 def _misses_any(tracks: Mapping[str, Track]) -> bool:

@@ -37,7 +37,7 @@ MISALIGNMENT_PX = 0.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Plates:
+class BackgroundImages:
     """The empty room as each lens would see it from one place.
 
     Attributes:
@@ -57,17 +57,17 @@ class Plates:
     @staticmethod
     def of_pictures(
         world_from_rig: Pose, images: Sequence[FloatArray], coverage: Sequence[FloatArray]
-    ) -> Plates:
+    ) -> BackgroundImages:
         """Plates of which nothing was learned yet, from one picture and its alpha per lens."""
-        return Plates(
+        return BackgroundImages(
             world_from_rig,
             tuple(Strips.of(image) for image in images),
-            tuple(Strips.of(plate_noise(image)) for image in images),
+            tuple(Strips.of(background_noise(image)) for image in images),
             tuple(coverage),
             tuple(Strips.of(np.zeros(image.shape[:2], np.bool_)) for image in images),
         )
 
-    def stands_at(self, world_from_rig: Pose) -> bool:
+    def is_at(self, world_from_rig: Pose) -> bool:
         """Whether the plates are still those of a camera at this pose."""
         moved = self.world_from_rig.inverse() @ world_from_rig
         return (
@@ -78,12 +78,12 @@ class Plates:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Exposure:
-    """How a lens's live picture follows from its plate: `plate · (gain + falloff · r²) + offset`.
+    """Photometric response of a lens: `live = background · (gain + falloff · r²) + offset`.
 
     Attributes:
         gain: (3,) per channel.
-        falloff: (3,) vignetting per channel, r = 1 at the border of the lens circle.
-        offset: (3,) per channel, of a 0..1 channel.
+        falloff: (3,) vignetting per channel; r = 1 at the border of the lens circle.
+        offset: (3,) per channel, in channels of 0..1.
     """
 
     gain: NDArray[np.float64]
@@ -114,9 +114,9 @@ class Difference:
         return self.probability > 0.5
 
 
-def render_plates(
+def render_background(
     renderer: Renderer, room: SplatCloud, rig: Rig, world_from_rig: Pose, *, threads: int = 0
-) -> Plates:
+) -> BackgroundImages:
     """Draw the empty room through every lens of a rig."""
     posed = (PosedSplats(room, Pose.identity()),)
     images: list[FloatArray] = []
@@ -127,10 +127,10 @@ def render_plates(
         )
         images.append(np.clip(drawn.rgb, 0.0, 1.0))
         coverage.append(drawn.alpha)
-    return Plates.of_pictures(world_from_rig, images, coverage)
+    return BackgroundImages.of_pictures(world_from_rig, images, coverage)
 
 
-def plate_noise(image: FloatArray) -> FloatArray:
+def background_noise(image: FloatArray) -> FloatArray:
     """(H, W) standard deviation expected between a plate and a live picture of the same room."""
     gx, gy = slopes(grey(image))
     slope = box_blurred(np.hypot(gx, gy).astype(np.float32), 5)
@@ -139,7 +139,7 @@ def plate_noise(image: FloatArray) -> FloatArray:
 
 def fit_exposure(
     live: NDArray[np.uint8],
-    plate: FloatArray | Strips[np.float32],
+    background_image: FloatArray | Strips[np.float32],
     coverage: FloatArray,
     *,
     samples: int = 32,
@@ -149,17 +149,17 @@ def fit_exposure(
 
     Args:
         live: (H, W, 3) uint8 lens picture.
-        plate: (H, W, 3) empty room.
+        background_image: (H, W, 3) empty room.
         coverage: (H, W) alpha of the plate.
         samples: about this many pixels per side are looked at.
         iterations: of reweighting (Geman-McClure with a shrinking scale).
     """
-    height, width = plate.shape[:2]
+    height, width = background_image.shape[:2]
     step = max(1, min(height, width) // samples)
     rows, columns = slice(step // 2, None, step), slice(step // 2, None, step)
     used = coverage[rows, columns] > 0.95
     observed = live[rows, columns][used].astype(np.float64) / 255.0
-    model = plate[rows, columns][used].astype(np.float64)
+    model = background_image[rows, columns][used].astype(np.float64)
     x = (np.arange(width)[columns] + 0.5) / width - 0.5
     y = (np.arange(height)[rows] + 0.5) / height - 0.5
     radius2 = (x[None, :] ** 2 + y[:, None] ** 2)[used] * 4.0
@@ -188,11 +188,11 @@ class LensExposures:
 
     Args:
         images: (H, W, 3) uint8 live pictures, one per lens.
-        plates: the empty room.
+        background: the empty room.
     """
 
-    def __init__(self, images: Sequence[NDArray[np.uint8]], plates: Plates) -> None:
-        self._lenses = tuple(zip(images, plates.images, plates.coverage, strict=True))
+    def __init__(self, images: Sequence[NDArray[np.uint8]], background: BackgroundImages) -> None:
+        self._lenses = tuple(zip(images, background.images, background.coverage, strict=True))
         self._fitted: dict[int, Exposure] = {}
 
     def __getitem__(self, lens: int) -> Exposure:
@@ -202,17 +202,19 @@ class LensExposures:
         return self._fitted[lens]
 
 
-def expose(plate: FloatArray, exposure: Exposure, *, radius2: FloatArray) -> FloatArray:
+def expose(background_image: FloatArray, exposure: Exposure, *, radius2: FloatArray) -> FloatArray:
     """A plate as the live camera would record it.
 
     Args:
-        plate: (H, W, 3) empty room, in any view.
+        background_image: (H, W, 3) empty room, in any view.
         exposure: of the lens it comes from.
         radius2: (H, W) squared distance from the lens's centre per pixel, 1 at the border.
     """
     falloff = exposure.falloff.astype(np.float32)
     gain = exposure.gain.astype(np.float32) + radius2[..., None].astype(np.float32) * falloff
-    return np.asarray(plate * gain + exposure.offset.astype(np.float32), dtype=np.float32)
+    return np.asarray(
+        background_image * gain + exposure.offset.astype(np.float32), dtype=np.float32
+    )
 
 
 def difference(live: FloatArray, expected: FloatArray, noise: FloatArray) -> Difference:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.messages import Frame
-from tracking.background.images import MISALIGNMENT_PX, NOISE_FLOOR, Exposure, Plates
+from tracking.background.images import MISALIGNMENT_PX, NOISE_FLOOR, BackgroundImages, Exposure
 from tracking.background.strips import STRIPS, strip_of
 from tracking.kernels.native import RoomLearner
 from tracking.window.window import Layer
@@ -120,18 +120,18 @@ def surroundings(width: int, care: Care) -> tuple[int, int, int]:
 
 
 def learn(
-    plates: Plates,
+    background: BackgroundImages,
     frame: Frame,
     exposure: Exposure,
     taken: Sequence[Layer],
     band: Band,
     *,
     care: Care = Care.LITTLE,
-) -> Plates:
+) -> BackgroundImages:
     """The plates with what this frame shows of the room in a band.
 
     Args:
-        plates: so far.
+        background: so far.
         frame: live pictures.
         exposure: of the band's lens in this frame.
         taken: movable objects as drawn into the band's lens; nothing is learned there.
@@ -139,7 +139,11 @@ def learn(
         care: what is taken for the room.
     """
     index = band.lens
-    images, noise, learned = list(plates.images), list(plates.noise), list(plates.learned)
+    images, noise, learned = (
+        list(background.images),
+        list(background.noise),
+        list(background.learned),
+    )
     height, width = images[index].shape[:2]
     rows = looked_at(band, width, height)
     free = _free_of(taken, rows, width)
@@ -147,7 +151,7 @@ def learn(
         frame.images[index][rows],
         images[index][rows, :],
         learned[index][rows, :],
-        free & (plates.coverage[index][rows] > 0.5),
+        free & (background.coverage[index][rows] > 0.5),
         lens_size=(width, height),
         top=rows.start,
         exposure=exposure.rows(),
@@ -160,7 +164,7 @@ def learn(
     images[index] = images[index].with_rows(band.top, image.reshape(*size, 3)[inner])
     noise[index] = noise[index].with_rows(band.top, rough.reshape(size)[inner])
     learned[index] = learned[index].with_rows(band.top, known.reshape(size)[inner])
-    return replace(plates, images=tuple(images), noise=tuple(noise), learned=tuple(learned))
+    return replace(background, images=tuple(images), noise=tuple(noise), learned=tuple(learned))
 
 
 def _free_of(taken: Sequence[Layer], rows: slice, width: int) -> NDArray[np.bool_]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from devices.messages import Frame
 from scenes.pose import Pose, rotation_angle, rotation_from_vector
-from tracking.background.images import Plates
+from tracking.background.images import BackgroundImages
 from tracking.camera.calibration import Calibration
 from tracking.camera.watch import Watch, turned_since
 
@@ -28,18 +28,18 @@ class RigState:
     Attributes:
         marker_world_from_rig: what the marker said when the camera was last refined.
         calibration: the refined pose.
-        plates: the empty room from there.
+        background: the empty room from there.
         watches: what each lens saw then.
         turned_looks: looks in a row, until the last, that found the camera turned.
     """
 
     marker_world_from_rig: Pose
     calibration: Calibration
-    plates: Plates
+    background: BackgroundImages
     watches: tuple[Watch, ...]
     turned_looks: int = 0
 
-    def stands(self, marker_world_from_rig: Pose) -> bool:
+    def is_unmoved(self, marker_world_from_rig: Pose) -> bool:
         """Whether the marker still says so, apart from its shaking."""
         moved = self.marker_world_from_rig.inverse() @ marker_world_from_rig
         return (

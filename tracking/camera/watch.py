@@ -28,11 +28,11 @@ CELL_PX = 10
 """The steepest pixel of each cell is looked at."""
 LEAST_STEEP = 0.004
 STEPS = 5
-ALIKE = 3.0
+OUTLIER_SCALES = 3.0
 """Pixels whose difference is beyond so many times the middle one say nothing."""
 LEAST_NOISE = 0.004
 LEAST_POINTS = 60
-LEAST_LIKENESS = 0.6
+LEAST_DETAIL_CORRELATION = 0.6
 """Correlation of the two pictures' details: below, too much is hidden to tell."""
 
 FloatArray = NDArray[np.float32]
@@ -94,7 +94,7 @@ def turned_since(watch: Watch, image: NDArray[np.uint8]) -> Points | None:
     for _ in range(STEPS):
         residual = _residual(watch, detail, turn)
         noise = max(1.5 * float(np.median(np.abs(residual))), LEAST_NOISE)
-        agree = np.clip(1 - (residual / (ALIKE * noise)) ** 2, 0, None) ** 2
+        agree = np.clip(1 - (residual / (OUTLIER_SCALES * noise)) ** 2, 0, None) ** 2
         # A turn is so small that pixels change by it as they did at first.
         weighted = watch.by_turn * agree[:, None]
         information = weighted.T @ watch.by_turn
@@ -106,8 +106,8 @@ def turned_since(watch: Watch, image: NDArray[np.uint8]) -> Points | None:
             break
     then = watch.values.astype(np.float64)
     now = then + _residual(watch, detail, turn)
-    alike = float(then @ now) / max(float(np.sqrt((then @ then) * (now @ now))), 1e-12)
-    return turn if alike > LEAST_LIKENESS else None
+    correlation = float(then @ now) / max(float(np.sqrt((then @ then) * (now @ now))), 1e-12)
+    return turn if correlation > LEAST_DETAIL_CORRELATION else None
 
 
 def _residual(watch: Watch, detail: FloatArray, turn: Points) -> Points:

@@ -12,11 +12,11 @@ from devices.messages import Frame
 from scenes.cameras import Fisheye
 from scenes.pose import Pose
 from scenes.render.native import NativeRenderer
-from tracking.background.images import LensExposures, Plates
+from tracking.background.images import BackgroundImages, LensExposures
 from tracking.background.layers import LayerMemo
 from tracking.kernels.native import KERNELS, SeenWindow
 from tracking.model.object_model import TrackModel
-from tracking.model.support_planes import Stands
+from tracking.model.support_planes import SupportPlanes
 from tracking.window.window import Layer, Window, window_around
 
 FloatArray = NDArray[np.float32]
@@ -66,25 +66,25 @@ class Scene:
         frame: the live pictures.
         world_from_rig: refined pose of the camera.
         camera_sigma: (6,) its standard deviations: rotation in radians, translation in metres.
-        plates: the empty room.
+        background: the empty room.
         exposures: by lens.
         renderer: draws splats.
         bounds_m: (2, 3) lowest and highest corner of the room.
-        stands: what the room offers to stand on.
+        support_planes: what the room offers to stand on.
         layers: objects drawn into the lens pictures.
     """
 
     frame: Frame
     world_from_rig: Pose
     camera_sigma: NDArray[np.float64]
-    plates: Plates
+    background: BackgroundImages
     exposures: LensExposures
     renderer: NativeRenderer
     bounds_m: NDArray[np.float64]
-    stands: Stands
+    support_planes: SupportPlanes
     layers: LayerMemo
 
-    def holds(self, world_from_object: Pose) -> bool:
+    def contains(self, world_from_object: Pose) -> bool:
         """Whether something at a pose is inside the room."""
         place = world_from_object.translation
         low, high = self.bounds_m[0] - OUTSIDE_M, self.bounds_m[1] + OUTSIDE_M
@@ -123,8 +123,8 @@ def gather(
     lens, part = scene.frame.rig.lenses[view.lens], view.part
     live, foreground, own, hidden, seen = KERNELS.change(
         scene.frame.images[view.lens][part],
-        scene.plates.images[view.lens].cut(*part),
-        scene.plates.noise[view.lens].cut(*part),
+        scene.background.images[view.lens].cut(*part),
+        scene.background.noise[view.lens].cut(*part),
         lens_size=(lens.width_px, lens.height_px),
         window=view.corner_and_size,
         shrink=view.shrink,

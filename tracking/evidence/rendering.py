@@ -16,7 +16,7 @@ from scenes.cameras import Fisheye
 from scenes.pose import Pose, rotation_angle
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats, Renderer, Rendering
-from tracking.evidence.appearance_memory import Portrait
+from tracking.evidence.appearance_memory import AppearanceMemory
 from tracking.evidence.evidence import Evidence
 from tracking.model.object_model import RENDER_OPTIONS, TrackModel
 from tracking.window.contour import Contour, Texture
@@ -46,7 +46,7 @@ splats of each widen the silhouette by a pixel."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sketch:
+class ReducedRendering:
     """What a drawn object offers to be measured at.
 
     Attributes:
@@ -59,7 +59,7 @@ class Sketch:
         surface: (N, 3) points evenly over the silhouette, in the object's frame.
         colours: (N, 3) float32 drawn there, smoothed.
         area_px: pixels of the silhouette.
-        portrait: whose colours were laid on it, if any.
+        appearance: whose colours were laid on it, if any.
     """
 
     camera_from_object: Pose
@@ -71,9 +71,9 @@ class Sketch:
     surface: Points
     colours: FloatArray
     area_px: int
-    portrait: Portrait | None
+    appearance: AppearanceMemory | None
 
-    def serves(self, view: Window, camera_from_object: Pose, tolerance: float = 1.0) -> bool:
+    def is_valid_for(self, view: Window, camera_from_object: Pose, tolerance: float = 1.0) -> bool:
         """Whether an object seen from there still looks like this, up to so many times the limits.
 
         Args:
@@ -93,25 +93,25 @@ class Sketch:
         return turned < limit and aside > math.cos(limit)
 
 
-class Sketchbook:
+class RenderingCache:
     """The sketches of one object in one window: what was drawn for one try serves the next.
 
     Args:
         first: of the frame before, if there is one.
-        portrait: laid on whatever is drawn.
+        appearance: laid on whatever is drawn.
         quickly: draw no finer than what moves on at once is worth.
     """
 
     def __init__(
         self,
-        first: Sketch | None = None,
-        portrait: Portrait | None = None,
+        first: ReducedRendering | None = None,
+        appearance: AppearanceMemory | None = None,
         *,
         quickly: bool = False,
     ) -> None:
-        is_alike = first is not None and first.portrait is portrait
-        self._sketches = [first] if first is not None and is_alike else []
-        self._portrait = portrait
+        has_same_appearance = first is not None and first.appearance is appearance
+        self._renderings = [first] if first is not None and has_same_appearance else []
+        self._appearance = appearance
         self._quickly = quickly
 
     def at(
@@ -122,24 +122,24 @@ class Sketchbook:
         renderer: NativeRenderer,
         *,
         tolerance: float = 1.0,
-    ) -> Sketch:
+    ) -> ReducedRendering:
         """The latest sketch that serves for a pose; drawn if none does."""
         finer = _finer(model, evidence, quickly=self._quickly)
         camera_from_object = evidence.world_from_camera.inverse() @ world_from_object
-        for sketch in reversed(self._sketches):
-            if sketch.finer >= finer and sketch.serves(
+        for reduced in reversed(self._renderings):
+            if reduced.finer >= finer and reduced.is_valid_for(
                 evidence.view, camera_from_object, tolerance
             ):
-                return sketch
-        drawn = sketched(
+                return reduced
+        drawn = reduced_rendering(
             model,
             world_from_object,
             evidence,
             renderer,
-            portrait=self._portrait,
+            appearance=self._appearance,
             quickly=self._quickly,
         )
-        self._sketches.append(drawn)
+        self._renderings.append(drawn)
         return drawn
 
     def drawn(
@@ -147,10 +147,10 @@ class Sketchbook:
     ) -> Rendering:
         """The object alone, as the window's camera would see it."""
         picture = draw(model, world_from_object, evidence, renderer)
-        if self._portrait is None:
+        if self._appearance is None:
             return picture
         camera_from_object = evidence.world_from_camera.inverse() @ world_from_object
-        return self._portrait.laid_on(picture, evidence.camera, camera_from_object)
+        return self._appearance.applied_to(picture, evidence.camera, camera_from_object)
 
 
 def draw(
@@ -165,15 +165,15 @@ def draw(
     )
 
 
-def sketched(
+def reduced_rendering(
     model: TrackModel,
     world_from_object: Pose,
     evidence: Evidence,
     renderer: NativeRenderer,
     *,
-    portrait: Portrait | None = None,
+    appearance: AppearanceMemory | None = None,
     quickly: bool = False,
-) -> Sketch:
+) -> ReducedRendering:
     """Draw an object at a pose, lay what is known of its looks on it, and pick its points.
 
     Args:
@@ -181,7 +181,7 @@ def sketched(
         world_from_object: where it is drawn.
         evidence: its window.
         renderer: draws it.
-        portrait: how it really looks, where that is known.
+        appearance: how it really looks, where that is known.
         quickly: draw no finer than what moves on at once is worth.
     """
     view = evidence.view
@@ -193,11 +193,11 @@ def sketched(
     drawing = renderer.render((posed,), fine, view.world_from_camera, RENDER_OPTIONS)
     outline = outlined_of(drawing, fine, object_from_camera, finer=finer)
     drawn = outline.drawn
-    if portrait is not None:
+    if appearance is not None:
         seen_by = part_of(window, outline.part)
-        drawn = portrait.laid_on(drawn, seen_by, object_from_camera.inverse())
+        drawn = appearance.applied_to(drawn, seen_by, object_from_camera.inverse())
     looks = looks_of(outline, drawn, window, object_from_camera)
-    return Sketch(
+    return ReducedRendering(
         camera_from_object=object_from_camera.inverse(),
         lens=view.lens,
         shrink=view.shrink,
@@ -207,7 +207,7 @@ def sketched(
         surface=looks.surface,
         colours=looks.colours,
         area_px=looks.area_px,
-        portrait=portrait,
+        appearance=appearance,
     )
 
 

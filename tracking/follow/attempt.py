@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from scenes.pose import Pose
 from tracking.evidence.evidence import Evidence
-from tracking.evidence.rendering import Sketchbook
+from tracking.evidence.rendering import RenderingCache
 from tracking.follow.posterior import CONTACT_SIGMA_M, REACHABLE_M
 from tracking.follow.track import Task
 from tracking.solve.gauss_newton import TRACKING_REACHES, Fit, Prior, solve
@@ -23,7 +23,7 @@ firmly."""
 def attempt(
     task: Task,
     evidence: Evidence,
-    book: Sketchbook,
+    cache: RenderingCache,
     world_from_start: Pose,
     prior: Prior,
     *,
@@ -38,24 +38,24 @@ def attempt(
     Args:
         task: the object and the frame.
         evidence: its window.
-        book: the sketches made of it so far.
+        cache: the sketches made of it so far.
         world_from_start: where to begin.
         prior: the belief.
         reaches_px: how far from the outline edges are looked for, round by round.
         slide: whether the drawn object is slid over the picture first.
     """
 
-    def solved(world_from_start: Pose, belief: Prior, reaches_px: tuple[float, ...]) -> Fit:
+    def solved(world_from_start: Pose, solve_prior: Prior, reaches_px: tuple[float, ...]) -> Fit:
         return solve(
             evidence,
             task.model,
             world_from_start,
-            belief,
+            solve_prior,
             task.scene.renderer,
             reaches_px=reaches_px,
             use_texture=task.use_texture,
-            slide_first=slide and belief is prior,
-            book=book,
+            slide_first=slide and solve_prior is prior,
+            cache=cache,
         )
 
     vector = pose_vector(world_from_start)

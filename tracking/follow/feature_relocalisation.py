@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.pose import Pose, rotation_from_vector
-from tracking.evidence.appearance_memory import SOLID, Portrait
+from tracking.evidence.appearance_memory import SOLID, AppearanceMemory
 from tracking.evidence.evidence import gather
 from tracking.follow.track import Task
 from tracking.window.window import window_around
@@ -51,12 +51,12 @@ MORE_OFF, LEAST_UPRIGHT = 2.0, 0.6
 times as many pixels."""
 
 
-def leapt(task: Task, portrait: Portrait, last: Points) -> Pose | None:
+def relocalised(task: Task, appearance: AppearanceMemory, last: Points) -> Pose | None:
     """The pose of an object by its pattern alone, roughly; None if too little of that is found.
 
     Args:
         task: the object and the frame.
-        portrait: how it looked before.
+        appearance: how it looked before.
         last: (3,) where it was.
     """
     scene, model = task.scene, task.model
@@ -66,22 +66,24 @@ def leapt(task: Task, portrait: Portrait, last: Points) -> Pose | None:
     if not changed.any():
         return None
     known, now = _paired(
-        (_shown(portrait), portrait.shown[..., 3] > SOLID),
+        (_shown(appearance), appearance.shown[..., 3] > SOLID),
         (_grey(scene.frame.images[window.lens][window.part]), _enlarged(changed, window.shrink)),
     )
     if len(known) < LEAST_FOUND:
         return None
     columns, rows = np.floor(known).astype(int).T
-    rays = portrait.camera.unproject(known)
-    points = portrait.camera_from_object.inverse() @ (rays * portrait.depth[rows, columns, None])
+    rays = appearance.camera.unproject(known)
+    points = appearance.camera_from_object.inverse() @ (
+        rays * appearance.depth[rows, columns, None]
+    )
     lens = scene.frame.rig.lenses[window.lens]
     sights = lens.unproject(now + np.array([window.left, window.top]))
     return _resected(points, sights, window.world_from_camera, OFF_PX / lens.f_px)
 
 
-def _shown(portrait: Portrait) -> BytePicture:
+def _shown(appearance: AppearanceMemory) -> BytePicture:
     """(H, W) a portrait in grey."""
-    return _grey(np.clip(255.0 * portrait.shown[..., :3], 0.0, 255.0).astype(np.uint8))
+    return _grey(np.clip(255.0 * appearance.shown[..., :3], 0.0, 255.0).astype(np.uint8))
 
 
 def _grey(picture: BytePicture) -> BytePicture:

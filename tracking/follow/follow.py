@@ -10,23 +10,23 @@ from numpy.typing import NDArray
 
 from scenes.pose import wrap_angle
 from scenes.state import TrackState
-from tracking.evidence.appearance_memory import Portrait, portrayed
+from tracking.evidence.appearance_memory import AppearanceMemory, remember_appearance
 from tracking.evidence.evidence import Evidence, gather, view_of
-from tracking.evidence.rendering import Sketchbook, draw
+from tracking.evidence.rendering import RenderingCache, draw
 from tracking.follow.carried import is_lifted
-from tracking.follow.measure import at_portrait, measure
+from tracking.follow.measure import at_remembered_pose, measure
 from tracking.follow.posterior import (
     HEAVY_HEIGHT_M,
     LOST_CONFIDENCE,
-    RECOGNISED_LIKENESS,
+    RECOGNISED_CORRELATION,
     confidence_of,
-    is_believable,
-    is_certainly_there,
-    is_doubtful,
-    least_likeness,
+    is_accepted,
+    is_at_scanned_pose,
+    is_too_weak,
+    least_correlation,
 )
 from tracking.follow.track import RESTING_FRAMES, Rest, Task, Track
-from tracking.follow.yaw_review import COVERED, audited, is_under_review, told_confidence
+from tracking.follow.yaw_review import COVERED, is_under_review, reported_confidence, reviewed
 from tracking.hypotheses.patch_search import is_recognised, settled
 from tracking.kernels import native
 from tracking.model.symmetry import ROUND
@@ -68,7 +68,7 @@ REST_BLEND = 0.2
 UNCOVERED = 0.05
 """Of a thing of which no more is covered, the picture shows how it looks."""
 
-OUTGROWN = 0.9
+RENEWED_BELOW_WEIGHT = 0.9
 """Worth of a portrait, 0..1, below which a new one is made of what is still recognised by it."""
 
 FORGOTTEN = 0.15
@@ -119,13 +119,15 @@ def follow(task: Task, unchanged: bool) -> Track:
     evidence, fit = measure(task, evidence, predicted_world_from_object, is_unchanged=unchanged)
     if task.is_first:
         known = is_recognised(task.scene, task.model, evidence, fit)
-        if not is_certainly_there(fit, is_recognised=known) or _is_elsewhere(track, fit):
+        if not is_at_scanned_pose(fit, is_recognised=known) or _is_elsewhere(track, fit):
             return _lost(task, fit)
         if known:
-            task = replace(task, track=replace(track, likeness_there=max(fit.likeness, 0.0)))
-    task, fit = audited(task, evidence, fit)
-    wanted_likeness = least_likeness(task.track)
-    if is_believable(fit, wanted_likeness=wanted_likeness) and not is_doubtful(task, fit):
+            task = replace(
+                task, track=replace(track, initial_correlation=max(fit.colour_correlation, 0.0))
+            )
+    task, fit = reviewed(task, evidence, fit)
+    wanted_correlation = least_correlation(task.track)
+    if is_accepted(fit, wanted_correlation=wanted_correlation) and not is_too_weak(task, fit):
         return _accept(task, evidence, fit, unchanged=unchanged)
     return _miss(task, fit)
 
@@ -142,13 +144,13 @@ def _accept(task: Task, evidence: Evidence, fit: Fit, *, unchanged: bool) -> Tra
         track,
         covariance=uncertainty(task.scene, task.model, fit),
         visible_fraction=fit.visible_fraction,
-        confidence=told_confidence(track, fit),
-        usual_agreement=_usual(track.usual_agreement, fit.free_agreement),
-        usual_likeness=_usual(track.usual_likeness, fit.likeness),
+        confidence=reported_confidence(track, fit),
+        usual_inlier_ratio=_usual(track.usual_inlier_ratio, fit.unoccluded_inlier_ratio),
+        usual_correlation=_usual(track.usual_correlation, fit.colour_correlation),
         missed_frames=0,
         seen_ns=now,
         looked_ns=now,
-        sketch=fit.sketch,
+        reduced=fit.reduced,
     )
     sigma = np.sqrt(np.diag(fit.covariance))
     far = max(MOVED_M, SIGNIFICANT * float(np.linalg.norm(sigma[:2])))
@@ -158,17 +160,19 @@ def _accept(task: Task, evidence: Evidence, fit: Fit, *, unchanged: bool) -> Tra
         blend = REST_BLEND if fit.visible_fraction > 0.85 and track.rest is not None else 0.0
         world_from_object = vector_pose(pose_vector(track.world_from_object) + blend * step)
         # What begins to leave is not where it was: it would be portrayed wrongly.
-        is_quiet = unchanged or track.portrait is None
-        is_portrayed = track.portrait is not None and track.portrait.shows_at(world_from_object)
+        is_quiet = unchanged or track.appearance is None
+        is_remembered = track.appearance is not None and track.appearance.is_valid_at(
+            world_from_object
+        )
         known = replace(fit, world_from_object=world_from_object)
         return replace(
             seen,
             world_from_object=world_from_object,
             motion=Motion.rest(now),
             rest=rest_of(task, fit),
-            portrait=_portrait(task, evidence, known)
-            if is_quiet and not is_portrayed
-            else track.portrait,
+            appearance=_appearance(task, evidence, known)
+            if is_quiet and not is_remembered
+            else track.appearance,
         )
     still = distance < RESTING_STEP_M and turn < RESTING_STEP_RAD
     still_frames = track.still_frames + 1 if still else 0
@@ -181,7 +185,7 @@ def _accept(task: Task, evidence: Evidence, fit: Fit, *, unchanged: bool) -> Tra
             state=TrackState.STATIC,
             still_frames=still_frames,
             rest=rest_of(task, fit),
-            portrait=_portrait(task, evidence, fit),
+            appearance=_appearance(task, evidence, fit),
         )
     motion = track.motion.measured(track.world_from_object, fit.world_from_object, now)
     if task.is_first or track.missed_frames > 3:
@@ -193,7 +197,7 @@ def _accept(task: Task, evidence: Evidence, fit: Fit, *, unchanged: bool) -> Tra
         state=TrackState.TRACKED,
         still_frames=still_frames,
         rest=None,
-        portrait=_portrait_underway(task, evidence, fit),
+        appearance=_appearance_in_motion(task, evidence, fit),
     )
 
 
@@ -217,35 +221,37 @@ def _usual(before: float, now: float) -> float:
 def _settled(task: Task, evidence: Evidence, fit: Fit) -> Fit:
     """The fit of what comes to rest, or a better one by its colours."""
     found = settled(task.scene, task.model, evidence, fit.world_from_object)
-    return fit if found is None else max(fit, found, key=lambda option: option.quality)
+    return fit if found is None else max(fit, found, key=lambda option: option.score)
 
 
-def _portrait_underway(task: Task, evidence: Evidence, fit: Fit) -> Portrait | None:
+def _appearance_in_motion(task: Task, evidence: Evidence, fit: Fit) -> AppearanceMemory | None:
     """The portrait of what moves: the one it has until it turns away from that."""
-    kept = task.track.portrait
-    made = _portrait(task, evidence, fit) if _is_outgrown(fit) else kept
-    return kept if made is kept or made is None else replace(made, is_of_rest=False)
+    kept = task.track.appearance
+    made = _appearance(task, evidence, fit) if _turns_away_from_memory(fit) else kept
+    return kept if made is kept or made is None else replace(made, was_at_rest=False)
 
 
-def _is_outgrown(fit: Fit) -> bool:
+def _turns_away_from_memory(fit: Fit) -> bool:
     """Whether an object is recognised by a portrait from which it has begun to turn away."""
-    portrait = fit.sketch.portrait
-    if portrait is None or fit.likeness < RECOGNISED_LIKENESS:
+    appearance = fit.reduced.appearance
+    if appearance is None or fit.colour_correlation < RECOGNISED_CORRELATION:
         return False
-    return 0.0 < portrait.worth(fit.sketch.camera_from_object) < OUTGROWN
+    return 0.0 < appearance.view_weight(fit.reduced.camera_from_object) < RENEWED_BELOW_WEIGHT
 
 
-def _portrait(task: Task, evidence: Evidence, fit: Fit) -> Portrait | None:
+def _appearance(task: Task, evidence: Evidence, fit: Fit) -> AppearanceMemory | None:
     """How a textured object looks where it rests, if nothing covers it."""
     model = task.model
     if not model.textured or fit.covered_fraction > UNCOVERED:
-        return task.track.portrait
+        return task.track.appearance
     pose, renderer = fit.world_from_object, task.scene.renderer
     drawn = draw(model, pose, evidence, renderer)
-    portrait = portrayed(evidence, drawn, pose, radius_m=model.radius_m)
+    appearance = remember_appearance(evidence, drawn, pose, radius_m=model.radius_m)
     return replace(
-        portrait,
-        likeness=at_portrait(task, evidence, Sketchbook(None, portrait), portrait).likeness,
+        appearance,
+        colour_correlation=at_remembered_pose(
+            task, evidence, RenderingCache(None, appearance), appearance
+        ).colour_correlation,
     )
 
 
@@ -276,10 +282,10 @@ def _miss(task: Task, fit: Fit) -> Track:
 
 def _lost(task: Task, fit: Fit) -> Track:
     """The track of an object that must be looked for, with the best guess so far."""
-    audit = task.track.audit
+    review = task.track.review
     return replace(
         task.track,
-        audit=None if audit is None else replace(audit, review=None),
+        review=None if review is None else replace(review, pending=None),
         state=TrackState.LOST,
         confidence=min(LOST_CONFIDENCE, confidence_of(fit)),
         visible_fraction=fit.visible_fraction,
@@ -293,11 +299,11 @@ def _lost(task: Task, fit: Fit) -> Track:
 
 def rest_of(task: Task, fit: Fit) -> Rest:
     """How the object looks now, or what covers it: when that goes, the look changes, too."""
-    sketch, view = fit.sketch, view_of(task.scene, task.model, fit.world_from_object)
+    reduced, view = fit.reduced, view_of(task.scene, task.model, fit.world_from_object)
     camera_from_object = view.world_from_camera.inverse() @ fit.world_from_object
-    inside, _ = view.camera.project(camera_from_object @ sketch.surface)
-    border, _ = view.camera.project(camera_from_object @ sketch.contour.points)
-    around = (border + BESIDE_PX * sketch.contour.normals)[::BESIDE_STEP]
+    inside, _ = view.camera.project(camera_from_object @ reduced.surface)
+    border, _ = view.camera.project(camera_from_object @ reduced.contour.points)
+    around = (border + BESIDE_PX * reduced.contour.normals)[::BESIDE_STEP]
     pixels = view.lens_pixels(np.concatenate([inside, around]))
     lens = task.scene.frame.rig.lenses[view.lens]
     limit = np.array([lens.width_px, lens.height_px]) - PATCH_PX

@@ -186,11 +186,13 @@ def _coarse_edges(
     steps = np.arange(-count, count + 1) * OPTIONS.sample_step_px
     path = pixels[:, None, :] + steps[None, :, None] * contour.normals[:, None, :]
     palette = sample(evidence.own, path).astype(np.float64)
-    own = palette * _alike(sample(evidence.live, path), contour.colours[:, None, :])
+    own = palette * _colour_similarity(sample(evidence.live, path), contour.colours[:, None, :])
     foreground = sample(evidence.foreground, path).astype(np.float64)
     total = np.concatenate([np.zeros((len(own), 1)), np.cumsum(own, axis=1)], axis=1)
-    stranger = np.maximum(foreground - palette, 0.0)
-    total_strange = np.concatenate([np.zeros((len(own), 1)), np.cumsum(stranger, axis=1)], axis=1)
+    foreign_share = np.maximum(foreground - palette, 0.0)
+    total_foreign = np.concatenate(
+        [np.zeros((len(own), 1)), np.cumsum(foreign_share, axis=1)], axis=1
+    )
     first, last = (
         int(side / OPTIONS.sample_step_px),
         len(steps) - int(side / OPTIONS.sample_step_px),
@@ -213,11 +215,11 @@ def _coarse_edges(
     best = np.argmax(clear - cost, axis=1)
     picked = np.arange(len(own))
     place = candidates[best]
-    strange_out = total_strange[picked, place + 1 + outer[:, 0]] - total_strange[picked, place + 1]
-    strange_in = total_strange[picked, place] - total_strange[picked, place - inner[:, 0]]
+    foreign_out = total_foreign[picked, place + 1 + outer[:, 0]] - total_foreign[picked, place + 1]
+    foreign_in = total_foreign[picked, place] - total_foreign[picked, place - inner[:, 0]]
     # Someone behind the object shows outside its contour; someone in front cuts into it.
-    cuts_in = (strange_out / outer[:, 0] > OPTIONS.foreign) & (steps[place] < -OPTIONS.cut_px)
-    foreign = cuts_in | (strange_in / inner[:, 0] > OPTIONS.foreign)
+    cuts_in = (foreign_out / outer[:, 0] > OPTIONS.foreign) & (steps[place] < -OPTIONS.cut_px)
+    foreign = cuts_in | (foreign_in / inner[:, 0] > OPTIONS.foreign)
     return steps[place].astype(np.float64), clear[picked, best] > OPTIONS.least_step, foreign
 
 
@@ -238,7 +240,7 @@ def _steepest_edges(
     return middle[best].astype(np.float64), change[picked, best].astype(np.float64)
 
 
-def _alike(seen: FloatArray, drawn: FloatArray) -> FloatArray:
+def _colour_similarity(seen: FloatArray, drawn: FloatArray) -> FloatArray:
     """(..., ) 0..1: a seen colour is the drawn one in another light."""
     power = np.einsum("...c,...c->...", drawn, drawn) + 1e-4
     ratio = np.einsum("...c,...c->...", seen, drawn) / power

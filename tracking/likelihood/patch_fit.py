@@ -37,19 +37,19 @@ FIRST_STEPS, FAR_BEHIND, BEHIND = 5, 0.3, 0.2
 last once its light is to be told anew, does not catch up."""
 
 
-def explained(around: Surroundings, world_from_start: Pose) -> tuple[Pose, float]:
+def fit_patch(around: Surroundings, world_from_start: Pose) -> tuple[Pose, float]:
     """The pose near a start, on its height, at which the object explains the picture best.
 
     Returns:
         The pose, and how much the object at just this pose resembles the picture there, see
-        `tracking.model.similarity.Setting.resemblance`.
+        `tracking.model.similarity.Setting.similarity`.
     """
-    world_from_rough, _ = roughly_explained(around, world_from_start)
-    return closely_explained(around, world_from_rough, tried=TRIED_KNOWN)
+    world_from_rough, _ = fit_patch_roughly(around, world_from_start)
+    return fit_patch_closely(around, world_from_rough, tried=TRIED_KNOWN)
 
 
-def roughly_explained(around: Surroundings, world_from_start: Pose) -> tuple[Pose, float]:
-    """The same with less effort and a pull to the start; `closely_explained` goes on from there."""
+def fit_patch_roughly(around: Surroundings, world_from_start: Pose) -> tuple[Pose, float]:
+    """The same with less effort and a pull to the start; `fit_patch_closely` goes on from there."""
     place = around.at(world_from_start)
     if place is None:
         return world_from_start, 0.0
@@ -57,15 +57,15 @@ def roughly_explained(around: Surroundings, world_from_start: Pose) -> tuple[Pos
     lit = place.lit(start)
 
     def cost(steps: Points) -> float:
-        strange_px = place.strange(lit, _stepped(start, steps, STEP_M, STEP_RAD))
-        return strange_px + STEP_PRICE * float(steps @ steps)
+        robust_residual_px = place.residual_px(lit, _stepped(start, steps, STEP_M, STEP_RAD))
+        return robust_residual_px + STEP_PRICE * float(steps @ steps)
 
     steps, _ = _least(cost, TRIED_ROUGHLY, resolved=0.1)
     found = _stepped(start, steps, STEP_M, STEP_RAD)
-    return pose_of(found), place.close_resemblance(place.lit(found, finer=FINER), found)
+    return pose_of(found), place.close_similarity(place.lit(found, finer=FINER), found)
 
 
-def closely_explained(
+def fit_patch_closely(
     around: Surroundings,
     world_from_rough: Pose,
     *,
@@ -87,13 +87,13 @@ def closely_explained(
     found = upright_of(world_from_rough)
     for share in LIT_ANEW:
         # The light is told at the pose before, and is as wrong as that.
-        found, alike = _told(place, found, share, tried, wanted=rival - FAR_BEHIND)
-        if alike < rival - BEHIND:
-            return pose_of(found), alike
-    return pose_of(found), place.close_resemblance(place.lit(found, finer=FINER), found)
+        found, similarity = _refined_in_light(place, found, share, tried, wanted=rival - FAR_BEHIND)
+        if similarity < rival - BEHIND:
+            return pose_of(found), similarity
+    return pose_of(found), place.close_similarity(place.lit(found, finer=FINER), found)
 
 
-def _told(
+def _refined_in_light(
     place: Place, start: Upright, share: float, tried: int, *, wanted: float
 ) -> tuple[Upright, float]:
     """The pose near a start that resembles the picture most in the light told at the start.
@@ -104,7 +104,7 @@ def _told(
     step_m, step_rad = share * CLOSE_STEP_M, share * CLOSE_STEP_RAD
 
     def cost(steps: Points) -> float:
-        return -place.close_resemblance(lit, _stepped(start, steps, step_m, step_rad))
+        return -place.close_similarity(lit, _stepped(start, steps, step_m, step_rad))
 
     steps, lowest = _least(cost, tried, resolved=RESOLVED, hopeless=-wanted)
     return _stepped(start, steps, step_m, step_rad), -lowest
@@ -142,20 +142,22 @@ def _stepped(start: Upright, steps: Points, step_m: float, step_rad: float) -> U
     return x + step_m * across, y + step_m * along, z, yaw + step_rad * turns
 
 
-def resemblance_at(around: Surroundings, world_from_object: Pose) -> float:
+def similarity_at(around: Surroundings, world_from_object: Pose) -> float:
     """How much an object at a rough pose looks like the picture, at most 1, 0 for by chance.
 
-    See `tracking.model.similarity.Setting.resemblance`.
+    See `tracking.model.similarity.Setting.similarity`.
     """
     place = around.at(world_from_object)
-    return 0.0 if place is None else place.resemblance(upright_of(world_from_object))
+    return 0.0 if place is None else place.similarity(upright_of(world_from_object))
 
 
-def details_alike(around: Surroundings, poses: Sequence[Pose]) -> list[float] | None:
+def detail_similarities(around: Surroundings, poses: Sequence[Pose]) -> list[float] | None:
     """How much an object at each of some poses at one place looks like the picture by its detail.
 
-    See `tracking.evidence.surroundings.Place.details_alike`; None if nothing of it is in the
+    See `tracking.evidence.surroundings.Place.detail_similarities`; None if nothing of it is in the
     window, too.
     """
     place = around.at(poses[0])
-    return None if place is None else place.details_alike([upright_of(pose) for pose in poses])
+    return (
+        None if place is None else place.detail_similarities([upright_of(pose) for pose in poses])
+    )

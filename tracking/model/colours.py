@@ -45,7 +45,7 @@ class ColourModel:
         table.setflags(write=False)
         return ColourModel(table)
 
-    def likeness(self, image: NDArray[np.uint8]) -> NDArray[np.float32]:
+    def colour_similarity(self, image: NDArray[np.uint8]) -> NDArray[np.float32]:
         """(..., 3) uint8 RGB -> (...) float32, 0..1."""
         index = image.astype(np.uint16) * BINS >> 8
         return self.table[index[..., 0], index[..., 1], index[..., 2]]

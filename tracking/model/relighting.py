@@ -20,7 +20,7 @@ from scenes.render.renderer import PosedSplats, Rendering, RenderOptions
 from scenes.splats import SH_C0, SplatCloud
 from scenes.state import ObjectModel
 from tracking.kernels.native import Relighter
-from tracking.model.similarity import LENS_BLUR_PX, LENS_REACH_PX, STRANGE
+from tracking.model.similarity import LENS_BLUR_PX, LENS_REACH_PX, RESIDUAL_SCALE
 from tracking.window.filters import bell_blurred
 
 FloatArray = NDArray[np.float32]
@@ -55,7 +55,7 @@ OPTIONS = RenderOptions(threads=1, antialias=True)
 
 RELIGHTER = Relighter(
     {
-        "strange": STRANGE,
+        "strange": RESIDUAL_SCALE,
         "even": EVEN,
         "white": WHITE,
         "fits": FITS,
@@ -69,7 +69,7 @@ RELIGHTER = Relighter(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Shell:
+class RelightableModel:
     """An object's splats, told where each faces.
 
     Attributes:
@@ -103,7 +103,7 @@ class Light:
         return np.clip(gain[..., None] + self.tint, *LIGHT_RANGE).astype(np.float32)
 
 
-def shell_of(source: ObjectModel) -> Shell:
+def relightable_of(source: ObjectModel) -> RelightableModel:
     """An object's shell, made once."""
     cloud = source.splats
     is_above = cloud.means[:, 2] > FOOT * source.box_m[2]
@@ -111,7 +111,7 @@ def shell_of(source: ObjectModel) -> Shell:
     centre = np.array([0.0, 0.0, 0.5 * source.box_m[2]])
     facing = _facing(splats, centre)
     colours = ((0.5 * facing) / SH_C0).astype(np.float32)[:, None, :]
-    return Shell(splats, facing, replace(splats, sh=colours), _known(splats))
+    return RelightableModel(splats, facing, replace(splats, sh=colours), _known(splats))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -136,34 +136,40 @@ class LitView:
     world_from_camera: Pose
     renderer: NativeRenderer
 
-    def light(self, shell: Shell, world_from_object: Pose) -> Light:
+    def light(self, relightable: RelightableModel, world_from_object: Pose) -> Light:
         """The light in which an object at a pose would look most like the picture."""
-        return self._light(self._drawn(shell, world_from_object))
+        return self._light(self._drawn(relightable, world_from_object))
 
-    def relit(self, shell: Shell, world_from_object: Pose) -> SplatCloud:
+    def relit(self, relightable: RelightableModel, world_from_object: Pose) -> SplatCloud:
         """The object in the light in which it would look most like the picture at a pose.
 
         What is seen of a side from behind, through gaps, is lit like the whole.
         """
-        light = self.light(shell, world_from_object)
+        light = self.light(relightable, world_from_object)
         eye_in_object = world_from_object.inverse() @ self.world_from_camera.translation
-        is_seen = ((eye_in_object - shell.splats.means) * shell.facing).sum(axis=1) > 0.0
-        gains = light.gains(shell.facing * is_seen[:, None])
-        sh = shell.splats.sh * gains[:, None, :]
+        is_seen = ((eye_in_object - relightable.splats.means) * relightable.facing).sum(
+            axis=1
+        ) > 0.0
+        gains = light.gains(relightable.facing * is_seen[:, None])
+        sh = relightable.splats.sh * gains[:, None, :]
         sh[:, 0] += (gains - 1.0) * (0.5 / SH_C0)
-        return replace(shell.splats, sh=sh)
+        return replace(relightable.splats, sh=sh)
 
-    def lit(self, shell: Shell, world_from_object: Pose) -> tuple[FloatArray, FloatArray]:
+    def lit(
+        self, relightable: RelightableModel, world_from_object: Pose
+    ) -> tuple[FloatArray, FloatArray]:
         """(H, W, 3) the object alone in that light, and its (H, W) alpha: quicker, and rougher."""
-        drawn = self._drawn(shell, world_from_object)
+        drawn = self._drawn(relightable, world_from_object)
         return drawn.rgb * self._light(drawn).gains(drawn.facing), drawn.alpha
 
-    def known(self, shell: Shell, world_from_object: Pose) -> tuple[FloatArray, float]:
+    def known(
+        self, relightable: RelightableModel, world_from_object: Pose
+    ) -> tuple[FloatArray, float]:
         """(H, W) 0..1: how well what an object at a pose would show there was scanned.
 
         And how well all that it would show, 0..1.
         """
-        drawn = self._picture(shell.known, world_from_object)
+        drawn = self._picture(relightable.known, world_from_object)
         share = float(drawn.rgb[..., 0].sum()) / max(float(drawn.alpha.sum()), 1e-6)
         return np.clip(drawn.rgb[..., 0] + 1.0 - drawn.alpha, 0.0, 1.0), share
 
@@ -171,9 +177,9 @@ class LitView:
         posed = (PosedSplats(splats, world_from_object),)
         return self.renderer.render(posed, self.camera, self.world_from_camera, OPTIONS)
 
-    def _drawn(self, shell: Shell, world_from_object: Pose) -> _Drawn:
-        scanned = self._picture(shell.splats, world_from_object)
-        compass = self._picture(shell.compass, world_from_object)
+    def _drawn(self, relightable: RelightableModel, world_from_object: Pose) -> _Drawn:
+        scanned = self._picture(relightable.splats, world_from_object)
+        compass = self._picture(relightable.compass, world_from_object)
         facing = compass.rgb / np.maximum(compass.alpha, 1e-3)[..., None] * 2.0 - 1.0
         return _Drawn(scanned.rgb, scanned.alpha, facing.astype(np.float32))
 
@@ -220,7 +226,7 @@ def _fitted(rgb: FloatArray, facing: FloatArray, shown: FloatArray, weight: Floa
         power += np.diag(firm * power[0, 0] + LEAST_POWER)
         light = np.asarray(np.linalg.solve(power, weighed.T @ seen), dtype=np.float64)
         apart2 = ((flat @ light - seen).reshape(-1, 3) ** 2).sum(axis=1)
-        trusted = weight * (STRANGE**2 / (STRANGE**2 + apart2)) ** 2
+        trusted = weight * (RESIDUAL_SCALE**2 / (RESIDUAL_SCALE**2 + apart2)) ** 2
     return Light(light[:4], light[4:])
 
 

@@ -18,7 +18,7 @@ from tracking.window.filters import bell_blurred
 FloatArray = NDArray[np.float32]
 
 LENS_BLUR_PX, LENS_REACH_PX = 0.6, 2
-STRANGE = 0.15
+RESIDUAL_SCALE = 0.15
 """A colour farther off than this, of 0..1 channels, is something else: how far does not matter."""
 
 ON_OBJECT = 0.1
@@ -37,7 +37,7 @@ CLOSE_PX, CLOSE_REACH_PX = 1.0, 3
 """The scale of detail where a pose is right to a pixel."""
 
 ROUGHLY: Mapping[str, float | bool] = {
-    "strange": STRANGE,
+    "strange": RESIDUAL_SCALE,
     "on_object": ON_OBJECT,
     "doubt_px": DOUBT_PX,
     "closely": False,
@@ -65,7 +65,7 @@ class Setting:
     free: FloatArray
     closely: bool = False
 
-    def strange(self, rgb: FloatArray, alpha: FloatArray) -> float:
+    def residual_px(self, rgb: FloatArray, alpha: FloatArray) -> float:
         """In how many pixels the live picture is not what a drawn object would make it.
 
         Args:
@@ -73,9 +73,9 @@ class Setting:
             alpha: (H, W) of it.
         """
         shown, _ = self.shown(rgb, alpha)
-        return strange_px(shown, self.live, self.free)
+        return robust_residual_px(shown, self.live, self.free)
 
-    def resemblance(self, rgb: FloatArray, alpha: FloatArray) -> float:
+    def similarity(self, rgb: FloatArray, alpha: FloatArray) -> float:
         """How much a drawn object resembles the picture, at most 1, 0 for by chance.
 
         The mean of the share of pixels that it explains, and of how much more of the picture's
@@ -84,9 +84,9 @@ class Setting:
         shown, alpha = self.shown(rgb, alpha)
         on_object = self.free * (bell_blurred(alpha, LENS_BLUR_PX, LENS_REACH_PX) > ON_OBJECT)
         live = self._detail(self.live)
-        shared = _detail_shared(self._detail(shown), live, on_object)
-        without = max(_detail_shared(self._detail(self.empty), live, on_object), 0.0)
-        return 0.5 * (self._share_explained(shown) + shared - without)
+        shared = _detail_similarity(self._detail(shown), live, on_object)
+        without = max(_detail_similarity(self._detail(self.empty), live, on_object), 0.0)
+        return 0.5 * (self._photometric_gain(shown) + shared - without)
 
     def shown(self, rgb: FloatArray, alpha: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The object over the empty room; its alpha."""
@@ -100,18 +100,18 @@ class Setting:
         scale = (CLOSE_PX, CLOSE_REACH_PX) if self.closely else (DETAIL_PX, DETAIL_REACH_PX)
         return np.asarray(picture - bell_blurred(picture, *scale), dtype=np.float32)
 
-    def _share_explained(self, shown: FloatArray) -> float:
+    def _photometric_gain(self, shown: FloatArray) -> float:
         """1 if the picture is as shown, 0 if it is as near to what is there without the object.
 
         Something large that has changed is not explained by a small object, and a large object is
         not seen where little has changed: the larger of the two changes counts.
         """
-        changed_px = strange_px(self.empty, self.live, self.free)
-        most = max(changed_px, strange_px(self.empty, shown, self.free))
-        return (most - strange_px(shown, self.live, self.free)) / (most + DOUBT_PX)
+        changed_px = robust_residual_px(self.empty, self.live, self.free)
+        most = max(changed_px, robust_residual_px(self.empty, shown, self.free))
+        return (most - robust_residual_px(shown, self.live, self.free)) / (most + DOUBT_PX)
 
 
-def how_much_lighter(
+def illumination_ratio(
     room: FloatArray, live: FloatArray, *, limits: tuple[float, float]
 ) -> FloatArray:
     """(H, W) how much lighter each part of an empty room is seen live: shadows are smooth.
@@ -128,14 +128,14 @@ def how_much_lighter(
     return np.clip(both / np.maximum(power, 1e-6), *limits).astype(np.float32)
 
 
-def strange_px(first: FloatArray, second: FloatArray, free: FloatArray) -> float:
+def robust_residual_px(first: FloatArray, second: FloatArray, free: FloatArray) -> float:
     """In how many pixels two pictures differ, of those that are free."""
     apart = first - second
     apart2 = np.einsum("hwc,hwc->hw", apart, apart)
-    return float((free * apart2 / (apart2 + STRANGE**2)).sum())
+    return float((free * apart2 / (apart2 + RESIDUAL_SCALE**2)).sum())
 
 
-def _detail_shared(first: FloatArray, second: FloatArray, weight: FloatArray) -> float:
+def _detail_similarity(first: FloatArray, second: FloatArray, weight: FloatArray) -> float:
     """-1..1: how alike the fine structures of two pictures are, in strength as well.
 
     Light, shadows and faults of an empty room are smooth; flat floor is not like a plain object,

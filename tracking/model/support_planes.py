@@ -42,7 +42,7 @@ SAME_HEIGHT_M = 0.01
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Stands:
+class SupportPlanes:
     """Where something can stand in a room.
 
     Attributes:
@@ -55,7 +55,7 @@ class Stands:
     corner_m: Points
     maps: BoolArray
 
-    def hold(self, places: Points) -> BoolArray:
+    def can_hold(self, places: Points) -> BoolArray:
         """(N,) whether something can stand at places (N, 3) on one of the heights."""
         level = np.abs(places[:, 2:] - np.array(self.heights_m)).argmin(axis=1)
         cells = np.floor((places[:, :2] - self.corner_m) / CELL_M).astype(int)
@@ -67,7 +67,7 @@ class Stands:
         )
 
 
-def stands_in(room: SplatCloud, objects: Sequence[ObjectModel]) -> Stands:
+def support_planes_in(room: SplatCloud, objects: Sequence[ObjectModel]) -> SupportPlanes:
     """Maps of a room's surfaces at the heights that objects were scanned at, and at the floor's.
 
     Args:
@@ -81,7 +81,7 @@ def stands_in(room: SplatCloud, objects: Sequence[ObjectModel]) -> Stands:
     stood = np.array([item.world_from_object.translation[:2] for item in objects]).reshape(-1, 2)
     known = np.concatenate([stood, means[:, :2]])
     if len(known) == 0:
-        return Stands(heights, np.zeros(2), np.zeros((len(heights), 1, 1), np.bool_))
+        return SupportPlanes(heights, np.zeros(2), np.zeros((len(heights), 1, 1), np.bool_))
     # A few stray splats hang outside every scan.
     low, high = np.percentile(known, [0.2, 99.8], axis=0)
     corner = np.minimum(low, stood.min(axis=0, initial=np.inf)) - GAP_M
@@ -96,7 +96,7 @@ def stands_in(room: SplatCloud, objects: Sequence[ObjectModel]) -> Stands:
         here = [abs(item.support_z_m - z) < SAME_HEIGHT_M for item in objects]
         radii = np.array([0.5 * max(item.box_m[:2]) for item in objects])
         _paint(maps[level], stood[here] - corner, radii[here])
-    return Stands(heights, corner, maps.astype(np.bool_))
+    return SupportPlanes(heights, corner, maps.astype(np.bool_))
 
 
 def _paint(cells: NDArray[np.uint8], places: Points, radii: NDArray[np.floating]) -> None:

@@ -52,7 +52,7 @@ class SmallSlide:
         """The pose at which it explains most, without being turned."""
         evidence, model, reach = self._around.evidence, self._around.model, self._reach_px
         drawn = self._around.renderer.render(
-            (PosedSplats(model.shell.splats, world_from_object),),
+            (PosedSplats(model.relightable.splats, world_from_object),),
             self._camera,
             evidence.world_from_camera,
             RENDER_OPTIONS,
@@ -69,8 +69,8 @@ class SmallSlide:
         both = cv2.matchTemplate(self._live[near], colours, cv2.TM_CCORR)
         power = max(float((colours * colours).sum()), 1e-6)
         gain = np.clip(both / power, *GAIN_RANGE)
-        explained = bare + 2.0 * gain * both - gain * gain * power
-        row, column = np.unravel_index(np.argmax(explained), explained.shape)
+        explained_energy = bare + 2.0 * gain * both - gain * gain * power
+        row, column = np.unravel_index(np.argmax(explained_energy), explained_energy.shape)
         shift = SHRINK * (np.array([column, row], dtype=np.float64) - reach)
         return shifted(world_from_object, shift, evidence, model, grounded=True)
 
