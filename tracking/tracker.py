@@ -37,21 +37,23 @@ from tracking.schedule import Schedule
 from tracking.window.window import Layer
 
 UNHURRIED_NS = 50_000_000
-"""Frames that come faster than this audit only where they have nothing else to do."""
+"""Frame interval in ns; faster frames review yaws only where nothing else is due. Chosen on the
+rooms lab and desk."""
+
 
 SEARCH_SHARE = 0.6
-"""So much of the time between a stream's pictures goes into looking for what is lost. Dropped ones
-count as pictures: where frames are late already, searches do not make them later and later."""
+"""Share of a stream's frame interval that the search for lost objects may use. Dropped frames count
+as frames, so that searches do not add to a delay. Chosen on the rooms lab and desk."""
 
 
 @dataclass(frozen=True, slots=True)
 class TrackerOptions:
-    """What a user may change about the tracker.
+    """Settings of the tracker that a user may change.
 
     Attributes:
-        calibrate: refine the camera's pose against the room splats.
-        texture: use the objects' inner colours, not only their outlines.
-        recover: look for objects that are not where the scene says.
+        calibrate: refine the camera's pose against the room's splats.
+        texture: use the objects' inner colours as well as their contours.
+        recover: search for objects that are not where the scene has them.
     """
 
     calibrate: bool = True
@@ -61,14 +63,14 @@ class TrackerOptions:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrackerState:
-    """Everything the tracker remembers between frames.
+    """Immutable state of the tracker between frames.
 
     Attributes:
         tracks: by object id.
-        rig: None before the first frame.
+        rig: camera pose and background images; None before the first frame.
         schedule: of the last frame; None before the first.
-        t_ns: its frame time.
-        search: what is left to do of the search for a lost object; None if none is under way.
+        t_ns: time of the last frame.
+        search: the pending search for a lost object; None if there is none.
     """
 
     tracks: Mapping[str, Track]
@@ -79,14 +81,14 @@ class TrackerState:
 
 
 class Tracker:
-    """Follows every object of a scene in one 360° video.
+    """Tracks every object of a scene in one 360° video.
 
     Args:
         room: the room's splats without the movable objects.
         objects: the movable objects' splats and last known poses.
-        renderer: draws splats.
-        options: what to use.
-        stopwatch: for the stage durations.
+        renderer: renders splats.
+        options: settings.
+        stopwatch: measures the stages' durations, in ns.
 
     Raises:
         ValueError: two objects share an id.
@@ -120,7 +122,7 @@ class Tracker:
         self._support_planes = support_planes_in(room, objects)
 
     def start(self) -> TrackerState:
-        """Every object where the scene says, the camera unknown."""
+        """The state before the first frame: objects at the scene's poses, the camera unknown."""
         tracks = {m.object_id: new_track(m) for m in self._models}
         return TrackerState(MappingProxyType(tracks), None, None, -UNHURRIED_NS)
 
@@ -188,7 +190,7 @@ class Tracker:
     def _locate(
         self, state: TrackerState, frame: Frame, marker_world_from_rig: Pose, schedule: Schedule
     ) -> RigState:
-        """The refined camera pose and its plates; both kept while the camera stands still."""
+        """The refined camera pose and its background, both kept while the camera does not move."""
         known = state.rig
         if known is not None:
             if known.is_unmoved(marker_world_from_rig):
@@ -235,7 +237,7 @@ class Tracker:
         band: Band,
         care: Care,
     ) -> BackgroundImages:
-        """Plates with what this frame shows of the room in a band, away from all objects."""
+        """Background images updated from this frame in a band, away from all objects."""
         lens = frame.rig.lenses[band.lens]
         rows = looked_at(band, lens.width_px, lens.height_px)
         taken: list[Layer] = []
@@ -279,7 +281,7 @@ class Tracker:
         )
 
     def _lost(self, tasks: Mapping[str, Task], tracks: Mapping[str, Track]) -> list[Task]:
-        """What became of the objects that are lost so far."""
+        """Tasks of the objects that are lost so far, with their latest tracks."""
         return [
             replace(
                 tasks[model.object_id],
@@ -291,7 +293,7 @@ class Tracker:
         ]
 
     def _neighbours(self, model: TrackModel, tracks: Mapping[str, Track]) -> tuple[Neighbour, ...]:
-        """Where the other objects are, without those that are lost."""
+        """The other objects and their poses, without those that are lost."""
         return tuple(
             (other, tracks[other.object_id].world_from_object)
             for other in self._models
@@ -302,9 +304,9 @@ class Tracker:
 def _bands_to_learn(
     schedule: Schedule, frame: Frame, tracks: Mapping[str, Track]
 ) -> Sequence[Band]:
-    """What a frame looks at of the room, once its objects are known: at first, all of it.
+    """Bands of the background to update once the objects are located: all of it in the first frame.
 
-    While one is lost, no more can be learned than before it was looked for.
+    While an object is lost, nothing is learned: it may be anywhere.
     """
     heights = [lens.height_px for lens in frame.rig.lenses]
     if schedule.is_first and not _misses_any(tracks):
@@ -318,9 +320,10 @@ def _misses_any(tracks: Mapping[str, Track]) -> bool:
 
 
 def _care(tracks: Mapping[str, Track], *, is_first: bool) -> Care:
-    """With how much care the room is learned.
+    """How carefully the background is learned.
 
-    Of a single picture nobody can tell the room's shadows from those of things that will move.
+    From a single picture, shadows of the room cannot be distinguished from those of objects that
+    will move.
     """
     is_unseen = any(track.visible_fraction == 0 for track in tracks.values())
     if is_unseen or _misses_any(tracks):
@@ -331,7 +334,7 @@ def _care(tracks: Mapping[str, Track], *, is_first: bool) -> Care:
 def _most_certain_first(
     models: Sequence[TrackModel], tracks: Mapping[str, Track]
 ) -> list[TrackModel]:
-    """Resting objects before moving ones before lost ones, so that each sees settled neighbours."""
+    """Resting objects, moving ones, lost ones: each is compared with settled neighbours."""
     order = {
         TrackState.STATIC: 0,
         TrackState.TRACKED: 1,

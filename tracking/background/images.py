@@ -1,8 +1,8 @@
-"""What the lenses would see without the movable objects, and how the live picture differs from it.
+"""Background images: the empty room as each lens would see it, and the live picture's difference.
 
-The object-less room splats are drawn once per lens and camera pose ("plates"). A live picture is
-compared with its plate after a robust fit of exposure and vignetting; a pixel that only got darker
-while its chromaticity and gradient stay is shadow, not an object.
+The object-less room splats are rendered once per lens and camera pose. A live picture is compared
+with its background image after a robust fit of exposure and vignetting; a pixel that only got
+darker while its chromaticity and gradient stay is shadow, not an object.
 """
 
 from __future__ import annotations
@@ -26,26 +26,32 @@ FloatArray = NDArray[np.float32]
 BoolArray = NDArray[np.bool_]
 
 SAME_PLACE_M = 1e-4
+"""Camera displacement in m below which background images are kept."""
+
 SAME_ANGLE_RAD = 1e-5
-"""A camera that moved less than this keeps its plates."""
+"""Camera turn in rad below which background images are kept."""
+
 
 NOISE_FLOOR = 0.022
-"""Standard deviation of sensor, codec and splat noise on a flat wall, of a 0..1 channel."""
+"""Standard deviation of sensor, codec and splat noise on a flat wall, in channels of 0..1."""
+
 
 MISALIGNMENT_PX = 0.5
-"""How far a plate's edges may be off: adds that many pixels of local gradient to the noise."""
+"""Misalignment of the background's edges in px: adds that many pixels of local gradient to the
+noise."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BackgroundImages:
-    """The empty room as each lens would see it from one place.
+    """The empty room as each lens would see it from one camera pose.
 
     Attributes:
-        world_from_rig: where the camera stands.
+        world_from_rig: the camera pose.
         images: one (H, W, 3) float32 0..1 picture per lens.
-        noise: one (H, W) float32 standard deviation per lens, of a 0..1 channel.
+        noise: one (H, W) float32 standard deviation per lens, in channels of 0..1.
         coverage: one (H, W) float32 alpha per lens; the room is unknown where it is low.
-        learned: one (H, W) bool per lens: the pixel was seen live (`tracking.background.learning`).
+        learned: one (H, W) bool per lens: the pixel was observed live
+            (`tracking.background.learning`).
     """
 
     world_from_rig: Pose
@@ -58,7 +64,7 @@ class BackgroundImages:
     def of_pictures(
         world_from_rig: Pose, images: Sequence[FloatArray], coverage: Sequence[FloatArray]
     ) -> BackgroundImages:
-        """Plates of which nothing was learned yet, from one picture and its alpha per lens."""
+        """Background images before any learning, from one picture and its alpha per lens."""
         return BackgroundImages(
             world_from_rig,
             tuple(Strips.of(image) for image in images),
@@ -68,7 +74,7 @@ class BackgroundImages:
         )
 
     def is_at(self, world_from_rig: Pose) -> bool:
-        """Whether the plates are still those of a camera at this pose."""
+        """Whether the images are valid for a camera at this pose."""
         moved = self.world_from_rig.inverse() @ world_from_rig
         return (
             float(np.linalg.norm(moved.translation)) < SAME_PLACE_M
@@ -131,7 +137,7 @@ def render_background(
 
 
 def background_noise(image: FloatArray) -> FloatArray:
-    """(H, W) standard deviation expected between a plate and a live picture of the same room."""
+    """(H, W) standard deviation expected between a background image and a live picture."""
     gx, gy = slopes(grey(image))
     slope = box_blurred(np.hypot(gx, gy).astype(np.float32), 5)
     return np.sqrt(NOISE_FLOOR**2 + (MISALIGNMENT_PX * slope) ** 2).astype(np.float32)
@@ -150,8 +156,8 @@ def fit_exposure(
     Args:
         live: (H, W, 3) uint8 lens picture.
         background_image: (H, W, 3) empty room.
-        coverage: (H, W) alpha of the plate.
-        samples: about this many pixels per side are looked at.
+        coverage: (H, W) its alpha.
+        samples: about this many pixels per side are used.
         iterations: of reweighting (Geman-McClure with a shrinking scale).
     """
     height, width = background_image.shape[:2]
@@ -182,9 +188,7 @@ def fit_exposure(
 
 
 class LensExposures:
-    """Exposure of every lens of a frame; each is fitted once, when it is first asked for.
-
-    Through a lens that shows nothing of interest none is needed.
+    """Exposure of every lens of a frame, fitted when first needed and then kept for that frame.
 
     Args:
         images: (H, W, 3) uint8 live pictures, one per lens.
@@ -203,12 +207,12 @@ class LensExposures:
 
 
 def expose(background_image: FloatArray, exposure: Exposure, *, radius2: FloatArray) -> FloatArray:
-    """A plate as the live camera would record it.
+    """A background image as the live camera would record it.
 
     Args:
         background_image: (H, W, 3) empty room, in any view.
         exposure: of the lens it comes from.
-        radius2: (H, W) squared distance from the lens's centre per pixel, 1 at the border.
+        radius2: (H, W) squared distance from the lens's centre, 1 at the border.
     """
     falloff = exposure.falloff.astype(np.float32)
     gain = exposure.gain.astype(np.float32) + radius2[..., None].astype(np.float32) * falloff

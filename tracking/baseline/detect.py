@@ -30,7 +30,7 @@ LEAST_COLOUR_SIMILARITY = 0.08
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Detection:
-    """One thing found in a picture.
+    """One object found in a picture.
 
     Attributes:
         label: class name, or the object's id if the detector knows it.
@@ -110,7 +110,7 @@ class BackgroundDetector:
 def _pixel_score(
     view: RectifiedView, foreground: BoolArray, candidate: Expected
 ) -> NDArray[np.float32]:
-    """(H, W) how strongly an object claims each pixel: colour likeness times nearness."""
+    """(H, W) score of each pixel for an object: colour similarity times nearness."""
     scores = np.zeros(foreground.shape, np.float32)
     height, width = foreground.shape
     centre = 0.5 * (candidate.box_px[:2] + candidate.box_px[2:])

@@ -199,7 +199,7 @@ class PaperTracker:
         return state, TrackOutput(objects, MappingProxyType(stages), frame.world_from_rig)
 
     def _at_camera(self, state: PaperState, frame: Frame, world_from_rig: Pose) -> PaperState:
-        """Plates and table for this camera pose, kept while it stands still."""
+        """Background images and table for this camera pose, kept while it stands still."""
         if state.background is not None and state.background.is_at(world_from_rig):
             return state
         background = render_background(self._renderer, self._room, frame.rig, world_from_rig)
@@ -233,7 +233,7 @@ class PaperTracker:
     def _rectified(self, state: PaperState, frame: Frame) -> RectifiedView:
         background, view = state.background, state.view
         if background is None or view is None:
-            raise RuntimeError("the camera's plates are made before its view")
+            raise RuntimeError("the camera's background images are made before its view")
         exposure = fit_exposure(frame.images[0], background.images[0], background.coverage[0])
         return rectify(frame, view, background, (exposure,))
 

@@ -38,7 +38,7 @@ LEAST_FACING = 0.5
 
 LARGEST_TURN_RAD = np.deg2rad(4.0)
 LARGEST_SHIFT_M = 0.15
-"""A refinement beyond this is not believed."""
+"""A refinement beyond this is rejected."""
 
 LEAST_DETAIL_CORRELATION = 0.5
 """Details of the room must correlate this well with the live ones."""
@@ -103,7 +103,7 @@ def calibrate(
         nominal_world_from_rig: `world_from_rig` to start from.
         room: splats of what stands still.
         renderer: draws splats.
-        objects: movable objects believed to stand where given; drawn with the room.
+        objects: movable objects at their expected poses; drawn with the room.
     """
     pose = nominal_world_from_rig
     posed = (PosedSplats(room, Pose.identity()), *objects)
@@ -163,7 +163,7 @@ def _prepare(
     facing = _facing(drawn.depth, camera.f_px)
     usable &= facing > LEAST_FACING
     live_x, live_y = slopes(live_detail)
-    # A scan's speckle is steep too; what counts is what is steep alike in both pictures.
+    # A scan's speckle is steep too; only gradients common to both pictures count.
     common_slope = np.sqrt(np.maximum(gx * live_x + gy * live_y, 0.0))
     rows, columns = _steepest(common_slope * facing, usable)
     rays = camera.unproject(np.stack([columns + 0.5, rows + 0.5], axis=1))

@@ -1,9 +1,9 @@
-"""Whether the camera still stands as it did when its pose was found.
+"""Check of the camera's motion: the turn of a lens since its pose was found.
 
-A marker does not tell a camera that was bumped, or a stand that sinks: the marker may have moved
-along, shake more than that, or not be there at all. What a lens saw then is compared with what it
-sees now, as a turn of the camera: a shift of centimetres looks like one. People and moved things
-are outliers.
+A marker does not show that a camera was bumped or that a stand sinks: the marker may have moved
+along, jitter more than that, or be absent. The details of a lens picture then are aligned with
+those now by a small turn; a shift of centimetres looks like one. People and moved objects are
+outliers.
 """
 
 from __future__ import annotations
@@ -20,20 +20,35 @@ from tracking.window.contour import sample
 from tracking.window.filters import blurred, resized, slopes
 
 WATCH_PX = 480
-"""Width of the pictures compared: a tenth of a degree is a quarter of their pixels."""
+"""Width in px of the compared pictures: 0.1° is a quarter of their pixels."""
+
 BLUR_PX = 1.5
+"""Gaussian blur in px before the comparison."""
+
 COARSE = 6
-"""Structure this many times coarser than the blur is left out: shadows, lamps."""
+"""Ratio of the coarse to the fine blur; structure beyond it (shadows, lamps) is removed."""
+
 CELL_PX = 10
-"""The steepest pixel of each cell is looked at."""
+"""Side in px of the cells; the steepest pixel of each is used."""
+
 LEAST_STEEP = 0.004
+"""Least gradient per px (0..1) of a used pixel."""
+
 STEPS = 5
+"""Gauss-Newton steps."""
+
 OUTLIER_SCALES = 3.0
-"""Pixels whose difference is beyond so many times the middle one say nothing."""
+"""Tukey's cut-off in units of 1.5 median absolute residuals."""
+
 LEAST_NOISE = 0.004
+"""Least residual scale, grey 0..1."""
+
 LEAST_POINTS = 60
+"""Least number of used pixels."""
+
 LEAST_DETAIL_CORRELATION = 0.6
-"""Correlation of the two pictures' details: below, too much is hidden to tell."""
+"""Correlation of the aligned details below which no turn is reported."""
+
 
 FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]

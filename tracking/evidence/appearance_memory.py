@@ -1,8 +1,8 @@
-"""What the live picture has shown of an object, laid over what is drawn of it.
+"""Appearance memory: live colours of an object, applied to its rendering.
 
-A scan has faults: a side that no photo saw, a corner that stayed in the room. Where an object's
-pose is known, the live picture shows how it really looks from there; seen from about the same side,
-every drawn point takes its colour from that (image-based rendering on the scan's own depth).
+A scan has faults, such as a side that no photo saw. Where an object's pose is known, the live
+picture shows its true appearance from there; seen from about the same side, every rendered point
+takes its colour from that (image-based rendering on the scan's own depth).
 """
 
 from __future__ import annotations
@@ -26,20 +26,30 @@ from tracking.window.contour import lift, sample
 FloatArray = NDArray[np.float32]
 
 SHOWN = 0.5
-"""Foreground of at least this share is the object's own colour, and no gap in it."""
+"""Foreground probability from which a pixel shows the object."""
+
 
 SOLID = 0.9
-"""Alpha of what is drawn firmly enough to be laid on."""
+"""Alpha of a rendered pixel from which its live colour is remembered."""
+
 
 SAME_DEPTH = 0.2
-"""What lies deeper than this behind what the portrait shows, in radii, is another side."""
+"""Depth tolerance, in radii of the object, beyond which a point is another side."""
 
-FADES_RAD, GONE_RAD = math.radians(20), math.radians(40)
-"""A portrait counts fully while the object is seen turned by less than the first angle, and no more
-from the second on."""
 
-SAME_PLACE_M, SAME_TURN_RAD = 0.001, math.radians(0.3)
-"""What is believed to rest this near to where it was portrayed need not be portrayed again."""
+FADES_RAD = math.radians(20)
+"""Change of viewing direction in rad up to which the memory has full weight. Chosen on the rooms
+lab and desk."""
+
+GONE_RAD = math.radians(40)
+"""Change of viewing direction in rad from which it has none. Chosen on the rooms lab and desk."""
+
+
+SAME_PLACE_M = 0.001
+"""Displacement in m below which a resting object's memory stays valid."""
+
+SAME_TURN_RAD = math.radians(0.3)
+"""Turn in rad below which a resting object's memory stays valid."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,12 +78,12 @@ class AppearanceMemory:
     was_at_rest: bool = True
 
     def applied_to(self, drawn: Rendering, camera: Fisheye, camera_from_object: Pose) -> Rendering:
-        """A drawing of the object with the colours that this portrait knows of it.
+        """The object's rendering with the remembered colours.
 
         Args:
-            drawn: the object alone.
-            camera: it was drawn with.
-            camera_from_object: and from where.
+            drawn: the object alone, (H, W).
+            camera: of the rendering.
+            camera_from_object: pose of the object in it.
         """
         view_weight = self.view_weight(camera_from_object)
         if view_weight <= 0.0:
@@ -95,14 +105,14 @@ class AppearanceMemory:
         return Rendering(rgb.reshape(drawn.rgb.shape), drawn.alpha, drawn.depth)
 
     def is_valid_at(self, world_from_object: Pose) -> bool:
-        """Whether this is how the object looks at rest at a pose, to a small part of a pixel."""
+        """Whether the memory is of this rest pose, to a small fraction of a pixel."""
         apart = self.world_from_object.inverse() @ world_from_object
         away_m = float(np.linalg.norm(apart.translation))
         is_here = away_m < SAME_PLACE_M and rotation_angle(apart.rotation) < SAME_TURN_RAD
         return self.was_at_rest and is_here
 
     def view_weight(self, camera_from_object: Pose) -> float:
-        """0..1: how much the portrait says of the object seen from elsewhere."""
+        """0..1 weight of the memory for the object seen at another pose."""
         a, b = _sight(self.camera_from_object), _sight(camera_from_object)
         turned = math.acos(min(max(float(a @ b), -1.0), 1.0))
         return min(max((GONE_RAD - turned) / (GONE_RAD - FADES_RAD), 0.0), 1.0)
@@ -136,13 +146,13 @@ def _sight(camera_from_object: Pose) -> NDArray[np.float64]:
 def remember_appearance(
     evidence: Evidence, drawn: Rendering, world_from_object: Pose, *, radius_m: float
 ) -> AppearanceMemory:
-    """The portrait of an object.
+    """The appearance of an object at a known pose.
 
     Args:
         evidence: its window.
-        drawn: the object alone in that window, at its pose.
+        drawn: the object alone in that window, at the pose.
         world_from_object: the pose.
-        radius_m: of the object.
+        radius_m: radius of the object, m.
     """
     own = (drawn.alpha > SOLID) & (evidence.foreground > SHOWN) & (evidence.hidden < SHOWN)
     sure = cv2.erode(own.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(np.float32)

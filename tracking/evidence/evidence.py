@@ -1,4 +1,4 @@
-"""What a frame shows of one object: a window of a lens picture, compared with all that is known."""
+"""Evidence: a window of a lens picture around one object, compared with the background."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from tracking.window.window import Layer, Window, window_around
 FloatArray = NDArray[np.float32]
 
 OUTSIDE_M = 0.02
-"""How far outside the room's walls an object's origin may be measured."""
+"""Distance in m outside the room's bounds at which an object's origin may be measured."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,9 +33,9 @@ class Evidence:
         view: the window.
         live: (H, W, 3) float32 0..1.
         foreground: (H, W) float32 0..1, neither the empty room nor another tracked object.
-        own: (H, W) float32 0..1, foreground with the object's colours.
-        hidden: (H, W) float32 0..1, covered by a nearer tracked object.
-        layers: all other tracked objects that reach into the window, the farthest first.
+        own: (H, W) float32 0..1, foreground in the object's colours.
+        hidden: (H, W) float32 0..1, occluded by a nearer tracked object.
+        layers: renderings of the other tracked objects in the window, the farthest first.
         seen: the same for the native solver.
     """
 
@@ -60,18 +60,18 @@ class Evidence:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """One frame with everything that is known about it before the objects are looked at.
+    """One frame and all that is known of it before the objects are measured.
 
     Attributes:
         frame: the live pictures.
-        world_from_rig: refined pose of the camera.
-        camera_sigma: (6,) its standard deviations: rotation in radians, translation in metres.
-        background: the empty room.
+        world_from_rig: refined camera pose.
+        camera_sigma: (6,) its standard deviations: rotation (rad), translation (m).
+        background: images of the empty room.
         exposures: by lens.
-        renderer: draws splats.
-        bounds_m: (2, 3) lowest and highest corner of the room.
-        support_planes: what the room offers to stand on.
-        layers: objects drawn into the lens pictures.
+        renderer: renders splats.
+        bounds_m: (2, 3) lowest and highest corner of the room, m.
+        support_planes: of the room.
+        layers: cache of objects rendered into the lens pictures.
     """
 
     frame: Frame
@@ -85,7 +85,7 @@ class Scene:
     layers: LayerMemo
 
     def contains(self, world_from_object: Pose) -> bool:
-        """Whether something at a pose is inside the room."""
+        """Whether an object at a pose is inside the room."""
         place = world_from_object.translation
         low, high = self.bounds_m[0] - OUTSIDE_M, self.bounds_m[1] + OUTSIDE_M
         return bool((place >= low).all() and (place <= high).all())
@@ -98,7 +98,7 @@ Neighbour = tuple[TrackModel, Pose]
 def view_of(
     scene: Scene, model: TrackModel, world_from_object: Pose, *, at_any_yaw: bool = False
 ) -> Window:
-    """The window of an object believed to be at a pose, or at a place with whatever yaw."""
+    """The window of an object at a pose, or at a position with any yaw."""
     return window_around(
         scene.frame.rig,
         scene.world_from_rig,
@@ -111,13 +111,14 @@ def view_of(
 def gather(
     scene: Scene, model: TrackModel, view: Window, neighbours: Sequence[Neighbour]
 ) -> Evidence:
-    """Cut an object's window out of a frame and tell what in it may be the object.
+    """Evidence of one object in one frame.
 
     Args:
         scene: the frame.
         model: the object.
         view: its window.
-        neighbours: all other tracked objects; those in the window are drawn into the background.
+        neighbours: all other tracked objects; those in the window are composited over the
+            background.
     """
     layers = layers_in(scene, view, neighbours)
     lens, part = scene.frame.rig.lenses[view.lens], view.part

@@ -1,4 +1,4 @@
-"""Where a small object is looked for: what a window shows, and would show without the object."""
+"""Window of a small object with and without it, for photometric comparison."""
 
 from __future__ import annotations
 
@@ -24,17 +24,22 @@ from tracking.window.window import Layer
 FloatArray = NDArray[np.float32]
 
 AROUND_PX = 6
-"""How far around an object's box the picture counts."""
+"""Margin in px around an object's box that is compared."""
+
 
 FINER = 2
-"""Told closely, objects are drawn with so many pixels each way per pixel: at a few pixels the many
-splats of each widen the silhouette by a pixel, as if it were nearer."""
+"""Supersampling, each way, of close comparisons: at few pixels splats widen the silhouette by a
+pixel."""
+
 
 SCAN_COVERAGE_GAP = 0.12
-"""Poses at which so much more or less of what is seen was scanned well are compared in what was."""
+"""Difference of the well-scanned share between poses above which only well-scanned parts are
+compared. Chosen on the rooms lab and desk."""
+
 
 SHADE_RANGE = (0.35, 1.0)
-"""How much darker the empty room may be in the object's shadow."""
+"""Illumination ratio of the empty room in the object's shadow, lower and upper limit."""
+
 
 Upright = tuple[float, float, float, float]
 """x, y, z in metres and yaw in radians of `world_from_object`."""
@@ -59,23 +64,21 @@ class Place:
     drawn: DrawnRelightable
 
     def similarity(self, upright: Upright) -> float:
-        """How much the object at a pose near by resembles the picture, in whatever light."""
+        """Similarity of the object at a nearby pose to the picture, light fitted there."""
         return RELIGHTER.resemblance(self.roughly, self.drawn, upright)
 
     def residual_px(self, lit: Alone, upright: Upright) -> float:
-        """In how many pixels the picture is not what the object at a pose near by would make it."""
+        """Robust photometric residual, in pixels, of the object at a nearby pose."""
         return self.roughly.strange_at(lit, [upright])[0]
 
     def close_similarity(self, lit: Alone, upright: Upright) -> float:
-        """How much the object at just this pose resembles the picture."""
+        """Similarity of the object at exactly this pose to the picture."""
         return self.closely.resemblance_at(lit, [upright])[0]
 
     def detail_similarities(self, uprights: Sequence[Upright]) -> list[float] | None:
-        """How much the object at some poses resembles the picture by what tells them apart.
+        """Similarity of the object at some poses by detail that was scanned well at all of them.
 
-        That is the detail of what was scanned well of it at every one of them: how light the sides
-        of another room are says little, and what was hardly scanned resembles nothing. None where
-        all were scanned about as well: to compare all that is seen is fair, and tells more.
+        None where all poses were scanned about as well, so that whole pictures can be compared.
         """
         view, camera = self.view, self.view.camera
         known = [view.known(self.relightable, pose_of(upright)) for upright in uprights]
@@ -89,11 +92,11 @@ class Place:
         return [setting.resemblance_at(alone, [upright])[0] for alone, upright in lit]
 
     def lit(self, upright: Upright, *, finer: int = 1) -> Alone:
-        """The object, to be drawn in the light in which it would look most like the picture.
+        """The object, to be rendered in the light that fits the picture best at a pose.
 
         Args:
-            upright: a pose, for the light.
-            finer: it is drawn with so many pixels each way per pixel.
+            upright: the pose for the light.
+            finer: supersampling, each way.
         """
         view, camera = self.view, self.view.camera
         if finer > 1:
@@ -172,13 +175,13 @@ def surroundings_of(scene: Scene, model: TrackModel, evidence: Evidence) -> Surr
 
 
 def upright_of(world_from_object: Pose) -> Upright:
-    """Place and yaw of something that stands."""
+    """Position and yaw of an upright object."""
     x, y, z = world_from_object.translation.tolist()
     return x, y, z, world_from_object.yaw()
 
 
 def pose_of(upright: Upright) -> Pose:
-    """`world_from_object` of something that stands."""
+    """`world_from_object` of an upright object."""
     *place, yaw = upright
     return Pose.from_yaw(yaw, place)
 

@@ -1,8 +1,8 @@
-"""Standing or carried: which of two poses found under different beliefs is the likelier.
+"""Standing or carried: model comparison of two poses found under different priors.
 
-A thing that slides away along a table looks like one that is lifted. A scan with faults often fits
-a little better in the air; so what its neighbouring points say alike counts once, its pattern has a
-say, and what keeps still is hardly in a hand.
+An object that slides away along a table looks like one that is lifted, and a scan with errors often
+fits a little better in the air. Correlated residuals are therefore down-weighted, the pattern
+enters the likelihood, and an object that does not move is rarely carried.
 """
 
 from __future__ import annotations
@@ -15,25 +15,38 @@ from tracking.kernels.options import OPTIONS
 from tracking.solve.gauss_newton import Fit, Prior
 from tracking.solve.motion import pose_vector
 
-LIFTED_M, NEAR_M = 0.015, 0.15
-"""A thing hangs in the air if it is more than the first above a support, and within the second."""
+LIFTED_M = 0.015
+"""Height in m above every support plane from which an object counts as lifted. Chosen on the rooms
+lab and desk."""
+
+NEAR_M = 0.15
+"""Distance in m within which a support plane is considered. Chosen on the rooms lab and desk."""
+
 
 STILL_DEVIANCE = 2.0 * math.log(10.0)
-"""A hand keeps a thing as still as if it stood in one frame of ten: -2 log of that, per frame."""
+"""Deviance per still frame of the carried hypothesis: a hand is that still in one frame of ten (-2
+log 0.1)."""
+
 
 PATTERN_CORRELATION = 9.0
-"""So many neighbouring points of a surface count as one: they share blur and light."""
+"""Neighbouring surface points that count as one independent sample: they share blur and light.
+Chosen on the rooms lab and desk."""
+
 
 BARE_DEVIANCE = 2.0 * math.log(10.0)
-"""A place of a thing shows the empty room in one case of ten: -2 log of that."""
+"""Deviance of a surface point that shows the empty room: one in ten does at the right pose (-2 log
+0.1)."""
+
 
 MOST_CORRELATED = 0.99
+"""Upper limit of the colour correlation, which keeps its log likelihood finite."""
 
 
 def is_likelier(task: Task, other: tuple[Fit, Prior], best: tuple[Fit, Prior]) -> bool:
-    """Whether the first of two fits, each with the belief behind it, is the likelier.
+    """Whether the first of two (fit, prior) pairs is the likelier.
 
-    One belief has the object stand on something, the other, wider in height, has it carried.
+    One prior has the object standing on a support plane, the other, wider in height, has it
+    carried.
     """
     carried, wide = max((other, best), key=lambda found: found[1].sigma[2])
     if not is_lifted(task, carried.world_from_object):
@@ -59,8 +72,8 @@ def _deviance(fit: Fit, prior: Prior, wide: Prior, *, variance_inflation: float)
     apart = (found - wide.mean) / wide.sigma
     apart[3] = wrap_angle(float(found[3] - wide.mean[3])) / wide.sigma[3]
     apart[2] = 0.0
-    # The model's own errors scale the misfit of every pose alike: what counts is the ratio. Where
-    # neighbours err alike they say less, and what they push off its height is not as far off.
+    # The model's own errors scale chi² of every pose equally: the ratio counts. Where
+    # residuals are correlated they weigh less, and so does the height they imply.
     lift = float(found[2] - prior.mean[2]) / prior.sigma[2]
     weight = len(fit.reduced.contour) / OPTIONS.contour_correlation
     outline = (weight * math.log(max(fit.contour_chi2, 1.0)) + lift**2) / variance_inflation
@@ -69,7 +82,7 @@ def _deviance(fit: Fit, prior: Prior, wide: Prior, *, variance_inflation: float)
 
 
 def _pattern_deviance(fit: Fit) -> float:
-    """-2 log likelihood of a textured object's colours, whatever the light's gain and noise."""
+    """Deviance of a textured object's colours, gain and noise marginalised."""
     if not fit.textured:
         return 0.0
     count = fit.visible_fraction * len(fit.reduced.surface) / PATTERN_CORRELATION
@@ -77,12 +90,12 @@ def _pattern_deviance(fit: Fit) -> float:
 
 
 def _bare_deviance(fit: Fit) -> float:
-    """-2 log likelihood of the places that should show a thing and show the empty room."""
+    """Deviance of surface points that should show the object and show the empty room."""
     bare = max(1.0 - fit.visible_fraction - fit.covered_fraction, 0.0)
     return BARE_DEVIANCE * bare * len(fit.reduced.surface) / PATTERN_CORRELATION
 
 
 def is_lifted(task: Task, world_from_object: Pose) -> bool:
-    """Whether an object hangs clearly above every support it is near to: things do not sink in."""
+    """Whether an object is clearly above every support plane near it; objects do not sink in."""
     height = float(world_from_object.translation[2])
     return all(height - z > LIFTED_M or z - height > NEAR_M for z in task.support_heights_m)

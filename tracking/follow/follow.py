@@ -35,59 +35,88 @@ from tracking.solve.gauss_newton import Fit
 from tracking.solve.motion import Motion, pose_vector, vector_pose
 
 GONE_BELOW = 0.25
-"""A silhouette that shows less of the object than this, and nothing in front, shows it is gone."""
+"""Visible fraction below which an unoccluded object counts as gone. Chosen on the rooms lab and
+desk."""
+
 
 CHANGED_LEVEL = 0.055
+"""Colour difference (channel of 0..1) of a changed patch. Chosen on the rooms lab and desk."""
+
 CHANGED_SHARE = 0.02
-"""A crop has changed if colours differ by the level in this share of the silhouette."""
+"""Share of changed patches from which a resting object is measured again. Chosen on the rooms lab
+and desk."""
+
 
 PATCH_PX = 5
-"""Side of the squares that are compared."""
+"""Side in px of the patches compared at rest."""
+
 
 BESIDE_PX = 6.0
+"""Distance in px outside the contour of the patches around an object."""
+
 BESIDE_STEP = 4
-"""The surroundings are looked at this far outside every so many contour points."""
+"""Contour points per patch around an object."""
+
 
 RESTING_STEP_M = 0.005
+"""Step in m per frame below which an object counts as still. Chosen on the rooms lab and desk."""
+
 RESTING_STEP_RAD = math.radians(0.7)
-"""A step smaller than this is hardly one."""
+"""The same in rad. Chosen on the rooms lab and desk."""
+
 
 MOVED_M = 0.010
+"""Displacement in m from which a resting object has moved. Chosen on the rooms lab and desk."""
+
 MOVED_RAD = math.radians(2.0)
-"""A resting object has moved when a solve puts it farther away than this."""
+"""Turn in rad from which a resting object has moved. Chosen on the rooms lab and desk."""
+
 
 ELSEWHERE_M = 0.03
-"""An object that a session finds farther than this from where it was scanned has been moved."""
+"""Displacement in m from the scan's pose from which an object was moved between sessions. Chosen on
+the rooms lab and desk."""
+
 
 SIGNIFICANT = 2.5
-"""A resting object has moved only if it did so by this many standard deviations of the solve."""
+"""Standard deviations of the solve that a resting object must exceed to have moved."""
+
 
 REST_BLEND = 0.2
-"""Share of a new measurement in a resting object's pose."""
+"""Weight of a new measurement in a resting object's pose. Chosen on the rooms lab and desk."""
+
 
 UNCOVERED = 0.05
-"""Of a thing of which no more is covered, the picture shows how it looks."""
+"""Occluded share of the silhouette up to which an appearance is remembered. Chosen on the rooms lab
+and desk."""
+
 
 RENEWED_BELOW_WEIGHT = 0.9
-"""Worth of a portrait, 0..1, below which a new one is made of what is still recognised by it."""
+"""View weight, 0..1, of the remembered appearance below which a new one is recorded. Chosen on the
+rooms lab and desk."""
+
 
 FORGOTTEN = 0.15
-"""Share of a frame's lower agreement in what is usual."""
+"""Weight of a frame's lower value in the running inlier ratio and correlation. Chosen on the rooms
+lab and desk."""
+
 
 COASTED_FRAMES = 4
-"""A carried object is expected on its way for this many frames without agreement."""
+"""Frames without measurement for which a carried object keeps its velocity. Chosen on the rooms lab
+and desk."""
+
 
 LOST_AFTER = 12
-"""Frames without agreement, with the place in view, after which an object counts as lost."""
+"""Frames without measurement, unoccluded, after which an object is lost. Chosen on the rooms lab
+and desk."""
 
 
 def first_look(task: Task) -> bool:
-    """Whether a resting object looks as it did, so that nothing needs to be solved."""
+    """Whether a resting object's patches are unchanged, so that nothing needs to be solved."""
     rest, track = task.track.rest, task.track
     if rest is None or track.state is not TrackState.STATIC or rest.inside == 0:
         return False
     apart = _colours_at(task, rest.lens, rest.corners) - rest.colours
-    # Exposure drifts alike everywhere; what has changed is what differs from that.
+    # Exposure drifts equally everywhere; changes are deviations from the median.
     apart = np.abs(apart - np.median(apart, axis=0))[: rest.inside]
     return float((apart.max(axis=1) > CHANGED_LEVEL).mean()) < CHANGED_SHARE
 
@@ -133,7 +162,7 @@ def follow(task: Task, unchanged: bool) -> Track:
 
 
 def _accept(task: Task, evidence: Evidence, fit: Fit, *, unchanged: bool) -> Track:
-    """The track after a convincing measurement."""
+    """The track after an accepted measurement."""
     track, now = task.track, task.scene.frame.t_ns
     step = pose_vector(fit.world_from_object) - pose_vector(track.world_from_object)
     step[3] = wrap_angle(float(step[3]))
@@ -208,31 +237,31 @@ def _is_elsewhere(track: Track, fit: Fit) -> bool:
 
 
 def _was_taken_up(task: Task, fit: Fit) -> bool:
-    """Whether what stood hangs in the air: from afar, its distance is too unsure to tell."""
+    """Whether a standing object is now lifted; from afar its distance is too uncertain."""
     stood = not is_lifted(task, task.track.world_from_object)
     return stood and is_lifted(task, fit.world_from_object)
 
 
 def _usual(before: float, now: float) -> float:
-    """What agrees usually: soon more, slowly less."""
+    """Running value that follows increases at once and decreases slowly."""
     return max(now, (1.0 - FORGOTTEN) * before + FORGOTTEN * now)
 
 
 def _settled(task: Task, evidence: Evidence, fit: Fit) -> Fit:
-    """The fit of what comes to rest, or a better one by its colours."""
+    """The fit of an object that comes to rest, or a better one by its colours."""
     found = settled(task.scene, task.model, evidence, fit.world_from_object)
     return fit if found is None else max(fit, found, key=lambda option: option.score)
 
 
 def _appearance_in_motion(task: Task, evidence: Evidence, fit: Fit) -> AppearanceMemory | None:
-    """The portrait of what moves: the one it has until it turns away from that."""
+    """Remembered appearance of a moving object, kept until the object turns away from it."""
     kept = task.track.appearance
     made = _appearance(task, evidence, fit) if _turns_away_from_memory(fit) else kept
     return kept if made is kept or made is None else replace(made, was_at_rest=False)
 
 
 def _turns_away_from_memory(fit: Fit) -> bool:
-    """Whether an object is recognised by a portrait from which it has begun to turn away."""
+    """Whether an object is recognised by its remembered appearance and begins to turn away."""
     appearance = fit.reduced.appearance
     if appearance is None or fit.colour_correlation < RECOGNISED_CORRELATION:
         return False
@@ -240,7 +269,7 @@ def _turns_away_from_memory(fit: Fit) -> bool:
 
 
 def _appearance(task: Task, evidence: Evidence, fit: Fit) -> AppearanceMemory | None:
-    """How a textured object looks where it rests, if nothing covers it."""
+    """Appearance of a textured object at rest, if nothing occludes it."""
     model = task.model
     if not model.textured or fit.covered_fraction > UNCOVERED:
         return task.track.appearance
@@ -256,7 +285,7 @@ def _appearance(task: Task, evidence: Evidence, fit: Fit) -> AppearanceMemory | 
 
 
 def _miss(task: Task, fit: Fit) -> Track:
-    """The track after a frame without a measurement: hold it, or look around."""
+    """The track after a frame without an accepted measurement: held, occluded or lost."""
     track, now = task.track, task.scene.frame.t_ns
     missed = track.missed_frames + 1
     is_carried = task.model.source.box_m[2] < HEAVY_HEIGHT_M
@@ -281,7 +310,7 @@ def _miss(task: Task, fit: Fit) -> Track:
 
 
 def _lost(task: Task, fit: Fit) -> Track:
-    """The track of an object that must be looked for, with the best guess so far."""
+    """The track of an object that has to be searched for."""
     review = task.track.review
     return replace(
         task.track,
@@ -298,7 +327,7 @@ def _lost(task: Task, fit: Fit) -> Track:
 
 
 def rest_of(task: Task, fit: Fit) -> Rest:
-    """How the object looks now, or what covers it: when that goes, the look changes, too."""
+    """Patch colours on and around an object at rest, including those of its occluders."""
     reduced, view = fit.reduced, view_of(task.scene, task.model, fit.world_from_object)
     camera_from_object = view.world_from_camera.inverse() @ fit.world_from_object
     inside, _ = view.camera.project(camera_from_object @ reduced.surface)

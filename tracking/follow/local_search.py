@@ -1,4 +1,4 @@
-"""Where else an object may be that was not found where it was expected: beside, turned, lifted."""
+"""Local pose search around the prediction: displaced, turned or lifted."""
 
 from __future__ import annotations
 
@@ -34,27 +34,44 @@ from tracking.solve.gauss_newton import (
 from tracking.solve.motion import pose_vector, vector_pose
 
 LEAST_HYPOTHESES = 2
-HYPOTHESIS_NS = 15_000_000
-"""So many guesses are followed in a frame, and more where frames are farther apart, one for each
-stretch of this time; the next frame goes on with the others."""
+"""Least number of local hypotheses evaluated in a frame."""
 
-NEAR_TURN_RAD, FAR_TURN_RAD = 0.17, 0.35
-"""How far a thing is turned before it is looked for again, where it agrees somewhat, and hardly."""
+HYPOTHESIS_NS = 15_000_000
+"""Nominal cost of one local hypothesis in ns: as many are evaluated as fit into the time since the
+last measurement."""
+
+
+NEAR_TURN_RAD = 0.17
+"""Turn in rad of a local hypothesis where the fit at the prediction is accepted. Chosen on the
+rooms lab and desk."""
+
+FAR_TURN_RAD = 0.35
+"""The same where it is not. Chosen on the rooms lab and desk."""
+
 
 LIFTS_M = (0.04, 0.08, 0.12)
-"""How much higher a thing is looked for that was not found where it was: hands lift it."""
+"""Heights in m above the prediction of local hypotheses of a carried object. Chosen on the rooms
+lab and desk."""
+
 
 JUMP_M = 0.08
-FASTEST_M_S = 2.0
-"""An object may be this far from its prediction, and so much farther per second unseen."""
+"""Distance in m from the prediction that is always reachable. Chosen on the rooms lab and desk."""
 
-BETTER, BETTER_THAN_REJECTED = 0.06, 0.02
-"""How much more a guess has to be worth than what was found where the object was expected."""
+FASTEST_M_S = 2.0
+"""Speed in m/s of a carried object at most. Chosen on the rooms lab and desk."""
+
+
+BETTER = 0.06
+"""Score by which a local hypothesis must exceed an accepted fit at the prediction. Chosen on the
+rooms lab and desk."""
+
+BETTER_THAN_REJECTED = 0.02
+"""The same for a rejected fit. Chosen on the rooms lab and desk."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Found:
-    """A solution, and the belief behind it."""
+    """A solution and the prior under which it was found."""
 
     fit: Fit
     prior: Prior
@@ -67,14 +84,14 @@ def search_locally(
     predicted_world_from_object: Pose,
     found: Found,
 ) -> Fit:
-    """What was found, or something clearly better farther off.
+    """The fit at the prediction, or a clearly better one nearby.
 
     Args:
         task: the object and the frame.
         evidence: its window.
-        cache: the sketches made of it so far.
-        predicted_world_from_object: where it is expected.
-        found: there.
+        cache: reduced renderings of the object in this window so far.
+        predicted_world_from_object: the prediction.
+        found: the fit there.
     """
     priors_here = priors(task, predicted_world_from_object)
     best, best_prior = found.fit, found.prior
@@ -94,12 +111,12 @@ def search_locally(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _LocalHypothesis:
-    """Where an object may be that is not where it was expected.
+    """A start pose beside the prediction.
 
     Attributes:
-        prior: behind it.
+        prior: of the pose.
         start_world_from_object: where to begin.
-        slides: whether the drawn object is slid over the picture first.
+        slides: whether the rendering is first slid over the picture.
     """
 
     prior: Prior
@@ -108,14 +125,14 @@ class _LocalHypothesis:
 
     @property
     def is_free(self) -> bool:
-        """Whether the object is taken to stand on nothing."""
+        """Whether the hypothesis has the object on no support plane."""
         return bool(self.prior.sigma[2] > CONTACT_SIGMA_M)
 
 
 def _hypotheses(
     task: Task, priors_here: Sequence[Prior], predicted_world_from_object: Pose, best: Fit
 ) -> list[_LocalHypothesis]:
-    """This frame's guesses: slid there, and some turned or higher in the air, in turn."""
+    """This frame's hypotheses: the prediction itself, then turned and lifted starts in rotation."""
     turn = NEAR_TURN_RAD if is_accepted(best) else FAR_TURN_RAD
     yaws = (0.0,) if task.model.symmetry == ROUND else (0.0, turn, -turn)
     steps = [(prior, 0.0, yaw) for prior in priors_here for yaw in yaws]
@@ -136,7 +153,7 @@ def _hypotheses(
 def _followed(
     task: Task, evidence: Evidence, cache: RenderingCache, hypothesis: _LocalHypothesis
 ) -> Fit:
-    """The solve from a guess."""
+    """The solve from one hypothesis."""
     wide = replace(hypothesis.prior, sigma=hypothesis.prior.sigma * np.array([2.0, 2.0, 1.0, 2.0]))
     slid = SLID_REACHES if task.model.textured else COLD_REACHES
     reaches = slid if hypothesis.slides else TRACKING_REACHES
@@ -151,7 +168,7 @@ def _followed(
 
 
 def _is_reachable(task: Task, predicted_world_from_object: Pose, fit: Fit) -> bool:
-    """Whether people can have moved an object there since it was seen last."""
+    """Whether an object can have been moved there since it was last seen."""
     apart = fit.world_from_object.translation - predicted_world_from_object.translation
     elapsed = (task.scene.frame.t_ns - task.track.seen_ns) * 1e-9
     return float(np.linalg.norm(apart)) < JUMP_M + FASTEST_M_S * elapsed

@@ -1,4 +1,4 @@
-"""Where an object is in a frame: where it is expected, where it leapt to, or somewhere around."""
+"""Pose of an object in a frame: at the prediction, by relocalisation, or by a local search."""
 
 from __future__ import annotations
 
@@ -31,15 +31,21 @@ from tracking.solve.gauss_newton import COLD_REACHES, TRACKING_REACHES, Fit, Pri
 from tracking.solve.motion import pose_vector
 
 MOSTLY_COVERED = 0.85
-"""Where more than this is covered, no other place is tried: nothing would tell which is right."""
+"""Occluded share of the silhouette above which no other pose is tried: the picture cannot
+decide."""
+
 
 SAME_SHARE = 0.95
+"""Share of the remembered colour correlation from which an object counts as unmoved. Chosen on the
+rooms lab and desk."""
+
 REMEMBERED_SIGMA = (0.005, 0.005, 0.003, math.radians(1.5))
-"""What is so nearly as like its portrait as when that was made has not moved by a pixel; how well
-its pose is known then."""
+"""Standard deviations (m, m, m, rad) of a pose confirmed by the remembered appearance: under a
+pixel."""
+
 
 LEAST_RELOCALISATION_M = 0.01
-"""A solve comes so far by itself."""
+"""Displacement in m below which relocalisation is not needed: a solve converges from there."""
 
 
 def measure(
@@ -49,19 +55,19 @@ def measure(
     *,
     is_unchanged: bool = False,
 ) -> tuple[Evidence, Fit]:
-    """Solve from the prediction, and from farther off if that does not convince.
+    """Solve from the prediction, and from farther away if the result is not conclusive.
 
     Args:
         task: the object and the frame.
         evidence: its window.
-        predicted_world_from_object: where it is expected.
-        is_unchanged: it rests and looks as it did: it can only have been measured badly.
+        predicted_world_from_object: the prediction.
+        is_unchanged: the object rests and its pixels did not change, so no other pose is searched.
 
     Returns:
-        the window in which it was found, and what was found.
+        The window of the result, and the fit.
     """
     track = task.track
-    # What rests is judged by the scan alone: a portrait of it would find itself right.
+    # A resting object is compared with the scan alone: its own memory would confirm itself.
     rested = track.state is TrackState.STATIC and track.missed_frames == 0
     appearance = None if rested else track.appearance
     cache = RenderingCache(track.reduced, appearance, quickly=track.moves_on)
@@ -93,7 +99,7 @@ def _expected(
     *,
     reaches_px: tuple[float, ...],
 ) -> Found:
-    """What is found where an object is expected: standing on something, or carried."""
+    """The fit at the expected pose, under the standing prior or, if likelier, the carried one."""
     standing, *others = priors(task, world_from_expected)
     fit = attempt(task, evidence, cache, world_from_expected, standing, reaches_px=reaches_px)
     if not others or task.is_first or not _has_left(task, fit):
@@ -107,7 +113,7 @@ def _expected(
 
 
 def _relocalised(task: Task, found: Found) -> tuple[Evidence, Fit] | None:
-    """Where a patterned thing has leapt to, if that is better than what was found; its window."""
+    """The window and fit of feature-based relocalisation, if better than what was found."""
     appearance, world_from_found = task.track.appearance, found.fit.world_from_object
     if appearance is None or task.is_first:
         return None
@@ -142,9 +148,9 @@ def _as_remembered(
     appearance: AppearanceMemory,
     predicted: Pose,
 ) -> Fit | None:
-    """The pose at which an object rested last, if it looks there just as it did then.
+    """The fit at the last rest pose, if the object appears there as remembered.
 
-    What somebody reached across has not moved, whatever its outline says.
+    An object that somebody reached across has not moved, whatever its contour suggests.
     """
     apart = predicted.translation - appearance.world_from_object.translation
     if float(np.linalg.norm(apart)) > task.model.radius_m:
@@ -157,7 +163,7 @@ def _as_remembered(
 def at_remembered_pose(
     task: Task, evidence: Evidence, cache: RenderingCache, appearance: AppearanceMemory
 ) -> Fit:
-    """What a picture says of the pose at which an object was portrayed."""
+    """Fit statistics at the pose of a remembered appearance."""
     world_from_object = appearance.world_from_object
     prior = Prior(pose_vector(world_from_object), np.array(REMEMBERED_SIGMA))
     reduced = cache.at(task.model, world_from_object, evidence, task.scene.renderer)
@@ -166,6 +172,6 @@ def at_remembered_pose(
 
 
 def _has_left(task: Task, fit: Fit) -> bool:
-    """Whether an object is not simply where it rested."""
+    """Whether an object may have left its rest pose."""
     rested = task.track.state is TrackState.STATIC and task.track.missed_frames == 0
     return not rested or has_left_its_rest(task, fit)

@@ -1,4 +1,4 @@
-"""Finds lost objects again, all of them together: each place is given once."""
+"""Re-detection of lost objects, assigned jointly: each position goes to one object."""
 
 from __future__ import annotations
 
@@ -18,30 +18,34 @@ from tracking.hypotheses.room_search import candidates
 from tracking.solve.covariance import uncertainty
 from tracking.solve.motion import Motion
 
-CONFIDENCE_ZERO_SCORE, CONFIDENCE_FULL_SCORE = 0.2, 0.5
-"""Confidence in a small object grows from 0 to 1 between these qualities. In twelve layouts kept
-for this, answers without a rival were right from 0.27 on, half of them above 0.45, and wrong at
-0.14; but at wrong yaws, scans with holes reach what lies between."""
+CONFIDENCE_ZERO_SCORE = 0.2
+"""Photometric score of confidence 0. In twelve layouts kept for validation, unrivalled answers were
+right from 0.27 on and wrong at 0.14."""
+
+CONFIDENCE_FULL_SCORE = 0.5
+"""Photometric score of confidence 1; half of the right answers of those layouts were above 0.45."""
+
 
 MOST_WAITS = 3
-"""From the second search in vain on, the next one waits twice as long, so many times."""
+"""Most doublings of the search period after searches in vain."""
+
 
 OVERVIEW_MS = 20
 """About how long it takes to compare a whole frame with the room."""
 
 LEAST_CONFIDENCE = 0.3
-"""A guess less sure than this is not followed."""
+"""Confidence below which a hypothesis is not followed. Chosen on the rooms lab and desk."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Search:
-    """A search under way for one object, in the frame that it began with.
+    """A pending search for one object, in the frame in which it began.
 
     Attributes:
         task: the object and that frame.
         look: the frame's overview.
-        enough: so many poses that leave no doubt end it.
-        done: what was done of it, see `tracking.hypotheses.budget.Pace`.
+        enough: number of unambiguous poses that end it.
+        done: results of its steps so far, see `tracking.hypotheses.budget`.
     """
 
     task: Task
@@ -51,9 +55,9 @@ class Search:
 
 
 def redetect_all(tasks: Sequence[Task]) -> Mapping[str, Track]:
-    """Tracks of all lost objects after they were looked for over the whole scene.
+    """Tracks of all lost objects after a search over the whole scene.
 
-    Small things are looked for in what the large ones leave unexplained.
+    Small objects are searched for in what large ones leave unassigned.
 
     Args:
         tasks: of all lost objects; their neighbours are those that are not lost.
@@ -97,7 +101,7 @@ def redetect(
 
 
 def _begun(tasks: Sequence[Task]) -> Search | None:
-    """A search for the object that waited longest; None if it is too early for any."""
+    """A search for the object that waited longest; None if none is due."""
     due = [task for task in tasks if _is_due(task)]
     if not due:
         return None
@@ -108,7 +112,7 @@ def _begun(tasks: Sequence[Task]) -> Search | None:
 
 
 def _is_outdated(search: Search, tasks: Sequence[Task]) -> bool:
-    """Whether the object is not lost any more, or the camera found to stand elsewhere since."""
+    """Whether the object is no longer lost, or the camera's pose has changed since."""
     begun = search.task.scene
     return not any(
         task.model is search.task.model and task.scene.world_from_rig is begun.world_from_rig
@@ -117,7 +121,7 @@ def _is_outdated(search: Search, tasks: Sequence[Task]) -> bool:
 
 
 def _beside(tasks: Sequence[Task], tracks: Mapping[str, Track]) -> list[Task]:
-    """Those of the tasks that are for small things, which stand beside the large ones found."""
+    """Tasks of the small objects, with the large ones just found as neighbours."""
     found = tuple(
         (task.model, tracks[_id(task)].world_from_object)
         for task in tasks
@@ -131,11 +135,11 @@ def _beside(tasks: Sequence[Task], tracks: Mapping[str, Track]) -> list[Task]:
 
 
 def _placed(tasks: Sequence[Task], fresh: Mapping[str, Sequence[Hypothesis]]) -> dict[str, Track]:
-    """Tracks of some lost objects after some of them were looked for.
+    """Tracks of lost objects after a joint assignment.
 
     Args:
         tasks: the objects.
-        fresh: where those that were looked for may be, by object id.
+        fresh: hypotheses of those that were searched for, by object id.
     """
     tasks = [_searched(task, fresh.get(_id(task))) for task in tasks]
     found = assign(
@@ -148,7 +152,7 @@ def _placed(tasks: Sequence[Task], fresh: Mapping[str, Sequence[Hypothesis]]) ->
 
 
 def _searched(task: Task, hypotheses: Sequence[Hypothesis] | None) -> Task:
-    """The task with the outcome of its search noted, if there was one."""
+    """The task with the outcome of its search recorded, if there was one."""
     if hypotheses is None:
         return task
     track = replace(
@@ -163,7 +167,7 @@ def _searched(task: Task, hypotheses: Sequence[Hypothesis] | None) -> Task:
 def _hypotheses(
     task: Task, look: Overview, enough: int, pace: Pace | None = None
 ) -> list[Hypothesis]:
-    """Where an object may be by its frame."""
+    """Pose hypotheses of an object in the task's frame."""
     last = task.track.world_from_object.translation
     return candidates(
         task.scene,
@@ -178,7 +182,7 @@ def _hypotheses(
 
 
 def _still_free(task: Task) -> tuple[Hypothesis, ...]:
-    """Guesses whose place was not given to another object since."""
+    """Hypotheses whose position was not assigned to another object since."""
     return tuple(
         hypothesis
         for hypothesis in task.track.hypotheses
@@ -190,14 +194,14 @@ def _still_free(task: Task) -> tuple[Hypothesis, ...]:
 
 
 def _heights(task: Task) -> tuple[float, ...]:
-    """Of what an object may stand on."""
+    """Heights in m of the support planes of an object."""
     source = task.model.source
     is_heavy = source.box_m[2] >= HEAVY_HEIGHT_M
     return (source.support_z_m,) if is_heavy else task.scene.support_planes.heights_m
 
 
 def _redetected(task: Task, assignment: Assignment | None) -> Track:
-    """The track of an object that was looked for."""
+    """The track of an object after the assignment."""
     now = task.scene.frame.t_ns
     if assignment is None:
         return replace(task.track, rest=None, reduced=None, state=TrackState.LOST, confidence=0.0)
@@ -205,7 +209,7 @@ def _redetected(task: Task, assignment: Assignment | None) -> Track:
     confidence = _confidence(assignment.hypothesis)
     is_placed = assignment.place_is_clear and confidence >= LEAST_CONFIDENCE
     if not is_placed and task.track.seen_ns > 0:
-        # What was followed before is likelier to be near its last place than at a doubtful one.
+        # A formerly tracked object is likelier near its last pose than at a weak hypothesis.
         return replace(task.track, rest=None, state=TrackState.LOST, confidence=0.0)
     is_sure = is_placed and assignment.yaw_is_clear and confidence >= SURE
     # What was placed by its colours stays there until they change.
@@ -219,7 +223,7 @@ def _redetected(task: Task, assignment: Assignment | None) -> Track:
         task.track,
         world_from_object=fit.world_from_object,
         motion=Motion.rest(now),
-        # A place that is unclear is told as a guess, and asked for again.
+        # An ambiguous position is reported as lost, and searched for again.
         state=state if is_placed else TrackState.LOST,
         rest=rest,
         covariance=uncertainty(task.scene, task.model, fit),
@@ -240,7 +244,7 @@ def _redetected(task: Task, assignment: Assignment | None) -> Track:
 
 
 def _confidence(hypothesis: Hypothesis) -> float:
-    """0..1: how sure a guess is."""
+    """0..1 confidence in a hypothesis."""
     if hypothesis.photometric_score is None:
         return confidence_of(hypothesis.fit)
     sure = (hypothesis.score - CONFIDENCE_ZERO_SCORE) / (

@@ -1,4 +1,4 @@
-"""What is remembered of one object between frames, and what a frame asks of it."""
+"""Tracked state of one object between frames, and its task in one frame."""
 
 from __future__ import annotations
 
@@ -22,21 +22,22 @@ from tracking.solve.motion import Motion
 FloatArray = NDArray[np.float32]
 
 RESTING_FRAMES = 6
-"""An object rests after this many frames with hardly a step."""
+"""Still frames after which an object is at rest. Chosen on the rooms lab and desk."""
+
 
 SEARCH_PERIOD_NS = 800_000_000
-"""A lost object is searched for at most this often."""
+"""Least time in ns between two searches for the same object. Chosen on the rooms lab and desk."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rest:
-    """How a resting object looks at some places, to see cheaply whether anything changed.
+    """Patch colours of a resting object, which show cheaply whether anything changed.
 
     Attributes:
-        lens: index of the lens it is looked at through.
-        corners: (N, 2) int64 left and top of small squares of the lens picture.
-        colours: (N, 3) float32 mean of each when its pose was last confirmed.
-        inside: how many of them, the first ones, are on the object; the others lie around it.
+        lens: index of the lens.
+        corners: (N, 2) int64 left and top of the patches in the lens picture.
+        colours: (N, 3) float32 mean of each when the pose was last confirmed.
+        inside: number of patches, the first ones, on the object; the others lie around it.
     """
 
     lens: int
@@ -47,14 +48,14 @@ class Rest:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PendingReview:
-    """An audit under way: other yaws are refined in the frame that it began with.
+    """A yaw review in progress: other yaws are refined in the frame in which it began.
 
     Attributes:
         scene: that frame.
         evidence: the object's window there.
-        fit: what was believed there.
+        fit: the reviewed fit there.
         starts: poses still to be refined.
-        hypotheses: what the others came to.
+        hypotheses: results of the refined ones.
     """
 
     scene: Scene
@@ -66,13 +67,13 @@ class PendingReview:
 
 @dataclass(frozen=True, slots=True)
 class Review:
-    """A comparison of an object's yaw with all others.
+    """The last comparison of an object's yaw with all others.
 
     Attributes:
-        t_ns: frame time at which it was worked on last.
-        in_vain: how many in a row changed nothing.
-        is_clear: whether no other yaw was about as good.
-        pending: what is left to do of it; None once it is done.
+        t_ns: frame time at which it was last worked on.
+        in_vain: consecutive reviews that changed nothing.
+        is_clear: whether no other yaw scored about as well.
+        pending: the rest of it; None once it is done.
     """
 
     t_ns: int
@@ -136,7 +137,7 @@ class Track:
 
     @property
     def moves_on(self) -> bool:
-        """Whether it moved in the frame before."""
+        """Whether it moved in the last frame."""
         return self.state is TrackState.TRACKED and self.still_frames == 0
 
 
@@ -147,10 +148,10 @@ class Task:
     Attributes:
         scene: the frame.
         model: the object.
-        track: what is remembered of it.
+        track: its state.
         neighbours: the other objects.
-        support_heights_m: heights of planes things stand on.
-        is_turn: whether this resting object is measured anew in this frame.
+        support_heights_m: heights in m of the support planes.
+        is_turn: whether this resting object is measured in this frame.
         is_first: whether this is the first frame of the session.
         may_search: whether a search over the whole scene is allowed in this frame.
         use_texture: whether inner colours take part.
@@ -168,7 +169,7 @@ class Task:
 
 
 def new_track(model: TrackModel) -> Track:
-    """An object where the scene says, not yet seen."""
+    """The track of an object at the scene's pose, not yet seen."""
     return Track(
         world_from_object=model.source.world_from_object,
         motion=Motion.rest(0),
@@ -196,7 +197,7 @@ def new_track(model: TrackModel) -> Track:
 
 
 def report(model: TrackModel, track: Track, frame: Frame) -> TrackedObject:
-    """What the rest of the studio is told."""
+    """The public result of a track in one frame."""
     return TrackedObject(
         object_id=model.object_id,
         t_ns=frame.t_ns,

@@ -1,7 +1,7 @@
-"""Whether an object is seen at the right yaw: others are compared where the picture leaves doubt.
+"""Yaw review: other yaws of an object are compared where the picture is ambiguous.
 
-A chair seen from its side has an outline much like that of the same chair turned by half. What a
-large step between two frames has put wrong, nothing puts right again frame to frame.
+A chair seen from its side has a contour much like that of the same chair turned by half, and no
+frame-to-frame solve corrects such an error.
 """
 
 from __future__ import annotations
@@ -18,29 +18,34 @@ from tracking.model.symmetry import ROUND
 from tracking.solve.gauss_newton import Fit
 
 COVERED = 0.35
-"""Of what is covered by more than this share, little can be told."""
+"""Occluded share of the silhouette above which yaws are not compared. Chosen on the rooms lab and
+desk."""
+
 
 SEEN = 0.25
-"""Of what shows less of its silhouette than this, too."""
+"""Visible fraction below which yaws are not compared. Chosen on the rooms lab and desk."""
+
 
 REFINED_NS = 20_000_000
 """A yaw is refined for every so much time since the frame before, and one in each."""
 
 PERIOD_NS = 180_000_000
+"""Least time in ns between two reviews. Chosen on the rooms lab and desk."""
+
 MOST_IN_VAIN = 5
-"""After an audit in vain the next one waits twice as long, so many times."""
+"""Most doublings of that period after reviews in vain."""
 
 
 def reviewed(task: Task, evidence: Evidence, fit: Fit) -> tuple[Task, Fit]:
-    """The task with its audit noted, and the fit or a clearly better one at another yaw.
+    """The task with its review recorded, and the fit or a clearly better one at another yaw.
 
-    An audit is spread over frames, so that none is late for it: each refines as many of the yaws
-    as it has time for, all in the frame that the audit began with.
+    A review is spread over frames: each refines as many yaws as fit into its time, all in the frame
+    in which the review began.
 
     Args:
         task: an object that may have turned.
         evidence: its window.
-        fit: what was found from the prediction.
+        fit: the fit at the prediction.
     """
     review, now = task.track.review, task.scene.frame.t_ns
     if not task.may_search:
@@ -66,7 +71,7 @@ def reviewed(task: Task, evidence: Evidence, fit: Fit) -> tuple[Task, Fit]:
 
 
 def _is_outdated(pending: PendingReview, task: Task) -> bool:
-    """Whether the camera was moved since, or found to stand elsewhere."""
+    """Whether the camera's pose has changed since."""
     return pending.scene.world_from_rig is not task.scene.world_from_rig
 
 
@@ -109,17 +114,17 @@ def _concluded(
 
 
 def is_under_review(track: Track) -> bool:
-    """Whether an audit of a track has begun and is not done."""
+    """Whether a review of a track is pending."""
     return track.review is not None and track.review.pending is not None
 
 
 def was_reviewed(track: Track, t_ns: int) -> bool:
-    """Whether a track's audit was worked on in the frame of this time."""
+    """Whether a track's review was worked on in the frame of this time."""
     return track.review is not None and track.review.t_ns == t_ns
 
 
 def reported_confidence(track: Track, fit: Fit) -> float:
-    """Confidence in a pose: low while its yaw is one of several."""
+    """Confidence in a pose: low while its yaw is ambiguous."""
     confidence = confidence_of(fit)
     if track.review is None or track.review.is_clear or is_unambiguous(fit):
         return confidence
@@ -127,7 +132,7 @@ def reported_confidence(track: Track, fit: Fit) -> float:
 
 
 def _is_wanted(task: Task, fit: Fit) -> bool:
-    """Whether the yaw may be wrong, and the picture may tell."""
+    """Whether the yaw may be wrong, and the picture may decide."""
     if task.model.symmetry == ROUND or is_unambiguous(fit):
         return False
     review = task.track.review
@@ -140,7 +145,7 @@ def _is_wanted(task: Task, fit: Fit) -> bool:
 
 
 def _was_found_by_appearance(fit: Fit) -> bool:
-    """Whether a pose was found by the object's portrait, which shows it at the yaw known then."""
+    """Whether a pose was found by the remembered appearance, which fixes its yaw."""
     reduced = fit.reduced
     return (
         reduced.appearance is not None

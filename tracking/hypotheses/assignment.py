@@ -1,4 +1,4 @@
-"""Which place belongs to which object: decided for all that are looked for together."""
+"""Assignment of positions to objects, jointly for all that are searched for."""
 
 from __future__ import annotations
 
@@ -14,30 +14,40 @@ from tracking.hypotheses.hypothesis import Hypothesis, is_other
 from tracking.model.object_model import TrackModel
 
 SAME_SPOT = 0.35
-"""Two things nearer than this, in the sum of their radii, would stand in each other."""
+"""Distance, in the sum of two radii, below which two objects would intersect. Chosen on the rooms
+lab and desk."""
 
-LEVEL_M, CLOSEST = 0.05, 0.9
-"""So do two on one height that are nearer than this share of their narrower sides lets them."""
+
+LEVEL_M = 0.05
+"""Height difference in m up to which two objects stand on one support plane."""
+
+CLOSEST = 0.9
+"""Distance of such objects, in half the sum of their narrower sides, below which they would
+intersect. Chosen on the rooms lab and desk."""
+
 
 NOWHERE = 0.92
-"""Cost of leaving an object lost, beside one less the quality of a pose: any guess is better, and
-told for what it is."""
+"""Cost of leaving an object lost; a pose costs 1 less its score."""
+
 
 DISTANCE_PRICE = 0.02
+"""Cost of the largest distance from the last pose: decides between identical twins."""
+
 DISTANCE_M = 5.0
-"""Identical twins: of places that look alike the nearer one is taken, up to so far away."""
+"""Distance in m from which that cost no longer grows."""
+
 
 IMPOSSIBLE = 1e3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AssignmentCandidates:
-    """An object that was looked for.
+    """An object with its pose hypotheses.
 
     Attributes:
         model: the object.
-        last_world_from_object: where it was believed last.
-        hypotheses: where it may be, the best first.
+        last_world_from_object: its last accepted pose.
+        hypotheses: the best first.
     """
 
     model: TrackModel
@@ -47,12 +57,12 @@ class AssignmentCandidates:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Assignment:
-    """A place for an object.
+    """The hypothesis assigned to an object.
 
     Attributes:
         hypothesis: the pose.
-        place_is_clear: whether no other free place is about as good.
-        yaw_is_clear: whether no other yaw at this place is about as good.
+        place_is_clear: whether no other free position scores about as well.
+        yaw_is_clear: whether no other yaw at this position scores about as well.
     """
 
     hypothesis: Hypothesis
@@ -61,10 +71,10 @@ class Assignment:
 
 
 def assign(searched: Sequence[AssignmentCandidates]) -> Mapping[str, Assignment]:
-    """A place for every object that has one, each place given once, the best in total.
+    """One hypothesis for every object that has any, each position once, of the best total score.
 
     Args:
-        searched: the objects; their order does not matter but for exact ties.
+        searched: the objects; their order matters only for exact ties.
     """
     spots = _spots(searched)
     count = len(searched)

@@ -1,4 +1,4 @@
-"""Where an object may be, and when two such guesses say the same."""
+"""Pose hypotheses of an object, and when two of them are the same."""
 
 from __future__ import annotations
 
@@ -39,11 +39,12 @@ CLEAR_SIGMAS = 1.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Hypothesis:
-    """Where an object may be.
+    """A pose hypothesis.
 
     Attributes:
-        fit: the pose and what its outline says.
-        photometric_score: of a small object, how much it resembles the picture there, at most 1.
+        fit: the pose and its statistics.
+        photometric_score: of a small object, its similarity to the picture, at most 1; None if the
+            contour decides.
     """
 
     fit: Fit
@@ -56,17 +57,14 @@ class Hypothesis:
 
     @property
     def score(self) -> float:
-        """0..1: ranks guesses of one object."""
+        """0..1: ranks hypotheses of one object."""
         if self.photometric_score is None:
             return _outlined(self.fit)
         return max(self.photometric_score, 0.0)
 
     @property
     def score_sigma(self) -> float:
-        """Standard deviation of the quality.
-
-        It is about a share of the contour, of which neighbouring points count as one.
-        """
+        """Standard deviation of the score, a ratio of correlated contour points."""
         if self.photometric_score is not None:
             return PHOTOMETRIC_SCORE_SIGMA
         count = max(len(self.fit.reduced.contour) / OPTIONS.contour_correlation, 1.0)
@@ -74,7 +72,7 @@ class Hypothesis:
         return math.sqrt(share * (1.0 - share) / count)
 
     def is_clearly_better(self, other: Hypothesis) -> bool:
-        """Whether this guess's quality is higher than can be by chance."""
+        """Whether this hypothesis's score is significantly higher."""
         margin = CLEAR_SIGMAS * math.hypot(self.score_sigma, other.score_sigma)
         return self.score > other.score + margin
 

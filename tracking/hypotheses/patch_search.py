@@ -1,4 +1,4 @@
-"""Small objects, told by their colours: where one may be, and whether it is what is there."""
+"""Search for small objects by their colours."""
 
 from __future__ import annotations
 
@@ -41,24 +41,39 @@ at most, and not where nothing comes within the last of the best resemblance."""
 REFINED = 10
 """So many of these poses are refined roughly."""
 
-REFINED_CLOSELY, PLACES_COMPARED, YAWS_COMPARED, REFINED_AGAIN = 6, 3, 6, 4
-"""So many rough poses are told closely, and at so many of their places so many other yaws; the best
-of all these once more."""
+REFINED_CLOSELY = 6
+"""Rough poses that are refined closely."""
+
+PLACES_COMPARED = 3
+"""Positions of these at which other yaws are refined as well."""
+
+YAWS_COMPARED = 6
+"""Other yaws refined at each of these positions."""
+
+REFINED_AGAIN = 4
+"""Best results that are refined once more."""
+
 
 TRIED_MS, TURNED_MS, ROUGHLY_MS, CLOSELY_MS, YAWS_MS, APART_MS, PLACED_MS = 6, 9, 6, 8, 13, 3, 3
 """About how long the parts of a search take, see `tracking.hypotheses.budget`."""
 
-RIVAL, RIVALS = 0.6, 4
-"""Yaws of one place that resemble the picture by this share of the best's are told apart anew, so
-many at most."""
+RIVAL = 0.6
+"""Share of the best similarity from which yaws of one position are compared by detail. Chosen on
+the rooms lab and desk."""
+
+RIVALS = 4
+"""Yaws compared by detail at most."""
+
 
 ACCEPTED = 0.1
+"""Similarity from which a pose is a hypothesis. Chosen on the rooms lab and desk."""
+
 RECOGNISED = 0.12
-"""How much an object must resemble the picture at a pose to be a guess, and to be there."""
+"""Similarity from which the object is recognised at a pose. Chosen on the rooms lab and desk."""
 
 
 Candidate = tuple[Pose, float, Surroundings]
-"""A pose, how much it resembles the picture, and the window."""
+"""A pose, its similarity to the picture, and its window."""
 
 
 def hypotheses(
@@ -69,14 +84,14 @@ def hypotheses(
     *,
     pace: Pace,
 ) -> list[Hypothesis]:
-    """What rough poses of a small object at some places come to, the likeliest ones told closely.
+    """Hypotheses of a small object from candidate positions; the likeliest are refined closely.
 
     Args:
         scene: the frame.
         model: the object.
-        neighbours: other objects, whose places are taken.
-        places: (P, 3) where it may stand.
-        pace: how much of it is done in this frame.
+        neighbours: other objects, whose positions are taken.
+        places: (P, 3) candidate positions, m.
+        pace: budget of this frame.
 
     Raises:
         NotYet: the rest is for the next frame.
@@ -96,7 +111,7 @@ def hypotheses(
     for pose, _, around in rough[:REFINED_CLOSELY]:
         fine.append(closely(around, pose))
     for rank, (best, around) in enumerate(_best_places(model, fine)):
-        # What looks nearly alike from another side has to be told from it at the same place.
+        # Similar yaws have to be compared at the same position.
         tried = [pose for pose, _, _ in fine]
         if rank == 0:
             others = _on_the_spot(best)
@@ -128,9 +143,9 @@ def _distinct(model: TrackModel, candidates: Sequence[Candidate]) -> list[Candid
 def _ranked_by_detail(
     model: TrackModel, candidates: Sequence[Candidate], pace: Pace
 ) -> list[Candidate]:
-    """The same, the yaws of each of the best places ranked by what tells them apart.
+    """The same candidates, the yaws of each of the best positions ranked by their detail.
 
-    A side that was scanned dark or hardly at all explains less of a change than a wrong one may.
+    A side that was scanned dark or sparsely accounts for less of a change than a wrong one may.
     """
     left = sorted(candidates, key=lambda item: -item[1])
     ranked: list[Candidate] = []
@@ -272,7 +287,7 @@ def _on_the_spot(world_from_object: Pose) -> list[Pose]:
 
 
 def _placed(around: Surroundings, world_from_object: Pose, share: float) -> Hypothesis:
-    """A small object at a pose, and how much it explains there."""
+    """The hypothesis of a small object at a pose with this similarity."""
     model, evidence = around.model, around.evidence
     reduced = reduced_rendering(model, world_from_object, evidence, around.renderer)
     prior = Prior(pose_vector(world_from_object), np.array(START_SIGMA))
@@ -281,10 +296,10 @@ def _placed(around: Surroundings, world_from_object: Pose, share: float) -> Hypo
 
 
 def is_recognised(scene: Scene, model: TrackModel, evidence: Evidence, fit: Fit) -> bool | None:
-    """Whether what is at a pose looks like the object, None for what its outline tells.
+    """Whether a small object is recognised by its colours at a pose; None for a large object.
 
-    Outlines of small things are all alike; their inner colours say little when seen from afar. What
-    looks more like the object from another side has been turned.
+    Silhouettes of small objects are similar, and their inner colours carry little from afar. If
+    another yaw is more similar, the object has been turned.
     """
     if not is_small(model, evidence):
         return None
@@ -311,6 +326,6 @@ def settled(
 
 
 def is_small(model: TrackModel, evidence: Evidence) -> bool:
-    """Whether an object is seen so small that its colours tell more than its outline."""
+    """Whether an object is seen so small that its colours decide rather than its contour."""
     radius_px = evidence.camera.f_px * model.radius_m / evidence.view.target_range_m
     return radius_px < SMALL_PX

@@ -43,7 +43,7 @@ LEAST_DENSITY = 0.08
 
 TEXTURED_SHARE = 0.6
 PLAIN_SHARE = 0.5
-"""How much of a yaw's score is likeness of colours, the rest being overlap."""
+"""Weight of the colour correlation in a yaw's score; the rest is the overlap."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,8 +1,8 @@
-"""Finds objects that are not where they were: after they were lost, or moved between sessions.
+"""Search for objects over the whole room, after a loss or between sessions.
 
-Of the places proposed (`tracking.hypotheses.positions`) the best few are refined. Which object
-then gets which place is decided for all that are looked for together (paper 4.4.2 "recovery between
-sessions", done here without asking the user to select the objects again).
+The best of the proposed positions (`tracking.hypotheses.positions`) are refined;
+`tracking.hypotheses.assignment` then decides jointly (paper 4.4.2 "recovery between sessions",
+without asking the user to select the objects again).
 """
 
 from __future__ import annotations
@@ -72,9 +72,14 @@ PIXEL_EVIDENCE_MS, PROPOSED_MS, SCORED_MS, SCORED_NEARER_MS, GATHERED_MS, REFINE
 """About how long the parts of a search take, see `tracking.hypotheses.budget`."""
 
 ACCEPTED_INLIER_RATIO = 0.35
+"""Edge inlier ratio from which a refined pose is a hypothesis. Chosen on the rooms lab and desk."""
+
 ACCEPTED_SCORE = 0.3
+"""Score from which a refined pose is a hypothesis. Chosen on the rooms lab and desk."""
+
 ACCEPTED_CORRELATION = 0.25
-"""What a refined pose must reach to be a guess."""
+"""Colour correlation from which a refined pose of a textured object is a hypothesis. Chosen on the
+rooms lab and desk."""
 
 
 def candidates(
@@ -200,9 +205,9 @@ def _large_object_hypotheses(
 
 
 def turned(model: TrackModel, evidence: Evidence, world_from_expected: Pose) -> list[Pose]:
-    """Poses to refine of an object about where it is believed to be, at whatever yaw.
+    """Start poses of an object at any yaw about its expected position.
 
-    That of a small object is among them, as only its colours tell how good it is.
+    The expected pose of a small object is among them, as only its colours score it.
     """
     free = np.maximum(evidence.foreground, evidence.hidden)
     own = evidence.own * (1.0 - evidence.hidden)
@@ -219,7 +224,7 @@ def turned(model: TrackModel, evidence: Evidence, world_from_expected: Pose) -> 
 
 
 def ranked(scene: Scene, model: TrackModel, hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """The guesses inside the room, each pose once, the best first."""
+    """The hypotheses inside the room, each pose once, the best first."""
     return distinct(model, [g for g in hypotheses if scene.contains(g.world_from_object)])
 
 
@@ -278,7 +283,7 @@ def _can_be(scene: Scene, world_from_object: Pose) -> bool:
 
 
 def _is_acceptable(hypothesis: Hypothesis) -> bool:
-    """Whether a refined pose is worth being told."""
+    """Whether a refined pose is a hypothesis."""
     fit = hypothesis.fit
     if hypothesis.photometric_score is not None:
         return hypothesis.score >= patch_search.ACCEPTED

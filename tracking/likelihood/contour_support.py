@@ -1,6 +1,6 @@
-"""How well a window supports a pose, without changing it: outline, surface, likeness of colours.
+"""Statistics of a pose in a window: contour, surface, colour correlation.
 
-The readable twin of the native kernel `judge`, with its constants.
+The readable twin of the native kernel `judge`, with its options.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def judged(
         colours: (N, 3) drawn there.
         world_from_object: the pose.
         offset_px: by how much the drawn contour is known to lie outside the real one.
-        is_textured: whether likeness is that of the fine pattern.
+        is_textured: whether colours are compared by their detail.
     """
     edges = measure_contour(
         evidence, outline, world_from_object, reach_px=OPTIONS.judge_reach_px, offset_px=offset_px
@@ -114,10 +114,10 @@ def _contour_statistics(edges: Edges, pixels: Points) -> tuple[float, float, flo
 
 
 def shared_errors(pixels: Points, residuals: Points) -> float:
-    """How many times more alike neighbouring residuals are than a solve believes, at least 1.
+    """Variance inflation by correlated neighbouring residuals, at least 1.
 
-    The mean of n independent residuals has 1/n of their variance; what it has more, a scan's faults
-    and shadows have made, which are longer than noise.
+    The mean of n independent residuals has 1/n of their variance; any excess comes from a scan's
+    faults and shadows, whose correlation length exceeds that of noise.
     """
     if len(residuals) < OPTIONS.least_together:
         return 1.0
@@ -132,7 +132,7 @@ def shared_errors(pixels: Points, residuals: Points) -> float:
 def _surface_shown(
     evidence: Evidence, pixels: Points, colours: FloatArray, *, is_textured: bool
 ) -> tuple[float, float, float]:
-    """Shares of the surface that show the object, and something in front; likeness of colours."""
+    """Shares of the surface that show the object and an occluder; colour correlation."""
     seen = evidence.seen.sample(pixels).reshape(-1, 6)
     foreground, own, hidden = seen[:, :3].T
     visible = own * (1 - hidden) > 0.35

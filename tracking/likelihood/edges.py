@@ -47,7 +47,7 @@ class Edges:
 
     Attributes:
         rows: linearised, one per contour point.
-        offset_px: (N,) outward distance of the seen edge from the drawn one, halo taken off.
+        offset_px: (N,) outward distance of the seen edge from the rendered one, bias removed.
         sigma_px: (N,) standard deviation of that.
         found: (N,) bool, whether an edge was found.
         hidden: (N,) bool, whether the point is covered by something known or foreign.
@@ -172,7 +172,7 @@ def measure_texture(
     jacobian = np.einsum("nci,nij->ncj", slopes, by_pose)
     shared = OPTIONS.texture_correlation if textured else OPTIONS.plain_correlation
     weight = np.repeat(usable.astype(np.float64), 3) / (3.0 * shared)
-    # Light and blur that no gain explains: what matches badly counts for little.
+    # Light and blur that no gain accounts for: a bad match has a large sigma.
     sigma = max(OPTIONS.texture_sigma, 1.5 * float(np.median(np.abs(residual[usable]))))
     return Rows(jacobian.reshape(-1, 6) / sigma, -residual.reshape(-1) / sigma, weight)
 

@@ -1,7 +1,7 @@
-"""Small objects: the pose at which one drawn into the empty room explains the live picture best.
+"""Small objects: the pose at which one, composited over the empty room, fits the picture best.
 
 At twenty pixels an outline is a contact shadow's as much as the object's own; the colours of the
-object and of what is behind it tell them apart (dense likelihood, Nelder & Mead 1965).
+object and of the background separate them (dense likelihood, Nelder & Mead 1965).
 """
 
 from __future__ import annotations
@@ -22,27 +22,44 @@ STEP_M, STEP_RAD = 0.04, 0.2
 STEP_PRICE = 4.0
 """First steps, and what a step away from the start costs, in pixels wholly unexplained."""
 
-TRIED_ROUGHLY, TRIED_CLOSELY, TRIED_KNOWN = 24, 20, 18
-"""How many poses are tried near a believed one to come near the best, and to tell it closely; the
-last of an object whose place is known."""
+TRIED_ROUGHLY = 24
+"""Evaluations of the rough fit."""
 
-CLOSE_STEP_M, CLOSE_STEP_RAD = 0.025, 0.15
+TRIED_CLOSELY = 20
+"""Evaluations of each round of the close fit."""
+
+TRIED_KNOWN = 18
+"""The same for an object whose position is known."""
+
+
+CLOSE_STEP_M = 0.025
+"""First step in m of the close fit."""
+
+CLOSE_STEP_RAD = 0.15
+"""First step in rad of the close fit."""
+
 LIT_ANEW = (1.0, 0.6)
-RESOLVED = 0.001
-"""First steps where a pose is told closely, the shares of them that are taken each time its light
-was told, and differences of resemblance that end it."""
+"""Factor on the first steps in each round of the close fit; the light is fitted before each."""
 
-FIRST_STEPS, FAR_BEHIND, BEHIND = 5, 0.3, 0.2
-"""What resembles the picture by so much less than another pose does, after so many steps, or by the
-last once its light is to be told anew, does not catch up."""
+RESOLVED = 0.001
+"""Difference of similarity that ends a round."""
+
+
+FIRST_STEPS = 5
+"""Iterations after which a round may be abandoned."""
+
+FAR_BEHIND = 0.3
+"""Similarity below the best rival's from which it is abandoned then."""
+
+BEHIND = 0.2
+"""Similarity below the best rival's from which no further round is begun."""
 
 
 def fit_patch(around: Surroundings, world_from_start: Pose) -> tuple[Pose, float]:
-    """The pose near a start, on its height, at which the object explains the picture best.
+    """The upright pose near a start at which the object is most similar to the picture.
 
     Returns:
-        The pose, and how much the object at just this pose resembles the picture there, see
-        `tracking.model.similarity.Setting.similarity`.
+        The pose, and its similarity, see `tracking.model.similarity.Setting.similarity`.
     """
     world_from_rough, _ = fit_patch_roughly(around, world_from_start)
     return fit_patch_closely(around, world_from_rough, tried=TRIED_KNOWN)
@@ -72,21 +89,20 @@ def fit_patch_closely(
     tried: int = TRIED_CLOSELY,
     rival: float = 0.0,
 ) -> tuple[Pose, float]:
-    """The same from a rough pose, which nothing but the picture speaks for: it has no pull.
+    """The same from a rough pose, without a pull to the start.
 
     Args:
         around: the object's window.
-        world_from_rough: where to begin.
-        tried: how many poses are tried, each time the light was told.
-        rival: how much another pose resembles the picture; what cannot come near that is not told
-            any more closely.
+        world_from_rough: start pose.
+        tried: evaluations per round.
+        rival: similarity of another pose; a fit that falls far below it is abandoned.
     """
     place = around.at(world_from_rough)
     if place is None:
         return world_from_rough, 0.0
     found = upright_of(world_from_rough)
     for share in LIT_ANEW:
-        # The light is told at the pose before, and is as wrong as that.
+        # The light is fitted at the previous pose, with that pose's error.
         found, similarity = _refined_in_light(place, found, share, tried, wanted=rival - FAR_BEHIND)
         if similarity < rival - BEHIND:
             return pose_of(found), similarity
@@ -96,9 +112,9 @@ def fit_patch_closely(
 def _refined_in_light(
     place: Place, start: Upright, share: float, tried: int, *, wanted: float
 ) -> tuple[Upright, float]:
-    """The pose near a start that resembles the picture most in the light told at the start.
+    """The most similar pose near a start, in the light fitted at the start, and its similarity.
 
-    And how much it does so; the search ends early where that is not wanted.
+    The search ends early where that falls below `wanted`.
     """
     lit = place.lit(start, finer=FINER)
     step_m, step_rad = share * CLOSE_STEP_M, share * CLOSE_STEP_RAD

@@ -39,8 +39,8 @@ class TrackModel:
         colours: what its pixels look like.
         centre_m: (3,) centre of its box in its own frame.
         radius_m: of the sphere around that centre which holds it.
-        symmetry: yaws in a turn that look alike: 1 none, n-fold, or `ROUND`.
-        textured: whether its inner picture is rich enough to tell it from anything else.
+        symmetry: number of indistinguishable yaws in a turn: 1 none, n-fold, or `ROUND`.
+        textured: whether its inner picture is rich enough to identify it.
         templates: what it looks like from afar.
         relightable: its splats for any light.
     """

@@ -1,7 +1,7 @@
-"""What an object looks like from afar: small pictures by yaw and elevation, compared all at once.
+"""Templates: small pictures of an object by yaw and elevation, compared all at once.
 
-A place is cut out of a picture of the whole lens, upright, at the size of the object there, so that
-one small picture serves every distance and every part of the lens.
+A position is cut out of a lens picture, upright and at the object's size there, so that one
+template serves every distance and every part of the lens.
 """
 
 from __future__ import annotations
@@ -40,10 +40,16 @@ HALF_WIDTH = DISTANCE * math.tan(0.5 * FIELD_RAD)
 """Half a picture's width in radii of the object."""
 
 SAME_LEVEL = 1
+"""Index of the elevation at which indistinguishable yaws are found."""
+
 SAME_SILHOUETTE = 0.9
+"""Intersection over union from which two silhouettes are indistinguishable. Chosen on the rooms lab
+and desk."""
+
 SAME_COLOURS = 0.11
-"""Silhouettes that share this much, seen from this elevation, are alike if their colours, 0..1,
-differ by less."""
+"""Mean colour difference (0..1) below which two such yaws are indistinguishable. Chosen on the
+rooms lab and desk."""
+
 
 LEAST_SHOWN_PX = 12.0
 COLOUR_SPREAD = 1e-4
@@ -55,7 +61,7 @@ class Templates:
 
     Attributes:
         alpha: (E, Y, N) float32 by elevation, yaw and pixel.
-        colours: (E, Y, N, 3) float32, without what is behind.
+        colours: (E, Y, N, 3) float32, not premultiplied.
         indistinguishable: (Y,) bool, whether a turn by so many steps of yaw can hardly be seen.
     """
 
@@ -64,7 +70,7 @@ class Templates:
     indistinguishable: NDArray[np.bool_]
 
     def are_indistinguishable(self, turn_rad: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """(N,) whether an object and the same one turned by so much can hardly be told apart."""
+        """(N,) whether a turn by so much (rad) can hardly be seen."""
         return self.indistinguishable[np.rint(turn_rad * YAWS / (2 * math.pi)).astype(int) % YAWS]
 
 

@@ -47,28 +47,35 @@ LOW_PASS_PX = 0.4
 """The renderer's low-pass filter and the alpha of overlapping splats widen a silhouette by this."""
 
 SILHOUETTE_BIAS_M = 0.0025
+"""Prior mean of the silhouette bias in m: splats extend past the surface they represent. Estimated
+with the pose (7th unknown)."""
+
 SILHOUETTE_BIAS_SIGMA_M = 0.0015
-"""Splats reach past the surface they stand for; how far is measured with the pose (7th unknown)."""
+"""Prior standard deviation of the silhouette bias in m."""
+
 
 ROUND_YAW_SIGMA = 3.0
 """Radians: what is reported for the yaw of a round object."""
 
 TEXTURED_SHARE = 0.8
+"""Weight of the colour correlation in a textured object's score; the rest is the contour score."""
+
 PLAIN_SHARE = 0.5
-"""How much of a pose's quality is likeness, the rest being the contour's agreement."""
+"""The same of a plain object."""
+
 
 UPRIGHT = [0, 1, 2, 5, 6]
-"""Unknowns of an upright object among shift, turn and halo."""
+"""Indices of an upright object's unknowns among shift, turn and silhouette bias."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Prior:
-    """What is known before looking.
+    """Gaussian prior of a pose and its silhouette bias.
 
     Attributes:
-        mean: (4,) x, y, z, yaw.
-        sigma: (4,) standard deviations, metres and radians.
-        silhouette_bias_m: how far the drawn surface is believed to lie outside the real one.
+        mean: (4,) x, y, z (m), yaw (rad).
+        sigma: (4,) standard deviations.
+        silhouette_bias_m: mean of the silhouette bias.
         silhouette_bias_sigma_m: standard deviation of that.
     """
 
@@ -78,11 +85,11 @@ class Prior:
     silhouette_bias_sigma_m: float = SILHOUETTE_BIAS_SIGMA_M
 
     def weights(self) -> Points:
-        """(7,) information of shift, turn and halo."""
+        """(7,) information of shift, turn and silhouette bias."""
         return 1.0 / self.seven() ** 2
 
     def seven(self) -> Points:
-        """(7,) standard deviations of shift, turn and halo."""
+        """(7,) standard deviations of shift (m), turn (rad) and silhouette bias (m)."""
         x, y, z, yaw = self.sigma
         level = LEVEL_SIGMA_RAD
         return np.array([x, y, z, level, level, yaw, self.silhouette_bias_sigma_m])
@@ -135,16 +142,16 @@ class Fit:
 
     @property
     def contour_score(self) -> float:
-        """0..1: agreement of the free contour, less sure the less of it there is.
+        """0..1: inlier ratio of the unoccluded contour, lower the less of it there is.
 
-        A share of n points is uncertain by 1/√n: a short piece of an outline fits in many places by
+        A ratio of n points is uncertain by 1/√n: a short piece of contour fits in many places by
         chance.
         """
         return self.edge_inlier_ratio / math.sqrt(max(self.unoccluded_ratio, 1e-6))
 
     @property
     def score(self) -> float:
-        """0..1: ranks poses of one object in one picture against each other."""
+        """0..1: ranks poses of one object in one picture."""
         share = TEXTURED_SHARE if self.textured else PLAIN_SHARE
         return self.contour_score * (1.0 - share + share * max(self.colour_correlation, 0.0))
 
@@ -174,18 +181,18 @@ def solve(
     slide_first: bool = False,
     cache: RenderingCache | None = None,
 ) -> Fit:
-    """Refine a pose: the object is drawn only where its sketch no longer serves.
+    """Refine a pose by robust Gauss-Newton; render only where no reduced rendering is valid.
 
     Args:
-        evidence: what the window shows.
+        evidence: the window.
         model: the object.
-        start_world_from_object: pose to begin with.
-        prior: soft knowledge, such as the support plane.
-        renderer: draws the object.
-        reaches_px: how far from the drawn contour edges are looked for, one per round.
+        start_world_from_object: start pose.
+        prior: of the pose.
+        renderer: renders the object.
+        reaches_px: distance from the contour within which edges are searched, one per round.
         use_texture: whether the object's inner colours take part.
         slide_first: begin by sliding the silhouette to where it covers most.
-        cache: what was drawn before of this object in this window, and will be now.
+        cache: reduced renderings of the object in this window; extended.
     """
     world_from_object, silhouette_bias_m = start_world_from_object, prior.silhouette_bias_m
     cache = cache or RenderingCache()
@@ -225,7 +232,7 @@ def solve(
 
 
 def roughly(outline: Contour) -> Contour:
-    """As much of an outline as tells about where an object is."""
+    """A subset of a contour, enough for a coarse pose."""
     return outline.thinned(max(len(outline) // ROUGH_POINTS, 1))
 
 
@@ -264,16 +271,16 @@ def judge(
     *,
     silhouette_bias_m: float = SILHOUETTE_BIAS_M,
 ) -> Fit:
-    """How well the picture supports a pose, without changing it.
+    """Statistics of a pose in a window, without changing it.
 
     Args:
-        evidence: what the window shows.
+        evidence: the window.
         model: the object.
-        world_from_object: to be judged.
-        information: (7, 7) of shift, turn and halo.
-        prior: what was known before looking, a part of that.
-        reduced: the object drawn near the pose.
-        silhouette_bias_m: how far the drawn contour lies outside the real one.
+        world_from_object: the pose.
+        information: (7, 7) of shift, turn and silhouette bias.
+        prior: of the solve, a part of that.
+        reduced: the object rendered near the pose.
+        silhouette_bias_m: distance of the rendered contour outside the real one.
     """
     inverse = np.linalg.inv(information + 1e-9 * np.eye(len(information)))
     response = inverse @ (information - np.diag(prior.weights()))
@@ -292,7 +299,7 @@ def judge(
             surface=reduced.surface,
             colours=reduced.colours,
         )
-    # Residuals tell what noise and the model's faults come to in this picture.
+    # Residuals estimate the variance of noise and model errors in this picture.
     variance = max(found.mean_edge_chi2, LEAST_VARIANCE) * found.variance_inflation
     return Fit(
         world_from_object=world_from_object,
@@ -313,9 +320,10 @@ def judge(
 
 
 def _spread(information: Points, prior: Prior) -> Points:
-    """(7, 7) covariance of what a solve's step was made of; its information if all was believed.
+    """(7, 7) covariance of the right-hand side of a solve, from the actual variance of the height.
 
-    A support is believed less in a solve than it is known, so that no height is forced upon a scan.
+    A solve weights a support plane less than its accuracy allows, so that no height is forced upon
+    a scan.
     """
     spread = information.copy()
     if prior.sigma[2] < GROUNDED_M:

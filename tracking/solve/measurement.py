@@ -1,7 +1,7 @@
-"""What a pose is measured by in one window, and the native solver's answers to it.
+"""Measurements of a pose in one window, and the native solver's results.
 
-`tracking.solve.numpy_twin` is the readable twin of `refined`,
-`tracking.likelihood.contour_support` that of `judged`.
+`tracking.solve.numpy_twin` is the readable twin of `refined`, `tracking.likelihood.contour_support`
+that of `judged`.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ class Measurement:
         texture: surface points, or None to leave them out.
         textured: whether the object has a pattern; shading alone is trusted less.
         centre_m: (3,) of the object in its own frame.
-        prior_world_from_object: pose believed before looking.
-        prior_sigma: (7,) standard deviations: shift, turn about the world's axes, halo.
-        prior_silhouette_bias_m: halo believed before looking.
+        prior_world_from_object: mean of the pose's prior.
+        prior_sigma: (7,) standard deviations: shift, turn about the world's axes, silhouette bias.
+        prior_silhouette_bias_m: mean of its prior.
         low_pass_px: by how much the drawing widened the outline.
         is_round: yaw cannot be seen.
     """
@@ -99,7 +99,7 @@ def refined(
     *,
     rounds: Sequence[tuple[float, int]],
 ) -> tuple[Pose, float, Points]:
-    """A pose after Gauss-Newton, its halo, and the information (7, 7) behind them.
+    """A pose after Gauss-Newton, its silhouette bias, and the information (7, 7) behind them.
 
     Args:
         seen: the window.

@@ -1,4 +1,4 @@
-"""What the tracker's native kernels do, in numpy; tests hold the two together."""
+"""Numpy twins of the tracker's native kernels; tests hold the two together."""
 
 from __future__ import annotations
 
@@ -149,7 +149,7 @@ def refined(
     *,
     rounds: Sequence[tuple[float, int]],
 ) -> tuple[Pose, float, Points]:
-    """A pose after Gauss-Newton, its halo, and the information (7, 7) behind them.
+    """A pose after Gauss-Newton, its silhouette bias, and the information (7, 7) behind them.
 
     Args:
         evidence: the window.
@@ -209,7 +209,7 @@ def _step(
         reach_px=reach_px,
         offset_px=measurement.low_pass_px + silhouette_bias_m * scale,
     )
-    # A wider halo puts the drawn edge closer to the seen one.
+    # A larger silhouette bias puts the drawn edge closer to the seen one.
     outline = np.column_stack([edges.rows.jacobian, -scale / edges.sigma_px])
     # Tukey's cut-off shrinks with the reach, from half of it down to about 2.5 σ.
     parts = [(outline, edges.rows, max(2.5, 1.3 * reach_px))]
@@ -264,7 +264,7 @@ def learned_rows(
     level: float,
     is_cautious: bool,
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """New plate, noise and learned mask of some rows of one lens.
+    """New background image, noise and learned mask of some rows of one lens.
 
     Args:
         live: (H, W, 3) uint8 rows of the lens picture.
@@ -275,8 +275,8 @@ def learned_rows(
         top: first of the rows.
         exposure: of the lens.
         sides: see `tracking.background.learning.surroundings`.
-        level: a mean difference above this, of a 0..1 channel, is a thing.
-        is_cautious: a grey thing before a wall is no shadow on it.
+        level: a mean difference above this, of a 0..1 channel, shows an object.
+        is_cautious: see `tracking.background.learning.Care`.
     """
     height, width = background_image.shape[:2]
     x = ((np.arange(width, dtype=np.float32) + 0.5) / lens_size[0] - 0.5) * 2

@@ -68,7 +68,7 @@ SAME_COLOUR = 0.04
 """Of a 0..1 channel: less is no motion."""
 
 LARGEST_GAIN = 1.6
-"""Exposure that changes by more than this from frame to frame is not believed."""
+"""Exposure that changes by more than this from frame to frame is rejected."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -416,7 +416,8 @@ def test_a_window_without_all_its_rows_is_refused():
     with pytest.raises(ValueError, match=r"plate: parts of .*wanted 8 rows of 24 values"):
         KERNELS.differing(
             live, [background_image[:5]], [background_image[..., 0].copy()], lens_size=(8, 8),
-            window=(0, 0, 8, 8), shrink=1, exposure=[[1.0] * 3, [0.0] * 3, [0.0] * 3], apart=(0.1, 0.2),
+            window=(0, 0, 8, 8), shrink=1, apart=(0.1, 0.2),
+            exposure=[[1.0] * 3, [0.0] * 3, [0.0] * 3],
         )  # fmt: skip
 
 
