@@ -21,7 +21,7 @@ from scenes.pose import Pose
 from scenes.state import TrackedObject, TrackState
 from studio.evaluate.metrics import pose_error
 from studio.evaluate.scores import SYMMETRY_OF_KIND
-from studio.session.sources import SessionInput
+from studio.session.sources import SessionMessage
 from studio.view.overlay import (
     FAINT,
     INK,
@@ -73,7 +73,7 @@ class FilmMaker:
 
     def picture(
         self,
-        message: SessionInput,
+        message: SessionMessage,
         tracks: Mapping[str, TrackedObject],
         live: Sequence[LivePicture] = (),
     ) -> Picture:
@@ -100,7 +100,7 @@ class FilmMaker:
 
     def _from_camera(
         self,
-        message: SessionInput,
+        message: SessionMessage,
         tracks: Mapping[str, TrackedObject],
         live: Sequence[LivePicture],
     ) -> Picture:
@@ -122,13 +122,14 @@ class FilmMaker:
                 )
         return drawn
 
-    def _from_above(self, message: SessionInput, tracks: Mapping[str, TrackedObject]) -> Picture:
+    def _from_above(self, message: SessionMessage, tracks: Mapping[str, TrackedObject]) -> Picture:
         camera, world_from_camera = self._above
         drawn = self._twin.picture_from_above(_poses(tracks), PANEL_PX)
+        true_poses = message.truth.recorded.world_from_object if message.truth is not None else {}
         for object_id, track in tracks.items():
             box = self._models[object_id].box_m
-            if message.truth is not None and object_id in message.truth.world_from_object:
-                true = message.truth.world_from_object[object_id]
+            if object_id in true_poses:
+                true = true_poses[object_id]
                 draw_footprint(
                     drawn, camera, world_from_camera, true, box, colour=TRUTH, width_px=1
                 )
@@ -141,11 +142,11 @@ class FilmMaker:
                 colour=STATE_COLOURS[track.state],
                 dashed=track.state is TrackState.OCCLUDED,
             )
-        for avatar in message.avatars:
+        for avatar in message.input.avatars:
             draw_avatar(drawn, camera, world_from_camera, avatar)
         return drawn
 
-    def _header(self, message: SessionInput) -> Words:
+    def _header(self, message: SessionMessage) -> Words:
         left = float(GAP_PX + 4)
         clock = f"{message.frame.t_ns / 1e9:6.1f} s"
         right = WIDTH_PX - GAP_PX - 4 - width_of(clock, 20, bold=True)
@@ -170,7 +171,7 @@ class FilmMaker:
             x += width_of(text, 12) + 14
         return words
 
-    def _footer(self, message: SessionInput, tracks: Mapping[str, TrackedObject]) -> Words:
+    def _footer(self, message: SessionMessage, tracks: Mapping[str, TrackedObject]) -> Words:
         """One column per object: name, state, and how far the track is from the truth."""
         words: Words = []
         column = (WIDTH_PX - 2 * GAP_PX) / max(len(tracks), 1)
@@ -182,13 +183,14 @@ class FilmMaker:
             after = x + width_of(model.name, 14, bold=True) + 10
             state = f"● {STATE_WORDS[track.state]}"
             words.append(((after, top + 24.0), state, STATE_COLOURS[track.state], 13, False))
-            if message.truth is None or object_id not in message.truth.world_from_object:
+            truth = message.truth.recorded if message.truth is not None else None
+            if truth is None or object_id not in truth.world_from_object:
                 continue
             symmetry = SYMMETRY_OF_KIND.get(model.kind, 1)
-            true = message.truth.world_from_object[object_id]
+            true = truth.world_from_object[object_id]
             error = pose_error(track.world_from_object, true, symmetry=symmetry)
             turn = f"{error.yaw_deg:5.1f}°" if symmetry else "  round"
-            seen = message.truth.visible_fraction.get(object_id, 1.0)
+            seen = truth.visible_fraction.get(object_id, 1.0)
             text = f"off by {error.world_cm:4.1f} cm {turn} · {seen:.0%} in sight"
             words.append(((x, top + 48.0), text, FAINT, 13, False))
         return words
@@ -242,7 +244,7 @@ def _poses(tracks: Mapping[str, TrackedObject]) -> dict[str, Pose]:
     return {object_id: track.world_from_object for object_id, track in tracks.items()}
 
 
-def _camera_picture(message: SessionInput) -> Picture:
+def _camera_picture(message: SessionMessage) -> Picture:
     """The front lens's picture at the panel's size, cut to the lens's circle like the twin's."""
     size = (PANEL_PX, PANEL_PX)
     small = cv2.resize(message.frame.images[0], size, interpolation=cv2.INTER_AREA)

@@ -128,7 +128,7 @@ def _timed(
             if message.frame.seq == 0 and message.truth is not None:
                 cold_ms = output.stage_ns.get("pose", 0) / 1e6
                 (tracked,) = output.objects
-                truth = message.truth.world_from_object[thing.object_id]
+                truth = message.truth.recorded.world_from_object[thing.object_id]
                 symmetry = SYMMETRY_OF_KIND.get(thing.kind, 1)
                 error = pose_error(tracked.world_from_object, truth, symmetry=symmetry)
                 found_cm = error.world_cm
