@@ -7,6 +7,7 @@ from typing import Any
 from scenes.package import ScenePackage
 from tracking.baseline.detect import Detector
 from tracking.baseline.matcher import Matcher
+from tracking.hypotheses.budget import NOMINAL_COSTS, StepCosts
 from tracking.output import Stopwatch, TrackingMethod, no_stopwatch
 
 METHODS = ("own", "paper")
@@ -19,6 +20,7 @@ def make_method(
     *,
     matcher: Matcher | None = None,
     stopwatch: Stopwatch = no_stopwatch,
+    costs: StepCosts = NOMINAL_COSTS,
 ) -> TrackingMethod[Any]:
     """A tracker for the objects of a scene.
 
@@ -29,6 +31,7 @@ def make_method(
             trained network; without one, it looks for what differs from the empty room.
         matcher: finds corresponding points for the paper's method; SIFT if None.
         stopwatch: for the stage durations.
+        costs: of the steps of our tracker's searches; nominal ones make every run the same.
 
     Raises:
         ValueError: no such method.
@@ -38,7 +41,9 @@ def make_method(
     from tracking.tracker import Tracker
 
     if name == "own":
-        return Tracker(scene.room, scene.objects, NativeRenderer(), stopwatch=stopwatch)
+        return Tracker(
+            scene.room, scene.objects, NativeRenderer(), stopwatch=stopwatch, costs=costs
+        )
     if name == "paper":
         return PaperTracker(
             scene.room,

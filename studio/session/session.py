@@ -37,6 +37,7 @@ from studio.session.methods import METHODS, make_method
 from studio.session.pipeline import ExactExecutor, Executor, PacedExecutor, RecorderThread
 from studio.session.sources import SessionInput, recorded_inputs, simulated_inputs
 from studio.view.surface_drawing import LivePicture
+from tracking.hypotheses.budget import NOMINAL_COSTS, MeasuredCosts
 from tracking.output import TrackingMethod, TrackOutput
 
 log = logging.getLogger(__name__)
@@ -285,9 +286,14 @@ def open_session(plan: SessionPlan) -> Session:
     executor = ExactExecutor(clock) if plan.pace is Pace.EXACT else PacedExecutor(clock)
     made = _recorded(plan) if plan.recording is not None else _simulated(plan)
     scene, info, inputs, duration_ns = made
+    # Measured costs differ from run to run, and with them the frames in which searches end.
+    is_exact = plan.pace is Pace.EXACT
+    costs = NOMINAL_COSTS if is_exact else MeasuredCosts(time.perf_counter_ns)
     perfect_detector = PerfectDetector()
     methods = {
-        name: make_method(name, scene, perfect_detector, stopwatch=time.perf_counter_ns)
+        name: make_method(
+            name, scene, perfect_detector, stopwatch=time.perf_counter_ns, costs=costs
+        )
         for name in plan.methods
     }
     return Session(
