@@ -14,9 +14,10 @@ from tracking.background.images import expose
 from tracking.evidence.evidence import Evidence, Scene
 from tracking.kernels.native import Alone, Setting
 from tracking.kernels.native import Shell as DrawnRelightable
+from tracking.kernels.photometry import BY_DETAIL, CLOSELY, ROUGHLY
 from tracking.model.object_model import RENDER_OPTIONS, TrackModel
 from tracking.model.relighting import RELIGHTER, LitView, RelightableModel
-from tracking.model.similarity import BY_DETAIL, CLOSELY, ROUGHLY, illumination_ratio
+from tracking.model.similarity import illumination_ratio
 from tracking.window.extent import part_of
 from tracking.window.filters import resized
 from tracking.window.window import Layer
@@ -87,7 +88,7 @@ class Place:
             return None
         free = (view.free * np.min([there for there, _ in known], axis=0)).astype(np.float32)
         size = (camera.width_px, camera.height_px)
-        setting = Setting(view.live, view.empty, free, size=size, constants=BY_DETAIL)
+        setting = Setting(view.live, view.empty, free, size=size, constants=BY_DETAIL.for_native())
         lit = ((self.lit(upright, finer=FINER), upright) for upright in uprights)
         return [setting.resemblance_at(alone, [upright])[0] for alone, upright in lit]
 
@@ -136,8 +137,8 @@ class Surroundings:
         camera = part_of(evidence.camera, part)
         size = (camera.width_px, camera.height_px)
         roughly, closely = (
-            Setting(live, empty, free, size=size, constants=constants)
-            for constants in (ROUGHLY, CLOSELY)
+            Setting(live, empty, free, size=size, constants=options.for_native())
+            for options in (ROUGHLY, CLOSELY)
         )
         view = LitView(live, empty, free, camera, evidence.world_from_camera, self.renderer)
         relightable = self.model.relightable
