@@ -59,10 +59,10 @@ class BackgroundImages:
         """Background images before any learning, from one picture and its alpha per lens."""
         return BackgroundImages(
             world_from_rig,
-            tuple(Strips.of(image) for image in images),
-            tuple(Strips.of(background_noise(image)) for image in images),
+            tuple(Strips[np.float32].of(image) for image in images),
+            tuple(Strips[np.float32].of(background_noise(image)) for image in images),
             tuple(coverage),
-            tuple(Strips.of(np.zeros(image.shape[:2], np.bool_)) for image in images),
+            tuple(Strips[np.bool_].of(np.zeros(image.shape[:2], np.bool_)) for image in images),
         )
 
     def is_at(self, world_from_rig: Pose) -> bool:

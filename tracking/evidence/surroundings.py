@@ -23,6 +23,7 @@ from tracking.window.filters import resized
 from tracking.window.window import Layer
 
 FloatArray = NDArray[np.float32]
+Points = NDArray[np.float64]
 
 AROUND_PX = 6
 """Margin in px around an object's box that is compared."""
@@ -165,8 +166,10 @@ def surroundings_of(scene: Scene, model: TrackModel, evidence: Evidence) -> Surr
     background_image = resized(
         np.ascontiguousarray(scene.background.images[view.lens][cut]), (width, height)
     )
-    x = (view.left + (np.arange(width) + 0.5) * view.shrink) * 2 / lens.width_px - 1
-    y = (view.top + (np.arange(height) + 0.5) * view.shrink) * 2 / lens.height_px - 1
+    columns: Points = np.arange(int(width), dtype=np.float64) + 0.5
+    rows: Points = np.arange(int(height), dtype=np.float64) + 0.5
+    x = (view.left + columns * view.shrink) * 2 / lens.width_px - 1
+    y = (view.top + rows * view.shrink) * 2 / lens.height_px - 1
     radius2 = (x[None, :] ** 2 + y[:, None] ** 2).astype(np.float32)
     room = expose(background_image, scene.exposures[view.lens], radius2=radius2)
     shade = illumination_ratio(room, live, limits=SHADE_RANGE)

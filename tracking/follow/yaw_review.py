@@ -97,7 +97,8 @@ def _concluded(
 ) -> tuple[Task, Fit]:
     """The task and the fit once all yaws are compared."""
     review, reviewed_pose = task.track.review, pending.fit.world_from_object
-    same, rivals = [], []
+    same: list[Hypothesis] = []
+    rivals: list[Hypothesis] = []
     for other in ranked(pending.scene, task.model, pending.hypotheses):
         is_rival = is_other(task.model, other.world_from_object, reviewed_pose)
         (rivals if is_rival else same).append(other)

@@ -228,7 +228,7 @@ def _starts(
             [*at.poses, *more.poses],
             np.concatenate([at.similarity, more.similarity]),
         )
-        order = np.argsort([*some, *others])
+        order = [int(k) for k in np.argsort([*some, *others])]
         poses, similarity = [poses[k] for k in order], similarity[order]
         peaks = np.flatnonzero(
             (similarity >= np.roll(similarity, 1)) & (similarity > np.roll(similarity, -1))
@@ -270,10 +270,9 @@ def _other_yaws(around: Surroundings, world_from_object: Pose, tried: Sequence[P
     yaws = [yaw + 2 * math.pi * k / YAWS for k in range(YAWS)]
     poses = [slide.best(Pose.from_yaw(turned, place)) for turned in yaws]
     similarity = np.array([similarity_at(around, pose) for pose in poses])
+    order = [int(k) for k in np.argsort(-similarity, kind="stable")]
     others = [
-        poses[k]
-        for k in np.argsort(-similarity, kind="stable")
-        if all(is_other(around.model, poses[k], pose) for pose in tried)
+        poses[k] for k in order if all(is_other(around.model, poses[k], pose) for pose in tried)
     ]
     return others[:YAWS_COMPARED]
 

@@ -111,8 +111,10 @@ def _compared(
     shrink = window.shrink
     seen = _shrunk(live.astype(np.float32) * np.float32(1 / 255), shrink)
     height, width = seen.shape[:2]
-    x = (window.left + (np.arange(width) + 0.5) * shrink) * 2 / lens_size[0] - 1
-    y = (window.top + (np.arange(height) + 0.5) * shrink) * 2 / lens_size[1] - 1
+    columns: Points = np.arange(int(width), dtype=np.float64) + 0.5
+    rows: Points = np.arange(int(height), dtype=np.float64) + 0.5
+    x = (window.left + columns * shrink) * 2 / lens_size[0] - 1
+    y = (window.top + rows * shrink) * 2 / lens_size[1] - 1
     radius2 = (x[None, :] ** 2 + y[:, None] ** 2).astype(np.float32)
     expected = expose(_shrunk(background_image, shrink), exposure, radius2=radius2)
     return seen, expected, np.maximum(_shrunk(noise, shrink), 1e-3)
