@@ -8,7 +8,7 @@ a solve for those that may have moved. The steps of one object are in `tracking.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -20,7 +20,7 @@ from scenes.render.renderer import PosedSplats
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel, TrackState
 from tracking.background.images import BackgroundImages, Exposure, LensExposures, render_background
-from tracking.background.layers import LayerMemo, window_of
+from tracking.background.layers import LayerCache, LayerKey, window_of
 from tracking.background.learning import Band, Care, band_of, learn, looked_at, whole_lens
 from tracking.camera.calibration import Calibration, calibrate
 from tracking.camera.rig_state import RigState, looked_through
@@ -30,6 +30,7 @@ from tracking.follow.follow import first_look, follow
 from tracking.follow.redetection import Search, redetect, redetect_all
 from tracking.follow.track import Task, Track, new_track, report
 from tracking.follow.yaw_review import is_under_review, was_reviewed
+from tracking.hypotheses.budget import NOMINAL_COSTS, StepCosts
 from tracking.model.object_model import TrackModel, make_model
 from tracking.model.support_planes import FLOOR_M, support_planes_in
 from tracking.output import Stopwatch, TrackOutput, no_stopwatch
@@ -71,6 +72,7 @@ class TrackerState:
         schedule: of the last frame; None before the first.
         t_ns: time of the last frame.
         search: the pending search for a lost object; None if there is none.
+        layers: objects rendered into the lens pictures of recent frames.
     """
 
     tracks: Mapping[str, Track]
@@ -78,6 +80,7 @@ class TrackerState:
     schedule: Schedule | None
     t_ns: int
     search: Search | None = None
+    layers: Mapping[LayerKey, Layer] = field(default_factory=lambda: MappingProxyType({}))
 
 
 class Tracker:
@@ -89,6 +92,7 @@ class Tracker:
         renderer: renders splats.
         options: settings.
         stopwatch: measures the stages' durations, in ns.
+        costs: of the steps of searches; nominal ones make every run the same.
 
     Raises:
         ValueError: two objects share an id.
@@ -102,6 +106,7 @@ class Tracker:
         options: TrackerOptions | None = None,
         *,
         stopwatch: Stopwatch = no_stopwatch,
+        costs: StepCosts = NOMINAL_COSTS,
     ) -> None:
         ids = [o.object_id for o in objects]
         if len(set(ids)) != len(ids):
@@ -110,7 +115,7 @@ class Tracker:
         self._renderer = renderer
         self._options = options or TrackerOptions()
         self._stopwatch = stopwatch
-        self._layers = LayerMemo()
+        self._costs = costs
         self._models: tuple[TrackModel, ...] = tuple(make_model(o, renderer) for o in objects)
         # A few stray splats hang outside every scan.
         self._bounds_m = (
@@ -141,8 +146,9 @@ class Tracker:
         schedule = (
             Schedule(frame.seq) if state.schedule is None else state.schedule.following(frame.seq)
         )
-        rig = self._locate(state, frame, frame.world_from_rig, schedule)
-        scene = self._scene(frame, rig)
+        layers = LayerCache(state.layers)
+        rig = self._locate(state, frame, frame.world_from_rig, schedule, layers)
+        scene = self._scene(frame, rig, layers)
         rectified = self._stopwatch()
         tracks = dict(state.tracks)
         tasks = {m.object_id: self._task(scene, m, tracks, schedule) for m in self._models}
@@ -167,13 +173,15 @@ class Tracker:
             tracks |= redetect_all(self._lost(tasks, tracks))
         elif self._options.recover and not searched:
             budget_ms = SEARCH_SHARE * (frame.t_ns - state.t_ns) / schedule.pictures / 1e6
-            found, search = redetect(self._lost(tasks, tracks), search, budget_ms=budget_ms)
+            found, search = redetect(
+                self._lost(tasks, tracks), search, budget_ms=budget_ms, costs=self._costs
+            )
             tracks |= found
         posed = self._stopwatch()
         for band in _bands_to_learn(schedule, frame, tracks):
             care = _care(tracks, is_first=schedule.is_first)
             exposure = scene.exposures[band.lens]
-            background = self._learned(rig.background, frame, tracks, exposure, band, care)
+            background = self._learned(rig.background, frame, tracks, exposure, band, care, layers)
             rig = replace(rig, background=background)
         objects = tuple(report(m, tracks[m.object_id], frame) for m in self._models)
         ended = self._stopwatch()
@@ -183,12 +191,19 @@ class Tracker:
             "pose": posed - detected,
             "smooth": ended - posed,
         }
-        following = TrackerState(MappingProxyType(tracks), rig, schedule, frame.t_ns, search)
+        following = TrackerState(
+            MappingProxyType(tracks), rig, schedule, frame.t_ns, search, layers.kept()
+        )
         output = TrackOutput(objects, MappingProxyType(stages), scene.world_from_rig)
         return following, output
 
     def _locate(
-        self, state: TrackerState, frame: Frame, marker_world_from_rig: Pose, schedule: Schedule
+        self,
+        state: TrackerState,
+        frame: Frame,
+        marker_world_from_rig: Pose,
+        schedule: Schedule,
+        layers: LayerCache,
     ) -> RigState:
         """The refined camera pose and its background, both kept while the camera does not move."""
         known = state.rig
@@ -223,7 +238,7 @@ class Tracker:
             band = whole_lens(index, lens.height_px)
             care = _care(state.tracks, is_first=known is None)
             background = self._learned(
-                background, frame, state.tracks, exposures[index], band, care
+                background, frame, state.tracks, exposures[index], band, care, layers
             )
         watches = tuple(map(watched, frame.images, frame.rig.lenses))
         return RigState(marker_world_from_rig, calibration, background, watches)
@@ -236,6 +251,7 @@ class Tracker:
         exposure: Exposure,
         band: Band,
         care: Care,
+        layers: LayerCache,
     ) -> BackgroundImages:
         """Background images updated from this frame in a band, away from all objects."""
         lens = frame.rig.lenses[band.lens]
@@ -246,11 +262,11 @@ class Tracker:
             view = frame.rig, background.world_from_rig
             drawn, _ = window_of(item, pose, *view, lens=band.lens).part
             if drawn.start < rows.stop and rows.start < drawn.stop:
-                layer = self._layers.layer(item, pose, *view, self._renderer, lens=band.lens)
+                layer = layers.layer(item, pose, *view, self._renderer, lens=band.lens)
                 taken.append(layer)
         return learn(background, frame, exposure, taken, band, care=care)
 
-    def _scene(self, frame: Frame, rig: RigState) -> Scene:
+    def _scene(self, frame: Frame, rig: RigState, layers: LayerCache) -> Scene:
         return Scene(
             frame,
             rig.calibration.world_from_rig,
@@ -260,7 +276,7 @@ class Tracker:
             self._renderer,
             self._bounds_m,
             self._support_planes,
-            self._layers,
+            layers,
         )
 
     def _task(
@@ -278,6 +294,7 @@ class Tracker:
             is_first=schedule.is_first,
             may_search=self._options.recover,
             use_texture=self._options.texture,
+            costs=self._costs,
         )
 
     def _lost(self, tasks: Mapping[str, Task], tracks: Mapping[str, Track]) -> list[Task]:

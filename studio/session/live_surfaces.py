@@ -19,7 +19,7 @@ from scenes.splats import SplatCloud
 from scenes.state import LiveSurface, TrackedObject, TrackState
 from studio.view.surface_drawing import LivePicture
 from tracking.background.images import BackgroundImages, render_background
-from tracking.background.layers import LayerMemo
+from tracking.background.layers import LayerCache
 from tracking.output import TrackOutput
 from tracking.surfaces.corners import corners_from_clicks
 from tracking.surfaces.live import Occluders, SurfacesState, step
@@ -97,7 +97,7 @@ class LiveSurfaces:
         self._models = {item.object_id: item for item in scene.objects}
         self._room = scene.room
         self._renderer = NativeRenderer()
-        self._layers = LayerMemo()
+        self._layers = LayerCache()
         self._state = SurfacesState()
 
     def step(

@@ -9,6 +9,7 @@ from scenes.package import ScenePackage
 from sim.truth import GroundTruth
 from tracking.baseline.detect import Detector
 from tracking.baseline.matcher import Matcher
+from tracking.hypotheses.budget import NOMINAL_COSTS, StepCosts
 from tracking.output import Stopwatch, TrackingMethod, no_stopwatch
 
 METHODS = ("own", "paper")
@@ -30,6 +31,7 @@ def make_method(
     *,
     matcher: Matcher | None = None,
     stopwatch: Stopwatch = no_stopwatch,
+    costs: StepCosts = NOMINAL_COSTS,
 ) -> TrackingMethod[Any]:
     """A tracker for the objects of a scene.
 
@@ -40,6 +42,7 @@ def make_method(
             its trained network; without one, the method finds what differs from the empty room.
         matcher: finds corresponding points for the paper's method; SIFT if None.
         stopwatch: for the stage durations.
+        costs: of the steps of our tracker's searches; nominal ones make every run the same.
 
     Raises:
         ValueError: no such method.
@@ -49,7 +52,9 @@ def make_method(
     from tracking.tracker import Tracker
 
     if name == "own":
-        return Tracker(scene.room, scene.objects, NativeRenderer(), stopwatch=stopwatch)
+        return Tracker(
+            scene.room, scene.objects, NativeRenderer(), stopwatch=stopwatch, costs=costs
+        )
     if name == "paper":
         return PaperTracker(
             scene.room,

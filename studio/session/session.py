@@ -41,6 +41,7 @@ from studio.session.sources import (
     simulated_messages,
 )
 from studio.view.surface_drawing import LivePicture
+from tracking.hypotheses.budget import NOMINAL_COSTS, MeasuredCosts
 from tracking.output import TrackingMethod, TrackOutput
 
 log = logging.getLogger(__name__)
@@ -300,8 +301,13 @@ def open_session(plan: SessionPlan, *, truth_detector: TruthDetector | None = No
     executor = ExactExecutor(clock) if plan.pace is Pace.EXACT else PacedExecutor(clock)
     made = _recorded(plan) if plan.recording is not None else _simulated(plan)
     scene, info, messages, duration_ns = made
+    # Measured costs differ from run to run, and with them the frames in which searches end.
+    is_exact = plan.pace is Pace.EXACT
+    costs = NOMINAL_COSTS if is_exact else MeasuredCosts(time.perf_counter_ns)
     methods = {
-        name: make_method(name, scene, truth_detector, stopwatch=time.perf_counter_ns)
+        name: make_method(
+            name, scene, truth_detector, stopwatch=time.perf_counter_ns, costs=costs
+        )
         for name in plan.methods
     }
     return Session(

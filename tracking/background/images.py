@@ -19,6 +19,7 @@ from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
 from scenes.splats import SplatCloud
 from tracking.background.strips import Strips
 from tracking.kernels import native
+from tracking.kernels.background import LEARNING
 from tracking.kernels.options import OPTIONS
 from tracking.window.filters import bell_blurred, box_blurred, grey, slopes
 
@@ -30,15 +31,6 @@ SAME_PLACE_M = 1e-4
 
 SAME_ANGLE_RAD = 1e-5
 """Camera turn in rad below which background images are kept."""
-
-
-NOISE_FLOOR = 0.022
-"""Standard deviation of sensor, codec and splat noise on a flat wall, in channels of 0..1."""
-
-
-MISALIGNMENT_PX = 0.5
-"""Misalignment of the background's edges in px: adds that many pixels of local gradient to the
-noise."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,10 +59,10 @@ class BackgroundImages:
         """Background images before any learning, from one picture and its alpha per lens."""
         return BackgroundImages(
             world_from_rig,
-            tuple(Strips.of(image) for image in images),
-            tuple(Strips.of(background_noise(image)) for image in images),
+            tuple(Strips[np.float32].of(image) for image in images),
+            tuple(Strips[np.float32].of(background_noise(image)) for image in images),
             tuple(coverage),
-            tuple(Strips.of(np.zeros(image.shape[:2], np.bool_)) for image in images),
+            tuple(Strips[np.bool_].of(np.zeros(image.shape[:2], np.bool_)) for image in images),
         )
 
     def is_at(self, world_from_rig: Pose) -> bool:
@@ -140,7 +132,9 @@ def background_noise(image: FloatArray) -> FloatArray:
     """(H, W) standard deviation expected between a background image and a live picture."""
     gx, gy = slopes(grey(image))
     slope = box_blurred(np.hypot(gx, gy).astype(np.float32), 5)
-    return np.sqrt(NOISE_FLOOR**2 + (MISALIGNMENT_PX * slope) ** 2).astype(np.float32)
+    return np.sqrt(LEARNING.noise_floor**2 + (LEARNING.misalignment_px * slope) ** 2).astype(
+        np.float32
+    )
 
 
 def fit_exposure(

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections import OrderedDict
+from collections.abc import Mapping
+from types import MappingProxyType
 
 import numpy as np
 
@@ -17,14 +19,25 @@ KEPT = 64
 """Number of cached layers; the least recently used is dropped."""
 
 
+LayerKey = tuple[str, int, bytes, bytes]
+"""Object id, lens, and the poses of object and rig."""
+
 RENDER_OPTIONS = RenderOptions(threads=1, antialias=True)
 
 
-class LayerMemo:
-    """Cache of rendered layers, owned by one tracker; a cached layer equals a fresh rendering."""
+class LayerCache:
+    """Cache of rendered layers, for one frame; a cached layer equals a fresh rendering.
 
-    def __init__(self) -> None:
-        self._layers: OrderedDict[tuple[str, int, bytes, bytes], Layer] = OrderedDict()
+    Args:
+        layers: kept from the frame before.
+    """
+
+    def __init__(self, layers: Mapping[LayerKey, Layer] | None = None) -> None:
+        self._layers: OrderedDict[LayerKey, Layer] = OrderedDict(layers or {})
+
+    def kept(self) -> Mapping[LayerKey, Layer]:
+        """The layers, least recently used first, for the cache of the next frame."""
+        return MappingProxyType(OrderedDict(self._layers))
 
     def layer(
         self,

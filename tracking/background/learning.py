@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.messages import Frame
-from tracking.background.images import MISALIGNMENT_PX, NOISE_FLOOR, BackgroundImages, Exposure
+from tracking.background.images import BackgroundImages, Exposure
 from tracking.background.strips import STRIPS, strip_of
+from tracking.kernels.background import LEARNING
 from tracking.kernels.native import RoomLearner
 from tracking.window.window import Layer
 
@@ -41,15 +42,6 @@ WARY_SIDE = 1 / 72
 `Care.WARY`: sides and handles of objects have colours like the room's."""
 
 
-RELIT_RATIO = (0.35, 1.9)
-"""Brightness ratios, lower and upper limit, of a place that is only relit. Chosen on the rooms lab
-and desk."""
-
-RELIT_HUE = 0.022
-"""Remaining colour difference (channel of 0..1) of a place that is only relit. Chosen on the rooms
-lab and desk."""
-
-
 KEEP_AWAY_SIDE = 1 / 360
 """Distance kept from known objects, as a share of the lens picture's side."""
 
@@ -57,24 +49,13 @@ SHRINK = 4
 """Downsampling, each way, of the picture in which coherent differences are found."""
 
 
-BLEND = 0.25
-"""Share of the live picture in a pixel that was learned before."""
-
 MARGIN_SIDE = 1 / 90
 """Rows beside a band that are looked at with it, as a share of the lens picture's side."""
 
 ROUGH_SIDE = 1 / 24
 """Surroundings over which the roughness of pixels not yet learned is estimated."""
 
-LEARNER = RoomLearner(
-    {
-        "relit_ratio": RELIT_RATIO,
-        "relit_hue": RELIT_HUE,
-        "blend": BLEND,
-        "noise_floor": NOISE_FLOOR,
-        "misalignment_px": MISALIGNMENT_PX,
-    }
-)
+LEARNER = RoomLearner(LEARNING.for_native())
 """Native learner; `tracking.solve.numpy_twin.learned_rows` is its numpy twin."""
 
 

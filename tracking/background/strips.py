@@ -75,7 +75,7 @@ class Strips(Generic[Value]):
     def with_rows(self, top: int, rows: NDArray[Value]) -> Strips[Value]:
         """The picture with some rows replaced."""
         if len(rows) == self.height:
-            return Strips.of(rows)
+            return Strips[Value].of(rows)
         parts: list[NDArray[Any]] = []
         begin = 0
         for part in self.parts:

@@ -95,7 +95,7 @@ class BackgroundDetector:
             raise ValueError("BackgroundDetector: the view has no difference to the empty room")
         foreground = view.difference.mask() & view.valid
         pixel_scores = [_pixel_score(view, foreground, candidate) for candidate in expected]
-        found = []
+        found: list[Detection] = []
         for index, candidate in enumerate(expected):
             mine = pixel_scores[index]
             for other_index, other in enumerate(pixel_scores):

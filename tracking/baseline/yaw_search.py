@@ -1,3 +1,4 @@
+# pyright: basic
 """Coarse yaw of the paper's optimiser: the candidate with the best keypoint matches."""
 
 from __future__ import annotations

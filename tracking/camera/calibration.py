@@ -228,7 +228,8 @@ def _detail_correlation(lenses: list[_Lens], pose: Pose) -> float:
 
 def _step(lenses: list[_Lens], pose: Pose, nominal_world_from_rig: Pose) -> tuple[Points, Points]:
     """One robust Gauss-Newton step (6,) in the rig's axes and its information."""
-    jacobians, residuals = [], []
+    jacobians: list[Points] = []
+    residuals: list[Points] = []
     share = np.concatenate([lens.weights for lens in lenses])
     for lens in lenses:
         jacobian, residual = _linearise(lens, pose)
@@ -252,7 +253,7 @@ def _step(lenses: list[_Lens], pose: Pose, nominal_world_from_rig: Pose) -> tupl
     information = weighted.T @ jacobian + prior
     right = -weighted.T @ residual + prior @ np.concatenate([turn, apart.translation])
     step = np.linalg.solve(information, right)
-    return step, information
+    return np.asarray(step, dtype=np.float64), information
 
 
 def _linearise(lens: _Lens, pose: Pose) -> tuple[Points, Points]:

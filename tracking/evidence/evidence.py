@@ -13,7 +13,7 @@ from scenes.cameras import Fisheye
 from scenes.pose import Pose
 from scenes.render.native import NativeRenderer
 from tracking.background.images import BackgroundImages, LensExposures
-from tracking.background.layers import LayerMemo
+from tracking.background.layers import LayerCache
 from tracking.kernels.native import KERNELS, SeenWindow
 from tracking.model.object_model import TrackModel
 from tracking.model.support_planes import SupportPlanes
@@ -82,7 +82,7 @@ class Scene:
     renderer: NativeRenderer
     bounds_m: NDArray[np.float64]
     support_planes: SupportPlanes
-    layers: LayerMemo
+    layers: LayerCache
 
     def contains(self, world_from_object: Pose) -> bool:
         """Whether an object at a pose is inside the room."""

@@ -18,11 +18,11 @@ from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats, Renderer, Rendering
 from tracking.evidence.appearance_memory import AppearanceMemory
 from tracking.evidence.evidence import Evidence
+from tracking.kernels.reduction import REDUCTION
 from tracking.model.object_model import RENDER_OPTIONS, TrackModel
 from tracking.window.contour import Contour, Texture
 from tracking.window.extent import part_of
 from tracking.window.native_reduction import looks_of, outlined_of
-from tracking.window.reduction import TRIM_PX
 from tracking.window.window import Window
 
 FloatArray = NDArray[np.float32]
@@ -225,7 +225,7 @@ def _reach(
     posed: PosedSplats, view: Window, renderer: NativeRenderer, *, finer: int
 ) -> tuple[slice, slice]:
     """Rows and columns of a window that show an object, with the margin that is kept around it."""
-    camera, margin_px = _finely(view.camera, finer), TRIM_PX + 1
+    camera, margin_px = _finely(view.camera, finer), REDUCTION.trim_px + 1
     found = renderer.reach((posed,), camera, view.world_from_camera, RENDER_OPTIONS)
     rows, columns = found or (slice(0, 1), slice(0, 1))
 

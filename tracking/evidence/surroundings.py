@@ -14,14 +14,16 @@ from tracking.background.images import expose
 from tracking.evidence.evidence import Evidence, Scene
 from tracking.kernels.native import Alone, Setting
 from tracking.kernels.native import Shell as DrawnRelightable
+from tracking.kernels.photometry import BY_DETAIL, CLOSELY, ROUGHLY
 from tracking.model.object_model import RENDER_OPTIONS, TrackModel
 from tracking.model.relighting import RELIGHTER, LitView, RelightableModel
-from tracking.model.similarity import BY_DETAIL, CLOSELY, ROUGHLY, illumination_ratio
+from tracking.model.similarity import illumination_ratio
 from tracking.window.extent import part_of
 from tracking.window.filters import resized
 from tracking.window.window import Layer
 
 FloatArray = NDArray[np.float32]
+Points = NDArray[np.float64]
 
 AROUND_PX = 6
 """Margin in px around an object's box that is compared."""
@@ -87,7 +89,7 @@ class Place:
             return None
         free = (view.free * np.min([there for there, _ in known], axis=0)).astype(np.float32)
         size = (camera.width_px, camera.height_px)
-        setting = Setting(view.live, view.empty, free, size=size, constants=BY_DETAIL)
+        setting = Setting(view.live, view.empty, free, size=size, constants=BY_DETAIL.for_native())
         lit = ((self.lit(upright, finer=FINER), upright) for upright in uprights)
         return [setting.resemblance_at(alone, [upright])[0] for alone, upright in lit]
 
@@ -136,8 +138,8 @@ class Surroundings:
         camera = part_of(evidence.camera, part)
         size = (camera.width_px, camera.height_px)
         roughly, closely = (
-            Setting(live, empty, free, size=size, constants=constants)
-            for constants in (ROUGHLY, CLOSELY)
+            Setting(live, empty, free, size=size, constants=options.for_native())
+            for options in (ROUGHLY, CLOSELY)
         )
         view = LitView(live, empty, free, camera, evidence.world_from_camera, self.renderer)
         relightable = self.model.relightable
@@ -164,8 +166,10 @@ def surroundings_of(scene: Scene, model: TrackModel, evidence: Evidence) -> Surr
     background_image = resized(
         np.ascontiguousarray(scene.background.images[view.lens][cut]), (width, height)
     )
-    x = (view.left + (np.arange(width) + 0.5) * view.shrink) * 2 / lens.width_px - 1
-    y = (view.top + (np.arange(height) + 0.5) * view.shrink) * 2 / lens.height_px - 1
+    columns: Points = np.arange(int(width), dtype=np.float64) + 0.5
+    rows: Points = np.arange(int(height), dtype=np.float64) + 0.5
+    x = (view.left + columns * view.shrink) * 2 / lens.width_px - 1
+    y = (view.top + rows * view.shrink) * 2 / lens.height_px - 1
     radius2 = (x[None, :] ** 2 + y[:, None] ** 2).astype(np.float32)
     room = expose(background_image, scene.exposures[view.lens], radius2=radius2)
     shade = illumination_ratio(room, live, limits=SHADE_RANGE)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from tracking.follow.posterior import (
     priors,
 )
 from tracking.follow.track import Task
+from tracking.hypotheses.budget import Step, steps_within
 from tracking.model.symmetry import ROUND
 from tracking.solve.gauss_newton import (
     COLD_REACHES,
@@ -36,9 +38,9 @@ from tracking.solve.motion import pose_vector, vector_pose
 LEAST_HYPOTHESES = 2
 """Least number of local hypotheses evaluated in a frame."""
 
-HYPOTHESIS_NS = 15_000_000
-"""Nominal cost of one local hypothesis in ns: as many are evaluated as fit into the time since the
-last measurement."""
+SEARCH_PART = 3
+"""One of so many parts of the time since the last measurement goes into the local search of an
+object. Chosen on the rooms lab and desk."""
 
 
 NEAR_TURN_RAD = 0.17
@@ -96,7 +98,9 @@ def search_locally(
     priors_here = priors(task, predicted_world_from_object)
     best, best_prior = found.fit, found.prior
     for hypothesis in _hypotheses(task, priors_here, predicted_world_from_object, best):
-        other = _followed(task, evidence, cache, hypothesis)
+        other, _ = task.costs.timed(
+            Step.LOCAL_HYPOTHESIS, partial(_followed, task, evidence, cache, hypothesis)
+        )
         if hypothesis.is_free and not is_lifted(task, other.world_from_object):
             continue
         if not _is_reachable(task, predicted_world_from_object, other):
@@ -138,7 +142,8 @@ def _hypotheses(
     steps = [(prior, 0.0, yaw) for prior in priors_here for yaw in yaws]
     steps += [(b, z, 0.0) for b in priors_here if b.sigma[2] > CONTACT_SIGMA_M for z in LIFTS_M]
     elapsed_ns = task.scene.frame.t_ns - task.track.looked_ns
-    count = min(max(LEAST_HYPOTHESES, elapsed_ns // HYPOTHESIS_NS), len(steps))
+    within = steps_within(task.costs, Step.LOCAL_HYPOTHESIS, elapsed_ns // SEARCH_PART)
+    count = min(max(LEAST_HYPOTHESES, within), len(steps))
     # The likeliest is tried in every frame, the others in turn.
     others = steps[1:]
     first = task.scene.frame.seq * (count - 1) % len(others) if others else 0

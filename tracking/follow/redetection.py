@@ -10,7 +10,7 @@ from tracking.follow.follow import rest_of
 from tracking.follow.posterior import HEAVY_HEIGHT_M, LOST_CONFIDENCE, SURE, confidence_of
 from tracking.follow.track import RESTING_FRAMES, SEARCH_PERIOD_NS, Review, Task, Track
 from tracking.hypotheses.assignment import Assignment, AssignmentCandidates, assign, is_same_spot
-from tracking.hypotheses.budget import NotYet, Pace
+from tracking.hypotheses.budget import NOMINAL_COSTS, BudgetExhausted, FrameBudget, Step, StepCosts
 from tracking.hypotheses.hypothesis import Hypothesis
 from tracking.hypotheses.patch_search import SMALL_M
 from tracking.hypotheses.positions import Overview, overview
@@ -29,9 +29,6 @@ CONFIDENCE_FULL_SCORE = 0.5
 MOST_WAITS = 3
 """Most doublings of the search period after searches in vain."""
 
-
-OVERVIEW_MS = 20
-"""About how long it takes to compare a whole frame with the room."""
 
 LEAST_CONFIDENCE = 0.3
 """Confidence below which a hypothesis is not followed. Chosen on the rooms lab and desk."""
@@ -73,34 +70,40 @@ def redetect_all(tasks: Sequence[Task]) -> Mapping[str, Track]:
 
 
 def redetect(
-    tasks: Sequence[Task], search: Search | None, *, budget_ms: float
+    tasks: Sequence[Task],
+    search: Search | None,
+    *,
+    budget_ms: float,
+    costs: StepCosts = NOMINAL_COSTS,
 ) -> tuple[Mapping[str, Track], Search | None]:
-    """Tracks of lost objects after some more of the search for one of them, and what is left of it.
+    """Tracks of lost objects after some steps of the search for one of them, and the pending rest.
 
-    Searches are spread over frames, so that none is late for them: the next one is for what waited
-    longest. All of a search is done in the frame that it began with.
+    A search is spread over frames, so that none is late for it, and works on the frame in which it
+    began. The next search is for the object that waited longest.
 
     Args:
         tasks: of all lost objects; their neighbours are those that are not lost.
-        search: what was left in the frame before.
-        budget_ms: how much may be done in this frame.
+        search: pending after the last frame; None if there is none.
+        budget_ms: time for steps of the search in this frame.
+        costs: of these steps.
     """
     if search is None or _is_outdated(search, tasks):
-        search, budget_ms = _begun(tasks), budget_ms - OVERVIEW_MS
+        budget_ms -= costs.cost_ms(Step.OVERVIEW)
+        search = _begun(tasks, costs)
     if search is None:
         return {}, None
-    pace = Pace(budget_ms, search.done)
+    budget = FrameBudget(budget_ms, search.done, costs)
     try:
-        hypotheses = _hypotheses(search.task, search.look, search.enough, pace)
-    except NotYet:
-        return {}, replace(search, done=pace.done())
+        hypotheses = _hypotheses(search.task, search.look, search.enough, budget)
+    except BudgetExhausted:
+        return {}, replace(search, done=budget.done())
     large = [task for task in tasks if task.model.radius_m >= SMALL_M]
     name = _id(search.task)
     tracks = _placed(large, {name: hypotheses})
     return tracks | _placed(_beside(tasks, tracks), {name: hypotheses}), None
 
 
-def _begun(tasks: Sequence[Task]) -> Search | None:
+def _begun(tasks: Sequence[Task], costs: StepCosts) -> Search | None:
     """A search for the object that waited longest; None if none is due."""
     due = [task for task in tasks if _is_due(task)]
     if not due:
@@ -108,7 +111,8 @@ def _begun(tasks: Sequence[Task]) -> Search | None:
     task = min(due, key=lambda task: task.track.searched_ns)
     is_small = task.model.radius_m < SMALL_M
     same_class = [other for other in tasks if (other.model.radius_m < SMALL_M) == is_small]
-    return Search(task, overview(task.scene), len(same_class), ())
+    look, _ = costs.timed(Step.OVERVIEW, lambda: overview(task.scene))
+    return Search(task, look, len(same_class), ())
 
 
 def _is_outdated(search: Search, tasks: Sequence[Task]) -> bool:
@@ -165,7 +169,7 @@ def _searched(task: Task, hypotheses: Sequence[Hypothesis] | None) -> Task:
 
 
 def _hypotheses(
-    task: Task, look: Overview, enough: int, pace: Pace | None = None
+    task: Task, look: Overview, enough: int, budget: FrameBudget | None = None
 ) -> list[Hypothesis]:
     """Pose hypotheses of an object in the task's frame."""
     last = task.track.world_from_object.translation
@@ -177,7 +181,7 @@ def _hypotheses(
         support_heights_m=_heights(task),
         last=last,
         enough=enough,
-        pace=pace or Pace(),
+        budget=budget or FrameBudget(costs=task.costs),
     )
 
 

@@ -14,6 +14,7 @@ from scenes.state import TrackedObject, TrackState
 from tracking.evidence.appearance_memory import AppearanceMemory
 from tracking.evidence.evidence import Evidence, Neighbour, Scene
 from tracking.evidence.rendering import ReducedRendering
+from tracking.hypotheses.budget import NOMINAL_COSTS, StepCosts
 from tracking.hypotheses.hypothesis import Hypothesis
 from tracking.model.object_model import TrackModel
 from tracking.solve.gauss_newton import SILHOUETTE_BIAS_M, SILHOUETTE_BIAS_SIGMA_M, Fit
@@ -155,6 +156,7 @@ class Task:
         is_first: whether this is the first frame of the session.
         may_search: whether a search over the whole scene is allowed in this frame.
         use_texture: whether inner colours take part.
+        costs: of the steps of searches.
     """
 
     scene: Scene
@@ -166,6 +168,7 @@ class Task:
     is_first: bool
     may_search: bool
     use_texture: bool
+    costs: StepCosts = NOMINAL_COSTS
 
 
 def new_track(model: TrackModel) -> Track:

@@ -7,11 +7,13 @@ frame-to-frame solve corrects such an error.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 from scenes.state import TrackState
 from tracking.evidence.evidence import Evidence
 from tracking.follow.posterior import LOST_CONFIDENCE, confidence_of, shows_pattern
 from tracking.follow.track import PendingReview, Review, Task, Track
+from tracking.hypotheses.budget import Step, steps_within
 from tracking.hypotheses.hypothesis import Hypothesis, is_other
 from tracking.hypotheses.room_search import is_unambiguous, ranked, refined, turned
 from tracking.model.symmetry import ROUND
@@ -26,8 +28,9 @@ SEEN = 0.25
 """Visible fraction below which yaws are not compared. Chosen on the rooms lab and desk."""
 
 
-REFINED_NS = 20_000_000
-"""A yaw is refined for every so much time since the frame before, and one in each."""
+REVIEW_PART = 2
+"""One of so many parts of the time since the last measurement goes into a review. Chosen on the
+rooms lab and desk."""
 
 PERIOD_NS = 180_000_000
 """Least time in ns between two reviews. Chosen on the rooms lab and desk."""
@@ -54,7 +57,8 @@ def reviewed(task: Task, evidence: Evidence, fit: Fit) -> tuple[Task, Fit]:
         review = replace(review, pending=None)
         task = replace(task, track=replace(task.track, review=review))
     pending = None if review is None else review.pending
-    count = max((now - task.track.looked_ns) // REFINED_NS, 1)
+    budget_ns = (now - task.track.looked_ns) // REVIEW_PART
+    count = max(steps_within(task.costs, Step.REVIEW_YAW, budget_ns), 1)
     if pending is None:
         if not (_is_wanted(task, fit) and _is_due(review, now)):
             return task, fit
@@ -79,7 +83,10 @@ def _advanced(task: Task, pending: PendingReview, count: int) -> PendingReview:
     """A review after some more poses were refined."""
     scene, quickly = pending.scene, task.track.moves_on
     more = tuple(
-        refined(scene, task.model, start, pending.evidence, quickly=quickly)
+        task.costs.timed(
+            Step.REVIEW_YAW,
+            partial(refined, scene, task.model, start, pending.evidence, quickly=quickly),
+        )[0]
         for start in pending.starts[:count]
     )
     return replace(pending, starts=pending.starts[count:], hypotheses=pending.hypotheses + more)
@@ -90,7 +97,8 @@ def _concluded(
 ) -> tuple[Task, Fit]:
     """The task and the fit once all yaws are compared."""
     review, reviewed_pose = task.track.review, pending.fit.world_from_object
-    same, rivals = [], []
+    same: list[Hypothesis] = []
+    rivals: list[Hypothesis] = []
     for other in ranked(pending.scene, task.model, pending.hypotheses):
         is_rival = is_other(task.model, other.world_from_object, reviewed_pose)
         (rivals if is_rival else same).append(other)

@@ -1,3 +1,4 @@
+# pyright: basic
 """Assignment of positions to objects, jointly for all that are searched for."""
 
 from __future__ import annotations

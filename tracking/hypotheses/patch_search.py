@@ -13,7 +13,7 @@ from scenes.pose import Pose
 from tracking.evidence.evidence import Evidence, Neighbour, Scene, gather, view_of
 from tracking.evidence.rendering import reduced_rendering
 from tracking.evidence.surroundings import Surroundings, surroundings_of
-from tracking.hypotheses.budget import Pace
+from tracking.hypotheses.budget import FrameBudget, Step
 from tracking.hypotheses.hypothesis import START_SIGMA, STARTS_A_PLACE, Hypothesis, apart, is_other
 from tracking.likelihood.patch_fit import (
     detail_similarities,
@@ -54,9 +54,6 @@ REFINED_AGAIN = 4
 """Best results that are refined once more."""
 
 
-TRIED_MS, TURNED_MS, ROUGHLY_MS, CLOSELY_MS, YAWS_MS, APART_MS, PLACED_MS = 6, 9, 6, 8, 13, 3, 3
-"""About how long the parts of a search take, see `tracking.hypotheses.budget`."""
-
 RIVAL = 0.6
 """Share of the best similarity from which yaws of one position are compared by detail. Chosen on
 the rooms lab and desk."""
@@ -82,7 +79,7 @@ def hypotheses(
     neighbours: Sequence[Neighbour],
     places: Points,
     *,
-    pace: Pace,
+    budget: FrameBudget,
 ) -> list[Hypothesis]:
     """Hypotheses of a small object from candidate positions; the likeliest are refined closely.
 
@@ -91,21 +88,23 @@ def hypotheses(
         model: the object.
         neighbours: other objects, whose positions are taken.
         places: (P, 3) candidate positions, m.
-        pace: budget of this frame.
+        budget: of this frame.
 
     Raises:
-        NotYet: the rest is for the next frame.
+        BudgetExhausted: the rest is for the next frame.
     """
     fine: list[Candidate] = []
 
     def closely(around: Surroundings, world_from_rough: Pose) -> Candidate:
         rival = max((similarity for _, similarity, _ in fine), default=0.0)
-        candidates = pace.do(CLOSELY_MS, fit_patch_closely, around, world_from_rough, rival=rival)
-        return *candidates, around
+        pose, similarity = budget.do(
+            Step.PATCH_CLOSELY, fit_patch_closely, around, world_from_rough, rival=rival
+        )
+        return pose, similarity, around
 
     rough = [
-        (*pace.do(ROUGHLY_MS, fit_patch_roughly, around, start), around)
-        for start, around in _starts(scene, model, neighbours, places, pace)
+        (*budget.do(Step.PATCH_ROUGHLY, fit_patch_roughly, around, start), around)
+        for start, around in _starts(scene, model, neighbours, places, budget)
     ]
     rough.sort(key=lambda item: -item[1])
     for pose, _, around in rough[:REFINED_CLOSELY]:
@@ -116,7 +115,7 @@ def hypotheses(
         if rank == 0:
             others = _on_the_spot(best)
         else:
-            others = pace.do(YAWS_MS, _other_yaws, around, best, tried)
+            others = budget.do(Step.PATCH_YAWS, _other_yaws, around, best, tried)
         for pose in others:
             fine.append(closely(around, pose))
     fine.sort(key=lambda item: -item[1])
@@ -124,9 +123,9 @@ def hypotheses(
     finest = [closely(around, pose) for pose, _, around in _distinct(model, fine[:REFINED_AGAIN])]
     candidates = finest + fine + rough[REFINED_CLOSELY:]
     candidates = [item for item in candidates if item[1] >= ACCEPTED]
-    candidates = sorted(_ranked_by_detail(model, candidates, pace), key=lambda item: -item[1])
+    candidates = sorted(_ranked_by_detail(model, candidates, budget), key=lambda item: -item[1])
     return [
-        pace.do(PLACED_MS, _placed, around, pose, share)
+        budget.do(Step.PATCH_JUDGE, _placed, around, pose, share)
         for pose, share, around in _distinct(model, candidates)
     ]
 
@@ -141,7 +140,7 @@ def _distinct(model: TrackModel, candidates: Sequence[Candidate]) -> list[Candid
 
 
 def _ranked_by_detail(
-    model: TrackModel, candidates: Sequence[Candidate], pace: Pace
+    model: TrackModel, candidates: Sequence[Candidate], budget: FrameBudget
 ) -> list[Candidate]:
     """The same candidates, the yaws of each of the best positions ranked by their detail.
 
@@ -157,7 +156,7 @@ def _ranked_by_detail(
             if similarity >= RIVAL * here[0][1] and all(is_other(model, pose, p) for p in rivals):
                 rivals.append(pose)
         rivals = rivals[:RIVALS]
-        detail_scores = pace.do(APART_MS, detail_similarities, around, rivals)
+        detail_scores = budget.do(Step.PATCH_DETAIL, detail_similarities, around, rivals)
         if detail_scores is None:
             ranked += here
             continue
@@ -208,12 +207,15 @@ def _starts(
     model: TrackModel,
     neighbours: Sequence[Neighbour],
     places: Points,
-    pace: Pace,
+    budget: FrameBudget,
 ) -> list[tuple[Pose, Surroundings]]:
     """Poses near some places that look most like the picture, with their windows, best first."""
     some = range(0, YAWS, YAWS // YAWS_FIRST)
     others = [k for k in range(YAWS) if k not in some]
-    tried = [pace.do(TRIED_MS, _tried, scene, model, neighbours, place, some) for place in places]
+    tried = [
+        budget.do(Step.PATCH_FIRST_YAWS, _tried, scene, model, neighbours, place, some)
+        for place in places
+    ]
     tried.sort(key=lambda at: -at.similarity.max())
     found: list[tuple[float, Pose, Surroundings]] = []
     least = max((at.similarity.max() for at in tried), default=0.0) - OUTDONE
@@ -221,12 +223,12 @@ def _starts(
         if at.similarity.max() < least:
             break
         here = at.poses[0].translation
-        more = pace.do(TURNED_MS, _compared, at.around, here, others)
+        more = budget.do(Step.PATCH_OTHER_YAWS, _compared, at.around, here, others)
         poses, similarity = (
             [*at.poses, *more.poses],
             np.concatenate([at.similarity, more.similarity]),
         )
-        order = np.argsort([*some, *others])
+        order = [int(k) for k in np.argsort([*some, *others])]
         poses, similarity = [poses[k] for k in order], similarity[order]
         peaks = np.flatnonzero(
             (similarity >= np.roll(similarity, 1)) & (similarity > np.roll(similarity, -1))
@@ -268,10 +270,9 @@ def _other_yaws(around: Surroundings, world_from_object: Pose, tried: Sequence[P
     yaws = [yaw + 2 * math.pi * k / YAWS for k in range(YAWS)]
     poses = [slide.best(Pose.from_yaw(turned, place)) for turned in yaws]
     similarity = np.array([similarity_at(around, pose) for pose in poses])
+    order = [int(k) for k in np.argsort(-similarity, kind="stable")]
     others = [
-        poses[k]
-        for k in np.argsort(-similarity, kind="stable")
-        if all(is_other(around.model, poses[k], pose) for pose in tried)
+        poses[k] for k in order if all(is_other(around.model, poses[k], pose) for pose in tried)
     ]
     return others[:YAWS_COMPARED]
 

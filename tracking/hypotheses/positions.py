@@ -63,7 +63,9 @@ class Overview:
 
 def overview(scene: Scene) -> Overview:
     """Shrink a frame and compare it with the empty room."""
-    cameras, images, foregrounds = [], [], []
+    cameras: list[Fisheye] = []
+    images: list[FloatArray] = []
+    foregrounds: list[FloatArray] = []
     for index, lens in enumerate(scene.frame.rig.lenses):
         shrink = max(1, round(lens.width_px / SEARCH_SIZE_PX))
         width, height = lens.width_px // shrink, lens.height_px // shrink
@@ -128,11 +130,12 @@ def proposed(
     reach_m: float,
 ) -> Points:
     """(P, 3) at most `PLACES` positions whose box is full of the object's colours, best first."""
-    around = scene.world_from_rig.translation[:2]
+    around: Points = scene.world_from_rig.translation[:2]
     step = max(LEAST_STEP_M, STEP * model.radius_m)
     steps = np.arange(-reach_m, reach_m + 1e-9, step)
-    x, y = np.meshgrid(around[0] + steps, around[1] + steps)
-    flat = np.stack([x.ravel(), y.ravel()], axis=1)
+    shifted: Points = around[:, None] + steps
+    x, y = np.meshgrid(*shifted)
+    flat: Points = np.stack([x.ravel(), y.ravel()], axis=1)
     low, high = scene.bounds_m[:, :2]
     inside = (flat > low).all(axis=1) & (flat < high).all(axis=1)
     flat = flat[inside & (np.hypot(*(flat - around).T) <= reach_m)]

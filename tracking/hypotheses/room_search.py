@@ -17,7 +17,7 @@ from scenes.pose import Pose
 from tracking.evidence.evidence import Evidence, Neighbour, Scene, gather, view_of
 from tracking.evidence.rendering import RenderingCache
 from tracking.hypotheses import patch_search
-from tracking.hypotheses.budget import Pace
+from tracking.hypotheses.budget import FrameBudget, Step
 from tracking.hypotheses.hypothesis import (
     APART_RAD,
     START_SIGMA,
@@ -61,15 +61,6 @@ START_REACHES = (10.0, 5.0, 2.5)
 UNAMBIGUOUS_CONTOUR_SCORE, UNAMBIGUOUS_VISIBLE = 0.8, 0.9
 """Wrong yaws reach three quarters."""
 
-PIXEL_EVIDENCE_MS, PROPOSED_MS, SCORED_MS, SCORED_NEARER_MS, GATHERED_MS, REFINED_MS = (
-    9,
-    20,
-    10,
-    19,
-    3,
-    12,
-)
-"""About how long the parts of a search take, see `tracking.hypotheses.budget`."""
 
 ACCEPTED_INLIER_RATIO = 0.35
 """Edge inlier ratio from which a refined pose is a hypothesis. Chosen on the rooms lab and desk."""
@@ -91,7 +82,7 @@ def candidates(
     support_heights_m: Sequence[float],
     last: Points,
     enough: int,
-    pace: Pace,
+    budget: FrameBudget,
     reach_m: float = REACH_M,
 ) -> list[Hypothesis]:
     """Poses an object may have anywhere on the given heights, the best first.
@@ -104,19 +95,19 @@ def candidates(
         support_heights_m: heights of the planes it may stand on.
         last: (3,) where it was seen last; tried as well.
         enough: the search ends with so many poses that leave no doubt.
-        pace: how much of it is done in this frame.
+        budget: of this frame.
         reach_m: how far from the camera to search.
 
     Raises:
-        NotYet: the rest is for the next frame.
+        BudgetExhausted: the rest is for the next frame.
     """
     pictures = [
-        pace.do(PIXEL_EVIDENCE_MS, pixel_evidence, scene, look, index, model, neighbours)
+        budget.do(Step.PIXEL_EVIDENCE, pixel_evidence, scene, look, index, model, neighbours)
         for index in range(len(look.cameras))
     ]
     known = _on_support(last, support_heights_m)[None]
-    others = pace.do(
-        PROPOSED_MS,
+    others = budget.do(
+        Step.PROPOSE_POSITIONS,
         proposed,
         scene,
         look,
@@ -127,19 +118,19 @@ def candidates(
     )
     places = np.concatenate([known, others])
     places = places[scene.support_planes.can_hold(places)]
-    _, scores = pace.do(SCORED_MS, scored, scene, look, model, pictures, places)
+    _, scores = budget.do(Step.SCORE_POSITIONS, scored, scene, look, model, pictures, places)
     if model.radius_m < patch_search.SMALL_M:
         apart_m = SLID * model.radius_m
         places = spread_out(places, scores.max(axis=1), apart=apart_m, limit=PLACES_SMALL)
-        hypotheses = patch_search.hypotheses(scene, model, neighbours, places, pace=pace)
+        hypotheses = patch_search.hypotheses(scene, model, neighbours, places, budget=budget)
     else:
         chosen = places[np.argsort(-scores.max(axis=1), kind="stable")[:PLACES_NEARER]]
         nearer = (chosen[:, None] + _around(model)).reshape(-1, 3)
         nearer = nearer[scene.support_planes.can_hold(nearer)]
-        yaws, scores = pace.do(SCORED_NEARER_MS, scored, scene, look, model, pictures, nearer)
+        yaws, scores = budget.do(Step.SCORE_NEARBY, scored, scene, look, model, pictures, nearer)
         starts = _starts_by_place(model, nearer, yaws, scores, limit=PLACES_REFINED)
         hypotheses = _large_object_hypotheses(
-            scene, model, neighbours, starts, enough=enough, pace=pace
+            scene, model, neighbours, starts, enough=enough, budget=budget
         )
     accepted = [g for g in hypotheses if _is_acceptable(g) and _can_be(scene, g.world_from_object)]
     return distinct(model, accepted)
@@ -152,7 +143,7 @@ def _large_object_hypotheses(
     starts: Sequence[Sequence[Pose]],
     *,
     enough: int,
-    pace: Pace,
+    budget: FrameBudget,
 ) -> list[Hypothesis]:
     """What rough poses of a large object come to: of every place one, then more where it may be.
 
@@ -162,7 +153,7 @@ def _large_object_hypotheses(
         neighbours: other objects, whose places are taken.
         starts: by place, the likeliest yaw first.
         enough: it ends with so many poses that leave no doubt.
-        pace: how much of it is done in this frame.
+        budget: of this frame.
     """
     tried: list[tuple[Hypothesis, Evidence, Sequence[Pose]]] = []
     hypotheses: list[Hypothesis] = []
@@ -172,8 +163,8 @@ def _large_object_hypotheses(
 
     for first, *others in starts:
         view = view_of(scene, model, first, at_any_yaw=True)
-        evidence = pace.do(GATHERED_MS, gather, scene, model, view, neighbours)
-        hypotheses.append(pace.do(REFINED_MS, refined, scene, model, first, evidence))
+        evidence = budget.do(Step.GATHER, gather, scene, model, view, neighbours)
+        hypotheses.append(budget.do(Step.REFINE, refined, scene, model, first, evidence))
         tried.append((hypotheses[-1], evidence, others))
         if is_enough():
             return hypotheses
@@ -185,7 +176,7 @@ def _large_object_hypotheses(
         for pose in others
     ]
     for pose, evidence in turned_starts[:REFINED_MORE]:
-        hypotheses.append(pace.do(REFINED_MS, refined, scene, model, pose, evidence))
+        hypotheses.append(budget.do(Step.REFINE, refined, scene, model, pose, evidence))
         tried.append((hypotheses[-1], evidence, ()))
         if is_enough():
             return hypotheses
@@ -198,7 +189,7 @@ def _large_object_hypotheses(
     ]
     for hypothesis, evidence in ambiguous[:REFINED_AGAIN]:
         again = hypothesis.world_from_object
-        hypotheses.append(pace.do(REFINED_MS, refined, scene, model, again, evidence))
+        hypotheses.append(budget.do(Step.REFINE, refined, scene, model, again, evidence))
         if is_enough():
             break
     return hypotheses

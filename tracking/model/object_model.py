@@ -103,11 +103,12 @@ def colours_of(pictures: NDArray[np.float32]) -> ColourModel:
 
 def _is_textured(pictures: NDArray[np.float32]) -> bool:
     """Whether colours vary a lot inside the silhouette, from one place to the next."""
-    variations = []
+    variations: list[float] = []
     for picture in pictures[::4]:
         inner = cv2.erode((picture[..., 3] > 0.95).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
         if inner.sum() > 20:
-            detail = picture[..., :3] - cv2.GaussianBlur(picture[..., :3], (0, 0), 4.0)
+            smooth = np.asarray(cv2.GaussianBlur(picture[..., :3], (0, 0), 4.0), np.float32)
+            detail = picture[..., :3] - smooth
             variations.append(float(np.sqrt((detail[inner] ** 2).mean())))
     return bool(variations) and float(np.mean(variations)) > TEXTURED_VARIATION
 

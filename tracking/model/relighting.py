@@ -1,3 +1,4 @@
+# pyright: basic
 """Relighting: how much lighter each side of an object is seen than it was scanned.
 
 The light that a side receives is nearly linear in its normal (spherical harmonics of order 1;
@@ -21,7 +22,8 @@ from scenes.render.renderer import PosedSplats, Rendering, RenderOptions
 from scenes.splats import SH_C0, SplatCloud
 from scenes.state import ObjectModel
 from tracking.kernels.native import Relighter
-from tracking.model.similarity import LENS_BLUR_PX, LENS_REACH_PX, RESIDUAL_SCALE
+from tracking.kernels.photometry import RELIGHTING
+from tracking.model.similarity import LENS_BLUR_PX, LENS_REACH_PX
 from tracking.window.filters import bell_blurred
 
 FloatArray = NDArray[np.float32]
@@ -37,41 +39,10 @@ NEIGHBOURS = 6
 SPARSE = 1.5
 """Splats up to so many times as far apart as usual show well what was scanned."""
 
-EVEN, WHITE = 0.001, 0.01
-"""How firmly light is held to be the same on all sides, and of no colour, beside what is seen."""
-
-FITS = 3
-"""Iterations of reweighting in the fit of the light."""
-
-
-LIGHT_RANGE = (0.3, 3.5)
-"""How much darker or lighter than in its scan a side may be seen."""
-
-ENOUGH_PX = 400
-"""Pixels used in the fit; more than twice as many are subsampled."""
-
-
-SEEN = 0.05
-"""Weight of a pixel below which it is left out of the fit."""
-
-LEAST_POWER = 1e-9
-"""Regularisation that keeps the fit solvable where all is black."""
-
 
 OPTIONS = RenderOptions(threads=1, antialias=True)
 
-RELIGHTER = Relighter(
-    {
-        "strange": RESIDUAL_SCALE,
-        "even": EVEN,
-        "white": WHITE,
-        "fits": FITS,
-        "range": LIGHT_RANGE,
-        "enough_px": ENOUGH_PX,
-        "seen": SEEN,
-        "least_power": LEAST_POWER,
-    }
-)
+RELIGHTER = Relighter(RELIGHTING.for_native())
 """Native relighter; `LitView` is its readable twin."""
 
 
@@ -108,7 +79,7 @@ class Light:
     def gains(self, facing: FloatArray | Points) -> FloatArray:
         """(..., 3) gains per colour of surfaces with normals (..., 3)."""
         gain = self.by_side[0] + facing @ self.by_side[1:]
-        return np.clip(gain[..., None] + self.tint, *LIGHT_RANGE).astype(np.float32)
+        return np.clip(gain[..., None] + self.tint, *RELIGHTING.light_range).astype(np.float32)
 
 
 def relightable_of(source: ObjectModel) -> RelightableModel:
@@ -189,8 +160,8 @@ class LitView:
         rgb = bell_blurred(drawn.rgb, LENS_BLUR_PX, LENS_REACH_PX)
         alpha = bell_blurred(drawn.alpha, LENS_BLUR_PX, LENS_REACH_PX)
         weight = self.free * alpha
-        here = np.flatnonzero(weight.ravel() > SEEN)
-        here = np.unravel_index(here[:: max(len(here) // ENOUGH_PX, 1)], weight.shape)
+        here = np.flatnonzero(weight.ravel() > RELIGHTING.seen)
+        here = np.unravel_index(here[:: max(len(here) // RELIGHTING.enough_px, 1)], weight.shape)
         shown = self.live - (1.0 - alpha)[..., None] * self.empty
         seen = shown[here].astype(np.float32)
         return _fitted(rgb[here], drawn.facing[here], seen, weight[here])
@@ -219,16 +190,28 @@ def _fitted(rgb: FloatArray, facing: FloatArray, shown: FloatArray, weight: Floa
         [rgb[:, :, None] * sides[:, None, :], rgb[:, :, None] * np.eye(3)], axis=2
     )
     flat, seen = unknowns.reshape(-1, unknowns.shape[2]), shown.astype(np.float64).ravel()
-    firm = np.array([0.0, EVEN, EVEN, EVEN, WHITE, WHITE, WHITE])
+    firm = np.array(
+        [
+            0.0,
+            RELIGHTING.even,
+            RELIGHTING.even,
+            RELIGHTING.even,
+            RELIGHTING.white,
+            RELIGHTING.white,
+            RELIGHTING.white,
+        ]
+    )
     light: Points = np.zeros(len(firm))
     trusted: Points = weight.astype(np.float64)
-    for _ in range(FITS):
+    for _ in range(RELIGHTING.fits):
         weighed = flat * np.repeat(trusted, 3)[:, None]
         power = weighed.T @ flat
-        power += np.diag(firm * power[0, 0] + LEAST_POWER)
+        power += np.diag(firm * power[0, 0] + RELIGHTING.least_power)
         light = np.asarray(np.linalg.solve(power, weighed.T @ seen), dtype=np.float64)
         apart2 = ((flat @ light - seen).reshape(-1, 3) ** 2).sum(axis=1)
-        trusted = weight * (RESIDUAL_SCALE**2 / (RESIDUAL_SCALE**2 + apart2)) ** 2
+        trusted = (
+            weight * (RELIGHTING.residual_scale**2 / (RELIGHTING.residual_scale**2 + apart2)) ** 2
+        )
     return Light(light[:4], light[4:])
 
 

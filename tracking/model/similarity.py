@@ -5,13 +5,12 @@ The readable twin of the native `Setting`; `tracking.likelihood.patch_fit` uses 
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tracking.kernels.photometry import ROUGHLY, SimilarityOptions
 from tracking.window.filters import bell_blurred
 
 FloatArray = NDArray[np.float32]
@@ -22,25 +21,12 @@ LENS_BLUR_PX = 0.6
 LENS_REACH_PX = 2
 """Radius in px at which that blur is cut off."""
 
-RESIDUAL_SCALE = 0.15
-"""Scale (channels of 0..1) of the Geman-McClure photometric residual. Chosen on the rooms lab and
-desk."""
-
-
-ON_OBJECT = 0.1
-"""Alpha from which a pixel's detail is compared."""
-
 
 DETAIL_PX = 3.0
 """Gaussian blur in px that separates detail from its surroundings."""
 
 DETAIL_REACH_PX = 9
 """Radius in px at which that blur is cut off."""
-
-
-DOUBT_PX = 8.0
-"""Number of changed pixels at which the photometric gain has half its weight. Chosen on the rooms
-lab and desk."""
 
 
 LIGHT_BLUR_PX = 4.0
@@ -57,19 +43,6 @@ CLOSE_REACH_PX = 3
 """Radius in px at which that blur is cut off."""
 
 
-ROUGHLY: Mapping[str, float | bool] = {
-    "strange": RESIDUAL_SCALE,
-    "on_object": ON_OBJECT,
-    "doubt_px": DOUBT_PX,
-    "closely": False,
-}
-CLOSELY: Mapping[str, float | bool] = {**ROUGHLY, "closely": True}
-"""In the words of the native crate, which has the blurs of its own."""
-
-BY_DETAIL: Mapping[str, float | bool] = {**ROUGHLY, "doubt_px": math.inf}
-"""Compares detail only, without the photometric gain: where the light is uncertain."""
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Setting:
     """A part of the live picture, and the same without the object.
@@ -78,13 +51,13 @@ class Setting:
         live: (H, W, 3) 0..1.
         empty: (H, W, 3) the empty room as the live camera records it.
         free: (H, W) 0..1, not occluded by a nearer object.
-        closely: whether poses are right to a pixel, so that finer detail is compared.
+        options: of the comparison.
     """
 
     live: FloatArray
     empty: FloatArray
     free: FloatArray
-    closely: bool = False
+    options: SimilarityOptions = ROUGHLY
 
     def residual_px(self, rgb: FloatArray, alpha: FloatArray) -> float:
         """Robust photometric residual, in pixels, of the live picture to the composited object.
@@ -102,7 +75,9 @@ class Setting:
         The mean of the photometric gain over the empty room and of the gain in detail similarity.
         """
         shown, alpha = self.shown(rgb, alpha)
-        on_object = self.free * (bell_blurred(alpha, LENS_BLUR_PX, LENS_REACH_PX) > ON_OBJECT)
+        on_object = self.free * (
+            bell_blurred(alpha, LENS_BLUR_PX, LENS_REACH_PX) > self.options.on_object
+        )
         live = self._detail(self.live)
         shared = _detail_similarity(self._detail(shown), live, on_object)
         without = max(_detail_similarity(self._detail(self.empty), live, on_object), 0.0)
@@ -117,7 +92,7 @@ class Setting:
 
     def _detail(self, picture: FloatArray) -> FloatArray:
         """(H, W, 3) fine structure of a picture."""
-        scale = (CLOSE_PX, CLOSE_REACH_PX) if self.closely else (DETAIL_PX, DETAIL_REACH_PX)
+        scale = (CLOSE_PX, CLOSE_REACH_PX) if self.options.closely else (DETAIL_PX, DETAIL_REACH_PX)
         return np.asarray(picture - bell_blurred(picture, *scale), dtype=np.float32)
 
     def _photometric_gain(self, shown: FloatArray) -> float:
@@ -128,7 +103,9 @@ class Setting:
         """
         changed_px = robust_residual_px(self.empty, self.live, self.free)
         most = max(changed_px, robust_residual_px(self.empty, shown, self.free))
-        return (most - robust_residual_px(shown, self.live, self.free)) / (most + DOUBT_PX)
+        return (most - robust_residual_px(shown, self.live, self.free)) / (
+            most + self.options.doubt_px
+        )
 
 
 def illumination_ratio(
@@ -152,7 +129,7 @@ def robust_residual_px(first: FloatArray, second: FloatArray, free: FloatArray) 
     """Number of free pixels in which two pictures differ (Geman-McClure)."""
     apart = first - second
     apart2 = np.einsum("hwc,hwc->hw", apart, apart)
-    return float((free * apart2 / (apart2 + RESIDUAL_SCALE**2)).sum())
+    return float((free * apart2 / (apart2 + ROUGHLY.residual_scale**2)).sum())
 
 
 def _detail_similarity(first: FloatArray, second: FloatArray, weight: FloatArray) -> float:

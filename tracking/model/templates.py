@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,6 +19,7 @@ from scenes.render.native import lens_of
 from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
 from scenes.splats import SplatCloud
 from tracking.kernels import native
+from tracking.window.filters import resized
 
 FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]
@@ -101,7 +101,7 @@ def drawn_around(
     towards = np.array([math.cos(elevation_rad), 0.0, math.sin(elevation_rad)])
     world_from_camera = look_at(centre_m + DISTANCE * radius_m * towards, centre_m)
     options = RenderOptions(threads=1, antialias=True)
-    pictures = []
+    pictures: list[FloatArray] = []
     for k in range(YAWS):
         posed = PosedSplats(splats, Pose.from_yaw(2 * math.pi * k / YAWS))
         drawn = renderer.render((posed,), camera, world_from_camera, options)
@@ -111,14 +111,8 @@ def drawn_around(
 
 def templates_of(pictures: list[FloatArray]) -> Templates:
     """From `drawn_around` at each of `ELEVATIONS_RAD`."""
-    small = np.array(
-        [
-            [
-                cv2.resize(picture, (SMALL_PX, SMALL_PX), interpolation=cv2.INTER_AREA)
-                for picture in level
-            ]
-            for level in pictures
-        ]
+    small: FloatArray = np.array(
+        [[resized(picture, (SMALL_PX, SMALL_PX)) for picture in level] for level in pictures]
     ).reshape(len(pictures), YAWS, SMALL_PX * SMALL_PX, 4)
     alpha = np.ascontiguousarray(small[..., 3])
     colours = small[..., :3] / np.maximum(alpha, 0.05)[..., None]

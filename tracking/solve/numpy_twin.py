@@ -16,8 +16,9 @@ from tracking.background.images import (
     difference,
     expose,
 )
-from tracking.background.learning import BLEND, RELIT_HUE, RELIT_RATIO, SHRINK
+from tracking.background.learning import SHRINK
 from tracking.evidence.evidence import Evidence
+from tracking.kernels.background import LEARNING
 from tracking.kernels.options import OPTIONS
 from tracking.likelihood.edges import Rows, measure_contour, measure_texture
 from tracking.model.colours import BINS, ColourModel
@@ -110,8 +111,10 @@ def _compared(
     shrink = window.shrink
     seen = _shrunk(live.astype(np.float32) * np.float32(1 / 255), shrink)
     height, width = seen.shape[:2]
-    x = (window.left + (np.arange(width) + 0.5) * shrink) * 2 / lens_size[0] - 1
-    y = (window.top + (np.arange(height) + 0.5) * shrink) * 2 / lens_size[1] - 1
+    columns: Points = np.arange(int(width), dtype=np.float64) + 0.5
+    rows: Points = np.arange(int(height), dtype=np.float64) + 0.5
+    x = (window.left + columns * shrink) * 2 / lens_size[0] - 1
+    y = (window.top + rows * shrink) * 2 / lens_size[1] - 1
     radius2 = (x[None, :] ** 2 + y[:, None] ** 2).astype(np.float32)
     expected = expose(_shrunk(background_image, shrink), exposure, radius2=radius2)
     return seen, expected, np.maximum(_shrunk(noise, shrink), 1e-3)
@@ -296,7 +299,7 @@ def learned_rows(
             box_blurred(_in_squares(background_image), coherent_side), mean_residual
         )
     take = usable & (_grown(shows_room.astype(np.float32), height, width) >= 0.5)
-    share = np.where(learned, np.float32(BLEND), np.float32(1.0)) * take
+    share = np.where(learned, np.float32(LEARNING.blend), np.float32(1.0)) * take
     background_image = background_image + residual * share[..., None]
     known = learned | take
     noise = background_noise(background_image)
@@ -329,7 +332,11 @@ def _relit(background_image: FloatArray, residual: FloatArray) -> NDArray[np.boo
     power = np.einsum("hwc,hwc->hw", background_image, background_image) + 1e-4
     ratio = np.einsum("hwc,hwc->hw", live, background_image) / power
     hue = np.abs(live - ratio[..., None] * background_image).max(axis=2)
-    return (ratio > RELIT_RATIO[0]) & (ratio < RELIT_RATIO[1]) & (hue < RELIT_HUE)
+    return (
+        (ratio > LEARNING.relit_ratio[0])
+        & (ratio < LEARNING.relit_ratio[1])
+        & (hue < LEARNING.relit_hue)
+    )
 
 
 def cut_out(

@@ -143,7 +143,8 @@ def _window(camera: Fisheye, clicks: FloatArray) -> tuple[Fisheye, NDArray[np.bo
         cy=camera.cy - float(low[1]),
     )
     mask = np.zeros((height, width), np.uint8)
-    outline = np.round(clicks - low - 0.5).astype(np.int32)
+    inside: FloatArray = clicks - low - 0.5
+    outline = np.round(inside).astype(np.int32)
     cv2.fillConvexPoly(mask, outline, 1)
     # The edge belongs to the frame or to the wall behind.
     side = max(1, min(width, height) // 12)

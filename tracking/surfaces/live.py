@@ -26,13 +26,12 @@ from scenes.pose import Pose
 from scenes.quad import quad_of
 from scenes.state import LiveSurface
 from tracking.background.images import (
-    MISALIGNMENT_PX,
-    NOISE_FLOOR,
     BackgroundImages,
     difference,
     expose,
     fit_exposure,
 )
+from tracking.kernels.background import LEARNING
 from tracking.surfaces.view import SurfaceView, surface_view
 from tracking.window.filters import grey, slopes
 from tracking.window.window import Layer
@@ -301,8 +300,8 @@ def _changed(
     believed = ((gain > 1 / LARGEST_GAIN) & (gain < LARGEST_GAIN)).all()
     likely = coarse * gain.astype(np.float32) if believed else coarse
     gx, gy = slopes(grey(expected.picture))
-    steep = np.float32(MISALIGNMENT_PX) * np.hypot(gx, gy)
-    noise = np.sqrt(NOISE_FLOOR**2 + steep**2 + expected.restless**2).astype(np.float32)
+    steep = np.float32(LEARNING.misalignment_px) * np.hypot(gx, gy)
+    noise = np.sqrt(LEARNING.noise_floor**2 + steep**2 + expected.restless**2).astype(np.float32)
     probability = difference(likely, expected.picture, noise).probability
     changed = ((probability > 0.5) & usable).astype(np.uint8)
     return cv2.morphologyEx(changed, cv2.MORPH_OPEN, _square(2)) > 0, likely

@@ -101,7 +101,7 @@ def surface_view(
         size_px: (width, height) of the picture between the corners.
         margin_px: (across, down) further pixels on each side, beyond the corners.
     """
-    order = np.argsort([-fineness(quad, rig, world_from_rig, i) for i in range(len(rig.lenses))])
+    order = sorted(range(len(rig.lenses)), key=lambda i: -fineness(quad, rig, world_from_rig, i))
     width, height = size_px[0] + 2 * margin_px[0], size_px[1] + 2 * margin_px[1]
     seen = np.zeros((height, width), bool)
     tables: list[LensTable] = []

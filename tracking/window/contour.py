@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
 from scenes.render.renderer import Rendering
+from tracking.kernels.reduction import REDUCTION
 from tracking.window.filters import slopes
 
 FloatArray = NDArray[np.float32]
@@ -19,7 +20,7 @@ Points = NDArray[np.float64]
 HALF = 0.5
 """Alpha of the silhouette."""
 
-REACH_PX = 6.0
+REACH_PX = REDUCTION.reach_px
 """How far from the contour the width of a part and of the gap beside it is looked at."""
 
 

@@ -12,23 +12,10 @@ from scenes.render.native import lens_of
 from scenes.render.renderer import Rendering
 from tracking.kernels import native
 from tracking.kernels.arrays import arrays_of
-from tracking.window import reduction
-from tracking.window.contour import REACH_PX, Contour, Texture
+from tracking.kernels.reduction import REDUCTION
+from tracking.window.contour import Contour, Texture
 from tracking.window.extent import part_of
 from tracking.window.reduction import Looks, Outlined
-
-OUTLINE = {
-    "trim_px": reduction.TRIM_PX,
-    "points": (reduction.FEWEST_POINTS, reduction.MOST_POINTS),
-    "around_px2": reduction.AROUND_PX2,
-    "reach_px": REACH_PX,
-}
-SURFACE = {
-    "texture_points": reduction.TEXTURE_POINTS,
-    "surface_points": reduction.SURFACE_POINTS,
-    "least_slope": reduction.LEAST_SLOPE,
-}
-"""What is kept of a drawing, in the words of the native crate."""
 
 
 def contour_of(
@@ -57,7 +44,7 @@ def outlined_of(
 ) -> Outlined:
     """`tracking.window.reduction.outlined`, natively."""
     part, pixels, points, normals, inner_px, outer_px, (rgb, alpha, depth) = native.outlined(
-        arrays_of(drawn), lens=lens_of(camera), kept={"finer": finer, **OUTLINE}
+        arrays_of(drawn), lens=lens_of(camera), kept=REDUCTION.outline_for_native(finer=finer)
     )
     left, top, width, height = part
     contour = Contour(
@@ -83,7 +70,7 @@ def looks_of(found: Outlined, drawn: Rendering, window: Fisheye, object_from_cam
         arrays_of(drawn),
         {"pixels": found.pixels, "normals": contour.normals, "inner_px": contour.inner_px},
         lens=lens_of(part_of(window, found.part)),
-        kept=SURFACE,
+        kept=REDUCTION.surface_for_native(),
     )
     points, values, slopes = texture
     surface_points, surface_colours = surface

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from scenes.cameras import Fisheye
 from scenes.pose import Pose
 from scenes.render.renderer import Rendering
+from tracking.kernels.reduction import REDUCTION
 from tracking.window.contour import (
-    REACH_PX,
     Contour,
     Texture,
     contour_points,
@@ -29,17 +29,9 @@ from tracking.window.filters import bell_blurred, resized
 FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]
 
-FEWEST_POINTS, MOST_POINTS = 40, 200
-AROUND_PX2 = 25.0
-"""A contour is about this times as long, squared, as the silhouette is large: a point a pixel."""
 
-TEXTURE_POINTS = 300
-SURFACE_POINTS = 240
-LEAST_SLOPE = 0.012
 TEXTURE_BLUR_PX, TEXTURE_BLUR_REACH_PX = 0.8, 3
 
-TRIM_PX = 8
-"""Kept around what was drawn."""
 
 SILHOUETTE = 0.5
 DEEP_PX = 2.0
@@ -96,13 +88,15 @@ def outlined(
         object_from_camera: inverse of the pose it was drawn at.
         finer: pixels it was drawn with, each way, per pixel of the window.
     """
-    around_px = int(math.sqrt(AROUND_PX2 * float((drawn.alpha > SILHOUETTE).sum()))) // finer
+    around_px = (
+        int(math.sqrt(REDUCTION.around_px2 * float((drawn.alpha > SILHOUETTE).sum()))) // finer
+    )
     contour = contour_points(
         drawn,
         camera,
         object_from_camera,
-        limit=min(max(around_px, FEWEST_POINTS), MOST_POINTS),
-        reach_px=REACH_PX * finer,
+        limit=min(max(around_px, REDUCTION.fewest_points), REDUCTION.most_points),
+        reach_px=REDUCTION.reach_px * finer,
     )
     pixels, _ = camera.project(object_from_camera.inverse() @ contour.points)
     rows, columns = (_shown(drawn.alpha, axis, finer) for axis in (0, 1))
@@ -120,8 +114,8 @@ def _shown(alpha: FloatArray, axis: int, finer: int) -> slice:
     """The window's rows or columns in which anything is shown, with a margin."""
     shown = np.flatnonzero((alpha > 0.0).any(axis=1 - axis))
     first, last = (int(shown[0]), int(shown[-1])) if len(shown) else (0, 0)
-    low = max(first // finer - TRIM_PX, 0)
-    return slice(low, min(last // finer + 1 + TRIM_PX, alpha.shape[axis] // finer))
+    low = max(first // finer - REDUCTION.trim_px, 0)
+    return slice(low, min(last // finer + 1 + REDUCTION.trim_px, alpha.shape[axis] // finer))
 
 
 def _seen(drawn: Rendering, rows: slice, columns: slice, finer: int) -> Rendering:
@@ -157,13 +151,13 @@ def looks(found: Outlined, drawn: Rendering, window: Fisheye, object_from_camera
         picture,
         camera,
         object_from_camera,
-        limit=TEXTURE_POINTS,
-        least_slope=LEAST_SLOPE,
+        limit=REDUCTION.texture_points,
+        least_slope=REDUCTION.least_slope,
     )
     rows, columns = np.nonzero(drawn.alpha > SILHOUETTE)
     area = len(rows)
-    if area > SURFACE_POINTS:
-        chosen = np.linspace(0, area - 1, SURFACE_POINTS).astype(int)
+    if area > REDUCTION.surface_points:
+        chosen = np.linspace(0, area - 1, REDUCTION.surface_points).astype(int)
         rows, columns = rows[chosen], columns[chosen]
     pixels = np.stack([columns, rows], axis=1).astype(np.float64) + 0.5
     depth = drawn.depth[rows, columns].astype(np.float64)

@@ -130,7 +130,8 @@ def _cut(
     target: NDArray[np.float64],
 ) -> Window:
     """The window over some columns and rows, moved so that it lies within the lens picture."""
-    corner, size = [], []
+    corner: list[int] = []
+    size: list[int] = []
     for low, high, limit in zip(*spans, (source.width_px, source.height_px), strict=True):
         side = min(int(high - low), limit) // shrink * shrink
         first = round(0.5 * float(low + high) - 0.5 * side)

@@ -6,6 +6,7 @@ import numpy as np
 
 import tracking.follow.local_search
 from scenes.pose import Pose
+from tracking.hypotheses.budget import NOMINAL_COSTS
 from tracking.solve.gauss_newton import Prior
 
 
@@ -15,6 +16,7 @@ def test_the_likeliest_hypothesis_is_tried_in_every_frame_and_all_others_in_turn
     for seq in range(12):
         frame = SimpleNamespace(t_ns=33_000_000 * (seq + 1), seq=seq)
         task = SimpleNamespace(
+            costs=NOMINAL_COSTS,
             model=SimpleNamespace(symmetry=1),
             scene=SimpleNamespace(frame=frame),
             track=SimpleNamespace(looked_ns=33_000_000 * seq),

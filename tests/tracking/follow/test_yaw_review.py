@@ -12,17 +12,19 @@ from tracking.follow.posterior import LOST_CONFIDENCE
 from tracking.follow.track import Review, Track
 from tracking.follow.yaw_review import (
     PERIOD_NS,
-    REFINED_NS,
+    REVIEW_PART,
     is_under_review,
     reported_confidence,
     reviewed,
     was_reviewed,
 )
+from tracking.hypotheses.budget import Step
 from tracking.hypotheses.hypothesis import Hypothesis
 
 SHARP = Pose.from_yaw(0.0)
 FLIPPED = Pose.from_yaw(3.1)
 RIG = Pose.identity()
+REFINED_NS = round(REVIEW_PART * Step.REVIEW_YAW.nominal_ms * 1e6)
 LONG_NS = 10 * REFINED_NS
 
 

@@ -17,9 +17,9 @@ from scenes.splats import SH_C0, SplatCloud
 from tracking.evidence.surroundings import upright_of
 from tracking.kernels.native import Setting
 from tracking.kernels.native import Shell as DrawnRelightable
+from tracking.kernels.photometry import RELIGHTING, ROUGHLY
 from tracking.model.object_model import RENDER_OPTIONS
-from tracking.model.relighting import FOOT, LIGHT_RANGE, RELIGHTER, Light, LitView, relightable_of
-from tracking.model.similarity import ROUGHLY
+from tracking.model.relighting import FOOT, RELIGHTER, Light, LitView, relightable_of
 from tracking.window.filters import resized
 
 SIDE_M, STEP_M = 0.2, 0.01
@@ -134,7 +134,7 @@ def test_the_native_relighter_says_what_its_twin_says(name, turn_rad):
     free[:, : SIDE_PX // 2] = 0.4
     live = np.clip(empty + rng.normal(0.0, 0.2, empty.shape), 0.0, 1.0).astype(np.float32)
     view = LitView(live, empty, free, CAMERA, WORLD_FROM_CAMERA, renderer)
-    setting = Setting(live, empty, free, size=(SIDE_PX, SIDE_PX), constants=ROUGHLY)
+    setting = Setting(live, empty, free, size=(SIDE_PX, SIDE_PX), constants=ROUGHLY.for_native())
     scanned, compass = (
         renderer.alone(splats, CAMERA, WORLD_FROM_CAMERA, RENDER_OPTIONS)
         for splats in (relightable.splats, relightable.compass)
@@ -159,7 +159,7 @@ def test_a_relightable_model_drawn_at_another_size_is_refused(seen):
     _, relightable, renderer = seen
     grey = np.full((SIDE_PX, SIDE_PX, 3), 0.5, np.float32)
     free = np.ones((SIDE_PX, SIDE_PX), np.float32)
-    setting = Setting(grey, grey, free, size=(SIDE_PX, SIDE_PX), constants=ROUGHLY)
+    setting = Setting(grey, grey, free, size=(SIDE_PX, SIDE_PX), constants=ROUGHLY.for_native())
     fine = renderer.alone(
         relightable.splats, CAMERA.resized(2 * SIDE_PX, 2 * SIDE_PX), TRUE, RENDER_OPTIONS
     )
@@ -174,7 +174,7 @@ def test_gains_are_within_what_light_can_do(light, turn):
     facing = np.array([[np.cos(turn), np.sin(turn), 0.0]])
     gains = Light(np.array(light[:4]), np.array(light[4:])).gains(facing)
     assert gains.shape == (1, 3)
-    low, high = LIGHT_RANGE
+    low, high = RELIGHTING.light_range
     assert (gains >= np.float32(low)).all()
     assert (gains <= np.float32(high)).all()
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from tracking.kernels import native
-from tracking.model.similarity import CLOSELY, ROUGHLY, Setting
+from tracking.kernels.photometry import CLOSELY, ROUGHLY
+from tracking.model.similarity import Setting
 from tracking.window.filters import bell_blurred
 
 
@@ -34,9 +35,9 @@ def test_the_native_kernel_says_what_its_twin_says(shape, closely):
     free = np.ones(shape, np.float32)
     free[:, : shape[1] // 3] = 0.3
     size = (free.shape[1], free.shape[0])
-    constants = CLOSELY if closely else ROUGHLY
-    kernel = native.Setting(live, empty, free, size=size, constants=constants)
-    twin = Setting(live, empty, free, closely)
+    options = CLOSELY if closely else ROUGHLY
+    kernel = native.Setting(live, empty, free, size=size, constants=options.for_native())
+    twin = Setting(live, empty, free, options)
     for shift in (0, 1, 2):
         drawn = np.roll(rgb, shift, axis=1), np.roll(alpha, shift, axis=1)
         assert kernel.strange(*drawn) == pytest.approx(twin.residual_px(*drawn), rel=1e-4, abs=1e-4)
@@ -62,4 +63,4 @@ def test_pictures_of_another_size_are_refused(name):
     }
     arrays[name] = arrays[name][:3].copy()
     with pytest.raises(ValueError, match=f"{name}: .* values, wanted"):
-        native.Setting(**arrays, size=(5, 4), constants=ROUGHLY)
+        native.Setting(**arrays, size=(5, 4), constants=ROUGHLY.for_native())

@@ -15,7 +15,7 @@ from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel
-from tracking.background.layers import KEPT, LayerMemo, drawn_layer
+from tracking.background.layers import KEPT, LayerCache, drawn_layer
 from tracking.model.object_model import make_model
 from tracking.window.window import LARGEST_SIDE_PX, window_around
 
@@ -106,7 +106,7 @@ def test_a_layer_lies_where_the_lens_sees_the_object(place):
 
 
 def test_a_memo_remembers_what_stands_still_and_forgets_what_is_old():
-    renderer, memo = NativeRenderer(), LayerMemo()
+    renderer, memo = NativeRenderer(), LayerCache()
     source = ObjectModel("ball", "ball", "", ball(20), (0.2, 0.2, 0.2), 0.0, Pose.identity())
     model = make_model(source, renderer)
 
