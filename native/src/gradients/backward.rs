@@ -6,7 +6,7 @@
 //! divided and nothing cancels, which a front-to-back replay does behind nearly opaque splats.
 
 use crate::lanes::patch::{live_blocks, load3, pixels_of, Block, LaneWork, Lanes};
-use crate::lanes::vector::{all3, alpha_of, mask_of, power_at, whitened};
+use crate::lanes::vector::{all3, alpha_of, mask_of, power_at, whitened, Vector};
 use crate::project::record::STEP_DOUBT;
 use crate::tile::batch::settle;
 use crate::tile::pixels::{ALPHA_MAX, BLOCKS, BLOCK_PIXELS, TRANSMITTANCE_STOP};
@@ -203,13 +203,7 @@ impl BackwardTile<'_> {
                 let is_limited = alpha.at_least(V::all(ALPHA_MAX));
                 let gain = weight.mul(gained);
                 let gain = gain.sub(gain.and(is_limited));
-                let (gain_u, gain_v) = (gain.mul(u), gain.mul(v));
-                sums[0] = sums[0].add(gain);
-                sums[1] = sums[1].add(gain_u);
-                sums[2] = sums[2].add(gain_v);
-                sums[3] = gain_u.mul_add(u, sums[3]);
-                sums[4] = gain_u.mul_add(v, sums[4]);
-                sums[5] = gain_v.mul_add(v, sums[5]);
+                add_moments(&mut sums, gain, u, v);
                 for channel in 0..3 {
                     sums[6 + channel] = weight.mul_add(d_colour[channel], sums[6 + channel]);
                 }
@@ -225,4 +219,16 @@ impl BackwardTile<'_> {
             }
         }
     }
+}
+
+/// Adds G, Gu, Gv, Guu, Guv, Gvv, the first six of a splat's sums (see `Sums`), with G = `gain`.
+#[inline(always)]
+pub(crate) fn add_moments<V: Vector, const N: usize>(sums: &mut [V; N], gain: V, u: V, v: V) {
+    let (gain_u, gain_v) = (gain.mul(u), gain.mul(v));
+    sums[0] = sums[0].add(gain);
+    sums[1] = sums[1].add(gain_u);
+    sums[2] = sums[2].add(gain_v);
+    sums[3] = gain_u.mul_add(u, sums[3]);
+    sums[4] = gain_u.mul_add(v, sums[4]);
+    sums[5] = gain_v.mul_add(v, sums[5]);
 }

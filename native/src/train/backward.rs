@@ -11,6 +11,7 @@
 //! of the worth; a sweep ahead adds up what the forward pass did not.
 
 use crate::camera::lens::Lens;
+use crate::gradients::backward::add_moments;
 use crate::gradients::tape::open_pixels;
 use crate::lanes::patch::{Patch, PatchWork};
 use crate::lanes::vector::{all3, alpha_of, of_lanes, power_at, whitened, Vector};
@@ -232,13 +233,7 @@ fn take_share<V: Patch, const PRICED: bool>(
         let gain = share.mul_sub_from(remaining, shown);
         // At its limit alpha does not follow the splat.
         let gain = gain.sub(gain.and(alpha.at_least(limit)));
-        let (gain_u, gain_v) = (gain.mul(u), gain.mul(v));
-        sums[0] = sums[0].add(gain);
-        sums[1] = sums[1].add(gain_u);
-        sums[2] = sums[2].add(gain_v);
-        sums[3] = gain_u.mul_add(u, sums[3]);
-        sums[4] = gain_u.mul_add(v, sums[4]);
-        sums[5] = gain_v.mul_add(v, sums[5]);
+        add_moments(&mut sums, gain, u, v);
         sums[6] = weight.mul_add(d_colour[0], sums[6]);
         sums[7] = weight.mul_add(d_colour[1], sums[7]);
         sums[8] = weight.mul_add(d_colour[2], sums[8]);
