@@ -176,7 +176,7 @@ fn finish_depth(gradients: &mut Gradients, means: &Means) {
     }
 }
 
-/// Takes the splats from the last to the first and sums what each one's pixels tell.
+/// Takes the splats from the last to the first and sums each one's gradients over its pixels.
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2,popcnt")]
 fn sweep_backwards<const HAS_DEPTH: bool>(
     gradients: &Gradients,
@@ -200,16 +200,16 @@ fn sweep_backwards<const HAS_DEPTH: bool>(
             let (alpha, weight) = (values_of(alpha), values_of(weight));
             let (x, y) = pixels_of(square);
             let (Avx512(u), Avx512(v)) = whitened(splat, Avx512(x), Avx512(y));
-            let mut worth = gradients.constant[square];
+            let mut contribution = gradients.constant[square];
             for (plane, &colour) in gradients.colour.iter().zip(&splat.colour) {
-                worth = _mm512_fmadd_ps(_mm512_set1_ps(colour), plane[square], worth);
+                contribution = _mm512_fmadd_ps(_mm512_set1_ps(colour), plane[square], contribution);
             }
             if HAS_DEPTH {
                 let depth = _mm512_set1_ps(splat.depth);
-                worth = _mm512_fmadd_ps(depth, gradients.depth[square], worth);
+                contribution = _mm512_fmadd_ps(depth, gradients.depth[square], contribution);
                 depths = _mm512_fmadd_ps(weight, gradients.depth[square], depths);
             }
-            let gained = _mm512_sub_ps(worth, behind[square]);
+            let gained = _mm512_sub_ps(contribution, behind[square]);
             behind[square] = _mm512_fmadd_ps(alpha, gained, behind[square]);
             // At its limit alpha does not follow the splat.
             let follows = _mm512_cmp_ps_mask::<_CMP_LT_OQ>(alpha, limit);

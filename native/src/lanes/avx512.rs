@@ -12,6 +12,7 @@ use crate::lanes::vector::Vector;
 use crate::tile::pixels::BLOCK_WIDTH;
 use crate::tile::splat::TileSplat;
 
+/// Pixels of a register.
 const LANES: usize = 16;
 
 /// The register; named only in functions that enable its instructions.

@@ -8,6 +8,7 @@ use crate::tile::batch::corner;
 use crate::tile::pixels::{BLOCKS, BLOCKS_ACROSS, BLOCK_PIXELS, TRANSMITTANCE_STOP};
 use crate::tile::splat::TileSplat;
 
+/// Squares of a tile, pixels of a square, rows of squares.
 pub const SQUARES: usize = BLOCKS / 2;
 pub const SQUARE_PIXELS: usize = 2 * BLOCK_PIXELS;
 pub const ROWS_OF_SQUARES: usize = SQUARES / BLOCKS_ACROSS;

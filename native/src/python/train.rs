@@ -66,7 +66,7 @@ impl TrainingTarget {
         self.target.size()
     }
 
-    /// Distance of a drawn picture (flat, pixel by pixel) and its gradient, laid out alike.
+    /// Distance of a drawn picture (flat, pixel by pixel) and its gradient, in the same layout.
     #[pyo3(signature = (rgb, *, ssim_share, gain, bias, falloff))]
     fn distance<'py>(
         &self,

@@ -1,5 +1,5 @@
-//! Sums per splat over a picture, for training: tiles are swept by `train_backward` in rows, on all
-//! threads, and what they say of a splat is added up in the same order for any number of them.
+//! Sums per splat over a picture, for training: tiles are swept by `backward` in rows, on all
+//! threads, and their sums per splat are added up in the same order for any number of them.
 
 use rayon::prelude::*;
 
