@@ -55,7 +55,7 @@ mod _native {
     #[pymodule_export]
     use crate::python::track::light::{exposure, patch_means};
     #[pymodule_export]
-    use crate::python::track::portrait::laid_on;
+    use crate::python::track::memory::laid_on;
     #[pymodule_export]
     use crate::python::track::reduction::{contour, looks, outlined};
     #[pymodule_export]

@@ -5,9 +5,11 @@
 
 use std::arch::x86_64::*;
 
+use crate::blend::by_blocks::blend_by_blocks;
+use crate::lanes::avx2::Avx2;
 use crate::lanes::block_avx2::block_mask;
+use crate::lanes::vector::{alpha_of, power_at, whitened};
 use crate::project::record::STEP_DOUBT;
-use crate::tile::alpha::ALPHA_OF;
 use crate::tile::batch::{corner, Batch, PatchList, BATCH, RUN};
 use crate::tile::pixels::{PixelBlock, Tile, ALPHA_MAX, BLOCKS, BLOCK_PIXELS, TRANSMITTANCE_STOP};
 use crate::tile::splat::{TileSplat, TileWork};
@@ -35,33 +37,7 @@ const fn positions() -> [[u8; 8]; 256] {
     table
 }
 
-/// As `blend::blend_tile`.
-#[target_feature(enable = "avx2,fma,popcnt")]
-pub fn blend_tile<const TRACK_OBJECTS: bool>(tile: &mut Tile, work: &TileWork) {
-    let mut batch = Batch::empty();
-    for slots in work.slots.chunks(BATCH) {
-        let live = live_blocks(tile);
-        if live == 0 {
-            return;
-        }
-        batch.gather(work, slots);
-        for place in 0..slots.len() {
-            batch.masks[place] = block_mask(&batch.splats[place]) & live;
-        }
-        list_by_block(&mut batch, slots.len());
-        for (index, block) in tile.blocks.iter_mut().enumerate() {
-            blend_block::<TRACK_OBJECTS>(block, &batch.of_patch(index, slots, work));
-        }
-    }
-}
-
-/// Blends a batch that reaches everywhere into every block: nothing but the inner loop.
-#[target_feature(enable = "avx2,fma")]
-pub fn blend_everywhere(tile: &mut Tile, everything: &PatchList) {
-    for (index, block) in tile.blocks.iter_mut().enumerate() {
-        blend_block::<false>(block, &everything.with_patch(index));
-    }
-}
+blend_by_blocks!("avx2,fma,popcnt");
 
 /// One bit per block that still takes light.
 #[target_feature(enable = "avx2,fma")]
@@ -162,7 +138,8 @@ fn blend_run<const TRACK_OBJECTS: bool, const CAREFUL: bool>(
     for &place in run {
         let place = place as usize % BATCH;
         let splat = &todo.splats[place];
-        let power = power_at(splat, x, y);
+        let (u, v) = whitened(splat, Avx2(x), Avx2(y));
+        let power = power_at(splat, u, v).0;
         let distance = _mm256_andnot_ps(_mm256_set1_ps(-0.0), power);
         nearest = _mm256_min_ps(nearest, distance);
         let mut is_drawn = _mm256_cmp_ps::<_CMP_GE_OQ>(power, _mm256_setzero_ps());
@@ -185,21 +162,7 @@ fn mask_of(bits: u32) -> __m256 {
     _mm256_castsi256_ps(_mm256_cmpeq_epi32(chosen, lanes))
 }
 
-/// log2(255 · alpha) of a splat at eight pixels.
-#[target_feature(enable = "avx2,fma")]
-#[inline]
-fn power_at(splat: &TileSplat, x: __m256, y: __m256) -> __m256 {
-    let u = _mm256_fmadd_ps(
-        _mm256_set1_ps(splat.a),
-        x,
-        _mm256_fmadd_ps(_mm256_set1_ps(splat.b), y, _mm256_set1_ps(splat.u0)),
-    );
-    let v = _mm256_fmadd_ps(_mm256_set1_ps(splat.c), y, _mm256_set1_ps(splat.v0));
-    let power = _mm256_fnmadd_ps(v, v, _mm256_set1_ps(splat.power));
-    _mm256_fnmadd_ps(u, u, power)
-}
-
-/// Blends one splat into eight pixels; see `blend::blend_splat` for the same in plain code.
+/// Blends one splat into eight pixels; see `portable::blend_splat` for the same in plain code.
 #[target_feature(enable = "avx2,fma")]
 #[inline]
 fn blend_one<const TRACK_OBJECTS: bool>(
@@ -211,7 +174,7 @@ fn blend_one<const TRACK_OBJECTS: bool>(
     let stop = _mm256_set1_ps(TRANSMITTANCE_STOP);
     let is_live = _mm256_cmp_ps::<_CMP_GE_OQ>(pixels.transmittance, stop);
     // Only what follows waits for the splat before.
-    let alpha = _mm256_min_ps(alpha_of(power), _mm256_set1_ps(ALPHA_MAX));
+    let alpha = _mm256_min_ps(alpha_of(Avx2(power)).0, _mm256_set1_ps(ALPHA_MAX));
     let alpha = _mm256_and_ps(_mm256_and_ps(alpha, is_drawn), is_live);
     let weight = _mm256_mul_ps(alpha, pixels.transmittance);
     pixels.transmittance = _mm256_sub_ps(pixels.transmittance, weight);
@@ -225,22 +188,6 @@ fn blend_one<const TRACK_OBJECTS: bool>(
         pixels.object = _mm256_blendv_ps(pixels.object, object, is_heavier);
         pixels.weight = _mm256_max_ps(pixels.weight, weight);
     }
-}
-
-/// 2^power / 255 for -118 < power < 127; anything else gives bits that the caller masks.
-#[target_feature(enable = "avx2,fma")]
-#[inline]
-fn alpha_of(power: __m256) -> __m256 {
-    // Adding 1.5·2²³ rounds to a whole number and leaves it in the low bits.
-    let magic = _mm256_set1_ps(12_582_912.0);
-    let shifted = _mm256_add_ps(power, magic);
-    let part = _mm256_sub_ps(power, _mm256_sub_ps(shifted, magic));
-    let mut sum = _mm256_set1_ps(ALPHA_OF[5]);
-    for k in (0..5).rev() {
-        sum = _mm256_fmadd_ps(sum, part, _mm256_set1_ps(ALPHA_OF[k]));
-    }
-    let exponent = _mm256_slli_epi32::<23>(_mm256_castps_si256(shifted));
-    _mm256_castsi256_ps(_mm256_add_epi32(_mm256_castps_si256(sum), exponent))
 }
 
 #[target_feature(enable = "avx2,fma")]

@@ -1,4 +1,4 @@
-//! The blend kernel for AVX-512: sixteen pixels (a square) at a time, else as `blend_avx2`.
+//! The blend kernel for AVX-512: sixteen pixels (a square) at a time, else as `avx2`.
 //!
 //! Every sample goes through the same operations in the same order as there, so both kernels give
 //! the same bits.
@@ -6,10 +6,12 @@
 use std::arch::x86_64::*;
 use std::mem::MaybeUninit;
 
+use crate::lanes::avx512::Avx512;
 use crate::lanes::square_avx512::{
-    alpha_of, blocks_of, live_squares, load, row_terms, square_masks, store, store_whole,
-    ROWS_OF_SQUARES, SQUARES, SQUARE_PIXELS,
+    blocks_of, live_squares, load, row_terms, square_masks, store, store_whole, ROWS_OF_SQUARES,
+    SQUARES, SQUARE_PIXELS,
 };
+use crate::lanes::vector::alpha_of;
 use crate::project::record::STEP_DOUBT;
 use crate::tile::batch::{corner, Batch, PatchList, BATCH, RUN, SPARE};
 use crate::tile::pixels::{PixelBlock, Tile, ALPHA_MAX, BLOCKS_ACROSS, TRANSMITTANCE_STOP};
@@ -78,7 +80,7 @@ impl RowTerms {
     }
 }
 
-/// As `blend::blend_tile`.
+/// As `portable::blend_tile`.
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2,popcnt")]
 pub fn blend_tile<const TRACK_OBJECTS: bool>(tile: &mut Tile, work: &TileWork) {
     let mut batch = Batch::empty();
@@ -272,7 +274,7 @@ fn transposed_bits(bits: u16) -> u16 {
     })
 }
 
-/// Blends one splat into sixteen pixels; see `blend::blend_splat` for the same in plain code.
+/// Blends one splat into sixteen pixels; see `portable::blend_splat` for the same in plain code.
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2,popcnt")]
 #[inline]
 fn blend_one<const TRACK_OBJECTS: bool>(
@@ -284,7 +286,11 @@ fn blend_one<const TRACK_OBJECTS: bool>(
     let stop = _mm512_set1_ps(TRANSMITTANCE_STOP);
     // Only what follows the limit waits for the splat before; the multipliers set the pace, so that
     // a difference is better than another product.
-    let alpha = _mm512_maskz_min_ps(is_drawn, alpha_of(power), _mm512_set1_ps(ALPHA_MAX));
+    let alpha = _mm512_maskz_min_ps(
+        is_drawn,
+        alpha_of(Avx512(power)).0,
+        _mm512_set1_ps(ALPHA_MAX),
+    );
     let before = pixels.transmittance;
     let takes = _mm512_cmp_ps_mask::<_CMP_GE_OQ>(before, stop);
     let weight = _mm512_maskz_mul_ps(takes, alpha, before);

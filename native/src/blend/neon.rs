@@ -1,10 +1,11 @@
 //! The blend kernel for NEON: eight pixels (a block) at a time in pairs of registers, one for each row
-//! of the block, else as `blend_avx2`.
+//! of the block, else as `avx2`.
 //!
 //! Every sample goes through the same operations in the same order as there.
 
 use std::arch::aarch64::*;
 
+use crate::blend::by_blocks::blend_by_blocks;
 use crate::project::record::STEP_DOUBT;
 use crate::project::tile_box::TILE;
 use crate::tile::alpha::ALPHA_OF;
@@ -18,33 +19,7 @@ use crate::tile::splat::{TileSplat, TileWork};
 /// One value for each pixel of a block, row by row.
 type Rows = [float32x4_t; BLOCK_HEIGHT];
 
-/// As `blend::blend_tile`.
-#[target_feature(enable = "neon")]
-pub fn blend_tile<const TRACK_OBJECTS: bool>(tile: &mut Tile, work: &TileWork) {
-    let mut batch = Batch::empty();
-    for slots in work.slots.chunks(BATCH) {
-        let live = live_blocks(tile);
-        if live == 0 {
-            return;
-        }
-        batch.gather(work, slots);
-        for place in 0..slots.len() {
-            batch.masks[place] = block_mask(&batch.splats[place]) & live;
-        }
-        list_by_block(&mut batch, slots.len());
-        for (index, block) in tile.blocks.iter_mut().enumerate() {
-            blend_block::<TRACK_OBJECTS>(block, &batch.of_patch(index, slots, work));
-        }
-    }
-}
-
-/// Blends a batch that reaches everywhere into every block: nothing but the inner loop.
-#[target_feature(enable = "neon")]
-pub fn blend_everywhere(tile: &mut Tile, everything: &PatchList) {
-    for (index, block) in tile.blocks.iter_mut().enumerate() {
-        blend_block::<false>(block, &everything.with_patch(index));
-    }
-}
+blend_by_blocks!("neon");
 
 /// One bit per block that still takes light.
 #[target_feature(enable = "neon")]
@@ -212,7 +187,7 @@ fn power_at(splat: &TileSplat, x: float32x4_t, y: float32x4_t) -> float32x4_t {
     vfmsq_f32(vfmsq_f32(vdupq_n_f32(splat.power), v, v), u, u)
 }
 
-/// Blends one splat into a row of four pixels; see `blend::blend_pixel` for the same in plain code.
+/// Blends one splat into a row of four pixels; see `portable::blend_pixel` for the same in plain code.
 #[target_feature(enable = "neon")]
 #[inline]
 fn blend_row<const TRACK_OBJECTS: bool>(

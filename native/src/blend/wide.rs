@@ -207,7 +207,7 @@ impl<'a> WideTile<'a> {
     }
 }
 
-/// Blends one wide splat into the blocks of a tile, as `blend::blend_tile` does the others.
+/// Blends one wide splat into the blocks of a tile, as `portable::blend_tile` does the others.
 pub struct WideBlend<'a, const TRACK_OBJECTS: bool> {
     pub tile: &'a mut Tile,
     pub wide: &'a WideTile<'a>,

@@ -232,12 +232,7 @@ fn boxes_hold_the_points_of_their_ellipsoids() {
         let boxes = [
             (mean[2] > 0.05)
                 .then(|| box_on_pinhole(&PINHOLE.focal, &PINHOLE.centre, &planes, &mean)),
-            Some(box_on_round(
-                &WIDE_FISHEYE,
-                WIDE_FISHEYE.centre,
-                &planes,
-                &mean,
-            )),
+            Some(box_on_round(&WIDE_FISHEYE, &planes, &mean)),
         ];
         for _ in 0..50 {
             let ball: Vector = std::array::from_fn(|_| next() - 0.5);

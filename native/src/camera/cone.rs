@@ -54,13 +54,9 @@ fn turns(planes: &Matrix, mean: &Vector, [from, to]: [usize; 2]) -> Option<[f64;
 }
 
 /// A box that holds the circular cone about a silhouette, on a lens whose picture is round.
-pub(crate) fn box_on_round<L: RoundLens>(
-    lens: &L,
-    centre: [f64; 2],
-    planes: &Matrix,
-    mean: &Vector,
-) -> PixelBox {
+pub(crate) fn box_on_round<L: RoundLens>(lens: &L, planes: &Matrix, mean: &Vector) -> PixelBox {
     use std::f64::consts::{FRAC_PI_2, PI};
+    let centre = lens.centre();
     let (values, vectors) = eigen(planes);
     let first = (0..3).fold(0, |best, k| if values[k] > values[best] { k } else { best });
     let least = values.iter().fold(0.0f64, |least, &v| least.min(v));

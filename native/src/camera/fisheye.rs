@@ -1,10 +1,10 @@
 //! The equidistant fisheye.
 
-use crate::camera::angles::{angle_from, sine_and_cosine};
+use crate::camera::angles::sine_and_cosine;
 use crate::camera::cone;
 use crate::camera::curvature::{Bend, Curved};
 use crate::camera::lens::{Group, Lens, Projected};
-use crate::camera::round::{can_see_round, sees_ball_round, RoundLens};
+use crate::camera::round::{can_see_round, project_round, sees_ball_round, RoundBend, RoundLens};
 use crate::camera::window::{PixelBox, Window};
 
 /// Equidistant fisheye: pixels off centre = focal · angle off axis, also beyond 90°.
@@ -21,8 +21,14 @@ impl RoundLens for Fisheye {
         self.max_angle
     }
 
-    fn radius(&self, angle: f64) -> f64 {
-        self.focal * angle
+    #[inline(always)]
+    fn centre(&self) -> [f64; 2] {
+        self.centre
+    }
+
+    #[inline(always)]
+    fn radius_and_slope(&self, angle: f64) -> [f64; 2] {
+        [self.focal * angle, self.focal]
     }
 
     fn slopes(&self) -> [f64; 2] {
@@ -33,35 +39,7 @@ impl RoundLens for Fisheye {
 impl Lens for Fisheye {
     #[inline(always)]
     fn project(&self, p: [f64; 3]) -> Projected {
-        let [x, y, z] = p;
-        let off_axis_squared = x * x + y * y;
-        let off_axis = off_axis_squared.sqrt();
-        let range_squared = off_axis_squared + z * z;
-        let angle = angle_from(off_axis, z);
-        let on_axis = off_axis < 1e-12 * z;
-        let safe = if on_axis { 1.0 } else { off_axis };
-        let (ex, ey) = (
-            if on_axis { 1.0 } else { x / safe },
-            if on_axis { 0.0 } else { y / safe },
-        );
-        let radial = self.focal * z / range_squared;
-        let tangential = if on_axis {
-            self.focal / z
-        } else {
-            self.focal * angle / safe
-        };
-        let axial = -self.focal * off_axis / range_squared;
-        let mixed = ex * ey * (radial - tangential);
-        Projected {
-            u: self.focal * angle * ex + self.centre[0],
-            v: self.focal * angle * ey + self.centre[1],
-            depth: range_squared.sqrt(),
-            jacobian: [
-                [ex * ex * radial + ey * ey * tangential, mixed, axial * ex],
-                [mixed, ey * ey * radial + ex * ex * tangential, axial * ey],
-            ],
-            drawable: angle <= self.angle_limit(),
-        }
+        project_round(self, p)
     }
 
     #[inline(always)]
@@ -79,7 +57,7 @@ impl Lens for Fisheye {
     }
 
     fn box_of_cone(&self, planes: &[[f64; 3]; 3], mean: &[f64; 3]) -> PixelBox {
-        cone::box_on_round(self, self.centre, planes, mean)
+        cone::box_on_round(self, planes, mean)
     }
 
     fn sees_ball(&self, centre: &[f64; 3], radius: f64, window: &Window) -> bool {
@@ -126,23 +104,14 @@ impl Curved for Fisheye {
         let k = if is_near_axis { near_k } else { far_k };
         let h_z = 2.0 * quartic;
         let f = self.focal;
-        let xxx = f * x * (3.0 * h + x * x * k);
-        let xxy = f * y * (h + x * x * k);
-        let xyy = f * x * (h + y * y * k);
-        let yyy = f * y * (3.0 * h + y * y * k);
-        let xxz = f * (x * x * h_z - 1.0 / range_square);
-        let xyz = f * x * y * h_z;
-        let yyz = f * (y * y * h_z - 1.0 / range_square);
-        let xzz = f * x * z * h_z;
-        let yzz = f * y * z * h_z;
-        let inverse_range = 1.0 / range_square.sqrt();
-        Bend {
-            centre: first,
-            jacobian: [
-                [[xxx, xxy, xxz], [xxy, xyy, xyz], [xxz, xyz, xzz]],
-                [[xxy, xyy, xyz], [xyy, yyy, yyz], [xyz, yyz, yzz]],
-            ],
-            depth: p.map(|v| v * inverse_range),
+        RoundBend {
+            h,
+            k,
+            h_z,
+            g_z: -1.0 / range_square,
+            zz: [f * x * z * h_z, f * y * z * h_z],
+            inverse_range: 1.0 / range_square.sqrt(),
         }
+        .bend(f, p, first)
     }
 }

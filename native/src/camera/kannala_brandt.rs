@@ -5,7 +5,7 @@ use crate::camera::angles::{angle_from, sine_and_cosine};
 use crate::camera::cone;
 use crate::camera::curvature::{Bend, Curved};
 use crate::camera::lens::{Group, Lens, Projected};
-use crate::camera::round::{can_see_round, sees_ball_round, RoundLens};
+use crate::camera::round::{can_see_round, project_round, sees_ball_round, RoundBend, RoundLens};
 use crate::camera::window::{PixelBox, Window};
 
 /// Intervals of the table that the inverse of d starts from.
@@ -130,8 +130,15 @@ impl RoundLens for KannalaBrandt {
         self.max_angle
     }
 
-    fn radius(&self, angle: f64) -> f64 {
-        self.focal * self.growth(angle).value
+    #[inline(always)]
+    fn centre(&self) -> [f64; 2] {
+        self.centre
+    }
+
+    #[inline(always)]
+    fn radius_and_slope(&self, angle: f64) -> [f64; 2] {
+        let growth = self.growth(angle);
+        [self.focal * growth.value, self.focal * growth.slope]
     }
 
     fn slopes(&self) -> [f64; 2] {
@@ -142,38 +149,7 @@ impl RoundLens for KannalaBrandt {
 impl Lens for KannalaBrandt {
     #[inline(always)]
     fn project(&self, p: [f64; 3]) -> Projected {
-        let [x, y, z] = p;
-        let off_axis_squared = x * x + y * y;
-        let off_axis = off_axis_squared.sqrt();
-        let range_squared = off_axis_squared + z * z;
-        let angle = angle_from(off_axis, z);
-        let growth = self.growth(angle);
-        let on_axis = off_axis < 1e-12 * z;
-        let safe = if on_axis { 1.0 } else { off_axis };
-        let (ex, ey) = (
-            if on_axis { 1.0 } else { x / safe },
-            if on_axis { 0.0 } else { y / safe },
-        );
-        let slope = self.focal * growth.slope;
-        let radius = self.focal * growth.value;
-        let radial = slope * z / range_squared;
-        let tangential = if on_axis {
-            self.focal / z
-        } else {
-            radius / safe
-        };
-        let axial = -slope * off_axis / range_squared;
-        let mixed = ex * ey * (radial - tangential);
-        Projected {
-            u: radius * ex + self.centre[0],
-            v: radius * ey + self.centre[1],
-            depth: range_squared.sqrt(),
-            jacobian: [
-                [ex * ex * radial + ey * ey * tangential, mixed, axial * ex],
-                [mixed, ey * ey * radial + ex * ex * tangential, axial * ey],
-            ],
-            drawable: angle <= self.angle_limit(),
-        }
+        project_round(self, p)
     }
 
     fn ray(&self, u: f64, v: f64) -> [f64; 3] {
@@ -193,7 +169,7 @@ impl Lens for KannalaBrandt {
     }
 
     fn box_of_cone(&self, planes: &[[f64; 3]; 3], mean: &[f64; 3]) -> PixelBox {
-        cone::box_on_round(self, self.centre, planes, mean)
+        cone::box_on_round(self, planes, mean)
     }
 
     fn sees_ball(&self, centre: &[f64; 3], radius: f64, window: &Window) -> bool {
@@ -259,24 +235,15 @@ impl Curved for KannalaBrandt {
         let g_zz = bend * square * quartic + 2.0 * slope * z * quartic;
         let h_z = 2.0 * slope * quartic - bend * z * quartic;
         let f = self.focal;
-        let xxx = f * x * (3.0 * h + x * x * k);
-        let xxy = f * y * (h + x * x * k);
-        let xyy = f * x * (h + y * y * k);
-        let yyy = f * y * (3.0 * h + y * y * k);
-        let xxz = f * (x * x * h_z + g_z);
-        let xyz = f * x * y * h_z;
-        let yyz = f * (y * y * h_z + g_z);
-        let xzz = f * x * g_zz;
-        let yzz = f * y * g_zz;
-        let inverse_range = inverse_square.sqrt();
-        Bend {
-            centre: self.project(p).jacobian,
-            jacobian: [
-                [[xxx, xxy, xxz], [xxy, xyy, xyz], [xxz, xyz, xzz]],
-                [[xxy, xyy, xyz], [xyy, yyy, yyz], [xyz, yyz, yzz]],
-            ],
-            depth: p.map(|v| v * inverse_range),
+        RoundBend {
+            h,
+            k,
+            h_z,
+            g_z,
+            zz: [f * x * g_zz, f * y * g_zz],
+            inverse_range: inverse_square.sqrt(),
         }
+        .bend(f, p, self.project(p).jacobian)
     }
 }
 

@@ -12,7 +12,7 @@ pub const LOW_PASS: f64 = 0.3;
 /// the squares of such a picture's slopes nor, beyond the largest, single pixels.
 pub const FOCAL_PX: [f64; 2] = [1e-3, 1e7];
 /// Principal points further than this, px, from the picture's corner are refused too: within this,
-/// single precision tells pixels apart.
+/// single precision resolves pixels.
 pub const MAX_CENTRE_PX: f64 = 1e7;
 
 /// A point seen by a camera.

@@ -1,12 +1,13 @@
 //! From gradients of pixels to sums per splat: one tile at a time, forwards then backwards.
 //!
 //! The first sweep blends as the forward pass does and notes every sample's alpha and weight; the
-//! second takes the splats from the last to the first and carries, per pixel, the worth B of what
-//! lies behind: with worth s of the splat itself, d loss / d ln(alpha) = weight · (s - B). Nothing is
-//! divided and nothing cancels, which a front-to-back replay does behind nearly opaque splats.
+//! second takes the splats from the last to the first and carries, per pixel, the loss B per unit
+//! of weight of what lies behind: with s the same of the splat itself, d loss / d ln(alpha) =
+//! weight · (s - B). Nothing is divided and nothing cancels, which a front-to-back replay does
+//! behind nearly opaque splats.
 
 use crate::lanes::patch::{live_blocks, load3, pixels_of, Block, LaneWork, Lanes};
-use crate::lanes::vector::{all3, alpha_of, mask_of, power_at, whitened};
+use crate::lanes::vector::{all3, alpha_of, mask_of, power_at, whitened, Vector};
 use crate::project::record::STEP_DOUBT;
 use crate::tile::batch::settle;
 use crate::tile::pixels::{ALPHA_MAX, BLOCKS, BLOCK_PIXELS, TRANSMITTANCE_STOP};
@@ -22,8 +23,8 @@ pub type Sums = [f32; SUMS];
 
 /// Gradients with respect to what a tile's pixels have gathered.
 ///
-/// The loss is linear in the blend weights: a splat of colour c at depth d is worth
-/// `c · colour + d · depth + constant` at a pixel, per unit of weight. On entry `depth` belongs to
+/// The loss is linear in the blend weights: a splat of colour c at depth d contributes
+/// `c · colour + d · depth + constant` to it at a pixel, per unit of weight. On entry `depth` belongs to
 /// the mean depth; see `finish_depth`.
 pub struct PixelGradients {
     pub colour: [[Block; 3]; BLOCKS],
@@ -189,27 +190,21 @@ impl BackwardTile<'_> {
                 let (u, v) = whitened(splat, x, y);
                 let d_colour = load3::<V>(&self.gradients.colour[block]);
                 let d_depth = V::load(&self.gradients.depth[block]);
-                let mut worth = V::load(&self.gradients.constant[block]);
+                let mut contribution = V::load(&self.gradients.constant[block]);
                 for channel in 0..3 {
-                    worth = colour[channel].mul_add(d_colour[channel], worth);
+                    contribution = colour[channel].mul_add(d_colour[channel], contribution);
                 }
-                worth = depth.mul_add(d_depth, worth);
-                let worth_behind = V::load(&behind[block]);
-                let gained = worth.sub(worth_behind);
+                contribution = depth.mul_add(d_depth, contribution);
+                let contribution_behind = V::load(&behind[block]);
+                let gained = contribution.sub(contribution_behind);
                 alpha
-                    .mul_add(gained, worth_behind)
+                    .mul_add(gained, contribution_behind)
                     .store(&mut behind[block]);
                 // At its limit alpha does not follow the splat.
                 let is_limited = alpha.at_least(V::all(ALPHA_MAX));
                 let gain = weight.mul(gained);
                 let gain = gain.sub(gain.and(is_limited));
-                let (gain_u, gain_v) = (gain.mul(u), gain.mul(v));
-                sums[0] = sums[0].add(gain);
-                sums[1] = sums[1].add(gain_u);
-                sums[2] = sums[2].add(gain_v);
-                sums[3] = gain_u.mul_add(u, sums[3]);
-                sums[4] = gain_u.mul_add(v, sums[4]);
-                sums[5] = gain_v.mul_add(v, sums[5]);
+                add_moments(&mut sums, gain, u, v);
                 for channel in 0..3 {
                     sums[6 + channel] = weight.mul_add(d_colour[channel], sums[6 + channel]);
                 }
@@ -225,4 +220,16 @@ impl BackwardTile<'_> {
             }
         }
     }
+}
+
+/// Adds G, Gu, Gv, Guu, Guv, Gvv, the first six of a splat's sums (see `Sums`), with G = `gain`.
+#[inline(always)]
+pub(crate) fn add_moments<V: Vector, const N: usize>(sums: &mut [V; N], gain: V, u: V, v: V) {
+    let (gain_u, gain_v) = (gain.mul(u), gain.mul(v));
+    sums[0] = sums[0].add(gain);
+    sums[1] = sums[1].add(gain_u);
+    sums[2] = sums[2].add(gain_v);
+    sums[3] = gain_u.mul_add(u, sums[3]);
+    sums[4] = gain_u.mul_add(v, sums[4]);
+    sums[5] = gain_v.mul_add(v, sums[5]);
 }

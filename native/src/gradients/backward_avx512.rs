@@ -6,9 +6,11 @@ use std::arch::x86_64::*;
 use crate::gradients::backward::{
     BackwardTile, PixelGradients, Sample, Samples, Sums, SPLATS_PER_CHECK,
 };
+use crate::lanes::avx512::Avx512;
 use crate::lanes::square_avx512::{
-    alpha_of, blocks_of, load, pixels_of, power_at, square_masks, whitened, SQUARES, SQUARE_PIXELS,
+    blocks_of, load, pixels_of, square_masks, SQUARES, SQUARE_PIXELS,
 };
+use crate::lanes::vector::{alpha_of, power_at, whitened, Vector};
 use crate::project::record::STEP_DOUBT;
 use crate::tile::batch::settle;
 use crate::tile::pixels::{ALPHA_MAX, BLOCKS, BLOCK_PIXELS, TRANSMITTANCE_STOP};
@@ -124,8 +126,8 @@ fn blend_splat<const HAS_DEPTH: bool>(
         let square = mask.trailing_zeros() as usize % SQUARES;
         mask &= mask - 1;
         let (x, y) = pixels_of(square);
-        let (u, v) = whitened(splat, x, y);
-        let power = power_at(splat, u, v);
+        let (u, v) = whitened(splat, Avx512(x), Avx512(y));
+        let power = power_at(splat, u, v).0;
         let mut is_drawn = _mm512_cmp_ps_mask::<_CMP_GE_OQ>(power, _mm512_setzero_ps());
         let doubtful = _mm512_cmp_ps_mask::<_CMP_LT_OQ>(_mm512_abs_ps(power), doubt);
         if doubtful != 0 {
@@ -134,7 +136,7 @@ fn blend_splat<const HAS_DEPTH: bool>(
         }
         let before = transmittance[square];
         let takes = _mm512_mask_cmp_ps_mask::<_CMP_GE_OQ>(is_drawn, before, stop);
-        let alpha = _mm512_min_ps(alpha_of(power), _mm512_set1_ps(ALPHA_MAX));
+        let alpha = _mm512_min_ps(alpha_of(Avx512(power)).0, _mm512_set1_ps(ALPHA_MAX));
         let alpha = _mm512_maskz_mov_ps(takes, alpha);
         let weight = _mm512_mul_ps(alpha, before);
         transmittance[square] = _mm512_sub_ps(before, weight);
@@ -174,7 +176,7 @@ fn finish_depth(gradients: &mut Gradients, means: &Means) {
     }
 }
 
-/// Takes the splats from the last to the first and sums what each one's pixels tell.
+/// Takes the splats from the last to the first and sums each one's gradients over its pixels.
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2,popcnt")]
 fn sweep_backwards<const HAS_DEPTH: bool>(
     gradients: &Gradients,
@@ -197,17 +199,17 @@ fn sweep_backwards<const HAS_DEPTH: bool>(
             };
             let (alpha, weight) = (values_of(alpha), values_of(weight));
             let (x, y) = pixels_of(square);
-            let (u, v) = whitened(splat, x, y);
-            let mut worth = gradients.constant[square];
+            let (Avx512(u), Avx512(v)) = whitened(splat, Avx512(x), Avx512(y));
+            let mut contribution = gradients.constant[square];
             for (plane, &colour) in gradients.colour.iter().zip(&splat.colour) {
-                worth = _mm512_fmadd_ps(_mm512_set1_ps(colour), plane[square], worth);
+                contribution = _mm512_fmadd_ps(_mm512_set1_ps(colour), plane[square], contribution);
             }
             if HAS_DEPTH {
                 let depth = _mm512_set1_ps(splat.depth);
-                worth = _mm512_fmadd_ps(depth, gradients.depth[square], worth);
+                contribution = _mm512_fmadd_ps(depth, gradients.depth[square], contribution);
                 depths = _mm512_fmadd_ps(weight, gradients.depth[square], depths);
             }
-            let gained = _mm512_sub_ps(worth, behind[square]);
+            let gained = _mm512_sub_ps(contribution, behind[square]);
             behind[square] = _mm512_fmadd_ps(alpha, gained, behind[square]);
             // At its limit alpha does not follow the splat.
             let follows = _mm512_cmp_ps_mask::<_CMP_LT_OQ>(alpha, limit);
@@ -241,24 +243,8 @@ fn sweep_backwards<const HAS_DEPTH: bool>(
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2,popcnt")]
 #[inline]
 fn totals(values: [__m512; 4]) -> [f32; 4] {
-    let folded = |value: __m512| {
-        let (low, high) = (
-            _mm512_castps512_ps256(value),
-            _mm512_extractf32x8_ps::<1>(value),
-        );
-        _mm256_add_ps(low, high)
-    };
-    let low = _mm256_hadd_ps(folded(values[0]), folded(values[1]));
-    let high = _mm256_hadd_ps(folded(values[2]), folded(values[3]));
-    let both = _mm256_hadd_ps(low, high);
-    let sum = _mm_add_ps(
-        _mm256_castps256_ps128(both),
-        _mm256_extractf128_ps::<1>(both),
-    );
-    let mut sums = [0.0; 4];
-    // SAFETY: `sums` takes the four floats that are stored; the store needs no alignment.
-    unsafe { _mm_storeu_ps(sums.as_mut_ptr(), sum) };
-    sums
+    let [a, b, c, d] = values;
+    Avx512::sums([Avx512(a), Avx512(b), Avx512(c), Avx512(d)])
 }
 
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2,popcnt")]

@@ -7,4 +7,5 @@ pub(crate) mod backward_avx512;
 pub mod dispatch;
 pub mod probe;
 pub mod projection;
+pub(crate) mod row_sums;
 pub mod tape;

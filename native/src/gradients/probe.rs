@@ -124,7 +124,7 @@ impl Probe {
         });
     }
 
-    /// Sums over tiles what a loss of the picture tells of its splats: the blend backwards.
+    /// The blend backwards: gradients of a loss, summed per splat over its tiles.
     pub fn blend_back<L: Lens>(&self, sight: &Sight<L>, d_picture: &PictureGradients) {
         sight.job.pool.install(|| {
             black_box(

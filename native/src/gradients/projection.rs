@@ -9,7 +9,7 @@ use crate::gradients::backward::SUMS;
 use crate::project::ewa::{covariances, Covariances};
 use crate::project::posed::{PosedCloud, View};
 use crate::project::record::Record;
-use crate::scene::cloud::Cloud;
+use crate::scene::cloud::{rotation_of, Cloud};
 use crate::scene::sh_slope::basis_and_slopes;
 
 type Vector = [f64; 3];
@@ -224,23 +224,7 @@ fn factor_gradients(quaternion: [f32; 4], scale: &Vector, d: &Matrix) -> (Vector
     let norm = q.iter().map(|v| v * v).sum::<f64>().sqrt();
     let unit = q.map(|v| v / norm);
     let [w, x, y, z] = unit;
-    let rotation = [
-        [
-            1.0 - 2.0 * (y * y + z * z),
-            2.0 * (x * y - w * z),
-            2.0 * (x * z + w * y),
-        ],
-        [
-            2.0 * (x * y + w * z),
-            1.0 - 2.0 * (x * x + z * z),
-            2.0 * (y * z - w * x),
-        ],
-        [
-            2.0 * (x * z - w * y),
-            2.0 * (y * z + w * x),
-            1.0 - 2.0 * (x * x + y * y),
-        ],
-    ];
+    let rotation = rotation_of(unit);
     let d_scale = std::array::from_fn(|k| (0..3).map(|r| d[r][k] * rotation[r][k]).sum());
     let g: Matrix = d.map(|row| std::array::from_fn(|k| row[k] * scale[k]));
     let d_unit = [

@@ -5,11 +5,12 @@ use rayon::prelude::*;
 use crate::camera::curvature::Curved;
 use crate::camera::lens::Lens;
 use crate::camera::window::Window;
-use crate::gradients::backward::{BackwardTile, PixelGradients, Samples, Sums, SUMS};
+use crate::gradients::backward::{BackwardTile, PixelGradients, Samples, SUMS};
 use crate::gradients::dispatch::run_backward;
 use crate::gradients::projection::{
     gradients_of_splat, ObjectGradients, SplatGradient, TwistGradient,
 };
+use crate::gradients::row_sums::{add_rows, RowSums};
 use crate::order::bin::TileRow;
 use crate::project::judge::ExactJudge;
 use crate::project::posed::PosedCloud;
@@ -33,12 +34,6 @@ pub struct PictureGradients<'a> {
     pub rgb: &'a [f32],
     pub alpha: &'a [f32],
     pub depth: &'a [f32],
-}
-
-/// Sums per (splat, tile) of one row of tiles.
-pub(crate) struct RowSums {
-    slots: Vec<u32>,
-    sums: Vec<Sums>,
 }
 
 impl Tape {
@@ -70,7 +65,8 @@ impl Tape {
     ) -> Vec<ObjectGradients> {
         job.pool.install(|| {
             let rows = self.sum_tiles(objects, lens, job, d_picture);
-            let sums = self.sum_rows(&rows);
+            let mut sums = vec![[0.0f64; SUMS]; self.scratch.groups.len() * CHUNK];
+            add_rows(&rows, &mut sums);
             drop(rows);
             self.project_back(objects, lens, job, &sums)
         })
@@ -83,7 +79,7 @@ impl Tape {
         lens: &L,
         job: &Job,
         d_picture: &PictureGradients,
-    ) -> Vec<RowSums> {
+    ) -> Vec<RowSums<SUMS>> {
         let (width, height) = (job.view.width, job.view.height);
         let rows_of_tiles = height.div_ceil(TILE);
         let columns = width.div_ceil(TILE);
@@ -99,10 +95,7 @@ impl Tape {
                 || (TileRow::default(), Samples::default()),
                 |(lists, samples), row| {
                     self.scratch.fill_row(row, job, lists);
-                    let mut out = RowSums {
-                        slots: Vec::new(),
-                        sums: Vec::new(),
-                    };
+                    let mut out = RowSums::default();
                     for column in 0..columns {
                         let slots = lists.tile(column);
                         let first = out.slots.len();
@@ -137,31 +130,6 @@ impl Tape {
                 },
             )
             .collect()
-    }
-
-    /// Adds up each splat's tiles, row by row and from left to right.
-    fn sum_rows(&self, rows: &[RowSums]) -> Vec<[f64; SUMS]> {
-        let count = self.scratch.groups.len() * CHUNK;
-        let mut totals = vec![[0.0; SUMS]; count];
-        let share = count.div_ceil(rayon::current_num_threads()).max(1);
-        totals
-            .par_chunks_mut(share)
-            .enumerate()
-            .for_each(|(index, totals)| {
-                let first = index * share;
-                for row in rows {
-                    for (&slot, sums) in row.slots.iter().zip(&row.sums) {
-                        // A slot before `first` wraps around and is out of range too.
-                        let place = (slot as usize).wrapping_sub(first);
-                        if let Some(total) = totals.get_mut(place) {
-                            for (total, &sum) in total.iter_mut().zip(sums) {
-                                *total += f64::from(sum);
-                            }
-                        }
-                    }
-                }
-            });
-        totals
     }
 
     fn project_back<L: Curved>(

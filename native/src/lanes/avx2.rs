@@ -5,14 +5,16 @@
 
 use std::arch::x86_64::*;
 
+use crate::lanes::arithmetic::arithmetic;
 use crate::lanes::block_avx2::block_mask;
 use crate::lanes::patch::{Block, LaneWork, Lanes, Patch, PatchWork};
 use crate::lanes::vector::Vector;
 use crate::tile::pixels::{BLOCK_PIXELS, BLOCK_WIDTH};
 use crate::tile::splat::TileSplat;
 
+/// The register; named only in functions that enable its instructions.
 #[derive(Clone, Copy)]
-struct Avx2(__m256);
+pub(crate) struct Avx2(pub(crate) __m256);
 
 /// Runs a kernel with AVX2 and FMA, and with twice the registers where the machine has them: the
 /// results are the same to the bit.
@@ -37,65 +39,18 @@ fn run_with_more_registers<W: LaneWork>(work: W) -> W::Output {
     work.run::<Avx2>()
 }
 
-// SAFETY of every block below: `Avx2` is private and only `run` names it, whose callers have made
-// sure of AVX2 and FMA; loads and stores go to arrays of eight floats and need no alignment.
+// SAFETY of every block below: only functions that enable AVX2 and FMA name `Avx2`, and their callers
+// have made sure of both; loads and stores go to arrays of eight floats and need no alignment.
 impl Vector for Avx2 {
     type Array = Block;
     const LANES: usize = BLOCK_PIXELS;
 
-    #[inline(always)]
-    fn all(value: f32) -> Self {
-        // SAFETY: see above.
-        Avx2(unsafe { _mm256_set1_ps(value) })
-    }
-    #[inline(always)]
-    fn load(from: &Block) -> Self {
-        // SAFETY: see above.
-        Avx2(unsafe { _mm256_loadu_ps(from.as_ptr()) })
-    }
-    #[inline(always)]
-    fn store(self, to: &mut Block) {
-        // SAFETY: see above.
-        unsafe { _mm256_storeu_ps(to.as_mut_ptr(), self.0) }
-    }
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        // SAFETY: see above.
-        Avx2(unsafe { _mm256_add_ps(self.0, other.0) })
-    }
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        // SAFETY: see above.
-        Avx2(unsafe { _mm256_sub_ps(self.0, other.0) })
-    }
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        // SAFETY: see above.
-        Avx2(unsafe { _mm256_mul_ps(self.0, other.0) })
-    }
-    #[inline(always)]
-    fn reciprocal(self) -> Self {
-        // SAFETY: see above.
-        let guess = Avx2(unsafe { _mm256_rcp_ps(self.0) });
-        // One step of Newton's method doubles the guess's twelve bits.
-        let off = self.mul_sub_from(guess, Self::all(1.0));
-        guess.mul_add(off, guess)
-    }
-    #[inline(always)]
-    fn mul_add(self, factor: Self, term: Self) -> Self {
-        // SAFETY: see above.
-        Avx2(unsafe { _mm256_fmadd_ps(self.0, factor.0, term.0) })
-    }
-    #[inline(always)]
-    fn mul_sub_from(self, factor: Self, term: Self) -> Self {
-        // SAFETY: see above.
-        Avx2(unsafe { _mm256_fnmadd_ps(self.0, factor.0, term.0) })
-    }
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        // SAFETY: see above.
-        Avx2(unsafe { _mm256_min_ps(self.0, other.0) })
-    }
+    arithmetic!(
+        Avx2: _mm256_set1_ps _mm256_loadu_ps _mm256_storeu_ps _mm256_add_ps _mm256_sub_ps _mm256_mul_ps
+        _mm256_fmadd_ps _mm256_fnmadd_ps _mm256_min_ps _mm256_rcp_ps
+        _mm256_slli_epi32 _mm256_castps_si256 _mm256_castsi256_ps _mm256_add_epi32
+    );
+
     #[inline(always)]
     fn abs(self) -> Self {
         // SAFETY: see above.
@@ -117,14 +72,6 @@ impl Vector for Avx2 {
         unsafe { _mm256_movemask_ps(self.0) as u32 }
     }
     #[inline(always)]
-    fn scale_by(self, shifted: Self) -> Self {
-        // SAFETY: see above.
-        Avx2(unsafe {
-            let exponent = _mm256_slli_epi32::<23>(_mm256_castps_si256(shifted.0));
-            _mm256_castsi256_ps(_mm256_add_epi32(_mm256_castps_si256(self.0), exponent))
-        })
-    }
-    #[inline(always)]
     fn sums(values: [Self; 4]) -> [f32; 4] {
         let mut sums = [0.0; 4];
         // SAFETY: see above; `sums` takes the four floats that are stored.
@@ -139,15 +86,6 @@ impl Vector for Avx2 {
             _mm_storeu_ps(sums.as_mut_ptr(), sum);
         }
         sums
-    }
-    #[inline(always)]
-    fn prefetch<T>(place: &T) {
-        const LINE: usize = 64;
-        let first: *const i8 = std::ptr::from_ref(place).cast();
-        for offset in (0..size_of::<T>()).step_by(LINE) {
-            // SAFETY: see above; the address lies within `place`, and a prefetch reads nothing.
-            unsafe { _mm_prefetch::<_MM_HINT_T0>(first.add(offset)) }
-        }
     }
 }
 

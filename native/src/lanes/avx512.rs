@@ -5,16 +5,19 @@
 
 use std::arch::x86_64::*;
 
+use crate::lanes::arithmetic::arithmetic;
 use crate::lanes::patch::{Patch, PatchWork};
 use crate::lanes::square_avx512::square_mask;
 use crate::lanes::vector::Vector;
 use crate::tile::pixels::BLOCK_WIDTH;
 use crate::tile::splat::TileSplat;
 
+/// Pixels of a register.
 const LANES: usize = 16;
 
+/// The register; named only in functions that enable its instructions.
 #[derive(Clone, Copy)]
-struct Avx512(__m512);
+pub(crate) struct Avx512(pub(crate) __m512);
 
 /// Runs a kernel sixteen pixels at a time.
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2")]
@@ -22,66 +25,19 @@ pub fn run_patches<W: PatchWork>(work: W) -> W::Output {
     work.run::<Avx512>()
 }
 
-// SAFETY of every block below: `Avx512` is private and only `run_patches` names it, whose callers
-// have made sure of the instructions; loads and stores go to arrays of sixteen floats and need no
+// SAFETY of every block below: only functions that enable the instructions name `Avx512`, and their
+// callers have made sure of them; loads and stores go to arrays of sixteen floats and need no
 // alignment.
 impl Vector for Avx512 {
     type Array = [f32; LANES];
     const LANES: usize = LANES;
 
-    #[inline(always)]
-    fn all(value: f32) -> Self {
-        // SAFETY: see above.
-        Avx512(unsafe { _mm512_set1_ps(value) })
-    }
-    #[inline(always)]
-    fn load(from: &Self::Array) -> Self {
-        // SAFETY: see above.
-        Avx512(unsafe { _mm512_loadu_ps(from.as_ptr()) })
-    }
-    #[inline(always)]
-    fn store(self, to: &mut Self::Array) {
-        // SAFETY: see above.
-        unsafe { _mm512_storeu_ps(to.as_mut_ptr(), self.0) }
-    }
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        // SAFETY: see above.
-        Avx512(unsafe { _mm512_add_ps(self.0, other.0) })
-    }
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        // SAFETY: see above.
-        Avx512(unsafe { _mm512_sub_ps(self.0, other.0) })
-    }
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        // SAFETY: see above.
-        Avx512(unsafe { _mm512_mul_ps(self.0, other.0) })
-    }
-    #[inline(always)]
-    fn reciprocal(self) -> Self {
-        // SAFETY: see above.
-        let guess = Avx512(unsafe { _mm512_rcp14_ps(self.0) });
-        // One step of Newton's method doubles the guess's fourteen bits.
-        let off = self.mul_sub_from(guess, Self::all(1.0));
-        guess.mul_add(off, guess)
-    }
-    #[inline(always)]
-    fn mul_add(self, factor: Self, term: Self) -> Self {
-        // SAFETY: see above.
-        Avx512(unsafe { _mm512_fmadd_ps(self.0, factor.0, term.0) })
-    }
-    #[inline(always)]
-    fn mul_sub_from(self, factor: Self, term: Self) -> Self {
-        // SAFETY: see above.
-        Avx512(unsafe { _mm512_fnmadd_ps(self.0, factor.0, term.0) })
-    }
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        // SAFETY: see above.
-        Avx512(unsafe { _mm512_min_ps(self.0, other.0) })
-    }
+    arithmetic!(
+        Avx512: _mm512_set1_ps _mm512_loadu_ps _mm512_storeu_ps _mm512_add_ps _mm512_sub_ps _mm512_mul_ps
+        _mm512_fmadd_ps _mm512_fnmadd_ps _mm512_min_ps _mm512_rcp14_ps
+        _mm512_slli_epi32 _mm512_castps_si512 _mm512_castsi512_ps _mm512_add_epi32
+    );
+
     #[inline(always)]
     fn abs(self) -> Self {
         // SAFETY: see above.
@@ -106,14 +62,6 @@ impl Vector for Avx512 {
         unsafe { u32::from(_mm512_movepi32_mask(_mm512_castps_si512(self.0))) }
     }
     #[inline(always)]
-    fn scale_by(self, shifted: Self) -> Self {
-        // SAFETY: see above.
-        Avx512(unsafe {
-            let exponent = _mm512_slli_epi32::<23>(_mm512_castps_si512(shifted.0));
-            _mm512_castsi512_ps(_mm512_add_epi32(_mm512_castps_si512(self.0), exponent))
-        })
-    }
-    #[inline(always)]
     fn sums(values: [Self; 4]) -> [f32; 4] {
         let mut sums = [0.0; 4];
         // SAFETY: see above; `sums` takes the four floats that are stored.
@@ -131,15 +79,6 @@ impl Vector for Avx512 {
             _mm_storeu_ps(sums.as_mut_ptr(), sum);
         }
         sums
-    }
-    #[inline(always)]
-    fn prefetch<T>(place: &T) {
-        const LINE: usize = 64;
-        let first: *const i8 = std::ptr::from_ref(place).cast();
-        for offset in (0..size_of::<T>()).step_by(LINE) {
-            // SAFETY: see above; the address lies within `place`, and a prefetch reads nothing.
-            unsafe { _mm_prefetch::<_MM_HINT_T0>(first.add(offset)) }
-        }
     }
 }
 

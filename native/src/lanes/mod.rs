@@ -1,6 +1,8 @@
 //! Several pixels in one register: a kernel is written once and compiled for every instruction set.
 
 #[cfg(target_arch = "x86_64")]
+mod arithmetic;
+#[cfg(target_arch = "x86_64")]
 pub(crate) mod avx2;
 #[cfg(target_arch = "x86_64")]
 pub(crate) mod avx512;

@@ -61,10 +61,11 @@ pub trait PatchWork {
     fn run<V: Patch>(self) -> Self::Output;
 }
 
+/// Columns and rows, in their block, of a block's pixels.
 const COLUMNS: Block = [0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0];
 const ROWS: Block = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
 
-/// Three values loaded. Kernels spell such things out instead of
+/// Three values loaded. Kernels write this out instead of
 /// mapping closures over arrays: a closure is compiled without the vector instructions.
 #[inline(always)]
 pub fn load3<V: Lanes>(rows: &[Block; 3]) -> [V; 3] {

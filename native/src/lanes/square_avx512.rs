@@ -4,11 +4,11 @@
 use std::arch::x86_64::*;
 
 use crate::project::tile_box::TILE;
-use crate::tile::alpha::ALPHA_OF;
 use crate::tile::batch::corner;
 use crate::tile::pixels::{BLOCKS, BLOCKS_ACROSS, BLOCK_PIXELS, TRANSMITTANCE_STOP};
 use crate::tile::splat::TileSplat;
 
+/// Squares of a tile, pixels of a square, rows of squares.
 pub const SQUARES: usize = BLOCKS / 2;
 pub const SQUARE_PIXELS: usize = 2 * BLOCK_PIXELS;
 pub const ROWS_OF_SQUARES: usize = SQUARES / BLOCKS_ACROSS;
@@ -137,15 +137,7 @@ pub fn square_masks(splats: &[TileSplat; 4]) -> [u16; 4] {
     let first = _mm512_max_ps(first, _mm512_setzero_ps());
     let last = _mm512_min_ps(last, _mm512_set1_ps(LAST_COLUMN));
     let is_touched = _mm512_cmp_ps_mask::<_CMP_LE_OQ>(first, last);
-    // Empty spans may be far outside; they are masked below, so what the conversion makes of them
-    // does not matter (variable shifts by 32 and more give 0).
-    let first_square = _mm512_srai_epi32::<2>(_mm512_cvttps_epi32(first));
-    let last_square = _mm512_srai_epi32::<2>(_mm512_cvttps_epi32(last));
-    let all = _mm512_set1_epi32((1 << BLOCKS_ACROSS) - 1);
-    let from_first = _mm512_sllv_epi32(all, first_square);
-    let beyond_last = _mm512_sub_epi32(_mm512_set1_epi32(BLOCKS_ACROSS as i32 - 1), last_square);
-    let to_last = _mm512_srlv_epi32(all, beyond_last);
-    let nibble = _mm512_maskz_and_epi32(is_touched, from_first, to_last);
+    let nibble = squares_between(is_touched, first, last);
     let shifts = _mm512_setr_epi32(0, 4, 8, 12, 0, 4, 8, 12, 0, 4, 8, 12, 0, 4, 8, 12);
     let bits = _mm512_sllv_epi32(nibble, shifts);
     let bits = _mm512_or_si512(bits, _mm512_shuffle_epi32::<0b10_11_00_01>(bits));
@@ -196,6 +188,22 @@ fn thirds(splats: &[TileSplat; 4]) -> [__m512; 3] {
     thirds
 }
 
+/// For each lane, four bits: the squares along a row that hold a pixel in `first..=last`; none where
+/// the lane is not touched.
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2")]
+#[inline]
+fn squares_between(is_touched: __mmask16, first: __m512, last: __m512) -> __m512i {
+    // Empty spans may be far outside; they are masked below, so what the conversion makes of them
+    // does not matter (variable shifts by 32 and more give 0).
+    let first_square = _mm512_srai_epi32::<2>(_mm512_cvttps_epi32(first));
+    let last_square = _mm512_srai_epi32::<2>(_mm512_cvttps_epi32(last));
+    let all = _mm512_set1_epi32((1 << BLOCKS_ACROSS) - 1);
+    let from_first = _mm512_sllv_epi32(all, first_square);
+    let beyond_last = _mm512_sub_epi32(_mm512_set1_epi32(BLOCKS_ACROSS as i32 - 1), last_square);
+    let to_last = _mm512_srlv_epi32(all, beyond_last);
+    _mm512_maskz_and_epi32(is_touched, from_first, to_last)
+}
+
 /// As `square_masks`, for a single splat.
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2")]
 #[inline]
@@ -222,52 +230,7 @@ pub fn square_mask(splat: &TileSplat) -> u16 {
     let first = _mm512_roundscale_ps::<{ _MM_FROUND_TO_POS_INF | _MM_FROUND_NO_EXC }>(first);
     let last = _mm512_roundscale_ps::<{ _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC }>(last);
     let is_touched = _mm512_mask_cmp_ps_mask::<_CMP_LE_OQ>(is_touched, first, last);
-    // Empty spans may be far outside; they are masked below, so what the conversion makes of them
-    // does not matter (variable shifts by 32 and more give 0).
-    let first_square = _mm512_srai_epi32::<2>(_mm512_cvttps_epi32(first));
-    let last_square = _mm512_srai_epi32::<2>(_mm512_cvttps_epi32(last));
-    let all = _mm512_set1_epi32((1 << BLOCKS_ACROSS) - 1);
-    let from_first = _mm512_sllv_epi32(all, first_square);
-    let beyond_last = _mm512_sub_epi32(_mm512_set1_epi32(BLOCKS_ACROSS as i32 - 1), last_square);
-    let to_last = _mm512_srlv_epi32(all, beyond_last);
-    let nibble = _mm512_maskz_and_epi32(is_touched, from_first, to_last);
+    let nibble = squares_between(is_touched, first, last);
     let shifts = _mm512_setr_epi32(0, 0, 0, 0, 4, 4, 4, 4, 8, 8, 8, 8, 12, 12, 12, 12);
     _mm512_reduce_or_epi32(_mm512_sllv_epi32(nibble, shifts)) as u16
-}
-
-/// Whitened offsets (u, v) of sixteen pixels from a splat's centre.
-#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2,popcnt")]
-#[inline]
-pub fn whitened(splat: &TileSplat, x: __m512, y: __m512) -> (__m512, __m512) {
-    let u = _mm512_fmadd_ps(
-        _mm512_set1_ps(splat.a),
-        x,
-        _mm512_fmadd_ps(_mm512_set1_ps(splat.b), y, _mm512_set1_ps(splat.u0)),
-    );
-    let v = _mm512_fmadd_ps(_mm512_set1_ps(splat.c), y, _mm512_set1_ps(splat.v0));
-    (u, v)
-}
-
-/// log2(255 · alpha) of a splat at sixteen pixels.
-#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2,popcnt")]
-#[inline]
-pub fn power_at(splat: &TileSplat, u: __m512, v: __m512) -> __m512 {
-    let power = _mm512_fnmadd_ps(v, v, _mm512_set1_ps(splat.power));
-    _mm512_fnmadd_ps(u, u, power)
-}
-
-/// 2^power / 255 for -118 < power < 127; anything else gives bits that the caller masks.
-#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx512vbmi2,popcnt")]
-#[inline]
-pub fn alpha_of(power: __m512) -> __m512 {
-    // Adding 1.5·2²³ rounds to a whole number and leaves it in the low bits.
-    let magic = _mm512_set1_ps(12_582_912.0);
-    let shifted = _mm512_add_ps(power, magic);
-    let part = _mm512_sub_ps(power, _mm512_sub_ps(shifted, magic));
-    let mut sum = _mm512_set1_ps(ALPHA_OF[5]);
-    for k in (0..5).rev() {
-        sum = _mm512_fmadd_ps(sum, part, _mm512_set1_ps(ALPHA_OF[k]));
-    }
-    let exponent = _mm512_slli_epi32::<23>(_mm512_castps_si512(shifted));
-    _mm512_castsi512_ps(_mm512_add_epi32(_mm512_castps_si512(sum), exponent))
 }

@@ -13,7 +13,7 @@ use crate::project::record::Record;
 use crate::project::tile_box::TileBox;
 use crate::scene::cloud::CHUNK;
 
-/// Fewer splats than this are not worth a slab of their own.
+/// Fewer splats than this get no slab of their own.
 const LEAST: usize = 4096;
 /// Slabs for each thread, to even out the load: those near the camera touch more tiles.
 const PER_THREAD: usize = 2;

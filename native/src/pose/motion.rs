@@ -12,7 +12,7 @@ use crate::lanes::vector::{all3, dot};
 use crate::pose::grey::grey_slope;
 use crate::project::ewa;
 use crate::project::posed::{PosedCloud, View};
-use crate::project::record::Record;
+use crate::project::record::{Record, HALF_LOG2_E};
 use crate::scene::cloud::{BLOCKS_PER_CHUNK, LANES};
 
 /// A small motion in camera axes: `x += shift + turn × x`.
@@ -117,7 +117,6 @@ pub fn fill_chunk<V: Lanes, L: Curved, const D: usize>(
 /// Double precision, since second derivatives cancel.
 #[inline(always)]
 fn geometry_of<L: Curved>(posed: &PosedCloud, lens: &L, index: usize) -> Geometry {
-    const HALF_LOG2_E: f64 = std::f64::consts::LOG2_E / 2.0;
     let zero = [0.0; LANES];
     let mut out = Geometry {
         at: [zero; 3],

@@ -8,7 +8,7 @@ use crate::scene::cloud::Original;
 
 /// Decides on which side of the 1/255 step a splat lies where single precision cannot.
 ///
-/// A sample on the wrong side is worth up to 0.004 of a colour, and which samples those are would
+/// A sample on the wrong side changes a colour by up to 0.004, and which samples those are would
 /// differ from machine to machine.
 pub trait Judge: Sync {
     /// Whether the splat's alpha in column `x`, row `y` of the picture is at least 1/255.

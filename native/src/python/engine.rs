@@ -10,7 +10,6 @@ use crate::python::cloud::PreparedCloud;
 use crate::python::lens::{with_lens, LensRequest};
 use crate::python::request::{pool_of, posed_clouds, with_picture, DrawRequest, PictureArrays};
 use crate::render::engine;
-use crate::render::job::Job;
 
 /// Draws prepared clouds; keeps threads and buffers between pictures.
 #[pyclass(frozen, module = "scenes._native", name = "Engine")]
@@ -69,13 +68,7 @@ impl Engine {
         let view = draw.view(&lens)?;
         let scope = draw.scope(&view)?;
         let pool = pool_of(&self.pools, draw.threads)?;
-        let job = Job {
-            view,
-            scope: &scope,
-            background: draw.background(&view)?,
-            simd: self.simd,
-            pool: &pool,
-        };
+        let job = draw.job(view, &scope, self.simd, &pool)?;
         let objects = posed_clouds(&clouds, camera_from_object.as_slice()?)?;
         let lens = lens.lens();
         Ok(py.detach(|| with_lens!(&lens, lens => self.engine.reach(&objects, lens, &job))))
@@ -95,13 +88,7 @@ impl Engine {
         let view = draw.view(&lens)?;
         let scope = draw.scope(&view)?;
         let pool = pool_of(&self.pools, draw.threads)?;
-        let job = Job {
-            view,
-            scope: &scope,
-            background: draw.background(&view)?,
-            simd: self.simd,
-            pool: &pool,
-        };
+        let job = draw.job(view, &scope, self.simd, &pool)?;
         let objects = posed_clouds(&clouds, camera_from_object.as_slice()?)?;
         let marked = draw.marked;
         let lens = lens.lens();

@@ -92,14 +92,7 @@ impl Differentiator {
         let view = draw.view(&lens)?;
         let scope = draw.scope(&view)?;
         let pool = pool_of(&self.pools, draw.threads)?;
-        let background = draw.background(&view)?;
-        let job = Job {
-            view,
-            scope: &scope,
-            background,
-            simd: self.simd,
-            pool: &pool,
-        };
+        let job = draw.job(view, &scope, self.simd, &pool)?;
         let poses = camera_from_object.as_slice()?.to_vec();
         let objects = posed_clouds(&clouds, &poses)?;
         let arrays = picture_arrays(py, &view);
@@ -109,7 +102,7 @@ impl Differentiator {
                 || with_lens!(&lens, lens => tape::Tape::record(&objects, lens, &job, picture)),
             )
         })?;
-        let background = KeptBackground::of(&background);
+        let background = KeptBackground::of(&job.background);
         let tape = Tape {
             tape,
             clouds: clouds.into_iter().map(Bound::unbind).collect(),

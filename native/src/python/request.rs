@@ -11,13 +11,14 @@ use pyo3::prelude::*;
 use rayon::ThreadPool;
 
 use crate::machine::pool::Pools;
+use crate::machine::simd::Simd;
 use crate::project::posed::{PosedCloud, View};
 use crate::project::scope::Scope;
 use crate::project::tile_box::TILE;
 use crate::python::check::check_length;
 use crate::python::cloud::PreparedCloud;
 use crate::python::lens::LensRequest;
-use crate::render::job::{Background, Picture, MAX_SIDE};
+use crate::render::job::{Background, Job, Picture, MAX_SIDE};
 
 /// What to draw, and on what.
 #[derive(FromPyObject)]
@@ -78,6 +79,23 @@ impl DrawRequest<'_> {
             check_length("tile_mask", tiles, wanted)?;
         }
         Ok(Scope::new([view.width, view.height], self.region, tiles))
+    }
+
+    /// The job of a call: these options, the engine's instructions and threads.
+    pub(crate) fn job<'a>(
+        &'a self,
+        view: View,
+        scope: &'a Scope,
+        simd: Simd,
+        pool: &'a ThreadPool,
+    ) -> PyResult<Job<'a>> {
+        Ok(Job {
+            view,
+            scope,
+            background: self.background(&view)?,
+            simd,
+            pool,
+        })
     }
 
     pub(crate) fn background(&self, view: &View) -> PyResult<Background<'_>> {

@@ -11,7 +11,6 @@ use crate::project::scope::Scope;
 use crate::python::check::check_length;
 use crate::python::lens::{with_lens, LensRequest};
 use crate::python::request::{pool_of, DrawRequest};
-use crate::render::job::Job;
 use crate::train::depth_bounds::DepthBounds;
 use crate::train::exposure::Exposure;
 use crate::train::loss::{Distance, Loss};
@@ -67,7 +66,7 @@ impl TrainingTarget {
         self.target.size()
     }
 
-    /// Distance of a drawn picture (flat, pixel by pixel) and its gradient, laid out alike.
+    /// Distance of a drawn picture (flat, pixel by pixel) and its gradient, in the same layout.
     #[pyo3(signature = (rgb, *, ssim_share, gain, bias, falloff))]
     fn distance<'py>(
         &self,
@@ -230,13 +229,7 @@ impl Trainee {
         };
         let pool = pool_of(&self.pools, draw.threads)?;
         let scope = Scope::whole(view.width, view.height);
-        let job = Job {
-            view,
-            scope: &scope,
-            background: draw.background(&view)?,
-            simd: self.simd,
-            pool: &pool,
-        };
+        let job = draw.job(view, &scope, self.simd, &pool)?;
         let lens = lens.lens();
         let trainee = &mut self.trainee;
         let distance = py.detach(|| {

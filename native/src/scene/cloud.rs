@@ -224,17 +224,28 @@ fn block_of(arrays: &SplatArrays, ids: &[u32]) -> Block {
 fn rotation_from_quaternion(wxyz: &[f32]) -> [f64; 9] {
     let q: [f64; 4] = std::array::from_fn(|k| f64::from(wxyz[k]));
     let norm = q.iter().map(|v| v * v).sum::<f64>().sqrt();
-    let [w, x, y, z] = q.map(|v| v / norm);
+    let rotation = rotation_of(q.map(|v| v / norm));
+    std::array::from_fn(|entry| rotation[entry / 3][entry % 3])
+}
+
+/// The rotation of a unit quaternion (w, x, y, z), row by row.
+pub(crate) fn rotation_of([w, x, y, z]: [f64; 4]) -> [[f64; 3]; 3] {
     [
-        1.0 - 2.0 * (y * y + z * z),
-        2.0 * (x * y - w * z),
-        2.0 * (x * z + w * y),
-        2.0 * (x * y + w * z),
-        1.0 - 2.0 * (x * x + z * z),
-        2.0 * (y * z - w * x),
-        2.0 * (x * z - w * y),
-        2.0 * (y * z + w * x),
-        1.0 - 2.0 * (x * x + y * y),
+        [
+            1.0 - 2.0 * (y * y + z * z),
+            2.0 * (x * y - w * z),
+            2.0 * (x * z + w * y),
+        ],
+        [
+            2.0 * (x * y + w * z),
+            1.0 - 2.0 * (x * x + z * z),
+            2.0 * (y * z - w * x),
+        ],
+        [
+            2.0 * (x * z - w * y),
+            2.0 * (y * z + w * x),
+            1.0 - 2.0 * (x * x + y * y),
+        ],
     ]
 }
 

@@ -2,6 +2,7 @@
 
 use crate::scene::cloud::LANES;
 
+/// Factors of the basis functions by degree, normalised over the sphere: C0 = 1 / (2 √π) and so on.
 const C0: f32 = 0.282_094_8;
 const C1: f32 = 0.488_602_5;
 const C2: [f32; 5] = [

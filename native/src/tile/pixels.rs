@@ -2,12 +2,14 @@
 
 use crate::project::tile_box::TILE;
 
+/// Largest alpha of a splat at a pixel, as in 3D Gaussian splatting (Kerbl et al. 2023).
 pub const ALPHA_MAX: f32 = 0.99;
 /// A pixel takes no more splats once less light than this passes through it.
 pub const TRANSMITTANCE_STOP: f32 = 1e-4;
 
 /// Pixels of a block: 4 wide, 2 high, the width of an AVX2 register.
 pub const BLOCK_PIXELS: usize = 8;
+/// Pixels across and down a block, blocks across a tile, and blocks of a tile.
 pub const BLOCK_WIDTH: usize = 4;
 pub const BLOCK_HEIGHT: usize = 2;
 pub const BLOCKS_ACROSS: usize = TILE / BLOCK_WIDTH;

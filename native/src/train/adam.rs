@@ -1,5 +1,6 @@
 //! Adam (Kingma and Ba 2015) on one row of numbers.
 
+/// Share of the first and of the second moment that a step keeps: the paper's values.
 pub const BETA_FIRST: f32 = 0.9;
 pub const BETA_SECOND: f32 = 0.999;
 /// As in 3D Gaussian splatting: gradients of a mean over pixels are tiny.

@@ -1,16 +1,17 @@
 //! From the gradients of pixels to sums per splat for training: one sweep over a tile, front to back.
 //!
 //! `backward` is exact to the last digits and takes two sweeps. Here the forward pass has left, per
-//! pixel, the worth R of all that it shows (colour · gradient); each splat takes its share off R,
-//! and what remains is the worth of what lies behind it: with weight w, worth s and transmittance
-//! T' behind the splat, d loss / d ln(alpha) = w · s - R' · w / T'. Samples within `STEP_DOUBT` of
-//! the 1/255 step are decided in single precision. Each splat also gets the error of the pixels that
-//! it shows, by its weight in them.
+//! pixel, the contribution R to the loss of all that it shows (colour · gradient); each splat takes
+//! its share off R, and what remains is that of what lies behind it: with weight w, contribution s
+//! per unit of weight and transmittance T' behind the splat, d loss / d ln(alpha) = w · s - R' · w
+//! / T'. Samples within `STEP_DOUBT` of the 1/255 step are decided in single precision. Each splat
+//! also gets the error of the pixels that it shows, by its weight in them.
 //!
 //! Where the photo's depth is known (`depth_bounds`), weight off the surface has a price. It is part
-//! of the worth; a sweep ahead adds up what the forward pass did not.
+//! of R; a sweep ahead adds up what the forward pass did not.
 
 use crate::camera::lens::Lens;
+use crate::gradients::backward::add_moments;
 use crate::gradients::tape::open_pixels;
 use crate::lanes::patch::{Patch, PatchWork};
 use crate::lanes::vector::{all3, alpha_of, of_lanes, power_at, whitened, Vector};
@@ -31,30 +32,31 @@ pub type Sums = [f32; SUMS];
 /// Place of Σ weight · error in a splat's sums.
 pub const ERROR: usize = SUMS - 1;
 
-/// What the pixels of a tile say, row by row.
+/// Gradients and errors of a tile's pixels, row by row.
 #[derive(Clone)]
 pub(crate) struct TilePixels {
     d_colour: [[f32; PIXELS]; 3],
     error: [f32; PIXELS],
-    /// Worth of all that is shown.
-    worth: [f32; PIXELS],
+    /// Contribution of all that is shown.
+    contribution: [f32; PIXELS],
     transmittance: [f32; PIXELS],
     bounds: [[f32; PIXELS]; 2],
     /// Loss per unit of weight and price; 0 where no bounds are known or asked for.
     depth_rate: f32,
 }
 
+/// Pixels of a tile.
 const PIXELS: usize = TILE * TILE;
 /// A tile has at most so many patches, in registers as narrow as a block.
 const MOST_PATCHES: usize = BLOCKS;
 
-/// What the pixels of a patch say.
+/// The same of a patch's pixels.
 #[derive(Clone, Copy)]
 struct PatchPixels<V: Vector> {
     d_colour: [V::Array; 3],
     error: V::Array,
-    /// Worth of what is not yet accounted for.
-    worth: V::Array,
+    /// Contribution of what is not yet accounted for.
+    contribution: V::Array,
     transmittance: V::Array,
     bounds: [V::Array; 2],
 }
@@ -108,7 +110,7 @@ impl TrainingTile<'_> {
         }
     }
 
-    /// Adds what weight off the surface costs to the worth of what is shown.
+    /// Adds what weight off the surface costs to the contribution of what is shown.
     #[inline(always)]
     fn add_prices<V: Patch>(&self, patches: &mut [PatchPixels<V>; MOST_PATCHES]) {
         let rate = V::all(self.pixels.depth_rate);
@@ -137,15 +139,15 @@ impl TrainingTile<'_> {
                 let (_, weight) = pixels.take(power_at(&splat, u, v));
                 let [near, far] = [V::load(&pixels.bounds[0]), V::load(&pixels.bounds[1])];
                 let (price, _) = price(near, far, nearness);
-                let worth = V::load(&pixels.worth);
+                let contribution = V::load(&pixels.contribution);
                 weight
                     .mul(rate)
-                    .mul_add(price, worth)
-                    .store(&mut pixels.worth);
+                    .mul_add(price, contribution)
+                    .store(&mut pixels.contribution);
             }
         }
         for (to, from) in patches.iter_mut().zip(&ahead) {
-            to.worth = from.worth;
+            to.contribution = from.contribution;
         }
     }
 }
@@ -189,7 +191,7 @@ impl<V: Patch> Grid<V> {
     }
 }
 
-/// A splat's sums over the patches of `touched`, which lose its light and worth.
+/// A splat's sums over the patches of `touched`, which lose its light and contribution.
 #[inline(always)]
 fn take_share<V: Patch, const PRICED: bool>(
     splat: &TileSplat,
@@ -215,30 +217,24 @@ fn take_share<V: Patch, const PRICED: bool>(
             V::load(&pixels.d_colour[1]),
             V::load(&pixels.d_colour[2]),
         ];
-        let mut worth = colour[0].mul(d_colour[0]);
-        worth = colour[1].mul_add(d_colour[1], worth);
-        worth = colour[2].mul_add(d_colour[2], worth);
+        let mut contribution = colour[0].mul(d_colour[0]);
+        contribution = colour[1].mul_add(d_colour[1], contribution);
+        contribution = colour[2].mul_add(d_colour[2], contribution);
         if PRICED {
             let [near, far] = [V::load(&pixels.bounds[0]), V::load(&pixels.bounds[1])];
             let (price, slope) = price(near, far, nearness);
-            worth = rate.mul_add(price, worth);
+            contribution = rate.mul_add(price, contribution);
             sums[9] = weight.mul(rate).mul_add(slope, sums[9]);
         }
-        let shown = weight.mul(worth);
-        let remaining = V::load(&pixels.worth).sub(shown);
-        remaining.store(&mut pixels.worth);
+        let shown = weight.mul(contribution);
+        let remaining = V::load(&pixels.contribution).sub(shown);
+        remaining.store(&mut pixels.contribution);
         // w / T' = α / (1 - α)
         let share = alpha.mul(one.sub(alpha).reciprocal());
         let gain = share.mul_sub_from(remaining, shown);
         // At its limit alpha does not follow the splat.
         let gain = gain.sub(gain.and(alpha.at_least(limit)));
-        let (gain_u, gain_v) = (gain.mul(u), gain.mul(v));
-        sums[0] = sums[0].add(gain);
-        sums[1] = sums[1].add(gain_u);
-        sums[2] = sums[2].add(gain_v);
-        sums[3] = gain_u.mul_add(u, sums[3]);
-        sums[4] = gain_u.mul_add(v, sums[4]);
-        sums[5] = gain_v.mul_add(v, sums[5]);
+        add_moments(&mut sums, gain, u, v);
         sums[6] = weight.mul_add(d_colour[0], sums[6]);
         sums[7] = weight.mul_add(d_colour[1], sums[7]);
         sums[8] = weight.mul_add(d_colour[2], sums[8]);
@@ -268,7 +264,7 @@ impl Default for TilePixels {
         TilePixels {
             d_colour: [[0.0; PIXELS]; 3],
             error: [0.0; PIXELS],
-            worth: [0.0; PIXELS],
+            contribution: [0.0; PIXELS],
             transmittance: [0.0; PIXELS],
             bounds: [[0.0; PIXELS]; 2],
             depth_rate: 0.0,
@@ -277,14 +273,14 @@ impl Default for TilePixels {
 }
 
 impl TilePixels {
-    /// The same, a register's worth at a time.
+    /// The same, one register at a time.
     #[inline(always)]
     fn patches<V: Patch>(&self) -> [PatchPixels<V>; MOST_PATCHES] {
         let nothing = V::Array::default();
         let mut patches = [PatchPixels {
             d_colour: [nothing; 3],
             error: nothing,
-            worth: nothing,
+            contribution: nothing,
             transmittance: nothing,
             bounds: [nothing; 2],
         }; MOST_PATCHES];
@@ -296,7 +292,7 @@ impl TilePixels {
                 V::of_picture(&from[first..], TILE).store(to);
             }
             V::of_picture(&self.error[first..], TILE).store(&mut pixels.error);
-            V::of_picture(&self.worth[first..], TILE).store(&mut pixels.worth);
+            V::of_picture(&self.contribution[first..], TILE).store(&mut pixels.contribution);
             V::of_picture(&self.transmittance[first..], TILE).store(&mut pixels.transmittance);
             if self.depth_rate > 0.0 {
                 for (to, from) in pixels.bounds.iter_mut().zip(&self.bounds) {
@@ -332,7 +328,8 @@ impl TilePixels {
                 to[row.clone()].copy_from_slice(&loss.d_colour[first..first + count]);
             }
             self.error[row.clone()].copy_from_slice(&loss.error[first..first + count]);
-            self.worth[row.clone()].copy_from_slice(&loss.worth[first..first + count]);
+            self.contribution[row.clone()]
+                .copy_from_slice(&loss.contribution[first..first + count]);
             for (x, to) in self.transmittance[row].iter_mut().enumerate() {
                 *to = open.as_ref().map_or(1.0, |open| {
                     let (block, lane) = Tile::place(x, y);
@@ -385,7 +382,7 @@ mod tests {
         let mut pixels = TilePixels {
             d_colour: [plane(), plane(), plane()],
             error: plane(),
-            worth: plane(),
+            contribution: plane(),
             transmittance: [1.0; PIXELS],
             bounds: [[2.0; PIXELS], [3.0; PIXELS]],
             depth_rate: 0.5,

@@ -35,7 +35,7 @@ pub struct Loss {
     /// d loss / d(drawn colour), planes.
     pub d_colour: Vec<f32>,
     /// Sum over channels of drawn colour · its gradient.
-    pub worth: Vec<f32>,
+    pub contribution: Vec<f32>,
     /// Mean over channels of |seen - photo|.
     pub error: Vec<f32>,
 }
@@ -80,7 +80,7 @@ impl Loss {
         for planes in all.into_iter().chain(three) {
             planes.resize(CHANNELS * plane, 0.0);
         }
-        self.worth.resize(plane, 0.0);
+        self.contribution.resize(plane, 0.0);
         self.error.resize(plane, 0.0);
     }
 
@@ -171,7 +171,7 @@ impl Loss {
         sums.iter().sum()
     }
 
-    /// Fills `d_colour`, `worth` and `error`; returns sums per row.
+    /// Fills `d_colour`, `contribution` and `error`; returns sums per row.
     fn gather(
         &mut self,
         target: &Target,
@@ -189,7 +189,7 @@ impl Loss {
             red.par_chunks_mut(width),
             green.par_chunks_mut(width),
             blue.par_chunks_mut(width),
-            self.worth.par_chunks_mut(width),
+            self.contribution.par_chunks_mut(width),
             self.error.par_chunks_mut(width),
         )
             .into_par_iter()
@@ -197,9 +197,9 @@ impl Loss {
             .enumerate()
             .map_init(
                 || RowScratch::new(width),
-                |scratch, (y, (red, green, blue, worth, error))| {
+                |scratch, (y, (red, green, blue, contribution, error))| {
                     let mut sums = Distance::default();
-                    worth.fill(0.0);
+                    contribution.fill(0.0);
                     error.fill(0.0);
                     for (channel, d_colour) in [red, green, blue].into_iter().enumerate() {
                         let row = channel * height + y;
@@ -224,8 +224,8 @@ impl Loss {
                                 let seen = &seen[span.clone()];
                                 let (d_mean, d_square) = (&d_mean[..width], &d_square[..width]);
                                 let d_product = &d_product[..width];
-                                let (d_colour, worth) =
-                                    (&mut d_colour[..width], &mut worth[..width]);
+                                let (d_colour, contribution) =
+                                    (&mut d_colour[..width], &mut contribution[..width]);
                                 let error = &mut error[..width];
                                 for x in 0..width {
                                     let colour = unit(photo[x]);
@@ -237,7 +237,7 @@ impl Loss {
                                     let d_seen = by_l1 * sign - by_ssim * of_ssim;
                                     let slope = (seen[x] - bias) * d_seen;
                                     d_colour[x] = gain * falloff[x] * d_seen;
-                                    worth[x] += slope;
+                                    contribution[x] += slope;
                                     error[x] += off.abs() * (1.0 / CHANNELS as f32);
                                     slopes[x] = slope;
                                     falloff[x] = d_seen;

@@ -9,6 +9,7 @@ use crate::scene::cloud::{Block, Chunk, Cloud, Original, BLOCKS_PER_CHUNK, CHUNK
 use crate::train::adam;
 use crate::train::adam::Correction;
 
+/// Where a splat's row holds what: mean (m), ln of scales (m), quaternion, logit of opacity, harmonics.
 pub const MEAN: usize = 0;
 pub const LOG_SCALE: usize = 3;
 pub const ROTATION: usize = 6;

@@ -4,6 +4,7 @@
 
 use crate::train::ssim_window::REACH;
 
+/// What keeps SSIM's quotients finite, for colours 0..1 (Wang et al. 2004).
 const C1: f32 = 0.01 * 0.01;
 const C2: f32 = 0.03 * 0.03;
 

@@ -1,6 +1,8 @@
 //! SSIM's Gaussian window of 11 pixels, σ = 1.5, over rows and columns of planes; zero beyond them.
 
+/// Pixels across the window.
 const TAPS: usize = 11;
+/// Pixels from its centre to its border.
 pub const REACH: usize = TAPS / 2;
 /// Centre first, then outwards: exp(-k² / (2·1.5²)), normalised to a sum of 1 over all taps.
 pub const WINDOW: [f32; REACH + 1] = [

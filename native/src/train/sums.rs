@@ -1,9 +1,10 @@
-//! Sums per splat over a picture, for training: tiles are swept by `train_backward` in rows, on all
-//! threads, and what they say of a splat is added up in the same order for any number of them.
+//! Sums per splat over a picture, for training: tiles are swept by `backward` in rows, on all
+//! threads, and their sums per splat are added up in the same order for any number of them.
 
 use rayon::prelude::*;
 
 use crate::camera::lens::Lens;
+use crate::gradients::row_sums::{add_rows, RowSums};
 use crate::lanes::dispatch::run_patches;
 use crate::order::bin::TileRow;
 use crate::project::judge::Judge;
@@ -16,17 +17,10 @@ use crate::train::backward::{Sums, TilePixels, TrainingTile, SUMS};
 use crate::train::depth_bounds::DepthBounds;
 use crate::train::loss::Loss;
 
-/// Sums per (splat, tile) of one row of tiles.
-#[derive(Default)]
-struct RowSums {
-    slots: Vec<u32>,
-    sums: Vec<Sums>,
-}
-
 /// Sums per splat; buffers kept between pictures.
 #[derive(Default)]
 pub(crate) struct TrainingSums {
-    rows: Vec<RowSums>,
+    rows: Vec<RowSums<SUMS>>,
     /// By record.
     pub(crate) totals: Vec<Sums>,
 }
@@ -100,31 +94,8 @@ impl TrainingSums {
                     );
                 }
             });
-        self.add_rows(records);
-    }
-
-    /// Adds up each splat's tiles, row by row and from left to right.
-    fn add_rows(&mut self, records: usize) {
         self.totals.clear();
         self.totals.resize(records, [0.0; SUMS]);
-        let share = records.div_ceil(rayon::current_num_threads()).max(1);
-        let rows = &self.rows;
-        self.totals
-            .par_chunks_mut(share)
-            .enumerate()
-            .for_each(|(index, totals)| {
-                let first = index * share;
-                for row in rows {
-                    for (&slot, sums) in row.slots.iter().zip(&row.sums) {
-                        // A slot before `first` wraps around and is out of range too.
-                        let place = (slot as usize).wrapping_sub(first);
-                        if let Some(total) = totals.get_mut(place) {
-                            for (total, &sum) in total.iter_mut().zip(sums) {
-                                *total += sum;
-                            }
-                        }
-                    }
-                }
-            });
+        add_rows(&self.rows, &mut self.totals);
     }
 }

@@ -1,9 +1,10 @@
-//! A photo that a drawing is to resemble, and what of SSIM depends on the photo alone.
+//! A photo that a rendering is compared with, and what of SSIM depends on the photo alone.
 
 use crate::machine::simd::Simd;
 use crate::train::depth_bounds::DepthBounds;
 use crate::train::ssim_window::{blur_column, blur_row, REACH};
 
+/// Red, green, blue.
 pub const CHANNELS: usize = 3;
 
 /// A photo and its windowed statistics; planes of `width * height`, one after the other.

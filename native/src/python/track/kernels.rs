@@ -83,7 +83,7 @@ fn cut_of<'a>(
     let [lines, line] = [window.height, window.width].map(|side| side * window.shrink);
     Ok(Cut {
         live: rows_of_picture("live", live, [lines, 3 * line])?,
-        plate: rows_of_picture("plate", plate, [lines, 3 * line])?,
+        background: rows_of_picture("plate", plate, [lines, 3 * line])?,
         noise: rows_of_picture("noise", noise, [lines, line])?,
     })
 }
@@ -250,7 +250,7 @@ impl TrackKernels {
     }
 
     /// A pose after some Gauss-Newton steps per search distance: rotation and translation row by
-    /// row (12), halo, information (7 × 7, flat).
+    /// row (12), silhouette bias (`halo`, m), information (7 × 7, flat).
     #[pyo3(signature = (window, problem, start, halo, *, rounds))]
     fn refine(
         &self,
@@ -265,7 +265,7 @@ impl TrackKernels {
         let problem = PlainProblem::of(&problem, &self.solve)?;
         let mut at = Estimate {
             world_from_object: rigid(&start),
-            halo,
+            silhouette_bias: halo,
             information: Default::default(),
         };
         py.detach(|| {
@@ -277,11 +277,16 @@ impl TrackKernels {
             });
         });
         let information = at.information.as_flattened().to_vec();
-        Ok((rows_of(&at.world_from_object), at.halo, information))
+        Ok((
+            rows_of(&at.world_from_object),
+            at.silhouette_bias,
+            information,
+        ))
     }
 
     /// What is seen at every contour point of a pose: outward distance of the edge less what the
-    /// halo explains, its standard deviation, whether it was found, whether something is in front.
+    /// silhouette bias explains, its standard deviation, whether it was found, whether something is
+    /// in front.
     #[pyo3(signature = (window, problem, pose, halo, *, reach_px))]
     fn edges<'py>(
         &self,
@@ -308,8 +313,8 @@ impl TrackKernels {
         ))
     }
 
-    /// How well a window supports a pose: agreement, free share, misfit, roughness, how alike errors
-    /// are, visible and covered shares, likeness.
+    /// Scores of a pose: inlier ratio, free share, misfit, roughness, variance inflation of neighbouring
+    /// errors, visible and covered fractions, colour correlation.
     #[pyo3(signature = (window, problem, pose, halo, *, surface, colours, is_textured))]
     #[allow(clippy::too_many_arguments)]
     fn judge(
@@ -340,14 +345,14 @@ impl TrackKernels {
             })
         });
         Ok([
-            found.agreement,
+            found.inlier_ratio,
             found.free_share,
             found.misfit,
             found.roughness,
-            found.alike,
-            found.visible,
-            found.covered,
-            found.likeness,
+            found.variance_inflation,
+            found.visible_fraction,
+            found.covered_fraction,
+            found.correlation,
         ])
     }
 }

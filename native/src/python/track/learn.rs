@@ -43,8 +43,8 @@ impl RoomLearner {
         }
     }
 
-    /// New plate, noise and what was ever learned of whole rows of a lens picture, flat. The rows of
-    /// the live picture may be apart.
+    /// New background image (`plate`), noise and which pixels were ever learned, of whole rows of a
+    /// lens picture, flat. The rows of the live picture may be apart.
     #[pyo3(signature = (live, plate, learned, usable, *, lens_size, top, exposure, sides, level, is_cautious))]
     #[allow(clippy::too_many_arguments)]
     fn learn<'py>(
@@ -71,13 +71,13 @@ impl RoomLearner {
         }
         let strip = Strip {
             live: rows_of_picture("live", &live, [rows, 3 * width])?,
-            plate: plate.as_slice()?,
+            background: plate.as_slice()?,
             learned: learned.as_slice()?,
             usable: usable.as_slice()?,
             top,
             lens: lens_size,
         };
-        check_length("plate", strip.plate, 3 * width * rows)?;
+        check_length("plate", strip.background, 3 * width * rows)?;
         check_length("learned", strip.learned, width * rows)?;
         check_length("usable", strip.usable, width * rows)?;
         let [gain, falloff, offset] = exposure;
@@ -106,7 +106,7 @@ impl RoomLearner {
             )
         });
         Ok((
-            PyArray1::from_vec(py, found.plate),
+            PyArray1::from_vec(py, found.background),
             PyArray1::from_vec(py, found.noise),
             PyArray1::from_vec(py, found.known),
         ))

@@ -4,7 +4,7 @@ pub mod cut;
 pub mod kernels;
 pub mod learn;
 pub mod light;
-pub mod portrait;
+pub mod memory;
 pub mod reduction;
 pub mod relight;
 pub mod request;

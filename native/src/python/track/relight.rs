@@ -67,7 +67,7 @@ impl Pictures {
     }
 }
 
-/// Tells in what light an object is seen; the twin is `tracking.relight.LitView`.
+/// Estimates the light in which an object is seen; the twin is `tracking.relight.LitView`.
 #[pyclass(frozen, module = "scenes._native", name = "Relighter")]
 pub struct Relighter {
     model: LightModel,
@@ -104,11 +104,11 @@ impl Relighter {
         upright: [f64; 4],
     ) -> PyResult<([f64; 4], [f64; 3])> {
         let pictures = self.drawn(py, setting, shell, upright)?;
-        let light = self.told(setting, &pictures);
+        let light = self.estimated(setting, &pictures);
         Ok((light.by_side, light.tint))
     }
 
-    /// How much an object at a pose, in the light told there, resembles the picture.
+    /// Similarity score of an object at a pose, in the light estimated there, and the picture.
     fn resemblance(
         &self,
         py: Python<'_>,
@@ -117,18 +117,18 @@ impl Relighter {
         upright: [f64; 4],
     ) -> PyResult<f64> {
         let pictures = self.drawn(py, setting, shell, upright)?;
-        let light = self.told(setting, &pictures);
+        let light = self.estimated(setting, &pictures);
         let drawn = pictures.drawn();
         Ok(self.simd.run(
             #[inline(always)]
             || {
                 let lit = drawn.lit(&light, &self.model);
-                setting.plain().resemblance(&lit, drawn.alpha)
+                setting.plain().similarity(&lit, drawn.alpha)
             },
         ))
     }
 
-    /// The object in the light told at a pose; `fine` is how it will be drawn.
+    /// The object in the light estimated at a pose; `fine` is how it will be drawn.
     fn relit(
         &self,
         py: Python<'_>,
@@ -138,7 +138,7 @@ impl Relighter {
         upright: [f64; 4],
     ) -> PyResult<Alone> {
         let pictures = self.drawn(py, setting, shell, upright)?;
-        let light = self.told(setting, &pictures);
+        let light = self.estimated(setting, &pictures);
         let scanned = shell.scanned.get();
         let eye = scanned.eye(upright);
         let cloud = relit(scanned.cloud(), &shell.facing, eye, &light, &self.model);
@@ -169,7 +169,7 @@ impl Relighter {
         }))
     }
 
-    fn told(&self, setting: &Setting, pictures: &Pictures) -> Light {
+    fn estimated(&self, setting: &Setting, pictures: &Pictures) -> Light {
         let (seen, drawn) = (setting.plain().seen(), pictures.drawn());
         self.simd.run(
             #[inline(always)]

@@ -155,7 +155,7 @@ impl<'a> PlainProblem<'a> {
             prior: Prior {
                 mean: rigid(&request.prior_mean),
                 sigma: request.prior_sigma,
-                halo: request.prior_halo,
+                silhouette_bias: request.prior_halo,
             },
             model,
         })

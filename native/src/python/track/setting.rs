@@ -8,7 +8,7 @@ use crate::machine::simd::Simd;
 use crate::python::alone::Alone;
 use crate::python::check::check_length;
 use crate::render::alone::Drawing;
-use crate::track::appearance::resemblance::{ResemblanceModel, Setting as PlainSetting};
+use crate::track::appearance::similarity::{Setting as PlainSetting, SimilarityModel};
 use crate::track::picture::shrunk;
 
 type Floats<'py> = PyReadonlyArrayDyn<'py, f32>;
@@ -51,7 +51,7 @@ impl Setting {
                 "setting: no pixels, wanted at least one",
             ));
         }
-        let model = ResemblanceModel {
+        let model = SimilarityModel {
             strange: constants.strange,
             on_object: constants.on_object,
             doubt_px: constants.doubt_px,
@@ -63,14 +63,14 @@ impl Setting {
         })
     }
 
-    /// In how many pixels the live picture is not what a drawn object would make it.
+    /// Pixels in which the live picture differs from the rendering over the background.
     fn strange(&self, py: Python<'_>, rgb: Floats<'_>, alpha: Floats<'_>) -> PyResult<f64> {
-        self.compare(py, &rgb, &alpha, PlainSetting::strange)
+        self.compare(py, &rgb, &alpha, PlainSetting::unexplained_px)
     }
 
-    /// How much a drawn object resembles the picture, at most 1, 0 for by chance.
+    /// Similarity score of a rendered object and the picture: at most 1, about 0 by chance.
     fn resemblance(&self, py: Python<'_>, rgb: Floats<'_>, alpha: Floats<'_>) -> PyResult<f64> {
-        self.compare(py, &rgb, &alpha, PlainSetting::resemblance)
+        self.compare(py, &rgb, &alpha, PlainSetting::similarity)
     }
 
     /// `strange` of a cloud at each of some poses, each x, y, z and yaw in the world.
@@ -80,7 +80,7 @@ impl Setting {
         alone: &Bound<'_, Alone>,
         upright: Vec<[f64; 4]>,
     ) -> PyResult<Vec<f64>> {
-        self.compare_at(py, alone.get(), upright, PlainSetting::strange)
+        self.compare_at(py, alone.get(), upright, PlainSetting::unexplained_px)
     }
 
     /// `resemblance` of a cloud at each of some poses, each x, y, z and yaw in the world.
@@ -90,7 +90,7 @@ impl Setting {
         alone: &Bound<'_, Alone>,
         upright: Vec<[f64; 4]>,
     ) -> PyResult<Vec<f64>> {
-        self.compare_at(py, alone.get(), upright, PlainSetting::resemblance)
+        self.compare_at(py, alone.get(), upright, PlainSetting::similarity)
     }
 }
 

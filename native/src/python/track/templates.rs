@@ -39,7 +39,7 @@ pub(crate) fn compare_templates<'py>(
     let count = templates.alpha.len() / whole * pixels;
     check_length("alpha", templates.alpha, count)?;
     check_length("drawn", templates.colours, 3 * count)?;
-    let [overlap, likeness] = py.detach(|| {
+    let [overlap, correlation] = py.detach(|| {
         Simd::detect().run(
             #[inline(always)]
             || compared(&places, &templates, whole),
@@ -47,6 +47,6 @@ pub(crate) fn compare_templates<'py>(
     });
     Ok((
         PyArray1::from_vec(py, overlap),
-        PyArray1::from_vec(py, likeness),
+        PyArray1::from_vec(py, correlation),
     ))
 }

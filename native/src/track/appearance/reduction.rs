@@ -11,6 +11,7 @@ const SOLID: f32 = 0.9;
 /// How far from what is not solid the picture is taken to be the surface's, px.
 const FROM_EDGE: usize = 2;
 
+/// Standard deviation, px, of the blur before colours are picked, and the taps of its filter.
 const BLUR_PX: f32 = 0.8;
 const BLUR_TAPS: usize = 7;
 /// The colour inside a contour is taken at most so far from it, px, where so much is covered.

@@ -4,10 +4,10 @@
 use crate::scene::cloud::Cloud;
 use crate::track::picture::{filtered, gaussian};
 
-/// Blur of the lens; see `tracking.resemblance`.
+/// Standard deviation of the lens's blur, px, and the taps of its filter; as in `tracking.resemblance`.
 const LENS_BLUR_PX: f32 = 0.6;
 const LENS_TAPS: usize = 5;
-/// Where less of the object is drawn, what is drawn tells nothing of where it faces.
+/// Where less of the object is drawn, the direction in which it faces is not known.
 const LEAST_ALPHA: f32 = 1e-3;
 /// Value of the first spherical harmonic: what a colour of 1 is divided by.
 const SH_C0: f32 = 0.282_094_8;
@@ -92,7 +92,8 @@ impl Drawn<'_> {
     }
 }
 
-/// The light in which a drawn object would look most like the picture.
+/// The light in which the colours of a rendered object come nearest to the picture's (robust least
+/// squares).
 #[inline(always)]
 pub fn light_of(seen: &Seen, drawn: &Drawn, model: &LightModel) -> Light {
     let lens: [f32; LENS_TAPS] = gaussian(LENS_BLUR_PX);
@@ -123,7 +124,7 @@ pub fn light_of(seen: &Seen, drawn: &Drawn, model: &LightModel) -> Light {
     fitted(&samples, model)
 }
 
-/// A pixel that tells of the light.
+/// A pixel that the light is estimated from.
 struct Sample {
     rgb: [f64; 3],
     /// 1, and where it faces.

@@ -63,17 +63,17 @@ pub fn compared(places: &Places, templates: &Templates, pixels: usize) -> [Vec<f
     let shown = planes_of_templates(templates, pixels);
     let [count, turns] = [places.own.len() / pixels, templates.alpha.len() / pixels];
     let mut overlap = Vec::with_capacity(count * turns);
-    let mut likeness = Vec::with_capacity(count * turns);
+    let mut correlation = Vec::with_capacity(count * turns);
     for place in 0..count {
         let seen = seen.of(place);
         let own: f32 = seen[0].iter().sum();
         for turn in 0..turns {
             let sums = Sums::of(&seen, &shown.of(turn));
             overlap.push(sums.overlap(own));
-            likeness.push(sums.likeness());
+            correlation.push(sums.correlation());
         }
     }
-    [overlap, likeness]
+    [overlap, correlation]
 }
 
 #[inline(always)]
@@ -200,7 +200,7 @@ impl Sums {
 
     /// Of colours about their means, where the place's weight meets the template's alpha.
     #[inline(always)]
-    fn likeness(&self) -> f32 {
+    fn correlation(&self) -> f32 {
         if self.shared <= LEAST_SHOWN_PX {
             return 0.0;
         }
@@ -242,9 +242,9 @@ mod tests {
                 alpha: &ones,
                 colours: drawn,
             };
-            let [overlap, likeness] = compared(&places, &templates, pixels);
+            let [overlap, correlation] = compared(&places, &templates, pixels);
             assert!((overlap[0] - 1.0).abs() < 1e-5);
-            assert!((likeness[0] - wanted).abs() < 1e-4, "{likeness:?}");
+            assert!((correlation[0] - wanted).abs() < 1e-4, "{correlation:?}");
         }
     }
 }

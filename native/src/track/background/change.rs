@@ -23,19 +23,19 @@ pub struct ChangeModel {
     pub shadow_hue: f32,
 }
 
-/// Rows of a window that are told at once: so few stay near the processor.
+/// Rows of a window that are processed together: so few stay in the processor's cache.
 const STRIP: usize = 48;
 
-/// So many rows beside them have a say: those that filters, one after the other, reach over.
+/// Rows above and below that count too: filters, one after the other, reach over so many.
 const BESIDE: usize = 5;
 
-/// Calls `tell` with strips of a window, the rows beside them included, and with the rows of those
+/// Calls `process` with strips of a window, the rows beside them included, and with the rows of those
 /// that the strip is about.
 #[inline(always)]
 fn for_every_strip(
     cut: &Cut<'_>,
     window: &Window,
-    mut tell: impl FnMut(&Cut<'_>, &Window, Range<usize>),
+    mut process: impl FnMut(&Cut<'_>, &Window, Range<usize>),
 ) {
     for first in (0..window.height).step_by(STRIP) {
         let last = (first + STRIP).min(window.height);
@@ -46,7 +46,7 @@ fn for_every_strip(
         let lines = top * window.shrink..bottom * window.shrink;
         let part = Cut {
             live: cut.live[lines.clone()].to_vec(),
-            plate: cut.plate[lines.clone()].to_vec(),
+            background: cut.background[lines.clone()].to_vec(),
             noise: cut.noise[lines].to_vec(),
         };
         let strip = Window {
@@ -54,7 +54,7 @@ fn for_every_strip(
             height: bottom - top,
             ..*window
         };
-        tell(&part, &strip, first - top..last - top);
+        process(&part, &strip, first - top..last - top);
     }
 }
 
@@ -167,12 +167,12 @@ fn own(
     table: &[f32],
     model: &ChangeModel,
 ) -> Vec<f32> {
-    let mut likeness = vec![0.0; foreground.len()];
+    let mut colour_score = vec![0.0; foreground.len()];
     let colours = red.iter().zip(green).zip(blue);
-    for (likeness, ((&red, &green), &blue)) in likeness.iter_mut().zip(colours) {
-        *likeness = table[bin(red) * BINS * BINS + bin(green) * BINS + bin(blue)];
+    for (colour_score, ((&red, &green), &blue)) in colour_score.iter_mut().zip(colours) {
+        *colour_score = table[bin(red) * BINS * BINS + bin(green) * BINS + bin(blue)];
     }
-    let mut own = filtered(&likeness, size, 1, &gaussian::<3>(0.7));
+    let mut own = filtered(&colour_score, size, 1, &gaussian::<3>(0.7));
     for (own, foreground) in own.iter_mut().zip(foreground) {
         *own = foreground * (*own * model.likeness_gain).clamp(0.0, 1.0);
     }

@@ -15,7 +15,8 @@ pub struct Window {
     pub lens: [usize; 2],
 }
 
-/// How a live picture follows from its plate: `plate · (gain + falloff · r²) + offset`.
+/// The exposure model of a live picture, given the background image: `background · (gain + falloff
+/// · r²) + offset`.
 #[derive(Clone, Copy)]
 pub struct Exposure {
     pub gain: [f32; 3],
@@ -28,7 +29,7 @@ pub struct Cut<'a> {
     /// RGB.
     pub live: Vec<&'a [u8]>,
     /// RGB, 0..1: the empty room.
-    pub plate: Vec<&'a [f32]>,
+    pub background: Vec<&'a [f32]>,
     /// Standard deviation of a channel.
     pub noise: Vec<&'a [f32]>,
 }
@@ -77,7 +78,7 @@ pub(crate) fn expected(cut: &Cut<'_>, window: &Window, exposure: &Exposure) -> E
         let here = row * width..(row + 1) * width;
         for y in row * shrink..(row + 1) * shrink {
             add_shrunk(&mut seen.live, here.clone(), cut.live[y], shrink);
-            add_shrunk(&mut seen.room, here.clone(), cut.plate[y], shrink);
+            add_shrunk(&mut seen.room, here.clone(), cut.background[y], shrink);
             let parts = cut.noise[y].chunks_exact(shrink);
             for (to, part) in seen.noise[here.clone()].iter_mut().zip(parts) {
                 *to += part.iter().sum::<f32>();

@@ -4,7 +4,7 @@
 use crate::track::background::expected::Exposure;
 use crate::track::picture::{filtered, slopes};
 
-/// What is coherent is told in a picture this much smaller; `tracking.learn.SHRINK`.
+/// Coherent differences are measured in a picture this many times smaller; `tracking.learn.SHRINK`.
 pub const SHRINK: usize = 4;
 
 /// Constants of `tracking.learn` and `tracking.background`, under their names there.
@@ -20,7 +20,7 @@ pub struct LearnModel {
     pub blend: f32,
     pub noise_floor: f32,
     pub misalignment_px: f32,
-    /// A grey thing before a wall may not be taken for a shadow on it.
+    /// A grey object before a wall may not be taken for a shadow on it.
     pub is_cautious: bool,
 }
 
@@ -29,7 +29,7 @@ pub struct Strip<'a> {
     /// RGB.
     pub live: Vec<&'a [u8]>,
     /// RGB, 0..1: the empty room so far.
-    pub plate: &'a [f32],
+    pub background: &'a [f32],
     /// Whether a pixel was learned before.
     pub learned: &'a [bool],
     /// Whether a pixel may be learned from.
@@ -42,26 +42,27 @@ pub struct Strip<'a> {
 
 /// The same rows afterwards.
 pub struct Learned {
-    pub plate: Vec<f32>,
+    pub background: Vec<f32>,
     pub noise: Vec<f32>,
     pub known: Vec<bool>,
 }
 
 type Planes = [Vec<f32>; 3];
 
-/// The plate with what the live picture shows of the room, its noise, and what was ever learned.
+/// The background image updated with what the live picture shows of the room, its noise, and which
+/// pixels were ever learned.
 #[inline(always)]
 pub fn learn(strip: &Strip<'_>, exposure: &Exposure, model: &LearnModel) -> Learned {
     let width = strip.lens[0];
     let size = [width, strip.live.len()];
     let small = size.map(|side| side.div_ceil(SHRINK));
-    let mut plate = planes_of(strip.plate);
-    let residual = residual(strip, &plate, exposure);
+    let mut background = planes_of(strip.background);
+    let residual = residual(strip, &background, exposure);
     let small_residual = residual.each_ref().map(|plane| shrunk(plane, size));
     let mean = small_residual
         .each_ref()
         .map(|plane| boxed(plane, small, model.coherent_side));
-    let shows_room = shows_room(&plate, &mean, [size, small], model);
+    let shows_room = shows_room(&background, &mean, [size, small], model);
     let shown = Grown::new(&shows_room, small);
     let count = width * size[1];
     let (mut take, mut known) = (vec![false; count], vec![false; count]);
@@ -79,14 +80,14 @@ pub fn learn(strip: &Strip<'_>, exposure: &Exposure, model: &LearnModel) -> Lear
             let blend = if learned { model.blend } else { 1.0 };
             *share = if *take { blend } else { 0.0 };
         }
-        for (plane, residual) in plate.iter_mut().zip(&residual) {
+        for (plane, residual) in background.iter_mut().zip(&residual) {
             let from = residual[here.clone()].iter().zip(&share);
             for (to, (residual, share)) in plane[here.clone()].iter_mut().zip(from) {
                 *to += residual * share;
             }
         }
     }
-    let mut noise = noise(&plate, size, model);
+    let mut noise = noise(&background, size, model);
     if known.contains(&false) {
         let rough = roughness(&small_residual, &mean, &take, [size, small], model);
         let rough = Grown::new(&rough, small);
@@ -99,13 +100,13 @@ pub fn learn(strip: &Strip<'_>, exposure: &Exposure, model: &LearnModel) -> Lear
             }
         }
     }
-    let [red, green, blue] = &plate;
+    let [red, green, blue] = &background;
     let mut mixed = Vec::with_capacity(3 * count);
     for ((&r, &g), &b) in red.iter().zip(green).zip(blue) {
         mixed.extend([r, g, b]);
     }
     Learned {
-        plate: mixed,
+        background: mixed,
         noise,
         known,
     }
@@ -123,11 +124,11 @@ fn planes_of(pixels: &[f32]) -> Planes {
     planes
 }
 
-/// The live picture at the plate's exposure, less the plate.
+/// The live picture at the background image's exposure, less that image.
 #[inline(always)]
-fn residual(strip: &Strip<'_>, plate: &Planes, exposure: &Exposure) -> Planes {
+fn residual(strip: &Strip<'_>, background: &Planes, exposure: &Exposure) -> Planes {
     let [width, height] = strip.lens;
-    let mut residual: Planes = plate.each_ref().map(|plane| vec![0.0; plane.len()]);
+    let mut residual: Planes = background.each_ref().map(|plane| vec![0.0; plane.len()]);
     let mut live: Planes = std::array::from_fn(|_| vec![0.0; width]);
     let from_middle = |place: usize, side: usize| ((place as f32 + 0.5) / side as f32 - 0.5) * 2.0;
     for (row, pixels) in strip.live.iter().enumerate() {
@@ -141,31 +142,31 @@ fn residual(strip: &Strip<'_>, plate: &Planes, exposure: &Exposure) -> Planes {
         for channel in 0..3 {
             let (gain, offset) = (exposure.gain[channel], exposure.offset[channel]);
             let falloff = exposure.falloff[channel];
-            let from = live[channel].iter().zip(&plate[channel][here.clone()]);
+            let from = live[channel].iter().zip(&background[channel][here.clone()]);
             let to = residual[channel][here.clone()].iter_mut();
-            for (column, (residual, (live, plate))) in to.zip(from).enumerate() {
+            for (column, (residual, (live, background))) in to.zip(from).enumerate() {
                 let x = from_middle(column, width);
                 let neutral = (live / 255.0 - offset) / (gain + (x * x + y * y) * falloff);
-                *residual = neutral - plate;
+                *residual = neutral - background;
             }
         }
     }
     residual
 }
 
-/// 1 where no thing differs coherently from the plate, in the small picture.
+/// 1 where the live picture has no coherent difference from the background image, in the small picture.
 #[inline(always)]
 fn shows_room(
-    plate: &Planes,
+    background: &Planes,
     mean: &Planes,
     [size, small]: [[usize; 2]; 2],
     model: &LearnModel,
 ) -> Vec<f32> {
-    let around = plate
+    let around = background
         .each_ref()
         .map(|plane| boxed(&shrunk(plane, size), small, model.coherent_side));
     let [low, high] = model.relit_ratio;
-    let alike = |place: usize| {
+    let is_room = |place: usize| {
         let apart: [f32; 3] = std::array::from_fn(|channel| mean[channel][place]);
         if apart.iter().all(|a| a.abs() < model.coherent_level) {
             return true;
@@ -179,7 +180,7 @@ fn shows_room(
         !model.is_cautious && ratio > low && ratio < high && same_hue
     };
     let shows: Vec<f32> = (0..small[0] * small[1])
-        .map(|place| f32::from(u8::from(alike(place))))
+        .map(|place| f32::from(u8::from(is_room(place))))
         .collect();
     if !model.is_cautious {
         return shows;
@@ -191,10 +192,10 @@ fn shows_room(
         .collect()
 }
 
-/// Standard deviation expected between a plate and a live picture of the same room.
+/// Standard deviation expected between the background image and a live picture of the same room.
 #[inline(always)]
-fn noise(plate: &Planes, size: [usize; 2], model: &LearnModel) -> Vec<f32> {
-    let [red, green, blue] = plate;
+fn noise(background: &Planes, size: [usize; 2], model: &LearnModel) -> Vec<f32> {
+    let [red, green, blue] = background;
     let colours = red.iter().zip(green).zip(blue);
     let grey: Vec<f32> = colours
         .map(|((r, g), b)| 0.299 * r + 0.587 * g + 0.114 * b)

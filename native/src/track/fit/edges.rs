@@ -7,6 +7,7 @@ use crate::track::picture::Picture;
 
 /// A pixel of a window: red, green, blue, foreground, own, hidden, and two that fill a register.
 pub const CHANNELS: usize = 8;
+/// Places of two of them.
 const OWN: usize = 4;
 const HIDDEN: usize = 5;
 
@@ -62,7 +63,7 @@ pub struct Path {
     /// Sums of those before each sample.
     own_before: Vec<f64>,
     strange_before: Vec<f64>,
-    /// How clear an edge at each sample would be, and its worth.
+    /// Contrast of an edge at each sample, and its score: contrast less the penalty of its distance.
     clear: Vec<f64>,
     value: Vec<f64>,
 }
@@ -120,7 +121,7 @@ fn coarse(
     path: &mut Path,
 ) -> (f64, bool, bool) {
     let steps = path.samples.len();
-    tell_apart(&place.colour, model, path);
+    separate_foreground(&place.colour, model, path);
     for (sums, parts) in [
         (&mut path.own_before, &path.own),
         (&mut path.strange_before, &path.strange),
@@ -178,7 +179,7 @@ fn coarse(
 
 /// How much of each sample is the object's own, of its colour there, and how much is foreign.
 #[inline(always)]
-fn tell_apart(drawn: &[f32; 3], model: &EdgeModel, path: &mut Path) {
+fn separate_foreground(drawn: &[f32; 3], model: &EdgeModel, path: &mut Path) {
     let steps = path.samples.len();
     for (channel, plane) in path.planes.iter_mut().enumerate() {
         plane.resize(steps, 0.0);
@@ -192,14 +193,14 @@ fn tell_apart(drawn: &[f32; 3], model: &EdgeModel, path: &mut Path) {
     let to = path.own[..steps].iter_mut().zip(&mut path.strange[..steps]);
     for (k, (to_own, strange)) in to.enumerate() {
         let palette = f64::from(own[k]);
-        *to_own = palette * f64::from(alike([red[k], green[k], blue[k]], drawn, model));
+        *to_own = palette * f64::from(colour_similarity([red[k], green[k], blue[k]], drawn, model));
         *strange = (f64::from(foreground[k]) - palette).max(0.0);
     }
 }
 
 /// 0..1: a seen colour is the drawn one in another light.
 #[inline(always)]
-fn alike(seen: [f32; 3], drawn: &[f32; 3], model: &EdgeModel) -> f32 {
+fn colour_similarity(seen: [f32; 3], drawn: &[f32; 3], model: &EdgeModel) -> f32 {
     let power = drawn[0] * drawn[0] + drawn[1] * drawn[1] + drawn[2] * drawn[2] + 1e-4;
     let ratio = (seen[0] * drawn[0] + seen[1] * drawn[1] + seen[2] * drawn[2]) / power;
     let ratio = ratio.clamp(model.light_range[0], model.light_range[1]);

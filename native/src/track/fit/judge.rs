@@ -1,4 +1,4 @@
-//! How well a window supports a pose: `tracking.judgement` says the same in numpy, and says why.
+//! Scores of a pose in one window. The NumPy reference, which says why, is `tracking.judgement`.
 
 use crate::camera::lens::Lens;
 use crate::track::exponential::exp;
@@ -7,6 +7,7 @@ use crate::track::fit::solve::{triple, Problem};
 use crate::track::picture::Picture;
 use crate::track::rigid::{in_frame, Rigid};
 
+/// Channels of a window's pixel; see `edges::CHANNELS`.
 const FOREGROUND: usize = 3;
 const OWN: usize = 4;
 const HIDDEN: usize = 5;
@@ -32,40 +33,47 @@ pub struct Surface<'a> {
 
 /// What was found, as in `tracking.judgement`.
 pub struct Judgement {
-    pub agreement: f64,
+    /// Share of contour points with an edge within `agree_px`.
+    pub inlier_ratio: f64,
+    /// Share of contour points with no other object on either side.
     pub free_share: f64,
+    /// Sum of robust squares of edge offsets (Tukey), in independent points.
     pub misfit: f64,
+    /// Mean robust square of the edges found.
     pub roughness: f64,
-    pub alike: f64,
-    pub visible: f64,
-    pub covered: f64,
-    pub likeness: f64,
+    /// Variance of sums of neighbouring residuals over what a solve assumes, at least 1.
+    pub variance_inflation: f64,
+    /// Shares of surface points that show the object, and that something else covers.
+    pub visible_fraction: f64,
+    pub covered_fraction: f64,
+    /// Correlation of drawn and live colours on the visible surface, -1..1; 0 where too little is seen.
+    pub correlation: f64,
 }
 
 impl<L: Lens> Problem<'_, L> {
-    /// How well the window supports a pose, without changing it.
+    /// Scores a pose, without changing it.
     #[inline(always)]
     pub fn judge(
         &self,
         at: &Rigid,
-        halo: f64,
+        silhouette_bias: f64,
         surface: &Surface<'_>,
         is_textured: bool,
         model: &JudgeModel,
     ) -> Judgement {
-        let edges = self.edges(at, halo, model.reach_px);
+        let edges = self.edges(at, silhouette_bias, model.reach_px);
         let mut found = self.outline_judged(at, &edges, model);
         let pixels = surface.points.chunks_exact(3);
         let pixels: Vec<[f64; 2]> = pixels
             .map(|point| self.pixel(at, [point[0], point[1], point[2]]))
             .collect();
         let shown = surface_shown(&self.window, &self.smooth, &pixels, surface.colours);
-        found.visible = shown.visible;
-        found.covered = shown.covered;
+        found.visible_fraction = shown.visible_fraction;
+        found.covered_fraction = shown.covered_fraction;
         if shown.live.len() >= model.least_shown {
-            found.likeness = match is_textured {
-                true => shown.in_detail(model.detail_px).likeness(),
-                false => shown.likeness(),
+            found.correlation = match is_textured {
+                true => shown.in_detail(model.detail_px).correlation(),
+                false => shown.correlation(),
             };
         }
         found
@@ -107,7 +115,7 @@ impl<L: Lens> Problem<'_, L> {
         let count = edges.len().max(1) as f64;
         let correlation = self.model.contour_correlation;
         Judgement {
-            agreement: agrees as f64 / count,
+            inlier_ratio: agrees as f64 / count,
             free_share: f64::from(free) / count,
             misfit: misfit / correlation,
             roughness: match residuals.len() {
@@ -115,17 +123,17 @@ impl<L: Lens> Problem<'_, L> {
                 0 => worst,
                 seen => seen_loss / seen as f64,
             },
-            alike: shared_errors(&pixels, &residuals, correlation, model),
-            visible: 0.0,
-            covered: 0.0,
-            likeness: 0.0,
+            variance_inflation: variance_inflation(&pixels, &residuals, correlation, model),
+            visible_fraction: 0.0,
+            covered_fraction: 0.0,
+            correlation: 0.0,
         }
     }
 }
 
-/// How many times more alike neighbouring residuals are than a solve believes, at least 1.
+/// Variance of sums of neighbouring residuals over what a solve assumes, at least 1.
 #[inline(always)]
-fn shared_errors(
+fn variance_inflation(
     pixels: &[[f32; 2]],
     residuals: &[f64],
     correlation: f64,
@@ -152,10 +160,11 @@ fn shared_errors(
     (together / power.max(1e-9 * residuals.len() as f64) / correlation).max(1.0)
 }
 
-/// What a window shows of a surface: shares, and where it shows the object itself.
+/// What a window shows of a surface: fractions of its points, and the points that show the object
+/// itself.
 struct Shown {
-    visible: f64,
-    covered: f64,
+    visible_fraction: f64,
+    covered_fraction: f64,
     pixels: Vec<[f32; 2]>,
     live: Vec<[f32; 3]>,
     drawn: Vec<[f32; 3]>,
@@ -168,13 +177,13 @@ fn surface_shown(
     pixels: &[[f64; 2]],
     colours: &[f32],
 ) -> Shown {
-    let (mut visible, mut covered) = (0, 0);
+    let (mut visible_fraction, mut covered_fraction) = (0, 0);
     let (mut at, mut live, mut drawn) = (Vec::new(), Vec::new(), Vec::new());
     for (k, pixel) in pixels.iter().enumerate() {
         let seen = window.sample(*pixel);
         let (foreground, own, hidden) = (seen[FOREGROUND], seen[OWN], seen[HIDDEN]);
-        visible += u32::from(own * (1.0 - hidden) > 0.35);
-        covered += u32::from((foreground - own).max(hidden) > 0.5);
+        visible_fraction += u32::from(own * (1.0 - hidden) > 0.35);
+        covered_fraction += u32::from((foreground - own).max(hidden) > 0.5);
         if own > 0.35 && hidden < 0.5 {
             at.push(pixel.map(|side| side as f32));
             live.push(smooth.sample(*pixel));
@@ -183,8 +192,8 @@ fn surface_shown(
     }
     let count = pixels.len().max(1) as f64;
     Shown {
-        visible: f64::from(visible) / count,
-        covered: f64::from(covered) / count,
+        visible_fraction: f64::from(visible_fraction) / count,
+        covered_fraction: f64::from(covered_fraction) / count,
         pixels: at,
         live,
         drawn,
@@ -227,7 +236,7 @@ impl Shown {
 
     /// -1..1: correlation of the drawn colours with the live ones, about their means.
     #[inline(always)]
-    fn likeness(&self) -> f64 {
+    fn correlation(&self) -> f64 {
         let (a, b) = (mean(&self.drawn), mean(&self.live));
         let (mut both, mut own, mut other) = (0.0, 0.0, 0.0);
         for (drawn, live) in self.drawn.iter().zip(&self.live) {
@@ -276,10 +285,13 @@ mod tests {
     fn a_side_that_is_off_makes_its_points_say_less() {
         let pixels: Vec<[f32; 2]> = (0..100).map(|k| [k as f32, 0.0]).collect();
         let apart: Vec<f64> = (0..100).map(|k| f64::from(k % 2) - 0.5).collect();
-        let alike: Vec<f64> = (0..100).map(|k| f64::from(k / 50) - 0.5).collect();
-        assert_eq!(shared_errors(&pixels, &apart, 3.0, &MODEL), 1.0);
-        assert!(shared_errors(&pixels, &alike, 3.0, &MODEL) > 2.0);
-        assert_eq!(shared_errors(&pixels[..5], &alike[..5], 3.0, &MODEL), 1.0);
+        let grouped: Vec<f64> = (0..100).map(|k| f64::from(k / 50) - 0.5).collect();
+        assert_eq!(variance_inflation(&pixels, &apart, 3.0, &MODEL), 1.0);
+        assert!(variance_inflation(&pixels, &grouped, 3.0, &MODEL) > 2.0);
+        assert_eq!(
+            variance_inflation(&pixels[..5], &grouped[..5], 3.0, &MODEL),
+            1.0
+        );
     }
 
     #[test]
@@ -290,13 +302,13 @@ mod tests {
             (0..400).map(|k| [value(k); 3]).collect()
         };
         let shown = Shown {
-            visible: 1.0,
-            covered: 0.0,
+            visible_fraction: 1.0,
+            covered_fraction: 0.0,
             pixels: (0..400).map(place).collect(),
             live: colours(0.05),
             drawn: colours(-0.05),
         };
-        assert!(shown.likeness() < 0.0);
-        assert!(shown.in_detail(3.0).likeness() > 0.5);
+        assert!(shown.correlation() < 0.0);
+        assert!(shown.in_detail(3.0).correlation() > 0.5);
     }
 }

@@ -1,16 +1,16 @@
-//! A lens's exposure from scattered pixels, and whether what rests still looks the same.
+//! A lens's exposure from scattered pixels, and mean colours of patches that are at rest.
 
 use crate::track::fit::solve::median;
 
-/// Gain, falloff and offset of one channel: `seen ≈ plate · (gain + falloff · r²) + offset`, robust
+/// Gain, falloff and offset of one channel: `seen ≈ background · (gain + falloff · r²) + offset`, robust
 /// against pixels that show something else (Geman-McClure, its scale shrinking with the residuals).
-pub fn exposure(plate: &[f64], radius2: &[f64], seen: &[f64], rounds: usize) -> [f64; 3] {
-    let rows: Vec<[f64; 3]> = plate
+pub fn exposure(background: &[f64], radius2: &[f64], seen: &[f64], rounds: usize) -> [f64; 3] {
+    let rows: Vec<[f64; 3]> = background
         .iter()
         .zip(radius2)
         .map(|(p, r)| [*p, p * r, 1.0])
         .collect();
-    let apart: Vec<f64> = seen.iter().zip(plate).map(|(s, p)| s - p).collect();
+    let apart: Vec<f64> = seen.iter().zip(background).map(|(s, p)| s - p).collect();
     let mut x = [1.0, 0.0, median(&apart)];
     let mut residuals = vec![0.0; seen.len()];
     let mut sizes = vec![0.0; seen.len()];
@@ -91,9 +91,9 @@ mod tests {
 
     #[test]
     fn exposure_is_found_in_spite_of_a_fifth_of_strangers() {
-        let plate: Vec<f64> = (0..500).map(|k| (k * 37 % 100) as f64 / 100.0).collect();
+        let background: Vec<f64> = (0..500).map(|k| (k * 37 % 100) as f64 / 100.0).collect();
         let radius2: Vec<f64> = (0..500).map(|k| (k * 53 % 97) as f64 / 97.0).collect();
-        let seen: Vec<f64> = plate
+        let seen: Vec<f64> = background
             .iter()
             .zip(&radius2)
             .enumerate()
@@ -102,7 +102,7 @@ mod tests {
                 _ => p * (1.1 - 0.2 * r) + 0.03,
             })
             .collect();
-        let found = exposure(&plate, &radius2, &seen, 6);
+        let found = exposure(&background, &radius2, &seen, 6);
         for (found, wanted) in found.iter().zip([1.1, -0.2, 0.03]) {
             assert!((found - wanted).abs() < 0.01, "{found} {wanted}");
         }

@@ -8,7 +8,7 @@ use crate::track::rigid::{
     cross, dot, in_frame, product, rotation_vector, times, transposed, turn, Rigid,
 };
 
-/// Shift (3), turn about the world's axes through the object's origin (3), halo.
+/// Shift (3), turn about the world's axes through the object's origin (3), silhouette bias, m.
 pub const UNKNOWNS: usize = 7;
 
 pub type Matrix = [[f64; UNKNOWNS]; UNKNOWNS];
@@ -31,12 +31,13 @@ pub struct Texture<'a> {
     pub slopes: &'a [f32],
 }
 
-/// What was known before looking.
+/// The prior: mean, and standard deviations of the unknowns (m, rad, m).
 #[derive(Clone, Copy)]
 pub struct Prior {
     pub mean: Rigid,
     pub sigma: [f64; UNKNOWNS],
-    pub halo: f64,
+    /// How far the drawn silhouette reaches beyond the seen one, m.
+    pub silhouette_bias: f64,
 }
 
 /// Constants of `tracking.solve`, under their names there.
@@ -58,7 +59,8 @@ pub struct SolveModel {
 #[derive(Clone, Copy)]
 pub struct Estimate {
     pub world_from_object: Rigid,
-    pub halo: f64,
+    /// How far the drawn silhouette reaches beyond the seen one, m.
+    pub silhouette_bias: f64,
     pub information: Matrix,
 }
 
@@ -108,7 +110,7 @@ impl<L: Lens> Problem<'_, L> {
                 step[5] = 0.0;
             }
             at.information = information;
-            at.halo += step[6];
+            at.silhouette_bias += step[6];
             let pose = &mut at.world_from_object;
             for (place, shift) in pose.translation.iter_mut().zip(&step) {
                 *place += shift;
@@ -125,8 +127,8 @@ impl<L: Lens> Problem<'_, L> {
 
     /// What is seen at every contour point of a pose.
     #[inline(always)]
-    pub fn edges(&self, at: &Rigid, halo: f64, reach_px: f64) -> Vec<Edge> {
-        let (offset_px, mut path) = (self.offset_px(at, halo), Path::default());
+    pub fn edges(&self, at: &Rigid, silhouette_bias: f64, reach_px: f64) -> Vec<Edge> {
+        let (offset_px, mut path) = (self.offset_px(at, silhouette_bias), Path::default());
         (0..self.outline.inner.len())
             .map(|k| self.edge(at, k, reach_px, offset_px, &mut path).0)
             .collect()
@@ -143,8 +145,8 @@ impl<L: Lens> Problem<'_, L> {
     }
 
     #[inline(always)]
-    fn offset_px(&self, at: &Rigid, halo: f64) -> f64 {
-        self.model.low_pass_px + halo * self.px_per_m(at)
+    fn offset_px(&self, at: &Rigid, silhouette_bias: f64) -> f64 {
+        self.model.low_pass_px + silhouette_bias * self.px_per_m(at)
     }
 
     /// The pixel of an object point and its derivative by the first six unknowns.
@@ -205,7 +207,7 @@ impl<L: Lens> Problem<'_, L> {
         let mut sums = self.known(at);
         let pose = &at.world_from_object;
         let px_per_m = self.px_per_m(pose);
-        let offset_px = self.model.low_pass_px + at.halo * px_per_m;
+        let offset_px = self.model.low_pass_px + at.silhouette_bias * px_per_m;
         // Tukey's cut-off shrinks with the reach, from half of it down to about 2.5 σ.
         let cutoff = (1.3 * reach_px).max(2.5);
         for k in 0..self.outline.inner.len() {
@@ -215,7 +217,7 @@ impl<L: Lens> Problem<'_, L> {
             }
             let residual = edge.offset / edge.sigma;
             let weight = tukey(residual / cutoff) / self.model.contour_correlation;
-            // A wider halo puts the drawn edge closer to the seen one.
+            // A larger bias puts the drawn edge closer to the seen one.
             let mut jacobian = [-px_per_m / edge.sigma; UNKNOWNS];
             for (entry, along) in jacobian.iter_mut().zip(&along) {
                 *entry = along / edge.sigma;
@@ -247,7 +249,7 @@ impl<L: Lens> Problem<'_, L> {
             let apart = match k {
                 0..3 => prior.mean.translation[k] - pose.translation[k],
                 3..6 => turn[k - 3],
-                _ => prior.halo - at.halo,
+                _ => prior.silhouette_bias - at.silhouette_bias,
             };
             let information = 1.0 / (prior.sigma[k] * prior.sigma[k]);
             sums.information[k][k] = information;

@@ -1,23 +1,27 @@
-//! How well a small object that is drawn into the empty room explains the live picture.
-//! `tracking/resemblance.py` says the same.
+//! Similarity score of a small object that is rendered over the background and the live picture.
+//! The NumPy reference is `tracking/resemblance.py`.
 
 use std::sync::OnceLock;
 
 use crate::track::appearance::relight::Seen;
 use crate::track::picture::{filtered, gaussian};
 
-/// Blur of the lens, and the scale of detail: roughly, and closely.
+/// Standard deviation of the lens's blur, px, and the taps of its filter; as in `tracking.resemblance`.
 const LENS_BLUR_PX: f32 = 0.6;
 const LENS_TAPS: usize = 5;
+/// Standard deviation, px, of the blur that detail is what differs from; taps of its filter.
 const DETAIL_PX: f32 = 3.0;
 const DETAIL_TAPS: usize = 19;
+/// The same for a close comparison.
 const CLOSE_PX: f32 = 1.0;
 const CLOSE_TAPS: usize = 7;
+/// Smallest sum of squares that a correlation divides by.
 const LEAST_POWER: f32 = 1e-6;
 
-/// What is taken for strange, and for the object's; see `tracking.resemblance`.
+/// Constants of `tracking.resemblance`, under their names there: the colour distance at which a
+/// pixel counts as half changed, the alpha above which it shows the object, and pixels of doubt.
 #[derive(Clone, Copy)]
-pub struct ResemblanceModel {
+pub struct SimilarityModel {
     pub strange: f32,
     pub on_object: f32,
     pub doubt_px: f64,
@@ -30,7 +34,7 @@ pub struct Setting {
     live: Vec<f32>,
     empty: Vec<f32>,
     free: Vec<f32>,
-    model: ResemblanceModel,
+    model: SimilarityModel,
     known: OnceLock<Known>,
 }
 
@@ -54,7 +58,7 @@ impl Setting {
         empty: &[f32],
         free: &[f32],
         size: [usize; 2],
-        model: ResemblanceModel,
+        model: SimilarityModel,
     ) -> Self {
         Setting {
             size,
@@ -66,7 +70,7 @@ impl Setting {
         }
     }
 
-    /// What is the same for whatever is drawn, told when it is first asked for.
+    /// What is the same for whatever is drawn, computed when it is first asked for.
     #[inline(always)]
     fn known(&self) -> &Known {
         if let Some(known) = self.known.get() {
@@ -76,7 +80,7 @@ impl Setting {
         let known = Known {
             live_detail: detail(&self.live, self.size, self.model.closely),
             empty_detail: detail(&self.empty, self.size, self.model.closely),
-            changed_px: strange_px(&self.empty, &self.live, &self.free, self.model.strange),
+            changed_px: changed_px_between(&self.empty, &self.live, &self.free, self.model.strange),
         };
         self.known.get_or_init(|| known)
     }
@@ -96,16 +100,19 @@ impl Setting {
         }
     }
 
-    /// In how many pixels the live picture is not what a drawn object would make it.
+    /// Pixels, in fractions too, in which the live picture differs from the rendering over the
+    /// background.
     #[inline(always)]
-    pub fn strange(&self, rgb: &[f32], alpha: &[f32]) -> f64 {
+    pub fn unexplained_px(&self, rgb: &[f32], alpha: &[f32]) -> f64 {
         let shown = self.shown(rgb, alpha);
-        strange_px(&shown.rgb, &self.live, &self.free, self.model.strange)
+        changed_px_between(&shown.rgb, &self.live, &self.free, self.model.strange)
     }
 
-    /// How much a drawn object resembles the picture, at most 1, 0 for by chance.
+    /// Similarity score of a rendered object and the live picture: at most 1, about 0 by chance.
+    /// The mean of the share of changed pixels that it explains and of the correlation of detail
+    /// gained over the background's.
     #[inline(always)]
-    pub fn resemblance(&self, rgb: &[f32], alpha: &[f32]) -> f64 {
+    pub fn similarity(&self, rgb: &[f32], alpha: &[f32]) -> f64 {
         let shown = self.shown(rgb, alpha);
         let lens: [f32; LENS_TAPS] = gaussian(LENS_BLUR_PX);
         let around = filtered(&shown.alpha, self.size, 1, &lens);
@@ -125,8 +132,8 @@ impl Setting {
             empty_detail,
             ..
         } = self.known();
-        let shared = detail_shared(&drawn, live_detail, &on_object);
-        let without = detail_shared(empty_detail, live_detail, &on_object);
+        let shared = detail_correlation(&drawn, live_detail, &on_object);
+        let without = detail_correlation(empty_detail, live_detail, &on_object);
         0.5 * (self.share_explained(&shown.rgb) + shared - without.max(0.0))
     }
 
@@ -156,16 +163,16 @@ impl Setting {
     #[inline(always)]
     fn share_explained(&self, shown: &[f32]) -> f64 {
         let strange = self.model.strange;
-        let covered = strange_px(&self.empty, shown, &self.free, strange);
+        let covered = changed_px_between(&self.empty, shown, &self.free, strange);
         let most = self.known().changed_px.max(covered);
-        let left = strange_px(shown, &self.live, &self.free, strange);
+        let left = changed_px_between(shown, &self.live, &self.free, strange);
         (most - left) / (most + self.model.doubt_px)
     }
 }
 
-/// In how many pixels two pictures differ, of those that are free.
+/// Sum over pixels of how much two pictures differ there, 0..1, times `free`.
 #[inline(always)]
-fn strange_px(first: &[f32], second: &[f32], free: &[f32], strange: f32) -> f64 {
+fn changed_px_between(first: &[f32], second: &[f32], free: &[f32], strange: f32) -> f64 {
     let pixels = first.chunks_exact(3).zip(second.chunks_exact(3)).zip(free);
     let each = pixels.map(|((a, b), free)| {
         let apart2: f32 = (0..3).map(|k| (a[k] - b[k]) * (a[k] - b[k])).sum();
@@ -188,9 +195,9 @@ fn detail(picture: &[f32], size: [usize; 2], closely: bool) -> Vec<f32> {
     smooth
 }
 
-/// -1..1: how alike fine structures are, in strength as well.
+/// Correlation of detail, -1..1, by weight; lower where the strengths differ.
 #[inline(always)]
-fn detail_shared(first: &[f32], second: &[f32], weight: &[f32]) -> f64 {
+fn detail_correlation(first: &[f32], second: &[f32], weight: &[f32]) -> f64 {
     let (mut both, mut power) = (0.0, 0.0);
     let pixels = first.chunks_exact(3).zip(second.chunks_exact(3));
     for ((a, b), weight) in pixels.zip(weight) {
@@ -210,7 +217,7 @@ mod tests {
     use super::*;
 
     const SIZE: [usize; 2] = [24, 20];
-    const MODEL: ResemblanceModel = ResemblanceModel {
+    const MODEL: SimilarityModel = SimilarityModel {
         strange: 0.15,
         on_object: 0.1,
         doubt_px: 8.0,
@@ -231,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn the_drawn_place_resembles_the_picture_more_than_one_beside_it() {
+    fn the_drawn_place_scores_higher_than_one_beside_it() {
         let (rgb, alpha) = square(8);
         let grey = vec![0.5; 3 * 480];
         let free = vec![1.0; 480];
@@ -239,8 +246,10 @@ mod tests {
         let live = plain.shown(&rgb, &alpha).rgb;
         let setting = Setting::new(&live, &grey, &free, SIZE, MODEL);
         let (beside, beside_alpha) = square(10);
-        assert!(setting.resemblance(&rgb, &alpha) > 0.8);
-        assert!(setting.resemblance(&beside, &beside_alpha) < 0.5);
-        assert!(setting.strange(&rgb, &alpha) < setting.strange(&beside, &beside_alpha));
+        assert!(setting.similarity(&rgb, &alpha) > 0.8);
+        assert!(setting.similarity(&beside, &beside_alpha) < 0.5);
+        assert!(
+            setting.unexplained_px(&rgb, &alpha) < setting.unexplained_px(&beside, &beside_alpha)
+        );
     }
 }

@@ -1,4 +1,4 @@
-//! What Python sees of portraits that are laid over drawings.
+//! What Python sees of the appearance memory.
 
 use numpy::{PyArray1, PyReadonlyArrayDyn};
 use pyo3::exceptions::PyValueError;
@@ -9,16 +9,15 @@ use crate::python::check::check_length;
 use crate::python::lens::{with_lens, LensRequest};
 use crate::python::track::reduction::DrawnRequest;
 use crate::python::track::request::rigid;
-use crate::track::appearance::portrait;
-use crate::track::appearance::portrait::Portrait;
+use crate::track::appearance::memory::{self, AppearanceMemory};
 use crate::track::picture::Picture;
 
 type Floats<'py> = PyReadonlyArrayDyn<'py, f32>;
 
-/// A portrait, and how it is seen from the drawing.
+/// An appearance memory and its camera, relative to the rendering's.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-pub(crate) struct PortraitRequest<'py> {
+pub(crate) struct MemoryRequest<'py> {
     shown: Floats<'py>,
     depth: Floats<'py>,
     lens: LensRequest,
@@ -27,13 +26,13 @@ pub(crate) struct PortraitRequest<'py> {
     worth: f32,
 }
 
-/// The colours of a drawing with those that a portrait knows better.
+/// Colours of a rendering, blended with those of the appearance memory `portrait`; flat RGB.
 #[pyfunction]
 #[pyo3(signature = (drawn, portrait, *, lens, least_alpha))]
 pub(crate) fn laid_on<'py>(
     py: Python<'py>,
     drawn: DrawnRequest<'py>,
-    portrait: PortraitRequest<'py>,
+    portrait: MemoryRequest<'py>,
     lens: LensRequest,
     least_alpha: f32,
 ) -> PyResult<Bound<'py, PyArray1<f32>>> {
@@ -49,17 +48,17 @@ pub(crate) fn laid_on<'py>(
     }
     let colours = py.detach(|| {
         with_lens!(&lens.lens(), here => with_lens!(&portrait.lens.lens(), there => {
-            let portrait = Portrait {
+            let memory = AppearanceMemory {
                 shown: Picture { values: shown, width, height },
                 depth: Picture { values: depth, width, height },
                 lens: there,
                 there_from_here: rigid(&portrait.there_from_here),
                 slack: portrait.slack_m,
-                worth: portrait.worth,
+                weight: portrait.worth,
             };
             Simd::detect().run(
                 #[inline(always)]
-                || portrait::laid_on(&drawn, here, &portrait, least_alpha),
+                || memory::laid_on(&drawn, here, &memory, least_alpha),
             )
         }))
     });
