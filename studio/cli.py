@@ -69,9 +69,15 @@ VERBS = (
     ),
     Verb(
         "evaluate preparation",
-        "studio.evaluate.preparation",
+        "studio.verbs.evaluate_preparation",
         "film a built-in room, prepare it and hold the result against the truth",
         "nexus evaluate preparation lab --json",
+    ),
+    Verb(
+        "evaluate dataset",
+        "studio.evaluate.dataset.verb",
+        "take a folder of photos and 360° pictures with exact truth through prepare, cut and track",
+        "nexus evaluate dataset room_c --out out/room_c",
     ),
     Verb(
         "track",
@@ -81,7 +87,7 @@ VERBS = (
     ),
     Verb(
         "evaluate",
-        "studio.evaluate.tracker",
+        "studio.verbs.evaluate",
         "hold the tracker against the truth, with the paper's method on the same frames",
         "nexus evaluate room --method paper --seeds 5 --plot",
     ),

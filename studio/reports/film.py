@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from fractions import Fraction
-from pathlib import Path
 from typing import cast
 
-import av
 import cv2
 import numpy as np
-from av.video.frame import VideoFrame
-from av.video.reformatter import ColorRange, Colorspace
-from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
+from devices.messages import Frame
+from devices.recording_codec import RecordedTruth
+from scenes.cameras import Rig
 from scenes.package import ScenePackage
 from scenes.pose import Pose
-from scenes.state import TrackedObject, TrackState
+from scenes.state import Avatar, TrackedObject, TrackState
 from studio.evaluate.metrics import pose_error
 from studio.evaluate.scores import SYMMETRY_OF_KIND
-from studio.session.sources import SessionInput
+from studio.session.session import SessionOutput
 from studio.view.overlay import (
     FAINT,
     INK,
@@ -39,12 +36,21 @@ from studio.view.overlay import (
 from studio.view.surface_drawing import LivePicture
 from studio.view.twin import BACKGROUND, Twin, lens_camera
 
-PANEL_PX, GAP_PX, HEADER_PX, FOOTER_PX = 480, 8, 64, 72
+PANEL_PX = 480
+"""Side of each of the three panels in pixels, chosen: three fit a screen 1500 pixels wide."""
+
+GAP_PX, HEADER_PX, FOOTER_PX = 8, 64, 72
+"""Pixels around the panels, above and below them, chosen for the text's sizes."""
+
 WIDTH_PX = 3 * PANEL_PX + 4 * GAP_PX
+"""Of a film's picture, pixels."""
+
 HEIGHT_PX = HEADER_PX + PANEL_PX + FOOTER_PX
+"""Of a film's picture, pixels; even, as H.264 wants it."""
 
 Picture = NDArray[np.uint8]
 Words = list[tuple[tuple[float, float], str, Colour, int, bool]]
+"""Position (pixels), text, colour, size (pixels), bold: see `studio.view.overlay.write_words`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +59,46 @@ class FilmTitle:
 
     scene: str
     detail: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FilmFrame:
+    """What one picture of the film is drawn of: a session's output without its large images.
+
+    Attributes:
+        t_ns: capture time on the session clock.
+        camera_panel: (PANEL_PX, PANEL_PX, 3) RGB of the front lens.
+        rig: the camera's lenses.
+        world_from_rig: the camera's pose as the session knows it, or None.
+        tracks: the shown method's answer by object id.
+        live: surfaces that show live video.
+        avatars: people at that time.
+        truth: the ground truth, or None.
+    """
+
+    t_ns: int
+    camera_panel: Picture
+    rig: Rig
+    world_from_rig: Pose | None
+    tracks: Mapping[str, TrackedObject]
+    live: tuple[LivePicture, ...]
+    avatars: tuple[Avatar, ...]
+    truth: RecordedTruth | None
+
+
+def film_frame(output: SessionOutput) -> FilmFrame:
+    """The film's part of one output: a few milliseconds, most of them for a smaller image."""
+    frame, truth = output.input.frame, output.message.truth
+    return FilmFrame(
+        t_ns=frame.t_ns,
+        camera_panel=_camera_panel(frame),
+        rig=frame.rig,
+        world_from_rig=frame.world_from_rig,
+        tracks={track.object_id: track for track in output.shown.objects},
+        live=output.surfaces,
+        avatars=output.input.avatars,
+        truth=None if truth is None else truth.recorded,
+    )
 
 
 class FilmMaker:
@@ -71,45 +117,25 @@ class FilmMaker:
         self._title = title
         self._above = twin.above(PANEL_PX)
 
-    def picture(
-        self,
-        message: SessionInput,
-        tracks: Mapping[str, TrackedObject],
-        live: Sequence[LivePicture] = (),
-    ) -> Picture:
-        """One picture of the film, (HEIGHT_PX, WIDTH_PX, 3) RGB.
-
-        Args:
-            message: the frame, and the truth if there is one.
-            tracks: the shown method's answer by object id.
-            live: surfaces that show live video.
-        """
+    def picture(self, frame: FilmFrame) -> Picture:
+        """One picture of the film, (HEIGHT_PX, WIDTH_PX, 3) RGB."""
         background = np.array(BACKGROUND) * 255
         canvas = np.empty((HEIGHT_PX, WIDTH_PX, 3), dtype=np.uint8)
         canvas[:] = background.astype(np.uint8)
-        panels = (
-            _camera_picture(message),
-            self._from_camera(message, tracks, live),
-            self._from_above(message, tracks),
-        )
+        panels = (frame.camera_panel, self._from_camera(frame), self._from_above(frame))
         for place, panel in enumerate(panels):
             x = GAP_PX + place * (PANEL_PX + GAP_PX)
             canvas[HEADER_PX : HEADER_PX + PANEL_PX, x : x + PANEL_PX] = panel
-        words = self._header(message) + self._footer(message, tracks)
+        words = self._header(frame) + self._footer(frame)
         return write_words(canvas, words)
 
-    def _from_camera(
-        self,
-        message: SessionInput,
-        tracks: Mapping[str, TrackedObject],
-        live: Sequence[LivePicture],
-    ) -> Picture:
-        rig = message.frame.rig
+    def _from_camera(self, frame: FilmFrame) -> Picture:
+        rig = frame.rig
         camera = lens_camera(rig.lenses[0], PANEL_PX)
-        world_from_rig = message.frame.world_from_rig or self._scene.world_from_rig
+        world_from_rig = frame.world_from_rig or self._scene.world_from_rig
         world_from_camera = world_from_rig @ rig.rig_from_lens[0]
-        drawn = self._twin.picture(_poses(tracks), camera, world_from_camera, live=live)
-        for object_id, track in tracks.items():
+        drawn = self._twin.picture(_poses(frame.tracks), camera, world_from_camera, live=frame.live)
+        for object_id, track in frame.tracks.items():
             if track.state is not TrackState.STATIC:
                 draw_footprint(
                     drawn,
@@ -122,13 +148,14 @@ class FilmMaker:
                 )
         return drawn
 
-    def _from_above(self, message: SessionInput, tracks: Mapping[str, TrackedObject]) -> Picture:
+    def _from_above(self, frame: FilmFrame) -> Picture:
         camera, world_from_camera = self._above
-        drawn = self._twin.picture_from_above(_poses(tracks), PANEL_PX)
-        for object_id, track in tracks.items():
+        drawn = self._twin.picture_from_above(_poses(frame.tracks), PANEL_PX)
+        true_poses = frame.truth.world_from_object if frame.truth is not None else {}
+        for object_id, track in frame.tracks.items():
             box = self._models[object_id].box_m
-            if message.truth is not None and object_id in message.truth.world_from_object:
-                true = message.truth.world_from_object[object_id]
+            if object_id in true_poses:
+                true = true_poses[object_id]
                 draw_footprint(
                     drawn, camera, world_from_camera, true, box, colour=TRUTH, width_px=1
                 )
@@ -141,13 +168,13 @@ class FilmMaker:
                 colour=STATE_COLOURS[track.state],
                 dashed=track.state is TrackState.OCCLUDED,
             )
-        for avatar in message.avatars:
+        for avatar in frame.avatars:
             draw_avatar(drawn, camera, world_from_camera, avatar)
         return drawn
 
-    def _header(self, message: SessionInput) -> Words:
+    def _header(self, frame: FilmFrame) -> Words:
         left = float(GAP_PX + 4)
-        clock = f"{message.frame.t_ns / 1e9:6.1f} s"
+        clock = f"{frame.t_ns / 1e9:6.1f} s"
         right = WIDTH_PX - GAP_PX - 4 - width_of(clock, 20, bold=True)
         words: Words = [
             ((left, 24.0), self._title.scene, INK, 18, True),
@@ -170,83 +197,40 @@ class FilmMaker:
             x += width_of(text, 12) + 14
         return words
 
-    def _footer(self, message: SessionInput, tracks: Mapping[str, TrackedObject]) -> Words:
+    def _footer(self, frame: FilmFrame) -> Words:
         """One column per object: name, state, and how far the track is from the truth."""
         words: Words = []
-        column = (WIDTH_PX - 2 * GAP_PX) / max(len(tracks), 1)
+        column = (WIDTH_PX - 2 * GAP_PX) / max(len(frame.tracks), 1)
         top = HEADER_PX + PANEL_PX
-        for place, (object_id, track) in enumerate(tracks.items()):
+        for place, (object_id, track) in enumerate(frame.tracks.items()):
             x = GAP_PX + 4 + place * column
             model = self._models[object_id]
             words.append(((x, top + 24.0), model.name, INK, 14, True))
             after = x + width_of(model.name, 14, bold=True) + 10
             state = f"● {STATE_WORDS[track.state]}"
             words.append(((after, top + 24.0), state, STATE_COLOURS[track.state], 13, False))
-            if message.truth is None or object_id not in message.truth.world_from_object:
+            truth = frame.truth
+            if truth is None or object_id not in truth.world_from_object:
                 continue
             symmetry = SYMMETRY_OF_KIND.get(model.kind, 1)
-            true = message.truth.world_from_object[object_id]
+            true = truth.world_from_object[object_id]
             error = pose_error(track.world_from_object, true, symmetry=symmetry)
             turn = f"{error.yaw_deg:5.1f}°" if symmetry else "  round"
-            seen = message.truth.visible_fraction.get(object_id, 1.0)
+            seen = truth.visible_fraction.get(object_id, 1.0)
             text = f"off by {error.world_cm:4.1f} cm {turn} · {seen:.0%} in sight"
             words.append(((x, top + 48.0), text, FAINT, 13, False))
         return words
-
-
-def write_film(path: Path, pictures: Iterable[Picture], fps: float) -> int:
-    """Write pictures of even size as H.264 (yuv420p) that every player opens.
-
-    Returns:
-        How many pictures were written.
-
-    Raises:
-        OSError: the disk is full or the place not writable; no film is left then.
-    """
-    count = 0
-    part = path.with_name(path.name + ".part")
-    try:
-        with av.open(str(part), "w", format="mp4", options={"movflags": "+faststart"}) as container:
-            stream: VideoStream | None = None
-            for picture in pictures:
-                if stream is None:
-                    rate = Fraction(fps).limit_denominator(1001)
-                    options = {"crf": "21", "preset": "veryfast", "threads": "1"}
-                    stream = cast(
-                        VideoStream, container.add_stream("libx264", rate=rate, options=options)
-                    )
-                    stream.height, stream.width = picture.shape[:2]
-                    stream.pix_fmt = "yuv420p"
-                    stream.codec_context.colorspace = Colorspace.ITU709
-                    stream.codec_context.color_range = ColorRange.MPEG
-                frame = VideoFrame.from_ndarray(picture, format="rgb24").reformat(
-                    format="yuv420p",
-                    dst_colorspace=Colorspace.ITU709,
-                    dst_color_range=ColorRange.MPEG,
-                )
-                frame.pts = count
-                for packet in stream.encode(frame):
-                    container.mux(packet)
-                count += 1
-            if stream is not None:
-                for packet in stream.encode(None):
-                    container.mux(packet)
-        part.replace(path)
-    except BaseException:
-        part.unlink(missing_ok=True)
-        raise
-    return count
 
 
 def _poses(tracks: Mapping[str, TrackedObject]) -> dict[str, Pose]:
     return {object_id: track.world_from_object for object_id, track in tracks.items()}
 
 
-def _camera_picture(message: SessionInput) -> Picture:
-    """The front lens's picture at the panel's size, cut to the lens's circle like the twin's."""
+def _camera_panel(frame: Frame) -> Picture:
+    """(PANEL_PX, PANEL_PX, 3) RGB of the front lens, cut to the lens's circle like the twin's."""
     size = (PANEL_PX, PANEL_PX)
-    small = cv2.resize(message.frame.images[0], size, interpolation=cv2.INTER_AREA)
-    lens = lens_camera(message.frame.rig.lenses[0], PANEL_PX)
+    small = cv2.resize(frame.images[0], size, interpolation=cv2.INTER_AREA)
+    lens = lens_camera(frame.rig.lenses[0], PANEL_PX)
     y, x = np.mgrid[:PANEL_PX, :PANEL_PX] + 0.5
     outside = np.hypot(x - lens.cx, y - lens.cy) > lens.circle_px
     small[outside] = (np.array(BACKGROUND) * 255).astype(np.uint8)

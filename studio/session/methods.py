@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Protocol
 
+from devices.messages import Frame
 from scenes.package import ScenePackage
+from sim.truth import GroundTruth
 from tracking.baseline.detect import Detector
 from tracking.baseline.matcher import Matcher
 from tracking.output import Stopwatch, TrackingMethod, no_stopwatch
 
 METHODS = ("own", "paper")
+"""Names of the trackers; the first is the default."""
+
+
+class TruthDetector(Detector, Protocol):
+    """A detector that stands in for a trained network, made of the ground truth of each frame."""
+
+    def see(self, frame: Frame, truth: GroundTruth) -> None:
+        """Take the frame that the next calls of `detect` are about, and its ground truth."""
+        ...
 
 
 def make_method(
@@ -25,8 +36,8 @@ def make_method(
     Args:
         name: one of `METHODS`.
         scene: splats of the room and of its objects, with their last known poses.
-        detector: finds the objects for the paper's method, such as a perfect one in place of its
-            trained network; without one, it looks for what differs from the empty room.
+        detector: finds the objects for the paper's method, such as a `TruthDetector` in place of
+            its trained network; without one, the method finds what differs from the empty room.
         matcher: finds corresponding points for the paper's method; SIFT if None.
         stopwatch: for the stage durations.
 

@@ -30,12 +30,16 @@ from devices.recording_codec import (
 from devices.streams import BoundedQueue
 from scenes.package import ScenePackage
 from scenes.state import LiveSurface, SceneState, reduce_state
-from studio.evaluate.filmed.perfect_detector import PerfectDetector
 from studio.session.latency import Latencies
 from studio.session.live_surfaces import LiveSurfaces
-from studio.session.methods import METHODS, make_method
+from studio.session.methods import METHODS, TruthDetector, make_method
 from studio.session.pipeline import ExactExecutor, Executor, PacedExecutor, RecorderThread
-from studio.session.sources import SessionInput, recorded_inputs, simulated_inputs
+from studio.session.sources import (
+    SessionInput,
+    SessionMessage,
+    recorded_messages,
+    simulated_messages,
+)
 from studio.view.surface_drawing import LivePicture
 from tracking.output import TrackingMethod, TrackOutput
 
@@ -82,18 +86,23 @@ class SessionOutput:
     """What one frame led to.
 
     Attributes:
-        input: the frame and what came with it.
+        message: the frame, what came with it, and what rode beside it.
         tracks: every method's answer.
         state: the live room after it.
         surfaces: what its live surfaces show.
         now_ns: session time when it was ready.
     """
 
-    input: SessionInput
+    message: SessionMessage
     tracks: Mapping[str, TrackOutput]
     state: SceneState
     surfaces: tuple[LivePicture, ...]
     now_ns: int
+
+    @property
+    def input(self) -> SessionInput:
+        """The frame and what came with it."""
+        return self.message.input
 
     @property
     def shown(self) -> TrackOutput:
@@ -128,22 +137,22 @@ class Session:
         plan: SessionPlan,
         scene: ScenePackage,
         info: SessionInfo,
-        inputs: Callable[[], Iterator[SessionInput]],
+        messages: Callable[[], Iterator[SessionMessage]],
         methods: Mapping[str, TrackingMethod[Any]],
         *,
         duration_ns: int,
         clock: Clock,
         executor: Executor,
-        perfect_detector: PerfectDetector | None = None,
+        truth_detector: TruthDetector | None = None,
     ) -> None:
         self.plan = plan
         self.scene = scene
         self.info = info
         self.duration_ns = duration_ns
-        self._inputs = inputs
+        self._messages = messages
         self._clock = clock
         self._executor = executor
-        self._perfect_detector = perfect_detector
+        self._truth_detector = truth_detector
         self._latencies = Latencies()
         self._methods = dict(methods)
         self._states: dict[str, Any] = {name: m.start() for name, m in self._methods.items()}
@@ -191,7 +200,7 @@ class Session:
                 if self.plan.pace is Pace.PACED:
                     self._write = stack.enter_context(RecorderThread(recorder)).write
             dropped = self._executor.run(
-                self._timed_inputs,
+                self._timed_messages,
                 entered=self._enter,
                 step=lambda message: watch(self._step(message)),
                 cancelled=cancelled or threading.Event(),
@@ -199,20 +208,20 @@ class Session:
         shed = recorder.shed_video if recorder is not None else 0
         return SessionResult(self._frames, dropped, self._lost, self._latencies, shed)
 
-    def _timed_inputs(self) -> Iterator[SessionInput]:
-        inputs = self._inputs()
+    def _timed_messages(self) -> Iterator[SessionMessage]:
+        messages = self._messages()
         while True:
             started = time.perf_counter_ns()
-            message = next(inputs, None)
+            message = next(messages, None)
             if message is None:
                 return
             self._latencies.add({"source": time.perf_counter_ns() - started})
             yield message
 
-    def _step(self, message: SessionInput) -> SessionOutput:
+    def _step(self, message: SessionMessage) -> SessionOutput:
         outputs: dict[str, TrackOutput] = {}
-        if self._perfect_detector is not None and message.masks is not None:
-            self._perfect_detector.see(message.frame, message.masks)
+        if self._truth_detector is not None and message.truth is not None:
+            self._truth_detector.see(message.frame, message.truth)
         for place, (name, method) in enumerate(self._methods.items()):
             started = time.perf_counter_ns()
             self._states[name], output = method.step(
@@ -223,46 +232,47 @@ class Session:
             outputs[name] = output
         self._record_tracks(outputs)
         shown = outputs[self.plan.methods[0]]
-        for change in chain(shown.objects, message.avatars, self._new_surfaces(message)):
-            self._scene_state = reduce_state(self._scene_state, change, message.frame.t_ns)
-        surfaces = self._seen_surfaces(message, shown)
+        live = message.input
+        for change in chain(shown.objects, live.avatars, self._new_surfaces(live)):
+            self._scene_state = reduce_state(self._scene_state, change, live.frame.t_ns)
+        surfaces = self._seen_surfaces(live, shown)
         self._frames += 1
         return SessionOutput(message, outputs, self._scene_state, surfaces, self._clock.now_ns())
 
-    def _new_surfaces(self, message: SessionInput) -> list[LiveSurface]:
+    def _new_surfaces(self, live: SessionInput) -> list[LiveSurface]:
         """What has become live since the last frame, recorded."""
         found: list[LiveSurface] = []
         while (surface := self._made_live.take()) is not None:
-            self._write(RecordedSurface(message.frame.t_ns, surface))
+            self._write(RecordedSurface(live.frame.t_ns, surface))
             found.append(surface)
         return found
 
-    def _seen_surfaces(self, message: SessionInput, shown: TrackOutput) -> tuple[LivePicture, ...]:
+    def _seen_surfaces(self, live: SessionInput, shown: TrackOutput) -> tuple[LivePicture, ...]:
         surfaces = self._scene_state.surfaces
         if not surfaces:
             return ()
         started = time.perf_counter_ns()
-        pictures = self._live_surfaces.step(message.frame, surfaces, shown)
+        pictures = self._live_surfaces.step(live.frame, surfaces, shown)
         self._latencies.add({"surfaces": time.perf_counter_ns() - started})
         return pictures
 
-    def _enter(self, message: SessionInput) -> None:
-        frame = message.frame
+    def _enter(self, message: SessionMessage) -> None:
+        live, frame = message.input, message.frame
         self._lost += frame.seq - self._next_seq
         self._next_seq = frame.seq + 1
-        for event in message.events:
+        for event in live.events:
             self._write(event)
         stamp = FrameStamp(
             frame.stream_id, frame.seq, frame.t_ns, frame.received_ns, frame.world_from_rig
         )
         self._write(stamp)
-        self._write(message.packet)
-        for avatar in message.avatars:
+        self._write(live.packet)
+        for avatar in live.avatars:
             self._write(RecordedAvatar(frame.t_ns, avatar))
         if message.truth is not None:
-            self._write(message.truth)
+            self._write(message.truth.recorded)
         # A frame may be dropped on its way to the stages, what became live with it may not.
-        for surface in message.surfaces:
+        for surface in live.surfaces:
             self.make_live(surface)
 
     def _record_tracks(self, outputs: Mapping[str, TrackOutput]) -> None:
@@ -271,8 +281,13 @@ class Session:
                 self._write(RecordedTrack(name, track))
 
 
-def open_session(plan: SessionPlan) -> Session:
+def open_session(plan: SessionPlan, *, truth_detector: TruthDetector | None = None) -> Session:
     """Choose adapters, clock, executor and recorder, and put them together.
+
+    Args:
+        plan: what to play.
+        truth_detector: finds the objects for the paper's method in a simulation; without one, the
+            method finds what differs from the empty room.
 
     Raises:
         ValueError: the scene, scenario or recording is bad, or a method is unknown.
@@ -284,22 +299,21 @@ def open_session(plan: SessionPlan) -> Session:
     clock: Clock = ManualClock() if plan.pace is Pace.EXACT else WallClock()
     executor = ExactExecutor(clock) if plan.pace is Pace.EXACT else PacedExecutor(clock)
     made = _recorded(plan) if plan.recording is not None else _simulated(plan)
-    scene, info, inputs, duration_ns = made
-    perfect_detector = PerfectDetector()
+    scene, info, messages, duration_ns = made
     methods = {
-        name: make_method(name, scene, perfect_detector, stopwatch=time.perf_counter_ns)
+        name: make_method(name, scene, truth_detector, stopwatch=time.perf_counter_ns)
         for name in plan.methods
     }
     return Session(
         plan,
         scene,
         info,
-        inputs,
+        messages,
         methods,
         duration_ns=duration_ns,
         clock=clock,
         executor=executor,
-        perfect_detector=perfect_detector,
+        truth_detector=truth_detector,
     )
 
 
@@ -318,7 +332,7 @@ def scene_hash(scene: ScenePackage) -> str:
     return digest.hexdigest()
 
 
-Made = tuple[ScenePackage, SessionInfo, Callable[[], Iterator[SessionInput]], int]
+Made = tuple[ScenePackage, SessionInfo, Callable[[], Iterator[SessionMessage]], int]
 
 
 def _simulated(plan: SessionPlan) -> Made:
@@ -360,7 +374,8 @@ def _simulated(plan: SessionPlan) -> Made:
     )
     steps = partial(simulate, room, scenario, seed=plan.seed)
     corners = {item.surface_id: np.array(item.corners_in_world) for item in scenario.surfaces}
-    return scene, info, lambda: simulated_inputs(steps(), corners), round(scenario.duration_s * 1e9)
+    duration_ns = round(scenario.duration_s * 1e9)
+    return scene, info, lambda: simulated_messages(steps(), corners), duration_ns
 
 
 def _recorded(plan: SessionPlan) -> Made:
@@ -381,7 +396,7 @@ def _recorded(plan: SessionPlan) -> Made:
             f"{path}: recorded with another version of scene {info.scene!r} "
             f"({info.scene_hash[:12]}, here {found[:12]}); tracks cannot be compared"
         )
-    return scene, info, partial(recorded_inputs, path, info), 0
+    return scene, info, partial(recorded_messages, path, info), 0
 
 
 def _discard(_value: RecordedValue) -> None:

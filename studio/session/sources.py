@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,7 +21,7 @@ from devices.recording_codec import (
 )
 from devices.replay import FrameAssembler
 from scenes.state import Avatar, LiveSurface, TrackedObject
-from studio.evaluate.filmed.perfect_detector import Masks
+from sim.truth import GroundTruth
 from studio.session.live_surfaces import live_surface
 
 if TYPE_CHECKING:
@@ -34,17 +34,13 @@ Corners = Mapping[str, ArrayLike]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SessionInput:
-    """One camera frame and everything that came with it.
+    """One camera frame and everything that came with it: what live devices deliver, too.
 
     Attributes:
         frame: what the tracker sees.
         packet: the frame as it left the camera.
         avatars: people at that time.
         events: what happened since the frame before.
-        truth: where things really are; only the report looks at it.
-        recorded: tracks found in a recording, with the name of their method.
-        masks: per body id, where each lens really sees it; only of a simulation, and only for
-            `PerfectDetector`.
         surfaces: what has become live since the frame before.
     """
 
@@ -52,21 +48,42 @@ class SessionInput:
     packet: EncodedFrame
     avatars: tuple[Avatar, ...] = ()
     events: tuple[Event, ...] = ()
-    truth: RecordedTruth | None = None
-    recorded: tuple[tuple[str, TrackedObject], ...] = ()
-    masks: Masks | None = None
     surfaces: tuple[LiveSurface, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SessionMessage:
+    """A session's input on its way to the stages, and what rides beside it past them.
+
+    Attributes:
+        input: what the stages see.
+        truth: the simulator's, live or recorded; None of a real camera.
+        recorded: tracks of a recording, each with the name of its method; empty unless replayed.
+    """
+
+    input: SessionInput
+    truth: GroundTruth | None = None
+    recorded: tuple[tuple[str, TrackedObject], ...] = ()
+
+    @property
+    def frame(self) -> Frame:
+        """The input's frame."""
+        return self.input.frame
 
     @property
     def t_ns(self) -> int:
-        """When the session gets to see the frame."""
-        return self.frame.received_ns
+        """Session time at which the input arrives, ns."""
+        return self.input.frame.received_ns
+
+    def with_frame(self, frame: Frame) -> SessionMessage:
+        """The same message around another frame."""
+        return replace(self, input=replace(self.input, frame=frame))
 
 
-def simulated_inputs(
+def simulated_messages(
     steps: Iterator[SimulatedStep], corners_of_surfaces: Corners | None = None
-) -> Iterator[SessionInput]:
-    """The inputs of a simulated session, in order.
+) -> Iterator[SessionMessage]:
+    """The messages of a simulated session, in order of time.
 
     Args:
         steps: of the simulator.
@@ -76,27 +93,12 @@ def simulated_inputs(
     for step in steps:
         surfaces = tuple(live_surface(key, at, step.frame) for key, at in waiting.items())
         waiting.clear()
-        truth = RecordedTruth(
-            seq=step.truth.seq,
-            t_ns=step.truth.t_ns,
-            world_from_object=step.truth.world_from_object,
-            visible_fraction=step.truth.visible_fraction,
-            moved=step.truth.moved,
-            world_from_rig=step.truth.world_from_rig,
-        )
-        yield SessionInput(
-            frame=step.frame,
-            packet=step.packet,
-            avatars=step.avatars,
-            events=step.events,
-            surfaces=surfaces,
-            truth=truth,
-            masks=step.truth.masks,
-        )
+        live = SessionInput(step.frame, step.packet, step.avatars, step.events, surfaces)
+        yield SessionMessage(live, step.truth)
 
 
-def recorded_inputs(path: Path, session: SessionInfo) -> Iterator[SessionInput]:
-    """The inputs of a recorded session, in order.
+def recorded_messages(path: Path, session: SessionInfo) -> Iterator[SessionMessage]:
+    """The messages of a recorded session, in order of time.
 
     Raises:
         RecordingError: the recording is damaged.
@@ -121,20 +123,21 @@ def _grouped(
     values: list[RecordedValue],
     assembler: FrameAssembler,
     waiting: list[Event | RecordedSurface],
-) -> Iterator[SessionInput]:
-    """The input that these values of one time make; what comes between two frames is `waiting`."""
+) -> Iterator[SessionMessage]:
+    """The message that these values of one time make; what comes between frames is `waiting`."""
     waiting += [v for v in values if isinstance(v, Event | RecordedSurface)]
     for value in values:
         frame = assembler.feed(value)
         if frame is None or not isinstance(value, EncodedFrame):
             continue
-        yield SessionInput(
+        live = SessionInput(
             frame=frame,
             packet=value,
             avatars=tuple(v.avatar for v in values if isinstance(v, RecordedAvatar)),
             events=tuple(v for v in waiting if isinstance(v, Event)),
             surfaces=tuple(v.surface for v in waiting if isinstance(v, RecordedSurface)),
-            truth=next((v for v in values if isinstance(v, RecordedTruth)), None),
-            recorded=tuple((v.method, v.track) for v in values if isinstance(v, RecordedTrack)),
         )
+        truth = next((GroundTruth(v) for v in values if isinstance(v, RecordedTruth)), None)
+        tracks = tuple((v.method, v.track) for v in values if isinstance(v, RecordedTrack))
+        yield SessionMessage(live, truth, tracks)
         waiting.clear()

@@ -43,7 +43,7 @@ class Comparison:
         """Compare one frame."""
         recorded = {
             (method, track.object_id): track
-            for method, track in output.input.recorded
+            for method, track in output.message.recorded
             if method in output.tracks
         }
         found = {

@@ -23,7 +23,9 @@ def in_tiny_room(tiny, monkeypatch):
     """`nexus rehearse` plays in the tiny room."""
 
     def use(**options):
-        monkeypatch.setattr(rehearsal, "open_session", lambda plan: tiny.session(plan, **options))
+        monkeypatch.setattr(
+            rehearsal, "open_session", lambda plan, **given: tiny.session(plan, **options, **given)
+        )
 
     return use
 

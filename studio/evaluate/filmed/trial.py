@@ -14,14 +14,14 @@ from scenes.package import ScenePackage
 from scenes.pose import Pose, rotation_angle
 from scenes.state import TrackedObject
 from sim.rehearsal import off_by
+from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.conditions import Conditions
 from studio.evaluate.filmed.filming import FilmSet, Shot
 from studio.evaluate.filmed.perfect_detector import PerfectDetector
-from studio.evaluate.findings import Asked
 from studio.evaluate.metrics import PoseError, pose_error
 from studio.evaluate.scores import SYMMETRY_OF_KIND
 from studio.session.methods import make_method
-from studio.session.sources import SessionInput
+from studio.session.sources import SessionMessage
 from tracking.output import TrackingMethod, TrackOutput
 
 
@@ -87,7 +87,7 @@ class Trial:
         return {name: method.start() for name, method in self._methods.items()}
 
     def step(
-        self, states: Mapping[str, Any], message: SessionInput
+        self, states: Mapping[str, Any], message: SessionMessage
     ) -> tuple[Mapping[str, Any], Mapping[str, Answer]]:
         """All methods on one frame; states are values, so that a take can be continued twice.
 
@@ -96,19 +96,19 @@ class Trial:
         """
         if message.truth is None:
             raise ValueError(f"frame {message.frame.seq}: without truth it cannot be judged")
-        if message.masks is not None:
-            self._detector.see(message.frame, message.masks)
+        if message.truth.masks is not None:
+            self._detector.see(message.frame, message.truth)
         following: dict[str, Any] = {}
         answers: dict[str, Answer] = {}
         for name, method in self._methods.items():
             following[name], output = method.step(
                 states[name], message.frame, message.frame.received_ns
             )
-            answers[name] = _answer(message, message.truth, output)
+            answers[name] = _answer(message, message.truth.recorded, output)
         return following, answers
 
     def run(
-        self, messages: Iterable[SessionInput], told: Callable[[int], None] | None = None
+        self, messages: Iterable[SessionMessage], told: Callable[[int], None] | None = None
     ) -> Iterator[Mapping[str, Answer]]:
         """All methods on all frames of a take, from the start; yields frame by frame."""
         states = self.start()
@@ -129,7 +129,7 @@ def marker_pose(true_world_from_rig: Pose, conditions: Conditions, *, seed: int)
     )
 
 
-def _answer(message: SessionInput, truth: RecordedTruth, output: TrackOutput) -> Answer:
+def _answer(message: SessionMessage, truth: RecordedTruth, output: TrackOutput) -> Answer:
     tracks = {track.object_id: track for track in output.objects}
     frame = message.frame
     return Answer(frame.seq, frame.t_ns, tracks, output.world_from_rig, truth)
@@ -169,7 +169,7 @@ def last_of(answers: Iterable[Mapping[str, Answer]]) -> Mapping[str, Answer]:
 
 def film_messages(
     film_set: FilmSet, taken: Sequence[Shot], asked: Asked, *, seed: int, what: str
-) -> Iterator[SessionInput]:
+) -> Iterator[SessionMessage]:
     """The frames of a take, filmed or fetched, with the camera pose that a marker would give."""
     asked.told.begin(f"filming {what}, seed {seed}")
     take = film_set.film(taken, asked.conditions, seed=seed, told=asked.told.advance)

@@ -15,12 +15,13 @@ from scenes.samples import sample_room
 from sim.bodies import Placement
 from studio.console.rows import Row, at_most
 from studio.evaluate.figures import OTHER, OWN
+from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.trial import Answer, Trial, film_messages
-from studio.evaluate.findings import TITLES, Asked, Drawing, Findings, aligned, own_bar, row_name
+from studio.evaluate.findings import TITLES, Drawing, Findings, aligned, own_bar, row_name
 from studio.evaluate.tables.screen import SCREEN_ID, hiding, screen_body
 from studio.evaluate.tables.stations import WARM_UP, carried
-from studio.session.sources import SessionInput
+from studio.session.sources import SessionMessage
 
 SCENE, OBJECT, KIND, TWIN = "lab", "chair-1", "chair", "chair-2"
 SHARES = tuple(k / 10 for k in range(10))
@@ -124,7 +125,7 @@ def _moved(pose: Pose, way_m: tuple[float, float], turn_rad: float) -> Pose:
 
 
 def _played(
-    trial: Trial, messages: Iterator[SessionInput], passages: Sequence[Passage], asked: Asked
+    trial: Trial, messages: Iterator[SessionMessage], passages: Sequence[Passage], asked: Asked
 ) -> Iterator[tuple[str, str, list[Answer]]]:
     """Every passage begins in the state after the warm-up, at the time after it."""
     states = trial.start()
@@ -144,10 +145,10 @@ def _played(
             yield name, passage.name, run
 
 
-def _at(message: SessionInput, index: int) -> SessionInput:
+def _at(message: SessionMessage, index: int) -> SessionMessage:
     """The same picture as if it had been taken earlier."""
     t_ns = index * FRAME_NS
-    return replace(message, frame=replace(message.frame, t_ns=t_ns, received_ns=t_ns, seq=index))
+    return message.with_frame(replace(message.frame, t_ns=t_ns, received_ns=t_ns, seq=index))
 
 
 def _report(answers: Mapping[str, Mapping[str, Sequence[Sequence[Answer]]]]) -> Findings:

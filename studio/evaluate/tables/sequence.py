@@ -20,11 +20,12 @@ from scenes.samples import sample_room
 from sim.bodies import Placement
 from studio.console.rows import Row, at_least, at_most
 from studio.evaluate.figures import OTHER, OWN
+from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.trial import Answer, Trial, film_messages, performed
-from studio.evaluate.findings import TITLES, Asked, Drawing, Findings, aligned, own_bar, row_name
+from studio.evaluate.findings import TITLES, Drawing, Findings, aligned, own_bar, row_name
 from studio.evaluate.metrics import spread
-from studio.session.sources import SessionInput
+from studio.session.sources import SessionMessage
 
 FRAME_NS = 33_333_333
 FRAMES = 100
@@ -133,13 +134,13 @@ def _stepped(motion: Motion, asked: Asked) -> Mapping[str, Mapping[int, list[lis
     return found
 
 
-def every(messages: Iterable[SessionInput], step: int) -> Iterable[SessionInput]:
+def every(messages: Iterable[SessionMessage], step: int) -> Iterable[SessionMessage]:
     """Every `step`-th frame, as if that were the camera's pace: time is squeezed accordingly."""
     for index, message in enumerate(messages):
         if index % step == 0:
             t_ns = message.frame.t_ns // step
             frame = replace(message.frame, t_ns=t_ns, received_ns=t_ns, seq=index // step)
-            yield replace(message, frame=frame)
+            yield message.with_frame(frame)
 
 
 def answer_share(seen: Mapping[str, Sequence[Answer]], wanted: int) -> float:

@@ -32,7 +32,9 @@ def play(tiny, tmp_path, monkeypatch, application):
     windows = []
 
     def start(**options):
-        monkeypatch.setattr(rehearsal, "open_session", lambda plan: tiny.session(plan, **options))
+        monkeypatch.setattr(
+            rehearsal, "open_session", lambda plan, **given: tiny.session(plan, **options, **given)
+        )
         out = tmp_path / "demo"
         job = SceneJob("tiny", SessionPlan(methods=("own",)), out)
         window = StudioWindow("tiny", job, rehearse_to=out)

@@ -9,7 +9,9 @@ from studio.session.session import SessionPlan
 def board(tiny):
     board = ScoreBoard(tiny.scene.objects)
     session = tiny.session(SessionPlan(methods=("own",)), offset_m=0.04, offset_rad=0.05)
-    session.run(lambda output: board.add(output.tracks["own"].objects, output.input.truth))
+    session.run(
+        lambda output: board.add(output.tracks["own"].objects, output.message.truth.recorded)
+    )
     return board
 
 
@@ -47,7 +49,9 @@ def test_rows_have_the_contract_names_and_bars(board):
 def test_bars_are_missed_when_the_tracker_is_off(tiny):
     board = ScoreBoard(tiny.scene.objects)
     session = tiny.session(SessionPlan(methods=("own",)), offset_m=0.2, offset_rad=0.3)
-    session.run(lambda output: board.add(output.tracks["own"].objects, output.input.truth))
+    session.run(
+        lambda output: board.add(output.tracks["own"].objects, output.message.truth.recorded)
+    )
     failed = {row.name for row in accuracy_rows(board) if row.passed is False}
     assert failed == {
         "rehearse.chairs.world_cm.mean",

@@ -1,5 +1,5 @@
 import threading
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from studio.session.live_surfaces import live_surface
 from studio.session.methods import METHODS
 from studio.session.pipeline import CancelledError
 from studio.session.session import Pace, SessionPlan, open_session
-from studio.session.sources import recorded_inputs
+from studio.session.sources import SessionInput, recorded_messages
 from studio.verbs.replay import Comparison
 
 
@@ -47,11 +47,11 @@ def test_what_is_recorded_comes_back(tiny, tmp_path, pace):
     session = tiny.session(plan)
     outputs = []
     result = session.run(outputs.append)
-    inputs = list(recorded_inputs(path, session.info))
+    inputs = list(recorded_messages(path, session.info))
     assert len(inputs) == tiny.frames
     assert result.frames + result.dropped == tiny.frames
-    assert [e.text for i in inputs for e in i.events] == ["pushes chair 1"]
-    assert all(i.truth is not None and len(i.avatars) == 1 for i in inputs)
+    assert [e.text for i in inputs for e in i.input.events] == ["pushes chair 1"]
+    assert all(i.truth is not None and len(i.input.avatars) == 1 for i in inputs)
     tracks = [v for v in read_recording(path) if isinstance(v, RecordedTrack)]
     assert len(tracks) == 2 * 2 * result.frames
 
@@ -61,7 +61,7 @@ def test_replay_of_an_exact_recording_gives_the_same_tracks(tiny, tmp_path):
     recorded = tiny.session(SessionPlan(record_to=path))
     recorded.run(lambda _output: None)
     comparison = Comparison()
-    again = tiny.session(SessionPlan(), inputs=lambda: recorded_inputs(path, recorded.info))
+    again = tiny.session(SessionPlan(), inputs=lambda: recorded_messages(path, recorded.info))
     again.run(comparison.add)
     assert comparison.compared == 2 * 2 * tiny.frames
     assert comparison.different == comparison.missing == 0
@@ -75,7 +75,7 @@ def test_replay_with_another_tracker_is_noticed(tiny, tmp_path):
     comparison = Comparison()
     again = tiny.session(
         SessionPlan(methods=("own",)),
-        inputs=lambda: recorded_inputs(path, recorded.info),
+        inputs=lambda: recorded_messages(path, recorded.info),
         offset_m=0.05,
     )
     again.run(comparison.add)
@@ -133,6 +133,29 @@ def test_a_slow_tracker_drops_frames_when_paced_and_they_are_counted(tiny):
     assert outputs[-1].input.frame.seq == tiny.frames - 1
 
 
+def test_what_a_live_camera_would_give_has_no_masks_and_no_truth():
+    given = {field.name for field in fields(SessionInput)}
+    assert given == {"frame", "packet", "avatars", "events", "surfaces"}
+
+
+def test_a_detector_of_the_caller_sees_each_truth_before_the_methods_see_the_frame(tiny):
+    seen = []
+
+    class Detector:
+        def see(self, frame, truth):
+            assert truth.recorded.seq == frame.seq
+            seen.append(("truth", frame.seq))
+
+    class Method(type(tiny.tracker(0.0))):
+        def step(self, state, frame, now_ns):
+            seen.append(("frame", frame.seq))
+            return super().step(state, frame, now_ns)
+
+    method = Method(tiny.scene, 0.0)
+    run(tiny, SessionPlan(methods=("own",)), methods={"own": method}, truth_detector=Detector())
+    assert seen == [(what, seq) for seq in range(tiny.frames) for what in ("truth", "frame")]
+
+
 def test_unknown_methods_are_refused():
     with pytest.raises(ValueError, match=f"wanted some of {', '.join(METHODS)}"):
         open_session(SessionPlan(methods=("magic",)))
@@ -147,7 +170,7 @@ def test_surfaces_show_live_video_and_come_back_from_the_recording(tiny, tmp_pat
         for message in tiny.inputs():
             first = message.frame.seq == 0
             surfaces = (live_surface("board", BOARD, message.frame),) if first else ()
-            yield replace(message, surfaces=surfaces)
+            yield replace(message, input=replace(message.input, surfaces=surfaces))
 
     path = tmp_path / "recording.mcap"
     session = tiny.session(SessionPlan(pace=pace, record_to=path), inputs=inputs)
@@ -158,7 +181,7 @@ def test_surfaces_show_live_video_and_come_back_from_the_recording(tiny, tmp_pat
     assert {live.surface.surface_id for live in shown} == {"board"}
     assert set(outputs[-1].state.surfaces) == {"board"}
     assert len({live.picture.tobytes() for live in shown}) > 1
-    recorded = [s for i in recorded_inputs(path, session.info) for s in i.surfaces]
+    recorded = [s for i in recorded_messages(path, session.info) for s in i.input.surfaces]
     assert len(recorded) == 1
     np.testing.assert_array_equal(recorded[0].corners_in_world, BOARD)
 

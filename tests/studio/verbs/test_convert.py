@@ -5,7 +5,7 @@ import sys
 import numpy as np
 import pytest
 
-from scenes.formats.blocks import SplatBlocks
+from scenes.formats.common.blocks import SplatBlocks
 from scenes.formats.ply import write_ply_blocks
 from scenes.formats.registry import is_in_world_frame, read_splats, write_splats
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA

@@ -58,12 +58,14 @@ def test_a_take_plays_frames_truth_and_masks(take, shots, desk):
         assert message.frame.images[0].shape == (96, 96, 3)
         assert np.array_equal(message.frame.world_from_rig.matrix(), WHERE.matrix())
         assert np.allclose(
-            message.truth.world_from_object["book-1"].matrix(),
+            message.truth.recorded.world_from_object["book-1"].matrix(),
             shot.placements["book-1"].world_from_part[0].matrix(),
         )
-        assert np.allclose(message.truth.world_from_rig.matrix(), desk.world_from_rig.matrix())
-        assert message.masks["book-1"][0].any()
-        assert message.truth.moved == (frozenset() if shot is shots[0] else {"book-1"})
+        assert np.allclose(
+            message.truth.recorded.world_from_rig.matrix(), desk.world_from_rig.matrix()
+        )
+        assert message.truth.masks["book-1"][0].any()
+        assert message.truth.recorded.moved == (frozenset() if shot is shots[0] else {"book-1"})
 
 
 def test_the_second_time_it_is_not_filmed(take, film_set, shots):
