@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import tracking.follow.follow
-import tracking.follow.measure
 from scenes.pose import Pose
 from scenes.state import ObjectModel
 from tests.tracking.evidence.test_rendering import BOX_M, at, box, seen
@@ -15,7 +14,6 @@ from tests.tracking.evidence.test_rendering import model as model
 from tests.tracking.evidence.test_rendering import renderer as renderer
 from tracking.evidence.appearance_memory import applied_to, remember_appearance
 from tracking.evidence.rendering import RenderingCache, draw
-from tracking.follow.measure import measure
 from tracking.model.object_model import make_model
 
 REST = at(0.0, 0.2, 1.2)
@@ -121,41 +119,6 @@ def test_a_reduced_rendering_of_another_appearance_memory_does_not_serve(
     assert laid.appearance is appearance
     assert RenderingCache(laid, appearance).at(faulty, REST, evidence, renderer) is laid
     assert np.abs(laid.colours - plain.colours).mean() > 0.05
-
-
-@pytest.mark.parametrize(("colour_correlation", "stays"), [(0.86, True), (0.7, False)])
-def test_what_looks_as_it_did_at_rest_has_not_moved(
-    monkeypatch, appearance, colour_correlation, stays
-):
-    known = replace(appearance, colour_correlation=0.88)
-    there = SimpleNamespace(
-        colour_correlation=colour_correlation,
-        textured=True,
-        visible_fraction=0.9,
-        contour_score=0.9,
-    )
-    tried = SimpleNamespace(
-        covered_fraction=0.9,
-        contour_score=0.1,
-        unoccluded_inlier_ratio=0.1,
-        textured=True,
-        colour_correlation=0.1,
-    )
-    monkeypatch.setattr(tracking.follow.measure, "priors", lambda *_: [None])
-    monkeypatch.setattr(tracking.follow.measure, "attempt", lambda *_, **__: tried)
-    monkeypatch.setattr(tracking.follow.measure, "at_remembered_pose", lambda *_: there)
-    track = SimpleNamespace(
-        moves_on=False,
-        state=None, missed_frames=3, reduced=None, appearance=known, usual_inlier_ratio=0.0,
-        usual_correlation=0.0,
-    )  # fmt: skip
-    task = SimpleNamespace(track=track, model=SimpleNamespace(radius_m=0.2), is_first=False)
-    near = Pose(REST.rotation, REST.translation + 0.05)
-    assert (measure(task, None, near)[1] is there) == stays
-    far = Pose(REST.rotation, REST.translation + 0.2)
-    assert measure(task, None, far)[1] is tried
-    track.appearance = replace(known, was_at_rest=False)
-    assert measure(task, None, near)[1] is tried
 
 
 @pytest.mark.parametrize(
