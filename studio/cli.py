@@ -69,7 +69,7 @@ VERBS = (
     ),
     Verb(
         "evaluate preparation",
-        "studio.evaluate.preparation",
+        "studio.verbs.evaluate_preparation",
         "film a built-in room, prepare it and hold the result against the truth",
         "nexus evaluate preparation lab --json",
     ),
@@ -81,7 +81,7 @@ VERBS = (
     ),
     Verb(
         "evaluate",
-        "studio.evaluate.tracker",
+        "studio.verbs.evaluate",
         "hold the tracker against the truth, with the paper's method on the same frames",
         "nexus evaluate room --method paper --seeds 5 --plot",
     ),

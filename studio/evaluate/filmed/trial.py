@@ -14,10 +14,10 @@ from scenes.package import ScenePackage
 from scenes.pose import Pose, rotation_angle
 from scenes.state import TrackedObject
 from sim.rehearsal import off_by
+from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.conditions import Conditions
 from studio.evaluate.filmed.filming import FilmSet, Shot
 from studio.evaluate.filmed.perfect_detector import PerfectDetector
-from studio.evaluate.findings import Asked
 from studio.evaluate.metrics import PoseError, pose_error
 from studio.evaluate.scores import SYMMETRY_OF_KIND
 from studio.session.methods import make_method

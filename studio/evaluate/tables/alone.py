@@ -21,10 +21,11 @@ from scenes.mesh import PhysicalRoom
 from scenes.package import ScenePackage
 from scenes.pose import Pose
 from studio.console.rows import Row, at_most
+from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.takes import Take
 from studio.evaluate.filmed.trial import marker_pose
-from studio.evaluate.findings import TITLES, Asked, Findings, aligned, own_bar, row_name
+from studio.evaluate.findings import TITLES, Findings, aligned, own_bar, row_name
 from studio.evaluate.metrics import pose_error
 from studio.evaluate.scores import SYMMETRY_OF_KIND
 from studio.evaluate.tables.stations import eased

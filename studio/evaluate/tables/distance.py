@@ -20,9 +20,10 @@ from scenes.samples import sample_room
 from sim.camera360 import default_rig
 from studio.console.rows import Row
 from studio.evaluate.figures import OTHER, OWN
+from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.trial import Trial, performed
-from studio.evaluate.findings import TITLES, Asked, Drawing, Findings, aligned, row_name
+from studio.evaluate.findings import TITLES, Drawing, Findings, aligned, row_name
 from studio.evaluate.tables.bound import bound_in_words, pose_bound
 from studio.evaluate.tables.stations import WARM_UP, carried
 

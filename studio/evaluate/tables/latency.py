@@ -23,10 +23,11 @@ from devices.replay import FrameAssembler
 from scenes.pose import Pose
 from studio.console.rows import Row, at_least, at_most
 from studio.evaluate.figures import OTHER, OWN
+from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.takes import RECORDING, Take
 from studio.evaluate.filmed.trial import marker_pose
-from studio.evaluate.findings import TITLES, Asked, Drawing, Findings, aligned, own_bar, row_name
+from studio.evaluate.findings import TITLES, Drawing, Findings, aligned, own_bar, row_name
 from studio.evaluate.tables.stations import eased
 from studio.evaluate.tables.ten_objects import scanned_poses, ten_objects
 from studio.session.methods import make_method

@@ -26,7 +26,8 @@ from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats, Renderer
 from scenes.samples import sample_room
 from studio.console.rows import Row, at_most
-from studio.evaluate.findings import Asked, Findings, aligned
+from studio.evaluate.filmed.asked import Asked
+from studio.evaluate.findings import Findings, aligned
 from tracking.model.object_model import RENDER_OPTIONS, TrackModel, make_model
 from tracking.window.contour import REACH_PX, lift
 from tracking.window.native_reduction import contour_of

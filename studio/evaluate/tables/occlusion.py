@@ -15,9 +15,10 @@ from scenes.samples import sample_room
 from sim.bodies import Placement
 from studio.console.rows import Row, at_most
 from studio.evaluate.figures import OTHER, OWN
+from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.trial import Answer, Trial, film_messages
-from studio.evaluate.findings import TITLES, Asked, Drawing, Findings, aligned, own_bar, row_name
+from studio.evaluate.findings import TITLES, Drawing, Findings, aligned, own_bar, row_name
 from studio.evaluate.tables.screen import SCREEN_ID, hiding, screen_body
 from studio.evaluate.tables.stations import WARM_UP, carried
 from studio.session.sources import SessionMessage

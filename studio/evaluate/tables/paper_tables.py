@@ -12,9 +12,9 @@ from scenes.pose import wrap_angle
 from scenes.state import TrackedObject
 from studio.console.rows import Row, at_most
 from studio.evaluate.figures import OTHER, OWN
+from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.findings import (
     TITLES,
-    Asked,
     Drawing,
     Findings,
     error_rows,

@@ -13,9 +13,10 @@ from scenes.mesh import PhysicalRoom
 from scenes.state import TrackedObject, TrackState
 from studio.console.rows import Row, at_least
 from studio.evaluate.figures import OTHER, OWN
+from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.trial import Answer, Trial, last_of, performed
-from studio.evaluate.findings import TITLES, Asked, Drawing, Findings, aligned, own_bar, row_name
+from studio.evaluate.findings import TITLES, Drawing, Findings, aligned, own_bar, row_name
 from studio.evaluate.metrics import pose_error
 from studio.evaluate.scores import SYMMETRY_OF_KIND
 from studio.evaluate.tables.ten_objects import shuffled, ten_objects

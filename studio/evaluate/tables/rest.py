@@ -11,9 +11,10 @@ from scenes.opening import open_scene
 from scenes.pose import Pose, wrap_angle
 from scenes.samples import sample_room
 from studio.console.rows import Row, at_most
+from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.trial import Answer, Trial, performed
-from studio.evaluate.findings import TITLES, Asked, Findings, aligned, own_bar, row_name
+from studio.evaluate.findings import TITLES, Findings, aligned, own_bar, row_name
 from studio.evaluate.scores import SYMMETRY_OF_KIND
 from studio.evaluate.tables.stations import carried
 from tracking.model.symmetry import ROUND

@@ -20,9 +20,10 @@ from scenes.samples import sample_room
 from sim.bodies import Placement
 from studio.console.rows import Row, at_least, at_most
 from studio.evaluate.figures import OTHER, OWN
+from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.trial import Answer, Trial, film_messages, performed
-from studio.evaluate.findings import TITLES, Asked, Drawing, Findings, aligned, own_bar, row_name
+from studio.evaluate.findings import TITLES, Drawing, Findings, aligned, own_bar, row_name
 from studio.evaluate.metrics import spread
 from studio.session.sources import SessionMessage
 

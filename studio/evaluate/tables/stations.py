@@ -18,9 +18,9 @@ from scenes.opening import open_scene
 from scenes.pose import Pose, interpolate
 from scenes.samples import sample_room
 from scenes.state import TrackedObject
+from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.trial import Answer, Trial, performed
-from studio.evaluate.findings import Asked
 from studio.evaluate.metrics import PoseError
 
 YAWS_DEG = (0.0, 90.0, 180.0, 270.0)

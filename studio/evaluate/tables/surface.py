@@ -28,9 +28,10 @@ from scenes.samples import sample_room
 from scenes.splats import SplatCloud
 from scenes.state import LiveSurface
 from studio.console.rows import Row, at_most
+from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.trial import Answer, Trial, film_messages
-from studio.evaluate.findings import TITLES, Asked, Drawing, Findings, aligned, own_bar, row_name
+from studio.evaluate.findings import TITLES, Drawing, Findings, aligned, own_bar, row_name
 from studio.evaluate.tables.flat_faces import FlatFaces
 from tracking.surfaces.corners import corners_from_clicks
 from tracking.surfaces.live import SurfacePicture, SurfacesState, step

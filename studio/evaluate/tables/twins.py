@@ -12,9 +12,10 @@ from scenes.pose import Pose
 from scenes.samples import sample_room
 from studio.console.rows import Row, at_most
 from studio.evaluate.figures import OTHER, OWN
+from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.trial import Answer, Trial, performed
-from studio.evaluate.findings import TITLES, Asked, Drawing, Findings, own_bar, row_name
+from studio.evaluate.findings import TITLES, Drawing, Findings, own_bar, row_name
 from studio.evaluate.metrics import spread
 from studio.evaluate.tables.stations import WARM_UP, eased
 

@@ -6,9 +6,9 @@ from dataclasses import replace
 import pytest
 
 from studio.console.progress import Progress
+from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.conditions import Conditions
 from studio.evaluate.filmed.takes import TakeCache
-from studio.evaluate.findings import Asked
 
 FIGURES = {
     "rest": ("rest.jitter_mm", "rest.jitter_deg"),

@@ -105,9 +105,9 @@ def run(args: argparse.Namespace) -> int:
     """Evaluate; exit 1 if a figure misses its bar."""
     from studio.console.progress import text_progress
     from studio.console.rows import as_json, exit_code
+    from studio.evaluate.filmed.asked import Asked
     from studio.evaluate.filmed.conditions import Conditions
     from studio.evaluate.filmed.takes import TakeCache
-    from studio.evaluate.findings import Asked
 
     table = TABLES[args.table]
     seeds = table.seeds if args.seeds is None else args.seeds

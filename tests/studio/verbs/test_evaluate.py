@@ -5,8 +5,8 @@ import pytest
 
 from studio.cli import EXIT_DONE, EXIT_FAILED, EXIT_INPUT, EXIT_USAGE, main
 from studio.console.rows import Row, at_most
-from studio.evaluate import tracker
 from studio.evaluate.findings import Drawing, Findings
+from studio.verbs import evaluate
 
 
 @pytest.fixture
@@ -14,7 +14,7 @@ def one_table(monkeypatch):
     """Replaces the room's evaluation; returns what it was asked."""
     asked = []
 
-    def evaluate(what):
+    def evaluate_room(what):
         asked.append(what)
         return Findings(
             rows=[at_most("room.world_cm.mean", 3.0, "cm", bar=2.0), Row("paper.room.x", 1.0, "")],
@@ -23,13 +23,13 @@ def one_table(monkeypatch):
         )
 
     module = importlib.import_module("studio.evaluate.tables.paper_tables")
-    monkeypatch.setattr(module, "room", evaluate)
+    monkeypatch.setattr(module, "room", evaluate_room)
     return asked
 
 
-@pytest.mark.parametrize("name", tracker.TABLES)
+@pytest.mark.parametrize("name", evaluate.TABLES)
 def test_every_table_has_its_function(name):
-    table = tracker.TABLES[name]
+    table = evaluate.TABLES[name]
     module = importlib.import_module(f"studio.evaluate.tables.{table.module}")
     assert callable(getattr(module, table.function))
     assert 1 <= table.seeds <= table.published_seeds
@@ -87,4 +87,4 @@ def test_an_unknown_table_is_a_usage_error(capsys):
 def test_help_lists_every_table(capsys):
     assert main(["evaluate", "--help"]) == EXIT_DONE
     printed = capsys.readouterr().out
-    assert all(name in printed for name in tracker.TABLES)
+    assert all(name in printed for name in evaluate.TABLES)
