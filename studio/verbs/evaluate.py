@@ -125,7 +125,7 @@ def run(args: argparse.Namespace) -> int:
         seeds=tuple(range(seeds)),
         conditions=conditions,
         cache=TakeCache(),
-        told=text_progress(),
+        progress=text_progress(),
     )
     evaluate = getattr(
         importlib.import_module(f"studio.evaluate.tables.{table.module}"), table.function

@@ -38,7 +38,7 @@ def run(args: argparse.Namespace) -> int:
             Path(folder),
             seed=args.seed,
             tables=set(args.only or TABLES),
-            told=text_progress(),
+            progress=text_progress(),
             clock=time.monotonic,
         )
     if args.json:
