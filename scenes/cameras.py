@@ -174,8 +174,14 @@ class Fisheye:
 
     def radius_slope(self, angles: FloatArray) -> FloatArray:
         """d'(θ): growth of the radius over that on the axis."""
-        powers = [(2 * n + 1) * k for n, k in enumerate((1.0, *self.distortion))]
+        powers = _slope_coefficients(self.distortion)
         return _in_squares(powers, np.minimum(angles, self.max_angle))
+
+    def radius_bend(self, angles: FloatArray) -> FloatArray:
+        """d''(θ), 1/rad; 0 beyond `max_angle`, where the radius goes on along its tangent."""
+        powers = [2 * n * k for n, k in enumerate(_slope_coefficients(self.distortion)) if n]
+        bend = angles * _in_squares(powers, angles)
+        return np.where(angles <= self.max_angle, bend, 0.0)
 
     def _growth(self, angles: FloatArray) -> FloatArray:
         """The radius over the focal length, d(θ)."""
@@ -240,11 +246,16 @@ def _in_squares(coefficients: Sequence[float], angles: FloatArray) -> FloatArray
     return np.asarray(values, dtype=np.float64)
 
 
+def _slope_coefficients(distortion: Sequence[float]) -> list[float]:
+    """c0 to c4 of d'(θ) = c0 + c1·θ² + c2·θ⁴ and so on."""
+    return [(2 * n + 1) * k for n, k in enumerate((1.0, *distortion))]
+
+
 def _first_turn(distortion: Sequence[float]) -> float:
     """The smallest angle at which d(θ) stops growing, radians; inf if there is none."""
     if not any(distortion):
         return math.inf
-    slopes = np.array([(2 * n + 1) * k for n, k in enumerate((1.0, *distortion))])
+    slopes = np.array(_slope_coefficients(distortion))
     # What is too small to matter up to π would only spoil the roots.
     slopes[np.abs(slopes) * math.pi ** (2 * np.arange(5)) < 1e-12] = 0.0
     last = int(np.flatnonzero(slopes)[-1])

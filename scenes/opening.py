@@ -12,7 +12,7 @@ from scenes.formats.sog import is_sog_folder
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA
 from scenes.harmonics import turned
 from scenes.package import ScenePackage, Stage, load_package
-from scenes.package_files import PackageError
+from scenes.package.files import PackageError
 from scenes.pose import Pose
 from scenes.samples import SAMPLE_NAMES
 

@@ -14,8 +14,8 @@ import numpy as np
 from scenes.mesh import BoxPart, PhysicalObject, PhysicalRoom, TexturedMesh
 from scenes.package import ScenePackage
 from scenes.pose import Pose
-from scenes.prepare.cutout.added import ADDED
-from scenes.prepare.cutout.solid_parts import guessed_mass_kg
+from scenes.prepare.cutout.object.added import ADDED
+from scenes.prepare.cutout.object.solid_parts import guessed_mass_kg
 from scenes.samples.atlas import mesh_from_surfaces
 from scenes.samples.shapes import OBJECT_CELL_M, box, placed
 from scenes.samples.textures import plain

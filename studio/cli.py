@@ -74,6 +74,12 @@ VERBS = (
         "nexus evaluate preparation lab --json",
     ),
     Verb(
+        "evaluate dataset",
+        "studio.evaluate.dataset.verb",
+        "take a folder of photos and 360° pictures with exact truth through prepare, cut and track",
+        "nexus evaluate dataset room_c --out out/room_c",
+    ),
+    Verb(
         "track",
         "studio.verbs.track",
         "follow a scene's objects in recorded footage and write their poses",

@@ -6,7 +6,7 @@ number n; beside them COLOR_0, which programs without the extension draw as poin
 are float32, so that clouds come back bit by bit.
 
 The file's axes are x right, y up, z back; clouds come out, and go in, with x right, y down,
-z forward as in PLY files (`scenes.formats.axes`).
+z forward as in PLY files (`scenes.formats.common.axes`).
 
 Source: KHR_gaussian_splatting, "Complete, Ratified by the Khronos Group".
 """
@@ -21,12 +21,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.formats.activation import cloud_from_file, damaged_values_are_quiet
-from scenes.formats.atomic import write_file
-from scenes.formats.axes import flipped
-from scenes.formats.blocks import ROWS_PER_BLOCK, SplatBlocks, extents, in_blocks, whole
-from scenes.formats.error import refusal
-from scenes.formats.glb import (
+from scenes.formats.common.activation import cloud_from_file, damaged_values_are_quiet
+from scenes.formats.common.atomic import write_file
+from scenes.formats.common.axes import flipped
+from scenes.formats.common.blocks import ROWS_PER_BLOCK, SplatBlocks, extents, in_blocks, whole
+from scenes.formats.common.error import refusal
+from scenes.formats.common.spool import contents, spools
+from scenes.formats.containers.glb import (
     FLOAT,
     MAX_BYTES,
     UNSIGNED_BYTE,
@@ -38,8 +39,7 @@ from scenes.formats.glb import (
     packed_views,
     read_glb,
 )
-from scenes.formats.gltf_nodes import Placement, placements
-from scenes.formats.spool import contents, spools
+from scenes.formats.containers.gltf_nodes import Placement, placements
 from scenes.harmonics import turned
 from scenes.splats import SH_COUNTS, SplatCloud
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from scenes.formats.atomic import write_file
-from scenes.formats.error import refusal
+from scenes.formats.common.atomic import write_file
+from scenes.formats.common.error import refusal
 from scenes.mesh import CollisionMesh
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.formats.activation import (
+from scenes.formats.common.activation import (
     cloud_from_file,
     damaged_values_are_quiet,
     exponential,
@@ -22,11 +22,11 @@ from scenes.formats.activation import (
     logit,
     sigmoid,
 )
-from scenes.formats.atomic import write_file
-from scenes.formats.blocks import ROWS_PER_BLOCK, SplatBlocks, extents, in_blocks, whole
+from scenes.formats.common.atomic import write_file
+from scenes.formats.common.blocks import ROWS_PER_BLOCK, SplatBlocks, extents, in_blocks, whole
+from scenes.formats.common.error import refusal
 from scenes.formats.compressed_ply import is_compressed, read_compressed_ply_blocks
-from scenes.formats.error import refusal
-from scenes.formats.ply_header import PlyElement, read_header, read_rows, require_rows
+from scenes.formats.containers.ply_header import PlyElement, read_header, read_rows, require_rows
 from scenes.splats import SH_COUNTS, SplatCloud
 
 FLAT_SCALE = 1e-3

@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from scenes.formats.blocks import SplatBlocks, in_blocks, whole
-from scenes.formats.error import FormatError, refusal
-from scenes.formats.glb import MAGIC as GLB_MAGIC
+from scenes.formats.common.blocks import SplatBlocks, in_blocks, whole
+from scenes.formats.common.error import FormatError, refusal
+from scenes.formats.containers.glb import MAGIC as GLB_MAGIC
 from scenes.formats.gltf import read_gltf_blocks, write_gltf_blocks
 from scenes.formats.ply import WORLD_COMMENT, ply_comments, read_ply_blocks, write_ply_blocks
 from scenes.formats.sog import META, is_sog_folder, read_sog_blocks

@@ -23,15 +23,15 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from scenes.formats.activation import (
+from scenes.formats.common.activation import (
     cloud_from_file,
     damaged_values_are_quiet,
     exponential,
     rotations_from_three,
     sigmoid,
 )
-from scenes.formats.blocks import ROWS_PER_BLOCK, SplatBlocks, extents, whole
-from scenes.formats.error import FormatError, refusal
+from scenes.formats.common.blocks import ROWS_PER_BLOCK, SplatBlocks, extents, whole
+from scenes.formats.common.error import FormatError, refusal
 from scenes.splats import SH_COUNTS, SplatCloud
 
 META = "meta.json"

@@ -2,11 +2,11 @@
 
 Attributes: positions 24-bit fixed point, alphas, colours, log scales at 1/16, rotations (version 2:
 x, y, z as bytes; later the three smallest of x, y, z, w in 10 bits each), SH bytes with the colour
-channel innermost. `scenes.formats.spz_container` packs and unpacks them.
+channel innermost. `scenes.formats.containers.spz_container` packs and unpacks them.
 
 The file's axes are x right, y up, z back; clouds come out, and go in, with x right, y down,
-z forward as in PLY files (`scenes.formats.axes`), so that the same scene read from either is the
-same cloud. Degree 4 is read without its last band, which no renderer here evaluates.
+z forward as in PLY files (`scenes.formats.common.axes`), so that the same scene read from either is
+the same cloud. Degree 4 is read without its last band, which no renderer here evaluates.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ import numpy as np
 import zstandard
 from numpy.typing import NDArray
 
-from scenes.formats.activation import (
+from scenes.formats.common.activation import (
     cloud_from_file,
     damaged_values_are_quiet,
     exponential,
     logarithm,
     rotations_from_three,
 )
-from scenes.formats.atomic import write_file
-from scenes.formats.axes import flipped
-from scenes.formats.blocks import ROWS_PER_BLOCK, SplatBlocks, in_blocks, whole
-from scenes.formats.error import refusal
-from scenes.formats.spool import contents, spools
-from scenes.formats.spz_container import (
+from scenes.formats.common.atomic import write_file
+from scenes.formats.common.axes import flipped
+from scenes.formats.common.blocks import ROWS_PER_BLOCK, SplatBlocks, in_blocks, whole
+from scenes.formats.common.error import refusal
+from scenes.formats.common.spool import contents, spools
+from scenes.formats.containers.spz_container import (
     COEFFICIENTS,
     MAX_SPLATS,
     SpzFile,

@@ -18,10 +18,10 @@ from typing import Any
 
 import numpy as np
 
-from scenes.formats.atomic import write_file
-from scenes.formats.blocks import SplatBlocks, in_blocks, whole
-from scenes.formats.error import refusal
-from scenes.formats.spool import contents
+from scenes.formats.common.atomic import write_file
+from scenes.formats.common.blocks import SplatBlocks, in_blocks, whole
+from scenes.formats.common.error import refusal
+from scenes.formats.common.spool import contents
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA
 from scenes.harmonics import turned
 from scenes.splats import SplatCloud

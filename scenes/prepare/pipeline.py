@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 from scenes.frames import look_at
 from scenes.mesh import QrCode
 from scenes.package import ScenePackage, save_package
-from scenes.package_records import Stage, ViewPoint, code_to_json
+from scenes.package.records import Stage, ViewPoint, code_to_json
 from scenes.pose import Pose
 from scenes.prepare.align.alignment import Alignment, apply_alignment
 from scenes.prepare.align.axis_scale import AxisScale, measured_axis_scale
 from scenes.prepare.align.metric import alignment_in_words, metric_alignment
 from scenes.prepare.align.saved_alignment import load_alignment, save_alignment
 from scenes.prepare.collision_stages import collision_mesh
-from scenes.prepare.cutout.floaters import remove_floaters
+from scenes.prepare.cutout.remainder.floaters import remove_floaters
 from scenes.prepare.footage.capture import Capture
 from scenes.prepare.footage.gather import capture_key, gather
 from scenes.prepare.options import BUILT_IN, KnownObject, PrepareOptions

@@ -23,12 +23,11 @@ from numpy.typing import NDArray
 
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
-from scenes.render.reference import (
-    ANGLE_MARGIN,
-    POLE_MARGIN_RAD,
-    _in_scope,
-    _inside_lens,
-    _is_sound,
+from scenes.render.reference.projection import ANGLE_MARGIN, POLE_MARGIN_RAD
+from scenes.render.reference.renderer import (
+    in_scope,
+    inside_lens,
+    is_sound,
 )
 from scenes.render.renderer import LOW_PASS_PX2, PosedSplats, Rendering, RenderOptions
 from scenes.render.request import check_request, refuse_exact
@@ -135,7 +134,7 @@ class GsplatRenderer:
             if found is not None:
                 self._clouds.move_to_end(id(cloud))
                 return found
-        sound = cloud.select(_is_sound(cloud))
+        sound = cloud.select(is_sound(cloud))
         uploaded = _Uploaded(
             cloud,
             self._tensor(sound.means),
@@ -257,7 +256,7 @@ def _finished(
     options: RenderOptions,
 ) -> Rendering:
     """Nothing outside the lens circle and the scope, a background everywhere, depths as means."""
-    is_drawn = _inside_lens(camera) & _in_scope(camera, options)
+    is_drawn = inside_lens(camera) & in_scope(camera, options)
     alpha = np.where(is_drawn, alpha, np.float32(0.0))
     sums = np.where(is_drawn[..., None], blended, np.float32(0.0))
     background = np.asarray(options.background, dtype=np.float32)

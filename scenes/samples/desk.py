@@ -6,14 +6,13 @@ import math
 
 import numpy as np
 
-from scenes.frames import look_at
 from scenes.mesh import PhysicalObject, PhysicalRoom
 from scenes.pose import Pose
 from scenes.samples import decor, wall_art
-from scenes.samples.cache import static_part
 from scenes.samples.furniture import RoomSet, shelf_unit, table
 from scenes.samples.light import UnlitRoom
 from scenes.samples.movables import book, mug, parcel
+from scenes.samples.room import hang_codes, hang_pictures, lit_room, unlit_room
 from scenes.samples.shapes import STATIC_CELL_M
 from scenes.samples.shell import Shell, shell
 from scenes.samples.textures import parquet, plain, wood
@@ -26,18 +25,7 @@ TOWARDS_WINDOW = np.array([-0.78, 0.25, 0.57]) / np.linalg.norm([-0.78, 0.25, 0.
 
 def build() -> PhysicalRoom:
     """The room, lit; the same one each time."""
-    static = static_part("desk", unlit)
-    return PhysicalRoom(
-        name="desk",
-        static=(static.mesh,),
-        objects=_objects(),
-        solids=static.solids,
-        light_direction=TOWARDS_WINDOW,
-        world_from_rig=look_at(RIG, RIG + np.array([0.0, 1.0, 0.0])),
-        ambient=0.6,
-        codes=static.codes,
-        footprint_m=np.stack([BOX.low[:2], BOX.high[:2]]),
-    )
+    return lit_room("desk", unlit, _objects(), inside=BOX, rig=RIG, towards_light=TOWARDS_WINDOW)
 
 
 def _objects() -> tuple[PhysicalObject, ...]:
@@ -79,23 +67,10 @@ def unlit() -> UnlitRoom:
         ("+x", 0.6, 1.55, (0.6, 0.84), wall_art.shapes_poster(rng, 400, 560)),
         ("-y", 0.2, 1.5, (1.5, 0.95), wall_art.whiteboard(rng, 900, 570)),
     )
-    for side, along, z, size, picture in art:
-        wall = BOX.wall(side, along, z)
-        room.add(*decor.board(wall, size, picture, edge=(60, 56, 52), frame_m=0.022))
+    hang_pictures(room, BOX, art, edge=(60, 56, 52), frame_m=0.022)
     room.add(*decor.door(BOX.wall("-y", -1.45, 0.0), rng))
     decor.desk_lamp(room, (0.62, 0.58, TABLE_HIGH[2]))
     decor.papers(room, Pose.from_yaw(math.radians(8), (-0.58, 0.42, TABLE_HIGH[2])), rng)
-    codes = []
-    for number, (side, along, z) in enumerate((("+y", 0.15, 1.35), ("+x", -0.5, 1.5)), start=1):
-        card, code = decor.code(BOX.wall(side, along, z), f"nexus:desk:{number}", 0.20)
-        room.add(*card)
-        codes.append(code)
-    return UnlitRoom(
-        "desk",
-        tuple(room.surfaces),
-        tuple(room.solids),
-        tuple(codes),
-        tuple(lights),
-        reference=np.array([0.0, 0.3, TABLE_HIGH[2] + STATIC_CELL_M]),
-        level=0.97,
-    )
+    codes = hang_codes(room, BOX, "desk", (("+y", 0.15, 1.35), ("+x", -0.5, 1.5)), side_m=0.20)
+    reference = np.array([0.0, 0.3, TABLE_HIGH[2] + STATIC_CELL_M])
+    return unlit_room("desk", room, codes=codes, lights=lights, reference=reference)

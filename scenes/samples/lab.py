@@ -6,15 +6,13 @@ import math
 
 import numpy as np
 
-from scenes.frames import look_at
 from scenes.mesh import PhysicalObject, PhysicalRoom, QrCode
 from scenes.pose import Pose
 from scenes.samples import decor, wall_art
-from scenes.samples.cache import static_part
 from scenes.samples.furniture import RoomSet, shelf_unit, table
 from scenes.samples.light import AreaLight, UnlitRoom
 from scenes.samples.movables import book, chair, stool
-from scenes.samples.shapes import Picture
+from scenes.samples.room import hang_codes, hang_pictures, lit_room, unlit_room
 from scenes.samples.shell import Shell, floor_with_rug, shell
 from scenes.samples.textures import mixed, parquet, plain, wood
 
@@ -27,18 +25,7 @@ TOWARDS_WINDOW = np.array([-0.80, 0.18, 0.57]) / np.linalg.norm([-0.80, 0.18, 0.
 
 def build() -> PhysicalRoom:
     """The room, lit; the same one each time."""
-    static = static_part("lab", unlit)
-    return PhysicalRoom(
-        name="lab",
-        static=(static.mesh,),
-        objects=_objects(),
-        solids=static.solids,
-        light_direction=TOWARDS_WINDOW,
-        world_from_rig=look_at(RIG, RIG + np.array([0.0, 1.0, 0.0])),
-        ambient=0.6,
-        codes=static.codes,
-        footprint_m=np.stack([BOX.low[:2], BOX.high[:2]]),
-    )
+    return lit_room("lab", unlit, _objects(), inside=BOX, rig=RIG, towards_light=TOWARDS_WINDOW)
 
 
 def _objects() -> tuple[PhysicalObject, ...]:
@@ -63,15 +50,8 @@ def unlit() -> UnlitRoom:
     _along_the_far_wall(room, rng)
     _desk(room, rng)
     decor.sofa(room, (0.55, -2.46), rng)
-    return UnlitRoom(
-        "lab",
-        tuple(room.surfaces),
-        tuple(room.solids),
-        codes,
-        tuple(lights),
-        reference=np.array([0.0, 0.6, 0.01]),
-        level=0.97,
-    )
+    reference = np.array([0.0, 0.6, 0.01])
+    return unlit_room("lab", room, codes=codes, lights=lights, reference=reference)
 
 
 def _window_and_lamps(room: RoomSet, rng: np.random.Generator) -> list[AreaLight]:
@@ -88,15 +68,13 @@ def _window_and_lamps(room: RoomSet, rng: np.random.Generator) -> list[AreaLight
 
 
 def _on_the_walls(room: RoomSet, rng: np.random.Generator) -> tuple[QrCode, ...]:
-    def poster(side: str, along: float, z: float, size: tuple[float, float], art: Picture) -> None:
-        room.add(
-            *decor.board(BOX.wall(side, along, z), size, art, edge=(52, 50, 48), frame_m=0.025)
-        )
-
-    poster("+x", 0.62, 1.62, (0.6, 0.84), wall_art.landscape(rng, 400, 560))
-    poster("+x", -0.12, 1.62, (0.5, 0.7), wall_art.shapes_poster(rng, 334, 467))
-    poster("-y", 1.0, 1.62, (0.6, 0.84), wall_art.title_poster(rng, 400, 560))
-    poster("-y", 1.85, 1.62, (0.6, 0.84), wall_art.shapes_poster(rng, 400, 560))
+    posters = (
+        ("+x", 0.62, 1.62, (0.6, 0.84), wall_art.landscape(rng, 400, 560)),
+        ("+x", -0.12, 1.62, (0.5, 0.7), wall_art.shapes_poster(rng, 334, 467)),
+        ("-y", 1.0, 1.62, (0.6, 0.84), wall_art.title_poster(rng, 400, 560)),
+        ("-y", 1.85, 1.62, (0.6, 0.84), wall_art.shapes_poster(rng, 400, 560)),
+    )
+    hang_pictures(room, BOX, posters, edge=(52, 50, 48), frame_m=0.025)
     writing = wall_art.whiteboard(rng, 1000, 600)
     room.add(
         *decor.board(BOX.wall("+y", -1.05, 1.5), (2.0, 1.2), writing, edge=(176, 180, 184),
@@ -105,14 +83,8 @@ def _on_the_walls(room: RoomSet, rng: np.random.Generator) -> tuple[QrCode, ...]
     )  # fmt: skip
     tray = plain((176, 180, 184))
     room.block((-1.55, 2.43, 0.86), (-0.55, 2.5, 0.88), tray, faces="+x-x-y+z-z")
-    codes = []
-    for number, (side, along, z) in enumerate(
-        (("+y", 0.245, 1.5), ("+x", -1.25, 1.45), ("-y", -0.75, 1.5)), start=1
-    ):
-        card, code = decor.code(BOX.wall(side, along, z), f"nexus:lab:{number}", 0.24)
-        room.add(*card)
-        codes.append(code)
-    return tuple(codes)
+    places = (("+y", 0.245, 1.5), ("+x", -1.25, 1.45), ("-y", -0.75, 1.5))
+    return hang_codes(room, BOX, "lab", places, side_m=0.24)
 
 
 def _along_the_far_wall(room: RoomSet, rng: np.random.Generator) -> None:

@@ -15,7 +15,7 @@ from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
 from scenes.render.incremental import StillView
 from scenes.render.native import NativeRenderer
-from scenes.render.reference import ReferenceRenderer
+from scenes.render.reference.renderer import ReferenceRenderer
 from scenes.render.renderer import PosedSplats, RenderOptions
 from studio.bench.raster_gradients import gradient_rows
 from studio.bench.raster_peers import peer_rows

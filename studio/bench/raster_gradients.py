@@ -22,7 +22,7 @@ from scenes.render.pose_newton import (
     solve_pose,
 )
 from scenes.render.pose_step import moved
-from scenes.render.reference_gradients import ExactCloud, FrozenPicture, difference, drawable
+from scenes.render.reference.differences import ExactCloud, FrozenPicture, difference, drawable
 from scenes.render.renderer import PosedSplats, Rendering, RenderOptions
 from scenes.render.stages import stages_of
 from studio.bench.splat_scenes import (

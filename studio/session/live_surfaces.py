@@ -18,11 +18,11 @@ from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud
 from scenes.state import LiveSurface, TrackedObject, TrackState
 from studio.view.surface_drawing import LivePicture
-from tracking.background.images import Plates, render_plates
+from tracking.background.images import BackgroundImages, render_background
 from tracking.background.layers import LayerMemo
 from tracking.output import TrackOutput
 from tracking.surfaces.corners import corners_from_clicks
-from tracking.surfaces.live import InTheWay, SurfacesState, step
+from tracking.surfaces.live import Occluders, SurfacesState, step
 from tracking.surfaces.view import native_size_px
 from tracking.window.window import Layer
 
@@ -122,22 +122,26 @@ class LiveSurfaces:
             for lens in range(len(frame.rig.lenses))
         )
         is_new = any(key not in self._state.memories for key in surfaces)
-        plates = self._empty_room(frame.rig, world_from_rig) if is_new else None
+        background = self._empty_room(frame.rig, world_from_rig) if is_new else None
         self._state, shown = step(
-            self._state, frame, tuple(surfaces.values()), world_from_rig, InTheWay(layers, plates)
+            self._state,
+            frame,
+            tuple(surfaces.values()),
+            world_from_rig,
+            Occluders(layers, background),
         )
         return tuple(LivePicture(surfaces[s.surface_id], s.picture) for s in shown)
 
-    def _empty_room(self, rig: Rig, world_from_rig: Pose) -> Plates:
+    def _empty_room(self, rig: Rig, world_from_rig: Pose) -> BackgroundImages:
         """What the lenses would see of the scan; drawn small, which is as fine as it is asked."""
         small = Rig(tuple(_shrunk(lens) for lens in rig.lenses), rig.rig_from_lens)
-        drawn = render_plates(self._renderer, self._room, small, world_from_rig)
+        drawn = render_background(self._renderer, self._room, small, world_from_rig)
         sizes = [(lens.width_px, lens.height_px) for lens in rig.lenses]
 
         def enlarged(picture: NDArray[np.float32], size_px: tuple[int, int]) -> NDArray[np.float32]:
             return np.asarray(cv2.resize(picture, size_px), dtype=np.float32)
 
-        return Plates.of_pictures(
+        return BackgroundImages.of_pictures(
             world_from_rig,
             [
                 enlarged(image.whole(), size)

@@ -9,8 +9,8 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from scenes.formats.blocks import ROWS_PER_BLOCK, SplatBlocks, in_blocks
-from scenes.formats.error import refusal
+from scenes.formats.common.blocks import ROWS_PER_BLOCK, SplatBlocks, in_blocks
+from scenes.formats.common.error import refusal
 from scenes.formats.ply import WORLD_COMMENT, write_ply_blocks
 from scenes.formats.registry import (
     READABLE,

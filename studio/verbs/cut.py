@@ -14,17 +14,17 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.formats.atomic import write_file
+from scenes.formats.common.atomic import write_file
 from scenes.package import ScenePackage, load_package, save_package
-from scenes.package_records import ViewPoint
+from scenes.package.records import ViewPoint
 from scenes.prepare.cutout.cutout import Cutout, cut_out, make_object, undo_cut
-from scenes.prepare.cutout.floaters import remove_floaters
-from scenes.prepare.cutout.lifting import share
-from scenes.prepare.cutout.masks import GrabCutMasks, Masks, Prompt
-from scenes.prepare.cutout.prompted_views import PromptedView, drawn_picture, masked_views
+from scenes.prepare.cutout.labelling.separate import Separation
+from scenes.prepare.cutout.marks.masks import GrabCutMasks, Masks, Prompt
+from scenes.prepare.cutout.marks.prompted_views import PromptedView, drawn_picture, masked_views
+from scenes.prepare.cutout.marks.sam_masks import SamMasks
 from scenes.prepare.cutout.proposals import Proposal, propose
-from scenes.prepare.cutout.sam_masks import SamMasks
-from scenes.prepare.cutout.separate import Separation
+from scenes.prepare.cutout.remainder.floaters import remove_floaters
+from scenes.prepare.cutout.votes.lifting import share
 from scenes.prepare.reconstruction import View, read_picture
 from scenes.render.native import NativeRenderer
 from studio.verbs import cut_add

@@ -12,12 +12,12 @@ from typing import NoReturn
 
 from scenes.package import ScenePackage
 from scenes.pose import Pose
-from scenes.prepare.cutout.added import add_object, require_free_id
 from scenes.prepare.cutout.cutout import Cutout, cut_out
-from scenes.prepare.cutout.free_place import free_place
-from scenes.prepare.cutout.masks import Masks, Prompt
-from scenes.prepare.cutout.middle import marks_in_the_middle
-from scenes.prepare.cutout.prompted_views import PromptedView, masked_views
+from scenes.prepare.cutout.marks.marks_in_the_middle import marks_in_the_middle
+from scenes.prepare.cutout.marks.masks import Masks, Prompt
+from scenes.prepare.cutout.marks.prompted_views import PromptedView, masked_views
+from scenes.prepare.cutout.object.added import add_object, require_free_id
+from scenes.prepare.cutout.object.free_place import free_place
 from scenes.prepare.footage.capture import CaptureOptions
 from scenes.prepare.options import PrepareOptions
 from scenes.prepare.pipeline import Prepared, prepare

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from scenes.cameras import Fisheye, Pinhole
     from scenes.mesh import CollisionMesh
     from scenes.package import ScenePackage
-    from scenes.package_records import ViewPoint
+    from scenes.package.records import ViewPoint
     from scenes.pose import Pose
     from scenes.prepare.reconstruction import View
     from scenes.state import ObjectModel
@@ -58,7 +58,7 @@ def run(args: argparse.Namespace) -> int:
         ValueError: the scene, its work folder or a photo is missing or damaged.
         OSError: a picture cannot be written.
     """
-    from scenes.formats.atomic import write_file
+    from scenes.formats.common.atomic import write_file
     from scenes.package import load_package
 
     package = load_package(args.scene)

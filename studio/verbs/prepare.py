@@ -158,7 +158,7 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         ValueError, OSError: as `scenes.prepare.pipeline.prepare`.
     """
-    from scenes.formats.atomic import write_file
+    from scenes.formats.common.atomic import write_file
     from scenes.prepare.align.shared_origin import shared_origin_to_json
     from scenes.prepare.pipeline import prepare
     from scenes.prepare.stages import open_work_folder
@@ -265,8 +265,8 @@ def _frames(text: str) -> int:
 
 
 def _known_codes(path: Path | None) -> tuple[QrCode, ...]:
-    from scenes.package_files import read_items
-    from scenes.package_records import code_from_json
+    from scenes.package.files import read_items
+    from scenes.package.records import code_from_json
 
     if path is None:
         return ()

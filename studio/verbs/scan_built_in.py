@@ -24,8 +24,8 @@ from scenes.harmonics import turned
 from scenes.mesh import PhysicalObject, PhysicalRoom
 from scenes.package import ScenePackage, load_package, save_package
 from scenes.prepare.cutout.cutout import cut_out
-from scenes.prepare.cutout.masks import GrabCutMasks
-from scenes.prepare.cutout.prompted_views import masked_views
+from scenes.prepare.cutout.marks.masks import GrabCutMasks
+from scenes.prepare.cutout.marks.prompted_views import masked_views
 from scenes.prepare.pipeline import PrepareOptions, prepare
 from scenes.prepare.reconstruction import View
 from scenes.prepare.stages import open_work_folder

@@ -11,8 +11,8 @@ from scenes.cameras import Fisheye, Pinhole
 from scenes.frames import look_at
 from scenes.package import ScenePackage
 from scenes.pose import Pose
+from scenes.render.levels.thinning import thinned
 from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
-from scenes.render.thinning import thinned
 from scenes.splats import SplatCloud
 from studio.view.surface_drawing import LivePicture, draw_surface
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from scenes.opening import open_scene
-from scenes.package_files import PackageError
+from scenes.package.files import PackageError
 from scenes.samples import SAMPLE_NAMES, sample_room
 
 

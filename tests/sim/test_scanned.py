@@ -7,9 +7,9 @@ import pytest
 
 from scenes.mesh import BoxPart
 from scenes.package import ScenePackage, load_package, save_package
-from scenes.package_records import Stage
+from scenes.package.records import Stage
 from scenes.pose import Pose
-from scenes.prepare.cutout.added import add_object
+from scenes.prepare.cutout.object.added import add_object
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel
 from sim.actions import Push

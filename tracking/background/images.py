@@ -1,8 +1,8 @@
-"""What the lenses would see without the movable objects, and how the live picture differs from it.
+"""Background images: the empty room as each lens would see it, and the live picture's difference.
 
-The object-less room splats are drawn once per lens and camera pose ("plates"). A live picture is
-compared with its plate after a robust fit of exposure and vignetting; a pixel that only got darker
-while its chromaticity and gradient stay is shadow, not an object.
+The object-less room splats are rendered once per lens and camera pose. A live picture is compared
+with its background image after a robust fit of exposure and vignetting; a pixel that only got
+darker while its chromaticity and gradient stay is shadow, not an object.
 """
 
 from __future__ import annotations
@@ -26,26 +26,32 @@ FloatArray = NDArray[np.float32]
 BoolArray = NDArray[np.bool_]
 
 SAME_PLACE_M = 1e-4
+"""Camera displacement in m below which background images are kept."""
+
 SAME_ANGLE_RAD = 1e-5
-"""A camera that moved less than this keeps its plates."""
+"""Camera turn in rad below which background images are kept."""
+
 
 NOISE_FLOOR = 0.022
-"""Standard deviation of sensor, codec and splat noise on a flat wall, of a 0..1 channel."""
+"""Standard deviation of sensor, codec and splat noise on a flat wall, in channels of 0..1."""
+
 
 MISALIGNMENT_PX = 0.5
-"""How far a plate's edges may be off: adds that many pixels of local gradient to the noise."""
+"""Misalignment of the background's edges in px: adds that many pixels of local gradient to the
+noise."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Plates:
-    """The empty room as each lens would see it from one place.
+class BackgroundImages:
+    """The empty room as each lens would see it from one camera pose.
 
     Attributes:
-        world_from_rig: where the camera stands.
+        world_from_rig: the camera pose.
         images: one (H, W, 3) float32 0..1 picture per lens.
-        noise: one (H, W) float32 standard deviation per lens, of a 0..1 channel.
+        noise: one (H, W) float32 standard deviation per lens, in channels of 0..1.
         coverage: one (H, W) float32 alpha per lens; the room is unknown where it is low.
-        learned: one (H, W) bool per lens: the pixel was seen live (`tracking.background.learning`).
+        learned: one (H, W) bool per lens: the pixel was observed live
+            (`tracking.background.learning`).
     """
 
     world_from_rig: Pose
@@ -57,18 +63,18 @@ class Plates:
     @staticmethod
     def of_pictures(
         world_from_rig: Pose, images: Sequence[FloatArray], coverage: Sequence[FloatArray]
-    ) -> Plates:
-        """Plates of which nothing was learned yet, from one picture and its alpha per lens."""
-        return Plates(
+    ) -> BackgroundImages:
+        """Background images before any learning, from one picture and its alpha per lens."""
+        return BackgroundImages(
             world_from_rig,
             tuple(Strips.of(image) for image in images),
-            tuple(Strips.of(plate_noise(image)) for image in images),
+            tuple(Strips.of(background_noise(image)) for image in images),
             tuple(coverage),
             tuple(Strips.of(np.zeros(image.shape[:2], np.bool_)) for image in images),
         )
 
-    def stands_at(self, world_from_rig: Pose) -> bool:
-        """Whether the plates are still those of a camera at this pose."""
+    def is_at(self, world_from_rig: Pose) -> bool:
+        """Whether the images are valid for a camera at this pose."""
         moved = self.world_from_rig.inverse() @ world_from_rig
         return (
             float(np.linalg.norm(moved.translation)) < SAME_PLACE_M
@@ -78,12 +84,12 @@ class Plates:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Exposure:
-    """How a lens's live picture follows from its plate: `plate · (gain + falloff · r²) + offset`.
+    """Photometric response of a lens: `live = background · (gain + falloff · r²) + offset`.
 
     Attributes:
         gain: (3,) per channel.
-        falloff: (3,) vignetting per channel, r = 1 at the border of the lens circle.
-        offset: (3,) per channel, of a 0..1 channel.
+        falloff: (3,) vignetting per channel; r = 1 at the border of the lens circle.
+        offset: (3,) per channel, in channels of 0..1.
     """
 
     gain: NDArray[np.float64]
@@ -114,9 +120,9 @@ class Difference:
         return self.probability > 0.5
 
 
-def render_plates(
+def render_background(
     renderer: Renderer, room: SplatCloud, rig: Rig, world_from_rig: Pose, *, threads: int = 0
-) -> Plates:
+) -> BackgroundImages:
     """Draw the empty room through every lens of a rig."""
     posed = (PosedSplats(room, Pose.identity()),)
     images: list[FloatArray] = []
@@ -127,11 +133,11 @@ def render_plates(
         )
         images.append(np.clip(drawn.rgb, 0.0, 1.0))
         coverage.append(drawn.alpha)
-    return Plates.of_pictures(world_from_rig, images, coverage)
+    return BackgroundImages.of_pictures(world_from_rig, images, coverage)
 
 
-def plate_noise(image: FloatArray) -> FloatArray:
-    """(H, W) standard deviation expected between a plate and a live picture of the same room."""
+def background_noise(image: FloatArray) -> FloatArray:
+    """(H, W) standard deviation expected between a background image and a live picture."""
     gx, gy = slopes(grey(image))
     slope = box_blurred(np.hypot(gx, gy).astype(np.float32), 5)
     return np.sqrt(NOISE_FLOOR**2 + (MISALIGNMENT_PX * slope) ** 2).astype(np.float32)
@@ -139,7 +145,7 @@ def plate_noise(image: FloatArray) -> FloatArray:
 
 def fit_exposure(
     live: NDArray[np.uint8],
-    plate: FloatArray | Strips[np.float32],
+    background_image: FloatArray | Strips[np.float32],
     coverage: FloatArray,
     *,
     samples: int = 32,
@@ -149,17 +155,17 @@ def fit_exposure(
 
     Args:
         live: (H, W, 3) uint8 lens picture.
-        plate: (H, W, 3) empty room.
-        coverage: (H, W) alpha of the plate.
-        samples: about this many pixels per side are looked at.
+        background_image: (H, W, 3) empty room.
+        coverage: (H, W) its alpha.
+        samples: about this many pixels per side are used.
         iterations: of reweighting (Geman-McClure with a shrinking scale).
     """
-    height, width = plate.shape[:2]
+    height, width = background_image.shape[:2]
     step = max(1, min(height, width) // samples)
     rows, columns = slice(step // 2, None, step), slice(step // 2, None, step)
     used = coverage[rows, columns] > 0.95
     observed = live[rows, columns][used].astype(np.float64) / 255.0
-    model = plate[rows, columns][used].astype(np.float64)
+    model = background_image[rows, columns][used].astype(np.float64)
     x = (np.arange(width)[columns] + 0.5) / width - 0.5
     y = (np.arange(height)[rows] + 0.5) / height - 0.5
     radius2 = (x[None, :] ** 2 + y[:, None] ** 2)[used] * 4.0
@@ -182,17 +188,15 @@ def fit_exposure(
 
 
 class LensExposures:
-    """Exposure of every lens of a frame; each is fitted once, when it is first asked for.
-
-    Through a lens that shows nothing of interest none is needed.
+    """Exposure of every lens of a frame, fitted when first needed and then kept for that frame.
 
     Args:
         images: (H, W, 3) uint8 live pictures, one per lens.
-        plates: the empty room.
+        background: the empty room.
     """
 
-    def __init__(self, images: Sequence[NDArray[np.uint8]], plates: Plates) -> None:
-        self._lenses = tuple(zip(images, plates.images, plates.coverage, strict=True))
+    def __init__(self, images: Sequence[NDArray[np.uint8]], background: BackgroundImages) -> None:
+        self._lenses = tuple(zip(images, background.images, background.coverage, strict=True))
         self._fitted: dict[int, Exposure] = {}
 
     def __getitem__(self, lens: int) -> Exposure:
@@ -202,17 +206,19 @@ class LensExposures:
         return self._fitted[lens]
 
 
-def expose(plate: FloatArray, exposure: Exposure, *, radius2: FloatArray) -> FloatArray:
-    """A plate as the live camera would record it.
+def expose(background_image: FloatArray, exposure: Exposure, *, radius2: FloatArray) -> FloatArray:
+    """A background image as the live camera would record it.
 
     Args:
-        plate: (H, W, 3) empty room, in any view.
+        background_image: (H, W, 3) empty room, in any view.
         exposure: of the lens it comes from.
-        radius2: (H, W) squared distance from the lens's centre per pixel, 1 at the border.
+        radius2: (H, W) squared distance from the lens's centre, 1 at the border.
     """
     falloff = exposure.falloff.astype(np.float32)
     gain = exposure.gain.astype(np.float32) + radius2[..., None].astype(np.float32) * falloff
-    return np.asarray(plate * gain + exposure.offset.astype(np.float32), dtype=np.float32)
+    return np.asarray(
+        background_image * gain + exposure.offset.astype(np.float32), dtype=np.float32
+    )
 
 
 def difference(live: FloatArray, expected: FloatArray, noise: FloatArray) -> Difference:

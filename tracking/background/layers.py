@@ -1,4 +1,4 @@
-"""Objects as they are drawn into the lens pictures, kept while they and the camera stand still."""
+"""Objects rendered into the lens pictures, cached while they and the camera do not move."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from tracking.window.extent import extent, part_of
 from tracking.window.window import Layer, Window, window_around
 
 KEPT = 64
-"""Layers that are kept; the one not asked for longest goes first."""
+"""Number of cached layers; the least recently used is dropped."""
+
 
 RENDER_OPTIONS = RenderOptions(threads=1, antialias=True)
 
 
 class LayerMemo:
-    """Remembers drawings. It never changes an answer: what is kept is what would be drawn."""
+    """Cache of rendered layers, owned by one tracker; a cached layer equals a fresh rendering."""
 
     def __init__(self) -> None:
         self._layers: OrderedDict[tuple[str, int, bytes, bytes], Layer] = OrderedDict()

@@ -1,9 +1,8 @@
-"""Plates that learn: where the live picture agrees with the scan, it is better than the scan.
+"""Background images learn: where the live picture agrees with the scan, it is better than it.
 
-A scan is blurred, speckled and lit as on the day it was made. Pixels that show the room beyond
-doubt (outside every known object, and with no coherent difference over their surroundings) are
-taken over into the plate at the plate's exposure. People and unknown things differ coherently and
-are not.
+A scan is blurred, speckled and lit as on the day it was made. Pixels that certainly show the room
+(outside every known object, without a coherent difference over their surroundings) are copied into
+the background image at its exposure. People and unknown objects differ coherently and are not.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.messages import Frame
-from tracking.background.images import MISALIGNMENT_PX, NOISE_FLOOR, Exposure, Plates
+from tracking.background.images import MISALIGNMENT_PX, NOISE_FLOOR, BackgroundImages, Exposure
 from tracking.background.strips import STRIPS, strip_of
 from tracking.kernels.native import RoomLearner
 from tracking.window.window import Layer
@@ -28,24 +27,35 @@ COHERENT_SIDE = 1 / 110
 """Side of the surroundings that are averaged, as a share of the lens picture's."""
 
 COHERENT_LEVEL = 0.07
-"""A mean difference above this, of a 0..1 channel, is a thing and not the scan's roughness."""
+"""Mean difference (channel of 0..1) above which pixels show an object. Chosen on the rooms lab and
+desk."""
+
 
 CAUTIOUS_LEVEL = 0.03
-"""The same where care is taken: a pale mug before a pale wall differs by little more."""
+"""The same with `Care.CAUTIOUS` and `Care.WARY`: a pale mug before a pale wall differs little
+more."""
+
 
 WARY_SIDE = 1 / 72
-"""While things may be anywhere, what lies as near as half of this share of the side to what differs
-is not learned either: sides and handles of things have colours like the room's."""
+"""Side of the square, as a share of the lens picture's, that must be free of differences with
+`Care.WARY`: sides and handles of objects have colours like the room's."""
+
 
 RELIT_RATIO = (0.35, 1.9)
+"""Brightness ratios, lower and upper limit, of a place that is only relit. Chosen on the rooms lab
+and desk."""
+
 RELIT_HUE = 0.022
-"""Brightness ratios, and the left-over difference of colour, of a place that is only relit."""
+"""Remaining colour difference (channel of 0..1) of a place that is only relit. Chosen on the rooms
+lab and desk."""
+
 
 KEEP_AWAY_SIDE = 1 / 360
 """Distance kept from known objects, as a share of the lens picture's side."""
 
 SHRINK = 4
-"""What is coherent is told in a picture this much smaller."""
+"""Downsampling, each way, of the picture in which coherent differences are found."""
+
 
 BLEND = 0.25
 """Share of the live picture in a pixel that was learned before."""
@@ -65,7 +75,7 @@ LEARNER = RoomLearner(
         "misalignment_px": MISALIGNMENT_PX,
     }
 )
-"""What `tracking.solve.numpy_twin.learned_rows` says in numpy."""
+"""Native learner; `tracking.solve.numpy_twin.learned_rows` is its numpy twin."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,18 +111,15 @@ def looked_at(band: Band, width: int, height: int) -> slice:
 
 
 class Care(Enum):
-    """How much of what differs from the scan is taken for the room."""
+    """How much of what differs from the scan is learned as background."""
 
-    LITTLE = "what is only lighter or darker is the room, too"
-    CAUTIOUS = "a grey thing before a wall is no shadow on it"
-    WARY = "things may be anywhere, and beside what differs there may be more of it"
+    LITTLE = "what is only lighter or darker is background, too"
+    CAUTIOUS = "a grey object before a wall is no shadow on it"
+    WARY = "objects may be anywhere, and extend beyond what differs"
 
 
 def surroundings(width: int, care: Care) -> tuple[int, int, int]:
-    """Sides in pixels of the small picture: of what is averaged to see things, and roughness.
-
-    The third is of what has to be the room's all over, a single pixel where no more is asked.
-    """
+    """Sides in px of the shrunk picture's squares: coherence average, roughness, freedom."""
     small = -(-width // SHRINK)
     coherent, wary = (max(3, round(side * small)) | 1 for side in (COHERENT_SIDE, WARY_SIDE))
     rough = max(3, round(ROUGH_SIDE * small) * 2 + 1)
@@ -120,26 +127,30 @@ def surroundings(width: int, care: Care) -> tuple[int, int, int]:
 
 
 def learn(
-    plates: Plates,
+    background: BackgroundImages,
     frame: Frame,
     exposure: Exposure,
     taken: Sequence[Layer],
     band: Band,
     *,
     care: Care = Care.LITTLE,
-) -> Plates:
-    """The plates with what this frame shows of the room in a band.
+) -> BackgroundImages:
+    """Background images updated from what this frame shows of the room in a band.
 
     Args:
-        plates: so far.
+        background: so far.
         frame: live pictures.
         exposure: of the band's lens in this frame.
-        taken: movable objects as drawn into the band's lens; nothing is learned there.
-        band: what to learn from.
-        care: what is taken for the room.
+        taken: movable objects rendered into the band's lens; nothing is learned there.
+        band: rows to learn from.
+        care: which differences are learned.
     """
     index = band.lens
-    images, noise, learned = list(plates.images), list(plates.noise), list(plates.learned)
+    images, noise, learned = (
+        list(background.images),
+        list(background.noise),
+        list(background.learned),
+    )
     height, width = images[index].shape[:2]
     rows = looked_at(band, width, height)
     free = _free_of(taken, rows, width)
@@ -147,7 +158,7 @@ def learn(
         frame.images[index][rows],
         images[index][rows, :],
         learned[index][rows, :],
-        free & (plates.coverage[index][rows] > 0.5),
+        free & (background.coverage[index][rows] > 0.5),
         lens_size=(width, height),
         top=rows.start,
         exposure=exposure.rows(),
@@ -160,7 +171,7 @@ def learn(
     images[index] = images[index].with_rows(band.top, image.reshape(*size, 3)[inner])
     noise[index] = noise[index].with_rows(band.top, rough.reshape(size)[inner])
     learned[index] = learned[index].with_rows(band.top, known.reshape(size)[inner])
-    return replace(plates, images=tuple(images), noise=tuple(noise), learned=tuple(learned))
+    return replace(background, images=tuple(images), noise=tuple(noise), learned=tuple(learned))
 
 
 def _free_of(taken: Sequence[Layer], rows: slice, width: int) -> NDArray[np.bool_]:

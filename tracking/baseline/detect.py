@@ -24,13 +24,13 @@ REACH = 0.25
 PART_GAP_PX = 11
 """Parts of an object may be this far apart in its mask."""
 
-LEAST_LIKENESS = 0.08
+LEAST_COLOUR_SIMILARITY = 0.08
 """Pixels whose colour is less like the object's than this belong to something else."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Detection:
-    """One thing found in a picture.
+    """One object found in a picture.
 
     Attributes:
         label: class name, or the object's id if the detector knows it.
@@ -94,11 +94,11 @@ class BackgroundDetector:
         if view.difference is None:
             raise ValueError("BackgroundDetector: the view has no difference to the empty room")
         foreground = view.difference.mask() & view.valid
-        claims = [_claim(view, foreground, candidate) for candidate in expected]
+        pixel_scores = [_pixel_score(view, foreground, candidate) for candidate in expected]
         found = []
         for index, candidate in enumerate(expected):
-            mine = claims[index]
-            for other_index, other in enumerate(claims):
+            mine = pixel_scores[index]
+            for other_index, other in enumerate(pixel_scores):
                 if other_index != index:
                     mine = np.where(other > mine, 0.0, mine)
             detection = _largest_blob(candidate.object_id, mine, view.difference.probability)
@@ -107,9 +107,11 @@ class BackgroundDetector:
         return tuple(found)
 
 
-def _claim(view: RectifiedView, foreground: BoolArray, candidate: Expected) -> NDArray[np.float32]:
-    """(H, W) how strongly an object claims each pixel: colour likeness times nearness."""
-    claim = np.zeros(foreground.shape, np.float32)
+def _pixel_score(
+    view: RectifiedView, foreground: BoolArray, candidate: Expected
+) -> NDArray[np.float32]:
+    """(H, W) score of each pixel for an object: colour similarity times nearness."""
+    scores = np.zeros(foreground.shape, np.float32)
     height, width = foreground.shape
     centre = 0.5 * (candidate.box_px[:2] + candidate.box_px[2:])
     side = np.maximum(candidate.box_px[2:] - candidate.box_px[:2], 8.0)
@@ -117,23 +119,23 @@ def _claim(view: RectifiedView, foreground: BoolArray, candidate: Expected) -> N
     left, top = np.floor(np.clip(centre - reach, 0, (width, height))).astype(int)
     right, bottom = np.ceil(np.clip(centre + reach, 0, (width, height))).astype(int)
     if right - left < 2 or bottom - top < 2:
-        return claim
+        return scores
     window = (slice(top, bottom), slice(left, right))
-    likeness = candidate.colours.likeness(view.image[window])
-    likeness = cv2.GaussianBlur(likeness, (5, 5), 1.2)
+    similarity = candidate.colours.colour_similarity(view.image[window])
+    similarity = cv2.GaussianBlur(similarity, (5, 5), 1.2)
     y, x = np.mgrid[top:bottom, left:right] + 0.5
     apart = np.maximum(np.abs(x - centre[0]) / side[0], np.abs(y - centre[1]) / side[1])
     nearness = np.exp(-np.maximum(apart - 0.5, 0.0))
-    accepted = foreground[window] & (likeness > LEAST_LIKENESS)
-    claim[window] = np.where(accepted, likeness * nearness, 0.0)
-    return claim
+    accepted = foreground[window] & (similarity > LEAST_COLOUR_SIMILARITY)
+    scores[window] = np.where(accepted, similarity * nearness, 0.0)
+    return scores
 
 
 def _largest_blob(
-    label: str, claim: NDArray[np.float32], probability: NDArray[np.float32]
+    label: str, scores: NDArray[np.float32], probability: NDArray[np.float32]
 ) -> Detection | None:
     """The largest connected claim, with its holes closed."""
-    mask = (claim > 0).astype(np.uint8)
+    mask = (scores > 0).astype(np.uint8)
     mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
     count, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
     if count < 2:

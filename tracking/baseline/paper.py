@@ -32,7 +32,7 @@ from scenes.render.renderer import PosedSplats, Renderer
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel, TrackedObject, TrackState
 from scenes.warp import VirtualView
-from tracking.background.images import Plates, fit_exposure, render_plates
+from tracking.background.images import BackgroundImages, fit_exposure, render_background
 from tracking.background.layers import drawn_layer
 from tracking.background.learning import learn, whole_lens
 from tracking.baseline.associate import associate
@@ -93,13 +93,13 @@ class PaperState:
     Attributes:
         tracks_2d: identity layer, by object id; only objects that were found.
         tracks: pose layer, by object id; all objects.
-        plates: the empty room at the camera's pose, or None before the first frame.
+        background: the empty room at the camera's pose, or None before the first frame.
         view: the rectified view at that pose.
     """
 
     tracks_2d: Mapping[str, Track2D]
     tracks: Mapping[str, PaperTrack]
-    plates: Plates | None
+    background: BackgroundImages | None
     view: VirtualView | None
 
 
@@ -199,10 +199,10 @@ class PaperTracker:
         return state, TrackOutput(objects, MappingProxyType(stages), frame.world_from_rig)
 
     def _at_camera(self, state: PaperState, frame: Frame, world_from_rig: Pose) -> PaperState:
-        """Plates and table for this camera pose, kept while it stands still."""
-        if state.plates is not None and state.plates.stands_at(world_from_rig):
+        """Background images and table for this camera pose, kept while it stands still."""
+        if state.background is not None and state.background.is_at(world_from_rig):
             return state
-        plates = render_plates(self._renderer, self._room, frame.rig, world_from_rig)
+        background = render_background(self._renderer, self._room, frame.rig, world_from_rig)
         front_lens = frame.rig.lenses[0]
         standing = [
             drawn_layer(
@@ -220,20 +220,22 @@ class PaperTracker:
             for o in self._objects
             for pose in (state.tracks[o.object_id].kalman.pose(),)
         ]
-        exposure = fit_exposure(frame.images[0], plates.images[0], plates.coverage[0])
-        plates = learn(plates, frame, exposure, standing, whole_lens(0, front_lens.height_px))
+        exposure = fit_exposure(frame.images[0], background.images[0], background.coverage[0])
+        background = learn(
+            background, frame, exposure, standing, whole_lens(0, front_lens.height_px)
+        )
         return replace(
             state,
-            plates=plates,
+            background=background,
             view=front(frame.rig, world_from_rig, fov_deg=self._options.fov_deg),
         )
 
     def _rectified(self, state: PaperState, frame: Frame) -> RectifiedView:
-        plates, view = state.plates, state.view
-        if plates is None or view is None:
-            raise RuntimeError("the camera's plates are made before its view")
-        exposure = fit_exposure(frame.images[0], plates.images[0], plates.coverage[0])
-        return rectify(frame, view, plates, (exposure,))
+        background, view = state.background, state.view
+        if background is None or view is None:
+            raise RuntimeError("the camera's background images are made before its view")
+        exposure = fit_exposure(frame.images[0], background.images[0], background.coverage[0])
+        return rectify(frame, view, background, (exposure,))
 
     def _identify(self, state: PaperState, view: RectifiedView) -> Mapping[str, Track2D]:
         """Ray association in the first frame, nearest neighbours afterwards."""

@@ -12,7 +12,7 @@ from devices.messages import Frame
 from scenes.cameras import Pinhole, Rig
 from scenes.pose import Pose
 from scenes.warp import VirtualView, front_view, warp
-from tracking.background.images import Difference, Exposure, Plates, difference, expose
+from tracking.background.images import BackgroundImages, Difference, Exposure, difference, expose
 
 FRONT_SIZE_PX = 640
 """Side of the rectified view (paper 4.4.1)."""
@@ -40,7 +40,7 @@ class RectifiedView:
 def rectify(
     frame: Frame,
     view: VirtualView,
-    plates: Plates | None = None,
+    background: BackgroundImages | None = None,
     exposures: tuple[Exposure, ...] = (),
 ) -> RectifiedView:
     """Cut a view out of a frame and compare it with the empty room.
@@ -48,25 +48,29 @@ def rectify(
     Args:
         frame: the live pictures.
         view: which lens, camera and table.
-        plates: the empty room, or None to skip the comparison.
+        background: the empty room, or None to skip the comparison.
         exposures: one per lens, of this frame.
     """
     image = np.asarray(warp(frame.images[view.lens], view.table), dtype=np.uint8)
     change = None
-    if plates is not None:
-        plate = expose_view(view, plates, exposures[view.lens])
-        noise = np.asarray(warp(plates.noise[view.lens].whole(), view.table), dtype=np.float32)
+    if background is not None:
+        background_image = expose_view(view, background, exposures[view.lens])
+        noise = np.asarray(warp(background.noise[view.lens].whole(), view.table), dtype=np.float32)
         seen = view.table.valid
-        change = difference(image.astype(np.float32) / 255.0, plate, np.maximum(noise, 1e-3))
+        change = difference(
+            image.astype(np.float32) / 255.0, background_image, np.maximum(noise, 1e-3)
+        )
         change = Difference(change.probability * seen, change.expected, change.live)
     return RectifiedView(image, view.camera, view.world_from_camera, change, view.table.valid)
 
 
-def expose_view(view: VirtualView, plates: Plates, exposure: Exposure) -> NDArray[np.float32]:
+def expose_view(
+    view: VirtualView, background: BackgroundImages, exposure: Exposure
+) -> NDArray[np.float32]:
     """(H, W, 3) float32: the empty room in a view, at the live exposure."""
-    plate = plates.images[view.lens].whole()
-    warped = np.asarray(warp(plate, view.table), dtype=np.float32)
-    height, width = plate.shape[:2]
+    background_image = background.images[view.lens].whole()
+    warped = np.asarray(warp(background_image, view.table), dtype=np.float32)
+    height, width = background_image.shape[:2]
     map_xy = view.table.map_xy
     x = ((map_xy[..., 0] + 0.5) / width - 0.5) * 2.0
     y = ((map_xy[..., 1] + 0.5) / height - 0.5) * 2.0

@@ -38,9 +38,9 @@ LEAST_FACING = 0.5
 
 LARGEST_TURN_RAD = np.deg2rad(4.0)
 LARGEST_SHIFT_M = 0.15
-"""A refinement beyond this is not believed."""
+"""A refinement beyond this is rejected."""
 
-LEAST_LIKENESS = 0.5
+LEAST_DETAIL_CORRELATION = 0.5
 """Details of the room must correlate this well with the live ones."""
 
 PRIOR_TURN_RAD = np.deg2rad(0.5)
@@ -65,13 +65,13 @@ class Calibration:
     Attributes:
         world_from_rig: the pose.
         sigma: (6,) standard deviations: rotation in radians, translation in metres, rig axes.
-        likeness: -1..1, correlation of the drawn details with the live ones.
+        detail_correlation: -1..1, correlation of the drawn details with the live ones.
         trusted: whether the refinement stayed within what a marker may be off.
     """
 
     world_from_rig: Pose
     sigma: NDArray[np.float64]
-    likeness: float
+    detail_correlation: float
     trusted: bool
 
 
@@ -103,7 +103,7 @@ def calibrate(
         nominal_world_from_rig: `world_from_rig` to start from.
         room: splats of what stands still.
         renderer: draws splats.
-        objects: movable objects believed to stand where given; drawn with the room.
+        objects: movable objects at their expected poses; drawn with the room.
     """
     pose = nominal_world_from_rig
     posed = (PosedSplats(room, Pose.identity()), *objects)
@@ -119,13 +119,17 @@ def calibrate(
             pose = pose @ Pose(rotation_from_vector(step[:3]), step[3:])
             if np.abs(step[:3]).max() < 2e-6 and np.abs(step[3:]).max() < 1e-5:
                 break
-    alike = _likeness(lenses, pose)
+    correlation = _detail_correlation(lenses, pose)
     moved = nominal_world_from_rig.inverse() @ pose
     turn = np.arccos(np.clip((np.trace(moved.rotation) - 1) / 2, -1, 1))
     shift = float(np.linalg.norm(moved.translation))
-    trusted = bool(turn < LARGEST_TURN_RAD and shift < LARGEST_SHIFT_M and alike > LEAST_LIKENESS)
+    trusted = bool(
+        turn < LARGEST_TURN_RAD
+        and shift < LARGEST_SHIFT_M
+        and correlation > LEAST_DETAIL_CORRELATION
+    )
     sigma = np.sqrt(np.diag(np.linalg.inv(information)))
-    return Calibration(pose if trusted else nominal_world_from_rig, sigma, alike, trusted)
+    return Calibration(pose if trusted else nominal_world_from_rig, sigma, correlation, trusted)
 
 
 def _prepare(
@@ -142,14 +146,14 @@ def _prepare(
     world_from_lens = world_from_rig @ rig_from_lens
     drawn = renderer.render(posed, camera, world_from_lens, RenderOptions())
     blur = blur_px * camera.f_px / BLUR_AT_F_PX
-    plate = np.clip(drawn.rgb, 0, 1)
-    exposure = fit_exposure(frame.images[index], plate, drawn.alpha)
+    background_image = np.clip(drawn.rgb, 0, 1)
+    exposure = fit_exposure(frame.images[index], background_image, drawn.alpha)
     y, x = np.mgrid[0 : camera.height_px, 0 : camera.width_px].astype(np.float32)
     radius2 = ((x + 0.5) / camera.width_px * 2 - 1) ** 2 + (
         (y + 0.5) / camera.height_px * 2 - 1
     ) ** 2
-    plate = expose(plate, exposure, radius2=radius2)
-    drawn_detail = _detail(grey(plate), blur)
+    background_image = expose(background_image, exposure, radius2=radius2)
+    drawn_detail = _detail(grey(background_image), blur)
     live = cv2.cvtColor(frame.images[index], cv2.COLOR_RGB2GRAY).astype(np.float32) / 255.0
     live_detail = _detail(np.asarray(live, dtype=np.float32), blur)
     gx, gy = slopes(drawn_detail)
@@ -159,9 +163,9 @@ def _prepare(
     facing = _facing(drawn.depth, camera.f_px)
     usable &= facing > LEAST_FACING
     live_x, live_y = slopes(live_detail)
-    # A scan's speckle is steep too; what counts is what is steep alike in both pictures.
-    alike = np.sqrt(np.maximum(gx * live_x + gy * live_y, 0.0))
-    rows, columns = _steepest(alike * facing, usable)
+    # A scan's speckle is steep too; only gradients common to both pictures count.
+    common_slope = np.sqrt(np.maximum(gx * live_x + gy * live_y, 0.0))
+    rows, columns = _steepest(common_slope * facing, usable)
     rays = camera.unproject(np.stack([columns + 0.5, rows + 0.5], axis=1))
     points = world_from_lens @ (rays * drawn.depth[rows, columns].astype(np.float64)[:, None])
     steepness = np.stack([gx + live_x, gy + live_y], axis=2)[rows, columns] * np.float32(0.5)
@@ -214,7 +218,7 @@ def _steepest(
     return row, column
 
 
-def _likeness(lenses: list[_Lens], pose: Pose) -> float:
+def _detail_correlation(lenses: list[_Lens], pose: Pose) -> float:
     """Correlation of drawn and live details at a pose."""
     drawn = np.concatenate([lens.values for lens in lenses]).astype(np.float64)
     live = drawn + np.concatenate([_linearise(lens, pose)[1] for lens in lenses])

@@ -1,4 +1,4 @@
-"""Where the 360° camera stands, and whether it still does."""
+"""Pose of the 360° camera, and whether it still holds."""
 
 from __future__ import annotations
 
@@ -8,39 +8,44 @@ import numpy as np
 
 from devices.messages import Frame
 from scenes.pose import Pose, rotation_angle, rotation_from_vector
-from tracking.background.images import Plates
+from tracking.background.images import BackgroundImages
 from tracking.camera.calibration import Calibration
 from tracking.camera.watch import Watch, turned_since
 
 RIG_MOVED_M = 0.02
+"""Marker displacement in m from which the camera was moved."""
+
 RIG_TURNED_RAD = np.deg2rad(0.6)
-"""A marker that moved more than this means that the camera was moved, not that the marker shook."""
+"""Marker turn in rad from which the camera was moved."""
+
 
 BUMPED_RAD = np.deg2rad(0.12)
+"""Turn in rad measured in a lens from which the camera may have been bumped."""
+
 BUMPED_LOOKS = 2
-"""So many looks in a row that find it turned by more mean that it was bumped."""
+"""Consecutive such measurements that mean that it was bumped."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RigState:
-    """Where the camera stands.
+    """Pose of the camera and what depends on it.
 
     Attributes:
-        marker_world_from_rig: what the marker said when the camera was last refined.
+        marker_world_from_rig: the marker's pose of the camera at the last refinement.
         calibration: the refined pose.
-        plates: the empty room from there.
-        watches: what each lens saw then.
-        turned_looks: looks in a row, until the last, that found the camera turned.
+        background: the empty room from there.
+        watches: reference details of each lens.
+        turned_looks: consecutive checks, until the last, that found the camera turned.
     """
 
     marker_world_from_rig: Pose
     calibration: Calibration
-    plates: Plates
+    background: BackgroundImages
     watches: tuple[Watch, ...]
     turned_looks: int = 0
 
-    def stands(self, marker_world_from_rig: Pose) -> bool:
-        """Whether the marker still says so, apart from its shaking."""
+    def is_unmoved(self, marker_world_from_rig: Pose) -> bool:
+        """Whether the marker's pose is unchanged but for its jitter."""
         moved = self.marker_world_from_rig.inverse() @ marker_world_from_rig
         return (
             float(np.linalg.norm(moved.translation)) < RIG_MOVED_M
@@ -49,19 +54,19 @@ class RigState:
 
     @property
     def is_bumped(self) -> bool:
-        """Whether the picture says that it does not stand so any more."""
+        """Whether the lens pictures show that the camera has turned."""
         return self.turned_looks >= BUMPED_LOOKS
 
 
 def looked_through(known: RigState, frame: Frame, turn: int | None) -> tuple[RigState, Pose]:
-    """The rig's state after a look through one lens, if it is time, and how far it has turned.
+    """The rig's state after a check of one lens, if one is due, and the turn that it found.
 
-    A bumped camera moves in all its lenses; somebody in front of one is seen by that alone.
+    A bumped camera turns in all its lenses; a person in front of one changes only that.
 
     Args:
         known: the state so far.
-        frame: what is looked at.
-        turn: which lens it is the turn of, counted on for ever; None if of none.
+        frame: the live pictures.
+        turn: running number of the lens to check; None if none is due.
     """
     if turn is None:
         return known, Pose.identity()

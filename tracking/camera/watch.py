@@ -1,9 +1,9 @@
-"""Whether the camera still stands as it did when its pose was found.
+"""Check of the camera's motion: the turn of a lens since its pose was found.
 
-A marker does not tell a camera that was bumped, or a stand that sinks: the marker may have moved
-along, shake more than that, or not be there at all. What a lens saw then is compared with what it
-sees now, as a turn of the camera: a shift of centimetres looks like one. People and moved things
-are outliers.
+A marker does not show that a camera was bumped or that a stand sinks: the marker may have moved
+along, jitter more than that, or be absent. The details of a lens picture then are aligned with
+those now by a small turn; a shift of centimetres looks like one. People and moved objects are
+outliers.
 """
 
 from __future__ import annotations
@@ -20,20 +20,35 @@ from tracking.window.contour import sample
 from tracking.window.filters import blurred, resized, slopes
 
 WATCH_PX = 480
-"""Width of the pictures compared: a tenth of a degree is a quarter of their pixels."""
+"""Width in px of the compared pictures: 0.1° is a quarter of their pixels."""
+
 BLUR_PX = 1.5
+"""Gaussian blur in px before the comparison."""
+
 COARSE = 6
-"""Structure this many times coarser than the blur is left out: shadows, lamps."""
+"""Ratio of the coarse to the fine blur; structure beyond it (shadows, lamps) is removed."""
+
 CELL_PX = 10
-"""The steepest pixel of each cell is looked at."""
+"""Side in px of the cells; the steepest pixel of each is used."""
+
 LEAST_STEEP = 0.004
+"""Least gradient per px (0..1) of a used pixel."""
+
 STEPS = 5
-ALIKE = 3.0
-"""Pixels whose difference is beyond so many times the middle one say nothing."""
+"""Gauss-Newton steps."""
+
+OUTLIER_SCALES = 3.0
+"""Tukey's cut-off in units of 1.5 median absolute residuals."""
+
 LEAST_NOISE = 0.004
+"""Least residual scale, grey 0..1."""
+
 LEAST_POINTS = 60
-LEAST_LIKENESS = 0.6
-"""Correlation of the two pictures' details: below, too much is hidden to tell."""
+"""Least number of used pixels."""
+
+LEAST_DETAIL_CORRELATION = 0.6
+"""Correlation of the aligned details below which no turn is reported."""
+
 
 FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]
@@ -94,7 +109,7 @@ def turned_since(watch: Watch, image: NDArray[np.uint8]) -> Points | None:
     for _ in range(STEPS):
         residual = _residual(watch, detail, turn)
         noise = max(1.5 * float(np.median(np.abs(residual))), LEAST_NOISE)
-        agree = np.clip(1 - (residual / (ALIKE * noise)) ** 2, 0, None) ** 2
+        agree = np.clip(1 - (residual / (OUTLIER_SCALES * noise)) ** 2, 0, None) ** 2
         # A turn is so small that pixels change by it as they did at first.
         weighted = watch.by_turn * agree[:, None]
         information = weighted.T @ watch.by_turn
@@ -106,8 +121,8 @@ def turned_since(watch: Watch, image: NDArray[np.uint8]) -> Points | None:
             break
     then = watch.values.astype(np.float64)
     now = then + _residual(watch, detail, turn)
-    alike = float(then @ now) / max(float(np.sqrt((then @ then) * (now @ now))), 1e-12)
-    return turn if alike > LEAST_LIKENESS else None
+    correlation = float(then @ now) / max(float(np.sqrt((then @ then) * (now @ now))), 1e-12)
+    return turn if correlation > LEAST_DETAIL_CORRELATION else None
 
 
 def _residual(watch: Watch, detail: FloatArray, turn: Points) -> Points:

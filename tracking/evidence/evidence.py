@@ -1,4 +1,4 @@
-"""What a frame shows of one object: a window of a lens picture, compared with all that is known."""
+"""Evidence: a window of a lens picture around one object, compared with the background."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from devices.messages import Frame
 from scenes.cameras import Fisheye
 from scenes.pose import Pose
 from scenes.render.native import NativeRenderer
-from tracking.background.images import LensExposures, Plates
+from tracking.background.images import BackgroundImages, LensExposures
 from tracking.background.layers import LayerMemo
 from tracking.kernels.native import KERNELS, SeenWindow
 from tracking.model.object_model import TrackModel
-from tracking.model.support_planes import Stands
+from tracking.model.support_planes import SupportPlanes
 from tracking.window.window import Layer, Window, window_around
 
 FloatArray = NDArray[np.float32]
 
 OUTSIDE_M = 0.02
-"""How far outside the room's walls an object's origin may be measured."""
+"""Distance in m outside the room's bounds at which an object's origin may be measured."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,9 +33,9 @@ class Evidence:
         view: the window.
         live: (H, W, 3) float32 0..1.
         foreground: (H, W) float32 0..1, neither the empty room nor another tracked object.
-        own: (H, W) float32 0..1, foreground with the object's colours.
-        hidden: (H, W) float32 0..1, covered by a nearer tracked object.
-        layers: all other tracked objects that reach into the window, the farthest first.
+        own: (H, W) float32 0..1, foreground in the object's colours.
+        hidden: (H, W) float32 0..1, occluded by a nearer tracked object.
+        layers: renderings of the other tracked objects in the window, the farthest first.
         seen: the same for the native solver.
     """
 
@@ -60,32 +60,32 @@ class Evidence:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """One frame with everything that is known about it before the objects are looked at.
+    """One frame and all that is known of it before the objects are measured.
 
     Attributes:
         frame: the live pictures.
-        world_from_rig: refined pose of the camera.
-        camera_sigma: (6,) its standard deviations: rotation in radians, translation in metres.
-        plates: the empty room.
+        world_from_rig: refined camera pose.
+        camera_sigma: (6,) its standard deviations: rotation (rad), translation (m).
+        background: images of the empty room.
         exposures: by lens.
-        renderer: draws splats.
-        bounds_m: (2, 3) lowest and highest corner of the room.
-        stands: what the room offers to stand on.
-        layers: objects drawn into the lens pictures.
+        renderer: renders splats.
+        bounds_m: (2, 3) lowest and highest corner of the room, m.
+        support_planes: of the room.
+        layers: cache of objects rendered into the lens pictures.
     """
 
     frame: Frame
     world_from_rig: Pose
     camera_sigma: NDArray[np.float64]
-    plates: Plates
+    background: BackgroundImages
     exposures: LensExposures
     renderer: NativeRenderer
     bounds_m: NDArray[np.float64]
-    stands: Stands
+    support_planes: SupportPlanes
     layers: LayerMemo
 
-    def holds(self, world_from_object: Pose) -> bool:
-        """Whether something at a pose is inside the room."""
+    def contains(self, world_from_object: Pose) -> bool:
+        """Whether an object at a pose is inside the room."""
         place = world_from_object.translation
         low, high = self.bounds_m[0] - OUTSIDE_M, self.bounds_m[1] + OUTSIDE_M
         return bool((place >= low).all() and (place <= high).all())
@@ -98,7 +98,7 @@ Neighbour = tuple[TrackModel, Pose]
 def view_of(
     scene: Scene, model: TrackModel, world_from_object: Pose, *, at_any_yaw: bool = False
 ) -> Window:
-    """The window of an object believed to be at a pose, or at a place with whatever yaw."""
+    """The window of an object at a pose, or at a position with any yaw."""
     return window_around(
         scene.frame.rig,
         scene.world_from_rig,
@@ -111,20 +111,21 @@ def view_of(
 def gather(
     scene: Scene, model: TrackModel, view: Window, neighbours: Sequence[Neighbour]
 ) -> Evidence:
-    """Cut an object's window out of a frame and tell what in it may be the object.
+    """Evidence of one object in one frame.
 
     Args:
         scene: the frame.
         model: the object.
         view: its window.
-        neighbours: all other tracked objects; those in the window are drawn into the background.
+        neighbours: all other tracked objects; those in the window are composited over the
+            background.
     """
     layers = layers_in(scene, view, neighbours)
     lens, part = scene.frame.rig.lenses[view.lens], view.part
     live, foreground, own, hidden, seen = KERNELS.change(
         scene.frame.images[view.lens][part],
-        scene.plates.images[view.lens].cut(*part),
-        scene.plates.noise[view.lens].cut(*part),
+        scene.background.images[view.lens].cut(*part),
+        scene.background.noise[view.lens].cut(*part),
         lens_size=(lens.width_px, lens.height_px),
         window=view.corner_and_size,
         shrink=view.shrink,

@@ -1,7 +1,7 @@
-"""An object drawn once at a pose, reduced to the points it can be measured at.
+"""Reduced renderings: an object rendered once at a pose and reduced to measurable points.
 
-The points live in the object's frame, so that they serve while the object is seen from about the
-same side, at about the same size: then nothing has to be drawn.
+The points are in the object's frame, so they stay valid while the object is seen from about the
+same side at about the same size, and nothing has to be rendered again.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from scenes.cameras import Fisheye
 from scenes.pose import Pose, rotation_angle
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats, Renderer, Rendering
-from tracking.evidence.appearance_memory import Portrait
+from tracking.evidence.appearance_memory import AppearanceMemory
 from tracking.evidence.evidence import Evidence
 from tracking.model.object_model import RENDER_OPTIONS, TrackModel
 from tracking.window.contour import Contour, Texture
@@ -29,37 +29,47 @@ FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]
 
 TURNED_RAD = np.deg2rad(2.0)
+"""Turn in rad or change of direction up to which a reduced rendering is valid. Chosen on the rooms
+lab and desk."""
+
 TURNED_PX = 1.0
+"""The same for a small object, as displacement in px of its silhouette."""
+
 SCALED = 0.03
-"""A sketch serves until the object is seen turned, aside or nearer by more than this; a small one
-until its sides have moved by so much of the picture."""
+"""Relative change of range up to which it is valid. Chosen on the rooms lab and desk."""
+
 
 ROUGHLY = 2.5
-"""A sketch serves to come near by, until it is off by so many times as much."""
+"""Factor on those limits in the coarse rounds of a solve."""
+
 
 LEAST_AREA_PX = 12
+"""Silhouette area in px below which nothing is measured."""
+
 
 DRAWN_RADIUS_PX = 120
+"""Radius in px at which small objects are rendered: at few pixels the splats' low-pass widens the
+silhouette by a pixel."""
+
 MOST_FINER = 4
-"""Small objects are drawn finer than they are seen, up to so many times: at a few pixels the many
-splats of each widen the silhouette by a pixel."""
+"""Largest supersampling of small objects, each way."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sketch:
-    """What a drawn object offers to be measured at.
+class ReducedRendering:
+    """Measurable points of an object rendered at a pose.
 
     Attributes:
-        camera_from_object: from where it was drawn.
-        lens: index of the lens it was drawn for.
-        shrink: of the window it was drawn in.
-        finer: pixels it was drawn with, each way, per pixel of the window.
+        camera_from_object: pose of the rendering.
+        lens: index of the lens.
+        shrink: of the window.
+        finer: supersampling, rendered pixels per pixel of the window, each way.
         contour: silhouette points.
-        texture: surface points with structure.
-        surface: (N, 3) points evenly over the silhouette, in the object's frame.
-        colours: (N, 3) float32 drawn there, smoothed.
-        area_px: pixels of the silhouette.
-        portrait: whose colours were laid on it, if any.
+        texture: surface points with colour gradients.
+        surface: (N, 3) points evenly over the silhouette, in the object's frame, m.
+        colours: (N, 3) float32 rendered there, smoothed.
+        area_px: area of the silhouette.
+        appearance: the appearance memory applied to it, if any.
     """
 
     camera_from_object: Pose
@@ -71,15 +81,15 @@ class Sketch:
     surface: Points
     colours: FloatArray
     area_px: int
-    portrait: Portrait | None
+    appearance: AppearanceMemory | None
 
-    def serves(self, view: Window, camera_from_object: Pose, tolerance: float = 1.0) -> bool:
-        """Whether an object seen from there still looks like this, up to so many times the limits.
+    def is_valid_for(self, view: Window, camera_from_object: Pose, tolerance: float = 1.0) -> bool:
+        """Whether an object at this pose still looks like the rendering.
 
         Args:
             view: the window in which it is seen.
             camera_from_object: its pose.
-            tolerance: of the limits.
+            tolerance: factor on the limits.
         """
         if view.lens != self.lens or view.shrink != self.shrink:
             return False
@@ -93,25 +103,25 @@ class Sketch:
         return turned < limit and aside > math.cos(limit)
 
 
-class Sketchbook:
-    """The sketches of one object in one window: what was drawn for one try serves the next.
+class RenderingCache:
+    """Reduced renderings of one object in one window; one made for a solve serves the next.
 
     Args:
         first: of the frame before, if there is one.
-        portrait: laid on whatever is drawn.
-        quickly: draw no finer than what moves on at once is worth.
+        appearance: appearance memory applied to every rendering.
+        quickly: supersample moving objects less.
     """
 
     def __init__(
         self,
-        first: Sketch | None = None,
-        portrait: Portrait | None = None,
+        first: ReducedRendering | None = None,
+        appearance: AppearanceMemory | None = None,
         *,
         quickly: bool = False,
     ) -> None:
-        is_alike = first is not None and first.portrait is portrait
-        self._sketches = [first] if first is not None and is_alike else []
-        self._portrait = portrait
+        has_same_appearance = first is not None and first.appearance is appearance
+        self._renderings = [first] if first is not None and has_same_appearance else []
+        self._appearance = appearance
         self._quickly = quickly
 
     def at(
@@ -122,24 +132,24 @@ class Sketchbook:
         renderer: NativeRenderer,
         *,
         tolerance: float = 1.0,
-    ) -> Sketch:
-        """The latest sketch that serves for a pose; drawn if none does."""
+    ) -> ReducedRendering:
+        """The latest reduced rendering valid for a pose; rendered if none is."""
         finer = _finer(model, evidence, quickly=self._quickly)
         camera_from_object = evidence.world_from_camera.inverse() @ world_from_object
-        for sketch in reversed(self._sketches):
-            if sketch.finer >= finer and sketch.serves(
+        for reduced in reversed(self._renderings):
+            if reduced.finer >= finer and reduced.is_valid_for(
                 evidence.view, camera_from_object, tolerance
             ):
-                return sketch
-        drawn = sketched(
+                return reduced
+        drawn = reduced_rendering(
             model,
             world_from_object,
             evidence,
             renderer,
-            portrait=self._portrait,
+            appearance=self._appearance,
             quickly=self._quickly,
         )
-        self._sketches.append(drawn)
+        self._renderings.append(drawn)
         return drawn
 
     def drawn(
@@ -147,10 +157,10 @@ class Sketchbook:
     ) -> Rendering:
         """The object alone, as the window's camera would see it."""
         picture = draw(model, world_from_object, evidence, renderer)
-        if self._portrait is None:
+        if self._appearance is None:
             return picture
         camera_from_object = evidence.world_from_camera.inverse() @ world_from_object
-        return self._portrait.laid_on(picture, evidence.camera, camera_from_object)
+        return self._appearance.applied_to(picture, evidence.camera, camera_from_object)
 
 
 def draw(
@@ -165,24 +175,24 @@ def draw(
     )
 
 
-def sketched(
+def reduced_rendering(
     model: TrackModel,
     world_from_object: Pose,
     evidence: Evidence,
     renderer: NativeRenderer,
     *,
-    portrait: Portrait | None = None,
+    appearance: AppearanceMemory | None = None,
     quickly: bool = False,
-) -> Sketch:
-    """Draw an object at a pose, lay what is known of its looks on it, and pick its points.
+) -> ReducedRendering:
+    """Render an object at a pose, apply its remembered appearance, and reduce it to points.
 
     Args:
         model: the object.
-        world_from_object: where it is drawn.
+        world_from_object: its pose.
         evidence: its window.
-        renderer: draws it.
-        portrait: how it really looks, where that is known.
-        quickly: draw no finer than what moves on at once is worth.
+        renderer: renders it.
+        appearance: its remembered appearance, where known.
+        quickly: supersample a moving object less.
     """
     view = evidence.view
     object_from_camera = world_from_object.inverse() @ view.world_from_camera
@@ -193,11 +203,11 @@ def sketched(
     drawing = renderer.render((posed,), fine, view.world_from_camera, RENDER_OPTIONS)
     outline = outlined_of(drawing, fine, object_from_camera, finer=finer)
     drawn = outline.drawn
-    if portrait is not None:
+    if appearance is not None:
         seen_by = part_of(window, outline.part)
-        drawn = portrait.laid_on(drawn, seen_by, object_from_camera.inverse())
+        drawn = appearance.applied_to(drawn, seen_by, object_from_camera.inverse())
     looks = looks_of(outline, drawn, window, object_from_camera)
-    return Sketch(
+    return ReducedRendering(
         camera_from_object=object_from_camera.inverse(),
         lens=view.lens,
         shrink=view.shrink,
@@ -207,7 +217,7 @@ def sketched(
         surface=looks.surface,
         colours=looks.colours,
         area_px=looks.area_px,
-        portrait=portrait,
+        appearance=appearance,
     )
 
 

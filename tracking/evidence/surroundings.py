@@ -1,4 +1,4 @@
-"""Where a small object is looked for: what a window shows, and would show without the object."""
+"""Window of a small object with and without it, for photometric comparison."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from scenes.render.native import NativeRenderer
 from tracking.background.images import expose
 from tracking.evidence.evidence import Evidence, Scene
 from tracking.kernels.native import Alone, Setting
-from tracking.kernels.native import Shell as DrawnShell
+from tracking.kernels.native import Shell as DrawnRelightable
 from tracking.model.object_model import RENDER_OPTIONS, TrackModel
-from tracking.model.relighting import RELIGHTER, LitView, Shell
-from tracking.model.similarity import BY_DETAIL, CLOSELY, ROUGHLY, how_much_lighter
+from tracking.model.relighting import RELIGHTER, LitView, RelightableModel
+from tracking.model.similarity import BY_DETAIL, CLOSELY, ROUGHLY, illumination_ratio
 from tracking.window.extent import part_of
 from tracking.window.filters import resized
 from tracking.window.window import Layer
@@ -24,17 +24,22 @@ from tracking.window.window import Layer
 FloatArray = NDArray[np.float32]
 
 AROUND_PX = 6
-"""How far around an object's box the picture counts."""
+"""Margin in px around an object's box that is compared."""
+
 
 FINER = 2
-"""Told closely, objects are drawn with so many pixels each way per pixel: at a few pixels the many
-splats of each widen the silhouette by a pixel, as if it were nearer."""
+"""Supersampling, each way, of close comparisons: at few pixels splats widen the silhouette by a
+pixel."""
 
-UNFAIR = 0.12
-"""Poses at which so much more or less of what is seen was scanned well are compared in what was."""
+
+SCAN_COVERAGE_GAP = 0.12
+"""Difference of the well-scanned share between poses above which only well-scanned parts are
+compared. Chosen on the rooms lab and desk."""
+
 
 SHADE_RANGE = (0.35, 1.0)
-"""How much darker the empty room may be in the object's shadow."""
+"""Illumination ratio of the empty room in the object's shadow, lower and upper limit."""
+
 
 Upright = tuple[float, float, float, float]
 """x, y, z in metres and yaw in radians of `world_from_object`."""
@@ -48,39 +53,37 @@ class Place:
         roughly: what it shows, and would show without the object; for poses near the right one.
         closely: the same for poses that are right to a pixel.
         view: the same, for the light there.
-        shell: the object.
+        relightable: the object.
         drawn: the same, as it is drawn there.
     """
 
     roughly: Setting
     closely: Setting
     view: LitView
-    shell: Shell
-    drawn: DrawnShell
+    relightable: RelightableModel
+    drawn: DrawnRelightable
 
-    def resemblance(self, upright: Upright) -> float:
-        """How much the object at a pose near by resembles the picture, in whatever light."""
+    def similarity(self, upright: Upright) -> float:
+        """Similarity of the object at a nearby pose to the picture, light fitted there."""
         return RELIGHTER.resemblance(self.roughly, self.drawn, upright)
 
-    def strange(self, lit: Alone, upright: Upright) -> float:
-        """In how many pixels the picture is not what the object at a pose near by would make it."""
+    def residual_px(self, lit: Alone, upright: Upright) -> float:
+        """Robust photometric residual, in pixels, of the object at a nearby pose."""
         return self.roughly.strange_at(lit, [upright])[0]
 
-    def close_resemblance(self, lit: Alone, upright: Upright) -> float:
-        """How much the object at just this pose resembles the picture."""
+    def close_similarity(self, lit: Alone, upright: Upright) -> float:
+        """Similarity of the object at exactly this pose to the picture."""
         return self.closely.resemblance_at(lit, [upright])[0]
 
-    def details_alike(self, uprights: Sequence[Upright]) -> list[float] | None:
-        """How much the object at some poses resembles the picture by what tells them apart.
+    def detail_similarities(self, uprights: Sequence[Upright]) -> list[float] | None:
+        """Similarity of the object at some poses by detail that was scanned well at all of them.
 
-        That is the detail of what was scanned well of it at every one of them: how light the sides
-        of another room are says little, and what was hardly scanned resembles nothing. None where
-        all were scanned about as well: to compare all that is seen is fair, and tells more.
+        None where all poses were scanned about as well, so that whole pictures can be compared.
         """
         view, camera = self.view, self.view.camera
-        known = [view.known(self.shell, pose_of(upright)) for upright in uprights]
+        known = [view.known(self.relightable, pose_of(upright)) for upright in uprights]
         shares = [share for _, share in known]
-        if max(shares) - min(shares) < UNFAIR:
+        if max(shares) - min(shares) < SCAN_COVERAGE_GAP:
             return None
         free = (view.free * np.min([there for there, _ in known], axis=0)).astype(np.float32)
         size = (camera.width_px, camera.height_px)
@@ -89,17 +92,17 @@ class Place:
         return [setting.resemblance_at(alone, [upright])[0] for alone, upright in lit]
 
     def lit(self, upright: Upright, *, finer: int = 1) -> Alone:
-        """The object, to be drawn in the light in which it would look most like the picture.
+        """The object, to be rendered in the light that fits the picture best at a pose.
 
         Args:
-            upright: a pose, for the light.
-            finer: it is drawn with so many pixels each way per pixel.
+            upright: the pose for the light.
+            finer: supersampling, each way.
         """
         view, camera = self.view, self.view.camera
         if finer > 1:
             camera = camera.resized(finer * camera.width_px, finer * camera.height_px)
         fine = view.renderer.alone(
-            self.shell.splats, camera, view.world_from_camera, RENDER_OPTIONS
+            self.relightable.splats, camera, view.world_from_camera, RENDER_OPTIONS
         )
         return RELIGHTER.relit(self.roughly, self.drawn, fine, upright)
 
@@ -137,13 +140,13 @@ class Surroundings:
             for constants in (ROUGHLY, CLOSELY)
         )
         view = LitView(live, empty, free, camera, evidence.world_from_camera, self.renderer)
-        shell = self.model.shell
+        relightable = self.model.relightable
         scanned, compass = (
             self.renderer.alone(splats, camera, evidence.world_from_camera, RENDER_OPTIONS)
-            for splats in (shell.splats, shell.compass)
+            for splats in (relightable.splats, relightable.compass)
         )
-        drawn = DrawnShell(scanned, compass, shell.facing)
-        return Place(roughly, closely, view, shell, drawn)
+        drawn = DrawnRelightable(scanned, compass, relightable.facing)
+        return Place(roughly, closely, view, relightable, drawn)
 
 
 def surroundings_of(scene: Scene, model: TrackModel, evidence: Evidence) -> Surroundings:
@@ -158,25 +161,27 @@ def surroundings_of(scene: Scene, model: TrackModel, evidence: Evidence) -> Surr
         slice(view.left, view.left + width * view.shrink),
     )
     lens = scene.frame.rig.lenses[view.lens]
-    plate = resized(np.ascontiguousarray(scene.plates.images[view.lens][cut]), (width, height))
+    background_image = resized(
+        np.ascontiguousarray(scene.background.images[view.lens][cut]), (width, height)
+    )
     x = (view.left + (np.arange(width) + 0.5) * view.shrink) * 2 / lens.width_px - 1
     y = (view.top + (np.arange(height) + 0.5) * view.shrink) * 2 / lens.height_px - 1
     radius2 = (x[None, :] ** 2 + y[:, None] ** 2).astype(np.float32)
-    room = expose(plate, scene.exposures[view.lens], radius2=radius2)
-    shade = how_much_lighter(room, live, limits=SHADE_RANGE)
+    room = expose(background_image, scene.exposures[view.lens], radius2=radius2)
+    shade = illumination_ratio(room, live, limits=SHADE_RANGE)
     others = resized(_others(evidence.layers, cut), (width, height))[..., None]
     empty = others * live + (1.0 - others) * (room * shade[..., None])
     return Surroundings(model, evidence, np.asarray(empty, dtype=np.float32), scene.renderer)
 
 
 def upright_of(world_from_object: Pose) -> Upright:
-    """Place and yaw of something that stands."""
+    """Position and yaw of an upright object."""
     x, y, z = world_from_object.translation.tolist()
     return x, y, z, world_from_object.yaw()
 
 
 def pose_of(upright: Upright) -> Pose:
-    """`world_from_object` of something that stands."""
+    """`world_from_object` of an upright object."""
     *place, yaw = upright
     return Pose.from_yaw(yaw, place)
 

@@ -1,4 +1,4 @@
-"""One solve under one belief: what stands is kept on its support."""
+"""One solve under one prior: an object that stands is held to its support plane."""
 
 from __future__ import annotations
 
@@ -9,53 +9,57 @@ from numpy.typing import NDArray
 
 from scenes.pose import Pose
 from tracking.evidence.evidence import Evidence
-from tracking.evidence.rendering import Sketchbook
+from tracking.evidence.rendering import RenderingCache
 from tracking.follow.posterior import CONTACT_SIGMA_M, REACHABLE_M
 from tracking.follow.track import Task
 from tracking.solve.gauss_newton import TRACKING_REACHES, Fit, Prior, solve
 from tracking.solve.motion import pose_vector, vector_pose
 
-FAR_OFF_SUPPORT, FIRMER = 2.5, 4.0
-"""What an outline lifts off a support by more sigmas than the first is held to it so much more
-firmly."""
+FAR_OFF_SUPPORT = 2.5
+"""Standard deviations of the height prior beyond which a solve is repeated with a firmer prior.
+Chosen on the rooms lab and desk."""
+
+FIRMER = 4.0
+"""Factor by which that repeated solve tightens the height prior. Chosen on the rooms lab and
+desk."""
 
 
 def attempt(
     task: Task,
     evidence: Evidence,
-    book: Sketchbook,
+    cache: RenderingCache,
     world_from_start: Pose,
     prior: Prior,
     *,
     reaches_px: tuple[float, ...],
     slide: bool = False,
 ) -> Fit:
-    """One solve; the start is put on the height that the prior is sure of.
+    """Solve from one start, moved to the height of the prior where that is tight.
 
-    What stands is within what is known of its support: an outline that lifts it farther errs, and
-    has as little say in a second solve.
+    An object that stands is within the uncertainty of its support plane. A contour that lifts it
+    farther is biased, so a second solve tightens the height prior.
 
     Args:
         task: the object and the frame.
         evidence: its window.
-        book: the sketches made of it so far.
-        world_from_start: where to begin.
-        prior: the belief.
-        reaches_px: how far from the outline edges are looked for, round by round.
-        slide: whether the drawn object is slid over the picture first.
+        cache: reduced renderings of the object in this window so far.
+        world_from_start: start pose.
+        prior: of the pose.
+        reaches_px: distance from the contour within which edges are searched, round by round.
+        slide: whether the rendering is first slid over the picture.
     """
 
-    def solved(world_from_start: Pose, belief: Prior, reaches_px: tuple[float, ...]) -> Fit:
+    def solved(world_from_start: Pose, solve_prior: Prior, reaches_px: tuple[float, ...]) -> Fit:
         return solve(
             evidence,
             task.model,
             world_from_start,
-            belief,
+            solve_prior,
             task.scene.renderer,
             reaches_px=reaches_px,
             use_texture=task.use_texture,
-            slide_first=slide and belief is prior,
-            book=book,
+            slide_first=slide and solve_prior is prior,
+            cache=cache,
         )
 
     vector = pose_vector(world_from_start)
@@ -76,7 +80,7 @@ def attempt(
 def _lowered(
     place: NDArray[np.float64], height_m: float, eye: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """A place at another height that is seen in the same direction, unless that is far away."""
+    """A position at another height on the same line of sight, or straight below if that is far."""
     sight = place - eye
     share = (height_m - place[2]) / sight[2] if abs(sight[2]) > 1e-6 else 0.0
     step = share * sight

@@ -1,7 +1,7 @@
-"""Where a patterned thing has leapt to: what its portrait shows is found again in the picture.
+"""Feature-based relocalisation of a textured object by its remembered appearance.
 
-A solve comes to a pose from a few pixels off, and a slide does not turn. Something that is swung in
-a hand is farther off and turned from one picture to the next; its pattern tells where it is.
+A solve converges from a few pixels and a slide does not turn. An object swung in a hand moves and
+turns farther from one frame to the next; matched ORB features and PnP with RANSAC give its pose.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.pose import Pose, rotation_from_vector
-from tracking.evidence.appearance_memory import SOLID, Portrait
+from tracking.evidence.appearance_memory import SOLID, AppearanceMemory
 from tracking.evidence.evidence import gather
 from tracking.follow.track import Task
 from tracking.window.window import window_around
@@ -23,41 +23,65 @@ BoolArray = NDArray[np.bool_]
 BytePicture = NDArray[np.uint8]
 
 REACH = 2.5
-"""How far around its last place it is looked for, in radii."""
+"""Radius of the search window around the last position, in radii of the object. Chosen on the rooms
+lab and desk."""
+
 
 CHANGED = 0.3
-"""What shows the empty room by more than the rest is not looked at."""
+"""Foreground probability above which pixels are searched for features."""
 
-MOST_FEATURES, LEVELS, SCALE = 600, 4, 1.3
-"""Features of each picture, at so many sizes, each by so much smaller."""
+
+MOST_FEATURES = 600
+"""ORB features per picture."""
+
+LEVELS = 4
+"""Pyramid levels of the ORB detector."""
+
+SCALE = 1.3
+"""Scale between two pyramid levels."""
+
 EDGE_PX = 8
+"""Margin in px without features at the picture's border."""
+
 LEAST_CONTRAST = 8
-"""Of a corner, in grey levels; none is nearer than so many pixels to the picture's edge."""
+"""Threshold of the FAST detector, in grey levels."""
+
 
 LEAST_RATIO = 0.8
-"""A feature is found again if no other is nearly as much like it (Lowe 2004)."""
+"""Largest ratio of the best to the second-best descriptor distance (Lowe 2004)."""
+
 
 OFF_PX = 2.0
+"""Reprojection error in lens pixels of a RANSAC inlier."""
+
 TRIALS = 200
+"""RANSAC iterations."""
+
 LEAST_FOUND = 8
-"""So many features have to agree about a pose, to so many pixels."""
+"""Least number of inliers of a pose."""
+
 
 NOT_BESIDE = 0.2
-"""Cosine between a ray and what is looked at, below which it is beside it."""
+"""Least cosine between a ray and the viewing direction; other rays are left out of PnP."""
+
 
 STEPS = 6
-MORE_OFF, LEAST_UPRIGHT = 2.0, 0.6
-"""Of what agrees about a pose, so many features have to agree about an upright one, to so many
-times as many pixels."""
+"""Gauss-Newton steps of the upright pose."""
+
+MORE_OFF = 2.0
+"""Factor on `OFF_PX` for inliers of the upright pose."""
+
+LEAST_UPRIGHT = 0.6
+"""Share of the PnP inliers that must remain inliers of the upright pose."""
 
 
-def leapt(task: Task, portrait: Portrait, last: Points) -> Pose | None:
-    """The pose of an object by its pattern alone, roughly; None if too little of that is found.
+def relocalised(task: Task, appearance: AppearanceMemory, last: Points) -> Pose | None:
+    """Rough pose of an object from matched features; None if too few match.
 
     Args:
         task: the object and the frame.
-        portrait: how it looked before.
-        last: (3,) where it was.
+        appearance: its remembered appearance.
+        last: (3,) last position in the world, m.
     """
     scene, model = task.scene, task.model
     reach_m = REACH * model.radius_m
@@ -66,22 +90,24 @@ def leapt(task: Task, portrait: Portrait, last: Points) -> Pose | None:
     if not changed.any():
         return None
     known, now = _paired(
-        (_shown(portrait), portrait.shown[..., 3] > SOLID),
+        (_shown(appearance), appearance.shown[..., 3] > SOLID),
         (_grey(scene.frame.images[window.lens][window.part]), _enlarged(changed, window.shrink)),
     )
     if len(known) < LEAST_FOUND:
         return None
     columns, rows = np.floor(known).astype(int).T
-    rays = portrait.camera.unproject(known)
-    points = portrait.camera_from_object.inverse() @ (rays * portrait.depth[rows, columns, None])
+    rays = appearance.camera.unproject(known)
+    points = appearance.camera_from_object.inverse() @ (
+        rays * appearance.depth[rows, columns, None]
+    )
     lens = scene.frame.rig.lenses[window.lens]
     sights = lens.unproject(now + np.array([window.left, window.top]))
     return _resected(points, sights, window.world_from_camera, OFF_PX / lens.f_px)
 
 
-def _shown(portrait: Portrait) -> BytePicture:
-    """(H, W) a portrait in grey."""
-    return _grey(np.clip(255.0 * portrait.shown[..., :3], 0.0, 255.0).astype(np.uint8))
+def _shown(appearance: AppearanceMemory) -> BytePicture:
+    """(H, W) uint8 grey picture of a remembered appearance."""
+    return _grey(np.clip(255.0 * appearance.shown[..., :3], 0.0, 255.0).astype(np.uint8))
 
 
 def _grey(picture: BytePicture) -> BytePicture:
@@ -98,7 +124,7 @@ Part = tuple[BytePicture, BoolArray]
 
 
 def _paired(before: Part, now: Part) -> tuple[Points, Points]:
-    """(K, 2) pixels of a picture, and those of another one that show the same."""
+    """(K, 2) pixels of matched features in both pictures (ratio test)."""
     orb = cv2.ORB.create(
         MOST_FEATURES,
         scaleFactor=SCALE,
@@ -153,7 +179,7 @@ def _resected(points: Points, sights: Points, world_from_camera: Pose, sigma: fl
     ahead_from_object = Pose(rotation_from_vector(vector[:, 0]), place)
     world_from_ahead = world_from_camera @ camera_from_ahead
     world_from_object = world_from_ahead @ ahead_from_object
-    # Of something flat, two poses that lean either way look nearly alike.
+    # A flat object has two nearly equivalent poses, leaning either way.
     upright = Pose.from_yaw(world_from_object.yaw(), world_from_object.translation)
     inliers = agree[:, 0].astype(np.intp)
     points, seen = points[inliers], seen[inliers]

@@ -10,23 +10,23 @@ from numpy.typing import NDArray
 
 from scenes.pose import wrap_angle
 from scenes.state import TrackState
-from tracking.evidence.appearance_memory import Portrait, portrayed
+from tracking.evidence.appearance_memory import AppearanceMemory, remember_appearance
 from tracking.evidence.evidence import Evidence, gather, view_of
-from tracking.evidence.rendering import Sketchbook, draw
+from tracking.evidence.rendering import RenderingCache, draw
 from tracking.follow.carried import is_lifted
-from tracking.follow.measure import at_portrait, measure
+from tracking.follow.measure import at_remembered_pose, measure
 from tracking.follow.posterior import (
     HEAVY_HEIGHT_M,
     LOST_CONFIDENCE,
-    RECOGNISED_LIKENESS,
+    RECOGNISED_CORRELATION,
     confidence_of,
-    is_believable,
-    is_certainly_there,
-    is_doubtful,
-    least_likeness,
+    is_accepted,
+    is_at_scanned_pose,
+    is_too_weak,
+    least_correlation,
 )
 from tracking.follow.track import RESTING_FRAMES, Rest, Task, Track
-from tracking.follow.yaw_review import COVERED, audited, is_under_review, told_confidence
+from tracking.follow.yaw_review import COVERED, is_under_review, reported_confidence, reviewed
 from tracking.hypotheses.patch_search import is_recognised, settled
 from tracking.kernels import native
 from tracking.model.symmetry import ROUND
@@ -35,59 +35,88 @@ from tracking.solve.gauss_newton import Fit
 from tracking.solve.motion import Motion, pose_vector, vector_pose
 
 GONE_BELOW = 0.25
-"""A silhouette that shows less of the object than this, and nothing in front, shows it is gone."""
+"""Visible fraction below which an unoccluded object counts as gone. Chosen on the rooms lab and
+desk."""
+
 
 CHANGED_LEVEL = 0.055
+"""Colour difference (channel of 0..1) of a changed patch. Chosen on the rooms lab and desk."""
+
 CHANGED_SHARE = 0.02
-"""A crop has changed if colours differ by the level in this share of the silhouette."""
+"""Share of changed patches from which a resting object is measured again. Chosen on the rooms lab
+and desk."""
+
 
 PATCH_PX = 5
-"""Side of the squares that are compared."""
+"""Side in px of the patches compared at rest."""
+
 
 BESIDE_PX = 6.0
+"""Distance in px outside the contour of the patches around an object."""
+
 BESIDE_STEP = 4
-"""The surroundings are looked at this far outside every so many contour points."""
+"""Contour points per patch around an object."""
+
 
 RESTING_STEP_M = 0.005
+"""Step in m per frame below which an object counts as still. Chosen on the rooms lab and desk."""
+
 RESTING_STEP_RAD = math.radians(0.7)
-"""A step smaller than this is hardly one."""
+"""The same in rad. Chosen on the rooms lab and desk."""
+
 
 MOVED_M = 0.010
+"""Displacement in m from which a resting object has moved. Chosen on the rooms lab and desk."""
+
 MOVED_RAD = math.radians(2.0)
-"""A resting object has moved when a solve puts it farther away than this."""
+"""Turn in rad from which a resting object has moved. Chosen on the rooms lab and desk."""
+
 
 ELSEWHERE_M = 0.03
-"""An object that a session finds farther than this from where it was scanned has been moved."""
+"""Displacement in m from the scan's pose from which an object was moved between sessions. Chosen on
+the rooms lab and desk."""
+
 
 SIGNIFICANT = 2.5
-"""A resting object has moved only if it did so by this many standard deviations of the solve."""
+"""Standard deviations of the solve that a resting object must exceed to have moved."""
+
 
 REST_BLEND = 0.2
-"""Share of a new measurement in a resting object's pose."""
+"""Weight of a new measurement in a resting object's pose. Chosen on the rooms lab and desk."""
+
 
 UNCOVERED = 0.05
-"""Of a thing of which no more is covered, the picture shows how it looks."""
+"""Occluded share of the silhouette up to which an appearance is remembered. Chosen on the rooms lab
+and desk."""
 
-OUTGROWN = 0.9
-"""Worth of a portrait, 0..1, below which a new one is made of what is still recognised by it."""
+
+RENEWED_BELOW_WEIGHT = 0.9
+"""View weight, 0..1, of the remembered appearance below which a new one is recorded. Chosen on the
+rooms lab and desk."""
+
 
 FORGOTTEN = 0.15
-"""Share of a frame's lower agreement in what is usual."""
+"""Weight of a frame's lower value in the running inlier ratio and correlation. Chosen on the rooms
+lab and desk."""
+
 
 COASTED_FRAMES = 4
-"""A carried object is expected on its way for this many frames without agreement."""
+"""Frames without measurement for which a carried object keeps its velocity. Chosen on the rooms lab
+and desk."""
+
 
 LOST_AFTER = 12
-"""Frames without agreement, with the place in view, after which an object counts as lost."""
+"""Frames without measurement, unoccluded, after which an object is lost. Chosen on the rooms lab
+and desk."""
 
 
 def first_look(task: Task) -> bool:
-    """Whether a resting object looks as it did, so that nothing needs to be solved."""
+    """Whether a resting object's patches are unchanged, so that nothing needs to be solved."""
     rest, track = task.track.rest, task.track
     if rest is None or track.state is not TrackState.STATIC or rest.inside == 0:
         return False
     apart = _colours_at(task, rest.lens, rest.corners) - rest.colours
-    # Exposure drifts alike everywhere; what has changed is what differs from that.
+    # Exposure drifts equally everywhere; changes are deviations from the median.
     apart = np.abs(apart - np.median(apart, axis=0))[: rest.inside]
     return float((apart.max(axis=1) > CHANGED_LEVEL).mean()) < CHANGED_SHARE
 
@@ -119,19 +148,21 @@ def follow(task: Task, unchanged: bool) -> Track:
     evidence, fit = measure(task, evidence, predicted_world_from_object, is_unchanged=unchanged)
     if task.is_first:
         known = is_recognised(task.scene, task.model, evidence, fit)
-        if not is_certainly_there(fit, is_recognised=known) or _is_elsewhere(track, fit):
+        if not is_at_scanned_pose(fit, is_recognised=known) or _is_elsewhere(track, fit):
             return _lost(task, fit)
         if known:
-            task = replace(task, track=replace(track, likeness_there=max(fit.likeness, 0.0)))
-    task, fit = audited(task, evidence, fit)
-    wanted_likeness = least_likeness(task.track)
-    if is_believable(fit, wanted_likeness=wanted_likeness) and not is_doubtful(task, fit):
+            task = replace(
+                task, track=replace(track, initial_correlation=max(fit.colour_correlation, 0.0))
+            )
+    task, fit = reviewed(task, evidence, fit)
+    wanted_correlation = least_correlation(task.track)
+    if is_accepted(fit, wanted_correlation=wanted_correlation) and not is_too_weak(task, fit):
         return _accept(task, evidence, fit, unchanged=unchanged)
     return _miss(task, fit)
 
 
 def _accept(task: Task, evidence: Evidence, fit: Fit, *, unchanged: bool) -> Track:
-    """The track after a convincing measurement."""
+    """The track after an accepted measurement."""
     track, now = task.track, task.scene.frame.t_ns
     step = pose_vector(fit.world_from_object) - pose_vector(track.world_from_object)
     step[3] = wrap_angle(float(step[3]))
@@ -142,13 +173,13 @@ def _accept(task: Task, evidence: Evidence, fit: Fit, *, unchanged: bool) -> Tra
         track,
         covariance=uncertainty(task.scene, task.model, fit),
         visible_fraction=fit.visible_fraction,
-        confidence=told_confidence(track, fit),
-        usual_agreement=_usual(track.usual_agreement, fit.free_agreement),
-        usual_likeness=_usual(track.usual_likeness, fit.likeness),
+        confidence=reported_confidence(track, fit),
+        usual_inlier_ratio=_usual(track.usual_inlier_ratio, fit.unoccluded_inlier_ratio),
+        usual_correlation=_usual(track.usual_correlation, fit.colour_correlation),
         missed_frames=0,
         seen_ns=now,
         looked_ns=now,
-        sketch=fit.sketch,
+        reduced=fit.reduced,
     )
     sigma = np.sqrt(np.diag(fit.covariance))
     far = max(MOVED_M, SIGNIFICANT * float(np.linalg.norm(sigma[:2])))
@@ -158,17 +189,19 @@ def _accept(task: Task, evidence: Evidence, fit: Fit, *, unchanged: bool) -> Tra
         blend = REST_BLEND if fit.visible_fraction > 0.85 and track.rest is not None else 0.0
         world_from_object = vector_pose(pose_vector(track.world_from_object) + blend * step)
         # What begins to leave is not where it was: it would be portrayed wrongly.
-        is_quiet = unchanged or track.portrait is None
-        is_portrayed = track.portrait is not None and track.portrait.shows_at(world_from_object)
+        is_quiet = unchanged or track.appearance is None
+        is_remembered = track.appearance is not None and track.appearance.is_valid_at(
+            world_from_object
+        )
         known = replace(fit, world_from_object=world_from_object)
         return replace(
             seen,
             world_from_object=world_from_object,
             motion=Motion.rest(now),
             rest=rest_of(task, fit),
-            portrait=_portrait(task, evidence, known)
-            if is_quiet and not is_portrayed
-            else track.portrait,
+            appearance=_appearance(task, evidence, known)
+            if is_quiet and not is_remembered
+            else track.appearance,
         )
     still = distance < RESTING_STEP_M and turn < RESTING_STEP_RAD
     still_frames = track.still_frames + 1 if still else 0
@@ -181,7 +214,7 @@ def _accept(task: Task, evidence: Evidence, fit: Fit, *, unchanged: bool) -> Tra
             state=TrackState.STATIC,
             still_frames=still_frames,
             rest=rest_of(task, fit),
-            portrait=_portrait(task, evidence, fit),
+            appearance=_appearance(task, evidence, fit),
         )
     motion = track.motion.measured(track.world_from_object, fit.world_from_object, now)
     if task.is_first or track.missed_frames > 3:
@@ -193,7 +226,7 @@ def _accept(task: Task, evidence: Evidence, fit: Fit, *, unchanged: bool) -> Tra
         state=TrackState.TRACKED,
         still_frames=still_frames,
         rest=None,
-        portrait=_portrait_underway(task, evidence, fit),
+        appearance=_appearance_in_motion(task, evidence, fit),
     )
 
 
@@ -204,53 +237,55 @@ def _is_elsewhere(track: Track, fit: Fit) -> bool:
 
 
 def _was_taken_up(task: Task, fit: Fit) -> bool:
-    """Whether what stood hangs in the air: from afar, its distance is too unsure to tell."""
+    """Whether a standing object is now lifted; from afar its distance is too uncertain."""
     stood = not is_lifted(task, task.track.world_from_object)
     return stood and is_lifted(task, fit.world_from_object)
 
 
 def _usual(before: float, now: float) -> float:
-    """What agrees usually: soon more, slowly less."""
+    """Running value that follows increases at once and decreases slowly."""
     return max(now, (1.0 - FORGOTTEN) * before + FORGOTTEN * now)
 
 
 def _settled(task: Task, evidence: Evidence, fit: Fit) -> Fit:
-    """The fit of what comes to rest, or a better one by its colours."""
+    """The fit of an object that comes to rest, or a better one by its colours."""
     found = settled(task.scene, task.model, evidence, fit.world_from_object)
-    return fit if found is None else max(fit, found, key=lambda option: option.quality)
+    return fit if found is None else max(fit, found, key=lambda option: option.score)
 
 
-def _portrait_underway(task: Task, evidence: Evidence, fit: Fit) -> Portrait | None:
-    """The portrait of what moves: the one it has until it turns away from that."""
-    kept = task.track.portrait
-    made = _portrait(task, evidence, fit) if _is_outgrown(fit) else kept
-    return kept if made is kept or made is None else replace(made, is_of_rest=False)
+def _appearance_in_motion(task: Task, evidence: Evidence, fit: Fit) -> AppearanceMemory | None:
+    """Remembered appearance of a moving object, kept until the object turns away from it."""
+    kept = task.track.appearance
+    made = _appearance(task, evidence, fit) if _turns_away_from_memory(fit) else kept
+    return kept if made is kept or made is None else replace(made, was_at_rest=False)
 
 
-def _is_outgrown(fit: Fit) -> bool:
-    """Whether an object is recognised by a portrait from which it has begun to turn away."""
-    portrait = fit.sketch.portrait
-    if portrait is None or fit.likeness < RECOGNISED_LIKENESS:
+def _turns_away_from_memory(fit: Fit) -> bool:
+    """Whether an object is recognised by its remembered appearance and begins to turn away."""
+    appearance = fit.reduced.appearance
+    if appearance is None or fit.colour_correlation < RECOGNISED_CORRELATION:
         return False
-    return 0.0 < portrait.worth(fit.sketch.camera_from_object) < OUTGROWN
+    return 0.0 < appearance.view_weight(fit.reduced.camera_from_object) < RENEWED_BELOW_WEIGHT
 
 
-def _portrait(task: Task, evidence: Evidence, fit: Fit) -> Portrait | None:
-    """How a textured object looks where it rests, if nothing covers it."""
+def _appearance(task: Task, evidence: Evidence, fit: Fit) -> AppearanceMemory | None:
+    """Appearance of a textured object at rest, if nothing occludes it."""
     model = task.model
     if not model.textured or fit.covered_fraction > UNCOVERED:
-        return task.track.portrait
+        return task.track.appearance
     pose, renderer = fit.world_from_object, task.scene.renderer
     drawn = draw(model, pose, evidence, renderer)
-    portrait = portrayed(evidence, drawn, pose, radius_m=model.radius_m)
+    appearance = remember_appearance(evidence, drawn, pose, radius_m=model.radius_m)
     return replace(
-        portrait,
-        likeness=at_portrait(task, evidence, Sketchbook(None, portrait), portrait).likeness,
+        appearance,
+        colour_correlation=at_remembered_pose(
+            task, evidence, RenderingCache(None, appearance), appearance
+        ).colour_correlation,
     )
 
 
 def _miss(task: Task, fit: Fit) -> Track:
-    """The track after a frame without a measurement: hold it, or look around."""
+    """The track after a frame without an accepted measurement: held, occluded or lost."""
     track, now = task.track, task.scene.frame.t_ns
     missed = track.missed_frames + 1
     is_carried = task.model.source.box_m[2] < HEAVY_HEIGHT_M
@@ -275,11 +310,11 @@ def _miss(task: Task, fit: Fit) -> Track:
 
 
 def _lost(task: Task, fit: Fit) -> Track:
-    """The track of an object that must be looked for, with the best guess so far."""
-    audit = task.track.audit
+    """The track of an object that has to be searched for."""
+    review = task.track.review
     return replace(
         task.track,
-        audit=None if audit is None else replace(audit, review=None),
+        review=None if review is None else replace(review, pending=None),
         state=TrackState.LOST,
         confidence=min(LOST_CONFIDENCE, confidence_of(fit)),
         visible_fraction=fit.visible_fraction,
@@ -292,12 +327,12 @@ def _lost(task: Task, fit: Fit) -> Track:
 
 
 def rest_of(task: Task, fit: Fit) -> Rest:
-    """How the object looks now, or what covers it: when that goes, the look changes, too."""
-    sketch, view = fit.sketch, view_of(task.scene, task.model, fit.world_from_object)
+    """Patch colours on and around an object at rest, including those of its occluders."""
+    reduced, view = fit.reduced, view_of(task.scene, task.model, fit.world_from_object)
     camera_from_object = view.world_from_camera.inverse() @ fit.world_from_object
-    inside, _ = view.camera.project(camera_from_object @ sketch.surface)
-    border, _ = view.camera.project(camera_from_object @ sketch.contour.points)
-    around = (border + BESIDE_PX * sketch.contour.normals)[::BESIDE_STEP]
+    inside, _ = view.camera.project(camera_from_object @ reduced.surface)
+    border, _ = view.camera.project(camera_from_object @ reduced.contour.points)
+    around = (border + BESIDE_PX * reduced.contour.normals)[::BESIDE_STEP]
     pixels = view.lens_pixels(np.concatenate([inside, around]))
     lens = task.scene.frame.rig.lenses[view.lens]
     limit = np.array([lens.width_px, lens.height_px]) - PATCH_PX

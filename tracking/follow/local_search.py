@@ -1,4 +1,4 @@
-"""Where else an object may be that was not found where it was expected: beside, turned, lifted."""
+"""Local pose search around the prediction: displaced, turned or lifted."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ import numpy as np
 
 from scenes.pose import Pose
 from tracking.evidence.evidence import Evidence
-from tracking.evidence.rendering import Sketchbook
+from tracking.evidence.rendering import RenderingCache
 from tracking.follow.attempt import attempt
 from tracking.follow.carried import is_lifted
 from tracking.follow.posterior import (
+    CONCLUSIVE_INLIER_RATIO,
     CONTACT_SIGMA_M,
-    CONVINCING,
-    RECOGNISED_LIKENESS,
-    is_believable,
-    is_convincing,
+    RECOGNISED_CORRELATION,
+    is_accepted,
+    is_conclusive,
+    penalised_score,
     priors,
-    worth,
 )
 from tracking.follow.track import Task
 from tracking.model.symmetry import ROUND
@@ -33,123 +33,142 @@ from tracking.solve.gauss_newton import (
 )
 from tracking.solve.motion import pose_vector, vector_pose
 
-LEAST_GUESSES = 2
-GUESS_NS = 15_000_000
-"""So many guesses are followed in a frame, and more where frames are farther apart, one for each
-stretch of this time; the next frame goes on with the others."""
+LEAST_HYPOTHESES = 2
+"""Least number of local hypotheses evaluated in a frame."""
 
-NEAR_TURN_RAD, FAR_TURN_RAD = 0.17, 0.35
-"""How far a thing is turned before it is looked for again, where it agrees somewhat, and hardly."""
+HYPOTHESIS_NS = 15_000_000
+"""Nominal cost of one local hypothesis in ns: as many are evaluated as fit into the time since the
+last measurement."""
+
+
+NEAR_TURN_RAD = 0.17
+"""Turn in rad of a local hypothesis where the fit at the prediction is accepted. Chosen on the
+rooms lab and desk."""
+
+FAR_TURN_RAD = 0.35
+"""The same where it is not. Chosen on the rooms lab and desk."""
+
 
 LIFTS_M = (0.04, 0.08, 0.12)
-"""How much higher a thing is looked for that was not found where it was: hands lift it."""
+"""Heights in m above the prediction of local hypotheses of a carried object. Chosen on the rooms
+lab and desk."""
+
 
 JUMP_M = 0.08
-FASTEST_M_S = 2.0
-"""An object may be this far from its prediction, and so much farther per second unseen."""
+"""Distance in m from the prediction that is always reachable. Chosen on the rooms lab and desk."""
 
-BETTER, BETTER_THAN_DOUBTFUL = 0.06, 0.02
-"""How much more a guess has to be worth than what was found where the object was expected."""
+FASTEST_M_S = 2.0
+"""Speed in m/s of a carried object at most. Chosen on the rooms lab and desk."""
+
+
+BETTER = 0.06
+"""Score by which a local hypothesis must exceed an accepted fit at the prediction. Chosen on the
+rooms lab and desk."""
+
+BETTER_THAN_REJECTED = 0.02
+"""The same for a rejected fit. Chosen on the rooms lab and desk."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Found:
-    """A solution, and the belief behind it."""
+    """A solution and the prior under which it was found."""
 
     fit: Fit
-    belief: Prior
+    prior: Prior
 
 
-def looked_around(
+def search_locally(
     task: Task,
     evidence: Evidence,
-    book: Sketchbook,
+    cache: RenderingCache,
     predicted_world_from_object: Pose,
     found: Found,
 ) -> Fit:
-    """What was found, or something clearly better farther off.
+    """The fit at the prediction, or a clearly better one nearby.
 
     Args:
         task: the object and the frame.
         evidence: its window.
-        book: the sketches made of it so far.
-        predicted_world_from_object: where it is expected.
-        found: there.
+        cache: reduced renderings of the object in this window so far.
+        predicted_world_from_object: the prediction.
+        found: the fit there.
     """
-    beliefs = priors(task, predicted_world_from_object)
-    best, best_belief = found.fit, found.belief
-    for guess in _guesses(task, beliefs, predicted_world_from_object, best):
-        other = _followed(task, evidence, book, guess)
-        if guess.is_free and not is_lifted(task, other.world_from_object):
+    priors_here = priors(task, predicted_world_from_object)
+    best, best_prior = found.fit, found.prior
+    for hypothesis in _hypotheses(task, priors_here, predicted_world_from_object, best):
+        other = _followed(task, evidence, cache, hypothesis)
+        if hypothesis.is_free and not is_lifted(task, other.world_from_object):
             continue
         if not _is_reachable(task, predicted_world_from_object, other):
             continue
-        margin = BETTER if is_believable(best) else BETTER_THAN_DOUBTFUL
-        if worth(other, guess.belief) > worth(best, best_belief) + margin:
-            best, best_belief = other, guess.belief
-        if is_convincing(task, best):
+        margin = BETTER if is_accepted(best) else BETTER_THAN_REJECTED
+        if penalised_score(other, hypothesis.prior) > penalised_score(best, best_prior) + margin:
+            best, best_prior = other, hypothesis.prior
+        if is_conclusive(task, best):
             break
     return best
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Guess:
-    """Where an object may be that is not where it was expected.
+class _LocalHypothesis:
+    """A start pose beside the prediction.
 
     Attributes:
-        belief: behind it.
+        prior: of the pose.
         start_world_from_object: where to begin.
-        slides: whether the drawn object is slid over the picture first.
+        slides: whether the rendering is first slid over the picture.
     """
 
-    belief: Prior
+    prior: Prior
     start_world_from_object: Pose
     slides: bool
 
     @property
     def is_free(self) -> bool:
-        """Whether the object is taken to stand on nothing."""
-        return bool(self.belief.sigma[2] > CONTACT_SIGMA_M)
+        """Whether the hypothesis has the object on no support plane."""
+        return bool(self.prior.sigma[2] > CONTACT_SIGMA_M)
 
 
-def _guesses(
-    task: Task, beliefs: Sequence[Prior], predicted_world_from_object: Pose, best: Fit
-) -> list[_Guess]:
-    """This frame's guesses: slid there, and some turned or higher in the air, in turn."""
-    turn = NEAR_TURN_RAD if is_believable(best) else FAR_TURN_RAD
+def _hypotheses(
+    task: Task, priors_here: Sequence[Prior], predicted_world_from_object: Pose, best: Fit
+) -> list[_LocalHypothesis]:
+    """This frame's hypotheses: the prediction itself, then turned and lifted starts in rotation."""
+    turn = NEAR_TURN_RAD if is_accepted(best) else FAR_TURN_RAD
     yaws = (0.0,) if task.model.symmetry == ROUND else (0.0, turn, -turn)
-    steps = [(belief, 0.0, yaw) for belief in beliefs for yaw in yaws]
-    steps += [(b, z, 0.0) for b in beliefs if b.sigma[2] > CONTACT_SIGMA_M for z in LIFTS_M]
+    steps = [(prior, 0.0, yaw) for prior in priors_here for yaw in yaws]
+    steps += [(b, z, 0.0) for b in priors_here if b.sigma[2] > CONTACT_SIGMA_M for z in LIFTS_M]
     elapsed_ns = task.scene.frame.t_ns - task.track.looked_ns
-    count = min(max(LEAST_GUESSES, elapsed_ns // GUESS_NS), len(steps))
+    count = min(max(LEAST_HYPOTHESES, elapsed_ns // HYPOTHESIS_NS), len(steps))
     # The likeliest is tried in every frame, the others in turn.
     others = steps[1:]
     first = task.scene.frame.seq * (count - 1) % len(others) if others else 0
     chosen = steps[:1] + (others[first:] + others[:first])[: count - 1]
     expected = pose_vector(predicted_world_from_object)
     return [
-        _Guess(belief, vector_pose(expected + np.array([0.0, 0.0, z, yaw])), z == 0.0)
-        for belief, z, yaw in chosen
+        _LocalHypothesis(prior, vector_pose(expected + np.array([0.0, 0.0, z, yaw])), z == 0.0)
+        for prior, z, yaw in chosen
     ]
 
 
-def _followed(task: Task, evidence: Evidence, book: Sketchbook, guess: _Guess) -> Fit:
-    """The solve from a guess."""
-    wide = replace(guess.belief, sigma=guess.belief.sigma * np.array([2.0, 2.0, 1.0, 2.0]))
+def _followed(
+    task: Task, evidence: Evidence, cache: RenderingCache, hypothesis: _LocalHypothesis
+) -> Fit:
+    """The solve from one hypothesis."""
+    wide = replace(hypothesis.prior, sigma=hypothesis.prior.sigma * np.array([2.0, 2.0, 1.0, 2.0]))
     slid = SLID_REACHES if task.model.textured else COLD_REACHES
-    reaches = slid if guess.slides else TRACKING_REACHES
-    start = guess.start_world_from_object
-    fit = attempt(task, evidence, book, start, wide, reaches_px=reaches, slide=guess.slides)
-    alike = fit.textured and fit.likeness >= RECOGNISED_LIKENESS
-    if not (guess.slides and alike) or fit.support >= CONVINCING:
+    reaches = slid if hypothesis.slides else TRACKING_REACHES
+    start = hypothesis.start_world_from_object
+    fit = attempt(task, evidence, cache, start, wide, reaches_px=reaches, slide=hypothesis.slides)
+    correlates = fit.textured and fit.colour_correlation >= RECOGNISED_CORRELATION
+    if not (hypothesis.slides and correlates) or fit.contour_score >= CONCLUSIVE_INLIER_RATIO:
         return fit
     start = fit.world_from_object
-    grown = attempt(task, evidence, book, start, wide, reaches_px=GROWN_REACHES)
-    return max(fit, grown, key=lambda found: found.quality)
+    grown = attempt(task, evidence, cache, start, wide, reaches_px=GROWN_REACHES)
+    return max(fit, grown, key=lambda found: found.score)
 
 
 def _is_reachable(task: Task, predicted_world_from_object: Pose, fit: Fit) -> bool:
-    """Whether people can have moved an object there since it was seen last."""
+    """Whether an object can have been moved there since it was last seen."""
     apart = fit.world_from_object.translation - predicted_world_from_object.translation
     elapsed = (task.scene.frame.t_ns - task.track.seen_ns) * 1e-9
     return float(np.linalg.norm(apart)) < JUMP_M + FASTEST_M_S * elapsed

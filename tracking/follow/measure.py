@@ -1,4 +1,4 @@
-"""Where an object is in a frame: where it is expected, where it leapt to, or somewhere around."""
+"""Pose of an object in a frame: at the prediction, by relocalisation, or by a local search."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ import numpy as np
 
 from scenes.pose import Pose
 from scenes.state import TrackState
-from tracking.evidence.appearance_memory import Portrait
+from tracking.evidence.appearance_memory import AppearanceMemory
 from tracking.evidence.evidence import Evidence, gather, view_of
-from tracking.evidence.rendering import Sketchbook
+from tracking.evidence.rendering import RenderingCache
 from tracking.follow.attempt import attempt
 from tracking.follow.carried import is_likelier
-from tracking.follow.feature_relocalisation import leapt
-from tracking.follow.local_search import BETTER, Found, looked_around
+from tracking.follow.feature_relocalisation import relocalised
+from tracking.follow.local_search import BETTER, Found, search_locally
 from tracking.follow.posterior import (
     has_left_its_rest,
-    is_believable,
-    is_convincing,
-    is_doubtful,
-    least_likeness,
+    is_accepted,
+    is_conclusive,
+    is_too_weak,
+    least_correlation,
+    penalised_score,
     priors,
     shows_pattern,
-    worth,
 )
 from tracking.follow.track import Task
 from tracking.hypotheses.hypothesis import apart
@@ -31,15 +31,21 @@ from tracking.solve.gauss_newton import COLD_REACHES, TRACKING_REACHES, Fit, Pri
 from tracking.solve.motion import pose_vector
 
 MOSTLY_COVERED = 0.85
-"""Where more than this is covered, no other place is tried: nothing would tell which is right."""
+"""Occluded share of the silhouette above which no other pose is tried: the picture cannot
+decide."""
+
 
 SAME_SHARE = 0.95
-PORTRAYED_SIGMA = (0.005, 0.005, 0.003, math.radians(1.5))
-"""What is so nearly as like its portrait as when that was made has not moved by a pixel; how well
-its pose is known then."""
+"""Share of the remembered colour correlation from which an object counts as unmoved. Chosen on the
+rooms lab and desk."""
 
-LEAST_LEAP_M = 0.01
-"""A solve comes so far by itself."""
+REMEMBERED_SIGMA = (0.005, 0.005, 0.003, math.radians(1.5))
+"""Standard deviations (m, m, m, rad) of a pose confirmed by the remembered appearance: under a
+pixel."""
+
+
+LEAST_RELOCALISATION_M = 0.01
+"""Displacement in m below which relocalisation is not needed: a solve converges from there."""
 
 
 def measure(
@@ -49,107 +55,123 @@ def measure(
     *,
     is_unchanged: bool = False,
 ) -> tuple[Evidence, Fit]:
-    """Solve from the prediction, and from farther off if that does not convince.
+    """Solve from the prediction, and from farther away if the result is not conclusive.
 
     Args:
         task: the object and the frame.
         evidence: its window.
-        predicted_world_from_object: where it is expected.
-        is_unchanged: it rests and looks as it did: it can only have been measured badly.
+        predicted_world_from_object: the prediction.
+        is_unchanged: the object rests and its pixels did not change, so no other pose is searched.
 
     Returns:
-        the window in which it was found, and what was found.
+        The window of the result, and the fit.
     """
     track = task.track
-    # What rests is judged by the scan alone: a portrait of it would find itself right.
+    # A resting object is compared with the scan alone: its own memory would confirm itself.
     rested = track.state is TrackState.STATIC and track.missed_frames == 0
-    portrait = None if rested else track.portrait
-    book = Sketchbook(track.sketch, portrait, quickly=track.moves_on)
-    if not rested and track.portrait is not None and track.portrait.is_of_rest:
-        back = _as_portrayed(task, evidence, book, track.portrait, predicted_world_from_object)
+    appearance = None if rested else track.appearance
+    cache = RenderingCache(track.reduced, appearance, quickly=track.moves_on)
+    if not rested and track.appearance is not None and track.appearance.was_at_rest:
+        back = _as_remembered(task, evidence, cache, track.appearance, predicted_world_from_object)
         if back is not None:
             return evidence, back
     reaches_px = TRACKING_REACHES if track.missed_frames == 0 else COLD_REACHES
-    found = _expected(task, evidence, book, predicted_world_from_object, reaches_px=reaches_px)
-    if rested and not is_convincing(task, found.fit) and track.portrait is not None:
-        book = Sketchbook(track.sketch, track.portrait)
-        found = _expected(task, evidence, book, predicted_world_from_object, reaches_px=reaches_px)
+    found = _expected(task, evidence, cache, predicted_world_from_object, reaches_px=reaches_px)
+    if rested and not is_conclusive(task, found.fit) and track.appearance is not None:
+        cache = RenderingCache(track.reduced, track.appearance)
+        found = _expected(task, evidence, cache, predicted_world_from_object, reaches_px=reaches_px)
     fit = found.fit
-    if is_convincing(task, fit) or fit.covered_fraction > MOSTLY_COVERED:
+    if is_conclusive(task, fit) or fit.covered_fraction > MOSTLY_COVERED:
         return evidence, fit
-    if is_unchanged and is_believable(fit, wanted_likeness=least_likeness(track)):
+    if is_unchanged and is_accepted(fit, wanted_correlation=least_correlation(track)):
         return evidence, fit
-    leap = _leapt(task, found)
-    if leap is not None:
-        return leap
-    return evidence, looked_around(task, evidence, book, predicted_world_from_object, found)
+    relocalisation = _relocalised(task, found)
+    if relocalisation is not None:
+        return relocalisation
+    return evidence, search_locally(task, evidence, cache, predicted_world_from_object, found)
 
 
 def _expected(
     task: Task,
     evidence: Evidence,
-    book: Sketchbook,
+    cache: RenderingCache,
     world_from_expected: Pose,
     *,
     reaches_px: tuple[float, ...],
 ) -> Found:
-    """What is found where an object is expected: standing on something, or carried."""
+    """The fit at the expected pose, under the standing prior or, if likelier, the carried one."""
     standing, *others = priors(task, world_from_expected)
-    fit = attempt(task, evidence, book, world_from_expected, standing, reaches_px=reaches_px)
+    fit = attempt(task, evidence, cache, world_from_expected, standing, reaches_px=reaches_px)
     if not others or task.is_first or not _has_left(task, fit):
         return Found(fit, standing)
     # What is carried looks like something that slides along its support, and the other way
     # round: both are tried, and the likelier one is taken.
     carried = others[0]
-    other = attempt(task, evidence, book, world_from_expected, carried, reaches_px=reaches_px)
+    other = attempt(task, evidence, cache, world_from_expected, carried, reaches_px=reaches_px)
     is_carried = is_likelier(task, (other, carried), (fit, standing))
     return Found(other, carried) if is_carried else Found(fit, standing)
 
 
-def _leapt(task: Task, found: Found) -> tuple[Evidence, Fit] | None:
-    """Where a patterned thing has leapt to, if that is better than what was found; its window."""
-    portrait, world_from_found = task.track.portrait, found.fit.world_from_object
-    if portrait is None or task.is_first:
+def _relocalised(task: Task, found: Found) -> tuple[Evidence, Fit] | None:
+    """The window and fit of feature-based relocalisation, if better than what was found."""
+    appearance, world_from_found = task.track.appearance, found.fit.world_from_object
+    if appearance is None or task.is_first:
         return None
-    world_from_leapt = leapt(task, portrait, world_from_found.translation)
-    if world_from_leapt is None or apart(world_from_found, world_from_leapt) < LEAST_LEAP_M:
+    world_from_relocalised = relocalised(task, appearance, world_from_found.translation)
+    if (
+        world_from_relocalised is None
+        or apart(world_from_found, world_from_relocalised) < LEAST_RELOCALISATION_M
+    ):
         return None
-    view = view_of(task.scene, task.model, world_from_leapt)
+    view = view_of(task.scene, task.model, world_from_relocalised)
     evidence = gather(task.scene, task.model, view, task.neighbours)
-    book = Sketchbook(None, portrait, quickly=task.track.moves_on)
-    leap = _expected(task, evidence, book, world_from_leapt, reaches_px=TRACKING_REACHES)
-    wanted = least_likeness(task.track)
-    if is_doubtful(task, leap.fit) or not is_believable(leap.fit, wanted_likeness=wanted):
+    cache = RenderingCache(None, appearance, quickly=task.track.moves_on)
+    relocalisation = _expected(
+        task, evidence, cache, world_from_relocalised, reaches_px=TRACKING_REACHES
+    )
+    wanted = least_correlation(task.track)
+    if is_too_weak(task, relocalisation.fit) or not is_accepted(
+        relocalisation.fit, wanted_correlation=wanted
+    ):
         return None
-    is_better = worth(leap.fit, leap.belief) > worth(found.fit, found.belief) + BETTER
-    return (evidence, leap.fit) if is_better else None
+    is_better = (
+        penalised_score(relocalisation.fit, relocalisation.prior)
+        > penalised_score(found.fit, found.prior) + BETTER
+    )
+    return (evidence, relocalisation.fit) if is_better else None
 
 
-def _as_portrayed(
-    task: Task, evidence: Evidence, book: Sketchbook, portrait: Portrait, predicted: Pose
+def _as_remembered(
+    task: Task,
+    evidence: Evidence,
+    cache: RenderingCache,
+    appearance: AppearanceMemory,
+    predicted: Pose,
 ) -> Fit | None:
-    """The pose at which an object rested last, if it looks there just as it did then.
+    """The fit at the last rest pose, if the object appears there as remembered.
 
-    What somebody reached across has not moved, whatever its outline says.
+    An object that somebody reached across has not moved, whatever its contour suggests.
     """
-    apart = predicted.translation - portrait.world_from_object.translation
+    apart = predicted.translation - appearance.world_from_object.translation
     if float(np.linalg.norm(apart)) > task.model.radius_m:
         return None
-    fit = at_portrait(task, evidence, book, portrait)
-    is_same = fit.likeness >= SAME_SHARE * portrait.likeness
+    fit = at_remembered_pose(task, evidence, cache, appearance)
+    is_same = fit.colour_correlation >= SAME_SHARE * appearance.colour_correlation
     return fit if is_same and shows_pattern(fit) else None
 
 
-def at_portrait(task: Task, evidence: Evidence, book: Sketchbook, portrait: Portrait) -> Fit:
-    """What a picture says of the pose at which an object was portrayed."""
-    world_from_object = portrait.world_from_object
-    prior = Prior(pose_vector(world_from_object), np.array(PORTRAYED_SIGMA))
-    sketch = book.at(task.model, world_from_object, evidence, task.scene.renderer)
+def at_remembered_pose(
+    task: Task, evidence: Evidence, cache: RenderingCache, appearance: AppearanceMemory
+) -> Fit:
+    """Fit statistics at the pose of a remembered appearance."""
+    world_from_object = appearance.world_from_object
+    prior = Prior(pose_vector(world_from_object), np.array(REMEMBERED_SIGMA))
+    reduced = cache.at(task.model, world_from_object, evidence, task.scene.renderer)
     information = np.diag(prior.weights())
-    return judge(evidence, task.model, world_from_object, information, prior, sketch)
+    return judge(evidence, task.model, world_from_object, information, prior, reduced)
 
 
 def _has_left(task: Task, fit: Fit) -> bool:
-    """Whether an object is not simply where it rested."""
+    """Whether an object may have left its rest pose."""
     rested = task.track.state is TrackState.STATIC and task.track.missed_frames == 0
     return not rested or has_left_its_rest(task, fit)

@@ -1,4 +1,4 @@
-"""Finds lost objects again, all of them together: each place is given once."""
+"""Re-detection of lost objects, assigned jointly: each position goes to one object."""
 
 from __future__ import annotations
 
@@ -8,40 +8,44 @@ from dataclasses import dataclass, replace
 from scenes.state import TrackState
 from tracking.follow.follow import rest_of
 from tracking.follow.posterior import HEAVY_HEIGHT_M, LOST_CONFIDENCE, SURE, confidence_of
-from tracking.follow.track import RESTING_FRAMES, SEARCH_PERIOD_NS, Audit, Task, Track
-from tracking.hypotheses.assignment import Claim, Searched, claims, is_same_spot
+from tracking.follow.track import RESTING_FRAMES, SEARCH_PERIOD_NS, Review, Task, Track
+from tracking.hypotheses.assignment import Assignment, AssignmentCandidates, assign, is_same_spot
 from tracking.hypotheses.budget import NotYet, Pace
-from tracking.hypotheses.hypothesis import Guess
+from tracking.hypotheses.hypothesis import Hypothesis
 from tracking.hypotheses.patch_search import SMALL_M
 from tracking.hypotheses.positions import Overview, overview
 from tracking.hypotheses.room_search import candidates
 from tracking.solve.covariance import uncertainty
 from tracking.solve.motion import Motion
 
-DOUBTED_SMALL, CERTAIN_SMALL = 0.2, 0.5
-"""Confidence in a small object grows from 0 to 1 between these qualities. In twelve layouts kept
-for this, answers without a rival were right from 0.27 on, half of them above 0.45, and wrong at
-0.14; but at wrong yaws, scans with holes reach what lies between."""
+CONFIDENCE_ZERO_SCORE = 0.2
+"""Photometric score of confidence 0. In twelve layouts kept for validation, unrivalled answers were
+right from 0.27 on and wrong at 0.14."""
+
+CONFIDENCE_FULL_SCORE = 0.5
+"""Photometric score of confidence 1; half of the right answers of those layouts were above 0.45."""
+
 
 MOST_WAITS = 3
-"""From the second search in vain on, the next one waits twice as long, so many times."""
+"""Most doublings of the search period after searches in vain."""
+
 
 OVERVIEW_MS = 20
 """About how long it takes to compare a whole frame with the room."""
 
 LEAST_CONFIDENCE = 0.3
-"""A guess less sure than this is not followed."""
+"""Confidence below which a hypothesis is not followed. Chosen on the rooms lab and desk."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Search:
-    """A search under way for one object, in the frame that it began with.
+    """A pending search for one object, in the frame in which it began.
 
     Attributes:
         task: the object and that frame.
         look: the frame's overview.
-        enough: so many poses that leave no doubt end it.
-        done: what was done of it, see `tracking.hypotheses.budget.Pace`.
+        enough: number of unambiguous poses that end it.
+        done: results of its steps so far, see `tracking.hypotheses.budget`.
     """
 
     task: Task
@@ -50,10 +54,10 @@ class Search:
     done: tuple[object, ...]
 
 
-def regain_all(tasks: Sequence[Task]) -> Mapping[str, Track]:
-    """Tracks of all lost objects after they were looked for over the whole scene.
+def redetect_all(tasks: Sequence[Task]) -> Mapping[str, Track]:
+    """Tracks of all lost objects after a search over the whole scene.
 
-    Small things are looked for in what the large ones leave unexplained.
+    Small objects are searched for in what large ones leave unassigned.
 
     Args:
         tasks: of all lost objects; their neighbours are those that are not lost.
@@ -62,13 +66,13 @@ def regain_all(tasks: Sequence[Task]) -> Mapping[str, Track]:
         return {}
     look = overview(tasks[0].scene)
     large = [task for task in tasks if task.model.radius_m >= SMALL_M]
-    tracks = _placed(large, {_id(task): _guesses(task, look, len(large)) for task in large})
+    tracks = _placed(large, {_id(task): _hypotheses(task, look, len(large)) for task in large})
     small = _beside(tasks, tracks)
-    found = {_id(task): _guesses(task, look, len(small)) for task in small}
+    found = {_id(task): _hypotheses(task, look, len(small)) for task in small}
     return tracks | _placed(small, found)
 
 
-def regain(
+def redetect(
     tasks: Sequence[Task], search: Search | None, *, budget_ms: float
 ) -> tuple[Mapping[str, Track], Search | None]:
     """Tracks of lost objects after some more of the search for one of them, and what is left of it.
@@ -87,28 +91,28 @@ def regain(
         return {}, None
     pace = Pace(budget_ms, search.done)
     try:
-        guesses = _guesses(search.task, search.look, search.enough, pace)
+        hypotheses = _hypotheses(search.task, search.look, search.enough, pace)
     except NotYet:
         return {}, replace(search, done=pace.done())
     large = [task for task in tasks if task.model.radius_m >= SMALL_M]
     name = _id(search.task)
-    tracks = _placed(large, {name: guesses})
-    return tracks | _placed(_beside(tasks, tracks), {name: guesses}), None
+    tracks = _placed(large, {name: hypotheses})
+    return tracks | _placed(_beside(tasks, tracks), {name: hypotheses}), None
 
 
 def _begun(tasks: Sequence[Task]) -> Search | None:
-    """A search for the object that waited longest; None if it is too early for any."""
+    """A search for the object that waited longest; None if none is due."""
     due = [task for task in tasks if _is_due(task)]
     if not due:
         return None
     task = min(due, key=lambda task: task.track.searched_ns)
     is_small = task.model.radius_m < SMALL_M
-    alike = [other for other in tasks if (other.model.radius_m < SMALL_M) == is_small]
-    return Search(task, overview(task.scene), len(alike), ())
+    same_class = [other for other in tasks if (other.model.radius_m < SMALL_M) == is_small]
+    return Search(task, overview(task.scene), len(same_class), ())
 
 
 def _is_outdated(search: Search, tasks: Sequence[Task]) -> bool:
-    """Whether the object is not lost any more, or the camera found to stand elsewhere since."""
+    """Whether the object is no longer lost, or the camera's pose has changed since."""
     begun = search.task.scene
     return not any(
         task.model is search.task.model and task.scene.world_from_rig is begun.world_from_rig
@@ -117,7 +121,7 @@ def _is_outdated(search: Search, tasks: Sequence[Task]) -> bool:
 
 
 def _beside(tasks: Sequence[Task], tracks: Mapping[str, Track]) -> list[Task]:
-    """Those of the tasks that are for small things, which stand beside the large ones found."""
+    """Tasks of the small objects, with the large ones just found as neighbours."""
     found = tuple(
         (task.model, tracks[_id(task)].world_from_object)
         for task in tasks
@@ -130,111 +134,122 @@ def _beside(tasks: Sequence[Task], tracks: Mapping[str, Track]) -> list[Task]:
     ]
 
 
-def _placed(tasks: Sequence[Task], fresh: Mapping[str, Sequence[Guess]]) -> dict[str, Track]:
-    """Tracks of some lost objects after some of them were looked for.
+def _placed(tasks: Sequence[Task], fresh: Mapping[str, Sequence[Hypothesis]]) -> dict[str, Track]:
+    """Tracks of lost objects after a joint assignment.
 
     Args:
         tasks: the objects.
-        fresh: where those that were looked for may be, by object id.
+        fresh: hypotheses of those that were searched for, by object id.
     """
     tasks = [_searched(task, fresh.get(_id(task))) for task in tasks]
-    found = claims(
-        [Searched(task.model, task.track.world_from_object, _still_free(task)) for task in tasks]
+    found = assign(
+        [
+            AssignmentCandidates(task.model, task.track.world_from_object, _still_free(task))
+            for task in tasks
+        ]
     )
-    return {_id(task): _regained(task, found.get(_id(task))) for task in tasks}
+    return {_id(task): _redetected(task, found.get(_id(task))) for task in tasks}
 
 
-def _searched(task: Task, guesses: Sequence[Guess] | None) -> Task:
-    """The task with the outcome of its search noted, if there was one."""
-    if guesses is None:
+def _searched(task: Task, hypotheses: Sequence[Hypothesis] | None) -> Task:
+    """The task with the outcome of its search recorded, if there was one."""
+    if hypotheses is None:
         return task
     track = replace(
         task.track,
         searched_ns=task.scene.frame.t_ns,
         searches_in_vain=task.track.searches_in_vain + 1,
-        guesses=tuple(guesses),
+        hypotheses=tuple(hypotheses),
     )
     return replace(task, track=track)
 
 
-def _guesses(task: Task, look: Overview, enough: int, pace: Pace | None = None) -> list[Guess]:
-    """Where an object may be by its frame."""
+def _hypotheses(
+    task: Task, look: Overview, enough: int, pace: Pace | None = None
+) -> list[Hypothesis]:
+    """Pose hypotheses of an object in the task's frame."""
     last = task.track.world_from_object.translation
     return candidates(
         task.scene,
         look,
         task.model,
         task.neighbours,
-        supports_m=_heights(task),
+        support_heights_m=_heights(task),
         last=last,
         enough=enough,
         pace=pace or Pace(),
     )
 
 
-def _still_free(task: Task) -> tuple[Guess, ...]:
-    """Guesses whose place was not given to another object since."""
+def _still_free(task: Task) -> tuple[Hypothesis, ...]:
+    """Hypotheses whose position was not assigned to another object since."""
     return tuple(
-        guess
-        for guess in task.track.guesses
+        hypothesis
+        for hypothesis in task.track.hypotheses
         if not any(
-            is_same_spot(task.model, guess.world_from_object, other, world_from_other)
+            is_same_spot(task.model, hypothesis.world_from_object, other, world_from_other)
             for other, world_from_other in task.neighbours
         )
     )
 
 
 def _heights(task: Task) -> tuple[float, ...]:
-    """Of what an object may stand on."""
+    """Heights in m of the support planes of an object."""
     source = task.model.source
     is_heavy = source.box_m[2] >= HEAVY_HEIGHT_M
-    return (source.support_z_m,) if is_heavy else task.scene.stands.heights_m
+    return (source.support_z_m,) if is_heavy else task.scene.support_planes.heights_m
 
 
-def _regained(task: Task, claim: Claim | None) -> Track:
-    """The track of an object that was looked for."""
+def _redetected(task: Task, assignment: Assignment | None) -> Track:
+    """The track of an object after the assignment."""
     now = task.scene.frame.t_ns
-    if claim is None:
-        return replace(task.track, rest=None, sketch=None, state=TrackState.LOST, confidence=0.0)
-    fit = claim.guess.fit
-    confidence = _confidence(claim.guess)
-    is_placed = claim.place_is_clear and confidence >= LEAST_CONFIDENCE
+    if assignment is None:
+        return replace(task.track, rest=None, reduced=None, state=TrackState.LOST, confidence=0.0)
+    fit = assignment.hypothesis.fit
+    confidence = _confidence(assignment.hypothesis)
+    is_placed = assignment.place_is_clear and confidence >= LEAST_CONFIDENCE
     if not is_placed and task.track.seen_ns > 0:
-        # What was followed before is likelier to be near its last place than at a doubtful one.
+        # A formerly tracked object is likelier near its last pose than at a weak hypothesis.
         return replace(task.track, rest=None, state=TrackState.LOST, confidence=0.0)
-    is_sure = is_placed and claim.yaw_is_clear and confidence >= SURE
+    is_sure = is_placed and assignment.yaw_is_clear and confidence >= SURE
     # What was placed by its colours stays there until they change.
-    rest = rest_of(task, fit) if is_placed and claim.guess.explained is not None else None
+    rest = (
+        rest_of(task, fit)
+        if is_placed and assignment.hypothesis.photometric_score is not None
+        else None
+    )
     state = TrackState.STATIC if rest is not None else TrackState.TRACKED
     return replace(
         task.track,
         world_from_object=fit.world_from_object,
         motion=Motion.rest(now),
-        # A place that is unclear is told as a guess, and asked for again.
+        # An ambiguous position is reported as lost, and searched for again.
         state=state if is_placed else TrackState.LOST,
         rest=rest,
         covariance=uncertainty(task.scene, task.model, fit),
         visible_fraction=fit.visible_fraction,
         confidence=confidence if is_sure else min(confidence, LOST_CONFIDENCE),
-        usual_agreement=fit.free_agreement,
-        usual_likeness=max(fit.likeness, 0.0),
+        usual_inlier_ratio=fit.unoccluded_inlier_ratio,
+        usual_correlation=max(fit.colour_correlation, 0.0),
         still_frames=0 if rest is None else RESTING_FRAMES,
         missed_frames=0,
         searches_in_vain=0 if is_placed else task.track.searches_in_vain,
         seen_ns=now if is_placed else 0,
         looked_ns=now,
-        sketch=fit.sketch,
-        portrait=None,
-        guesses=() if is_placed else task.track.guesses,
-        audit=Audit(now, 0, claim.yaw_is_clear),
+        reduced=fit.reduced,
+        appearance=None,
+        hypotheses=() if is_placed else task.track.hypotheses,
+        review=Review(now, 0, assignment.yaw_is_clear),
     )
 
 
-def _confidence(guess: Guess) -> float:
-    """0..1: how sure a guess is."""
-    if guess.explained is None:
-        return confidence_of(guess.fit)
-    sure = (guess.quality - DOUBTED_SMALL) / (CERTAIN_SMALL - DOUBTED_SMALL)
+def _confidence(hypothesis: Hypothesis) -> float:
+    """0..1 confidence in a hypothesis."""
+    if hypothesis.photometric_score is None:
+        return confidence_of(hypothesis.fit)
+    sure = (hypothesis.score - CONFIDENCE_ZERO_SCORE) / (
+        CONFIDENCE_FULL_SCORE - CONFIDENCE_ZERO_SCORE
+    )
     return min(max(sure, 0.0), 1.0)
 
 

@@ -1,7 +1,7 @@
-"""Whether an object is seen at the right yaw: others are compared where the picture leaves doubt.
+"""Yaw review: other yaws of an object are compared where the picture is ambiguous.
 
-A chair seen from its side has an outline much like that of the same chair turned by half. What a
-large step between two frames has put wrong, nothing puts right again frame to frame.
+A chair seen from its side has a contour much like that of the same chair turned by half, and no
+frame-to-frame solve corrects such an error.
 """
 
 from __future__ import annotations
@@ -11,137 +11,147 @@ from dataclasses import replace
 from scenes.state import TrackState
 from tracking.evidence.evidence import Evidence
 from tracking.follow.posterior import LOST_CONFIDENCE, confidence_of, shows_pattern
-from tracking.follow.track import Audit, Review, Task, Track
-from tracking.hypotheses.hypothesis import Guess, is_other
-from tracking.hypotheses.room_search import leaves_no_doubt, ranked, refined, turned
+from tracking.follow.track import PendingReview, Review, Task, Track
+from tracking.hypotheses.hypothesis import Hypothesis, is_other
+from tracking.hypotheses.room_search import is_unambiguous, ranked, refined, turned
 from tracking.model.symmetry import ROUND
 from tracking.solve.gauss_newton import Fit
 
 COVERED = 0.35
-"""Of what is covered by more than this share, little can be told."""
+"""Occluded share of the silhouette above which yaws are not compared. Chosen on the rooms lab and
+desk."""
+
 
 SEEN = 0.25
-"""Of what shows less of its silhouette than this, too."""
+"""Visible fraction below which yaws are not compared. Chosen on the rooms lab and desk."""
+
 
 REFINED_NS = 20_000_000
 """A yaw is refined for every so much time since the frame before, and one in each."""
 
 PERIOD_NS = 180_000_000
+"""Least time in ns between two reviews. Chosen on the rooms lab and desk."""
+
 MOST_IN_VAIN = 5
-"""After an audit in vain the next one waits twice as long, so many times."""
+"""Most doublings of that period after reviews in vain."""
 
 
-def audited(task: Task, evidence: Evidence, fit: Fit) -> tuple[Task, Fit]:
-    """The task with its audit noted, and the fit or a clearly better one at another yaw.
+def reviewed(task: Task, evidence: Evidence, fit: Fit) -> tuple[Task, Fit]:
+    """The task with its review recorded, and the fit or a clearly better one at another yaw.
 
-    An audit is spread over frames, so that none is late for it: each refines as many of the yaws
-    as it has time for, all in the frame that the audit began with.
+    A review is spread over frames: each refines as many yaws as fit into its time, all in the frame
+    in which the review began.
 
     Args:
         task: an object that may have turned.
         evidence: its window.
-        fit: what was found from the prediction.
+        fit: the fit at the prediction.
     """
-    audit, now = task.track.audit, task.scene.frame.t_ns
+    review, now = task.track.review, task.scene.frame.t_ns
     if not task.may_search:
         return task, fit
-    if audit is not None and audit.review is not None and _is_outdated(audit.review, task):
-        audit = replace(audit, review=None)
-        task = replace(task, track=replace(task.track, audit=audit))
-    review = None if audit is None else audit.review
+    if review is not None and review.pending is not None and _is_outdated(review.pending, task):
+        review = replace(review, pending=None)
+        task = replace(task, track=replace(task.track, review=review))
+    pending = None if review is None else review.pending
     count = max((now - task.track.looked_ns) // REFINED_NS, 1)
-    if review is None:
-        if not (_is_wanted(task, fit) and _is_due(audit, now)):
+    if pending is None:
+        if not (_is_wanted(task, fit) and _is_due(review, now)):
             return task, fit
         starts = turned(task.model, evidence, fit.world_from_object)
-        review = Review(task.scene, evidence, fit, tuple(starts), ())
+        pending = PendingReview(task.scene, evidence, fit, tuple(starts), ())
         if count == 1:
             count = 0  # To compare all yaws from afar took about as long.
-    review = _advanced(task, review, count)
-    if review.starts:
-        in_vain, is_clear = (0, False) if audit is None else (audit.in_vain, audit.is_clear)
-        audit = Audit(now, in_vain, is_clear, review)
-        return replace(task, track=replace(task.track, audit=audit)), fit
-    return _concluded(task, evidence, fit, review)
+    pending = _advanced(task, pending, count)
+    if pending.starts:
+        in_vain, is_clear = (0, False) if review is None else (review.in_vain, review.is_clear)
+        review = Review(now, in_vain, is_clear, pending)
+        return replace(task, track=replace(task.track, review=review)), fit
+    return _concluded(task, evidence, fit, pending)
 
 
-def _is_outdated(review: Review, task: Task) -> bool:
-    """Whether the camera was moved since, or found to stand elsewhere."""
-    return review.scene.world_from_rig is not task.scene.world_from_rig
+def _is_outdated(pending: PendingReview, task: Task) -> bool:
+    """Whether the camera's pose has changed since."""
+    return pending.scene.world_from_rig is not task.scene.world_from_rig
 
 
-def _advanced(task: Task, review: Review, count: int) -> Review:
+def _advanced(task: Task, pending: PendingReview, count: int) -> PendingReview:
     """A review after some more poses were refined."""
-    scene, quickly = review.scene, task.track.moves_on
+    scene, quickly = pending.scene, task.track.moves_on
     more = tuple(
-        refined(scene, task.model, start, review.evidence, quickly=quickly)
-        for start in review.starts[:count]
+        refined(scene, task.model, start, pending.evidence, quickly=quickly)
+        for start in pending.starts[:count]
     )
-    return replace(review, starts=review.starts[count:], guesses=review.guesses + more)
+    return replace(pending, starts=pending.starts[count:], hypotheses=pending.hypotheses + more)
 
 
-def _concluded(task: Task, evidence: Evidence, fit: Fit, review: Review) -> tuple[Task, Fit]:
+def _concluded(
+    task: Task, evidence: Evidence, fit: Fit, pending: PendingReview
+) -> tuple[Task, Fit]:
     """The task and the fit once all yaws are compared."""
-    audit, believed = task.track.audit, review.fit.world_from_object
+    review, reviewed_pose = task.track.review, pending.fit.world_from_object
     same, rivals = [], []
-    for other in ranked(review.scene, task.model, review.guesses):
-        is_rival = is_other(task.model, other.world_from_object, believed)
+    for other in ranked(pending.scene, task.model, pending.hypotheses):
+        is_rival = is_other(task.model, other.world_from_object, reviewed_pose)
         (rivals if is_rival else same).append(other)
-    is_small = bool(same) and same[0].explained is not None
-    found = same[0] if is_small else Guess(review.fit, None)
+    is_small = bool(same) and same[0].photometric_score is not None
+    found = same[0] if is_small else Hypothesis(pending.fit, None)
     if same and same[0].is_clearly_better(found):
         found = same[0]
     is_wrong = bool(rivals) and rivals[0].is_clearly_better(found)
     best, others = (rivals[0], [found, *rivals[1:]]) if is_wrong else (found, rivals)
     is_clear = all(best.is_clearly_better(other) for other in others)
-    in_vain = 0 if is_wrong or audit is None else min(audit.in_vain + 1, MOST_IN_VAIN)
-    audit = Audit(task.scene.frame.t_ns, in_vain, is_clear)
-    task = replace(task, track=replace(task.track, audit=audit))
-    if review.evidence is evidence:
+    in_vain = 0 if is_wrong or review is None else min(review.in_vain + 1, MOST_IN_VAIN)
+    review = Review(task.scene.frame.t_ns, in_vain, is_clear)
+    task = replace(task, track=replace(task.track, review=review))
+    if pending.evidence is evidence:
         return task, best.fit
-    if best.fit is review.fit:
+    if best.fit is pending.fit:
         return task, fit
     # What the frame of the review shows of the object has moved with it since.
-    start = fit.world_from_object @ (believed.inverse() @ best.world_from_object)
+    start = fit.world_from_object @ (reviewed_pose.inverse() @ best.world_from_object)
     return task, refined(task.scene, task.model, start, evidence).fit
 
 
 def is_under_review(track: Track) -> bool:
-    """Whether an audit of a track has begun and is not done."""
-    return track.audit is not None and track.audit.review is not None
+    """Whether a review of a track is pending."""
+    return track.review is not None and track.review.pending is not None
 
 
-def was_audited(track: Track, t_ns: int) -> bool:
-    """Whether a track's audit was worked on in the frame of this time."""
-    return track.audit is not None and track.audit.t_ns == t_ns
+def was_reviewed(track: Track, t_ns: int) -> bool:
+    """Whether a track's review was worked on in the frame of this time."""
+    return track.review is not None and track.review.t_ns == t_ns
 
 
-def told_confidence(track: Track, fit: Fit) -> float:
-    """Confidence in a pose: low while its yaw is one of several."""
+def reported_confidence(track: Track, fit: Fit) -> float:
+    """Confidence in a pose: low while its yaw is ambiguous."""
     confidence = confidence_of(fit)
-    if track.audit is None or track.audit.is_clear or leaves_no_doubt(fit):
+    if track.review is None or track.review.is_clear or is_unambiguous(fit):
         return confidence
     return min(confidence, LOST_CONFIDENCE)
 
 
 def _is_wanted(task: Task, fit: Fit) -> bool:
-    """Whether the yaw may be wrong, and the picture may tell."""
-    if task.model.symmetry == ROUND or leaves_no_doubt(fit):
+    """Whether the yaw may be wrong, and the picture may decide."""
+    if task.model.symmetry == ROUND or is_unambiguous(fit):
         return False
-    audit = task.track.audit
-    if _is_portrayed(fit) and shows_pattern(fit) and (audit is None or audit.is_clear):
+    review = task.track.review
+    if _was_found_by_appearance(fit) and shows_pattern(fit) and (review is None or review.is_clear):
         return False
     if fit.covered_fraction > COVERED or fit.visible_fraction < SEEN:
         return False
     # What never moved has the yaw that it was scanned with.
-    return task.track.state is not TrackState.STATIC or audit is not None
+    return task.track.state is not TrackState.STATIC or review is not None
 
 
-def _is_portrayed(fit: Fit) -> bool:
-    """Whether a pose was found by the object's portrait, which shows it at the yaw known then."""
-    sketch = fit.sketch
-    return sketch.portrait is not None and sketch.portrait.worth(sketch.camera_from_object) > 0.5
+def _was_found_by_appearance(fit: Fit) -> bool:
+    """Whether a pose was found by the remembered appearance, which fixes its yaw."""
+    reduced = fit.reduced
+    return (
+        reduced.appearance is not None
+        and reduced.appearance.view_weight(reduced.camera_from_object) > 0.5
+    )
 
 
-def _is_due(audit: Audit | None, now_ns: int) -> bool:
-    return audit is None or now_ns - audit.t_ns >= PERIOD_NS << audit.in_vain
+def _is_due(review: Review | None, now_ns: int) -> bool:
+    return review is None or now_ns - review.t_ns >= PERIOD_NS << review.in_vain

@@ -1,4 +1,4 @@
-"""Which place belongs to which object: decided for all that are looked for together."""
+"""Assignment of positions to objects, jointly for all that are searched for."""
 
 from __future__ import annotations
 
@@ -10,73 +10,83 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from scenes.pose import Pose
-from tracking.hypotheses.hypothesis import Guess, is_other
+from tracking.hypotheses.hypothesis import Hypothesis, is_other
 from tracking.model.object_model import TrackModel
 
 SAME_SPOT = 0.35
-"""Two things nearer than this, in the sum of their radii, would stand in each other."""
+"""Distance, in the sum of two radii, below which two objects would intersect. Chosen on the rooms
+lab and desk."""
 
-LEVEL_M, CLOSEST = 0.05, 0.9
-"""So do two on one height that are nearer than this share of their narrower sides lets them."""
+
+LEVEL_M = 0.05
+"""Height difference in m up to which two objects stand on one support plane."""
+
+CLOSEST = 0.9
+"""Distance of such objects, in half the sum of their narrower sides, below which they would
+intersect. Chosen on the rooms lab and desk."""
+
 
 NOWHERE = 0.92
-"""Cost of leaving an object lost, beside one less the quality of a pose: any guess is better, and
-told for what it is."""
+"""Cost of leaving an object lost; a pose costs 1 less its score."""
+
 
 DISTANCE_PRICE = 0.02
+"""Cost of the largest distance from the last pose: decides between identical twins."""
+
 DISTANCE_M = 5.0
-"""Identical twins: of places that look alike the nearer one is taken, up to so far away."""
+"""Distance in m from which that cost no longer grows."""
+
 
 IMPOSSIBLE = 1e3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Searched:
-    """An object that was looked for.
+class AssignmentCandidates:
+    """An object with its pose hypotheses.
 
     Attributes:
         model: the object.
-        last_world_from_object: where it was believed last.
-        guesses: where it may be, the best first.
+        last_world_from_object: its last accepted pose.
+        hypotheses: the best first.
     """
 
     model: TrackModel
     last_world_from_object: Pose
-    guesses: Sequence[Guess]
+    hypotheses: Sequence[Hypothesis]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Claim:
-    """A place for an object.
+class Assignment:
+    """The hypothesis assigned to an object.
 
     Attributes:
-        guess: the pose.
-        place_is_clear: whether no other free place is about as good.
-        yaw_is_clear: whether no other yaw at this place is about as good.
+        hypothesis: the pose.
+        place_is_clear: whether no other free position scores about as well.
+        yaw_is_clear: whether no other yaw at this position scores about as well.
     """
 
-    guess: Guess
+    hypothesis: Hypothesis
     place_is_clear: bool
     yaw_is_clear: bool
 
 
-def claims(searched: Sequence[Searched]) -> Mapping[str, Claim]:
-    """A place for every object that has one, each place given once, the best in total.
+def assign(searched: Sequence[AssignmentCandidates]) -> Mapping[str, Assignment]:
+    """One hypothesis for every object that has any, each position once, of the best total score.
 
     Args:
-        searched: the objects; their order does not matter but for exact ties.
+        searched: the objects; their order matters only for exact ties.
     """
     spots = _spots(searched)
     count = len(searched)
     cost = np.full((count, len(spots) + count), IMPOSSIBLE)
     cost[:, len(spots) :] = NOWHERE
-    best: dict[tuple[int, int], Guess] = {}
+    best: dict[tuple[int, int], Hypothesis] = {}
     for row, item in enumerate(searched):
-        for guess in item.guesses:
-            column = _spot_of(spots, item.model, guess)
+        for hypothesis in item.hypotheses:
+            column = _spot_of(spots, item.model, hypothesis)
             if (row, column) not in best:
-                best[row, column] = guess
-                cost[row, column] = _cost(item, guess)
+                best[row, column] = hypothesis
+                cost[row, column] = _cost(item, hypothesis)
     rows, columns = linear_sum_assignment(cost)
     chosen = {
         int(row): int(column)
@@ -84,20 +94,22 @@ def claims(searched: Sequence[Searched]) -> Mapping[str, Claim]:
         if cost[row, column] < NOWHERE
     }
     taken = set(chosen.values())
-    found: dict[str, Claim] = {}
+    found: dict[str, Assignment] = {}
     for row, column in chosen.items():
-        item, guess = searched[row], best[row, column]
+        item, hypothesis = searched[row], best[row, column]
         here, elsewhere = True, True
-        for other in item.guesses:
+        for other in item.hypotheses:
             spot = _spot_of(spots, item.model, other)
-            if guess.is_clearly_better(other):
+            if hypothesis.is_clearly_better(other):
                 continue
             if spot == column:
-                same = not is_other(item.model, other.world_from_object, guess.world_from_object)
+                same = not is_other(
+                    item.model, other.world_from_object, hypothesis.world_from_object
+                )
                 here = here and same
             elif spot not in taken:
                 elsewhere = False
-        found[item.model.object_id] = Claim(guess, elsewhere, here)
+        found[item.model.object_id] = Assignment(hypothesis, elsewhere, here)
     return MappingProxyType(found)
 
 
@@ -117,28 +129,28 @@ Spot = tuple[TrackModel, Pose]
 """The first object found at a place, and its pose."""
 
 
-def _spots(searched: Sequence[Searched]) -> list[Spot]:
+def _spots(searched: Sequence[AssignmentCandidates]) -> list[Spot]:
     """All places that somebody may stand at, the best supported first."""
     ranked = sorted(
-        ((item, guess) for item in searched for guess in item.guesses),
-        key=lambda pair: -pair[1].quality,
+        ((item, hypothesis) for item in searched for hypothesis in item.hypotheses),
+        key=lambda pair: -pair[1].score,
     )
     spots: list[Spot] = []
-    for item, guess in ranked:
-        if not any(_is_at(spot, item.model, guess) for spot in spots):
-            spots.append((item.model, guess.world_from_object))
+    for item, hypothesis in ranked:
+        if not any(_is_at(spot, item.model, hypothesis) for spot in spots):
+            spots.append((item.model, hypothesis.world_from_object))
     return spots
 
 
-def _spot_of(spots: Sequence[Spot], model: TrackModel, guess: Guess) -> int:
-    return next(index for index, spot in enumerate(spots) if _is_at(spot, model, guess))
+def _spot_of(spots: Sequence[Spot], model: TrackModel, hypothesis: Hypothesis) -> int:
+    return next(index for index, spot in enumerate(spots) if _is_at(spot, model, hypothesis))
 
 
-def _is_at(spot: Spot, model: TrackModel, guess: Guess) -> bool:
-    return is_same_spot(model, guess.world_from_object, *spot)
+def _is_at(spot: Spot, model: TrackModel, hypothesis: Hypothesis) -> bool:
+    return is_same_spot(model, hypothesis.world_from_object, *spot)
 
 
-def _cost(item: Searched, guess: Guess) -> float:
-    apart = guess.world_from_object.translation - item.last_world_from_object.translation
+def _cost(item: AssignmentCandidates, hypothesis: Hypothesis) -> float:
+    apart = hypothesis.world_from_object.translation - item.last_world_from_object.translation
     away = min(float(np.linalg.norm(apart)), DISTANCE_M) / DISTANCE_M
-    return 1.0 - guess.quality + DISTANCE_PRICE * away
+    return 1.0 - hypothesis.score + DISTANCE_PRICE * away

@@ -1,4 +1,4 @@
-"""Where an object may be, and when two such guesses say the same."""
+"""Pose hypotheses of an object, and when two of them are the same."""
 
 from __future__ import annotations
 
@@ -32,22 +32,23 @@ SHOWN = (0.8, 0.95)
 """Between such support, and such shares of a silhouette that show the object, an outline begins to
 be enough, and is: wrong yaws reach three quarters."""
 
-SMALL_QUALITY_SIGMA = 0.03
+PHOTOMETRIC_SCORE_SIGMA = 0.03
 CLEAR_SIGMAS = 1.5
 """A pose must be better than another by this many standard deviations of a quality."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Guess:
-    """Where an object may be.
+class Hypothesis:
+    """A pose hypothesis.
 
     Attributes:
-        fit: the pose and what its outline says.
-        explained: of a small object, how much it resembles the picture there, at most 1.
+        fit: the pose and its statistics.
+        photometric_score: of a small object, its similarity to the picture, at most 1; None if the
+            contour decides.
     """
 
     fit: Fit
-    explained: float | None
+    photometric_score: float | None
 
     @property
     def world_from_object(self) -> Pose:
@@ -55,28 +56,25 @@ class Guess:
         return self.fit.world_from_object
 
     @property
-    def quality(self) -> float:
-        """0..1: ranks guesses of one object."""
-        if self.explained is None:
+    def score(self) -> float:
+        """0..1: ranks hypotheses of one object."""
+        if self.photometric_score is None:
             return _outlined(self.fit)
-        return max(self.explained, 0.0)
+        return max(self.photometric_score, 0.0)
 
     @property
-    def quality_sigma(self) -> float:
-        """Standard deviation of the quality.
-
-        It is about a share of the contour, of which neighbouring points count as one.
-        """
-        if self.explained is not None:
-            return SMALL_QUALITY_SIGMA
-        count = max(len(self.fit.sketch.contour) / OPTIONS.contour_correlation, 1.0)
-        share = min(max(self.quality, 0.1), 0.9)
+    def score_sigma(self) -> float:
+        """Standard deviation of the score, a ratio of correlated contour points."""
+        if self.photometric_score is not None:
+            return PHOTOMETRIC_SCORE_SIGMA
+        count = max(len(self.fit.reduced.contour) / OPTIONS.contour_correlation, 1.0)
+        share = min(max(self.score, 0.1), 0.9)
         return math.sqrt(share * (1.0 - share) / count)
 
-    def is_clearly_better(self, other: Guess) -> bool:
-        """Whether this guess's quality is higher than can be by chance."""
-        margin = CLEAR_SIGMAS * math.hypot(self.quality_sigma, other.quality_sigma)
-        return self.quality > other.quality + margin
+    def is_clearly_better(self, other: Hypothesis) -> bool:
+        """Whether this hypothesis's score is significantly higher."""
+        margin = CLEAR_SIGMAS * math.hypot(self.score_sigma, other.score_sigma)
+        return self.score > other.score + margin
 
 
 def _outlined(fit: Fit) -> float:
@@ -86,23 +84,23 @@ def _outlined(fit: Fit) -> float:
     another room's light.
     """
     if fit.textured:
-        return fit.quality
-    (doubted, sure), (hardly, wholly) = OUTLINED, SHOWN
+        return fit.score
+    (ambiguous, sure), (hardly, wholly) = OUTLINED, SHOWN
     known = min(
-        (fit.support - doubted) / (sure - doubted),
+        (fit.contour_score - ambiguous) / (sure - ambiguous),
         (fit.visible_fraction - hardly) / (wholly - hardly),
         1.0,
     )
-    return max(fit.quality, fit.support * (1.0 - PLAIN_SHARE * (1.0 - known)))
+    return max(fit.score, fit.contour_score * (1.0 - PLAIN_SHARE * (1.0 - known)))
 
 
-def distinct(model: TrackModel, guesses: Sequence[Guess]) -> list[Guess]:
+def distinct(model: TrackModel, hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
     """The best of those that say the same, the best first."""
-    distinct: list[Guess] = []
-    for guess in sorted(guesses, key=lambda guess: -guess.quality):
-        pose = guess.world_from_object
+    distinct: list[Hypothesis] = []
+    for hypothesis in sorted(hypotheses, key=lambda hypothesis: -hypothesis.score):
+        pose = hypothesis.world_from_object
         if all(is_other(model, pose, other.world_from_object) for other in distinct):
-            distinct.append(guess)
+            distinct.append(hypothesis)
     return distinct
 
 
@@ -120,7 +118,7 @@ def are_other_turns(model: TrackModel, apart_rad: Points, *, least: float) -> ND
         return np.zeros(len(apart_rad), np.bool_)
     turns = (apart_rad * model.symmetry + math.pi) % (2 * math.pi) - math.pi
     turns = np.abs(turns) / model.symmetry
-    return (turns > least) & np.logical_not(model.templates.are_alike(turns))
+    return (turns > least) & np.logical_not(model.templates.are_indistinguishable(turns))
 
 
 def apart(world_from_a: Pose, world_from_b: Pose) -> float:

@@ -1,4 +1,4 @@
-"""Small objects, told by their colours: where one may be, and whether it is what is there."""
+"""Search for small objects by their colours."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 
 from scenes.pose import Pose
 from tracking.evidence.evidence import Evidence, Neighbour, Scene, gather, view_of
-from tracking.evidence.rendering import sketched
+from tracking.evidence.rendering import reduced_rendering
 from tracking.evidence.surroundings import Surroundings, surroundings_of
 from tracking.hypotheses.budget import Pace
-from tracking.hypotheses.hypothesis import START_SIGMA, STARTS_A_PLACE, Guess, apart, is_other
+from tracking.hypotheses.hypothesis import START_SIGMA, STARTS_A_PLACE, Hypothesis, apart, is_other
 from tracking.likelihood.patch_fit import (
-    closely_explained,
-    details_alike,
-    explained,
-    resemblance_at,
-    roughly_explained,
+    detail_similarities,
+    fit_patch,
+    fit_patch_closely,
+    fit_patch_roughly,
+    similarity_at,
 )
 from tracking.model.object_model import TrackModel
 from tracking.solve.gauss_newton import Fit, Prior, judge
@@ -41,62 +41,77 @@ at most, and not where nothing comes within the last of the best resemblance."""
 REFINED = 10
 """So many of these poses are refined roughly."""
 
-TOLD_CLOSELY, PLACES_TOLD, YAWS_COMPARED, TOLD_AGAIN = 6, 3, 6, 4
-"""So many rough poses are told closely, and at so many of their places so many other yaws; the best
-of all these once more."""
+REFINED_CLOSELY = 6
+"""Rough poses that are refined closely."""
+
+PLACES_COMPARED = 3
+"""Positions of these at which other yaws are refined as well."""
+
+YAWS_COMPARED = 6
+"""Other yaws refined at each of these positions."""
+
+REFINED_AGAIN = 4
+"""Best results that are refined once more."""
+
 
 TRIED_MS, TURNED_MS, ROUGHLY_MS, CLOSELY_MS, YAWS_MS, APART_MS, PLACED_MS = 6, 9, 6, 8, 13, 3, 3
 """About how long the parts of a search take, see `tracking.hypotheses.budget`."""
 
-RIVAL, RIVALS = 0.6, 4
-"""Yaws of one place that resemble the picture by this share of the best's are told apart anew, so
-many at most."""
+RIVAL = 0.6
+"""Share of the best similarity from which yaws of one position are compared by detail. Chosen on
+the rooms lab and desk."""
+
+RIVALS = 4
+"""Yaws compared by detail at most."""
+
 
 ACCEPTED = 0.1
+"""Similarity from which a pose is a hypothesis. Chosen on the rooms lab and desk."""
+
 RECOGNISED = 0.12
-"""How much an object must resemble the picture at a pose to be a guess, and to be there."""
+"""Similarity from which the object is recognised at a pose. Chosen on the rooms lab and desk."""
 
 
-Told = tuple[Pose, float, Surroundings]
-"""A pose, how much it resembles the picture, and the window."""
+Candidate = tuple[Pose, float, Surroundings]
+"""A pose, its similarity to the picture, and its window."""
 
 
-def guesses(
+def hypotheses(
     scene: Scene,
     model: TrackModel,
     neighbours: Sequence[Neighbour],
     places: Points,
     *,
     pace: Pace,
-) -> list[Guess]:
-    """What rough poses of a small object at some places come to, the likeliest ones told closely.
+) -> list[Hypothesis]:
+    """Hypotheses of a small object from candidate positions; the likeliest are refined closely.
 
     Args:
         scene: the frame.
         model: the object.
-        neighbours: other objects, whose places are taken.
-        places: (P, 3) where it may stand.
-        pace: how much of it is done in this frame.
+        neighbours: other objects, whose positions are taken.
+        places: (P, 3) candidate positions, m.
+        pace: budget of this frame.
 
     Raises:
         NotYet: the rest is for the next frame.
     """
-    fine: list[Told] = []
+    fine: list[Candidate] = []
 
-    def closely(around: Surroundings, world_from_rough: Pose) -> Told:
-        rival = max((alike for _, alike, _ in fine), default=0.0)
-        told = pace.do(CLOSELY_MS, closely_explained, around, world_from_rough, rival=rival)
-        return *told, around
+    def closely(around: Surroundings, world_from_rough: Pose) -> Candidate:
+        rival = max((similarity for _, similarity, _ in fine), default=0.0)
+        candidates = pace.do(CLOSELY_MS, fit_patch_closely, around, world_from_rough, rival=rival)
+        return *candidates, around
 
     rough = [
-        (*pace.do(ROUGHLY_MS, roughly_explained, around, start), around)
+        (*pace.do(ROUGHLY_MS, fit_patch_roughly, around, start), around)
         for start, around in _starts(scene, model, neighbours, places, pace)
     ]
     rough.sort(key=lambda item: -item[1])
-    for pose, _, around in rough[:TOLD_CLOSELY]:
+    for pose, _, around in rough[:REFINED_CLOSELY]:
         fine.append(closely(around, pose))
     for rank, (best, around) in enumerate(_best_places(model, fine)):
-        # What looks nearly alike from another side has to be told from it at the same place.
+        # Similar yaws have to be compared at the same position.
         tried = [pose for pose, _, _ in fine]
         if rank == 0:
             others = _on_the_spot(best)
@@ -106,65 +121,71 @@ def guesses(
             fine.append(closely(around, pose))
     fine.sort(key=lambda item: -item[1])
     # Steps that have become small too early are taken anew.
-    finest = [closely(around, pose) for pose, _, around in _distinct(model, fine[:TOLD_AGAIN])]
-    told = finest + fine + rough[TOLD_CLOSELY:]
-    told = [item for item in told if item[1] >= ACCEPTED]
-    told = sorted(_told_apart(model, told, pace), key=lambda item: -item[1])
+    finest = [closely(around, pose) for pose, _, around in _distinct(model, fine[:REFINED_AGAIN])]
+    candidates = finest + fine + rough[REFINED_CLOSELY:]
+    candidates = [item for item in candidates if item[1] >= ACCEPTED]
+    candidates = sorted(_ranked_by_detail(model, candidates, pace), key=lambda item: -item[1])
     return [
         pace.do(PLACED_MS, _placed, around, pose, share)
-        for pose, share, around in _distinct(model, told)
+        for pose, share, around in _distinct(model, candidates)
     ]
 
 
-def _distinct(model: TrackModel, told: Sequence[Told]) -> list[Told]:
+def _distinct(model: TrackModel, candidates: Sequence[Candidate]) -> list[Candidate]:
     """Those whose poses differ from all before them."""
-    distinct: list[Told] = []
-    for item in told:
+    distinct: list[Candidate] = []
+    for item in candidates:
         if all(is_other(model, item[0], pose) for pose, _, _ in distinct):
             distinct.append(item)
     return distinct
 
 
-def _told_apart(model: TrackModel, told: Sequence[Told], pace: Pace) -> list[Told]:
-    """The same, the yaws of each of the best places ranked by what tells them apart.
+def _ranked_by_detail(
+    model: TrackModel, candidates: Sequence[Candidate], pace: Pace
+) -> list[Candidate]:
+    """The same candidates, the yaws of each of the best positions ranked by their detail.
 
-    A side that was scanned dark or hardly at all explains less of a change than a wrong one may.
+    A side that was scanned dark or sparsely accounts for less of a change than a wrong one may.
     """
-    left = sorted(told, key=lambda item: -item[1])
-    ranked: list[Told] = []
+    left = sorted(candidates, key=lambda item: -item[1])
+    ranked: list[Candidate] = []
     for best, around in _best_places(model, left):
         here = [item for item in left if apart(item[0], best) <= model.radius_m]
         left = [item for item in left if apart(item[0], best) > model.radius_m]
         rivals: list[Pose] = []
-        for pose, alike, _ in here:
-            if alike >= RIVAL * here[0][1] and all(is_other(model, pose, p) for p in rivals):
+        for pose, similarity, _ in here:
+            if similarity >= RIVAL * here[0][1] and all(is_other(model, pose, p) for p in rivals):
                 rivals.append(pose)
         rivals = rivals[:RIVALS]
-        said = pace.do(APART_MS, details_alike, around, rivals)
-        if said is None:
+        detail_scores = pace.do(APART_MS, detail_similarities, around, rivals)
+        if detail_scores is None:
             ranked += here
             continue
         ranked += [
-            (pose, here[0][1] + alike - max(said), around)
-            for pose, alike in zip(rivals, said, strict=True)
+            (pose, here[0][1] + similarity - max(detail_scores), around)
+            for pose, similarity in zip(rivals, detail_scores, strict=True)
         ]
         ranked += [item for item in here if all(is_other(model, item[0], pose) for pose in rivals)]
     return ranked + left
 
 
-def _best_places(model: TrackModel, told: Sequence[Told]) -> list[tuple[Pose, Surroundings]]:
+def _best_places(
+    model: TrackModel, candidates: Sequence[Candidate]
+) -> list[tuple[Pose, Surroundings]]:
     """The best poses of the best places, which are a radius apart."""
     best: list[tuple[Pose, Surroundings]] = []
-    for pose, _, around in sorted(told, key=lambda item: -item[1]):
+    for pose, _, around in sorted(candidates, key=lambda item: -item[1]):
         if all(apart(pose, other) > model.radius_m for other, _ in best):
             best.append((pose, around))
-    return best[:PLACES_TOLD]
+    return best[:PLACES_COMPARED]
 
 
-def refined(scene: Scene, model: TrackModel, evidence: Evidence, world_from_start: Pose) -> Guess:
+def refined(
+    scene: Scene, model: TrackModel, evidence: Evidence, world_from_start: Pose
+) -> Hypothesis:
     """What a rough pose of a small object comes to, as its colours have it."""
     around = surroundings_of(scene, model, evidence)
-    return _placed(around, *explained(around, world_from_start))
+    return _placed(around, *fit_patch(around, world_from_start))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -173,12 +194,12 @@ class _Tried:
 
     Attributes:
         poses: one a yaw, each slid to where it fits best.
-        alike: (Y,) how much each looks like the picture.
+        similarity: (Y,) how much each looks like the picture.
         around: the object's window.
     """
 
     poses: list[Pose]
-    alike: Points
+    similarity: Points
     around: Surroundings
 
 
@@ -193,20 +214,25 @@ def _starts(
     some = range(0, YAWS, YAWS // YAWS_FIRST)
     others = [k for k in range(YAWS) if k not in some]
     tried = [pace.do(TRIED_MS, _tried, scene, model, neighbours, place, some) for place in places]
-    tried.sort(key=lambda at: -at.alike.max())
+    tried.sort(key=lambda at: -at.similarity.max())
     found: list[tuple[float, Pose, Surroundings]] = []
-    least = max((at.alike.max() for at in tried), default=0.0) - OUTDONE
+    least = max((at.similarity.max() for at in tried), default=0.0) - OUTDONE
     for at in tried[:PLACES_TURNED]:
-        if at.alike.max() < least:
+        if at.similarity.max() < least:
             break
         here = at.poses[0].translation
         more = pace.do(TURNED_MS, _compared, at.around, here, others)
-        poses, alike = [*at.poses, *more.poses], np.concatenate([at.alike, more.alike])
+        poses, similarity = (
+            [*at.poses, *more.poses],
+            np.concatenate([at.similarity, more.similarity]),
+        )
         order = np.argsort([*some, *others])
-        poses, alike = [poses[k] for k in order], alike[order]
-        peaks = np.flatnonzero((alike >= np.roll(alike, 1)) & (alike > np.roll(alike, -1)))
-        best = peaks[np.argsort(-alike[peaks], kind="stable")][:STARTS_A_PLACE]
-        found += [(float(alike[k]), poses[k], at.around) for k in best]
+        poses, similarity = [poses[k] for k in order], similarity[order]
+        peaks = np.flatnonzero(
+            (similarity >= np.roll(similarity, 1)) & (similarity > np.roll(similarity, -1))
+        )
+        best = peaks[np.argsort(-similarity[peaks], kind="stable")][:STARTS_A_PLACE]
+        found += [(float(similarity[k]), poses[k], at.around) for k in best]
     found.sort(key=lambda item: -item[0])
     distinct: list[tuple[Pose, Surroundings]] = []
     for _, pose, around in found:
@@ -232,7 +258,7 @@ def _compared(around: Surroundings, place: Points, yaws: Sequence[int]) -> _Trie
     """Some of `YAWS` about a place, which is right to a part of the object: each is slid first."""
     slide = SmallSlide(around)
     poses = [slide.best(Pose.from_yaw(2 * math.pi * k / YAWS, place)) for k in yaws]
-    return _Tried(poses, np.array([resemblance_at(around, pose) for pose in poses]), around)
+    return _Tried(poses, np.array([similarity_at(around, pose) for pose in poses]), around)
 
 
 def _other_yaws(around: Surroundings, world_from_object: Pose, tried: Sequence[Pose]) -> list[Pose]:
@@ -241,10 +267,10 @@ def _other_yaws(around: Surroundings, world_from_object: Pose, tried: Sequence[P
     slide = SmallSlide(around)
     yaws = [yaw + 2 * math.pi * k / YAWS for k in range(YAWS)]
     poses = [slide.best(Pose.from_yaw(turned, place)) for turned in yaws]
-    alike = np.array([resemblance_at(around, pose) for pose in poses])
+    similarity = np.array([similarity_at(around, pose) for pose in poses])
     others = [
         poses[k]
-        for k in np.argsort(-alike, kind="stable")
+        for k in np.argsort(-similarity, kind="stable")
         if all(is_other(around.model, poses[k], pose) for pose in tried)
     ]
     return others[:YAWS_COMPARED]
@@ -260,32 +286,34 @@ def _on_the_spot(world_from_object: Pose) -> list[Pose]:
     return [Pose.from_yaw(yaw + 2 * math.pi * k / YAWS, place) for k in range(1, YAWS)]
 
 
-def _placed(around: Surroundings, world_from_object: Pose, share: float) -> Guess:
-    """A small object at a pose, and how much it explains there."""
+def _placed(around: Surroundings, world_from_object: Pose, share: float) -> Hypothesis:
+    """The hypothesis of a small object at a pose with this similarity."""
     model, evidence = around.model, around.evidence
-    sketch = sketched(model, world_from_object, evidence, around.renderer)
+    reduced = reduced_rendering(model, world_from_object, evidence, around.renderer)
     prior = Prior(pose_vector(world_from_object), np.array(START_SIGMA))
     information = np.diag(1.0 / Prior(prior.mean, np.array(SMALL_SIGMA)).seven() ** 2)
-    return Guess(judge(evidence, model, world_from_object, information, prior, sketch), share)
+    return Hypothesis(judge(evidence, model, world_from_object, information, prior, reduced), share)
 
 
 def is_recognised(scene: Scene, model: TrackModel, evidence: Evidence, fit: Fit) -> bool | None:
-    """Whether what is at a pose looks like the object, None for what its outline tells.
+    """Whether a small object is recognised by its colours at a pose; None for a large object.
 
-    Outlines of small things are all alike; their inner colours say little when seen from afar. What
-    looks more like the object from another side has been turned.
+    Silhouettes of small objects are similar, and their inner colours carry little from afar. If
+    another yaw is more similar, the object has been turned.
     """
     if not is_small(model, evidence):
         return None
     around = surroundings_of(scene, model, evidence)
-    found = _placed(around, *explained(around, fit.world_from_object))
-    if found.quality < RECOGNISED:
+    found = _placed(around, *fit_patch(around, fit.world_from_object))
+    if found.score < RECOGNISED:
         return False
     here = found.world_from_object
     others = _other_yaws(around, here, [here])
-    told = (closely_explained(around, pose, rival=found.quality) for pose in others)
+    candidates = (fit_patch_closely(around, pose, rival=found.score) for pose in others)
     # What comes back to the same pose only says so better.
-    return not any(share > found.quality and is_other(model, pose, here) for pose, share in told)
+    return not any(
+        share > found.score and is_other(model, pose, here) for pose, share in candidates
+    )
 
 
 def settled(
@@ -298,6 +326,6 @@ def settled(
 
 
 def is_small(model: TrackModel, evidence: Evidence) -> bool:
-    """Whether an object is seen so small that its colours tell more than its outline."""
+    """Whether an object is seen so small that its colours decide rather than its contour."""
     radius_px = evidence.camera.f_px * model.radius_m / evidence.view.target_range_m
     return radius_px < SMALL_PX

@@ -43,7 +43,7 @@ LEAST_DENSITY = 0.08
 
 TEXTURED_SHARE = 0.6
 PLAIN_SHARE = 0.5
-"""How much of a yaw's score is likeness of colours, the rest being overlap."""
+"""Weight of the colour correlation in a yaw's score; the rest is the overlap."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,8 +70,8 @@ def overview(scene: Scene) -> Overview:
         part = (slice(0, height * shrink), slice(0, width * shrink))
         live, foreground = KERNELS.differing(
             scene.frame.images[index][part],
-            scene.plates.images[index].cut(*part),
-            scene.plates.noise[index].cut(*part),
+            scene.background.images[index].cut(*part),
+            scene.background.noise[index].cut(*part),
             lens_size=(lens.width_px, lens.height_px),
             window=(0, 0, width, height),
             shrink=shrink,
@@ -88,7 +88,7 @@ def overview(scene: Scene) -> Overview:
     return Overview(tuple(cameras), tuple(images), tuple(foregrounds))
 
 
-def claimed(
+def pixel_evidence(
     scene: Scene,
     look: Overview,
     index: int,
@@ -98,7 +98,7 @@ def claimed(
     """(H, W, 5) a lens picture: colours, own and all foreground; neighbours are nobody's."""
     image, foreground = look.images[index], look.foreground[index].copy()
     bytes_ = np.clip(image * 255.0 + 0.5, 0, 255).astype(np.uint8)
-    own = foreground * np.clip(model.colours.likeness(bytes_) * 3.0, 0.0, 1.0)
+    own = foreground * np.clip(model.colours.colour_similarity(bytes_) * 3.0, 0.0, 1.0)
     height, width = foreground.shape
     shrink = scene.frame.rig.lenses[index].width_px // width
     for other, world_from_object in neighbours:
@@ -124,7 +124,7 @@ def proposed(
     model: TrackModel,
     pictures: Sequence[FloatArray],
     *,
-    supports_m: Sequence[float],
+    support_heights_m: Sequence[float],
     reach_m: float,
 ) -> Points:
     """(P, 3) at most `PLACES` positions whose box is full of the object's colours, best first."""
@@ -136,8 +136,10 @@ def proposed(
     low, high = scene.bounds_m[:, :2]
     inside = (flat > low).all(axis=1) & (flat < high).all(axis=1)
     flat = flat[inside & (np.hypot(*(flat - around).T) <= reach_m)]
-    places = np.concatenate([np.column_stack([flat, np.full(len(flat), z)]) for z in supports_m])
-    places = places[scene.stands.hold(places)]
+    places = np.concatenate(
+        [np.column_stack([flat, np.full(len(flat), z)]) for z in support_heights_m]
+    )
+    places = places[scene.support_planes.can_hold(places)]
     scores = np.full(len(places), -np.inf)
     for index, camera in enumerate(look.cameras):
         world_from_lens = scene.world_from_rig @ scene.frame.rig.rig_from_lens[index]
@@ -193,9 +195,9 @@ def scored(
 
 def template_scores(cuts: Cuts, model: TrackModel) -> FloatArray:
     """(P, Y) 0..1: how well every yaw fits at the places of some cuts."""
-    overlap, likeness = compare(cuts, model.templates)
+    overlap, correlation = compare(cuts, model.templates)
     share = TEXTURED_SHARE if model.textured else PLAIN_SHARE
-    scores = overlap * (1.0 - share + share * np.maximum(likeness, 0.0))
+    scores = overlap * (1.0 - share + share * np.maximum(correlation, 0.0))
     return scores.astype(np.float32)
 
 

@@ -1,8 +1,8 @@
-"""Finds objects that are not where they were: after they were lost, or moved between sessions.
+"""Search for objects over the whole room, after a loss or between sessions.
 
-Of the places proposed (`tracking.hypotheses.positions`) the best few are refined. Which object
-then gets which place is decided for all that are looked for together (paper 4.4.2 "recovery between
-sessions", done here without asking the user to select the objects again).
+The best of the proposed positions (`tracking.hypotheses.positions`) are refined;
+`tracking.hypotheses.assignment` then decides jointly (paper 4.4.2 "recovery between sessions",
+without asking the user to select the objects again).
 """
 
 from __future__ import annotations
@@ -15,21 +15,21 @@ from numpy.typing import NDArray
 
 from scenes.pose import Pose
 from tracking.evidence.evidence import Evidence, Neighbour, Scene, gather, view_of
-from tracking.evidence.rendering import Sketchbook
+from tracking.evidence.rendering import RenderingCache
 from tracking.hypotheses import patch_search
 from tracking.hypotheses.budget import Pace
 from tracking.hypotheses.hypothesis import (
     APART_RAD,
     START_SIGMA,
     STARTS_A_PLACE,
-    Guess,
+    Hypothesis,
     apart,
     are_other_turns,
     distinct,
 )
 from tracking.hypotheses.positions import (
     Overview,
-    claimed,
+    pixel_evidence,
     proposed,
     scored,
     spread_out,
@@ -58,16 +58,28 @@ NEARER = np.arange(-2, 3) * 0.2
 START_REACHES = (10.0, 5.0, 2.5)
 """Search distances in pixels from a start: templates find a place to a tenth of an object."""
 
-GOOD_SUPPORT, GOOD_VISIBLE = 0.8, 0.9
+UNAMBIGUOUS_CONTOUR_SCORE, UNAMBIGUOUS_VISIBLE = 0.8, 0.9
 """Wrong yaws reach three quarters."""
 
-CLAIMED_MS, PROPOSED_MS, SCORED_MS, SCORED_NEARER_MS, GATHERED_MS, REFINED_MS = 9, 20, 10, 19, 3, 12
+PIXEL_EVIDENCE_MS, PROPOSED_MS, SCORED_MS, SCORED_NEARER_MS, GATHERED_MS, REFINED_MS = (
+    9,
+    20,
+    10,
+    19,
+    3,
+    12,
+)
 """About how long the parts of a search take, see `tracking.hypotheses.budget`."""
 
-ACCEPTED_AGREEMENT = 0.35
-ACCEPTED_QUALITY = 0.3
-ACCEPTED_LIKENESS = 0.25
-"""What a refined pose must reach to be a guess."""
+ACCEPTED_INLIER_RATIO = 0.35
+"""Edge inlier ratio from which a refined pose is a hypothesis. Chosen on the rooms lab and desk."""
+
+ACCEPTED_SCORE = 0.3
+"""Score from which a refined pose is a hypothesis. Chosen on the rooms lab and desk."""
+
+ACCEPTED_CORRELATION = 0.25
+"""Colour correlation from which a refined pose of a textured object is a hypothesis. Chosen on the
+rooms lab and desk."""
 
 
 def candidates(
@@ -76,12 +88,12 @@ def candidates(
     model: TrackModel,
     neighbours: Sequence[Neighbour],
     *,
-    supports_m: Sequence[float],
+    support_heights_m: Sequence[float],
     last: Points,
     enough: int,
     pace: Pace,
     reach_m: float = REACH_M,
-) -> list[Guess]:
+) -> list[Hypothesis]:
     """Poses an object may have anywhere on the given heights, the best first.
 
     Args:
@@ -89,7 +101,7 @@ def candidates(
         look: its overview.
         model: the object.
         neighbours: other objects, whose places are taken.
-        supports_m: heights of the planes it may stand on.
+        support_heights_m: heights of the planes it may stand on.
         last: (3,) where it was seen last; tried as well.
         enough: the search ends with so many poses that leave no doubt.
         pace: how much of it is done in this frame.
@@ -99,32 +111,41 @@ def candidates(
         NotYet: the rest is for the next frame.
     """
     pictures = [
-        pace.do(CLAIMED_MS, claimed, scene, look, index, model, neighbours)
+        pace.do(PIXEL_EVIDENCE_MS, pixel_evidence, scene, look, index, model, neighbours)
         for index in range(len(look.cameras))
     ]
-    known = _on_support(last, supports_m)[None]
+    known = _on_support(last, support_heights_m)[None]
     others = pace.do(
-        PROPOSED_MS, proposed, scene, look, model, pictures, supports_m=supports_m, reach_m=reach_m
+        PROPOSED_MS,
+        proposed,
+        scene,
+        look,
+        model,
+        pictures,
+        support_heights_m=support_heights_m,
+        reach_m=reach_m,
     )
     places = np.concatenate([known, others])
-    places = places[scene.stands.hold(places)]
+    places = places[scene.support_planes.can_hold(places)]
     _, scores = pace.do(SCORED_MS, scored, scene, look, model, pictures, places)
     if model.radius_m < patch_search.SMALL_M:
         apart_m = SLID * model.radius_m
         places = spread_out(places, scores.max(axis=1), apart=apart_m, limit=PLACES_SMALL)
-        guesses = patch_search.guesses(scene, model, neighbours, places, pace=pace)
+        hypotheses = patch_search.hypotheses(scene, model, neighbours, places, pace=pace)
     else:
         chosen = places[np.argsort(-scores.max(axis=1), kind="stable")[:PLACES_NEARER]]
         nearer = (chosen[:, None] + _around(model)).reshape(-1, 3)
-        nearer = nearer[scene.stands.hold(nearer)]
+        nearer = nearer[scene.support_planes.can_hold(nearer)]
         yaws, scores = pace.do(SCORED_NEARER_MS, scored, scene, look, model, pictures, nearer)
         starts = _starts_by_place(model, nearer, yaws, scores, limit=PLACES_REFINED)
-        guesses = _large_guesses(scene, model, neighbours, starts, enough=enough, pace=pace)
-    accepted = [g for g in guesses if _is_acceptable(g) and _can_be(scene, g.world_from_object)]
+        hypotheses = _large_object_hypotheses(
+            scene, model, neighbours, starts, enough=enough, pace=pace
+        )
+    accepted = [g for g in hypotheses if _is_acceptable(g) and _can_be(scene, g.world_from_object)]
     return distinct(model, accepted)
 
 
-def _large_guesses(
+def _large_object_hypotheses(
     scene: Scene,
     model: TrackModel,
     neighbours: Sequence[Neighbour],
@@ -132,7 +153,7 @@ def _large_guesses(
     *,
     enough: int,
     pace: Pace,
-) -> list[Guess]:
+) -> list[Hypothesis]:
     """What rough poses of a large object come to: of every place one, then more where it may be.
 
     Args:
@@ -143,51 +164,55 @@ def _large_guesses(
         enough: it ends with so many poses that leave no doubt.
         pace: how much of it is done in this frame.
     """
-    tried: list[tuple[Guess, Evidence, Sequence[Pose]]] = []
-    guesses: list[Guess] = []
+    tried: list[tuple[Hypothesis, Evidence, Sequence[Pose]]] = []
+    hypotheses: list[Hypothesis] = []
 
     def is_enough() -> bool:
-        return len(distinct(model, [g for g in guesses if leaves_no_doubt(g.fit)])) >= enough
+        return len(distinct(model, [g for g in hypotheses if is_unambiguous(g.fit)])) >= enough
 
     for first, *others in starts:
         view = view_of(scene, model, first, at_any_yaw=True)
         evidence = pace.do(GATHERED_MS, gather, scene, model, view, neighbours)
-        guesses.append(pace.do(REFINED_MS, refined, scene, model, first, evidence))
-        tried.append((guesses[-1], evidence, others))
+        hypotheses.append(pace.do(REFINED_MS, refined, scene, model, first, evidence))
+        tried.append((hypotheses[-1], evidence, others))
         if is_enough():
-            return guesses
-    tried.sort(key=lambda item: -item[0].quality)
+            return hypotheses
+    tried.sort(key=lambda item: -item[0].score)
     turned_starts = [
         (pose, evidence)
-        for guess, evidence, others in tried
-        if not leaves_no_doubt(guess.fit)
+        for hypothesis, evidence, others in tried
+        if not is_unambiguous(hypothesis.fit)
         for pose in others
     ]
     for pose, evidence in turned_starts[:REFINED_MORE]:
-        guesses.append(pace.do(REFINED_MS, refined, scene, model, pose, evidence))
-        tried.append((guesses[-1], evidence, ()))
+        hypotheses.append(pace.do(REFINED_MS, refined, scene, model, pose, evidence))
+        tried.append((hypotheses[-1], evidence, ()))
         if is_enough():
-            return guesses
+            return hypotheses
     # A start may be too far off to come all the way.
-    tried.sort(key=lambda item: -item[0].quality)
-    doubted = [(guess, evidence) for guess, evidence, _ in tried if not leaves_no_doubt(guess.fit)]
-    for guess, evidence in doubted[:REFINED_AGAIN]:
-        again = guess.world_from_object
-        guesses.append(pace.do(REFINED_MS, refined, scene, model, again, evidence))
+    tried.sort(key=lambda item: -item[0].score)
+    ambiguous = [
+        (hypothesis, evidence)
+        for hypothesis, evidence, _ in tried
+        if not is_unambiguous(hypothesis.fit)
+    ]
+    for hypothesis, evidence in ambiguous[:REFINED_AGAIN]:
+        again = hypothesis.world_from_object
+        hypotheses.append(pace.do(REFINED_MS, refined, scene, model, again, evidence))
         if is_enough():
             break
-    return guesses
+    return hypotheses
 
 
-def turned(model: TrackModel, evidence: Evidence, world_from_belief: Pose) -> list[Pose]:
-    """Poses to refine of an object about where it is believed to be, at whatever yaw.
+def turned(model: TrackModel, evidence: Evidence, world_from_expected: Pose) -> list[Pose]:
+    """Start poses of an object at any yaw about its expected position.
 
-    That of a small object is among them, as only its colours tell how good it is.
+    The expected pose of a small object is among them, as only its colours score it.
     """
     free = np.maximum(evidence.foreground, evidence.hidden)
     own = evidence.own * (1.0 - evidence.hidden)
     picture = np.dstack([evidence.live, own, free]).astype(np.float32)
-    places = world_from_belief.translation + _around(model)
+    places = world_from_expected.translation + _around(model)
     centres = places + model.centre_m
     camera, pose = evidence.camera, evidence.world_from_camera
     cuts = cut_out(picture, camera, pose, centres, model.radius_m)
@@ -195,12 +220,12 @@ def turned(model: TrackModel, evidence: Evidence, world_from_belief: Pose) -> li
     starts = _distinct_starts(
         model, places, yaws, template_scores(cuts, model), limit=REFINED_TURNED
     )
-    return [world_from_belief, *starts] if patch_search.is_small(model, evidence) else starts
+    return [world_from_expected, *starts] if patch_search.is_small(model, evidence) else starts
 
 
-def ranked(scene: Scene, model: TrackModel, guesses: Sequence[Guess]) -> list[Guess]:
-    """The guesses inside the room, each pose once, the best first."""
-    return distinct(model, [g for g in guesses if scene.holds(g.world_from_object)])
+def ranked(scene: Scene, model: TrackModel, hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """The hypotheses inside the room, each pose once, the best first."""
+    return distinct(model, [g for g in hypotheses if scene.contains(g.world_from_object)])
 
 
 def refined(
@@ -210,7 +235,7 @@ def refined(
     evidence: Evidence,
     *,
     quickly: bool = False,
-) -> Guess:
+) -> Hypothesis:
     """What a rough pose of an object comes to; of a small one, as its colours have it.
 
     Args:
@@ -230,9 +255,9 @@ def refined(
         prior,
         scene.renderer,
         reaches_px=START_REACHES,
-        book=Sketchbook(quickly=quickly),
+        cache=RenderingCache(quickly=quickly),
     )
-    return Guess(fit, None)
+    return Hypothesis(fit, None)
 
 
 def _around(model: TrackModel) -> Points:
@@ -242,29 +267,37 @@ def _around(model: TrackModel) -> Points:
     return np.asarray(model.radius_m * steps, dtype=np.float64)
 
 
-def leaves_no_doubt(fit: Fit) -> bool:
+def is_unambiguous(fit: Fit) -> bool:
     """Whether a pose's outline and surface are better than those of any wrong one."""
-    return not fit.textured and fit.support >= GOOD_SUPPORT and fit.visible_fraction >= GOOD_VISIBLE
+    return (
+        not fit.textured
+        and fit.contour_score >= UNAMBIGUOUS_CONTOUR_SCORE
+        and fit.visible_fraction >= UNAMBIGUOUS_VISIBLE
+    )
 
 
 def _can_be(scene: Scene, world_from_object: Pose) -> bool:
     """Whether something at a pose is inside the room, and stands on something."""
-    stands = bool(scene.stands.hold(world_from_object.translation[None])[0])
-    return stands and scene.holds(world_from_object)
+    support_planes = bool(scene.support_planes.can_hold(world_from_object.translation[None])[0])
+    return support_planes and scene.contains(world_from_object)
 
 
-def _is_acceptable(guess: Guess) -> bool:
-    """Whether a refined pose is worth being told."""
-    fit = guess.fit
-    if guess.explained is not None:
-        return guess.quality >= patch_search.ACCEPTED
-    alike = not fit.textured or fit.likeness >= ACCEPTED_LIKENESS
-    return alike and fit.agreement >= ACCEPTED_AGREEMENT and fit.quality >= ACCEPTED_QUALITY
+def _is_acceptable(hypothesis: Hypothesis) -> bool:
+    """Whether a refined pose is a hypothesis."""
+    fit = hypothesis.fit
+    if hypothesis.photometric_score is not None:
+        return hypothesis.score >= patch_search.ACCEPTED
+    correlates = not fit.textured or fit.colour_correlation >= ACCEPTED_CORRELATION
+    return (
+        correlates
+        and fit.edge_inlier_ratio >= ACCEPTED_INLIER_RATIO
+        and fit.score >= ACCEPTED_SCORE
+    )
 
 
-def _on_support(last: Points, supports_m: Sequence[float]) -> Points:
+def _on_support(last: Points, support_heights_m: Sequence[float]) -> Points:
     """A place on the nearest support."""
-    return np.array([last[0], last[1], min(supports_m, key=lambda z: abs(z - last[2]))])
+    return np.array([last[0], last[1], min(support_heights_m, key=lambda z: abs(z - last[2]))])
 
 
 def _distinct_starts(

@@ -1,6 +1,6 @@
-"""How well a window supports a pose, without changing it: outline, surface, likeness of colours.
+"""Statistics of a pose in a window: contour, surface, colour correlation.
 
-The readable twin of the native kernel `judge`, with its constants.
+The readable twin of the native kernel `judge`, with its options.
 """
 
 from __future__ import annotations
@@ -25,29 +25,31 @@ Points = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
-    """What a window says of a pose; in this order the native kernel says it, too.
+    """Statistics of one pose in one window, in the order in which the native kernel returns them.
 
     Attributes:
-        agreement: 0..1, share of the contour whose edge was seen where it was drawn.
-        free_share: 0..1, share of the contour that nothing is in front of.
-        misfit: sum of the contour's squared residuals in standard deviations, robust; where there
-            is no edge, as large as they count at most.
-        roughness: mean of those where there is an edge, which alone had a say in the pose.
-        alike: at least 1, by how much less the contour's points say than is taken for granted in a
-            solve, because neighbours err alike.
-        visible: 0..1, share of the drawn silhouette that shows the object.
-        covered: 0..1, share of the silhouette that shows something else in front.
-        likeness: -1..1, correlation of the drawn colours with the live ones.
+        edge_inlier_ratio: 0..1, share of the contour points with an edge within `agree_px`.
+        unoccluded_ratio: 0..1, share of the contour points that nothing occludes.
+        contour_chi2: sum of the squared contour residuals in standard deviations under Tukey's
+            loss; a point without an edge counts the loss's maximum.
+        mean_edge_chi2: mean of those over the points with an edge, the only ones that enter the
+            pose.
+        variance_inflation: >= 1, factor by which spatial correlation of the residuals inflates the
+            pose's variance beyond `contour_correlation`.
+        visible: 0..1, share of the rendered silhouette that shows the object.
+        covered: 0..1, share of the silhouette that shows an occluder.
+        colour_correlation: -1..1, Pearson correlation of rendered and live colours; of their detail
+            for a textured object.
     """
 
-    agreement: float
-    free_share: float
-    misfit: float
-    roughness: float
-    alike: float
+    edge_inlier_ratio: float
+    unoccluded_ratio: float
+    contour_chi2: float
+    mean_edge_chi2: float
+    variance_inflation: float
     visible: float
     covered: float
-    likeness: float
+    colour_correlation: float
 
 
 NOTHING_DRAWN = Judgement(0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
@@ -72,7 +74,7 @@ def judged(
         colours: (N, 3) drawn there.
         world_from_object: the pose.
         offset_px: by how much the drawn contour is known to lie outside the real one.
-        is_textured: whether likeness is that of the fine pattern.
+        is_textured: whether colours are compared by their detail.
     """
     edges = measure_contour(
         evidence, outline, world_from_object, reach_px=OPTIONS.judge_reach_px, offset_px=offset_px
@@ -80,13 +82,13 @@ def judged(
     camera_from_object = evidence.world_from_camera.inverse() @ world_from_object
     pixels, _ = evidence.camera.project(camera_from_object @ outline.points)
     on_surface, _ = evidence.camera.project(camera_from_object @ surface)
-    visible, covered, likeness = _surface_shown(
+    visible, covered, colour_correlation = _surface_shown(
         evidence, on_surface, colours, is_textured=is_textured
     )
-    return Judgement(*_agreement(edges, pixels), visible, covered, likeness)
+    return Judgement(*_contour_statistics(edges, pixels), visible, covered, colour_correlation)
 
 
-def _agreement(edges: Edges, pixels: Points) -> tuple[float, float, float, float, float]:
+def _contour_statistics(edges: Edges, pixels: Points) -> tuple[float, float, float, float, float]:
     """The first five of a `Judgement`."""
     offset, sigma, found, hidden = edges.offset_px, edges.sigma_px, edges.found, edges.hidden
     if len(offset) == 0:
@@ -97,19 +99,25 @@ def _agreement(edges: Edges, pixels: Points) -> tuple[float, float, float, float
     )
     # Tukey's loss, scaled to be a square near 0.
     loss = OPTIONS.misfit_cutoff**2 / 3 * (1.0 - (1.0 - relative**2) ** 3)
-    misfit = float(loss[~hidden].sum()) / OPTIONS.contour_correlation
+    contour_chi2 = float(loss[~hidden].sum()) / OPTIONS.contour_correlation
     seen = found & ~hidden
-    roughness = float(loss[seen].mean()) if seen.any() else OPTIONS.misfit_cutoff**2 / 3
+    mean_edge_chi2 = float(loss[seen].mean()) if seen.any() else OPTIONS.misfit_cutoff**2 / 3
     residuals = np.clip(offset / sigma, -OPTIONS.misfit_cutoff, OPTIONS.misfit_cutoff)[seen]
-    alike = shared_errors(pixels[seen], residuals)
-    return float(agrees.mean()), float((~hidden).mean()), misfit, roughness, alike
+    variance_inflation = shared_errors(pixels[seen], residuals)
+    return (
+        float(agrees.mean()),
+        float((~hidden).mean()),
+        contour_chi2,
+        mean_edge_chi2,
+        variance_inflation,
+    )
 
 
 def shared_errors(pixels: Points, residuals: Points) -> float:
-    """How many times more alike neighbouring residuals are than a solve believes, at least 1.
+    """Variance inflation by correlated neighbouring residuals, at least 1.
 
-    The mean of n independent residuals has 1/n of their variance; what it has more, a scan's faults
-    and shadows have made, which are longer than noise.
+    The mean of n independent residuals has 1/n of their variance; any excess comes from a scan's
+    faults and shadows, whose correlation length exceeds that of noise.
     """
     if len(residuals) < OPTIONS.least_together:
         return 1.0
@@ -124,7 +132,7 @@ def shared_errors(pixels: Points, residuals: Points) -> float:
 def _surface_shown(
     evidence: Evidence, pixels: Points, colours: FloatArray, *, is_textured: bool
 ) -> tuple[float, float, float]:
-    """Shares of the surface that show the object, and something in front; likeness of colours."""
+    """Shares of the surface that show the object and an occluder; colour correlation."""
     seen = evidence.seen.sample(pixels).reshape(-1, 6)
     foreground, own, hidden = seen[:, :3].T
     visible = own * (1 - hidden) > 0.35

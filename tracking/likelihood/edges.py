@@ -47,7 +47,7 @@ class Edges:
 
     Attributes:
         rows: linearised, one per contour point.
-        offset_px: (N,) outward distance of the seen edge from the drawn one, halo taken off.
+        offset_px: (N,) outward distance of the seen edge from the rendered one, bias removed.
         sigma_px: (N,) standard deviation of that.
         found: (N,) bool, whether an edge was found.
         hidden: (N,) bool, whether the point is covered by something known or foreign.
@@ -172,7 +172,7 @@ def measure_texture(
     jacobian = np.einsum("nci,nij->ncj", slopes, by_pose)
     shared = OPTIONS.texture_correlation if textured else OPTIONS.plain_correlation
     weight = np.repeat(usable.astype(np.float64), 3) / (3.0 * shared)
-    # Light and blur that no gain explains: what matches badly counts for little.
+    # Light and blur that no gain accounts for: a bad match has a large sigma.
     sigma = max(OPTIONS.texture_sigma, 1.5 * float(np.median(np.abs(residual[usable]))))
     return Rows(jacobian.reshape(-1, 6) / sigma, -residual.reshape(-1) / sigma, weight)
 
@@ -186,11 +186,13 @@ def _coarse_edges(
     steps = np.arange(-count, count + 1) * OPTIONS.sample_step_px
     path = pixels[:, None, :] + steps[None, :, None] * contour.normals[:, None, :]
     palette = sample(evidence.own, path).astype(np.float64)
-    own = palette * _alike(sample(evidence.live, path), contour.colours[:, None, :])
+    own = palette * _colour_similarity(sample(evidence.live, path), contour.colours[:, None, :])
     foreground = sample(evidence.foreground, path).astype(np.float64)
     total = np.concatenate([np.zeros((len(own), 1)), np.cumsum(own, axis=1)], axis=1)
-    stranger = np.maximum(foreground - palette, 0.0)
-    total_strange = np.concatenate([np.zeros((len(own), 1)), np.cumsum(stranger, axis=1)], axis=1)
+    foreign_share = np.maximum(foreground - palette, 0.0)
+    total_foreign = np.concatenate(
+        [np.zeros((len(own), 1)), np.cumsum(foreign_share, axis=1)], axis=1
+    )
     first, last = (
         int(side / OPTIONS.sample_step_px),
         len(steps) - int(side / OPTIONS.sample_step_px),
@@ -213,11 +215,11 @@ def _coarse_edges(
     best = np.argmax(clear - cost, axis=1)
     picked = np.arange(len(own))
     place = candidates[best]
-    strange_out = total_strange[picked, place + 1 + outer[:, 0]] - total_strange[picked, place + 1]
-    strange_in = total_strange[picked, place] - total_strange[picked, place - inner[:, 0]]
+    foreign_out = total_foreign[picked, place + 1 + outer[:, 0]] - total_foreign[picked, place + 1]
+    foreign_in = total_foreign[picked, place] - total_foreign[picked, place - inner[:, 0]]
     # Someone behind the object shows outside its contour; someone in front cuts into it.
-    cuts_in = (strange_out / outer[:, 0] > OPTIONS.foreign) & (steps[place] < -OPTIONS.cut_px)
-    foreign = cuts_in | (strange_in / inner[:, 0] > OPTIONS.foreign)
+    cuts_in = (foreign_out / outer[:, 0] > OPTIONS.foreign) & (steps[place] < -OPTIONS.cut_px)
+    foreign = cuts_in | (foreign_in / inner[:, 0] > OPTIONS.foreign)
     return steps[place].astype(np.float64), clear[picked, best] > OPTIONS.least_step, foreign
 
 
@@ -238,7 +240,7 @@ def _steepest_edges(
     return middle[best].astype(np.float64), change[picked, best].astype(np.float64)
 
 
-def _alike(seen: FloatArray, drawn: FloatArray) -> FloatArray:
+def _colour_similarity(seen: FloatArray, drawn: FloatArray) -> FloatArray:
     """(..., ) 0..1: a seen colour is the drawn one in another light."""
     power = np.einsum("...c,...c->...", drawn, drawn) + 1e-4
     ratio = np.einsum("...c,...c->...", seen, drawn) / power

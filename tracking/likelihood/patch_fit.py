@@ -1,7 +1,7 @@
-"""Small objects: the pose at which one drawn into the empty room explains the live picture best.
+"""Small objects: the pose at which one, composited over the empty room, fits the picture best.
 
 At twenty pixels an outline is a contact shadow's as much as the object's own; the colours of the
-object and of what is behind it tell them apart (dense likelihood, Nelder & Mead 1965).
+object and of the background separate them (dense likelihood, Nelder & Mead 1965).
 """
 
 from __future__ import annotations
@@ -22,34 +22,51 @@ STEP_M, STEP_RAD = 0.04, 0.2
 STEP_PRICE = 4.0
 """First steps, and what a step away from the start costs, in pixels wholly unexplained."""
 
-TRIED_ROUGHLY, TRIED_CLOSELY, TRIED_KNOWN = 24, 20, 18
-"""How many poses are tried near a believed one to come near the best, and to tell it closely; the
-last of an object whose place is known."""
+TRIED_ROUGHLY = 24
+"""Evaluations of the rough fit."""
 
-CLOSE_STEP_M, CLOSE_STEP_RAD = 0.025, 0.15
+TRIED_CLOSELY = 20
+"""Evaluations of each round of the close fit."""
+
+TRIED_KNOWN = 18
+"""The same for an object whose position is known."""
+
+
+CLOSE_STEP_M = 0.025
+"""First step in m of the close fit."""
+
+CLOSE_STEP_RAD = 0.15
+"""First step in rad of the close fit."""
+
 LIT_ANEW = (1.0, 0.6)
+"""Factor on the first steps in each round of the close fit; the light is fitted before each."""
+
 RESOLVED = 0.001
-"""First steps where a pose is told closely, the shares of them that are taken each time its light
-was told, and differences of resemblance that end it."""
-
-FIRST_STEPS, FAR_BEHIND, BEHIND = 5, 0.3, 0.2
-"""What resembles the picture by so much less than another pose does, after so many steps, or by the
-last once its light is to be told anew, does not catch up."""
+"""Difference of similarity that ends a round."""
 
 
-def explained(around: Surroundings, world_from_start: Pose) -> tuple[Pose, float]:
-    """The pose near a start, on its height, at which the object explains the picture best.
+FIRST_STEPS = 5
+"""Iterations after which a round may be abandoned."""
+
+FAR_BEHIND = 0.3
+"""Similarity below the best rival's from which it is abandoned then."""
+
+BEHIND = 0.2
+"""Similarity below the best rival's from which no further round is begun."""
+
+
+def fit_patch(around: Surroundings, world_from_start: Pose) -> tuple[Pose, float]:
+    """The upright pose near a start at which the object is most similar to the picture.
 
     Returns:
-        The pose, and how much the object at just this pose resembles the picture there, see
-        `tracking.model.similarity.Setting.resemblance`.
+        The pose, and its similarity, see `tracking.model.similarity.Setting.similarity`.
     """
-    world_from_rough, _ = roughly_explained(around, world_from_start)
-    return closely_explained(around, world_from_rough, tried=TRIED_KNOWN)
+    world_from_rough, _ = fit_patch_roughly(around, world_from_start)
+    return fit_patch_closely(around, world_from_rough, tried=TRIED_KNOWN)
 
 
-def roughly_explained(around: Surroundings, world_from_start: Pose) -> tuple[Pose, float]:
-    """The same with less effort and a pull to the start; `closely_explained` goes on from there."""
+def fit_patch_roughly(around: Surroundings, world_from_start: Pose) -> tuple[Pose, float]:
+    """The same with less effort and a pull to the start; `fit_patch_closely` goes on from there."""
     place = around.at(world_from_start)
     if place is None:
         return world_from_start, 0.0
@@ -57,54 +74,53 @@ def roughly_explained(around: Surroundings, world_from_start: Pose) -> tuple[Pos
     lit = place.lit(start)
 
     def cost(steps: Points) -> float:
-        strange_px = place.strange(lit, _stepped(start, steps, STEP_M, STEP_RAD))
-        return strange_px + STEP_PRICE * float(steps @ steps)
+        robust_residual_px = place.residual_px(lit, _stepped(start, steps, STEP_M, STEP_RAD))
+        return robust_residual_px + STEP_PRICE * float(steps @ steps)
 
     steps, _ = _least(cost, TRIED_ROUGHLY, resolved=0.1)
     found = _stepped(start, steps, STEP_M, STEP_RAD)
-    return pose_of(found), place.close_resemblance(place.lit(found, finer=FINER), found)
+    return pose_of(found), place.close_similarity(place.lit(found, finer=FINER), found)
 
 
-def closely_explained(
+def fit_patch_closely(
     around: Surroundings,
     world_from_rough: Pose,
     *,
     tried: int = TRIED_CLOSELY,
     rival: float = 0.0,
 ) -> tuple[Pose, float]:
-    """The same from a rough pose, which nothing but the picture speaks for: it has no pull.
+    """The same from a rough pose, without a pull to the start.
 
     Args:
         around: the object's window.
-        world_from_rough: where to begin.
-        tried: how many poses are tried, each time the light was told.
-        rival: how much another pose resembles the picture; what cannot come near that is not told
-            any more closely.
+        world_from_rough: start pose.
+        tried: evaluations per round.
+        rival: similarity of another pose; a fit that falls far below it is abandoned.
     """
     place = around.at(world_from_rough)
     if place is None:
         return world_from_rough, 0.0
     found = upright_of(world_from_rough)
     for share in LIT_ANEW:
-        # The light is told at the pose before, and is as wrong as that.
-        found, alike = _told(place, found, share, tried, wanted=rival - FAR_BEHIND)
-        if alike < rival - BEHIND:
-            return pose_of(found), alike
-    return pose_of(found), place.close_resemblance(place.lit(found, finer=FINER), found)
+        # The light is fitted at the previous pose, with that pose's error.
+        found, similarity = _refined_in_light(place, found, share, tried, wanted=rival - FAR_BEHIND)
+        if similarity < rival - BEHIND:
+            return pose_of(found), similarity
+    return pose_of(found), place.close_similarity(place.lit(found, finer=FINER), found)
 
 
-def _told(
+def _refined_in_light(
     place: Place, start: Upright, share: float, tried: int, *, wanted: float
 ) -> tuple[Upright, float]:
-    """The pose near a start that resembles the picture most in the light told at the start.
+    """The most similar pose near a start, in the light fitted at the start, and its similarity.
 
-    And how much it does so; the search ends early where that is not wanted.
+    The search ends early where that falls below `wanted`.
     """
     lit = place.lit(start, finer=FINER)
     step_m, step_rad = share * CLOSE_STEP_M, share * CLOSE_STEP_RAD
 
     def cost(steps: Points) -> float:
-        return -place.close_resemblance(lit, _stepped(start, steps, step_m, step_rad))
+        return -place.close_similarity(lit, _stepped(start, steps, step_m, step_rad))
 
     steps, lowest = _least(cost, tried, resolved=RESOLVED, hopeless=-wanted)
     return _stepped(start, steps, step_m, step_rad), -lowest
@@ -142,20 +158,22 @@ def _stepped(start: Upright, steps: Points, step_m: float, step_rad: float) -> U
     return x + step_m * across, y + step_m * along, z, yaw + step_rad * turns
 
 
-def resemblance_at(around: Surroundings, world_from_object: Pose) -> float:
+def similarity_at(around: Surroundings, world_from_object: Pose) -> float:
     """How much an object at a rough pose looks like the picture, at most 1, 0 for by chance.
 
-    See `tracking.model.similarity.Setting.resemblance`.
+    See `tracking.model.similarity.Setting.similarity`.
     """
     place = around.at(world_from_object)
-    return 0.0 if place is None else place.resemblance(upright_of(world_from_object))
+    return 0.0 if place is None else place.similarity(upright_of(world_from_object))
 
 
-def details_alike(around: Surroundings, poses: Sequence[Pose]) -> list[float] | None:
+def detail_similarities(around: Surroundings, poses: Sequence[Pose]) -> list[float] | None:
     """How much an object at each of some poses at one place looks like the picture by its detail.
 
-    See `tracking.evidence.surroundings.Place.details_alike`; None if nothing of it is in the
+    See `tracking.evidence.surroundings.Place.detail_similarities`; None if nothing of it is in the
     window, too.
     """
     place = around.at(poses[0])
-    return None if place is None else place.details_alike([upright_of(pose) for pose in poses])
+    return (
+        None if place is None else place.detail_similarities([upright_of(pose) for pose in poses])
+    )

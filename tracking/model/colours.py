@@ -1,4 +1,4 @@
-"""What an object's pixels look like: a soft colour histogram that tolerates light and exposure."""
+"""Colour model of an object: a soft colour histogram that tolerates light and exposure."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ LIGHT_FACTORS = (0.6, 0.68, 0.76, 0.84, 0.92, 1.0, 1.1, 1.2)
 """An object may be this much darker or lighter than in its scan: turned from the light, shaded."""
 
 OWN_SHARE = 0.15
-"""All but this share of an object's own pixels have likeness 1."""
+"""All but this share of an object's own pixels have colour similarity 1."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ColourModel:
-    """How like an object's scan a colour is.
+    """Colour similarity to an object's scan.
 
     Attributes:
-        table: (BINS, BINS, BINS) float32 by R, G, B; 1 for the object's most usual colours, 0 for
-            colours it doesn't have.
+        table: (BINS, BINS, BINS) float32 by R, G, B; 1 for the object's most frequent colours, 0
+            for colours it does not have.
     """
 
     table: NDArray[np.float32]
@@ -45,8 +45,8 @@ class ColourModel:
         table.setflags(write=False)
         return ColourModel(table)
 
-    def likeness(self, image: NDArray[np.uint8]) -> NDArray[np.float32]:
-        """(..., 3) uint8 RGB -> (...) float32, 0..1."""
+    def colour_similarity(self, image: NDArray[np.uint8]) -> NDArray[np.float32]:
+        """(..., 3) uint8 RGB -> (...) float32 similarity, 0..1."""
         index = image.astype(np.uint16) * BINS >> 8
         return self.table[index[..., 0], index[..., 1], index[..., 2]]
 

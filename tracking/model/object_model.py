@@ -13,7 +13,7 @@ from scenes.pose import Pose
 from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
 from scenes.state import ObjectModel
 from tracking.model.colours import ColourModel
-from tracking.model.relighting import Shell, shell_of
+from tracking.model.relighting import RelightableModel, relightable_of
 from tracking.model.symmetry import ROUND
 from tracking.model.templates import ELEVATIONS_RAD, YAWS, Templates, drawn_around, templates_of
 
@@ -39,10 +39,10 @@ class TrackModel:
         colours: what its pixels look like.
         centre_m: (3,) centre of its box in its own frame.
         radius_m: of the sphere around that centre which holds it.
-        symmetry: yaws in a turn that look alike: 1 none, n-fold, or `ROUND`.
-        textured: whether its inner picture is rich enough to tell it from anything else.
+        symmetry: number of indistinguishable yaws in a turn: 1 none, n-fold, or `ROUND`.
+        textured: whether its inner picture is rich enough to identify it.
         templates: what it looks like from afar.
-        shell: its splats for any light.
+        relightable: its splats for any light.
     """
 
     source: ObjectModel
@@ -52,7 +52,7 @@ class TrackModel:
     symmetry: int
     textured: bool
     templates: Templates
-    shell: Shell
+    relightable: RelightableModel
 
     @property
     def object_id(self) -> str:
@@ -89,7 +89,7 @@ def make_model(source: ObjectModel, renderer: Renderer) -> TrackModel:
         symmetry=_symmetry(pictures),
         textured=_is_textured(pictures),
         templates=templates_of(around),
-        shell=shell_of(source),
+        relightable=relightable_of(source),
     )
 
 

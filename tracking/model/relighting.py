@@ -1,8 +1,9 @@
-"""An object in another room's light: how much lighter each side is seen than it was scanned.
+"""Relighting: how much lighter each side of an object is seen than it was scanned.
 
-What a side gets of the light around it is nearly linear in where it faces (Ramamoorthi & Hanrahan,
-"An efficient representation for irradiance environment maps", 2001, up to order 1). Told so, a dark
-side of a scan is not taken for another side, and light explains nothing that is printed on one.
+The light that a side receives is nearly linear in its normal (spherical harmonics of order 1;
+Ramamoorthi & Hanrahan, "An efficient representation for irradiance environment maps", 2001). With
+the light fitted, a dark side of a scan is not mistaken for another side, and light cannot account
+for a printed pattern.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from scenes.render.renderer import PosedSplats, Rendering, RenderOptions
 from scenes.splats import SH_C0, SplatCloud
 from scenes.state import ObjectModel
 from tracking.kernels.native import Relighter
-from tracking.model.similarity import LENS_BLUR_PX, LENS_REACH_PX, STRANGE
+from tracking.model.similarity import LENS_BLUR_PX, LENS_REACH_PX, RESIDUAL_SCALE
 from tracking.window.filters import bell_blurred
 
 FloatArray = NDArray[np.float32]
@@ -30,7 +31,8 @@ FOOT = 0.08
 """Share of an object's height that was scanned with the shadow it stood in, and is left out."""
 
 NEIGHBOURS = 6
-"""Where a splat faces is told by so many together."""
+"""Nearest splats, the splat included, from which a normal is estimated."""
+
 
 SPARSE = 1.5
 """Splats up to so many times as far apart as usual show well what was scanned."""
@@ -39,23 +41,28 @@ EVEN, WHITE = 0.001, 0.01
 """How firmly light is held to be the same on all sides, and of no colour, beside what is seen."""
 
 FITS = 3
-"""So often, what is stranger than the light can make it gets less say."""
+"""Iterations of reweighting in the fit of the light."""
+
 
 LIGHT_RANGE = (0.3, 3.5)
 """How much darker or lighter than in its scan a side may be seen."""
 
 ENOUGH_PX = 400
-"""Of more pixels than twice as many, only every so many are asked for the light."""
+"""Pixels used in the fit; more than twice as many are subsampled."""
+
 
 SEEN = 0.05
+"""Weight of a pixel below which it is left out of the fit."""
+
 LEAST_POWER = 1e-9
-"""Pixels that show less of the object say nothing; where all is black, light is nothing."""
+"""Regularisation that keeps the fit solvable where all is black."""
+
 
 OPTIONS = RenderOptions(threads=1, antialias=True)
 
 RELIGHTER = Relighter(
     {
-        "strange": STRANGE,
+        "strange": RESIDUAL_SCALE,
         "even": EVEN,
         "white": WHITE,
         "fits": FITS,
@@ -65,18 +72,19 @@ RELIGHTER = Relighter(
         "least_power": LEAST_POWER,
     }
 )
-"""Says natively what `LitView` says of light."""
+"""Native relighter; `LitView` is its readable twin."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Shell:
-    """An object's splats, told where each faces.
+class RelightableModel:
+    """An object's splats with a normal each.
 
     Attributes:
         splats: without those at its foot.
-        facing: (N, 3) unit vectors away from the object, in its frame.
-        compass: the same splats, coloured by where they face: 0.5 + 0.5 x, y and z.
-        known: splats in grey, white where they lie as densely as usual and dark where few do.
+        facing: (N, 3) unit outward normals, in the object's frame.
+        compass: the same splats, coloured by their normals: 0.5 + 0.5 x, y and z.
+        known: splats in grey, white where they are as dense as usual and dark where they are
+            sparse.
     """
 
     splats: SplatCloud
@@ -87,46 +95,46 @@ class Shell:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Light:
-    """How much lighter than in its scan an object is seen.
+    """Illumination of an object relative to its scan.
 
     Attributes:
-        by_side: (4,) of a side that faces nowhere, and more along x, y and z of the object.
-        tint: (3,) added to it by colour.
+        by_side: (4,) gain: constant, and linear in x, y and z of the normal, in the object's frame.
+        tint: (3,) added per colour.
     """
 
     by_side: Points
     tint: Points
 
     def gains(self, facing: FloatArray | Points) -> FloatArray:
-        """(..., 3) how much lighter what faces some ways, (..., 3) of at most 1, is by colour."""
+        """(..., 3) gains per colour of surfaces with normals (..., 3)."""
         gain = self.by_side[0] + facing @ self.by_side[1:]
         return np.clip(gain[..., None] + self.tint, *LIGHT_RANGE).astype(np.float32)
 
 
-def shell_of(source: ObjectModel) -> Shell:
-    """An object's shell, made once."""
+def relightable_of(source: ObjectModel) -> RelightableModel:
+    """The relightable model of an object, made once."""
     cloud = source.splats
     is_above = cloud.means[:, 2] > FOOT * source.box_m[2]
     splats = cloud.select(is_above) if is_above.any() else cloud
     centre = np.array([0.0, 0.0, 0.5 * source.box_m[2]])
     facing = _facing(splats, centre)
     colours = ((0.5 * facing) / SH_C0).astype(np.float32)[:, None, :]
-    return Shell(splats, facing, replace(splats, sh=colours), _known(splats))
+    return RelightableModel(splats, facing, replace(splats, sh=colours), _known(splats))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LitView:
-    """A part of the live picture that tells in what light an object is seen.
+    """A part of the live picture from which an object's light is fitted.
 
-    Of light, the readable twin of `RELIGHTER`, which `tracking.evidence.surroundings` asks.
+    The readable twin of `RELIGHTER`.
 
     Attributes:
         live: (H, W, 3) 0..1.
-        empty: (H, W, 3) what it would show without the object.
-        free: (H, W) 0..1, not covered by a nearer object.
+        empty: (H, W, 3) the picture without the object.
+        free: (H, W) 0..1, not occluded by a nearer object.
         camera: of the picture.
         world_from_camera: its pose.
-        renderer: draws the object.
+        renderer: renders the object.
     """
 
     live: FloatArray
@@ -136,34 +144,34 @@ class LitView:
     world_from_camera: Pose
     renderer: NativeRenderer
 
-    def light(self, shell: Shell, world_from_object: Pose) -> Light:
-        """The light in which an object at a pose would look most like the picture."""
-        return self._light(self._drawn(shell, world_from_object))
+    def light(self, relightable: RelightableModel, world_from_object: Pose) -> Light:
+        """The light that fits the picture best, the object at a pose."""
+        return self._light(self._drawn(relightable, world_from_object))
 
-    def relit(self, shell: Shell, world_from_object: Pose) -> SplatCloud:
-        """The object in the light in which it would look most like the picture at a pose.
-
-        What is seen of a side from behind, through gaps, is lit like the whole.
-        """
-        light = self.light(shell, world_from_object)
+    def relit(self, relightable: RelightableModel, world_from_object: Pose) -> SplatCloud:
+        """The object in that light; a side seen from behind, through gaps, gets the mean gain."""
+        light = self.light(relightable, world_from_object)
         eye_in_object = world_from_object.inverse() @ self.world_from_camera.translation
-        is_seen = ((eye_in_object - shell.splats.means) * shell.facing).sum(axis=1) > 0.0
-        gains = light.gains(shell.facing * is_seen[:, None])
-        sh = shell.splats.sh * gains[:, None, :]
+        is_seen = ((eye_in_object - relightable.splats.means) * relightable.facing).sum(
+            axis=1
+        ) > 0.0
+        gains = light.gains(relightable.facing * is_seen[:, None])
+        sh = relightable.splats.sh * gains[:, None, :]
         sh[:, 0] += (gains - 1.0) * (0.5 / SH_C0)
-        return replace(shell.splats, sh=sh)
+        return replace(relightable.splats, sh=sh)
 
-    def lit(self, shell: Shell, world_from_object: Pose) -> tuple[FloatArray, FloatArray]:
-        """(H, W, 3) the object alone in that light, and its (H, W) alpha: quicker, and rougher."""
-        drawn = self._drawn(shell, world_from_object)
+    def lit(
+        self, relightable: RelightableModel, world_from_object: Pose
+    ) -> tuple[FloatArray, FloatArray]:
+        """(H, W, 3) the object alone in that light and its (H, W) alpha; faster and coarser."""
+        drawn = self._drawn(relightable, world_from_object)
         return drawn.rgb * self._light(drawn).gains(drawn.facing), drawn.alpha
 
-    def known(self, shell: Shell, world_from_object: Pose) -> tuple[FloatArray, float]:
-        """(H, W) 0..1: how well what an object at a pose would show there was scanned.
-
-        And how well all that it would show, 0..1.
-        """
-        drawn = self._picture(shell.known, world_from_object)
+    def known(
+        self, relightable: RelightableModel, world_from_object: Pose
+    ) -> tuple[FloatArray, float]:
+        """(H, W) 0..1 how well the object's visible surface was scanned, and 0..1 on the whole."""
+        drawn = self._picture(relightable.known, world_from_object)
         share = float(drawn.rgb[..., 0].sum()) / max(float(drawn.alpha.sum()), 1e-6)
         return np.clip(drawn.rgb[..., 0] + 1.0 - drawn.alpha, 0.0, 1.0), share
 
@@ -171,9 +179,9 @@ class LitView:
         posed = (PosedSplats(splats, world_from_object),)
         return self.renderer.render(posed, self.camera, self.world_from_camera, OPTIONS)
 
-    def _drawn(self, shell: Shell, world_from_object: Pose) -> _Drawn:
-        scanned = self._picture(shell.splats, world_from_object)
-        compass = self._picture(shell.compass, world_from_object)
+    def _drawn(self, relightable: RelightableModel, world_from_object: Pose) -> _Drawn:
+        scanned = self._picture(relightable.splats, world_from_object)
+        compass = self._picture(relightable.compass, world_from_object)
         facing = compass.rgb / np.maximum(compass.alpha, 1e-3)[..., None] * 2.0 - 1.0
         return _Drawn(scanned.rgb, scanned.alpha, facing.astype(np.float32))
 
@@ -220,14 +228,14 @@ def _fitted(rgb: FloatArray, facing: FloatArray, shown: FloatArray, weight: Floa
         power += np.diag(firm * power[0, 0] + LEAST_POWER)
         light = np.asarray(np.linalg.solve(power, weighed.T @ seen), dtype=np.float64)
         apart2 = ((flat @ light - seen).reshape(-1, 3) ** 2).sum(axis=1)
-        trusted = weight * (STRANGE**2 / (STRANGE**2 + apart2)) ** 2
+        trusted = weight * (RESIDUAL_SCALE**2 / (RESIDUAL_SCALE**2 + apart2)) ** 2
     return Light(light[:4], light[4:])
 
 
 def _known(splats: SplatCloud) -> SplatCloud:
     """Splats in grey: how densely they lie, beside what is usual on the object.
 
-    What a scan hardly saw is filled with few, whose colours are guesses; each stands for all the
+    What a scan hardly saw is filled with few, whose colours are uncertain; each stands for all the
     space up to the next.
     """
     if len(splats) <= NEIGHBOURS:

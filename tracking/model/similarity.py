@@ -1,7 +1,6 @@
-"""How well a small object that is drawn into the empty room explains the live picture.
+"""Photometric similarity of a small object, composited over the empty room, to the live picture.
 
-The readable twin of the native `Setting`, with its constants; `tracking.likelihood.patch_fit`
-asks the latter.
+The readable twin of the native `Setting`; `tracking.likelihood.patch_fit` uses the latter.
 """
 
 from __future__ import annotations
@@ -17,27 +16,49 @@ from tracking.window.filters import bell_blurred
 
 FloatArray = NDArray[np.float32]
 
-LENS_BLUR_PX, LENS_REACH_PX = 0.6, 2
-STRANGE = 0.15
-"""A colour farther off than this, of 0..1 channels, is something else: how far does not matter."""
+LENS_BLUR_PX = 0.6
+"""Gaussian blur in px of the lens."""
+
+LENS_REACH_PX = 2
+"""Radius in px at which that blur is cut off."""
+
+RESIDUAL_SCALE = 0.15
+"""Scale (channels of 0..1) of the Geman-McClure photometric residual. Chosen on the rooms lab and
+desk."""
+
 
 ON_OBJECT = 0.1
-"""Where at least so much of the object is drawn, with a pixel around it, its detail is compared."""
+"""Alpha from which a pixel's detail is compared."""
 
-DETAIL_PX, DETAIL_REACH_PX = 3.0, 9
-"""What differs from its surroundings of this size is detail."""
+
+DETAIL_PX = 3.0
+"""Gaussian blur in px that separates detail from its surroundings."""
+
+DETAIL_REACH_PX = 9
+"""Radius in px at which that blur is cut off."""
+
 
 DOUBT_PX = 8.0
-"""Where only so few pixels have changed, half of what they say counts."""
+"""Number of changed pixels at which the photometric gain has half its weight. Chosen on the rooms
+lab and desk."""
 
-LIGHT_BLUR_PX, LIGHT_REACH_PX = 4.0, 12
-"""How smoothly light changes from place to place of a room."""
 
-CLOSE_PX, CLOSE_REACH_PX = 1.0, 3
-"""The scale of detail where a pose is right to a pixel."""
+LIGHT_BLUR_PX = 4.0
+"""Gaussian blur in px over which a room's illumination is smooth."""
+
+LIGHT_REACH_PX = 12
+"""Radius in px at which that blur is cut off."""
+
+
+CLOSE_PX = 1.0
+"""Gaussian blur in px that separates detail where a pose is right to a pixel."""
+
+CLOSE_REACH_PX = 3
+"""Radius in px at which that blur is cut off."""
+
 
 ROUGHLY: Mapping[str, float | bool] = {
-    "strange": STRANGE,
+    "strange": RESIDUAL_SCALE,
     "on_object": ON_OBJECT,
     "doubt_px": DOUBT_PX,
     "closely": False,
@@ -46,18 +67,18 @@ CLOSELY: Mapping[str, float | bool] = {**ROUGHLY, "closely": True}
 """In the words of the native crate, which has the blurs of its own."""
 
 BY_DETAIL: Mapping[str, float | bool] = {**ROUGHLY, "doubt_px": math.inf}
-"""Only detail counts, whatever share of the pixels is explained: in doubtful light."""
+"""Compares detail only, without the photometric gain: where the light is uncertain."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Setting:
-    """A part of the live picture, and what it would show without the object.
+    """A part of the live picture, and the same without the object.
 
     Attributes:
         live: (H, W, 3) 0..1.
-        empty: (H, W, 3) what the live picture would show there without anything new.
-        free: (H, W) 0..1, not covered by a nearer object.
-        closely: whether a drawn object is right to a pixel, so that small detail tells.
+        empty: (H, W, 3) the empty room as the live camera records it.
+        free: (H, W) 0..1, not occluded by a nearer object.
+        closely: whether poses are right to a pixel, so that finer detail is compared.
     """
 
     live: FloatArray
@@ -65,28 +86,27 @@ class Setting:
     free: FloatArray
     closely: bool = False
 
-    def strange(self, rgb: FloatArray, alpha: FloatArray) -> float:
-        """In how many pixels the live picture is not what a drawn object would make it.
+    def residual_px(self, rgb: FloatArray, alpha: FloatArray) -> float:
+        """Robust photometric residual, in pixels, of the live picture to the composited object.
 
         Args:
-            rgb: (H, W, 3) the object alone, weighted with its alpha.
+            rgb: (H, W, 3) the object alone, premultiplied by alpha.
             alpha: (H, W) of it.
         """
         shown, _ = self.shown(rgb, alpha)
-        return strange_px(shown, self.live, self.free)
+        return robust_residual_px(shown, self.live, self.free)
 
-    def resemblance(self, rgb: FloatArray, alpha: FloatArray) -> float:
-        """How much a drawn object resembles the picture, at most 1, 0 for by chance.
+    def similarity(self, rgb: FloatArray, alpha: FloatArray) -> float:
+        """Similarity of a rendered object to the picture, at most 1, 0 by chance.
 
-        The mean of the share of pixels that it explains, and of how much more of the picture's
-        detail there is its own than the empty room's.
+        The mean of the photometric gain over the empty room and of the gain in detail similarity.
         """
         shown, alpha = self.shown(rgb, alpha)
         on_object = self.free * (bell_blurred(alpha, LENS_BLUR_PX, LENS_REACH_PX) > ON_OBJECT)
         live = self._detail(self.live)
-        shared = _detail_shared(self._detail(shown), live, on_object)
-        without = max(_detail_shared(self._detail(self.empty), live, on_object), 0.0)
-        return 0.5 * (self._share_explained(shown) + shared - without)
+        shared = _detail_similarity(self._detail(shown), live, on_object)
+        without = max(_detail_similarity(self._detail(self.empty), live, on_object), 0.0)
+        return 0.5 * (self._photometric_gain(shown) + shared - without)
 
     def shown(self, rgb: FloatArray, alpha: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The object over the empty room; its alpha."""
@@ -100,26 +120,26 @@ class Setting:
         scale = (CLOSE_PX, CLOSE_REACH_PX) if self.closely else (DETAIL_PX, DETAIL_REACH_PX)
         return np.asarray(picture - bell_blurred(picture, *scale), dtype=np.float32)
 
-    def _share_explained(self, shown: FloatArray) -> float:
-        """1 if the picture is as shown, 0 if it is as near to what is there without the object.
+    def _photometric_gain(self, shown: FloatArray) -> float:
+        """1 where the picture equals the composite, 0 where it is as near to the empty room.
 
-        Something large that has changed is not explained by a small object, and a large object is
-        not seen where little has changed: the larger of the two changes counts.
+        The larger of the observed and the rendered change normalises it: a small object does not
+        account for a large change, nor a large object for a small one.
         """
-        changed_px = strange_px(self.empty, self.live, self.free)
-        most = max(changed_px, strange_px(self.empty, shown, self.free))
-        return (most - strange_px(shown, self.live, self.free)) / (most + DOUBT_PX)
+        changed_px = robust_residual_px(self.empty, self.live, self.free)
+        most = max(changed_px, robust_residual_px(self.empty, shown, self.free))
+        return (most - robust_residual_px(shown, self.live, self.free)) / (most + DOUBT_PX)
 
 
-def how_much_lighter(
+def illumination_ratio(
     room: FloatArray, live: FloatArray, *, limits: tuple[float, float]
 ) -> FloatArray:
-    """(H, W) how much lighter each part of an empty room is seen live: shadows are smooth.
+    """(H, W) smooth ratio of the live picture's illumination to the empty room's.
 
     Args:
         room: (H, W, 3) its picture.
         live: (H, W, 3) the live picture there.
-        limits: of the answer.
+        limits: lower and upper limit of the ratio.
     """
     both = np.einsum("hwc,hwc->hw", room, live)
     power = np.einsum("hwc,hwc->hw", room, room)
@@ -128,18 +148,17 @@ def how_much_lighter(
     return np.clip(both / np.maximum(power, 1e-6), *limits).astype(np.float32)
 
 
-def strange_px(first: FloatArray, second: FloatArray, free: FloatArray) -> float:
-    """In how many pixels two pictures differ, of those that are free."""
+def robust_residual_px(first: FloatArray, second: FloatArray, free: FloatArray) -> float:
+    """Number of free pixels in which two pictures differ (Geman-McClure)."""
     apart = first - second
     apart2 = np.einsum("hwc,hwc->hw", apart, apart)
-    return float((free * apart2 / (apart2 + STRANGE**2)).sum())
+    return float((free * apart2 / (apart2 + RESIDUAL_SCALE**2)).sum())
 
 
-def _detail_shared(first: FloatArray, second: FloatArray, weight: FloatArray) -> float:
-    """-1..1: how alike the fine structures of two pictures are, in strength as well.
+def _detail_similarity(first: FloatArray, second: FloatArray, weight: FloatArray) -> float:
+    """-1..1 similarity of the detail of two pictures, in strength as well.
 
-    Light, shadows and faults of an empty room are smooth; flat floor is not like a plain object,
-    which has an outline.
+    Illumination, shadows and faults of an empty room are smooth and have no detail.
     """
     weights = np.repeat(weight.ravel(), 3)
     a, b = first.ravel(), second.ravel()

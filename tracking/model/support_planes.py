@@ -1,7 +1,7 @@
-"""What a scanned room offers to stand on: where its splats lie flat at a height.
+"""Support planes of a scanned room: where its splats lie flat at a height.
 
-Things stand on the floor, or on something that the scan shows; at the height of a table, but beside
-it, nothing stands.
+Objects stand on the floor or on a surface in the scan; at a table's height but beside the table,
+nothing stands.
 """
 
 from __future__ import annotations
@@ -28,10 +28,12 @@ WIDEST_M = 0.12
 """Splats wider than this are no surface, but haze."""
 
 GAP_M = 0.3
-"""Bare places in a surface up to so wide are of it: a thing stood there when it was scanned."""
+"""Width in m of gaps that are filled: an object stood there when the room was scanned."""
+
 
 NARROW_M = 0.2
-"""What is narrower is a wall seen from above, or the edge of something."""
+"""Width in m below which a surface is a wall seen from above or an edge."""
+
 
 FLOOR_M = 0.0
 EVERYWHERE_M = 0.1
@@ -42,11 +44,11 @@ SAME_HEIGHT_M = 0.01
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Stands:
-    """Where something can stand in a room.
+class SupportPlanes:
+    """Where an object can stand in a room.
 
     Attributes:
-        heights_m: of supports, ascending.
+        heights_m: of the planes, ascending.
         corner_m: (2,) x and y of the maps' first cell's corner.
         maps: (H, Y, X) bool by height and cell of `CELL_M`.
     """
@@ -55,8 +57,8 @@ class Stands:
     corner_m: Points
     maps: BoolArray
 
-    def hold(self, places: Points) -> BoolArray:
-        """(N,) whether something can stand at places (N, 3) on one of the heights."""
+    def can_hold(self, places: Points) -> BoolArray:
+        """(N,) whether an object can stand at positions (N, 3) on one of the heights."""
         level = np.abs(places[:, 2:] - np.array(self.heights_m)).argmin(axis=1)
         cells = np.floor((places[:, :2] - self.corner_m) / CELL_M).astype(int)
         size = np.array(self.maps.shape[2:0:-1])
@@ -67,12 +69,12 @@ class Stands:
         )
 
 
-def stands_in(room: SplatCloud, objects: Sequence[ObjectModel]) -> Stands:
-    """Maps of a room's surfaces at the heights that objects were scanned at, and at the floor's.
+def support_planes_in(room: SplatCloud, objects: Sequence[ObjectModel]) -> SupportPlanes:
+    """Support planes at the floor and at the heights at which objects were scanned.
 
     Args:
         room: its splats without the movable objects.
-        objects: each stood on something where it was scanned.
+        objects: each stood on a support plane where it was scanned.
     """
     heights = _distinct([FLOOR_M, *(item.support_z_m for item in objects)])
     widest = np.sort(room.scales, axis=1)[:, 2]
@@ -81,7 +83,7 @@ def stands_in(room: SplatCloud, objects: Sequence[ObjectModel]) -> Stands:
     stood = np.array([item.world_from_object.translation[:2] for item in objects]).reshape(-1, 2)
     known = np.concatenate([stood, means[:, :2]])
     if len(known) == 0:
-        return Stands(heights, np.zeros(2), np.zeros((len(heights), 1, 1), np.bool_))
+        return SupportPlanes(heights, np.zeros(2), np.zeros((len(heights), 1, 1), np.bool_))
     # A few stray splats hang outside every scan.
     low, high = np.percentile(known, [0.2, 99.8], axis=0)
     corner = np.minimum(low, stood.min(axis=0, initial=np.inf)) - GAP_M
@@ -96,7 +98,7 @@ def stands_in(room: SplatCloud, objects: Sequence[ObjectModel]) -> Stands:
         here = [abs(item.support_z_m - z) < SAME_HEIGHT_M for item in objects]
         radii = np.array([0.5 * max(item.box_m[:2]) for item in objects])
         _paint(maps[level], stood[here] - corner, radii[here])
-    return Stands(heights, corner, maps.astype(np.bool_))
+    return SupportPlanes(heights, corner, maps.astype(np.bool_))
 
 
 def _paint(cells: NDArray[np.uint8], places: Points, radii: NDArray[np.floating]) -> None:

@@ -1,7 +1,7 @@
-"""What an object looks like from afar: small pictures by yaw and elevation, compared all at once.
+"""Templates: small pictures of an object by yaw and elevation, compared all at once.
 
-A place is cut out of a picture of the whole lens, upright, at the size of the object there, so that
-one small picture serves every distance and every part of the lens.
+A position is cut out of a lens picture, upright and at the object's size there, so that one
+template serves every distance and every part of the lens.
 """
 
 from __future__ import annotations
@@ -39,11 +39,17 @@ FIELD_RAD = math.radians(30)
 HALF_WIDTH = DISTANCE * math.tan(0.5 * FIELD_RAD)
 """Half a picture's width in radii of the object."""
 
-ALIKE_LEVEL = 1
-ALIKE = 0.9
-ALIKE_COLOURS = 0.11
-"""Silhouettes that share this much, seen from this elevation, are alike if their colours, 0..1,
-differ by less."""
+SAME_LEVEL = 1
+"""Index of the elevation at which indistinguishable yaws are found."""
+
+SAME_SILHOUETTE = 0.9
+"""Intersection over union from which two silhouettes are indistinguishable. Chosen on the rooms lab
+and desk."""
+
+SAME_COLOURS = 0.11
+"""Mean colour difference (0..1) below which two such yaws are indistinguishable. Chosen on the
+rooms lab and desk."""
+
 
 LEAST_SHOWN_PX = 12.0
 COLOUR_SPREAD = 1e-4
@@ -55,17 +61,17 @@ class Templates:
 
     Attributes:
         alpha: (E, Y, N) float32 by elevation, yaw and pixel.
-        colours: (E, Y, N, 3) float32, without what is behind.
-        alike: (Y,) bool, whether a turn by so many steps of yaw can hardly be seen.
+        colours: (E, Y, N, 3) float32, not premultiplied.
+        indistinguishable: (Y,) bool, whether a turn by so many steps of yaw can hardly be seen.
     """
 
     alpha: FloatArray
     colours: FloatArray
-    alike: NDArray[np.bool_]
+    indistinguishable: NDArray[np.bool_]
 
-    def are_alike(self, turn_rad: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """(N,) whether an object and the same one turned by so much can hardly be told apart."""
-        return self.alike[np.rint(turn_rad * YAWS / (2 * math.pi)).astype(int) % YAWS]
+    def are_indistinguishable(self, turn_rad: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """(N,) whether a turn by so much (rad) can hardly be seen."""
+        return self.indistinguishable[np.rint(turn_rad * YAWS / (2 * math.pi)).astype(int) % YAWS]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,17 +123,19 @@ def templates_of(pictures: list[FloatArray]) -> Templates:
     alpha = np.ascontiguousarray(small[..., 3])
     colours = small[..., :3] / np.maximum(alpha, 0.05)[..., None]
     colours = np.ascontiguousarray(colours.astype(np.float32))
-    level = alpha[ALIKE_LEVEL], colours[ALIKE_LEVEL]
-    return Templates(alpha, colours, np.array([_alike(*level, step) for step in range(YAWS)]))
+    level = alpha[SAME_LEVEL], colours[SAME_LEVEL]
+    return Templates(
+        alpha, colours, np.array([_is_indistinguishable(*level, step) for step in range(YAWS)])
+    )
 
 
-def _alike(alpha: FloatArray, colours: FloatArray, step: int) -> bool:
+def _is_indistinguishable(alpha: FloatArray, colours: FloatArray, step: int) -> bool:
     """Whether pictures by yaw, (Y, N) and (Y, N, 3), hardly change when turned by a step."""
     shared = np.minimum(alpha, np.roll(alpha, step, axis=0))
     either = np.maximum(alpha, np.roll(alpha, step, axis=0))
     apart = np.abs(colours - np.roll(colours, step, axis=0)).mean(axis=-1)
-    same_outline = shared.sum() > ALIKE * either.sum()
-    return bool(same_outline and (shared * apart).sum() < ALIKE_COLOURS * shared.sum())
+    same_outline = shared.sum() > SAME_SILHOUETTE * either.sum()
+    return bool(same_outline and (shared * apart).sum() < SAME_COLOURS * shared.sum())
 
 
 def cut_out(
@@ -172,10 +180,10 @@ def compare(cuts: Cuts, templates: Templates) -> tuple[FloatArray, FloatArray]:
     """
     levels = np.abs(cuts.elevation_rad[:, None] - np.array(ELEVATIONS_RAD)).argmin(axis=1)
     overlap = np.zeros((len(levels), YAWS), np.float32)
-    likeness = np.zeros_like(overlap)
+    correlation = np.zeros_like(overlap)
     for level in np.unique(levels):
         chosen = levels == level
-        alike = native.compare_templates(
+        scores = native.compare_templates(
             cuts.colours[chosen],
             cuts.own[chosen],
             cuts.free[chosen],
@@ -183,8 +191,8 @@ def compare(cuts: Cuts, templates: Templates) -> tuple[FloatArray, FloatArray]:
             drawn=templates.colours[level],
             pixels=SMALL_PX * SMALL_PX,
         )
-        overlap[chosen], likeness[chosen] = (values.reshape(-1, YAWS) for values in alike)
-    return overlap, likeness
+        overlap[chosen], correlation[chosen] = (values.reshape(-1, YAWS) for values in scores)
+    return overlap, correlation
 
 
 def compared(cuts: Cuts, alpha: FloatArray, drawn: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -1,10 +1,10 @@
-"""How far a measured pose may be off: what its outline tells, the camera's pose, the scan's edges.
+"""Covariance of a measured pose: image noise, the camera's pose, errors of the scan's edges.
 
-A solve reports what noise and the scan's surfaces make of it: where these are off on the whole is
-one of its unknowns (the halo), where they are off in places shows in residuals that are alike. An
-error of the camera moves all that is seen rigidly about the lens, one of the scan's edges moves and
-turns the thing itself, and one of its scale moves it along the line of sight; how much of that
-reaches the pose the solve tells: what is sure to stand on the floor does not follow upwards.
+A solve reports the covariance of noise and of the scan's surface: a uniform edge error is one of
+its unknowns (the silhouette bias), a local one shows in correlated residuals. An error of the
+camera moves all that is seen rigidly about the lens, one of the scan's edges moves and turns the
+object, one of its scale moves it along the line of sight. The solve's response maps these to the
+pose: an object held to the floor does not follow upwards.
 """
 
 from __future__ import annotations
@@ -17,11 +17,13 @@ from tracking.model.object_model import TrackModel
 from tracking.solve.gauss_newton import Fit
 
 EDGE_SIGMA_M = 0.0005
-"""On the whole a scan's edges are known to so much, whatever its size: so well its place is known,
-and, in shares of its radius, how it is turned and how large it is."""
+"""Standard deviation in m of a scan's edges on the whole, at any size; divided by the radius, of
+its orientation (rad) and scale. Chosen on the rooms lab and desk."""
+
 
 CAMERA_TRUST = 1.5
-"""A camera's true error over its reported standard deviation: neighbouring pixels err alike."""
+"""Ratio of the camera's true error to its reported standard deviation: residuals of neighbouring
+pixels are correlated."""
 
 
 def uncertainty(scene: Scene, model: TrackModel, fit: Fit) -> NDArray[np.float64]:

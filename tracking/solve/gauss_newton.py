@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scenes.pose import Pose
 from scenes.render.native import NativeRenderer
 from tracking.evidence.evidence import Evidence
-from tracking.evidence.rendering import LEAST_AREA_PX, ROUGHLY, Sketch, Sketchbook
+from tracking.evidence.rendering import LEAST_AREA_PX, ROUGHLY, ReducedRendering, RenderingCache
 from tracking.likelihood.contour_support import NOTHING_DRAWN
 from tracking.model.object_model import TrackModel
 from tracking.model.symmetry import ROUND
@@ -46,105 +46,114 @@ LEVEL_SIGMA_RAD = 1e-5
 LOW_PASS_PX = 0.4
 """The renderer's low-pass filter and the alpha of overlapping splats widen a silhouette by this."""
 
-HALO_M = 0.0025
-HALO_SIGMA_M = 0.0015
-"""Splats reach past the surface they stand for; how far is measured with the pose (7th unknown)."""
+SILHOUETTE_BIAS_M = 0.0025
+"""Prior mean of the silhouette bias in m: splats extend past the surface they represent. Estimated
+with the pose (7th unknown)."""
+
+SILHOUETTE_BIAS_SIGMA_M = 0.0015
+"""Prior standard deviation of the silhouette bias in m."""
+
 
 ROUND_YAW_SIGMA = 3.0
 """Radians: what is reported for the yaw of a round object."""
 
 TEXTURED_SHARE = 0.8
+"""Weight of the colour correlation in a textured object's score; the rest is the contour score."""
+
 PLAIN_SHARE = 0.5
-"""How much of a pose's quality is likeness, the rest being the contour's agreement."""
+"""The same of a plain object."""
+
 
 UPRIGHT = [0, 1, 2, 5, 6]
-"""Unknowns of an upright object among shift, turn and halo."""
+"""Indices of an upright object's unknowns among shift, turn and silhouette bias."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Prior:
-    """What is known before looking.
+    """Gaussian prior of a pose and its silhouette bias.
 
     Attributes:
-        mean: (4,) x, y, z, yaw.
-        sigma: (4,) standard deviations, metres and radians.
-        halo_m: how far the drawn surface is believed to lie outside the real one.
-        halo_sigma_m: standard deviation of that.
+        mean: (4,) x, y, z (m), yaw (rad).
+        sigma: (4,) standard deviations.
+        silhouette_bias_m: mean of the silhouette bias.
+        silhouette_bias_sigma_m: standard deviation of that.
     """
 
     mean: Points
     sigma: Points
-    halo_m: float = HALO_M
-    halo_sigma_m: float = HALO_SIGMA_M
+    silhouette_bias_m: float = SILHOUETTE_BIAS_M
+    silhouette_bias_sigma_m: float = SILHOUETTE_BIAS_SIGMA_M
 
     def weights(self) -> Points:
-        """(7,) information of shift, turn and halo."""
+        """(7,) information of shift, turn and silhouette bias."""
         return 1.0 / self.seven() ** 2
 
     def seven(self) -> Points:
-        """(7,) standard deviations of shift, turn and halo."""
+        """(7,) standard deviations of shift (m), turn (rad) and silhouette bias (m)."""
         x, y, z, yaw = self.sigma
         level = LEVEL_SIGMA_RAD
-        return np.array([x, y, z, level, level, yaw, self.halo_sigma_m])
+        return np.array([x, y, z, level, level, yaw, self.silhouette_bias_sigma_m])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fit:
-    """A pose and how well the picture supports it.
+    """A pose and its goodness of fit in one window.
 
     Attributes:
-        world_from_object: `world_from_object`.
-        covariance: (4, 4) of x, y, z, yaw, from the picture's noise alone.
-        response: (4, 6) how x, y, z and yaw follow when all that is seen shifts and turns.
-        agreement: 0..1, share of the contour whose edge was seen where it was drawn.
-        free_share: 0..1, share of the contour that nothing is in front of.
-        misfit: sum of the contour's squared residuals in standard deviations, robust; where there
-            is no edge, as large as they count at most.
-        alike: at least 1, by how much less the contour's points say than is taken for granted in a
-            solve, because neighbours err alike.
-        visible_fraction: 0..1, share of the drawn silhouette that shows the object.
-        covered_fraction: 0..1, share of the silhouette that shows something else in front.
-        halo_m: how far the drawn contour lies outside the seen one, at the object's distance.
-        halo_sigma_m: standard deviation of that.
-        likeness: -1..1, correlation of the drawn colours with the live ones.
-        textured: whether that likeness must be high.
-        sketch: the object as it was drawn near the pose.
+        world_from_object: the pose.
+        covariance: (4, 4) of x, y, z (m) and yaw (rad), from the picture's noise alone.
+        response: (4, 6) derivative of x, y, z, yaw by a rigid shift (m) and turn (rad) of all that
+            is seen.
+        edge_inlier_ratio: 0..1, share of the contour points whose edge was found where it was
+            rendered.
+        unoccluded_ratio: 0..1, share of the contour points that nothing occludes.
+        contour_chi2: sum of the squared contour residuals in standard deviations, robust; a point
+            without an edge counts the maximum.
+        variance_inflation: >= 1, factor by which correlation of neighbouring residuals inflates the
+            variance.
+        visible_fraction: 0..1, share of the rendered silhouette that shows the object.
+        covered_fraction: 0..1, share of the silhouette that shows an occluder.
+        silhouette_bias_m: distance of the rendered contour outside the seen one, at the object.
+        silhouette_bias_sigma_m: standard deviation of that.
+        colour_correlation: -1..1, correlation of the rendered colours with the live ones.
+        textured: whether the object is textured, so that the correlation must be high.
+        reduced: the object as rendered near the pose.
     """
 
     world_from_object: Pose
     covariance: Points
     response: Points
-    agreement: float
-    free_share: float
-    misfit: float
-    alike: float
+    edge_inlier_ratio: float
+    unoccluded_ratio: float
+    contour_chi2: float
+    variance_inflation: float
     visible_fraction: float
     covered_fraction: float
-    halo_m: float
-    halo_sigma_m: float
-    likeness: float
+    silhouette_bias_m: float
+    silhouette_bias_sigma_m: float
+    colour_correlation: float
     textured: bool
-    sketch: Sketch
+    reduced: ReducedRendering
 
     @property
-    def free_agreement(self) -> float:
+    def unoccluded_inlier_ratio(self) -> float:
         """0..1: share of the free contour whose edge was seen where it was drawn."""
-        return self.agreement / max(self.free_share, 1e-6)
+        return self.edge_inlier_ratio / max(self.unoccluded_ratio, 1e-6)
 
     @property
-    def support(self) -> float:
-        """0..1: agreement of the free contour, less sure the less of it there is.
+    def contour_score(self) -> float:
+        """0..1: inlier ratio of the unoccluded contour, lower the less of it there is.
 
-        A share of n points is uncertain by 1/√n: a short piece of an outline fits in many places by
+        A ratio of n points is uncertain by 1/√n: a short piece of contour fits in many places by
         chance.
         """
-        return self.agreement / math.sqrt(max(self.free_share, 1e-6))
+        return self.edge_inlier_ratio / math.sqrt(max(self.unoccluded_ratio, 1e-6))
 
     @property
-    def quality(self) -> float:
-        """0..1: ranks poses of one object in one picture against each other."""
+    def score(self) -> float:
+        """0..1: ranks poses of one object in one picture."""
         share = TEXTURED_SHARE if self.textured else PLAIN_SHARE
-        return self.support * (1.0 - share + share * max(self.likeness, 0.0))
+        return self.contour_score * (1.0 - share + share * max(self.colour_correlation, 0.0))
 
 
 TRACKING_REACHES = (9.0, 4.0, 2.5)
@@ -170,50 +179,60 @@ def solve(
     reaches_px: Sequence[float] = TRACKING_REACHES,
     use_texture: bool = True,
     slide_first: bool = False,
-    book: Sketchbook | None = None,
+    cache: RenderingCache | None = None,
 ) -> Fit:
-    """Refine a pose: the object is drawn only where its sketch no longer serves.
+    """Refine a pose by robust Gauss-Newton; render only where no reduced rendering is valid.
 
     Args:
-        evidence: what the window shows.
+        evidence: the window.
         model: the object.
-        start_world_from_object: pose to begin with.
-        prior: soft knowledge, such as the support plane.
-        renderer: draws the object.
-        reaches_px: how far from the drawn contour edges are looked for, one per round.
+        start_world_from_object: start pose.
+        prior: of the pose.
+        renderer: renders the object.
+        reaches_px: distance from the contour within which edges are searched, one per round.
         use_texture: whether the object's inner colours take part.
         slide_first: begin by sliding the silhouette to where it covers most.
-        book: what was drawn before of this object in this window, and will be now.
+        cache: reduced renderings of the object in this window; extended.
     """
-    world_from_object, halo_m = start_world_from_object, prior.halo_m
-    book = book or Sketchbook()
+    world_from_object, silhouette_bias_m = start_world_from_object, prior.silhouette_bias_m
+    cache = cache or RenderingCache()
     if slide_first:
-        drawn = book.drawn(model, world_from_object, evidence, renderer)
+        drawn = cache.drawn(model, world_from_object, evidence, renderer)
         world_from_object = slide(
             world_from_object, drawn, evidence, model, grounded=prior.sigma[2] < GROUNDED_M
         )
-    sketch = book.at(model, world_from_object, evidence, renderer, tolerance=ROUGHLY)
+    reduced = cache.at(model, world_from_object, evidence, renderer, tolerance=ROUGHLY)
     information = np.diag(prior.weights())
     coarse = [(reach, 2) for reach in reaches_px if reach > FINE_REACH_PX]
     fine = [(reach, 3) for reach in reaches_px if reach <= FINE_REACH_PX]
     for rounds in (coarse[:1], coarse[1:], fine):
-        if not rounds or sketch.area_px < LEAST_AREA_PX:
+        if not rounds or reduced.area_px < LEAST_AREA_PX:
             continue
         closely = 1.0 if rounds is fine else ROUGHLY
-        sketch = book.at(model, world_from_object, evidence, renderer, tolerance=closely)
+        reduced = cache.at(model, world_from_object, evidence, renderer, tolerance=closely)
         is_fine = rounds is fine
-        outline = sketch.contour if is_fine else roughly(sketch.contour)
-        texture = sketch.texture if is_fine and use_texture else None
-        measurement = _measurement(evidence, model, prior, sketch, outline=outline, texture=texture)
-        world_from_object, halo_m, information = refined(
-            evidence.seen, measurement, world_from_object, halo_m, rounds=rounds
+        outline = reduced.contour if is_fine else roughly(reduced.contour)
+        texture = reduced.texture if is_fine and use_texture else None
+        measurement = _measurement(
+            evidence, model, prior, reduced, outline=outline, texture=texture
+        )
+        world_from_object, silhouette_bias_m, information = refined(
+            evidence.seen, measurement, world_from_object, silhouette_bias_m, rounds=rounds
         )
         world_from_object = vector_pose(pose_vector(world_from_object))
-    return judge(evidence, model, world_from_object, information, prior, sketch, halo_m=halo_m)
+    return judge(
+        evidence,
+        model,
+        world_from_object,
+        information,
+        prior,
+        reduced,
+        silhouette_bias_m=silhouette_bias_m,
+    )
 
 
 def roughly(outline: Contour) -> Contour:
-    """As much of an outline as tells about where an object is."""
+    """A subset of a contour, enough for a coarse pose."""
     return outline.thinned(max(len(outline) // ROUGH_POINTS, 1))
 
 
@@ -221,7 +240,7 @@ def _measurement(
     evidence: Evidence,
     model: TrackModel,
     prior: Prior,
-    sketch: Sketch,
+    reduced: ReducedRendering,
     *,
     outline: Contour,
     texture: Texture | None,
@@ -236,8 +255,8 @@ def _measurement(
         centre_m=model.centre_m,
         prior_world_from_object=vector_pose(prior.mean),
         prior_sigma=prior.seven(),
-        prior_halo_m=prior.halo_m,
-        low_pass_px=LOW_PASS_PX / sketch.finer,
+        prior_silhouette_bias_m=prior.silhouette_bias_m,
+        low_pass_px=LOW_PASS_PX / reduced.finer,
         is_round=model.symmetry == ROUND,
     )
 
@@ -248,60 +267,63 @@ def judge(
     world_from_object: Pose,
     information: Points,
     prior: Prior,
-    sketch: Sketch,
+    reduced: ReducedRendering,
     *,
-    halo_m: float = HALO_M,
+    silhouette_bias_m: float = SILHOUETTE_BIAS_M,
 ) -> Fit:
-    """How well the picture supports a pose, without changing it.
+    """Statistics of a pose in a window, without changing it.
 
     Args:
-        evidence: what the window shows.
+        evidence: the window.
         model: the object.
-        world_from_object: to be judged.
-        information: (7, 7) of shift, turn and halo.
-        prior: what was known before looking, a part of that.
-        sketch: the object drawn near the pose.
-        halo_m: how far the drawn contour lies outside the real one.
+        world_from_object: the pose.
+        information: (7, 7) of shift, turn and silhouette bias.
+        prior: of the solve, a part of that.
+        reduced: the object rendered near the pose.
+        silhouette_bias_m: distance of the rendered contour outside the real one.
     """
     inverse = np.linalg.inv(information + 1e-9 * np.eye(len(information)))
     response = inverse @ (information - np.diag(prior.weights()))
     covariance = (inverse @ _spread(information, prior) @ inverse.T)[np.ix_(UPRIGHT, UPRIGHT)]
     found = NOTHING_DRAWN
-    if sketch.area_px >= LEAST_AREA_PX:
+    if reduced.area_px >= LEAST_AREA_PX:
         here = Prior(pose_vector(world_from_object), np.ones(4))
-        outline = _measurement(evidence, model, here, sketch, outline=sketch.contour, texture=None)
+        outline = _measurement(
+            evidence, model, here, reduced, outline=reduced.contour, texture=None
+        )
         found = judged(
             evidence.seen,
             outline,
             world_from_object,
-            halo_m,
-            surface=sketch.surface,
-            colours=sketch.colours,
+            silhouette_bias_m,
+            surface=reduced.surface,
+            colours=reduced.colours,
         )
-    # Residuals tell what noise and the model's faults come to in this picture.
-    variance = max(found.roughness, LEAST_VARIANCE) * found.alike
+    # Residuals estimate the variance of noise and model errors in this picture.
+    variance = max(found.mean_edge_chi2, LEAST_VARIANCE) * found.variance_inflation
     return Fit(
         world_from_object=world_from_object,
         covariance=_with_symmetry(covariance[:4, :4] * variance, model),
         response=response[np.ix_(UPRIGHT[:4], range(6))],
-        agreement=found.agreement,
-        free_share=found.free_share,
-        misfit=found.misfit,
-        alike=found.alike,
+        edge_inlier_ratio=found.edge_inlier_ratio,
+        unoccluded_ratio=found.unoccluded_ratio,
+        contour_chi2=found.contour_chi2,
+        variance_inflation=found.variance_inflation,
         visible_fraction=found.visible,
         covered_fraction=found.covered,
-        halo_m=halo_m,
-        halo_sigma_m=float(np.sqrt(covariance[4, 4])),
-        likeness=found.likeness,
+        silhouette_bias_m=silhouette_bias_m,
+        silhouette_bias_sigma_m=float(np.sqrt(covariance[4, 4])),
+        colour_correlation=found.colour_correlation,
         textured=model.textured,
-        sketch=sketch,
+        reduced=reduced,
     )
 
 
 def _spread(information: Points, prior: Prior) -> Points:
-    """(7, 7) covariance of what a solve's step was made of; its information if all was believed.
+    """(7, 7) covariance of the right-hand side of a solve, from the actual variance of the height.
 
-    A support is believed less in a solve than it is known, so that no height is forced upon a scan.
+    A solve weights a support plane less than its accuracy allows, so that no height is forced upon
+    a scan.
     """
     spread = information.copy()
     if prior.sigma[2] < GROUNDED_M:

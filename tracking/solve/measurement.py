@@ -1,7 +1,7 @@
-"""What a pose is measured by in one window, and the native solver's answers to it.
+"""Measurements of a pose in one window, and the native solver's results.
 
-`tracking.solve.numpy_twin` is the readable twin of `refined`,
-`tracking.likelihood.contour_support` that of `judged`.
+`tracking.solve.numpy_twin` is the readable twin of `refined`, `tracking.likelihood.contour_support`
+that of `judged`.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ class Measurement:
         texture: surface points, or None to leave them out.
         textured: whether the object has a pattern; shading alone is trusted less.
         centre_m: (3,) of the object in its own frame.
-        prior_world_from_object: pose believed before looking.
-        prior_sigma: (7,) standard deviations: shift, turn about the world's axes, halo.
-        prior_halo_m: halo believed before looking.
+        prior_world_from_object: mean of the pose's prior.
+        prior_sigma: (7,) standard deviations: shift, turn about the world's axes, silhouette bias.
+        prior_silhouette_bias_m: mean of its prior.
         low_pass_px: by how much the drawing widened the outline.
         is_round: yaw cannot be seen.
     """
@@ -54,7 +54,7 @@ class Measurement:
     centre_m: Points
     prior_world_from_object: Pose
     prior_sigma: Points
-    prior_halo_m: float
+    prior_silhouette_bias_m: float
     low_pass_px: float
     is_round: bool
 
@@ -85,7 +85,7 @@ class Measurement:
             "centre": self.centre_m,
             "prior_mean": rows_of(self.prior_world_from_object),
             "prior_sigma": self.prior_sigma,
-            "prior_halo": self.prior_halo_m,
+            "prior_halo": self.prior_silhouette_bias_m,
             "low_pass_px": self.low_pass_px,
             "is_round": self.is_round,
         }
@@ -95,30 +95,34 @@ def refined(
     seen: SeenWindow,
     measurement: Measurement,
     world_from_object: Pose,
-    halo_m: float,
+    silhouette_bias_m: float,
     *,
     rounds: Sequence[tuple[float, int]],
 ) -> tuple[Pose, float, Points]:
-    """A pose after Gauss-Newton, its halo, and the information (7, 7) behind them.
+    """A pose after Gauss-Newton, its silhouette bias, and the information (7, 7) behind them.
 
     Args:
         seen: the window.
         measurement: what to measure by.
         world_from_object: where to begin.
-        halo_m: where to begin.
+        silhouette_bias_m: where to begin.
         rounds: reach in pixels and number of steps, one after the other.
     """
-    rows, halo, information = KERNELS.refine(
-        seen, measurement.request(), rows_of(world_from_object), halo_m, rounds=list(rounds)
+    rows, silhouette_bias, information = KERNELS.refine(
+        seen,
+        measurement.request(),
+        rows_of(world_from_object),
+        silhouette_bias_m,
+        rounds=list(rounds),
     )
-    return pose_of(rows), halo, np.array(information).reshape(7, 7)
+    return pose_of(rows), silhouette_bias, np.array(information).reshape(7, 7)
 
 
 def judged(
     seen: SeenWindow,
     measurement: Measurement,
     world_from_object: Pose,
-    halo_m: float,
+    silhouette_bias_m: float,
     *,
     surface: Points,
     colours: NDArray[np.float32],
@@ -129,7 +133,7 @@ def judged(
         seen: the window.
         measurement: what to measure by.
         world_from_object: the pose.
-        halo_m: how far the drawn contour lies outside the real one.
+        silhouette_bias_m: how far the drawn contour lies outside the real one.
         surface: (N, 3) points evenly over the silhouette, in the object's frame.
         colours: (N, 3) drawn there.
     """
@@ -137,7 +141,7 @@ def judged(
         seen,
         measurement.request(),
         rows_of(world_from_object),
-        halo_m,
+        silhouette_bias_m,
         surface=surface,
         colours=colours,
         is_textured=measurement.textured,

@@ -1,4 +1,4 @@
-"""What the tracker's native kernels do, in numpy; tests hold the two together."""
+"""Numpy twins of the tracker's native kernels; tests hold the two together."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose, rotation_from_vector
 from tracking.background.images import (
     Exposure,
+    background_noise,
     difference,
     expose,
-    plate_noise,
 )
 from tracking.background.learning import BLEND, RELIT_HUE, RELIT_RATIO, SHRINK
 from tracking.evidence.evidence import Evidence
@@ -34,7 +34,7 @@ TEXTURE_BLUR_PX = 0.8
 
 def change(
     live: NDArray[np.uint8],
-    plate: FloatArray,
+    background_image: FloatArray,
     noise: FloatArray,
     *,
     lens_size: tuple[int, int],
@@ -47,7 +47,7 @@ def change(
 
     Args:
         live: (H, W, 3) uint8 at the lens's pixels, cut to the window.
-        plate: (H, W, 3) the empty room there.
+        background_image: (H, W, 3) the empty room there.
         noise: (H, W) its standard deviation.
         lens_size: width and height of the lens picture.
         window: where it was cut.
@@ -56,7 +56,7 @@ def change(
         colours: of the object that the window is about.
     """
     seen, expected, rough = _compared(
-        live, plate, noise, lens_size=lens_size, window=window, exposure=exposure
+        live, background_image, noise, lens_size=lens_size, window=window, exposure=exposure
     )
     hidden = np.zeros(rough.shape, np.float32)
     for layer in layers:
@@ -69,14 +69,14 @@ def change(
     expected = np.asarray(expected, dtype=np.float32)
     foreground = difference(seen, expected, rough).probability
     bins = np.clip((seen * BINS).astype(int), 0, BINS - 1)
-    likeness = bell_blurred(colours.table[bins[..., 0], bins[..., 1], bins[..., 2]], 0.7, 1)
-    own = foreground * np.clip(likeness * OPTIONS.likeness_gain, 0.0, 1.0)
+    similarity = bell_blurred(colours.table[bins[..., 0], bins[..., 1], bins[..., 2]], 0.7, 1)
+    own = foreground * np.clip(similarity * OPTIONS.likeness_gain, 0.0, 1.0)
     return seen, foreground, own.astype(np.float32), hidden
 
 
 def differing(
     live: NDArray[np.uint8],
-    plate: FloatArray,
+    background_image: FloatArray,
     noise: FloatArray,
     *,
     lens_size: tuple[int, int],
@@ -90,7 +90,7 @@ def differing(
     do; the rest is as in `change`.
     """
     seen, expected, rough = _compared(
-        live, plate, noise, lens_size=lens_size, window=window, exposure=exposure
+        live, background_image, noise, lens_size=lens_size, window=window, exposure=exposure
     )
     distance = np.linalg.norm(seen - expected, axis=2)
     clear = np.clip((distance - apart[0]) / (apart[1] - apart[0]), 0.0, 1.0)
@@ -99,7 +99,7 @@ def differing(
 
 def _compared(
     live: NDArray[np.uint8],
-    plate: FloatArray,
+    background_image: FloatArray,
     noise: FloatArray,
     *,
     lens_size: tuple[int, int],
@@ -113,7 +113,7 @@ def _compared(
     x = (window.left + (np.arange(width) + 0.5) * shrink) * 2 / lens_size[0] - 1
     y = (window.top + (np.arange(height) + 0.5) * shrink) * 2 / lens_size[1] - 1
     radius2 = (x[None, :] ** 2 + y[:, None] ** 2).astype(np.float32)
-    expected = expose(_shrunk(plate, shrink), exposure, radius2=radius2)
+    expected = expose(_shrunk(background_image, shrink), exposure, radius2=radius2)
     return seen, expected, np.maximum(_shrunk(noise, shrink), 1e-3)
 
 
@@ -145,33 +145,35 @@ def refined(
     evidence: Evidence,
     measurement: Measurement,
     world_from_object: Pose,
-    halo_m: float,
+    silhouette_bias_m: float,
     *,
     rounds: Sequence[tuple[float, int]],
 ) -> tuple[Pose, float, Points]:
-    """A pose after Gauss-Newton, its halo, and the information (7, 7) behind them.
+    """A pose after Gauss-Newton, its silhouette bias, and the information (7, 7) behind them.
 
     Args:
         evidence: the window.
         measurement: what to measure by.
         world_from_object: where to begin.
-        halo_m: where to begin.
+        silhouette_bias_m: where to begin.
         rounds: reach in pixels and number of steps, one after the other.
     """
     information = np.zeros((7, 7))
     for reach_px, steps in rounds:
         for _ in range(steps):
-            step, information = _step(evidence, measurement, world_from_object, halo_m, reach_px)
+            step, information = _step(
+                evidence, measurement, world_from_object, silhouette_bias_m, reach_px
+            )
             if measurement.is_round:
                 step[5] = 0.0
             world_from_object = Pose(
                 rotation_from_vector(step[3:6]) @ world_from_object.rotation,
                 world_from_object.translation + step[:3],
             )
-            halo_m += float(step[6])
+            silhouette_bias_m += float(step[6])
             if np.abs(step[:3]).max() < 2e-4 and np.abs(step[3:6]).max() < 5e-4:
                 break
-    return world_from_object, halo_m, information
+    return world_from_object, silhouette_bias_m, information
 
 
 def px_per_m(measurement: Measurement, world_from_object: Pose) -> float:
@@ -188,7 +190,7 @@ def _step(
     evidence: Evidence,
     measurement: Measurement,
     world_from_object: Pose,
-    halo_m: float,
+    silhouette_bias_m: float,
     reach_px: float,
 ) -> tuple[Points, Points]:
     """One robust Gauss-Newton step (7,) and the information (7, 7) behind it."""
@@ -196,16 +198,18 @@ def _step(
     mean = measurement.prior_world_from_object
     turn = cv2.Rodrigues(mean.rotation @ world_from_object.rotation.T)[0].ravel()
     shift = mean.translation - world_from_object.translation
-    right = information @ np.array([*shift, *turn, measurement.prior_halo_m - halo_m])
+    right = information @ np.array(
+        [*shift, *turn, measurement.prior_silhouette_bias_m - silhouette_bias_m]
+    )
     scale = px_per_m(measurement, world_from_object)
     edges = measure_contour(
         evidence,
         measurement.outline,
         world_from_object,
         reach_px=reach_px,
-        offset_px=measurement.low_pass_px + halo_m * scale,
+        offset_px=measurement.low_pass_px + silhouette_bias_m * scale,
     )
-    # A wider halo puts the drawn edge closer to the seen one.
+    # A larger silhouette bias puts the drawn edge closer to the seen one.
     outline = np.column_stack([edges.rows.jacobian, -scale / edges.sigma_px])
     # Tukey's cut-off shrinks with the reach, from half of it down to about 2.5 σ.
     parts = [(outline, edges.rows, max(2.5, 1.3 * reach_px))]
@@ -231,11 +235,13 @@ def _texture_rows(evidence: Evidence, measurement: Measurement, world_from_objec
 
 
 def exposure(
-    plate: Points, radius2: Points, seen: Points, iterations: int
+    background_image: Points, radius2: Points, seen: Points, iterations: int
 ) -> tuple[float, float, float]:
     """Gain, falloff and offset of one channel: robust least squares that ignores outliers."""
-    a = np.stack([plate, plate * radius2, np.ones(len(plate))], axis=1)
-    x = np.array([1.0, 0.0, float(np.median(seen - plate))])
+    a = np.stack(
+        [background_image, background_image * radius2, np.ones(len(background_image))], axis=1
+    )
+    x = np.array([1.0, 0.0, float(np.median(seen - background_image))])
     for _ in range(iterations):
         residual = seen - a @ x
         scale = max(1.5 * float(np.median(np.abs(residual))), 0.01)
@@ -247,7 +253,7 @@ def exposure(
 
 def learned_rows(
     live: NDArray[np.uint8],
-    plate: FloatArray,
+    background_image: FloatArray,
     learned: NDArray[np.bool_],
     usable: NDArray[np.bool_],
     *,
@@ -258,27 +264,27 @@ def learned_rows(
     level: float,
     is_cautious: bool,
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """New plate, noise and learned mask of some rows of one lens.
+    """New background image, noise and learned mask of some rows of one lens.
 
     Args:
         live: (H, W, 3) uint8 rows of the lens picture.
-        plate: (H, W, 3) the empty room so far.
+        background_image: (H, W, 3) the empty room so far.
         learned: (H, W) whether a pixel was learned before.
         usable: (H, W) whether a pixel may be learned from.
         lens_size: width and height of the lens picture.
         top: first of the rows.
         exposure: of the lens.
         sides: see `tracking.background.learning.surroundings`.
-        level: a mean difference above this, of a 0..1 channel, is a thing.
-        is_cautious: a grey thing before a wall is no shadow on it.
+        level: a mean difference above this, of a 0..1 channel, shows an object.
+        is_cautious: see `tracking.background.learning.Care`.
     """
-    height, width = plate.shape[:2]
+    height, width = background_image.shape[:2]
     x = ((np.arange(width, dtype=np.float32) + 0.5) / lens_size[0] - 0.5) * 2
     y = ((np.arange(top, top + height, dtype=np.float32) + 0.5) / lens_size[1] - 0.5) * 2
     radius2 = (x[None, :] ** 2 + y[:, None] ** 2)[..., None]
     gain = exposure.gain.astype(np.float32) + radius2 * exposure.falloff.astype(np.float32)
     neutral = (live.astype(np.float32) / 255.0 - exposure.offset.astype(np.float32)) / gain
-    residual = np.asarray(neutral - plate, dtype=np.float32)
+    residual = np.asarray(neutral - background_image, dtype=np.float32)
     coherent_side, rough_side, wary_side = sides
     small_residual = _in_squares(residual)
     mean_residual = box_blurred(small_residual, coherent_side)
@@ -286,12 +292,14 @@ def learned_rows(
     if is_cautious:
         shows_room = box_blurred(shows_room.astype(np.float32), wary_side) > 0.999
     else:
-        shows_room |= _relit(box_blurred(_in_squares(plate), coherent_side), mean_residual)
+        shows_room |= _relit(
+            box_blurred(_in_squares(background_image), coherent_side), mean_residual
+        )
     take = usable & (_grown(shows_room.astype(np.float32), height, width) >= 0.5)
     share = np.where(learned, np.float32(BLEND), np.float32(1.0)) * take
-    plate = plate + residual * share[..., None]
+    background_image = background_image + residual * share[..., None]
     known = learned | take
-    noise = plate_noise(plate)
+    noise = background_noise(background_image)
     if not known.all():
         speckle = np.abs(small_residual - mean_residual).mean(axis=2)
         weight = take[::SHRINK, ::SHRINK].astype(np.float32)
@@ -299,7 +307,7 @@ def learned_rows(
         rough = (total / np.maximum(count, 1e-3)).astype(np.float32)
         rough = _grown(rough, height, width)
         noise = np.where(known, noise, np.maximum(noise, rough))
-    return plate, noise.astype(np.float32), known
+    return background_image, noise.astype(np.float32), known
 
 
 def _in_squares(picture: FloatArray) -> FloatArray:
@@ -315,12 +323,12 @@ def _grown(small: FloatArray, height: int, width: int) -> FloatArray:
     return np.asarray(large[:height, :width], dtype=np.float32)
 
 
-def _relit(plate: FloatArray, residual: FloatArray) -> NDArray[np.bool_]:
+def _relit(background_image: FloatArray, residual: FloatArray) -> NDArray[np.bool_]:
     """Where the same colour is only lighter or darker: a shadow has come or gone."""
-    live = plate + residual
-    power = np.einsum("hwc,hwc->hw", plate, plate) + 1e-4
-    ratio = np.einsum("hwc,hwc->hw", live, plate) / power
-    hue = np.abs(live - ratio[..., None] * plate).max(axis=2)
+    live = background_image + residual
+    power = np.einsum("hwc,hwc->hw", background_image, background_image) + 1e-4
+    ratio = np.einsum("hwc,hwc->hw", live, background_image) / power
+    hue = np.abs(live - ratio[..., None] * background_image).max(axis=2)
     return (ratio > RELIT_RATIO[0]) & (ratio < RELIT_RATIO[1]) & (hue < RELIT_HUE)
 
 

@@ -1,4 +1,4 @@
-"""A small object slid over its window, drawn as it is, to where it explains most of the change.
+"""Slides a small object over its window to where it accounts for most of the change.
 
 Its silhouette alone would follow its shadow.
 """
@@ -21,8 +21,11 @@ from tracking.window.filters import resized
 FloatArray = NDArray[np.float32]
 
 SLID = 1.0
+"""Largest slide, in radii of the object."""
+
 GAIN_RANGE = (0.5, 2.5)
-"""How far an object is slid, in radii; how much lighter it may be there than in its scan."""
+"""Brightness of the object relative to its scan, lower and upper limit."""
+
 
 SHRINK = 2
 """Pictures are halved first: what follows is right to a pixel."""
@@ -49,10 +52,10 @@ class SmallSlide:
         self._around = around
 
     def best(self, world_from_object: Pose) -> Pose:
-        """The pose at which it explains most, without being turned."""
+        """The pose of the best slide, without a turn."""
         evidence, model, reach = self._around.evidence, self._around.model, self._reach_px
         drawn = self._around.renderer.render(
-            (PosedSplats(model.shell.splats, world_from_object),),
+            (PosedSplats(model.relightable.splats, world_from_object),),
             self._camera,
             evidence.world_from_camera,
             RENDER_OPTIONS,
@@ -64,13 +67,13 @@ class SmallSlide:
         part = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
         near = tuple(slice(side.start, side.stop + 2 * reach) for side in part)
         colours, alpha = np.ascontiguousarray(colours[part]), np.ascontiguousarray(alpha[part])
-        # Of the change's energy, as much is explained as `bare + 2 · gain · both - gain² · power`.
+        # The explained energy of the change is `bare + 2 · gain · both - gain² · power`.
         bare = cv2.matchTemplate(self._changed[near], alpha, cv2.TM_CCORR)
         both = cv2.matchTemplate(self._live[near], colours, cv2.TM_CCORR)
         power = max(float((colours * colours).sum()), 1e-6)
         gain = np.clip(both / power, *GAIN_RANGE)
-        explained = bare + 2.0 * gain * both - gain * gain * power
-        row, column = np.unravel_index(np.argmax(explained), explained.shape)
+        explained_energy = bare + 2.0 * gain * both - gain * gain * power
+        row, column = np.unravel_index(np.argmax(explained_energy), explained_energy.shape)
         shift = SHRINK * (np.array([column, row], dtype=np.float64) - reach)
         return shifted(world_from_object, shift, evidence, model, grounded=True)
 

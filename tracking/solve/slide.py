@@ -44,7 +44,7 @@ def silhouette_shift(evidence: Evidence, alpha: FloatArray) -> NDArray[np.float6
     """
     height, width = alpha.shape
     size = (width // SHRINK, height // SHRINK)
-    # The object's own pixels count for a place, the empty room against it, people and things not.
+    # The object's own pixels vote for a position, the empty room against it, others abstain.
     vote = evidence.own - 0.7 * np.clip(1.0 - evidence.foreground - evidence.hidden, 0.0, 1.0)
     vote = cv2.resize(vote, size, interpolation=cv2.INTER_AREA)
     drawn = cv2.resize(alpha, size, interpolation=cv2.INTER_AREA)

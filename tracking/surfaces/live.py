@@ -28,7 +28,7 @@ from scenes.state import LiveSurface
 from tracking.background.images import (
     MISALIGNMENT_PX,
     NOISE_FLOOR,
-    Plates,
+    BackgroundImages,
     difference,
     expose,
     fit_exposure,
@@ -68,21 +68,21 @@ SAME_COLOUR = 0.04
 """Of a 0..1 channel: less is no motion."""
 
 LARGEST_GAIN = 1.6
-"""Exposure that changes by more than this from frame to frame is not believed."""
+"""Exposure that changes by more than this from frame to frame is rejected."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class InTheWay:
+class Occluders:
     """What is known to be in front of surfaces.
 
     Attributes:
         layers: per lens, the tracked objects as they are drawn into it; empty if none are tracked.
-        plates: the empty room from the camera's place; without them, a surface is taken to be
+        background: the empty room from the camera's place; without them, a surface is taken to be
             free in the first frame that shows it.
     """
 
     layers: tuple[Sequence[Layer], ...] = ()
-    plates: Plates | None = None
+    background: BackgroundImages | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -163,7 +163,7 @@ def step(
     frame: Frame,
     surfaces: Sequence[LiveSurface],
     world_from_rig: Pose,
-    in_the_way: InTheWay | None = None,
+    occluders: Occluders | None = None,
 ) -> tuple[SurfacesState, tuple[SurfacePicture, ...]]:
     """The pictures of all live surfaces at one frame.
 
@@ -172,12 +172,12 @@ def step(
         frame: pictures of all lenses; surfaces of other streams are left out.
         surfaces: of the session.
         world_from_rig: the camera's pose, best the refined one (`TrackOutput.world_from_rig`).
-        in_the_way: what is known to be in front.
+        occluders: what is known to be in front.
 
     Raises:
         ValueError: a surface's corners span no flat convex quad.
     """
-    known = in_the_way or InTheWay()
+    known = occluders or Occluders()
     memories: dict[str, _Memory] = {}
     pictures: list[SurfacePicture] = []
     for surface in surfaces:
@@ -229,11 +229,11 @@ def _is_same(first: LiveSurface, second: LiveSurface) -> bool:
     )
 
 
-def _seen(memory: _Memory, frame: Frame, known: InTheWay) -> tuple[_Memory, BoolArray]:
+def _seen(memory: _Memory, frame: Frame, known: Occluders) -> tuple[_Memory, BoolArray]:
     """The memory after a frame, and the (H, W) pixels that the frame gave."""
     live = memory.fine.picture(frame.images)
     coarse = _halved(memory.coarse.picture(frame.images))
-    expected = memory.expected or _at_first(memory, frame, known.plates, coarse)
+    expected = memory.expected or _at_first(memory, frame, known.background, coarse)
     covered = _covered(memory, known)
     changed, likely = _changed(coarse, expected, memory.visible & ~covered)
     hidden = covered | _reaching_in(changed, memory.inner)
@@ -252,26 +252,28 @@ def _seen(memory: _Memory, frame: Frame, known: InTheWay) -> tuple[_Memory, Bool
 
 
 def _at_first(
-    memory: _Memory, frame: Frame, plates: Plates | None, coarse: FloatArray
+    memory: _Memory, frame: Frame, background: BackgroundImages | None, coarse: FloatArray
 ) -> _Expected:
     """What to expect before the first frame: the scanned room, or else the frame itself."""
     restless = np.zeros(memory.visible.shape, np.float32)
     since = np.full(memory.visible.shape, frame.t_ns, np.int64)
-    if plates is None:
+    if background is None:
         return _Expected(coarse, memory.visible, restless, coarse, since)
     pictures: list[NDArray[np.uint8]] = []
     for index, lens in enumerate(frame.rig.lenses):
-        exposure = fit_exposure(frame.images[index], plates.images[index], plates.coverage[index])
+        exposure = fit_exposure(
+            frame.images[index], background.images[index], background.coverage[index]
+        )
         x = (np.arange(lens.width_px, dtype=np.float32) + 0.5) / lens.width_px * 2 - 1
         y = (np.arange(lens.height_px, dtype=np.float32) + 0.5) / lens.height_px * 2 - 1
         radius2 = np.asarray(x[None, :] ** 2 + y[:, None] ** 2, dtype=np.float32)
-        drawn = expose(plates.images[index].whole(), exposure, radius2=radius2)
+        drawn = expose(background.images[index].whole(), exposure, radius2=radius2)
         pictures.append((255.0 * np.clip(drawn, 0, 1) + 0.5).astype(np.uint8))
     picture = _halved(memory.coarse.picture(tuple(pictures)))
     return _Expected(picture, memory.visible, restless, coarse, since)
 
 
-def _covered(memory: _Memory, known: InTheWay) -> BoolArray:
+def _covered(memory: _Memory, known: Occluders) -> BoolArray:
     """(h, w) coarse pixels where a tracked object is nearer than the surface."""
     if not any(known.layers):
         return np.zeros(memory.visible.shape, bool)

@@ -1,4 +1,4 @@
-"""What of a drawing is kept, natively; `tracking.window.reduction` is the readable twin."""
+"""Native reduction of a rendering; `tracking.window.reduction` is the readable twin."""
 
 from __future__ import annotations
 

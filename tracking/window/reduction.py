@@ -1,6 +1,6 @@
-"""What of a drawing is kept: its outline, its picture at the window's own pixels, points on it.
+"""Reduction of a rendering to contour, texture and surface points.
 
-The readable twin of `outlined_of` and `looks_of` in `tracking.solve.measurement`.
+The readable twin of `outlined_of` and `looks_of` in `tracking.window.native_reduction`.
 """
 
 from __future__ import annotations

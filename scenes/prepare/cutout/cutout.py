@@ -11,20 +11,21 @@ from numpy.typing import NDArray
 from scenes.cut import divide, restore
 from scenes.harmonics import turned
 from scenes.package import ScenePackage
-from scenes.package_records import Stage
-from scenes.prepare.cutout.added import ADDED, require_free_id
-from scenes.prepare.cutout.fill import fill_support
-from scenes.prepare.cutout.lifting import MaskedView
-from scenes.prepare.cutout.other_views import painting
-from scenes.prepare.cutout.room_beside import beside_foot, hanging_off
-from scenes.prepare.cutout.see_through import shows_background
-from scenes.prepare.cutout.seen_surface import SeenSurface, seen_surface
-from scenes.prepare.cutout.separate import Separation, ViewVerdict, separate
-from scenes.prepare.cutout.shadows import without_shadow
-from scenes.prepare.cutout.solid_parts import guessed_mass_kg, solid_parts
-from scenes.prepare.cutout.standing import SOLID
-from scenes.prepare.cutout.traces import traces
-from scenes.prepare.cutout.upright_box import UprightBox, upright_box
+from scenes.package.records import Stage
+from scenes.prepare.cutout.labelling.above_ground import SOLID
+from scenes.prepare.cutout.labelling.separate import Separation, ViewVerdict, separate
+from scenes.prepare.cutout.marks.masked_view import MaskedView
+from scenes.prepare.cutout.object.added import ADDED, require_free_id
+from scenes.prepare.cutout.object.solid_parts import guessed_mass_kg, solid_parts
+from scenes.prepare.cutout.object.upright_box import UprightBox, upright_box
+from scenes.prepare.cutout.remainder.fill import fill_support
+from scenes.prepare.cutout.remainder.floaters import FLOATERS
+from scenes.prepare.cutout.remainder.foot_and_haze import beside_foot, hanging_off
+from scenes.prepare.cutout.remainder.residual_splats import traces
+from scenes.prepare.cutout.remainder.see_through import shows_background
+from scenes.prepare.cutout.remainder.shadows import without_shadow
+from scenes.prepare.cutout.votes.room_views import painting
+from scenes.prepare.cutout.votes.seen_surface import SeenSurface, seen_surface
 from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud, concatenate
 from scenes.state import ObjectModel
@@ -39,8 +40,6 @@ BELOW_SUPPORT_M = 0.01
 """And those farther below what it stands on: they would leave its colours there."""
 MOST_BESIDE = 0.3
 """Of the object's opacity: more than this is no haze, and the box must be wrong."""
-FLOATERS = "floaters"
-"""What the stage of a cut without an object is called after."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

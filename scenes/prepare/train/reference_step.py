@@ -13,7 +13,7 @@ from scenes.prepare.train import adam, loss
 from scenes.prepare.train.training_rows import LOG_SCALE, LOGIT, MEAN, ROTATION, SH, TrainingRows
 from scenes.render.gradients import ObjectGradients, Recording, record
 from scenes.render.native import NativeRenderer
-from scenes.render.reference_backward import backward
+from scenes.render.reference.backward import backward
 from scenes.render.renderer import PosedSplats, RenderOptions
 from scenes.render.training import DepthBounds, Distance, Exposure
 from scenes.splats import SH_C0, SplatCloud

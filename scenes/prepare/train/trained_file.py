@@ -6,7 +6,7 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 
-from scenes.formats.atomic import write_file
+from scenes.formats.common.atomic import write_file
 from scenes.formats.ply import WORLD_COMMENT, read_ply, write_ply
 from scenes.prepare.train.trainer import Moment, TrainingResult, ViewScore
 

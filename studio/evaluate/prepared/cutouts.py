@@ -15,8 +15,8 @@ from scenes.formats.ply import write_ply
 from scenes.mesh import PhysicalObject, PhysicalRoom
 from scenes.package import ScenePackage
 from scenes.prepare.cutout.cutout import Cutout, cut_out, undo_cut
-from scenes.prepare.cutout.masks import GrabCutMasks, Prompt
-from scenes.prepare.cutout.prompted_views import PromptedView, masked_views
+from scenes.prepare.cutout.marks.masks import GrabCutMasks, Prompt
+from scenes.prepare.cutout.marks.prompted_views import PromptedView, masked_views
 from scenes.prepare.pipeline import Prepared
 from scenes.prepare.reconstruction import View, read_picture
 from scenes.rays import RayScene
@@ -89,7 +89,7 @@ def score_cutouts(
     scores = []
     for number, item in enumerate(room.objects):
         progress.advance(number / len(room.objects), item.object_id)
-        agree = _overlap(by_light == number, by_mesh == number)
+        agree = overlap(by_light == number, by_mesh == number)
         try:
             cut = _cut_by_hand(package, item, room, prepared.reconstruction.views, renderer)
         except ValueError as refused:
@@ -106,9 +106,9 @@ def score_cutouts(
         scores.append(
             CutScore(
                 item.object_id,
-                _overlap(found, by_mesh == number),
-                _overlap(found, untied == number),
-                _overlap(found, by_light == number),
+                overlap(found, by_mesh == number),
+                overlap(found, untied == number),
+                overlap(found, by_light == number),
                 agree,
                 100 * error_m,
                 _digest(undo_cut(cut.package).room, folder) == before,
@@ -141,7 +141,7 @@ def _cut_by_hand(
     )
 
 
-def _overlap(a: NDArray[np.bool_], b: NDArray[np.bool_]) -> float:
+def overlap(a: NDArray[np.bool_], b: NDArray[np.bool_]) -> float:
     """Intersection over union."""
     return float((a & b).sum() / max((a | b).sum(), 1))
 

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from scenes.cameras import pixel_centres
 from scenes.mesh import PhysicalObject, PhysicalRoom
-from scenes.package_records import ViewPoint
-from scenes.prepare.cutout.lifting import MaskedView, lift
+from scenes.package.records import ViewPoint
+from scenes.prepare.cutout.marks.masked_view import MaskedView
+from scenes.prepare.cutout.votes.lifting import lift
 from scenes.rays import RayScene
 from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud
@@ -41,7 +42,17 @@ def object_triangles(item: PhysicalObject) -> NDArray[np.float64]:
 
 def true_labels(cloud: SplatCloud, room: PhysicalRoom) -> NDArray[np.intp]:
     """(N,) index into `room.objects`, -1 for what never moves, -2 for floaters."""
-    distances = _distances(cloud, room)
+    return labels_by_mesh(cloud, _parts(room))
+
+
+def labels_by_mesh(cloud: SplatCloud, parts: Sequence[NDArray[np.float64]]) -> NDArray[np.intp]:
+    """(N,) index of the nearest of some bodies, less one; -2 for floaters.
+
+    Args:
+        cloud: the splats.
+        parts: (T, 3, 3) triangles of what never moves, then of each object.
+    """
+    distances = _distances(cloud, parts)
     nearest = distances.argmin(axis=0)
     return np.where(distances.min(axis=0) > FAR_M, -2, nearest - 1)
 
@@ -51,14 +62,18 @@ def between_two(cloud: SplatCloud, room: PhysicalRoom) -> NDArray[np.bool_]:
 
     A book's underside is the table's surface: what paints the book's lower edge lies in both.
     """
-    nearest, second = np.sort(_distances(cloud, room), axis=0)[:2]
+    nearest, second = np.sort(_distances(cloud, _parts(room)), axis=0)[:2]
     return np.asarray((second - nearest < TOUCHING_M) & (nearest <= FAR_M))
 
 
-def _distances(cloud: SplatCloud, room: PhysicalRoom) -> NDArray[np.float64]:
-    """(1 + objects, N) how far each splat is from what never moves and from each object."""
-    owners = [static_triangles(room), *(object_triangles(item) for item in room.objects)]
-    return np.stack([RayScene(triangles).distance(cloud.means) for triangles in owners])
+def _parts(room: PhysicalRoom) -> list[NDArray[np.float64]]:
+    """(T, 3, 3) triangles of what never moves, then of each object where it stands."""
+    return [static_triangles(room), *(object_triangles(item) for item in room.objects)]
+
+
+def _distances(cloud: SplatCloud, parts: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+    """(P, N) distance of each splat from each body, metres."""
+    return np.stack([RayScene(triangles).distance(cloud.means) for triangles in parts])
 
 
 def labels_by_light(

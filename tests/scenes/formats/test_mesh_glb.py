@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from scenes.formats.error import FormatError
+from scenes.formats.common.error import FormatError
 from scenes.formats.mesh_glb import read_mesh, write_mesh
 from scenes.mesh import CollisionMesh
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenes.formats.error import FormatError
+from scenes.formats.common.error import FormatError
 from scenes.formats.ply import ply_comments, read_ply, write_ply
 from scenes.splats import SplatCloud
 

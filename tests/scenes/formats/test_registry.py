@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from scenes.formats.error import FormatError
+from scenes.formats.common.error import FormatError
 from scenes.formats.ply import WORLD_COMMENT, write_ply
 from scenes.formats.registry import (
     FORMATS,

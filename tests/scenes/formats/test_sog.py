@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from scenes.formats.error import FormatError
+from scenes.formats.common.error import FormatError
 from scenes.formats.sog import is_sog_folder, read_sog
 
 CODEBOOK = [i / 32 - 4 for i in range(256)]

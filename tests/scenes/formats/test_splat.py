@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenes.formats.error import FormatError
+from scenes.formats.common.error import FormatError
 from scenes.formats.splat import read_splat, write_splat
 from scenes.splats import SH_C0, SplatCloud
 

@@ -8,7 +8,7 @@ import zstandard
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenes.formats.error import FormatError
+from scenes.formats.common.error import FormatError
 from scenes.formats.spz import read_spz, write_spz
 from scenes.splats import SplatCloud
 

@@ -9,8 +9,8 @@ from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
 from scenes.render.gsplat import GsplatRenderer
 from scenes.render.native import NativeRenderer
-from scenes.render.reference import ReferenceRenderer
-from scenes.render.reference_gradients import drawable
+from scenes.render.reference.differences import drawable
+from scenes.render.reference.renderer import ReferenceRenderer
 from scenes.render.renderer import PosedSplats, RenderOptions
 from scenes.splats import SH_C0, SplatCloud
 from tests.scenes.render.gsplat_stand_in import StandInGsplat, stand_in_torch

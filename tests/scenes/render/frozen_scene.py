@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from scenes.render.pose_step import moved
-from scenes.render.reference_gradients import FrozenPicture, difference
+from scenes.render.reference.differences import FrozenPicture, difference
 
 VALUES = ("means", "scales", "rotations", "opacities", "sh")
 STEPS = dict.fromkeys(VALUES, 5e-6) | {"sh": 1e-4}

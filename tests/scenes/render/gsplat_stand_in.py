@@ -12,7 +12,7 @@ import numpy as np
 from scenes.cameras import Fisheye, Pinhole
 from scenes.harmonics import basis
 from scenes.pose import rotation_from_quaternion
-from scenes.render.reference import _project_fisheye, _project_pinhole
+from scenes.render.reference.projection import project
 
 
 class Tensor(np.ndarray):
@@ -74,12 +74,12 @@ class StandInGsplat:
         points = np.asarray(means.astype(float) @ rotation.T + shift)
         if options["camera_model"] == "pinhole":
             camera = Pinhole(width, height, fx, fy, cx, cy)
-            pixels, _, jacobians, _ = _project_pinhole(camera, points)
+            pixels, _, jacobians, _ = project(camera, points)
         else:
             assert options["camera_model"] == "fisheye"
             assert fx == fy
             camera = Fisheye(width, height, fx, cx, cy, np.pi)
-            pixels, _, jacobians, _ = _project_fisheye(camera, points)
+            pixels, _, jacobians, _ = project(camera, points)
         factors = rotation_from_quaternion(np.asarray(quats)) * np.asarray(scales)[:, None]
         sharp = jacobians @ rotation @ factors
         sharp = sharp @ np.swapaxes(sharp, 1, 2)

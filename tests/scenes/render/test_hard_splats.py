@@ -10,7 +10,7 @@ from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
 from scenes.render.gradients import record
 from scenes.render.native import NativeRenderer
-from scenes.render.reference import ReferenceRenderer
+from scenes.render.reference.renderer import ReferenceRenderer
 from scenes.render.renderer import PosedSplats, RenderOptions
 from scenes.splats import SH_COUNTS, SplatCloud
 

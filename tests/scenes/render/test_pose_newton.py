@@ -19,7 +19,7 @@ from scenes.render.pose_newton import (
     solve_pose,
 )
 from scenes.render.pose_step import moved
-from scenes.render.reference_gradients import FrozenPicture
+from scenes.render.reference.differences import FrozenPicture
 from scenes.render.renderer import PosedSplats, RenderOptions
 from scenes.splats import SH_C0, SplatCloud
 

@@ -17,7 +17,7 @@ from scenes.render.pose_newton import (
     normal_equations,
     solve_pose,
 )
-from scenes.render.reference import ReferenceRenderer
+from scenes.render.reference.renderer import ReferenceRenderer
 from scenes.render.renderer import PosedSplats, RenderOptions
 from scenes.splats import SplatCloud
 

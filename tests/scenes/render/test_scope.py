@@ -11,7 +11,7 @@ from scenes.render.gradients import record
 from scenes.render.incremental import StillView
 from scenes.render.native import NativeRenderer
 from scenes.render.pose_newton import PoseTarget, normal_equations
-from scenes.render.reference import ReferenceRenderer
+from scenes.render.reference.renderer import ReferenceRenderer
 from scenes.render.renderer import TILE_PX, PosedSplats, RenderOptions, tiles_of
 
 BACK = Pose(np.eye(3), [0.0, 0.0, -1.5])

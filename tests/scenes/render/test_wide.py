@@ -12,7 +12,7 @@ from scenes.pose import Pose
 from scenes.render.gradients import record
 from scenes.render.incremental import StillView
 from scenes.render.native import NativeRenderer
-from scenes.render.reference import ReferenceRenderer
+from scenes.render.reference.renderer import ReferenceRenderer
 from scenes.render.renderer import WIDE_RAD, PosedSplats, RenderOptions
 from scenes.splats import SplatCloud
 

@@ -9,7 +9,7 @@ from scenes.quad import quad_of
 from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud
 from studio.session.live_surfaces import LiveSurfaces, clicked_surface, live_surface
-from tracking.background.images import render_plates
+from tracking.background.images import render_background
 from tracking.output import TrackOutput
 
 BOARD = np.array([[-0.9, 1.5, 1.2], [0.9, 1.5, 1.2], [0.9, 1.5, 0.3], [-0.9, 1.5, 0.3]])
@@ -22,8 +22,10 @@ def first(tiny):
     """A frame of the room as it was scanned, large enough to see a board in."""
     frame = next(iter(tiny.inputs())).frame
     rig = Rig((LENS, LENS), frame.rig.rig_from_lens)
-    plates = render_plates(NativeRenderer(), tiny.scene.room, rig, frame.world_from_rig)
-    images = tuple((255 * np.clip(image.whole(), 0, 1)).astype(np.uint8) for image in plates.images)
+    background = render_background(NativeRenderer(), tiny.scene.room, rig, frame.world_from_rig)
+    images = tuple(
+        (255 * np.clip(image.whole(), 0, 1)).astype(np.uint8) for image in background.images
+    )
     return replace(frame, images=images, rig=rig)
 
 

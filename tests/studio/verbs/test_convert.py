@@ -5,7 +5,7 @@ import sys
 import numpy as np
 import pytest
 
-from scenes.formats.blocks import SplatBlocks
+from scenes.formats.common.blocks import SplatBlocks
 from scenes.formats.ply import write_ply_blocks
 from scenes.formats.registry import is_in_world_frame, read_splats, write_splats
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA
@@ -172,9 +172,6 @@ def test_progress_tells_the_share_and_the_time_left(tmp_path, monkeypatch):
 PEAK = """
 import resource, sys
 from studio.cli import main
-from studio.convert import SHOWN_FROM
-from studio.convert import convert as run_conversion
-from studio.progress import Progress
 code = main(["convert", *sys.argv[1:], "--json"])
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, file=sys.stderr)
 sys.exit(code)

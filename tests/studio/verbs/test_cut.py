@@ -11,7 +11,7 @@ import pytest
 from scenes.cameras import Pinhole
 from scenes.frames import look_at
 from scenes.package import ScenePackage, load_package, save_package
-from scenes.package_records import ViewPoint
+from scenes.package.records import ViewPoint
 from scenes.pose import Pose
 from scenes.splats import SplatCloud
 from studio.cli import main

@@ -14,7 +14,7 @@ from scenes.cameras import Pinhole
 from scenes.frames import look_at
 from scenes.mesh import PhysicalRoom, QrCode
 from scenes.package import ScenePackage, load_package, save_package
-from scenes.package_records import ViewPoint
+from scenes.package.records import ViewPoint
 from scenes.pose import Pose
 from scenes.prepare.align.unmeasured import stated_alignment
 from scenes.prepare.reconstruction import Reconstruction, View

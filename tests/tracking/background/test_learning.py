@@ -9,7 +9,7 @@ from devices.messages import Frame
 from scenes.cameras import Fisheye, Rig
 from scenes.frames import FRONT_FROM_BACK_LENS
 from scenes.pose import Pose
-from tracking.background.images import Exposure, Plates
+from tracking.background.images import BackgroundImages, Exposure
 from tracking.background.learning import Care, band_of, learn, whole_lens
 from tracking.background.strips import STRIPS
 from tracking.window.filters import bell_blurred
@@ -29,10 +29,10 @@ def room():
     true = np.clip(0.5 + 4 * (true - 0.5), 0.05, 0.95)
     rough = np.clip(true + rng.normal(0, 0.02, true.shape), 0, 1).astype(np.float32)
     whole = np.ones((SIDE, SIDE), np.float32)
-    plates = Plates.of_pictures(Pose.identity(), (rough, rough), (whole, whole))
+    background = BackgroundImages.of_pictures(Pose.identity(), (rough, rough), (whole, whole))
     image = np.round(true * 255).astype(np.uint8)
     frame = Frame("camera", 0, 0, 0, (image, image), RIG, Pose.identity())
-    return true, plates, frame
+    return true, background, frame
 
 
 def test_every_row_of_every_lens_has_its_turn():
@@ -44,39 +44,39 @@ def test_every_row_of_every_lens_has_its_turn():
 
 
 def test_a_band_learns_its_rows_only_and_what_the_whole_would(room):
-    true, plates, frame = room
+    true, background, frame = room
     band = band_of(5, (SIDE, SIDE))
-    part = learn(plates, frame, NEUTRAL, (), band)
-    whole = learn(plates, frame, NEUTRAL, (), whole_lens(band.lens, SIDE))
+    part = learn(background, frame, NEUTRAL, (), band)
+    whole = learn(background, frame, NEUTRAL, (), whole_lens(band.lens, SIDE))
     rows = slice(band.top, band.bottom)
-    before, after = plates.images[band.lens].whole(), part.images[band.lens].whole()
+    before, after = background.images[band.lens].whole(), part.images[band.lens].whole()
     np.testing.assert_array_equal(after[: band.top], before[: band.top])
     np.testing.assert_array_equal(after[band.bottom :], before[band.bottom :])
     np.testing.assert_allclose(after[rows], whole.images[band.lens][rows, :], atol=1e-6)
     assert part.learned[band.lens][rows, :].mean() > 0.98
     assert float(np.abs(after[rows] - true[rows]).mean()) < 0.004
-    assert part.images[1 - band.lens] is plates.images[1 - band.lens]
+    assert part.images[1 - band.lens] is background.images[1 - band.lens]
 
 
 def test_nothing_is_learned_where_an_object_stands(room):
-    _, plates, frame = room
+    _, background, frame = room
     square = np.ones((40, 50), np.float32)
     taken = Layer(100, 120, np.zeros((40, 50, 3), np.float32), square, square)
-    found = learn(plates, frame, NEUTRAL, (taken,), whole_lens(0, SIDE))
+    found = learn(background, frame, NEUTRAL, (taken,), whole_lens(0, SIDE))
     assert not found.learned[0][120:160, 100:150].any()
     assert found.learned[0][:100, :].mean() > 0.98
 
 
 def test_while_things_may_be_anywhere_nothing_is_learned_beside_what_differs(room):
-    true, plates, frame = room
+    true, background, frame = room
     image = frame.images[0].copy()
     image[100:140, 100:110] = 255
     # The thing's other side is as good as the room's colours.
     image[100:140, 110:114] = np.clip(255 * true[100:140, 110:114] + 4, 0, 255)
     seen = Frame("camera", 0, 0, 0, (image, image), RIG, Pose.identity())
     band = whole_lens(0, SIDE)
-    after = learn(plates, seen, NEUTRAL, (), band, care=Care.WARY).learned[0].whole()
+    after = learn(background, seen, NEUTRAL, (), band, care=Care.WARY).learned[0].whole()
     assert not after[104:136, 96:116].any()
     assert after[200:, 200:].mean() > 0.9
-    less = learn(plates, seen, NEUTRAL, (), band, care=Care.CAUTIOUS).learned[0].whole()
+    less = learn(background, seen, NEUTRAL, (), band, care=Care.CAUTIOUS).learned[0].whole()
     assert after.sum() < less.sum()

@@ -15,7 +15,7 @@ from tracking.baseline.identity import (
 
 def detection(x, y, width=40.0, height=60.0):
     box = np.array([x - width / 2, y - height / 2, x + width / 2, y + height / 2])
-    return Detection("thing", 1.0, box, np.ones((4, 4), bool))
+    return Detection("physical", 1.0, box, np.ones((4, 4), bool))
 
 
 def test_constants_are_the_papers():

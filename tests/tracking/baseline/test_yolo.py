@@ -10,7 +10,7 @@ from tracking.baseline.yolo import Letterbox, YoloSegDetector, decode, letterbox
 
 SIZE = 64
 ANCHORS = 6
-CLASSES = ("chair", "book")
+CLASSES = ("chair", "cache")
 CHANNELS = 4 + 2 + 32
 
 
@@ -60,7 +60,7 @@ def test_detects_through_a_real_onnx_session(tmp_path):
     ]
     detector = YoloSegDetector(network(tmp_path / "n.onnx", boxes=boxes), class_names=CLASSES)
     found = detector.detect(view(), ())
-    assert [(d.label, round(d.score, 2)) for d in found] == [("chair", 0.9), ("book", 0.7)]
+    assert [(d.label, round(d.score, 2)) for d in found] == [("chair", 0.9), ("cache", 0.7)]
     # 128×64 shrinks by 2 into the middle rows of the 64×64 square: x' = 2x, y' = 2(y - 16).
     np.testing.assert_allclose(found[0].box_px, [24, 12, 104, 52], atol=1e-4)
     mask = found[0].mask
@@ -91,7 +91,7 @@ def test_upright_pictures_are_padded_at_the_sides():
     predictions[5, 0] = 1.0
     protos = np.zeros((32, 16, 16), np.float32)
     protos[0] = 1.0
-    (found,) = decode(predictions, protos, box, (100, 200), ("thing",))
+    (found,) = decode(predictions, protos, box, (100, 200), ("physical",))
     np.testing.assert_allclose(found.box_px, [25, 50, 75, 150])
     assert found.mask.sum() == 50 * 100
 

@@ -13,8 +13,8 @@ from scenes.state import ObjectModel
 from tests.tracking.evidence.test_rendering import BOX_M, at, box, seen
 from tests.tracking.evidence.test_rendering import model as model
 from tests.tracking.evidence.test_rendering import renderer as renderer
-from tracking.evidence.appearance_memory import laid_on, portrayed
-from tracking.evidence.rendering import Sketchbook, draw
+from tracking.evidence.appearance_memory import applied_to, remember_appearance
+from tracking.evidence.rendering import RenderingCache, draw
 from tracking.follow.measure import measure
 from tracking.model.object_model import make_model
 
@@ -30,21 +30,21 @@ def faulty(renderer):
 
 
 @pytest.fixture(scope="module")
-def portrait(model, faulty, renderer):
+def appearance(model, faulty, renderer):
     """Of the real box, drawn by the faulty scan of it."""
     evidence = seen(model, REST)
     real = draw(model, REST, evidence, renderer)
     shown = replace(evidence, live=real.rgb, foreground=real.alpha)
     drawn = draw(faulty, REST, evidence, renderer)
-    return portrayed(shown, drawn, REST, radius_m=faulty.radius_m)
+    return remember_appearance(shown, drawn, REST, radius_m=faulty.radius_m)
 
 
-def apart(portrait, model, faulty, renderer, pose):
+def apart(appearance, model, faulty, renderer, pose):
     """Mean colour difference to the real box without and with its portrait."""
     evidence = seen(model, pose)
     real = draw(model, pose, evidence, renderer)
     plain = draw(faulty, pose, evidence, renderer)
-    laid = Sketchbook(None, portrait).drawn(faulty, pose, evidence, renderer)
+    laid = RenderingCache(None, appearance).drawn(faulty, pose, evidence, renderer)
     inside = real.alpha > 0.9
     return [float(np.abs(picture.rgb - real.rgb)[inside].mean()) for picture in (plain, laid)]
 
@@ -54,119 +54,139 @@ def apart(portrait, model, faulty, renderer, pose):
     [(REST, 0.3), (at(0.0, 0.2, 1.2, 8.0), 0.6), (at(0.15, 0.1, 1.3, -8.0), 0.6)],
 )
 def test_wrong_colours_are_put_right_while_the_object_is_seen_from_about_there(
-    portrait, model, faulty, renderer, pose, most
+    appearance, model, faulty, renderer, pose, most
 ):
-    plain, laid = apart(portrait, model, faulty, renderer, pose)
+    plain, laid = apart(appearance, model, faulty, renderer, pose)
     assert laid < most * plain
 
 
-def test_a_portrait_says_nothing_of_other_sides(portrait, model, faulty, renderer):
+def test_an_appearance_memory_says_nothing_of_other_sides(appearance, model, faulty, renderer):
     evidence = seen(model, at(0.0, 0.2, 1.2, 60.0))
     pose = at(0.0, 0.2, 1.2, 60.0)
-    laid = Sketchbook(None, portrait).drawn(faulty, pose, evidence, renderer)
+    laid = RenderingCache(None, appearance).drawn(faulty, pose, evidence, renderer)
     np.testing.assert_array_equal(laid.rgb, draw(faulty, pose, evidence, renderer).rgb)
-    assert portrait.worth(portrait.camera_from_object) == 1.0
-    turns = [portrait.worth(evidence_of(model, at(0.0, 0.2, 1.2, deg))) for deg in (0, 25, 35, 60)]
+    assert appearance.view_weight(appearance.camera_from_object) == 1.0
+    turns = [
+        appearance.view_weight(evidence_of(model, at(0.0, 0.2, 1.2, deg)))
+        for deg in (0, 25, 35, 60)
+    ]
     assert turns == sorted(turns, reverse=True)
 
 
 @pytest.mark.parametrize("pose", [REST, at(0.0, 0.2, 1.2, 25.0), at(0.15, 0.1, 1.3, -8.0)])
 @pytest.mark.parametrize("distortion", [(0.0,) * 4, (0.02, -0.01, 0.002, 0.0)])
-def test_the_kernel_lays_on_what_its_twin_does(portrait, faulty, renderer, pose, distortion):
+def test_the_kernel_lays_on_what_its_twin_does(appearance, faulty, renderer, pose, distortion):
     evidence = seen(faulty, pose)
     camera = replace(evidence.camera, distortion=distortion)
     camera_from_object = evidence.world_from_camera.inverse() @ pose
     drawn = draw(faulty, pose, evidence, renderer)
-    found = portrait.laid_on(drawn, camera, camera_from_object)
-    wanted = laid_on(portrait, drawn, camera, camera_from_object)
+    found = appearance.applied_to(drawn, camera, camera_from_object)
+    wanted = applied_to(appearance, drawn, camera, camera_from_object)
     assert np.abs(wanted.rgb - drawn.rgb).max() > 0.1
     np.testing.assert_allclose(found.rgb, wanted.rgb, atol=2e-4)
 
 
-def test_a_portrait_of_another_size_than_its_lens_is_refused(portrait, faulty, renderer):
+def test_an_appearance_memory_of_another_size_than_its_lens_is_refused(
+    appearance, faulty, renderer
+):
     evidence = seen(faulty, REST)
     drawn = draw(faulty, REST, evidence, renderer)
     camera_from_object = evidence.world_from_camera.inverse() @ REST
-    cut = replace(portrait, shown=np.ascontiguousarray(portrait.shown[1:]))
+    cut = replace(appearance, shown=np.ascontiguousarray(appearance.shown[1:]))
     with pytest.raises(ValueError, match="shown"):
-        cut.laid_on(drawn, evidence.camera, camera_from_object)
+        cut.applied_to(drawn, evidence.camera, camera_from_object)
 
 
 def evidence_of(model, pose):
     return seen(model, pose).world_from_camera.inverse() @ pose
 
 
-def test_what_covers_an_object_is_not_portrayed_as_its_own(model, faulty, renderer):
+def test_what_covers_an_object_is_not_remembered_as_its_own(model, faulty, renderer):
     evidence = seen(model, REST)
     real = draw(model, REST, evidence, renderer)
     hidden = np.ones_like(real.alpha)
     shown = replace(evidence, live=real.rgb, foreground=real.alpha, hidden=hidden)
     drawn = draw(faulty, REST, evidence, renderer)
-    portrait = portrayed(shown, drawn, REST, radius_m=faulty.radius_m)
-    assert not portrait.shown[..., 3].any()
+    appearance = remember_appearance(shown, drawn, REST, radius_m=faulty.radius_m)
+    assert not appearance.shown[..., 3].any()
 
 
-def test_a_sketch_of_another_portrait_does_not_serve(portrait, faulty, renderer):
+def test_a_reduced_rendering_of_another_appearance_memory_does_not_serve(
+    appearance, faulty, renderer
+):
     evidence = seen(faulty, REST)
-    plain = Sketchbook().at(faulty, REST, evidence, renderer)
-    laid = Sketchbook(plain, portrait).at(faulty, REST, evidence, renderer)
+    plain = RenderingCache().at(faulty, REST, evidence, renderer)
+    laid = RenderingCache(plain, appearance).at(faulty, REST, evidence, renderer)
     assert laid is not plain
-    assert laid.portrait is portrait
-    assert Sketchbook(laid, portrait).at(faulty, REST, evidence, renderer) is laid
+    assert laid.appearance is appearance
+    assert RenderingCache(laid, appearance).at(faulty, REST, evidence, renderer) is laid
     assert np.abs(laid.colours - plain.colours).mean() > 0.05
 
 
-@pytest.mark.parametrize(("likeness", "stays"), [(0.86, True), (0.7, False)])
-def test_what_looks_as_it_did_at_rest_has_not_moved(monkeypatch, portrait, likeness, stays):
-    known = replace(portrait, likeness=0.88)
-    there = SimpleNamespace(likeness=likeness, textured=True, visible_fraction=0.9, support=0.9)
+@pytest.mark.parametrize(("colour_correlation", "stays"), [(0.86, True), (0.7, False)])
+def test_what_looks_as_it_did_at_rest_has_not_moved(
+    monkeypatch, appearance, colour_correlation, stays
+):
+    known = replace(appearance, colour_correlation=0.88)
+    there = SimpleNamespace(
+        colour_correlation=colour_correlation,
+        textured=True,
+        visible_fraction=0.9,
+        contour_score=0.9,
+    )
     tried = SimpleNamespace(
-        covered_fraction=0.9, support=0.1, free_agreement=0.1, textured=True, likeness=0.1
+        covered_fraction=0.9,
+        contour_score=0.1,
+        unoccluded_inlier_ratio=0.1,
+        textured=True,
+        colour_correlation=0.1,
     )
     monkeypatch.setattr(tracking.follow.measure, "priors", lambda *_: [None])
     monkeypatch.setattr(tracking.follow.measure, "attempt", lambda *_, **__: tried)
-    monkeypatch.setattr(tracking.follow.measure, "at_portrait", lambda *_: there)
+    monkeypatch.setattr(tracking.follow.measure, "at_remembered_pose", lambda *_: there)
     track = SimpleNamespace(
         moves_on=False,
-        state=None, missed_frames=3, sketch=None, portrait=known, usual_agreement=0.0,
-        usual_likeness=0.0,
+        state=None, missed_frames=3, reduced=None, appearance=known, usual_inlier_ratio=0.0,
+        usual_correlation=0.0,
     )  # fmt: skip
     task = SimpleNamespace(track=track, model=SimpleNamespace(radius_m=0.2), is_first=False)
     near = Pose(REST.rotation, REST.translation + 0.05)
     assert (measure(task, None, near)[1] is there) == stays
     far = Pose(REST.rotation, REST.translation + 0.2)
     assert measure(task, None, far)[1] is tried
-    track.portrait = replace(known, is_of_rest=False)
+    track.appearance = replace(known, was_at_rest=False)
     assert measure(task, None, near)[1] is tried
 
 
 @pytest.mark.parametrize(
-    ("worth", "likeness", "renewed"),
+    ("view_weight", "colour_correlation", "renewed"),
     [(1.0, 0.8, False), (0.6, 0.8, True), (0.6, 0.3, False), (0.0, 0.8, False)],
 )
-def test_a_portrait_is_renewed_while_the_object_is_still_recognised_by_it(worth, likeness, renewed):
-    sketch = SimpleNamespace(
-        portrait=SimpleNamespace(worth=lambda _: worth), camera_from_object=None
+def test_an_appearance_memory_is_renewed_while_the_object_is_still_recognised_by_it(
+    view_weight, colour_correlation, renewed
+):
+    reduced = SimpleNamespace(
+        appearance=SimpleNamespace(view_weight=lambda _: view_weight), camera_from_object=None
     )
-    fit = SimpleNamespace(sketch=sketch, likeness=likeness)
-    assert tracking.follow.follow._is_outgrown(fit) == renewed
+    fit = SimpleNamespace(reduced=reduced, colour_correlation=colour_correlation)
+    assert tracking.follow.follow._turns_away_from_memory(fit) == renewed
 
 
 @pytest.mark.parametrize(("height_m", "taken_up"), [(0.74, False), (0.77, True), (1.2, True)])
 def test_what_stood_and_hangs_in_the_air_was_taken_up(height_m, taken_up):
     task = SimpleNamespace(
         track=SimpleNamespace(world_from_object=Pose.from_yaw(0.0, (0.0, 0.0, 0.74))),
-        supports_m=(0.0, 0.74),
+        support_heights_m=(0.0, 0.74),
     )
     fit = SimpleNamespace(world_from_object=Pose.from_yaw(0.0, (0.0, 0.0, height_m)))
     assert tracking.follow.follow._was_taken_up(task, fit) == taken_up
 
 
-def test_what_rests_where_it_was_portrayed_is_not_portrayed_again(faulty, renderer):
+def test_what_rests_where_it_was_remembered_is_not_remembered_again(faulty, renderer):
     evidence = seen(faulty, REST)
     drawn = draw(faulty, REST, evidence, renderer)
-    portrait = portrayed(evidence, drawn, REST, radius_m=faulty.radius_m)
-    assert portrait.shows_at(REST @ Pose.from_yaw(0.001, (0.0004, 0.0, 0.0)))
-    assert not portrait.shows_at(REST @ Pose.from_yaw(0.0, (0.003, 0.0, 0.0)))
-    assert not portrait.shows_at(REST @ Pose.from_yaw(0.02))
-    assert not replace(portrait, is_of_rest=False).shows_at(REST)
+    appearance = remember_appearance(evidence, drawn, REST, radius_m=faulty.radius_m)
+    assert appearance.is_valid_at(REST @ Pose.from_yaw(0.001, (0.0004, 0.0, 0.0)))
+    assert not appearance.is_valid_at(REST @ Pose.from_yaw(0.0, (0.003, 0.0, 0.0)))
+    assert not appearance.is_valid_at(REST @ Pose.from_yaw(0.02))
+    assert not replace(appearance, was_at_rest=False).is_valid_at(REST)

@@ -12,7 +12,7 @@ from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel
 from tracking.evidence.evidence import Evidence
-from tracking.evidence.rendering import Sketchbook, draw, sketched
+from tracking.evidence.rendering import RenderingCache, draw, reduced_rendering
 from tracking.kernels.native import SeenWindow
 from tracking.model.object_model import make_model
 from tracking.solve.gauss_newton import ROUGH_POINTS, roughly
@@ -71,61 +71,61 @@ def test_small_objects_are_drawn_finer_and_their_points_lie_where_they_should(
 ):
     pose = at(0.1, 0.3, distance_m, 20.0)
     evidence = seen(model, pose)
-    sketch = sketched(model, pose, evidence, renderer)
-    assert sketch.finer == finer
+    reduced = reduced_rendering(model, pose, evidence, renderer)
+    assert reduced.finer == finer
     inside = pose.inverse() @ evidence.world_from_camera
-    np.testing.assert_allclose((inside @ sketch.camera_from_object).matrix(), np.eye(4), atol=1e-9)
+    np.testing.assert_allclose((inside @ reduced.camera_from_object).matrix(), np.eye(4), atol=1e-9)
     low, high = np.array([-0.5, -0.5, 0.0]) * BOX_M, np.array([0.5, 0.5, 1.0]) * BOX_M
-    for points in (sketch.contour.points, sketch.surface):
+    for points in (reduced.contour.points, reduced.surface):
         assert (points > low - 0.02).all()
         assert (points < high + 0.02).all()
-    pixels, _ = evidence.camera.project(sketch.camera_from_object @ sketch.surface)
+    pixels, _ = evidence.camera.project(reduced.camera_from_object @ reduced.surface)
     column, row = np.floor(pixels).astype(int).T
     alpha = draw(model, pose, evidence, renderer).alpha
     assert (alpha[row, column] > 0.3).mean() > 0.97
-    assert (sketch.contour.inner_px <= 6.0).all()
+    assert (reduced.contour.inner_px <= 6.0).all()
 
 
-def test_a_sketch_serves_until_the_object_looks_otherwise(model, renderer):
+def test_a_reduced_rendering_serves_until_the_object_looks_otherwise(model, renderer):
     pose = at(0.0, 0.2, 1.5)
-    sketch = sketched(model, pose, seen(model, pose), renderer)
+    reduced = reduced_rendering(model, pose, seen(model, pose), renderer)
 
-    def serves(x, y, z, yaw_deg=0.0):
+    def is_valid_for(x, y, z, yaw_deg=0.0):
         moved = at(x, y, z, yaw_deg)
         view = seen(model, moved).view
-        return sketch.serves(view, view.world_from_camera.inverse() @ moved)
+        return reduced.is_valid_for(view, view.world_from_camera.inverse() @ moved)
 
-    assert serves(0.0, 0.2, 1.5)
-    assert serves(0.01, 0.2, 1.51, 0.5)
-    assert not serves(0.0, 0.2, 1.5, 3.0)
-    assert not serves(0.0, 0.2, 1.7)
-    assert not serves(0.15, 0.2, 1.5)
-    assert not serves(0.0, 0.2, -1.5)
+    assert is_valid_for(0.0, 0.2, 1.5)
+    assert is_valid_for(0.01, 0.2, 1.51, 0.5)
+    assert not is_valid_for(0.0, 0.2, 1.5, 3.0)
+    assert not is_valid_for(0.0, 0.2, 1.7)
+    assert not is_valid_for(0.15, 0.2, 1.5)
+    assert not is_valid_for(0.0, 0.2, -1.5)
 
 
-def test_what_a_book_has_drawn_serves_again_and_a_rough_one_only_to_come_near_by(model, renderer):
+def test_what_a_cache_has_drawn_serves_again_and_a_rough_one_only_to_come_near_by(model, renderer):
     pose, turned = at(0.0, 0.2, 1.5), at(0.0, 0.2, 1.5, 3.0)
-    book = Sketchbook()
-    first = book.at(model, pose, seen(model, pose), renderer)
-    assert book.at(model, turned, seen(model, turned), renderer, tolerance=2.5) is first
-    second = book.at(model, turned, seen(model, turned), renderer)
+    cache = RenderingCache()
+    first = cache.at(model, pose, seen(model, pose), renderer)
+    assert cache.at(model, turned, seen(model, turned), renderer, tolerance=2.5) is first
+    second = cache.at(model, turned, seen(model, turned), renderer)
     assert second is not first
-    assert book.at(model, pose, seen(model, pose), renderer) is first
-    assert Sketchbook(second).at(model, turned, seen(model, turned), renderer) is second
+    assert cache.at(model, pose, seen(model, pose), renderer) is first
+    assert RenderingCache(second).at(model, turned, seen(model, turned), renderer) is second
 
 
 def test_what_moves_on_is_drawn_quickly_until_it_is_looked_at_closely(model, renderer):
     pose = Pose.from_yaw(0.3, (0.1, 0.1, 0.5))
     evidence = seen(model, pose)
-    quick = Sketchbook(quickly=True).at(model, pose, evidence, renderer)
-    close = Sketchbook(quick).at(model, pose, evidence, renderer)
+    quick = RenderingCache(quickly=True).at(model, pose, evidence, renderer)
+    close = RenderingCache(quick).at(model, pose, evidence, renderer)
     assert (quick.finer, close.finer) == (1, 2)
-    assert Sketchbook(close, quickly=True).at(model, pose, evidence, renderer) is close
+    assert RenderingCache(close, quickly=True).at(model, pose, evidence, renderer) is close
 
 
 def test_far_off_an_outline_is_looked_at_in_fewer_points(model, renderer):
     pose = Pose.from_yaw(0.3, (0.2, 0.1, 1.0))
-    outline = sketched(model, pose, seen(model, pose), renderer).contour
+    outline = reduced_rendering(model, pose, seen(model, pose), renderer).contour
     few = roughly(outline)
     assert ROUGH_POINTS <= len(few) < 2 * ROUGH_POINTS
     step = len(outline) // ROUGH_POINTS

@@ -18,20 +18,28 @@ CARRIED = Prior(MEAN, np.array([0.1, 0.1, 0.08, 0.25]))
 
 def a_task(still_frames=0):
     return SimpleNamespace(
-        supports_m=(0.0, TABLE_M), track=SimpleNamespace(still_frames=still_frames)
+        support_heights_m=(0.0, TABLE_M), track=SimpleNamespace(still_frames=still_frames)
     )
 
 
-def a_fit(height_m, misfit, *, likeness=0.6, alike=1.0, textured=True, bare=0.0):
+def a_fit(
+    height_m,
+    contour_chi2,
+    *,
+    colour_correlation=0.6,
+    variance_inflation=1.0,
+    textured=True,
+    bare=0.0,
+):
     return SimpleNamespace(
         world_from_object=Pose.from_yaw(0.0, (0.0, 0.0, height_m)),
-        misfit=misfit,
-        alike=alike,
-        likeness=likeness,
+        contour_chi2=contour_chi2,
+        variance_inflation=variance_inflation,
+        colour_correlation=colour_correlation,
         textured=textured,
         visible_fraction=1.0 - bare,
         covered_fraction=0.0,
-        sketch=SimpleNamespace(contour=range(200), surface=range(240)),
+        reduced=SimpleNamespace(contour=range(200), surface=range(240)),
     )
 
 
@@ -54,14 +62,14 @@ def test_a_little_better_outline_does_not_lift_a_book():
 def test_an_outline_whose_neighbours_err_alike_says_less():
     lifted, standing = (TABLE_M + 0.02, 100.0), (TABLE_M, 125.0)
     assert carried_wins(a_fit(*lifted), a_fit(*standing))
-    assert not carried_wins(a_fit(*lifted), a_fit(*standing, alike=3.0))
+    assert not carried_wins(a_fit(*lifted), a_fit(*standing, variance_inflation=3.0))
 
 
-def test_the_pattern_has_a_say_and_only_that_of_textured_things():
-    lifted, standing = a_fit(TABLE_M + 0.02, 100.0, likeness=0.4), (TABLE_M, 140.0)
-    assert not carried_wins(lifted, a_fit(*standing, likeness=0.9))
-    plain = a_fit(TABLE_M + 0.02, 100.0, likeness=0.4, textured=False)
-    assert carried_wins(plain, a_fit(*standing, likeness=0.9, textured=False))
+def test_the_pattern_has_a_say_and_only_that_of_textured_objects():
+    lifted, standing = a_fit(TABLE_M + 0.02, 100.0, colour_correlation=0.4), (TABLE_M, 140.0)
+    assert not carried_wins(lifted, a_fit(*standing, colour_correlation=0.9))
+    plain = a_fit(TABLE_M + 0.02, 100.0, colour_correlation=0.4, textured=False)
+    assert carried_wins(plain, a_fit(*standing, colour_correlation=0.9, textured=False))
 
 
 def test_what_keeps_still_is_hardly_in_a_hand():
@@ -71,9 +79,9 @@ def test_what_keeps_still_is_hardly_in_a_hand():
 
 
 def test_where_the_empty_room_shows_nothing_stands():
-    lifted, standing = a_fit(TABLE_M + 0.1, 100.0, likeness=0.9), (TABLE_M, 95.0)
-    assert not carried_wins(lifted, a_fit(*standing, likeness=0.9))
-    assert carried_wins(lifted, a_fit(*standing, likeness=0.9, bare=0.85))
+    lifted, standing = a_fit(TABLE_M + 0.1, 100.0, colour_correlation=0.9), (TABLE_M, 95.0)
+    assert not carried_wins(lifted, a_fit(*standing, colour_correlation=0.9))
+    assert carried_wins(lifted, a_fit(*standing, colour_correlation=0.9, bare=0.85))
 
 
 @pytest.mark.parametrize(

@@ -12,8 +12,8 @@ import pytest
 import tracking.follow.feature_relocalisation
 from scenes.cameras import Fisheye, Rig
 from scenes.pose import Pose
-from tracking.evidence.appearance_memory import Portrait
-from tracking.follow.feature_relocalisation import leapt
+from tracking.evidence.appearance_memory import AppearanceMemory
+from tracking.follow.feature_relocalisation import relocalised
 
 LENS = Fisheye(1400, 1400, 560.0, 700.0, 700.0, max_angle=math.radians(100))
 SIDE_M, TEXELS = 0.26, 260
@@ -57,10 +57,10 @@ def filmed(pattern, world_from_object):
 
 
 @pytest.fixture(scope="module")
-def portrait(pattern):
+def appearance(pattern):
     picture, inside, away = filmed(pattern, BEFORE)
     shown = np.dstack([picture / 255.0, inside]).astype(np.float32)
-    return Portrait(
+    return AppearanceMemory(
         camera=LENS,
         camera_from_object=WORLD_FROM_RIG.inverse() @ BEFORE,
         world_from_object=BEFORE,
@@ -71,7 +71,7 @@ def portrait(pattern):
 
 
 @pytest.fixture
-def found(monkeypatch, portrait):
+def found(monkeypatch, appearance):
     """Where the thing is found in a picture that differs from the empty room all over."""
 
     def changed(_scene, _model, window, _neighbours):
@@ -86,7 +86,7 @@ def found(monkeypatch, portrait):
         scene = SimpleNamespace(frame=frame, world_from_rig=WORLD_FROM_RIG)
         model = SimpleNamespace(radius_m=RADIUS_M)
         task = SimpleNamespace(scene=scene, model=model, neighbours=())
-        return leapt(task, portrait, BEFORE.translation)
+        return relocalised(task, appearance, BEFORE.translation)
 
     return find
 
@@ -100,7 +100,7 @@ def found(monkeypatch, portrait):
         ((0.05, -0.08, 0.1), 90),
     ],
 )
-def test_a_swung_thing_is_found_by_its_pattern(found, pattern, moved_m, turned_deg):
+def test_a_swung_object_is_found_by_its_pattern(found, pattern, moved_m, turned_deg):
     turned = BEFORE.yaw() + math.radians(turned_deg)
     now = Pose.from_yaw(turned, BEFORE.translation + np.array(moved_m))
     pose = found(filmed(pattern, now)[0])
@@ -116,7 +116,7 @@ def test_where_the_pattern_is_not_shown_nothing_is_found(found):
     assert found(noise) is None
 
 
-def test_what_leans_is_none_of_an_upright_thing(found, pattern):
+def test_what_leans_is_none_of_an_upright_object(found, pattern):
     picture, inside, _ = filmed(pattern, BEFORE)
     rows, columns = np.nonzero(inside)
     middle = columns.mean(), rows.mean()

@@ -9,7 +9,7 @@ from scenes.pose import Pose
 from tracking.solve.gauss_newton import Prior
 
 
-def test_the_likeliest_guess_is_tried_in_every_frame_and_all_others_in_turn():
+def test_the_likeliest_hypothesis_is_tried_in_every_frame_and_all_others_in_turn():
     prior = Prior(np.zeros(4), np.full(4, 0.1))
     tried = []
     for seq in range(12):
@@ -19,13 +19,15 @@ def test_the_likeliest_guess_is_tried_in_every_frame_and_all_others_in_turn():
             scene=SimpleNamespace(frame=frame),
             track=SimpleNamespace(looked_ns=33_000_000 * seq),
         )
-        poor = SimpleNamespace(textured=False, support=0.1, visible_fraction=0.9, likeness=0.0)
-        guesses = tracking.follow.local_search._guesses(task, [prior], Pose.identity(), poor)
-        first = guesses[0].start_world_from_object
+        poor = SimpleNamespace(
+            textured=False, contour_score=0.1, visible_fraction=0.9, colour_correlation=0.0
+        )
+        hypotheses = tracking.follow.local_search._hypotheses(task, [prior], Pose.identity(), poor)
+        first = hypotheses[0].start_world_from_object
         assert first.yaw() == 0.0
         assert first.translation[2] == 0.0
         tried += [
             (round(g.start_world_from_object.yaw(), 2), g.start_world_from_object.translation[2])
-            for g in guesses
+            for g in hypotheses
         ]
     assert len(set(tried)) == 6

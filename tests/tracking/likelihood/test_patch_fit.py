@@ -16,10 +16,10 @@ from scenes.samples import sample_room
 from tracking.background.images import Exposure
 from tracking.evidence.surroundings import Place, surroundings_of
 from tracking.likelihood.patch_fit import (
-    closely_explained,
-    details_alike,
-    explained,
-    resemblance_at,
+    detail_similarities,
+    fit_patch,
+    fit_patch_closely,
+    similarity_at,
 )
 from tracking.model.object_model import make_model
 from tracking.window.window import window_around
@@ -39,8 +39,8 @@ def seen(raycast):
     rig = Rig((LENS,), (Pose.identity(),))
     view = window_around(rig, WORLD_FROM_RIG, model.centre_at(TRUE), radius_m=model.radius_m)
     fine = view.camera.resized(4 * view.camera.width_px, 4 * view.camera.height_px)
-    thing = sample_room("desk").object_by_id("book-1")
-    meshes = [(mesh, TRUE) for mesh in thing.meshes]
+    physical = sample_room("desk").object_by_id("book-1")
+    meshes = [(mesh, TRUE) for mesh in physical.meshes]
     rgb, _, index = raycast(meshes, fine, view.world_from_camera, shade=True)
     full = np.where((index >= 0)[..., None], 0.8 * rgb / 255 + 0.05, WALL).astype(np.float32)
     size = (view.camera.width_px, view.camera.height_px)
@@ -49,7 +49,7 @@ def seen(raycast):
     shape = (LENS.height_px, LENS.width_px, 3)
     scene = SimpleNamespace(
         frame=SimpleNamespace(rig=rig),
-        plates=SimpleNamespace(images=(np.full(shape, WALL, np.float32),)),
+        background=SimpleNamespace(images=(np.full(shape, WALL, np.float32),)),
         exposures=(Exposure(np.ones(3), np.zeros(3), np.zeros(3)),),
         renderer=renderer,
     )
@@ -69,7 +69,7 @@ def test_a_book_two_metres_away_is_put_right_by_its_colours(seen, x_m, y_m, turn
     scene, model, evidence = seen
     shift = np.array([x_m, y_m, 0.0])
     start = Pose.from_yaw(TRUE.yaw() + math.radians(turn_deg), TRUE.translation + shift)
-    found, share = explained(surroundings_of(scene, model, evidence), start)
+    found, share = fit_patch(surroundings_of(scene, model, evidence), start)
     assert np.linalg.norm(found.translation - TRUE.translation) < 0.015
     assert abs(math.degrees(wrap_angle(found.yaw() - TRUE.yaw()))) < 3.0
     assert share > 0.4
@@ -79,26 +79,26 @@ def test_what_falls_far_behind_a_rival_is_given_up(seen, monkeypatch):
     scene, model, evidence = seen
     around = surroundings_of(scene, model, evidence)
     compared = []
-    compare = Place.close_resemblance
+    compare = Place.close_similarity
 
     def counted(place, lit, upright):
         compared.append(upright)
         return compare(place, lit, upright)
 
-    monkeypatch.setattr(Place, "close_resemblance", counted)
+    monkeypatch.setattr(Place, "close_similarity", counted)
 
-    def told(turn_rad, rival):
+    def refined_from(turn_rad, rival):
         compared.clear()
         rough = Pose.from_yaw(TRUE.yaw() + turn_rad, TRUE.translation + np.array([0.01, 0.0, 0.0]))
-        pose, alike = closely_explained(around, rough, rival=rival)
-        return pose, alike, len(compared)
+        pose, similarity = fit_patch_closely(around, rough, rival=rival)
+        return pose, similarity, len(compared)
 
-    right, alike, count = told(0.0, 0.0)
-    same, still_alike, same_count = told(0.0, alike)
+    right, similarity, count = refined_from(0.0, 0.0)
+    same, same_similarity, same_count = refined_from(0.0, similarity)
     assert (same.translation == right.translation).all()
-    assert (still_alike, same_count) == (alike, count)
-    _, wrong_alike, few = told(math.pi / 2, alike)
-    assert wrong_alike < alike - 0.2
+    assert (same_similarity, same_count) == (similarity, count)
+    _, wrong_similarity, few = refined_from(math.pi / 2, similarity)
+    assert wrong_similarity < similarity - 0.2
     assert few < count / 2
 
 
@@ -106,9 +106,9 @@ def test_the_right_yaw_resembles_the_picture_most(seen):
     scene, model, evidence = seen
     poses = [Pose.from_yaw(TRUE.yaw() + k * math.pi / 4, TRUE.translation) for k in range(8)]
     around = surroundings_of(scene, model, evidence)
-    alike = np.array([resemblance_at(around, pose) for pose in poses])
-    assert alike.argmax() == 0
-    assert alike[0] > alike[1:].max() + 0.2
+    similarity = np.array([similarity_at(around, pose) for pose in poses])
+    assert similarity.argmax() == 0
+    assert similarity[0] > similarity[1:].max() + 0.2
 
 
 def test_the_right_yaw_has_the_details_of_the_picture(seen, monkeypatch):
@@ -116,9 +116,9 @@ def test_the_right_yaw_has_the_details_of_the_picture(seen, monkeypatch):
     around = surroundings_of(scene, model, evidence)
     poses = [Pose.from_yaw(TRUE.yaw() + k * math.pi / 2, TRUE.translation) for k in range(4)]
     # The book was scanned well all around: nothing else is compared.
-    assert details_alike(around, poses) is None
-    monkeypatch.setattr("tracking.evidence.surroundings.UNFAIR", 0.0)
-    alike = details_alike(around, poses)
-    assert alike is not None
-    assert np.argmax(alike) == 0
-    assert alike[0] > max(alike[1:]) + 0.1
+    assert detail_similarities(around, poses) is None
+    monkeypatch.setattr("tracking.evidence.surroundings.SCAN_COVERAGE_GAP", 0.0)
+    similarity = detail_similarities(around, poses)
+    assert similarity is not None
+    assert np.argmax(similarity) == 0
+    assert similarity[0] > max(similarity[1:]) + 0.1

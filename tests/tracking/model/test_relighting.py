@@ -16,9 +16,9 @@ from scenes.samples import sample_room
 from scenes.splats import SH_C0, SplatCloud
 from tracking.evidence.surroundings import upright_of
 from tracking.kernels.native import Setting
-from tracking.kernels.native import Shell as DrawnShell
+from tracking.kernels.native import Shell as DrawnRelightable
 from tracking.model.object_model import RENDER_OPTIONS
-from tracking.model.relighting import FOOT, LIGHT_RANGE, RELIGHTER, Light, LitView, shell_of
+from tracking.model.relighting import FOOT, LIGHT_RANGE, RELIGHTER, Light, LitView, relightable_of
 from tracking.model.similarity import ROUGHLY
 from tracking.window.filters import resized
 
@@ -57,30 +57,30 @@ def a_box():
 def seen():
     """A box, its shell, and a renderer."""
     source = a_box()
-    return source, shell_of(source), NativeRenderer()
+    return source, relightable_of(source), NativeRenderer()
 
 
 def test_sides_face_outwards_and_the_foot_is_left_out(seen):
-    source, shell, _ = seen
-    assert shell.splats.means[:, 2].min() > FOOT * SIDE_M
+    source, relightable, _ = seen
+    assert relightable.splats.means[:, 2].min() > FOOT * SIDE_M
     # Its underside is a sixth of a cube.
-    assert len(shell.splats) > 0.75 * len(source.splats)
-    from_centre = shell.splats.means - np.array([0.0, 0.0, SIDE_M / 2])
+    assert len(relightable.splats) > 0.75 * len(source.splats)
+    from_centre = relightable.splats.means - np.array([0.0, 0.0, SIDE_M / 2])
     axis = np.abs(from_centre).argmax(axis=1)
     rows = np.arange(len(axis))
     is_inner = np.sort(np.abs(from_centre), axis=1)[:, 1] < SIDE_M / 2 - 2 * STEP_M
-    outwards = shell.facing[rows, axis] * np.sign(from_centre[rows, axis])
+    outwards = relightable.facing[rows, axis] * np.sign(from_centre[rows, axis])
     assert outwards[is_inner].min() > 0.99
     np.testing.assert_allclose(
-        shell.compass.colours(), 0.5 + 0.5 * shell.facing, atol=1e-5, rtol=0.0
+        relightable.compass.colours(), 0.5 + 0.5 * relightable.facing, atol=1e-5, rtol=0.0
     )
 
 
 @pytest.fixture(scope="module")
 def lit_from(raycast):
     """How the physical box looks lit from a direction, and what of the picture shows it."""
-    thing = sample_room("desk").object_by_id("box-1")
-    meshes = [(mesh, TRUE) for mesh in thing.meshes]
+    physical = sample_room("desk").object_by_id("box-1")
+    meshes = [(mesh, TRUE) for mesh in physical.meshes]
     fine = CAMERA.resized(4 * SIDE_PX, 4 * SIDE_PX)
 
     def picture(direction):
@@ -101,7 +101,7 @@ def left_over(live, inside):
     empty = np.full((SIDE_PX, SIDE_PX, 3), WALL, np.float32)
     free = np.ones((SIDE_PX, SIDE_PX), np.float32)
     view = LitView(live, empty, free, CAMERA, WORLD_FROM_CAMERA, NativeRenderer())
-    lit, _ = view.lit(shell_of(source), TRUE)
+    lit, _ = view.lit(relightable_of(source), TRUE)
     return float(np.abs(lit - live)[inside].mean())
 
 
@@ -117,17 +117,17 @@ def test_light_from_any_side_is_told_and_prints_nothing(lit_from):
 
 
 def test_what_is_not_in_the_picture_keeps_a_light_that_can_be(seen):
-    _, shell, renderer = seen
+    _, relightable, renderer = seen
     black = np.zeros((SIDE_PX, SIDE_PX, 3), np.float32)
     view = LitView(black, black, black[..., 0], CAMERA, TRUE, renderer)
-    assert np.isfinite(view.relit(shell, TRUE).sh).all()
+    assert np.isfinite(view.relit(relightable, TRUE).sh).all()
 
 
 @pytest.mark.parametrize("turn_rad", [0.0, 0.9, 2.5])
 @pytest.mark.parametrize("name", ["book-1", "mug-1"])
 def test_the_native_relighter_says_what_its_twin_says(name, turn_rad):
     source = next(m for m in open_scene("desk").objects if m.object_id == name)
-    shell, renderer = shell_of(source), NativeRenderer()
+    relightable, renderer = relightable_of(source), NativeRenderer()
     rng = np.random.default_rng(7)
     empty = rng.uniform(0.2, 0.8, (SIDE_PX, SIDE_PX, 3)).astype(np.float32)
     free = np.ones((SIDE_PX, SIDE_PX), np.float32)
@@ -137,17 +137,17 @@ def test_the_native_relighter_says_what_its_twin_says(name, turn_rad):
     setting = Setting(live, empty, free, size=(SIDE_PX, SIDE_PX), constants=ROUGHLY)
     scanned, compass = (
         renderer.alone(splats, CAMERA, WORLD_FROM_CAMERA, RENDER_OPTIONS)
-        for splats in (shell.splats, shell.compass)
+        for splats in (relightable.splats, relightable.compass)
     )
-    drawn = DrawnShell(scanned, compass, shell.facing)
+    drawn = DrawnRelightable(scanned, compass, relightable.facing)
     pose = Pose.from_yaw(turn_rad, TRUE.translation)
     upright = upright_of(pose)
-    wanted, told = view.light(shell, pose), RELIGHTER.light(setting, drawn, upright)
-    np.testing.assert_allclose(told[0], wanted.by_side, rtol=0.0, atol=1e-4)
-    np.testing.assert_allclose(told[1], wanted.tint, rtol=0.0, atol=1e-4)
-    alike = setting.resemblance(*view.lit(shell, pose))
-    assert RELIGHTER.resemblance(setting, drawn, upright) == pytest.approx(alike, abs=1e-4)
-    relit = renderer.alone(view.relit(shell, pose), CAMERA, WORLD_FROM_CAMERA, RENDER_OPTIONS)
+    wanted, found_light = view.light(relightable, pose), RELIGHTER.light(setting, drawn, upright)
+    np.testing.assert_allclose(found_light[0], wanted.by_side, rtol=0.0, atol=1e-4)
+    np.testing.assert_allclose(found_light[1], wanted.tint, rtol=0.0, atol=1e-4)
+    similarity = setting.resemblance(*view.lit(relightable, pose))
+    assert RELIGHTER.resemblance(setting, drawn, upright) == pytest.approx(similarity, abs=1e-4)
+    relit = renderer.alone(view.relit(relightable, pose), CAMERA, WORLD_FROM_CAMERA, RENDER_OPTIONS)
     found = RELIGHTER.relit(setting, drawn, scanned, upright)
     beside = (upright[0] + 0.01, *upright[1:])
     assert setting.resemblance_at(found, [beside]) == pytest.approx(
@@ -155,16 +155,18 @@ def test_the_native_relighter_says_what_its_twin_says(name, turn_rad):
     )
 
 
-def test_a_shell_drawn_at_another_size_is_refused(seen):
-    _, shell, renderer = seen
+def test_a_relightable_model_drawn_at_another_size_is_refused(seen):
+    _, relightable, renderer = seen
     grey = np.full((SIDE_PX, SIDE_PX, 3), 0.5, np.float32)
     free = np.ones((SIDE_PX, SIDE_PX), np.float32)
     setting = Setting(grey, grey, free, size=(SIDE_PX, SIDE_PX), constants=ROUGHLY)
     fine = renderer.alone(
-        shell.splats, CAMERA.resized(2 * SIDE_PX, 2 * SIDE_PX), TRUE, RENDER_OPTIONS
+        relightable.splats, CAMERA.resized(2 * SIDE_PX, 2 * SIDE_PX), TRUE, RENDER_OPTIONS
     )
     with pytest.raises(ValueError, match=r"alone: drawn with .* px, wanted"):
-        RELIGHTER.light(setting, DrawnShell(fine, fine, shell.facing), (0.0, 0.0, 0.0, 0.0))
+        RELIGHTER.light(
+            setting, DrawnRelightable(fine, fine, relightable.facing), (0.0, 0.0, 0.0, 0.0)
+        )
 
 
 @given(st.lists(st.floats(-9, 9), min_size=7, max_size=7), st.floats(0, 6.28))
@@ -182,11 +184,13 @@ def test_a_side_of_few_splats_is_told_from_those_that_were_scanned_well(seen):
     means = source.splats.means
     is_front = means[:, 1] < -0.49 * SIDE_M
     is_kept = ~is_front | (np.arange(len(means)) % 25 == 0)
-    shell = shell_of(SimpleNamespace(splats=source.splats.select(is_kept), box_m=source.box_m))
+    relightable = relightable_of(
+        SimpleNamespace(splats=source.splats.select(is_kept), box_m=source.box_m)
+    )
     eye, middle = np.array([0.0, -0.8, 0.7]), np.array([0.0, 0.0, 0.1])
     picture = np.zeros((SIDE_PX, SIDE_PX, 3), np.float32)
     view = LitView(picture, picture, picture[..., 0], CAMERA, look_at(eye, middle), renderer)
-    known, share = view.known(shell, Pose.identity())
+    known, share = view.known(relightable, Pose.identity())
     places = np.array([[0.0, -0.1, 0.1], [0.0, 0.0, 0.2], [0.0, 0.4, 0.0]])
     pixels, _ = CAMERA.project(view.world_from_camera.inverse() @ places)
     front, top, beside = (float(known[int(y), int(x)]) for x, y in pixels)
@@ -197,4 +201,4 @@ def test_a_side_of_few_splats_is_told_from_those_that_were_scanned_well(seen):
     behind = LitView(
         picture, picture, picture[..., 0], CAMERA, look_at(-eye + [0, 0, 1.4], middle), renderer
     )
-    assert behind.known(shell, Pose.identity())[1] > 0.9
+    assert behind.known(relightable, Pose.identity())[1] > 0.9

@@ -39,18 +39,18 @@ def test_the_native_kernel_says_what_its_twin_says(shape, closely):
     twin = Setting(live, empty, free, closely)
     for shift in (0, 1, 2):
         drawn = np.roll(rgb, shift, axis=1), np.roll(alpha, shift, axis=1)
-        assert kernel.strange(*drawn) == pytest.approx(twin.strange(*drawn), rel=1e-4, abs=1e-4)
-        wanted = twin.resemblance(*drawn)
+        assert kernel.strange(*drawn) == pytest.approx(twin.residual_px(*drawn), rel=1e-4, abs=1e-4)
+        wanted = twin.similarity(*drawn)
         assert kernel.resemblance(*drawn) == pytest.approx(wanted, rel=1e-3, abs=1e-4)
 
 
 def test_another_place_is_not_forgiven():
     live, empty, rgb, alpha = pictures((31, 40))
     setting = Setting(live, empty, np.ones_like(alpha))
-    assert setting.resemblance(rgb, alpha) > 0.7
+    assert setting.similarity(rgb, alpha) > 0.7
     beside = np.roll(rgb, 5, axis=1), np.roll(alpha, 5, axis=1)
-    assert setting.resemblance(*beside) < 0.3
-    assert setting.strange(*beside) > 2.0 * setting.strange(rgb, alpha)
+    assert setting.similarity(*beside) < 0.3
+    assert setting.residual_px(*beside) > 2.0 * setting.residual_px(rgb, alpha)
 
 
 @pytest.mark.parametrize("name", ["live", "empty", "free"])

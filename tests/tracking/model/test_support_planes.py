@@ -7,7 +7,7 @@ import pytest
 
 from scenes.pose import Pose
 from scenes.splats import SplatCloud
-from tracking.model.support_planes import stands_in
+from tracking.model.support_planes import support_planes_in
 
 TABLE_M = 0.7
 
@@ -32,32 +32,32 @@ def a_thing(x, y, z, side_m=0.2):
     )
 
 
-def holds(stands, *place):
-    return bool(stands.hold(np.array([place], dtype=np.float64))[0])
+def contains(stands, *place):
+    return bool(stands.can_hold(np.array([place], dtype=np.float64))[0])
 
 
 @pytest.fixture(scope="module")
 def stands():
     """A table of 1.2 m by 0.8 m, scanned with a thing on it."""
-    return stands_in(flat((0, 1.2), (0, 0.8), TABLE_M + 0.01), [a_thing(0.6, 0.4, TABLE_M)])
+    return support_planes_in(flat((0, 1.2), (0, 0.8), TABLE_M + 0.01), [a_thing(0.6, 0.4, TABLE_M)])
 
 
 def test_things_stand_on_the_table_and_not_beside_it(stands):
-    assert holds(stands, 0.3, 0.3, TABLE_M)
-    assert holds(stands, 1.0, 0.6, TABLE_M)
-    assert not holds(stands, 1.6, 0.3, TABLE_M)
-    assert not holds(stands, 0.3, -0.4, TABLE_M)
+    assert contains(stands, 0.3, 0.3, TABLE_M)
+    assert contains(stands, 1.0, 0.6, TABLE_M)
+    assert not contains(stands, 1.6, 0.3, TABLE_M)
+    assert not contains(stands, 0.3, -0.4, TABLE_M)
 
 
 def test_the_floor_is_everywhere_even_outside_the_maps(stands):
-    assert holds(stands, 1.6, 0.3, 0.0)
-    assert holds(stands, 50.0, -50.0, 0.01)
-    assert not holds(stands, 50.0, -50.0, TABLE_M)
+    assert contains(stands, 1.6, 0.3, 0.0)
+    assert contains(stands, 50.0, -50.0, 0.01)
+    assert not contains(stands, 50.0, -50.0, TABLE_M)
 
 
 def test_heights_that_are_one_are_taken_once():
     things = [a_thing(0, 0, TABLE_M), a_thing(1, 0, TABLE_M + 0.004), a_thing(2, 0, 0.5)]
-    assert stands_in(flat((0, 1), (0, 1), 0.0), things).heights_m == (0.0, 0.5, TABLE_M)
+    assert support_planes_in(flat((0, 1), (0, 1), 0.0), things).heights_m == (0.0, 0.5, TABLE_M)
 
 
 def test_a_bare_place_where_a_thing_stood_is_of_the_table():
@@ -68,18 +68,18 @@ def test_a_bare_place_where_a_thing_stood_is_of_the_table():
             for name in ("means", "scales", "rotations", "opacities", "sh")
         )
     )
-    assert holds(stands_in(room, [a_thing(0.2, 0.2, TABLE_M)]), 0.6, 0.4, TABLE_M)
+    assert contains(support_planes_in(room, [a_thing(0.2, 0.2, TABLE_M)]), 0.6, 0.4, TABLE_M)
 
 
 def test_a_wall_s_top_and_haze_are_no_stands():
     wall = flat((0, 3), (0, 0.06), TABLE_M)
-    thing = a_thing(1.0, 2.0, TABLE_M)
-    assert not holds(stands_in(wall, [thing]), 2.0, 0.03, TABLE_M)
+    physical = a_thing(1.0, 2.0, TABLE_M)
+    assert not contains(support_planes_in(wall, [physical]), 2.0, 0.03, TABLE_M)
     haze = flat((0, 1.2), (0, 0.8), TABLE_M, scale=0.3)
-    assert not holds(stands_in(haze, [thing]), 0.3, 0.3, TABLE_M)
+    assert not contains(support_planes_in(haze, [physical]), 0.3, 0.3, TABLE_M)
 
 
 def test_where_a_thing_was_scanned_it_can_stand_whatever_the_room_shows():
-    stands = stands_in(flat((0, 1), (0, 1), 0.0), [a_thing(2.0, 2.0, TABLE_M)])
-    assert holds(stands, 2.05, 1.95, TABLE_M)
-    assert not holds(stands, 2.5, 2.0, TABLE_M)
+    stands = support_planes_in(flat((0, 1), (0, 1), 0.0), [a_thing(2.0, 2.0, TABLE_M)])
+    assert contains(stands, 2.05, 1.95, TABLE_M)
+    assert not contains(stands, 2.5, 2.0, TABLE_M)

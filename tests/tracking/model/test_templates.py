@@ -28,10 +28,10 @@ def chair():
 @pytest.fixture(scope="module")
 def picture_of(raycast):
     """Pictures of the physical chair before grey: colours, own and foreground."""
-    thing = sample_room("lab").object_by_id("chair-1")
+    physical = sample_room("lab").object_by_id("chair-1")
 
     def take(world_from_object, world_from_lens):
-        meshes = [(mesh, world_from_object) for mesh in thing.meshes]
+        meshes = [(mesh, world_from_object) for mesh in physical.meshes]
         rgb, _, index = raycast(meshes, LENS, world_from_lens, shade=True)
         alpha = (index >= 0)[..., None].astype(np.float32)
         colours = alpha * rgb / 255 + 0.5 * (1 - alpha)
@@ -41,7 +41,7 @@ def picture_of(raycast):
 
 
 @pytest.mark.parametrize(("x", "y", "yaw_deg"), [(1.5, 2.0, 20), (-2.0, 1.2, 140), (0.2, 1.4, -75)])
-def test_the_best_template_at_a_place_has_the_yaw_of_what_stands_there(
+def test_the_best_tembackground_image_at_a_place_has_the_yaw_of_what_stands_there(
     chair, picture_of, x, y, yaw_deg
 ):
     world_from_lens = look_at(EYE, np.array([0.0, 1.5, 0.8]))
@@ -58,7 +58,7 @@ def test_the_best_template_at_a_place_has_the_yaw_of_what_stands_there(
     assert overlap[1].max() < 0.5 * overlap[0, best]
 
 
-def test_what_is_covered_does_not_count_against_a_template(chair, picture_of):
+def test_what_is_covered_does_not_count_against_a_tembackground_image(chair, picture_of):
     world_from_lens = look_at(EYE, np.array([0.0, 1.5, 0.8]))
     true = Pose.from_yaw(0.4, (0.5, 1.8, 0.0))
     model = chair
@@ -79,17 +79,17 @@ def test_what_is_covered_does_not_count_against_a_template(chair, picture_of):
 
 def test_a_chair_is_not_alike_when_turned(chair):
     templates = chair.templates
-    assert templates.are_alike(np.zeros(1)).all()
-    assert not templates.are_alike(np.radians([45.0, 90.0, 180.0, -120.0])).any()
+    assert templates.are_indistinguishable(np.zeros(1)).all()
+    assert not templates.are_indistinguishable(np.radians([45.0, 90.0, 180.0, -120.0])).any()
 
 
-def test_a_place_that_shows_a_template_is_wholly_like_it(chair):
+def test_a_place_that_shows_a_tembackground_image_is_wholly_like_it(chair):
     alpha, colours = chair.templates.alpha[1, 5], chair.templates.colours[1, 5]
     free, level = np.ones((1, len(alpha)), np.float32), np.array([ELEVATIONS_RAD[1]])
     cuts = Cuts(colours[None], alpha[None], free, np.zeros(1), level)
-    overlap, likeness = compare(cuts, chair.templates)
+    overlap, correlation = compare(cuts, chair.templates)
     assert overlap[0].argmax() == 5
-    assert likeness[0, 5] > 0.99
+    assert correlation[0, 5] > 0.99
 
 
 @pytest.mark.parametrize("pixels", [64, 61, 5])

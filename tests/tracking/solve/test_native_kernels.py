@@ -96,7 +96,7 @@ def measured(evidence, drawn, world_from_object, *, is_round=False):
         centre_m=CHAIR,
         prior_world_from_object=world_from_object,
         prior_sigma=np.array([0.2, 0.2, 0.1, 0.05, 0.05, 0.4, 0.002]),
-        prior_halo_m=0.002,
+        prior_silhouette_bias_m=0.002,
         low_pass_px=0.3,
         is_round=is_round,
     )
@@ -133,17 +133,17 @@ def test_edges_are_the_readable_ones(seen, reach_px):
     evidence, drawn, world_from_object = seen
     measurement = measured(evidence, drawn, world_from_object)
     pose = Pose.from_yaw(0.43, (0.01, -0.012, 0.005))
-    halo_m = 0.003
+    silhouette_bias_m = 0.003
     scale = reference.px_per_m(measurement, pose)
     wanted = measure_contour(
         evidence,
         measurement.outline,
         pose,
         reach_px=reach_px,
-        offset_px=measurement.low_pass_px + halo_m * scale,
+        offset_px=measurement.low_pass_px + silhouette_bias_m * scale,
     )
     offset, sigma, found, hidden = KERNELS.edges(
-        evidence.seen, measurement.request(), rows_of(pose), halo_m, reach_px=reach_px
+        evidence.seen, measurement.request(), rows_of(pose), silhouette_bias_m, reach_px=reach_px
     )
     same = np.abs(offset - wanted.offset_px) < 1e-3
     assert same.mean() > 0.97
@@ -156,31 +156,34 @@ def test_edges_are_the_readable_ones(seen, reach_px):
 
 @pytest.mark.parametrize("is_textured", [False, True])
 @pytest.mark.parametrize("shift_m", [0.0, 0.01])
-def test_a_judgement_is_the_readable_one(seen, is_textured, shift_m):
+def test_pose_statistics_is_the_readable_one(seen, is_textured, shift_m):
     evidence, drawn, world_from_object = seen
     measurement = replace(measured(evidence, drawn, world_from_object), textured=is_textured)
     pose = Pose(
         world_from_object.rotation, world_from_object.translation + np.array([shift_m, 0.0, 0.0])
     )
     surface, colours = measurement.texture.points, measurement.texture.values
-    halo_m = 0.003
-    found = judged(evidence.seen, measurement, pose, halo_m, surface=surface, colours=colours)
+    silhouette_bias_m = 0.003
+    found = judged(
+        evidence.seen, measurement, pose, silhouette_bias_m, surface=surface, colours=colours
+    )
     wanted = judgement.judged(
         evidence,
         measurement.outline,
         surface,
         colours,
         pose,
-        offset_px=measurement.low_pass_px + halo_m * reference.px_per_m(measurement, pose),
+        offset_px=measurement.low_pass_px
+        + silhouette_bias_m * reference.px_per_m(measurement, pose),
         is_textured=is_textured,
     )
-    for name in ("agreement", "free_share", "visible", "covered"):
+    for name in ("edge_inlier_ratio", "unoccluded_ratio", "visible", "covered"):
         # An edge within rounding of a limit may fall either way.
         assert getattr(found, name) == pytest.approx(getattr(wanted, name), abs=0.02)
-    for name in ("misfit", "roughness", "alike", "likeness"):
+    for name in ("contour_chi2", "mean_edge_chi2", "variance_inflation", "colour_correlation"):
         assert getattr(found, name) == pytest.approx(getattr(wanted, name), rel=0.03)
-    assert 0.2 < found.agreement < 0.9
-    assert found.likeness > 0.3
+    assert 0.2 < found.edge_inlier_ratio < 0.9
+    assert found.colour_correlation > 0.3
 
 
 @pytest.mark.parametrize("is_round", [False, True])
@@ -202,7 +205,7 @@ def test_a_refinement_is_the_readable_one(seen, is_round):
 def test_a_refinement_comes_near_the_pose_that_was_drawn(seen):
     evidence, drawn, world_from_object = seen
     measurement = measured(evidence, drawn, world_from_object)
-    measurement = replace(measurement, low_pass_px=0.0, prior_halo_m=0.0)
+    measurement = replace(measurement, low_pass_px=0.0, prior_silhouette_bias_m=0.0)
     start = Pose.from_yaw(world_from_object.yaw() + 0.04, (0.03, -0.02, 0.01))
     found, _, _ = refined(evidence.seen, measurement, start, 0.0, rounds=[(9.0, 3), (3.0, 6)])
     apart = found.inverse() @ world_from_object
@@ -251,9 +254,11 @@ def test_changes_are_the_readable_ones(seed, shrink):
         window = window_around(RIG, Pose.identity(), (0.1, 0.1, 0.62), radius_m=0.55)
     width, height = window.camera.width_px * shrink, window.camera.height_px * shrink
     smooth = bell_blurred(rng.uniform(0, 1, (height, width, 3)).astype(np.float32), 3.0, 9)
-    plate = np.clip(0.5 + 6 * (smooth - 0.5), 0, 1)
-    relit = plate * rng.uniform(0.6, 1.2, (height, width, 1)).astype(np.float32)
-    live = (np.where(rng.random((height, width, 1)) < 0.7, plate, relit) * 255).astype(np.uint8)
+    background_image = np.clip(0.5 + 6 * (smooth - 0.5), 0, 1)
+    relit = background_image * rng.uniform(0.6, 1.2, (height, width, 1)).astype(np.float32)
+    live = (np.where(rng.random((height, width, 1)) < 0.7, background_image, relit) * 255).astype(
+        np.uint8
+    )
     noise = rng.uniform(0.01, 0.06, (height, width)).astype(np.float32)
     exposure = Exposure(np.array([1.1, 1.0, 0.9]), np.array([-0.1, 0, 0.1]), np.full(3, 0.02))
     colours = ColourModel.of_pixels(rng.uniform(0.3, 0.7, (200, 3)))
@@ -271,7 +276,7 @@ def test_changes_are_the_readable_ones(seed, shrink):
     size = (LENS.width_px, LENS.height_px)
     wanted = reference.change(
         live,
-        plate,
+        background_image,
         noise,
         lens_size=size,
         window=window,
@@ -281,7 +286,7 @@ def test_changes_are_the_readable_ones(seed, shrink):
     )
     found = KERNELS.change(
         live,
-        [plate[:7], plate[7:]],
+        [background_image[:7], background_image[7:]],
         [noise],
         lens_size=size,
         window=window.corner_and_size,
@@ -294,10 +299,12 @@ def test_changes_are_the_readable_ones(seed, shrink):
         assert (np.abs(one.reshape(other.shape) - other) < tolerance).mean() > 0.999
     assert 0.05 < float((wanted[1] > 0.5).mean()) < 0.95
     known = {"lens_size": size, "apart": (0.1, 0.3)}
-    apart = reference.differing(live, plate, noise, window=window, exposure=exposure, **known)
+    apart = reference.differing(
+        live, background_image, noise, window=window, exposure=exposure, **known
+    )
     plainly = KERNELS.differing(
         live,
-        [plate],
+        [background_image],
         [noise[:3], noise[3:]],
         window=window.corner_and_size,
         shrink=shrink,
@@ -311,11 +318,13 @@ def test_changes_are_the_readable_ones(seed, shrink):
 
 def test_exposures_are_the_readable_ones():
     rng = np.random.default_rng(1)
-    plate, radius2 = rng.uniform(0, 1, 400), rng.uniform(0, 1, 400)
-    seen = plate * (1.2 - 0.3 * radius2) - 0.02 + rng.normal(0, 0.01, 400)
+    background_image, radius2 = rng.uniform(0, 1, 400), rng.uniform(0, 1, 400)
+    seen = background_image * (1.2 - 0.3 * radius2) - 0.02 + rng.normal(0, 0.01, 400)
     seen[::5] = rng.uniform(0, 1, 80)
-    found = native.exposure(plate, radius2, seen, 6)
-    np.testing.assert_allclose(found, reference.exposure(plate, radius2, seen, 6), atol=1e-9)
+    found = native.exposure(background_image, radius2, seen, 6)
+    np.testing.assert_allclose(
+        found, reference.exposure(background_image, radius2, seen, 6), atol=1e-9
+    )
     np.testing.assert_allclose(found, (1.2, -0.3, -0.02), atol=0.02)
 
 
@@ -344,12 +353,16 @@ def test_rows_are_learned_as_in_numpy(size, care):
     lit[20:50, 40:90] *= 0.6  # a shadow
     lit[20:60, 150:200] = 0.9  # a thing
     live = np.clip(255 * lit + rng.normal(0, 2, lit.shape), 0, 255).astype(np.uint8)
-    plate = np.clip(room + rng.normal(0, 0.03, room.shape), 0, 1).astype(np.float32)
+    background_image = np.clip(room + rng.normal(0, 0.03, room.shape), 0, 1).astype(np.float32)
     learned, usable = rng.random((2, height, width)) < np.array([0.3, 0.9])[:, None, None]
     known = {"lens_size": (width, 300), "top": 40, "level": 0.07, "is_cautious": is_cautious}
     known["sides"] = surroundings(width, care)
-    wanted = reference.learned_rows(live, plate, learned, usable, exposure=exposure, **known)
-    found = LEARNER.learn(live, plate, learned, usable, exposure=exposure.rows(), **known)
+    wanted = reference.learned_rows(
+        live, background_image, learned, usable, exposure=exposure, **known
+    )
+    found = LEARNER.learn(
+        live, background_image, learned, usable, exposure=exposure.rows(), **known
+    )
     image, noise, mask = (a.reshape(b.shape) for a, b in zip(found, wanted, strict=True))
     np.testing.assert_array_equal(mask, wanted[2])
     np.testing.assert_allclose(image, wanted[0], atol=1e-5)
@@ -362,10 +375,10 @@ def test_rows_are_learned_as_in_numpy(size, care):
 
 def test_the_learner_refuses_surroundings_without_a_middle():
     pixels = np.zeros((4, 8, 3), np.uint8)
-    plate, flags = np.zeros((4, 8, 3), np.float32), np.ones((4, 8), bool)
+    background_image, flags = np.zeros((4, 8, 3), np.float32), np.ones((4, 8), bool)
     with pytest.raises(ValueError, match="odd sides"):
         LEARNER.learn(
-            pixels, plate, flags, flags, lens_size=(8, 8), top=0,
+            pixels, background_image, flags, flags, lens_size=(8, 8), top=0,
             exposure=[[1.0] * 3, [0.0] * 3, [0.0] * 3], sides=(3, 4, 3), level=0.07,
             is_cautious=False,
         )  # fmt: skip
@@ -399,11 +412,12 @@ def test_what_is_changed_is_what_the_solver_sees(seen):
 
 
 def test_a_window_without_all_its_rows_is_refused():
-    live, plate = np.zeros((8, 8, 3), np.uint8), np.zeros((8, 8, 3), np.float32)
+    live, background_image = np.zeros((8, 8, 3), np.uint8), np.zeros((8, 8, 3), np.float32)
     with pytest.raises(ValueError, match=r"plate: parts of .*wanted 8 rows of 24 values"):
         KERNELS.differing(
-            live, [plate[:5]], [plate[..., 0].copy()], lens_size=(8, 8), window=(0, 0, 8, 8),
-            shrink=1, exposure=[[1.0] * 3, [0.0] * 3, [0.0] * 3], apart=(0.1, 0.2),
+            live, [background_image[:5]], [background_image[..., 0].copy()], lens_size=(8, 8),
+            window=(0, 0, 8, 8), shrink=1, apart=(0.1, 0.2),
+            exposure=[[1.0] * 3, [0.0] * 3, [0.0] * 3],
         )  # fmt: skip
 
 

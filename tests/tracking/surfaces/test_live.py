@@ -11,8 +11,8 @@ from scenes.cameras import Fisheye, Rig
 from scenes.pose import Pose
 from scenes.quad import quad_of
 from scenes.state import LiveSurface
-from tracking.background.images import Plates
-from tracking.surfaces.live import InTheWay, SurfacesState, step
+from tracking.background.images import BackgroundImages
+from tracking.surfaces.live import Occluders, SurfacesState, step
 from tracking.surfaces.view import surface_view
 from tracking.window.window import Layer
 
@@ -131,12 +131,12 @@ def test_exposure_that_drifts_hides_nothing():
     assert all(surface.fresh.mean() > 0.99 for surface in shown)
 
 
-def test_with_plates_the_first_frame_may_have_somebody_in_it():
+def test_with_background_images_the_first_frame_may_have_somebody_in_it():
     clean = room()
     whole = np.ones((600, 600), np.float32)
-    plates = Plates.of_pictures(HERE, (clean.astype(np.float32) / 255,), (whole,))
+    background = BackgroundImages.of_pictures(HERE, (clean.astype(np.float32) / 255,), (whole,))
     first = frame(with_arm(clean))
-    state, (seen,) = step(SurfacesState(), first, [SURFACE], HERE, InTheWay(plates=plates))
+    state, (seen,) = step(SurfacesState(), first, [SURFACE], HERE, Occluders(background=background))
     assert not seen.fresh[place(0.3, -0.08)]
     assert seen.picture[place(0.3, -0.08)].max() < 100  # there is nothing else to show
     _, (seen,) = step(state, frame(clean, 1), [SURFACE], HERE)
@@ -159,7 +159,7 @@ def test_tracked_objects_hide_what_is_behind_them(away_m, hides):
     clean = room()
     state, _ = play([clean] * 2)
     chair = drawn(clean, BOARD * 0.1 + [0.04, -0.1, 1.35], (0, 0, 0))
-    known = InTheWay(layers=((layer,),))
+    known = Occluders(layers=((layer,),))
     _, (surface,) = step(state, frame(chair, 9), [SURFACE], HERE, known)
     assert surface.fresh[place(0.1, -0.1)] != hides
     assert surface.fresh[place(-0.5, -0.4)]

@@ -13,7 +13,7 @@ from tracking.window.extent import extent, part_of
 CAMERA = Fisheye.from_fov(300, math.radians(200))
 
 
-def thing(rng):
+def physical(rng):
     count = 60
     rotations = rng.normal(size=(count, 4))
     rotations /= np.linalg.norm(rotations, axis=1, keepdims=True)
@@ -29,7 +29,7 @@ def thing(rng):
 @pytest.mark.parametrize("seed", range(12))
 def test_all_of_every_splat_that_can_be_seen_is_within_the_extent(seed):
     rng = np.random.default_rng(seed)
-    splats = thing(rng)
+    splats = physical(rng)
     angle, about = rng.uniform(0.0, 1.7), rng.uniform(0, 2 * math.pi)
     ray = [math.sin(angle) * math.cos(about), math.sin(angle) * math.sin(about), math.cos(angle)]
     rotation = rotation_from_vector(rng.uniform(-2, 2, 3))
@@ -69,6 +69,6 @@ def test_the_extent_is_no_larger_than_needed():
 
 def test_what_is_beside_the_picture_keeps_one_pixel():
     rng = np.random.default_rng(1)
-    rows, columns = extent(thing(rng), CAMERA, Pose.from_yaw(0.0, (9.0, 0.0, -6.0)), margin_px=2)
+    rows, columns = extent(physical(rng), CAMERA, Pose.from_yaw(0.0, (9.0, 0.0, -6.0)), margin_px=2)
     assert columns == slice(299, 300)
     assert rows.stop > rows.start

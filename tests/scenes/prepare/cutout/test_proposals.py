@@ -1,7 +1,7 @@
 import numpy as np
 
-from scenes.prepare.cutout.floaters import find_floaters
 from scenes.prepare.cutout.proposals import propose
+from scenes.prepare.cutout.remainder.floaters import find_floaters
 from scenes.splats import SplatCloud
 
 

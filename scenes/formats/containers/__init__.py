@@ -1,0 +1,1 @@
+"""The byte layouts that splats or meshes are packed in."""

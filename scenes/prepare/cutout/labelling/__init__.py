@@ -1,0 +1,1 @@
+"""From votes to labels: which splats are the object."""

@@ -1,0 +1,76 @@
+"""Splats of a found thing that show what is behind it.
+
+In a trained room some splats hang in the air and paint the wall or the floor behind. Those beside a
+thing are found with it, and its box would have to hold them. Taken away with the thing they change
+nothing that is drawn: there the same wall is seen without them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.package.records import ViewPoint
+from scenes.pose import Pose
+from scenes.prepare.cutout.votes.cropped_views import (
+    CloseView,
+    close_views,
+    evenly,
+    light_in_masks,
+)
+from scenes.render.native import NativeRenderer
+from scenes.render.renderer import PosedSplats
+from scenes.splats import SplatCloud
+
+BoolArray = NDArray[np.bool_]
+
+MOST_VIEWS = 16
+LEAST_VIEWS = 3
+CHANGED = 0.05
+"""Of any channel (0..1): what a picture has to change by for the change to be seen."""
+LEAST_CHANGING = 0.25
+"""Share of a splat's light that has to fall where the picture changes without the thing."""
+SEEN_PX = 0.5
+"""Light, in pixels of all views, below which nobody can tell."""
+MOST_THROUGH = 0.3
+"""Of the thing's opacity: where more shows the background, the thing only looks like it."""
+
+
+def shows_background(
+    cloud: SplatCloud,
+    labels: BoolArray,
+    viewpoints: Sequence[ViewPoint],
+    *,
+    renderer: NativeRenderer,
+) -> BoolArray:
+    """(N,) the labelled splats without which, and the rest of the thing, all looks the same.
+
+    Args:
+        cloud: the whole room, metres.
+        labels: (N,) the thing's splats.
+        viewpoints: of the room; those that frame the thing whole are used, evenly chosen.
+        renderer: draws the room.
+    """
+    none = np.zeros(len(cloud), dtype=bool)
+    framing = close_views(viewpoints, cloud.means[labels].astype(np.float64))
+    if len(framing) < LEAST_VIEWS:
+        return none
+    without = cloud.select(~labels)
+
+    def changes() -> Iterator[tuple[CloseView, BoolArray]]:
+        for view in evenly(framing, MOST_VIEWS):
+            change = np.abs(_drawn(cloud, view, renderer) - _drawn(without, view, renderer))
+            yield view, change.max(axis=2) > CHANGED
+
+    changing, seen = light_in_masks(cloud, changes(), renderer=renderer)
+    through = labels & (seen > SEEN_PX) & (changing < LEAST_CHANGING * seen)
+    if cloud.opacities[through].sum() > MOST_THROUGH * cloud.opacities[labels].sum():
+        return none
+    return through
+
+
+def _drawn(cloud: SplatCloud, view: CloseView, renderer: NativeRenderer) -> NDArray[np.float32]:
+    posed = [PosedSplats(cloud, Pose.identity())]
+    return np.clip(renderer.render(posed, view.camera, view.world_from_camera).rgb, 0.0, 1.0)

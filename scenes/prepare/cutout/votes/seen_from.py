@@ -1,0 +1,37 @@
+"""What one view shows of an object: points on it up to its outline."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+LEAST_POINTS = 60
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SeenFrom:
+    """What one view shows of a thing, up to its outline.
+
+    Attributes:
+        eye: (3,) where it is seen from.
+        points: (K, 3) world points, at the centres of pixels.
+        pixel_rad: how wide a pixel is.
+    """
+
+    eye: FloatArray
+    points: FloatArray
+    pixel_rad: float = 0.0
+
+    def above(self, height_m: float) -> FloatArray:
+        """(N, 3) what it shows above a height, none if that is too little to tell anything."""
+        points = self.points[self.points[:, 2] > height_m]
+        return points if len(points) >= LEAST_POINTS else points[:0]
+
+    def met(self, points: FloatArray, level_m: float) -> FloatArray:
+        """(N, 2) where rays to points (N, 3) meet a level below the eye, whatever their depths."""
+        rays = points - self.eye
+        return (self.eye + rays * ((level_m - self.eye[2]) / rays[:, 2:]))[:, :2]

@@ -1,0 +1,1 @@
+"""Smaller versions of an object or a room, for where it is drawn small."""
