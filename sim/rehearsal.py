@@ -98,7 +98,7 @@ class _Session:
         ]
         self._world = World(room, {actor.person_id: actor.target() for actor in self._actors})
         figures = [person_body(actor.person_id, people_rng) for actor in self._actors]
-        bodies = [*(body_of_object(thing) for thing in room.objects), *figures]
+        bodies = [*(body_of_object(item) for item in room.objects), *figures]
         self._bodies = bodies
         self._camera = Camera360(room, self._rig, self._true_rig, bodies)
         self._sensor = Sensor(self._rig, sensor_rng)

@@ -174,7 +174,7 @@ def _dispatch(words: list[str]) -> int:
     module.add_arguments(parser)
     args = parser.parse_args(rest)
     if threading.current_thread() is threading.main_thread():
-        # Being told to end is a cancellation like Ctrl+C: what is half done is tidied away.
+        # SIGTERM is a cancellation like Ctrl+C: unfinished files are removed.
         signal.signal(signal.SIGTERM, signal.default_int_handler)
     return int(module.run(args))
 

@@ -80,7 +80,7 @@ def perform(
     Args:
         plan: what to play; where it is recorded is decided here.
         target: the folder, see `output_folder`.
-        progress: told how far it is.
+        progress: shows how far it is.
         opened: sees the session before it plays.
         watch: sees every result as it comes.
         cancelled: set it from another thread to stop.

@@ -13,7 +13,7 @@ from typing import Any
 DISTRIBUTION = "gaussiannexus-studio"
 
 PROCESSOR_INFO = Path("/proc/cpuinfo")
-"""Where Linux tells what it runs on."""
+"""File in which Linux lists its processors."""
 
 VECTOR_FLAGS = ("avx512f", "avx2", "asimd")
 """What a processor calls its vector instructions, the widest first."""
@@ -30,7 +30,7 @@ def program_version() -> str:
 def describe_machine() -> dict[str, Any]:
     """Processor, its vector instructions, usable cores, memory in GiB, system and Python.
 
-    Two processors of one name may differ by a factor of two; their instructions tell them apart.
+    Two processors of one name may differ by a factor of two; their instruction sets differ.
     """
     flags = processor_flags()
     return {

@@ -55,14 +55,14 @@ class Progress:
 
 
 class StageProgress:
-    """Tells a `Progress` of work in named stages: its notes say "stage: what is going on".
+    """Shows work in named stages; its notes are "stage: what is going on".
 
     Args:
-        told: gets every stage as a task of its own.
+        progress: gets every stage as a task of its own.
     """
 
-    def __init__(self, told: Progress) -> None:
-        self._told = told
+    def __init__(self, progress: Progress) -> None:
+        self._progress = progress
         self._stage = ""
 
     def __call__(self, done: float, note: str) -> None:
@@ -70,14 +70,14 @@ class StageProgress:
         stage, _, detail = note.partition(": ")
         if stage != self._stage:
             self.finish()
-            self._told.begin(stage)
+            self._progress.begin(stage)
             self._stage = stage
-        self._told.advance(done, detail)
+        self._progress.advance(done, detail)
 
     def finish(self) -> None:
         """The last stage is done."""
         if self._stage:
-            self._told.finish()
+            self._progress.finish()
         self._stage = ""
 
 

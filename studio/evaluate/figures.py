@@ -24,7 +24,7 @@ INK = "#010203"
 """Stands for the page's text colour until the figure is written."""
 
 COLOURS = ("#1f88d1", "#d98a00", "#12a37c", "#c96fa4", "#d9601f", "#56b4e9", "#8a78ba")
-"""One per object: Okabe and Ito's hues, which colour-blind eyes tell apart, for light and dark."""
+"""One per object: Okabe and Ito's hues, distinct for colour-blind eyes, for light and dark."""
 
 SMALLEST_SHOWN = 0.05
 """Centimetres or degrees: lower end of the error charts, whose scale is logarithmic."""

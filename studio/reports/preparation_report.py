@@ -129,7 +129,7 @@ def _curve(prepared: Prepared) -> str:
         axes.set_xlabel("training time (s)")
         axes.set_ylabel("PSNR (dB)")
         axes.grid(visible=True)
-        return as_svg(figure, "Likeness of views that are not trained on, over time")
+        return as_svg(figure, "PSNR of held-out views over time")
 
 
 def mean_of_rounds(values: NDArray[np.float64], views: int) -> NDArray[np.float64]:
@@ -149,7 +149,7 @@ def _previews(work: WorkFolder) -> list[Picture]:
 
 
 def _camera_above(prepared: Prepared) -> tuple[Pinhole, Pose, float]:
-    """A camera high over the room, and the distance from which on it sees things."""
+    """A camera high over the room, and the distance from which on it sees the room."""
     low, high = prepared.package.footprint_m
     middle = 0.5 * (low + high)
     width, height = ABOVE_PX

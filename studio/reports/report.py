@@ -92,9 +92,9 @@ def verdict(report: Report) -> Verdict:
             "none", "Nothing moved", f"{frames}: there was nothing to track, so nothing is scored."
         )
     count = len(board.moved())
-    things = "object" if count == 1 else "objects"
+    noun = "object" if count == 1 else "objects"
     detail = (
-        f"{count} moved {things} followed within {every.world_cm.mean:.1f} cm on average "
+        f"{count} moved {noun} followed within {every.world_cm.mean:.1f} cm on average "
         f"over {frames}, hidden spans included{_worst(board)}."
     )
     if missed:

@@ -350,7 +350,7 @@ def _simulated(plan: SessionPlan) -> Made:
     from sim.scenario import DEFAULT_SCENARIOS, load_scenario, validate_scenario
     from studio.session.provenance import library_versions
 
-    # The first opening of a built-in scene takes a minute; a bad scenario is told before it.
+    # The first opening of a built-in scene takes a minute; a bad scenario is reported before it.
     scene = None if plan.scene in SAMPLE_NAMES else open_scene(plan.scene)
     physical = plan.scene if scene is None else scene.physical
     if physical is None:

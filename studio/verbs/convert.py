@@ -70,7 +70,7 @@ def convert(source: Path, target: Path, *, progress: Progress) -> dict[str, obje
     Args:
         source: a splat file, or a scene, whose objects are put where they last were.
         target: the file to make or replace; its ending decides the format.
-        progress: told how far it is, if there are many splats.
+        progress: shows how far it is, if there are many splats.
 
     Returns:
         What was read and written, as plain values.
@@ -112,7 +112,7 @@ def _read(source: Path) -> tuple[SplatBlocks, bool]:
 
 
 def _shown(splats: SplatBlocks, target: Path, progress: Progress) -> Iterator[SplatCloud]:
-    """The same blocks; progress hears of each that is done with."""
+    """The same blocks; progress advances with each."""
     progress.begin(f"writing {target.name}")
     done = 0
     for cloud in splats.blocks:

@@ -57,7 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group(
         "an object captured later",
         "4 to 40 photos from all around it, on a table or the floor, or on a turntable\n"
-        "before a plain wall. A printed code beside it tells its size; one that hangs in\n"
+        "before a plain wall. A printed code beside it gives its size; one that hangs in\n"
         "the room, its place too. What all photos look at is marked, unless --box, --click\n"
         "or --stroke-out mark something in them, by the photos' names.",
     )
@@ -70,7 +70,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=_place,
         metavar="X,Y[,Z]",
         help="where it shall stand, metres; with a minus first: --at=-1,0.5 (default: where it was "
-        "photographed if the scene's codes tell, else a free place on the floor)",
+        "photographed if the scene's codes show it, else a free place on the floor)",
     )
     group.add_argument(
         "--yaw", type=float, metavar="DEG", help="how it is turned there, counter-clockwise"
@@ -88,7 +88,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="DIR",
         help="where finished stages are kept, to go on there (default: SCENE.ID.prepare)",
     )
-    # What contradicts itself is told like any other wrong command line.
+    # Contradictory flags are reported like any other wrong command line.
     parser.set_defaults(refuse=parser.error)
 
 
@@ -106,13 +106,13 @@ def add(
         args: the flags of `nexus cut`.
         package: the room; left as it is.
         object_id: of the object.
-        prompts: marks in the photos, by their names; if there are none, the thing in the middle is
+        prompts: marks in the photos, by their names; if there are none, the object in the middle is
             marked.
         masks: finds what the marks mean.
 
     Raises:
         CaptureError: the photos cannot become an object; says what to do instead.
-        ValueError: the id is taken, nothing tells the size, or there is no object to be found.
+        ValueError: the id is taken, nothing gives the size, or there is no object to be found.
         OSError: the disk is full; finished stages are kept.
     """
     require_free_id(package, object_id)
@@ -174,7 +174,7 @@ def _sides(
     sides_m |= given or {}
     if not sides_m:
         raise ValueError(
-            "nothing tells how large the object is: lay a printed code beside it and give "
+            "nothing gives the size of the object: lay a printed code beside it and give "
             "--qr-size, or give --length with its two ends"
         )
     return sides_m
@@ -183,16 +183,16 @@ def _sides(
 def _prepared(
     args: argparse.Namespace, object_id: str, options: PrepareOptions, renderer: NativeRenderer
 ) -> Prepared:
-    told = StageProgress(text_progress())
+    stages = StageProgress(text_progress())
     work = open_work_folder(
         args.work or args.scene.with_name(f"{args.scene.name}.{object_id}.prepare"),
         seconds=time.monotonic,
-        progress=told,
+        progress=stages,
     )
     captured = prepare(
         args.add, work.path / CAPTURED, work=work, options=options, renderer=renderer
     )
-    told.finish()
+    stages.finish()
     return captured
 
 

@@ -29,7 +29,7 @@ more examples:
   photos, a length measured in the room, its ends in two photos each
     nexus prepare photos --length 2.035 --end a 3.jpg 812 400 --end a 7.jpg 640 391 \\
       --end b 3.jpg 820 1210 --end b 7.jpg 655 1188 --out room.gnx
-  a thing of known size (0.6 m wide, 0.4 deep, 0.75 high), with a box around it in two photos
+  an object of known size (0.6 m wide, 0.4 deep, 0.75 high), with a box around it in two photos
     nexus prepare photos --known-object 0.6,0.4,0.75 --object-box 3.jpg 410 220 702 580 \\
       --object-box 9.jpg 95 240 333 522 --out room.gnx
   a 360° camera's own video, both lenses side by side
@@ -63,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="where finished stages are kept, to go on there (default: SCENE.prepare)",
     )
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
-    # What contradicts itself is told like any other wrong command line.
+    # Contradictory flags are reported like any other wrong command line.
     parser.set_defaults(refuse=parser.error)
 
 
@@ -90,7 +90,7 @@ def _pictures(group: argparse._ArgumentGroup) -> None:
 
 
 def _scale(group: argparse._ArgumentGroup) -> None:
-    add_scale_flags(group, without="Without it the scale is guessed")
+    add_scale_flags(group, without="Without it the scale is estimated")
     add_object_flags(group)
     group.add_argument(
         "--per-axis",
@@ -167,15 +167,15 @@ def run(args: argparse.Namespace) -> int:
     from studio.reports.preparation_report import render_report
 
     options = _options(args)
-    told = StageProgress(text_progress())
+    stages = StageProgress(text_progress())
     work = open_work_folder(
         args.work or args.out.with_name(f"{args.out.name}.prepare"),
         seconds=time.monotonic,
-        progress=told,
+        progress=stages,
     )
     renderer = NativeRenderer()
     prepared = prepare(args.source, args.out, work=work, options=options, renderer=renderer)
-    told.finish()
+    stages.finish()
     rows = rows_of(prepared)
     report = work.path / REPORT
     write_file(report, [render_report(prepared, work, rows, renderer).encode()])

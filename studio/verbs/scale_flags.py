@@ -1,4 +1,4 @@
-"""Flags that tell how large things in photos are: printed codes, a length, a known object."""
+"""Flags that give the scale of photos: printed codes, a length, a known object."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def add_object_flags(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--known-object",
         metavar="SIZE",
-        help="a thing in the room whose size is known, where no code is: W,D,H in metres of "
+        help="an object in the room whose size is known, where no code is: W,D,H in metres of "
         "something box-shaped, or SCENE:ID of an object that was cut out earlier",
     )
     group.add_argument(
@@ -58,7 +58,7 @@ def add_object_flags(group: argparse._ArgumentGroup) -> None:
         action="append",
         default=[],
         metavar=("PHOTO", "X0", "Y0", "X1", "Y1"),
-        help="a box in pixels close around that thing; two photos or more, from different sides",
+        help="a box in pixels close around that object; two photos or more, from different sides",
     )
 
 

@@ -58,24 +58,24 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("rooms", nargs="+", choices=SAMPLE_NAMES)
     parser.add_argument("--work", type=Path, metavar="DIR", help="keep photos and stages here")
     args = parser.parse_args(arguments)
-    told = text_progress()
+    progress = text_progress()
     for name in args.rooms:
         kept = nullcontext(args.work / name) if args.work else tempfile.TemporaryDirectory()
         with kept as folder:
-            scan = scanned(sample_room(name), Path(folder), told=told)
+            scan = scanned(sample_room(name), Path(folder), progress=progress)
         save_package(scan, scan_folder(name), compact=True)
 
 
-def scanned(room: PhysicalRoom, folder: Path, *, told: Progress) -> ScenePackage:
+def scanned(room: PhysicalRoom, folder: Path, *, progress: Progress) -> ScenePackage:
     """The scan of a physical room, with all its movable objects cut out.
 
     Args:
         room: what is filmed.
         folder: gets photos and stages; what it already holds is used again.
-        told: shows how far it has come.
+        progress: shows how far it has come.
     """
-    photos = _filmed(room, folder, told)
-    stages = StageProgress(told)
+    photos = _filmed(room, folder, progress)
+    stages = StageProgress(progress)
     work = open_work_folder(folder / "stages", seconds=time.monotonic, progress=stages)
     renderer = NativeRenderer()
     target = folder / f"{room.name}.gnx"
@@ -88,12 +88,12 @@ def scanned(room: PhysicalRoom, folder: Path, *, told: Progress) -> ScenePackage
     prepared = prepare(photos, target, work=work, options=options, renderer=renderer)
     stages.finish()
     package = load_package(target)
-    told.begin("cutting out objects")
+    progress.begin("cutting out objects")
     for number, item in enumerate(room.objects):
-        told.advance(number / len(room.objects), item.object_id)
+        progress.advance(number / len(room.objects), item.object_id)
         views = prepared.reconstruction.views
         package = _without(package, item, room, views, renderer)
-    told.finish(f"{len(package.objects)} objects")
+    progress.finish(f"{len(package.objects)} objects")
     save_package(package, target)
     return replace(
         package,
@@ -105,7 +105,7 @@ def scanned(room: PhysicalRoom, folder: Path, *, told: Progress) -> ScenePackage
     )
 
 
-def _filmed(room: PhysicalRoom, folder: Path, told: Progress) -> Path:
+def _filmed(room: PhysicalRoom, folder: Path, progress: Progress) -> Path:
     """The folder with the photos of all walks."""
     photos = folder / "photos"
     if photos.exists():
@@ -113,12 +113,12 @@ def _filmed(room: PhysicalRoom, folder: Path, told: Progress) -> Path:
     together = folder / "photos.part"
     together.mkdir(parents=True, exist_ok=True)
     for walk, options in WALKS:
-        told.begin(f"filming {room.name}, {walk}")
+        progress.begin(f"filming {room.name}, {walk}")
         rng = np.random.default_rng(SEED)
-        film(room, folder / walk, rng=rng, options=options, progress=told.advance)
+        film(room, folder / walk, rng=rng, options=options, progress=progress.advance)
         for image in sorted((folder / walk / IMAGES).iterdir()):
             shutil.copyfile(image, together / f"{walk}-{image.name}")
-        told.finish(f"{options.frames} photos")
+        progress.finish(f"{options.frames} photos")
     return together.rename(photos)
 
 

@@ -80,7 +80,7 @@ def run(args: argparse.Namespace) -> int:
     progress = text_progress()
     progress.begin(f"tracking {args.video.name}")
 
-    def told(frame: Frame) -> None:
+    def done(frame: Frame) -> None:
         progress.advance(frame.t_ns / span_ns if span_ns else 0.0, f"{frame.t_ns / 1e9:.1f} s")
 
     head = {
@@ -91,7 +91,7 @@ def run(args: argparse.Namespace) -> int:
         "video": args.video.name,
     }
     tally = Tally()
-    blocks = tracks_as_json(head, args.method, method, frames, told=told, tally=tally)
+    blocks = tracks_as_json(head, args.method, method, frames, done=done, tally=tally)
     write_file(args.out, blocks)
     progress.finish(f"{tally.frames} frames")
     rows = tally.rows()
@@ -141,7 +141,7 @@ def tracks_as_json(
     method: TrackingMethod[Any],
     frames: Iterator[Frame],
     *,
-    told: Callable[[Frame], None],
+    done: Callable[[Frame], None],
     tally: Tally,
 ) -> Iterator[bytes]:
     """A file of tracks, piece by piece, so that an hour of footage needs no more memory.
@@ -151,7 +151,7 @@ def tracks_as_json(
         name: of the method.
         method: the tracker.
         frames: in order of time.
-        told: hears of every frame that is done.
+        done: called with every frame that is tracked.
         tally: counts.
 
     Raises:
@@ -174,7 +174,7 @@ def tracks_as_json(
         }
         separator = "\n" if tally.frames == 1 else ",\n"
         yield (separator + json.dumps(entry, allow_nan=False)).encode()
-        told(frame)
+        done(frame)
     if not tally.frames:
         raise ValueError("the footage is without a single picture")
     yield b"\n]}}\n"

@@ -30,7 +30,8 @@ STATE_COLOURS: dict[TrackState, Colour] = {
     TrackState.OCCLUDED: (240, 170, 20),
     TrackState.LOST: (222, 90, 20),
 }
-"""Told apart without red against green; the word stands beside the colour everywhere."""
+"""Colour of each state, sRGB 0..255, chosen without red against green for colour-blind eyes. The
+state's word stands beside its colour everywhere."""
 
 STATE_WORDS: dict[TrackState, str] = {
     TrackState.STATIC: "at rest",

@@ -80,7 +80,7 @@ def run(args: argparse.Namespace) -> int:
             seed=args.seed,
             stopwatch_ns=time.perf_counter_ns,
             told=lambda session: told.advance(0.0, session),
-            shown=None if detector is None else detector.see,
+            shown=None if detector is None else detector.see_masks,
         )
         told.finish(f"{len(tracked.answers)} answers")
         if args.out:

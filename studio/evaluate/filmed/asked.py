@@ -18,11 +18,11 @@ class Asked:
         seeds: one run each; they decide noise, drift and the camera pose's error.
         conditions: see `Conditions`.
         cache: where takes are kept.
-        told: hears how far it is.
+        progress: shows how far the evaluation is.
     """
 
     methods: tuple[str, ...]
     seeds: tuple[int, ...]
     conditions: Conditions
     cache: TakeCache
-    told: Progress
+    progress: Progress

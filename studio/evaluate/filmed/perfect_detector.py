@@ -34,8 +34,12 @@ class PerfectDetector:
 
     def see(self, frame: Frame, truth: GroundTruth) -> None:
         """Take the frame that the next calls of `detect` are about, and its ground truth."""
+        self.see_masks(frame, truth.masks)
+
+    def see_masks(self, frame: Frame, masks: Masks | None) -> None:
+        """The same, where masks are known without a simulator's ground truth."""
         self._frame = frame
-        self._masks = truth.masks
+        self._masks = masks
 
     def detect(self, view: RectifiedView, expected: Sequence[Expected]) -> tuple[Detection, ...]:
         """The visible part of each expected object in the front lens's rectified view.

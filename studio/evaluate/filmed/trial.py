@@ -108,14 +108,14 @@ class Trial:
         return following, answers
 
     def run(
-        self, messages: Iterable[SessionMessage], told: Callable[[int], None] | None = None
+        self, messages: Iterable[SessionMessage], done: Callable[[int], None] | None = None
     ) -> Iterator[Mapping[str, Answer]]:
         """All methods on all frames of a take, from the start; yields frame by frame."""
         states = self.start()
         for count, message in enumerate(messages, 1):
             states, answers = self.step(states, message)
-            if told is not None:
-                told(count)
+            if done is not None:
+                done(count)
             yield answers
 
 
@@ -149,10 +149,10 @@ def performed(
         what: names it where progress is shown.
     """
     messages = film_messages(film_set, taken, asked, seed=seed, what=what)
-    told = asked.told
-    told.begin(f"tracking {what}, seed {seed}")
-    yield from trial.run(messages, told=lambda count: told.advance(count / len(taken)))
-    told.finish()
+    progress = asked.progress
+    progress.begin(f"tracking {what}, seed {seed}")
+    yield from trial.run(messages, done=lambda count: progress.advance(count / len(taken)))
+    progress.finish()
 
 
 def last_of(answers: Iterable[Mapping[str, Answer]]) -> Mapping[str, Answer]:
@@ -171,8 +171,8 @@ def film_messages(
     film_set: FilmSet, taken: Sequence[Shot], asked: Asked, *, seed: int, what: str
 ) -> Iterator[SessionMessage]:
     """The frames of a take, filmed or fetched, with the camera pose that a marker would give."""
-    asked.told.begin(f"filming {what}, seed {seed}")
-    take = film_set.film(taken, asked.conditions, seed=seed, told=asked.told.advance)
-    asked.told.finish()
+    asked.progress.begin(f"filming {what}, seed {seed}")
+    take = film_set.film(taken, asked.conditions, seed=seed, advance=asked.progress.advance)
+    asked.progress.finish()
     known = marker_pose(film_set.room.world_from_rig, asked.conditions, seed=seed)
     return take.play(known, with_masks="paper" in asked.methods)

@@ -36,7 +36,7 @@ class Verdict:
 def verdict_of(prepared: Prepared) -> Verdict:
     """Whether the room can be worked with, and what is wrong with it."""
     faults = [
-        fault for fault in (_likeness(prepared), _places(prepared), _scale(prepared)) if fault
+        fault for fault in (_similarity(prepared), _places(prepared), _scale(prepared)) if fault
     ]
     notes = [note for _, note in faults if note]
     known = (*prepared.sfm.advice, *prepared.alignment.warnings)
@@ -61,7 +61,7 @@ def preview_min(prepared: Prepared) -> float:
     return (before + shown[0]) / 60 if shown else math.nan
 
 
-def _likeness(prepared: Prepared) -> tuple[str, str] | None:
+def _similarity(prepared: Prepared) -> tuple[str, str] | None:
     training = prepared.training
     quality = training.psnr_db
     if not quality < GOOD_PSNR_DB:
@@ -101,7 +101,7 @@ def _places(prepared: Prepared) -> tuple[str, str] | None:
 def _scale(prepared: Prepared) -> tuple[str, str] | None:
     scale, sigma = prepared.alignment.metres_per_unit()
     # The alignment's own warnings say what to do about it.
-    return ("its scale is a guess", "") if sigma > 0.1 * scale else None
+    return ("its scale is uncertain", "") if sigma > 0.1 * scale else None
 
 
 def _listed(parts: list[str]) -> str:

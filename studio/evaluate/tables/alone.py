@@ -84,17 +84,17 @@ def evaluate(asked: Asked) -> Findings:
         with FilmSet(alone, cache=asked.cache) as film_set:
             for seed in asked.seeds:
                 what = f"{start.object_id} alone, seed {seed}"
-                asked.told.begin(f"filming {what}")
+                asked.progress.begin(f"filming {what}")
                 taken = shots(scanned_poses(alone), start)
                 take = film_set.film(
-                    taken, asked.conditions, seed=seed, told=asked.told.advance, fps=FPS
+                    taken, asked.conditions, seed=seed, advance=asked.progress.advance, fps=FPS
                 )
-                asked.told.finish()
+                asked.progress.finish()
                 marker = marker_pose(room.world_from_rig, asked.conditions, seed=seed)
                 for name in asked.methods:
-                    asked.told.begin(f"tracking {what}, {name}")
+                    asked.progress.begin(f"tracking {what}, {name}")
                     runs[name][start.object_id].append(_timed(name, alone, known, take, marker))
-                    asked.told.finish()
+                    asked.progress.finish()
     return _report(runs)
 
 
@@ -121,7 +121,7 @@ def _timed(
         state = method.start()
         step_ms: list[float] = []
         cold_ms = found_cm = 0.0
-        (thing,) = room.objects
+        (item,) = room.objects
         for message in take.play(marker_world_from_rig, with_masks=False):
             began_ns = time.thread_time_ns()
             state, output = method.step(state, message.frame, 0)
@@ -129,8 +129,8 @@ def _timed(
             if message.frame.seq == 0 and message.truth is not None:
                 cold_ms = output.stage_ns.get("pose", 0) / 1e6
                 (tracked,) = output.objects
-                truth = message.truth.recorded.world_from_object[thing.object_id]
-                symmetry = SYMMETRY_OF_KIND.get(thing.kind, 1)
+                truth = message.truth.recorded.world_from_object[item.object_id]
+                symmetry = SYMMETRY_OF_KIND.get(item.kind, 1)
                 error = pose_error(tracked.world_from_object, truth, symmetry=symmetry)
                 found_cm = error.world_cm
     return Timed(cold_ms, found_cm, np.array(step_ms[STANDS_FRAMES:]))

@@ -35,7 +35,7 @@ def evaluate(asked: Asked) -> Findings:
     for scene in SCENES:
         room = sample_room(scene)
         trial = Trial(open_scene(scene), asked.methods)
-        poses = standing({thing.object_id: thing.world_from_object for thing in room.objects})
+        poses = standing({item.object_id: item.world_from_object for item in room.objects})
         taken = [Shot(k * FRAME_NS, poses) for k in range(FRAMES)]
         with FilmSet(room, cache=asked.cache) as film_set:
             for factor in FACTORS:
@@ -44,10 +44,10 @@ def evaluate(asked: Asked) -> Findings:
                     pose_error_deg=factor * asked.conditions.pose_error_deg,
                     pose_error_cm=factor * asked.conditions.pose_error_cm,
                 )
-                told = replace(asked, conditions=wrong)
+                changed = replace(asked, conditions=wrong)
                 for seed in asked.seeds:
                     what = f"{scene}, pose error ×{factor:g}"
-                    answers = performed(film_set, trial, taken, told, seed=seed, what=what)
+                    answers = performed(film_set, trial, taken, changed, seed=seed, what=what)
                     for name, answer in last_of(answers).items():
                         left[name].setdefault((scene, factor), []).append(answer.camera_left())
     return _report(left, asked)

@@ -72,19 +72,19 @@ def evaluate(asked: Asked) -> Findings:
     runs: dict[str, list[Paced]] = {name: [] for name in asked.methods}
     with FilmSet(room, cache=asked.cache) as film_set:
         for seed in asked.seeds:
-            asked.told.begin(f"filming two of ten objects, seed {seed}")
+            asked.progress.begin(f"filming two of ten objects, seed {seed}")
             take = film_set.film(
-                taken, asked.conditions, seed=seed, told=asked.told.advance, fps=FPS
+                taken, asked.conditions, seed=seed, advance=asked.progress.advance, fps=FPS
             )
-            asked.told.finish()
+            asked.progress.finish()
             known = marker_pose(room.world_from_rig, asked.conditions, seed=seed)
             for name in asked.methods:
-                asked.told.begin(f"tracking at {FPS} a second, {name}, seed {seed}")
+                asked.progress.begin(f"tracking at {FPS} a second, {name}, seed {seed}")
                 # The perfect detector's masks belong to a simulation in step with its tracker; here
-                # the paper's method finds things by what differs from the empty room.
+                # the paper's method finds objects by what differs from the empty room.
                 method = make_method(name, scene, stopwatch=time.perf_counter_ns)
                 runs[name].append(paced(method, take, known))
-                asked.told.finish()
+                asked.progress.finish()
     return _report(runs)
 
 

@@ -55,7 +55,7 @@ Points = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class Likeness:
+class Similarity:
     """How far a scanned object is from the physical one.
 
     Attributes:
@@ -80,7 +80,7 @@ def evaluate(asked: Asked) -> Findings:
     scales, surfaces = [], []
     for scene in SCENES:
         room = sample_room(scene)
-        asked.told.begin(f"comparing the objects of {scene}")
+        asked.progress.begin(f"comparing the objects of {scene}")
         for source in open_scene(scene).objects:
             model = make_model(source, renderer)
             seen = compared(model, room.object_by_id(source.object_id), renderer)
@@ -93,7 +93,7 @@ def evaluate(asked: Asked) -> Findings:
             lines.append([name, f"{100 * seen.scale:+.2f}", *in_mm, elsewhere])
             findings.rows.append(Row(f"model.{name}.scale_percent", 100 * seen.scale, "%"))
             findings.rows.append(Row(f"model.{name}.surface_mm", 1000 * seen.surface_m, "mm"))
-        asked.told.finish()
+        asked.progress.finish()
     for name, values, unit, bar in (
         ("model.scale_percent.max", scales, "%", SCALE_BAR_PERCENT),
         ("model.surface_mm.max", surfaces, "mm", SURFACE_BAR_MM),
@@ -109,7 +109,7 @@ def compared(
     renderer: Renderer,
     *,
     views: Sequence[Pose] | None = None,
-) -> Likeness:
+) -> Similarity:
     """A scanned object against the physical one.
 
     Args:
@@ -143,7 +143,7 @@ def compared(
 
     fit = least_squares(residuals, np.zeros(1), loss="soft_l1", f_scale=HARDLY_OFF_M)
     surface_m = np.concatenate(surfaces)
-    return Likeness(
+    return Similarity(
         scale=float(fit.x[0]),
         outline_m=float(np.median(outside_m)),
         surface_m=float(surface_m.mean()),

@@ -69,25 +69,25 @@ def evaluate(asked: Asked) -> Findings:
     with FilmSet(room, (screen_body(),), cache=asked.cache) as film_set:
         for seed in asked.seeds:
             messages = film_messages(film_set, taken, asked, seed=seed, what="what is hidden")
-            asked.told.begin(f"tracking what is hidden, seed {seed}")
+            asked.progress.begin(f"tracking what is hidden, seed {seed}")
             for method, passage, run in _played(trial, messages, passages, asked):
                 answers[method][passage].append(run)
-            asked.told.finish()
+            asked.progress.finish()
     return _report(answers)
 
 
 def shots(room: PhysicalRoom) -> tuple[tuple[Shot, ...], tuple[Passage, ...]]:
     """The pictures: as scanned, then a passage for each hidden share, then two of total hiding."""
-    thing = room.object_by_id(OBJECT)
+    item = room.object_by_id(OBJECT)
     eye = room.world_from_rig.translation
     others = {item.object_id: item.world_from_object for item in room.objects}
-    start = thing.world_from_object
+    start = item.world_from_object
     frames: list[tuple[Pose, Placement | None]] = [(start, None)] * WARM_UP
     passages: list[Passage] = []
 
     def passage(name: str, part: Sequence[tuple[Pose, float, Pose]]) -> None:
         begin = len(frames)
-        frames.extend((pose, hiding(eye, thing, about, share)) for pose, share, about in part)
+        frames.extend((pose, hiding(eye, item, about, share)) for pose, share, about in part)
         passages.append(Passage(name, begin, len(frames)))
 
     way = carried(start, _moved(start, WAY_M, TURN_RAD), MOVE_FRAMES)
@@ -140,7 +140,7 @@ def _played(
             states, answers = trial.step(states, message)
             for name, answer in answers.items():
                 seen[name].append(answer)
-            asked.told.advance(index / passages[-1].end, passage.name)
+            asked.progress.advance(index / passages[-1].end, passage.name)
         for name, run in seen.items():
             yield name, passage.name, run
 

@@ -44,8 +44,10 @@ def room(asked: Asked) -> Findings:
         findings.rows.append(coverage_row(method, "covariance.inside_95", seen))
     if asked.conditions.pose_error_deg or asked.conditions.pose_error_cm:
         exact = replace(asked.conditions, pose_error_deg=0.0, pose_error_cm=0.0)
-        told = samples(ROOM, replace(asked, conditions=exact))
-        true_camera = _report("room_true_camera", ROOM, told, bars=TRUE_CAMERA_BARS, printed={})
+        exact_samples = samples(ROOM, replace(asked, conditions=exact))
+        true_camera = _report(
+            "room_true_camera", ROOM, exact_samples, bars=TRUE_CAMERA_BARS, printed={}
+        )
         findings.rows.extend(true_camera.rows)
         findings.text.extend(true_camera.text)
     return findings

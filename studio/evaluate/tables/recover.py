@@ -76,8 +76,8 @@ def evaluate(asked: Asked) -> Findings:
 def judged(room: PhysicalRoom, answer: Answer) -> list[Found]:
     """Every object against the places of its kind; each place counts for one object only."""
     found: list[Found] = []
-    for kind in dict.fromkeys(thing.kind for thing in room.objects):
-        ids = [thing.object_id for thing in room.objects if thing.kind == kind]
+    for kind in dict.fromkeys(item.kind for item in room.objects):
+        ids = [item.object_id for item in room.objects if item.kind == kind]
         errors = [
             [
                 pose_error(

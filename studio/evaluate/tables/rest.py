@@ -1,4 +1,4 @@
-"""Jitter at rest: how much the pose of a thing that stands still shakes."""
+"""Jitter at rest: the spread of an object's pose while the object stands still."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ BAR_MM, BAR_DEG = 2.0, 0.2
 def evaluate(asked: Asked) -> Findings:
     """Move one chair, then let everything stand; the spread of each track about its mean."""
     room = sample_room(SCENE)
-    scanned = {thing.object_id: thing.world_from_object for thing in room.objects}
+    scanned = {item.object_id: item.world_from_object for item in room.objects}
     start = scanned[MOVED]
     end = Pose.from_yaw(start.yaw() + TURN_RAD, start.translation + np.array(WAY_M))
     path = [start, start, *carried(start, end, ARRIVE_FRAMES)]
@@ -45,7 +45,7 @@ def evaluate(asked: Asked) -> Findings:
                     seen[name].append(answer)
             for name, run in seen.items():
                 runs[name].append(run[-REST_FRAMES:])
-    kinds = {thing.object_id: thing.kind for thing in room.objects}
+    kinds = {item.object_id: item.kind for item in room.objects}
     findings = Findings()
     for method, rested in runs.items():
         lines = [["object", "rms mm", "rms deg", "off by cm"]]

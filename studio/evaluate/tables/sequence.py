@@ -123,12 +123,12 @@ def _stepped(motion: Motion, asked: Asked) -> Mapping[str, Mapping[int, list[lis
             for step in STEPS:
                 messages = film_messages(film_set, taken, asked, seed=seed, what=what)
                 seen: dict[str, list[Answer]] = {name: [] for name in trial.methods}
-                asked.told.begin(f"tracking {what}, every {step}. frame, seed {seed}")
+                asked.progress.begin(f"tracking {what}, every {step}. frame, seed {seed}")
                 for answers in trial.run(every(messages, step)):
                     for name, answer in answers.items():
                         seen[name].append(answer)
-                    asked.told.advance(answer_share(seen, len(taken) // step))
-                asked.told.finish()
+                    asked.progress.advance(answer_share(seen, len(taken) // step))
+                asked.progress.finish()
                 for name, run in seen.items():
                     found[name][step].append(run)
     return found
@@ -167,7 +167,7 @@ def _minute(asked: Asked) -> Mapping[str, list[Answer]]:
 
 
 def _shots(film_set: FilmSet, motion: Motion, count: int, spacing_ns: int, seed: int) -> list[Shot]:
-    poses = {thing.object_id: thing.world_from_object for thing in film_set.room.objects}
+    poses = {item.object_id: item.world_from_object for item in film_set.room.objects}
     rng = np.random.default_rng([seed, 30])
     seconds = [index * spacing_ns / 1e9 for index in range(count)]
     support_z_m = float(poses[motion.object_id].translation[2])

@@ -29,7 +29,7 @@ TURN_RAD = np.radians(60.0)
 """Most that a twin is turned on the way."""
 
 APART_M = 0.3
-"""Two places nearer than this cannot be told apart."""
+"""Metres; two places nearer than this count as one."""
 
 
 def evaluate(asked: Asked) -> Findings:
@@ -37,7 +37,7 @@ def evaluate(asked: Asked) -> Findings:
     room = sample_room(SCENE)
     trial = Trial(open_scene(SCENE), asked.methods)
     runs: dict[str, list[list[Answer]]] = {name: [] for name in trial.methods}
-    scanned = {thing.object_id: thing.world_from_object for thing in room.objects}
+    scanned = {item.object_id: item.world_from_object for item in room.objects}
     with FilmSet(room, cache=asked.cache) as film_set:
         for seed in asked.seeds:
             taken = shots(scanned, np.random.default_rng([seed, 2]))

@@ -164,17 +164,17 @@ def test_a_scene_opens_and_can_be_looked_at(tiny, tmp_path, close_when):
     assert looked
 
 
-@pytest.mark.parametrize("told", [signal.SIGINT, signal.SIGTERM])
-def test_ctrl_c_in_the_terminal_closes_the_window(tiny, tmp_path, close_when, told):
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_in_the_terminal_closes_the_window(tiny, tmp_path, close_when, number):
     from scenes.package import save_package
     from studio.app.window import open_window
 
     save_package(tiny.scene, tmp_path / "room")
-    before = signal.getsignal(told)
-    close_when(lambda w: w.twin.has_picture and signal.raise_signal(told))
+    before = signal.getsignal(number)
+    close_when(lambda w: w.twin.has_picture and signal.raise_signal(number))
     with pytest.raises(KeyboardInterrupt):
         open_window(str(tmp_path / "room"), rehearse_to=tmp_path / "out")
-    assert signal.getsignal(told) is before
+    assert signal.getsignal(number) is before
 
 
 def test_a_missing_scene_is_an_error_of_the_caller(tmp_path, close_when):

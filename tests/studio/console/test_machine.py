@@ -25,8 +25,8 @@ def test_the_widest_vector_instructions_are_told(
     info = tmp_path / "cpuinfo"
     info.write_text(INFO.format(more=more))
     monkeypatch.setattr(machine, "PROCESSOR_INFO", info)
-    told = machine.describe_machine()
-    assert (told["cpu"], told["vectors"]) == ("AMD EPYC 7B13", vectors)
+    described = machine.describe_machine()
+    assert (described["cpu"], described["vectors"]) == ("AMD EPYC 7B13", vectors)
     assert "fma" in machine.processor_flags()
 
 
@@ -34,7 +34,7 @@ def test_a_system_that_does_not_say_leaves_no_gap(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr(machine, "PROCESSOR_INFO", tmp_path / "missing")
-    told = machine.describe_machine()
-    assert told["vectors"] == "unknown"
-    assert told["cpu"]
+    described = machine.describe_machine()
+    assert described["vectors"] == "unknown"
+    assert described["cpu"]
     assert machine.processor_flags() == set()

@@ -23,7 +23,7 @@ def asked(tmp_path_factory):
         seeds=(0,),
         conditions=Conditions(lens_size_px=320),
         cache=TakeCache(tmp_path_factory.mktemp("takes")),
-        told=Progress(lambda _text, _final: None),
+        progress=Progress(lambda _text, _final: None),
     )
 
 

@@ -180,9 +180,7 @@ sys.exit(code)
 
 @pytest.mark.slow
 @pytest.mark.timeout(900)
-@pytest.mark.skipif(
-    sys.platform == "win32", reason="peak memory is not told by the resource module"
-)
+@pytest.mark.skipif(sys.platform == "win32", reason="peak memory is not in the resource module")
 @pytest.mark.parametrize(("count", "coefficients"), [(5_000_000, 1), (1_000_000, 16)])
 def test_memory_is_bounded_whatever_the_number_of_splats(tmp_path, count, coefficients):
     big_ply(tmp_path / "a.ply", count, coefficients)

@@ -178,7 +178,7 @@ def test_a_mark_goes_before_the_middle(nexus, room, photographed, tmp_path):
 @pytest.mark.parametrize(
     ("words", "said", "code"),
     [
-        (["--name", "c"], "nothing tells how large the object is", EXIT_USAGE),
+        (["--name", "c"], "nothing gives the size of the object", EXIT_USAGE),
         (["--name", "c", "--qr-size", "0.1", "--at", "1"], "wanted metres such as", EXIT_USAGE),
         (["--name", "c", "--length", "1"], "belong together", EXIT_USAGE),
         (["--qr-size", "0.1"], "give --name", EXIT_INPUT),

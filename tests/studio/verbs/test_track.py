@@ -31,24 +31,24 @@ def camera_file(path, rig, world_from_rig):
 
 
 def written(tiny, frames):
-    tally, heard = Tally(), []
+    tally, done = Tally(), []
     blocks = tracks_as_json(
         {"format": "gaussiannexus tracks"},
         "own",
         tiny.tracker(0.03),
         iter(frames),
-        told=heard.append,
+        done=done.append,
         tally=tally,
     )
-    return json.loads(b"".join(blocks)), tally, heard
+    return json.loads(b"".join(blocks)), tally, done
 
 
 def test_every_frame_and_object_is_in_the_file(tiny):
     frames = [message.frame for message in tiny.inputs()]
-    values, tally, heard = written(tiny, frames)
+    values, tally, done = written(tiny, frames)
     tracks = values["methods"]["own"]
     assert [entry["t_ns"] for entry in tracks] == [frame.t_ns for frame in frames]
-    assert heard == frames
+    assert done == frames
     for entry in tracks:
         assert {track["object_id"] for track in entry["objects"]} == {"chair-1", "stool-1"}
         for track in entry["objects"]:
@@ -103,14 +103,14 @@ def test_wrong_input_is_one_line_and_leaves_nothing(tiny, tmp_path, capsys, word
 def test_a_simulated_clip_is_tracked_the_same_from_a_recording_and_from_pictures(tmp_path):
     """The chair's pose comes out near the truth; how the frames travelled makes no difference."""
     room = sample_room("lab")
-    poses = {thing.object_id: thing.world_from_object for thing in room.objects}
+    poses = {item.object_id: item.world_from_object for item in room.objects}
     start = poses["chair-1"]
     end = Pose.from_yaw(start.yaw() + 0.3, start.translation + np.array([0.2, -0.1, 0.0]))
     way = [start, start, *carried(start, end, 5)]
     shots = [Shot(k * 10**8, standing({**poses, "chair-1": p})) for k, p in enumerate(way)]
     with FilmSet(room, cache=TakeCache(tmp_path / "takes")) as film_set:
         conditions = Conditions(lens_size_px=640)
-        take = film_set.film(shots, conditions, seed=0, told=lambda _share: None)
+        take = film_set.film(shots, conditions, seed=0, advance=lambda _share: None)
     camera = camera_file(tmp_path / "cam.json", take.session().rig, room.world_from_rig)
     pictures = tmp_path / "pictures"
     pictures.mkdir()
@@ -143,7 +143,7 @@ def test_a_recording_without_the_camera_s_place_says_so(tiny, tmp_path, capsys):
     info = tiny.session(SessionPlan(scene="tiny", methods=("own",))).info
     with Recorder(path, info) as recorder:
         recorder.write(FrameStamp(frame.stream_id, 0, frame.t_ns, frame.t_ns, None))
-        recorder.write(message.packet)
+        recorder.write(message.input.packet)
     save_package(tiny.scene, tmp_path / "tiny", replace=False)
     out = tmp_path / "t.json"
     assert main(["track", str(tmp_path / "tiny"), str(path), "--out", str(out)]) == EXIT_INPUT

@@ -21,7 +21,7 @@ def desk():
 
 @pytest.fixture(scope="module")
 def shots(desk):
-    poses = {thing.object_id: thing.world_from_object for thing in desk.objects}
+    poses = {item.object_id: item.world_from_object for item in desk.objects}
     book = poses["book-1"]
     way = [Pose(book.rotation, book.translation + np.array([0.02 * k, 0, 0])) for k in range(3)]
     return [
@@ -42,7 +42,7 @@ def film_set(desk, root):
 
 def film(film_set, shots, conditions=CONDITIONS, seed=0):
     calls = []
-    take = film_set.film(shots, conditions, seed=seed, told=calls.append)
+    take = film_set.film(shots, conditions, seed=seed, advance=calls.append)
     return take, calls
 
 
@@ -114,7 +114,7 @@ def test_a_take_that_is_broken_off_leaves_nothing(film_set, shots, root):
 
     before = set(root.iterdir())
     with pytest.raises(KeyboardInterrupt):
-        film_set.film(shots, CONDITIONS, seed=77, told=cancel)
+        film_set.film(shots, CONDITIONS, seed=77, advance=cancel)
     assert set(root.iterdir()) == before
 
 

@@ -59,7 +59,7 @@ def test_an_object_that_no_photo_shows_does_not_end_the_table(tmp_path, caplog):
         SimpleNamespace(reconstruction=SimpleNamespace(views=())),
         renderer=NativeRenderer(),
         folder=tmp_path,
-        told=Progress(lambda line, last: None),
+        progress=Progress(lambda line, last: None),
     )
     assert [score.object_id for score in scores] == [item.object_id for item in room.objects]
     assert all((score.iou, score.exact) == (0.0, True) for score in scores)
