@@ -18,7 +18,7 @@ from scenes.render.native import NativeRenderer
 from scenes.samples import sample_room
 from tests.conftest import raycast_picture
 from tracking.background.images import LensExposures, render_background
-from tracking.background.layers import LayerMemo
+from tracking.background.layers import LayerCache
 from tracking.evidence.evidence import Scene, gather, view_of
 from tracking.follow.track import Task, new_track
 from tracking.model.object_model import make_model
@@ -78,7 +78,7 @@ class Table:
             renderer=self.renderer,
             bounds_m=np.percentile(self.scan.room.means.astype(np.float64), [0.2, 99.8], axis=0),
             support_planes=self.support_planes,
-            layers=LayerMemo(),
+            layers=LayerCache(),
         )
 
     def neighbours(self, name, without=()):

@@ -8,8 +8,9 @@ import pytest
 from scenes.pose import Pose, wrap_angle
 from scenes.state import TrackState
 from tracking.follow.posterior import SURE
-from tracking.follow.redetection import OVERVIEW_MS, redetect, redetect_all
+from tracking.follow.redetection import redetect, redetect_all
 from tracking.follow.track import SEARCH_PERIOD_NS
+from tracking.hypotheses.budget import Step
 
 LOST = {"state": TrackState.LOST}
 
@@ -69,7 +70,7 @@ def test_a_search_spread_over_frames_comes_to_the_same_pose(table, mug_elsewhere
     at_once = redetect_all([task])["mug-1"]
     search, found, frames = None, {}, 0
     while not found:
-        found, search = redetect([task], search, budget_ms=60.0 + OVERVIEW_MS)
+        found, search = redetect([task], search, budget_ms=60.0 + Step.OVERVIEW.nominal_ms)
         frames += 1
     assert frames >= 3
     assert search is None
@@ -81,10 +82,10 @@ def test_a_search_spread_over_frames_comes_to_the_same_pose(table, mug_elsewhere
 def test_a_search_ends_when_its_object_is_lost_no_more(table, mug_elsewhere):
     scene, _now = mug_elsewhere
     mug = table.task(scene, "mug-1", **LOST)
-    _, begun = redetect([mug], None, budget_ms=OVERVIEW_MS + 1.0)
+    _, begun = redetect([mug], None, budget_ms=Step.OVERVIEW.nominal_ms + 1.0)
     assert begun is not None
     assert begun.task is mug
-    found, left = redetect([], begun, budget_ms=OVERVIEW_MS + 1.0)
+    found, left = redetect([], begun, budget_ms=Step.OVERVIEW.nominal_ms + 1.0)
     assert (found, left) == ({}, None)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from scenes.pose import Pose, wrap_angle
-from tracking.hypotheses.budget import NotYet, Pace
+from tracking.hypotheses.budget import BudgetExhausted, FrameBudget
 from tracking.hypotheses.patch_search import (
     SMALL_PX,
     hypotheses,
@@ -18,10 +18,12 @@ from tracking.hypotheses.patch_search import (
 )
 
 
-def told(table, seen, places, **pace):
+def told(table, seen, places, **budget):
     scene, _now = seen
     beside = table.neighbours("mug-1")
-    return hypotheses(scene, table.models["mug-1"], beside, np.array(places), pace=Pace(**pace))
+    return hypotheses(
+        scene, table.models["mug-1"], beside, np.array(places), budget=FrameBudget(**budget)
+    )
 
 
 def test_the_best_guess_is_the_right_one_though_the_place_is_rough(table, mug_elsewhere):
@@ -48,7 +50,7 @@ def test_no_places_are_no_guesses(table, mug_elsewhere):
 
 def test_what_does_not_fit_into_a_frame_waits(table, mug_elsewhere):
     now = mug_elsewhere[1].translation
-    with pytest.raises(NotYet):
+    with pytest.raises(BudgetExhausted):
         told(table, mug_elsewhere, [now, np.add(now, (0.3, 0.0, 0.0))], budget_ms=7.0)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scenes.pose import Pose
-from tracking.hypotheses.budget import NotYet, Pace
+from tracking.hypotheses.budget import BudgetExhausted, FrameBudget
 from tracking.hypotheses.hypothesis import Hypothesis
 from tracking.hypotheses.positions import overview
 from tracking.hypotheses.room_search import (
@@ -19,7 +19,7 @@ from tracking.hypotheses.room_search import (
 )
 
 
-def searched(table, scene, name, *, support_heights_m=None, pace=None):
+def searched(table, scene, name, *, support_heights_m=None, budget=None):
     return candidates(
         scene,
         overview(scene),
@@ -30,7 +30,7 @@ def searched(table, scene, name, *, support_heights_m=None, pace=None):
         else support_heights_m,
         last=table.poses[name].translation,
         enough=1,
-        pace=pace or Pace(),
+        budget=budget or FrameBudget(),
     )
 
 
@@ -50,8 +50,8 @@ def test_nothing_is_looked_for_off_the_heights_it_may_stand_on(table, mug_elsewh
 
 
 def test_a_search_takes_no_more_time_than_it_is_given(table, mug_elsewhere):
-    with pytest.raises(NotYet):
-        searched(table, mug_elsewhere[0], "mug-1", pace=Pace(1.0))
+    with pytest.raises(BudgetExhausted):
+        searched(table, mug_elsewhere[0], "mug-1", budget=FrameBudget(1.0))
 
 
 def test_the_yaws_to_try_about_a_place_hold_what_is_believed_of_a_small_thing(table, mug_elsewhere):
