@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any
 
 import cv2
@@ -33,6 +34,18 @@ def raycast():
     return raycast_picture
 
 
+def over(
+    near: tuple[np.ndarray, np.ndarray, np.ndarray], far: tuple[np.ndarray, np.ndarray, np.ndarray]
+) -> np.ndarray:
+    """rgb of two pictures of one camera, cast apart: of each pixel what is nearer.
+
+    What does not move needs to be cast once only.
+    """
+    (rgb, reach, _), (beneath, reach_beneath, _) = near, far
+    is_nearer = (reach > 0) & ((reach_beneath == 0) | (reach < reach_beneath))
+    return np.where(is_nearer[..., None], rgb, beneath)
+
+
 def raycast_picture(
     meshes: Sequence[tuple[TexturedMesh, Pose]],
     camera: Camera,
@@ -48,7 +61,7 @@ def raycast_picture(
         scene.add_triangles(
             (world_from_mesh @ mesh.vertices).astype(np.float32), mesh.faces.astype(np.uint32)
         )
-    rays_in_camera = camera.unproject(pixel_centres(camera))
+    rays_in_camera, inside_lens = _rays(camera)
     rays = rays_in_camera @ world_from_camera.rotation.T
     origins = np.broadcast_to(world_from_camera.translation, rays.shape)
     hits = scene.cast_rays(
@@ -59,7 +72,6 @@ def raycast_picture(
     triangle = hits["primitive_ids"].numpy()
     barycentric = hits["primitive_uvs"].numpy()
     normals = hits["primitive_normals"].numpy()
-    inside_lens = camera.project(rays_in_camera)[1]
     light = np.asarray(light_direction, dtype=np.float64)
     light = light / np.linalg.norm(light)
     shaded = [shade] * len(meshes) if isinstance(shade, bool) else list(shade)
@@ -81,6 +93,13 @@ def raycast_picture(
     shape = (camera.height_px, camera.width_px)
     reach = np.where(index >= 0, distance, 0.0).astype(np.float32)
     return rgb.reshape(*shape, 3), reach.reshape(shape), index.reshape(shape)
+
+
+@lru_cache(maxsize=2)
+def _rays(camera: Camera) -> tuple[np.ndarray, np.ndarray]:
+    """Rays of all pixels in the camera's axes, and which of them its lens sees."""
+    rays = camera.unproject(pixel_centres(camera))
+    return rays, camera.project(rays)[1]
 
 
 def _lookup(mesh: TexturedMesh, triangle: np.ndarray, barycentric: np.ndarray) -> np.ndarray:

@@ -18,6 +18,7 @@ from scenes.render.renderer import PosedSplats
 from scenes.samples import sample_room
 from scenes.state import TrackState
 from studio.evaluate.metrics import pose_error
+from tests.conftest import over
 from tracking.baseline.paper import PaperTracker
 from tracking.camera.calibration import calibrate
 from tracking.tracker import Tracker
@@ -50,22 +51,25 @@ def picture(scene, raycast):
     """A function that takes the picture of the room with objects at given poses."""
     room = scene[0]
 
+    still = {}
+
+    def cast(meshes, lens, world_from_lens, *, shade):
+        light = room.light_direction
+        return raycast(meshes, lens, world_from_lens, shade=shade, light_direction=light)
+
     def take(poses, *, seq=0, marker=None, gain=1.0, camera=room.world_from_rig):
-        meshes = [(mesh, Pose.identity()) for mesh in room.static]
-        shade = [False] * len(meshes)
-        for physical in room.objects:
-            pose = poses.get(physical.object_id, physical.world_from_object)
-            meshes += [(mesh, pose) for mesh in physical.meshes]
-            shade += [True] * len(physical.meshes)
+        moving = [
+            (mesh, poses.get(physical.object_id, physical.world_from_object))
+            for physical in room.objects
+            for mesh in physical.meshes
+        ]
         rng, images = np.random.default_rng(seq), []
-        for lens, rig_from_lens in zip(RIG.lenses, RIG.rig_from_lens, strict=True):
-            rgb, _, _ = raycast(
-                meshes,
-                lens,
-                camera @ rig_from_lens,
-                shade=shade,
-                light_direction=room.light_direction,
-            )
+        for index, rig_from_lens in enumerate(RIG.rig_from_lens):
+            key = index, camera.matrix().tobytes()
+            if key not in still:
+                meshes = [(mesh, Pose.identity()) for mesh in room.static]
+                still[key] = cast(meshes, LENS, camera @ rig_from_lens, shade=False)
+            rgb = over(cast(moving, LENS, camera @ rig_from_lens, shade=True), still[key])
             noise = rng.normal(0.0, 2.0, rgb.shape)
             blurred = cv2.GaussianBlur(rgb, (0, 0), 0.7).astype(np.float64) * gain + noise
             images.append(np.clip(blurred, 0, 255).astype(np.uint8))

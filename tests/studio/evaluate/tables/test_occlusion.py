@@ -40,8 +40,14 @@ def test_a_track_that_went_over_to_the_twin_is_a_switch(answer):
     assert is_switched(answer(TRUE, off={"chair-1": (1.1, 0.0)}))
 
 
-def test_passages_follow_each_other_and_the_board_stands_where_something_is_hidden():
-    taken, passages = shots(sample_room("lab"))
+@pytest.fixture(scope="module")
+def filmed():
+    """All shots of the table, and its passages."""
+    return shots(sample_room("lab"))
+
+
+def test_passages_follow_each_other_and_the_board_stands_where_something_is_hidden(filmed):
+    taken, passages = filmed
     assert passages[0].begin == WARM_UP
     assert passages[-1].end == len(taken)
     assert [p.begin for p in passages[1:]] == [p.end for p in passages[:-1]]
@@ -51,8 +57,8 @@ def test_passages_follow_each_other_and_the_board_stands_where_something_is_hidd
             assert (SCREEN_ID in shot.placements) == (share > 0)
 
 
-def test_the_chair_moves_while_hidden_only_where_it_is_said():
-    taken, passages = shots(sample_room("lab"))
+def test_the_chair_moves_while_hidden_only_where_it_is_said(filmed):
+    taken, passages = filmed
     for passage, moves in zip(passages[-2:], (False, True), strict=True):
         places = [
             taken[k].placements["chair-1"].world_from_part[0].translation
