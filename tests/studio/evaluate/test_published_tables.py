@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from studio.evaluate.tracker import TABLES
+from studio.verbs.evaluate import TABLES
 
 from studio.cli import EXIT_DONE, EXIT_FAILED, main
 
