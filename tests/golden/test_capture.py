@@ -123,7 +123,7 @@ def capture(tmp_path_factory):
         SimpleNamespace(reconstruction=reconstruction),
         renderer=NativeRenderer(),
         folder=work,
-        told=Progress(lambda line, last: None),
+        progress=Progress(lambda line, last: None),
     )
     return trained, score
 

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from studio.cli import EXIT_DONE, EXIT_FAILED, main
-from studio.evaluate.tracker import TABLES
+from studio.verbs.evaluate import TABLES
 
 MISSED = {
     "room": {"covariance.inside_95", "room.covariance.inside_95"},
