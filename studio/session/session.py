@@ -305,9 +305,7 @@ def open_session(plan: SessionPlan, *, truth_detector: TruthDetector | None = No
     is_exact = plan.pace is Pace.EXACT
     costs = NOMINAL_COSTS if is_exact else MeasuredCosts(time.perf_counter_ns)
     methods = {
-        name: make_method(
-            name, scene, truth_detector, stopwatch=time.perf_counter_ns, costs=costs
-        )
+        name: make_method(name, scene, truth_detector, stopwatch=time.perf_counter_ns, costs=costs)
         for name in plan.methods
     }
     return Session(
