@@ -75,7 +75,7 @@ VERBS = (
     ),
     Verb(
         "evaluate dataset",
-        "studio.evaluate.dataset.verb",
+        "studio.verbs.evaluate_dataset",
         "take a folder of photos and 360° pictures with exact truth through prepare, cut and track",
         "nexus evaluate dataset room_c --out out/room_c",
     ),

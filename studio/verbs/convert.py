@@ -9,8 +9,6 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from scenes.formats.common.blocks import ROWS_PER_BLOCK, SplatBlocks, in_blocks
-from scenes.formats.common.error import refusal
 from scenes.formats.ply import WORLD_COMMENT, write_ply_blocks
 from scenes.formats.registry import (
     READABLE,
@@ -19,6 +17,8 @@ from scenes.formats.registry import (
     read_splat_file,
     require_writer,
 )
+from scenes.formats.storage.blocks import ROWS_PER_BLOCK, SplatBlocks, in_blocks
+from scenes.formats.storage.error import refusal
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA
 from scenes.harmonics import turned
 from scenes.opening import open_scene

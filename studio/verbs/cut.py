@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.formats.common.atomic import write_file
+from scenes.formats.storage.atomic import write_file
 from scenes.package import ScenePackage, load_package, save_package
 from scenes.package.records import ViewPoint
 from scenes.prepare.cutout.cutout import Cutout, cut_out, make_object, undo_cut

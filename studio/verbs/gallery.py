@@ -58,7 +58,7 @@ def run(args: argparse.Namespace) -> int:
         ValueError: the scene, its work folder or a photo is missing or damaged.
         OSError: a picture cannot be written.
     """
-    from scenes.formats.common.atomic import write_file
+    from scenes.formats.storage.atomic import write_file
     from scenes.package import load_package
 
     package = load_package(args.scene)

@@ -158,7 +158,7 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         ValueError, OSError: as `scenes.prepare.pipeline.prepare`.
     """
-    from scenes.formats.common.atomic import write_file
+    from scenes.formats.storage.atomic import write_file
     from scenes.prepare.align.shared_origin import shared_origin_to_json
     from scenes.prepare.pipeline import prepare
     from scenes.prepare.stages import open_work_folder

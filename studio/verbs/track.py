@@ -59,7 +59,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Track; the file of poses appears whole or not at all."""
-    from scenes.formats.common.atomic import write_file
+    from scenes.formats.storage.atomic import write_file
     from scenes.opening import open_scene
     from studio.console.progress import text_progress
     from studio.console.rows import as_json, as_table

@@ -4,8 +4,8 @@ import sys
 import numpy as np
 import pytest
 
-from scenes.formats.common.atomic import WriteError
-from scenes.formats.common.error import FormatError
+from scenes.formats.storage.atomic import WriteError
+from scenes.formats.storage.error import FormatError
 from scenes.formats.usd import write_usd
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA
 from scenes.harmonics import turned

@@ -5,9 +5,9 @@ import sys
 import numpy as np
 import pytest
 
-from scenes.formats.common.blocks import SplatBlocks
 from scenes.formats.ply import write_ply_blocks
 from scenes.formats.registry import is_in_world_frame, read_splats, write_splats
+from scenes.formats.storage.blocks import SplatBlocks
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA
 from scenes.opening import open_scene
 from scenes.package import ScenePackage, save_package

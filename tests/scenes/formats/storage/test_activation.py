@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenes.formats.common.activation import exponential, logarithm, logit, sigmoid
+from scenes.formats.storage.activation import exponential, logarithm, logit, sigmoid
 
 
 @given(st.lists(st.floats(0.0, 1.0, width=32), min_size=1, max_size=50))

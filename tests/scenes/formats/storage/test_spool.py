@@ -1,6 +1,6 @@
 import pytest
 
-from scenes.formats.common.spool import contents, spools
+from scenes.formats.storage.spool import contents, spools
 
 
 def test_what_is_set_aside_comes_back_in_pieces_and_leaves_nothing(tmp_path):

@@ -8,14 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenes.formats.common.blocks import SplatBlocks, extents, in_blocks, whole
-from scenes.formats.common.error import FormatError
 from scenes.formats.compressed_ply import CHUNK_SPLATS
 from scenes.formats.gltf import read_gltf_blocks, write_gltf_blocks
 from scenes.formats.ply import read_ply_blocks, write_ply, write_ply_blocks
 from scenes.formats.sog import read_sog_blocks
 from scenes.formats.splat import read_splat_blocks, write_splat_blocks
 from scenes.formats.spz import read_spz_blocks, write_spz_blocks
+from scenes.formats.storage.blocks import SplatBlocks, extents, in_blocks, whole
+from scenes.formats.storage.error import FormatError
 from tests.scenes.formats.test_compressed_ply import CHUNK, HIGH, LOW, file_bytes
 from tests.scenes.formats.test_sog import GOOD_QUATS, sog_files, write_folder
 from tests.scenes.formats.test_spz import version_3_of
@@ -155,7 +155,7 @@ def test_changes_come_to_every_block(random_cloud):
 
 @pytest.mark.parametrize("room", [0, 1, 7, 20])
 def test_room_grows_with_what_arrives(monkeypatch, random_cloud, room):
-    monkeypatch.setattr("scenes.formats.common.blocks.FIRST_ROWS", room)
+    monkeypatch.setattr("scenes.formats.storage.blocks.FIRST_ROWS", room)
     cloud = random_cloud(20, 1)
     check_same(whole(in_blocks(cloud, 3)), cloud)
     announced = SplatBlocks(10**12, 1, in_blocks(cloud, 3).blocks)

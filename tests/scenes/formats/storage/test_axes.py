@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenes.formats.common.axes import flipped
+from scenes.formats.storage.axes import flipped
 from scenes.frames import RDF_FROM_RUB
 from scenes.harmonics import basis, turned
 

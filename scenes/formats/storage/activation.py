@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.formats.common.blocks import owned
-from scenes.formats.common.error import refusal
+from scenes.formats.storage.blocks import owned
+from scenes.formats.storage.error import refusal
 from scenes.splats import SplatCloud, validate
 
 UNIT_TOLERANCE = 1e-6

@@ -3,7 +3,7 @@ import sys
 
 import pytest
 
-from scenes.formats.common.atomic import WriteError, write_file, write_folder
+from scenes.formats.storage.atomic import WriteError, write_file, write_folder
 
 
 def failing_blocks():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from scenes.formats.common.blocks import owned
+from scenes.formats.storage.blocks import owned
 from scenes.frames import RDF_FROM_RUB
 from scenes.harmonics import turning_matrix
 from scenes.splats import SplatCloud
