@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import av
 import cv2
@@ -69,13 +69,14 @@ def read_camera(path: Path) -> FilmedBy:
         raise FootageError(f"{path}: not a camera file: no JSON ({error})") from None
     if not isinstance(values, dict):
         raise FootageError(f"{path}: not a camera file: {type(values).__name__}, wanted an object")
-    missing = [key for key in ("lenses", "rig_from_lens", "world_from_rig") if key not in values]
+    fields = cast(dict[str, Any], values)
+    missing = [key for key in ("lenses", "rig_from_lens", "world_from_rig") if key not in fields]
     if missing:
         raise FootageError(f"{path}: field {missing[0]!r} is missing in the camera file")
     try:
-        pose = values["world_from_rig"]
+        pose = fields["world_from_rig"]
         where = Pose.from_quaternion(pose["wxyz"], pose["translation"])
-        return FilmedBy(rig_from_json(values), where)
+        return FilmedBy(rig_from_json(fields), where)
     except KeyError as error:
         raise FootageError(f"{path}: field {error} is missing in a pose") from None
     except (ValueError, TypeError) as error:

@@ -1,3 +1,4 @@
+# pyright: basic
 """H.264 in and out: both lenses of a 360° camera travel side by side in one picture.
 
 One picture in gives one packet out: no B-frames, no look-ahead, a single thread, so that the same
@@ -14,7 +15,6 @@ import av
 import numpy as np
 from av.codec.context import ThreadType
 from av.error import FFmpegError
-from av.video.codeccontext import VideoCodecContext
 from av.video.frame import PictureType, VideoFrame
 from av.video.reformatter import ColorRange, Colorspace, Interpolation
 from numpy.typing import NDArray
@@ -59,7 +59,7 @@ class H264Encoder:
         self._shape = (height_px, width_px, 3)
         self._interval = keyframe_interval or max(1, round(2 * fps))
         self._count = 0
-        context = cast(VideoCodecContext, av.CodecContext.create("libx264", "w"))
+        context = av.CodecContext.create("libx264", "w")
         context.width, context.height = width_px, height_px
         context.pix_fmt = "yuv420p"
         context.bit_rate = int(bitrate)
@@ -118,7 +118,7 @@ class H264Decoder:
     """Turns H.264 access units of one stream back into RGB pictures, one in, one out."""
 
     def __init__(self) -> None:
-        context = cast(VideoCodecContext, av.CodecContext.create("h264", "r"))
+        context = av.CodecContext.create("h264", "r")
         context.thread_count = 1
         context.thread_type = ThreadType.SLICE
         context.options = {"flags": "low_delay"}

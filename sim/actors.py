@@ -72,7 +72,7 @@ class _Body:
     stride_m: float = 0.0
     lean_rad: float = 0.0
     crouch_m: float = 0.0
-    hands: list[_Hand] = field(default_factory=list)
+    hands: list[_Hand] = field(default_factory=list[_Hand])
 
 
 class Actor:

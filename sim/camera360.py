@@ -172,7 +172,7 @@ class Camera360:
         if changed:
             for index, lens in enumerate(self._lenses):
                 self._rebuild_rest(index, lens, [state.drawn[index] for state in dirty])
-        views = []
+        views: list[LensView] = []
         visible = np.zeros(len(self.body_ids) + 1, np.int64)
         for index, lens in enumerate(self._lenses):
             moving = [states[n].drawn[index] for n in states if n not in resting]
@@ -222,7 +222,7 @@ class Camera360:
                 )
             ]
         )
-        drawn = []
+        drawn: list[DrawnBody] = []
         for lens in self._lenses:
             parts = [
                 (number, lens.lens_from_world @ world_from_part)
@@ -321,7 +321,7 @@ class Camera360:
             )
             for mesh in static
         ]
-        drawn = []
+        drawn: list[_Lens] = []
         for fine, world_from_lens in lenses:
             lens_from_world = world_from_lens.inverse()
             room = draw_room(rasteriser, numbers, fine, lens_from_world)

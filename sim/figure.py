@@ -74,7 +74,7 @@ def person_body(body_id: str, rng: np.random.Generator) -> Body:
         "shin": (_limb(SHIN_M, (0.056, 0.060, 0.052, 0.050)), denim),
         "shoe": (SHOE, leather),
     }
-    parts = []
+    parts: list[BodyPart] = []
     for name in PART_NAMES:
         rings, texture = shapes[name.removeprefix("left-").removeprefix("right-")]
         parts.append(BodyPart((_turned(rings, texture),), (_hull(rings),)))
@@ -97,7 +97,8 @@ def _turned(rings: Sequence[Ring], texture: NDArray[np.uint8]) -> TexturedMesh:
     turn = np.linspace(-np.pi, np.pi, SEGMENTS + 1)
     table = np.asarray(rings)
     low, high = table[0, 0], table[-1, 0]
-    vertices, uv = [], []
+    vertices: list[NDArray[np.float64]] = []
+    uv: list[NDArray[np.float64]] = []
     for z, along, across, shift in table:
         vertices.append(
             np.stack(
@@ -120,7 +121,7 @@ def _turned(rings: Sequence[Ring], texture: NDArray[np.uint8]) -> TexturedMesh:
 
 def _faces(ring_count: int) -> NDArray[np.int32]:
     width = SEGMENTS + 1
-    faces = []
+    faces: list[NDArray[np.int_]] = []
     for ring in range(ring_count - 1):
         a = ring * width + np.arange(SEGMENTS)
         faces.append(np.stack([a, a + 1, a + width + 1], axis=1))

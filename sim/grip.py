@@ -53,7 +53,7 @@ def side_to_push(item: PhysicalObject, world_from_object: Pose, goal: Vector) ->
 def side_extent(item: PhysicalObject, object_yaw: float, height_m: float) -> float:
     """How far the boxes at hand height reach from the centre in a direction, metres."""
     axis = direction(object_yaw)
-    reaches = []
+    reaches: list[float] = []
     for part in item.parts:
         corners = part.object_from_box @ (UNIT_BOX_CORNERS * np.asarray(part.half_size_m))
         low, high = corners[:, 2].min(), corners[:, 2].max()

@@ -234,8 +234,8 @@ def _dark_points(shadow: ShadowMap) -> NDArray[np.float64]:
     rows, columns = np.nonzero(shadow.light < 1.0 - 1.5 / SHADOW_LEVELS)
     if len(rows) == 0:
         return np.zeros((0, 3))
-    x = np.linspace(columns.min(), columns.max() + 1.0, 12)
-    y = np.linspace(rows.min(), rows.max() + 1.0, 12)
+    x = np.linspace(float(columns.min()), float(columns.max()) + 1.0, 12)
+    y = np.linspace(float(rows.min()), float(rows.max()) + 1.0, 12)
     cells = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
     height = np.full((len(cells), 1), shadow.plane_z_m)
     return np.hstack([shadow.low_xy + cells * shadow.cell_m, height])

@@ -1,3 +1,4 @@
+# pyright: basic
 """Ways on foot around furniture: a shortest path on a grid of free floor, then pulled straight."""
 
 from __future__ import annotations

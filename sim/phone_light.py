@@ -76,8 +76,8 @@ def _darken(texture: NDArray[np.uint8], mesh: TexturedMesh, shadow: ShadowMap) -
     for face in mesh.faces[flat & near]:
         # Texel centres are whole numbers here.
         at = mesh.uv[face] * (width, -height) + (-0.5, height - 0.5)
-        x0, y0 = np.ceil(at.min(axis=0) - 1e-3).astype(int)
-        x1, y1 = np.floor(at.max(axis=0) + 1e-3).astype(int)
+        x0, y0 = (int(v) for v in np.ceil(at.min(axis=0) - 1e-3))
+        x1, y1 = (int(v) for v in np.floor(at.max(axis=0) + 1e-3))
         x, y = np.meshgrid(np.arange(x0, x1 + 1), np.arange(y0, y1 + 1))
         edges = np.stack([at[1] - at[0], at[2] - at[0]], axis=1)
         if abs(np.linalg.det(edges)) < 1e-9:

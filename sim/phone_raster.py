@@ -1,3 +1,4 @@
+# pyright: basic
 """Draws lit, textured meshes that stand still through a pinhole, off-screen, with VTK."""
 
 from __future__ import annotations

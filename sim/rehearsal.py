@@ -191,7 +191,7 @@ class _Session:
 
     def _advance(self, t_ns: int) -> list[Event]:
         """Let people and physics go on until `t_ns`."""
-        events = []
+        events: list[Event] = []
         while self._world.t_ns < t_ns:
             for actor in self._actors:
                 said = actor.tick(self._world)
@@ -236,7 +236,7 @@ class _Session:
         return GroundTruth(recorded, IdMasks([lens.ids for lens in view.lenses], numbers))
 
     def _avatars(self, t_ns: int) -> tuple[Avatar, ...]:
-        avatars = []
+        avatars: list[Avatar] = []
         for actor in self._actors:
             posture = actor.posture(self._world)
             head = part_poses(posture)[HEAD]

@@ -84,7 +84,8 @@ class Sensor:
         exposure, red, blue = self._drift
         gain = 1.0 + self._options.exposure_drift * exposure
         colour = 1.0 + self._options.colour_drift * np.array([red, 0.0, blue])
-        curve = np.clip(np.round(LEVELS[:, None] * gain * colour), 0, 255).astype(np.uint8)
+        wanted: NDArray[np.float64] = np.round(LEVELS[:, None] * float(gain) * colour)
+        curve = wanted.clip(0, 255).astype(np.uint8)
         return tuple(
             self._deliver(picture, falloff, curve.reshape(256, 1, 3))
             for picture, falloff in zip(pictures, self._falloff, strict=True)

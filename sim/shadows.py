@@ -112,7 +112,7 @@ def _cone(axis: NDArray[np.float64], radius_rad: float, count: int) -> list[NDAr
     side = np.cross(axis, helper)
     side /= np.linalg.norm(side)
     up = np.cross(side, axis)
-    rays = []
+    rays: list[NDArray[np.float64]] = []
     for k in range(count):
         radius = math.tan(radius_rad) * math.sqrt((k + 0.5) / count)
         turn = k * math.pi * (3.0 - math.sqrt(5.0))
@@ -123,7 +123,7 @@ def _cone(axis: NDArray[np.float64], radius_rad: float, count: int) -> list[NDAr
 
 def _hemisphere(count: int) -> list[NDArray[np.float64]]:
     """Unit directions above the horizon, denser upwards as the cosine asks (sunflower pattern)."""
-    rays = []
+    rays: list[NDArray[np.float64]] = []
     for k in range(count):
         radius = math.sqrt((k + 0.5) / count)
         turn = k * math.pi * (3.0 - math.sqrt(5.0))

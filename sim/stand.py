@@ -30,7 +30,9 @@ def camera_stand(world_from_rig: Pose, rig: Rig) -> TexturedMesh:
         turn = 2.0 * math.pi * k / 3.0 + 0.4
         out = FOOT_LENGTH_M * np.array([math.cos(turn), math.sin(turn), 0.0])
         tubes.append(_tube(foot + FOOT_RISE_M * up, foot + out + FOOT_RADIUS_M * up, FOOT_RADIUS_M))
-    vertices, faces, uv = [], [], []
+    vertices: list[NDArray[np.float64]] = []
+    faces: list[NDArray[np.int32]] = []
+    uv: list[NDArray[np.float32]] = []
     count = 0
     for tube_vertices, tube_faces, tube_uv in tubes:
         vertices.append(tube_vertices)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, cast
 
 
 class ScenarioError(ValueError):
@@ -110,15 +110,16 @@ class Table:
         value = self._get(key, {}, "a table")
         if not isinstance(value, dict):
             raise self.error(key, value, "a table")
-        return Table(value, self._source, self._key(key))
+        return Table(cast(dict[str, Any], value), self._source, self._key(key))
 
     def tables(self, key: str) -> list[Table]:
         """A list of tables; empty where there is none."""
-        tables = []
+        tables: list[Table] = []
         for index, item in enumerate(self._list(key)):
             if not isinstance(item, dict):
                 raise self.error(f"{key}[{index}]", item, "a table")
-            tables.append(Table(item, self._source, f"{self._key(key)}[{index}]"))
+            values = cast(dict[str, Any], item)
+            tables.append(Table(values, self._source, f"{self._key(key)}[{index}]"))
         return tables
 
     def _get(self, key: str, default: Any, wanted: str) -> Any:
@@ -133,7 +134,7 @@ class Table:
         value = self._get(key, [], "a list")
         if not isinstance(value, list):
             raise self.error(key, value, "a list")
-        return value
+        return cast(list[Any], value)
 
     def _item(self, key: str, item: Any, fits: bool, wanted: str) -> Any:
         if not fits or isinstance(item, bool):
@@ -145,11 +146,9 @@ class Table:
 
 
 def _are_numbers(value: Any, count: int) -> bool:
-    return (
-        isinstance(value, list)
-        and len(value) == count
-        and all(
-            isinstance(v, int | float) and not isinstance(v, bool) and math.isfinite(v)
-            for v in value
-        )
+    if not isinstance(value, list):
+        return False
+    values = cast(list[Any], value)
+    return len(values) == count and all(
+        isinstance(v, int | float) and not isinstance(v, bool) and math.isfinite(v) for v in values
     )

@@ -162,8 +162,9 @@ def _corner_normals(
     normals = np.zeros((len(faces) * 3, 3))
     np.add.at(normals, first[near], weighted[face_of_corner[second[near]]])
     size = np.linalg.norm(normals, axis=1, keepdims=True)
-    normals = np.where(size > 1e-20, normals / np.maximum(size, 1e-20), unit[face_of_corner])
-    return normals.reshape(-1, 3, 3)
+    flat = unit[face_of_corner]
+    smooth = np.asarray(np.where(size > 1e-20, normals / np.maximum(size, 1e-20), flat), np.float64)
+    return smooth.reshape(-1, 3, 3)
 
 
 def _pairs_within_groups(

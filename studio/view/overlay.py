@@ -144,7 +144,7 @@ def width_of(text: str, size_px: int, *, bold: bool = False) -> float:
     return _font(size_px, bold).getlength(text)
 
 
-@cache
+@cache  # fonts are constants of the installation: the same arguments always give the same font
 def _font(size_px: int, bold: bool) -> ImageFont.FreeTypeFont:
     import matplotlib as mpl
 
