@@ -31,7 +31,7 @@ TIMES_FILE = "times.csv"
 STREAM_ID = "footage"
 
 PAIRED = ("_00_", "_10_")
-"""Cameras that write one file a lens tell them apart by this part of the name."""
+"""The part of the name that says which lens, of cameras that write one file a lens."""
 
 AVCOL_SPC_BT470BG, AVCOL_SPC_SMPTE170M = 5, 6
 """The two numbers by which FFmpeg says that colour is BT.601."""

@@ -66,7 +66,7 @@ class PoseSample:
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Something worth a line in the recording: what happened, to whom, in words."""
+    """An event of the session: when it happened, to whom, which kind, and in words."""
 
     t_ns: int
     source: str

@@ -253,7 +253,7 @@ def _open_reader(path: Path, file: IO[bytes]) -> SeekingReader:
 
 
 def _check_summary(path: Path, file: IO[bytes], size: int) -> None:
-    """The index at the end tells where the chunks are: a damaged one would hide messages."""
+    """The index at the end says where the chunks are: a damaged one would hide messages."""
     if size < _FOOTER.size + 2 * len(MAGIC):
         raise RecordingError(f"{path}: ends early after {size} bytes")
     file.seek(size - _FOOTER.size - len(MAGIC))

@@ -1,4 +1,4 @@
-"""What a scripted person can be told to do. Positions are (x, y) on the floor in world metres."""
+"""The actions of a scripted person. Positions are (x, y) on the floor in world metres."""
 
 from __future__ import annotations
 
@@ -79,4 +79,4 @@ class Hide:
 
 
 Action = Walk | Stand | Push | Turn | Carry | Hide
-"""Anything a person can be told to do."""
+"""Any action of a person."""

@@ -40,8 +40,8 @@ CAMERA_MARGIN_M = 0.25
 STUCK_M = 0.10
 PUSH_TIME_LIMIT_S = 12.0
 PRESS_M = 0.006
-"""How far below their height pushing hands aim: pressing down on the near edge keeps things
-upright, as people do without thinking."""
+"""Metres below their own height at which pushing hands aim, chosen: pressing down on the near edge
+keeps objects upright."""
 
 STEER_RAD_S = 0.6
 MAX_LEAD_RAD = 0.15
@@ -84,7 +84,7 @@ class Actor:
         start: (x, y) on the floor.
         yaw: where the person faces, radians from world x.
         actions: done one after the other; then the person stands still.
-        camera_xy: where the camera's stand is, to walk around it and to hide things from it.
+        camera_xy: where the camera's stand is, to walk around it and to hide objects from it.
     """
 
     def __init__(
@@ -229,8 +229,8 @@ class Actor:
         yield from self._stand(action.seconds)
 
     def _push(self, world: World, action: Push) -> Script:
-        thing = self._room.object_by_id(action.object)
-        grip = side_to_push(thing, world.object_pose(action.object), np.array(action.to))
+        item = self._room.object_by_id(action.object)
+        grip = side_to_push(item, world.object_pose(action.object), np.array(action.to))
         heading = world.object_pose(action.object).yaw() + grip.object_yaw
         centre = world.object_pose(action.object).translation[:2]
         back_off = grip.depth_m + REACH_M
@@ -281,16 +281,16 @@ class Actor:
             yield None
 
     def _turn(self, world: World, action: Turn) -> Script:
-        thing = self._room.object_by_id(action.object)
+        item = self._room.object_by_id(action.object)
         pose = world.object_pose(action.object)
         away = pose.translation[:2] - self._body.position
-        grip = side_to_push(thing, pose, pose.translation[:2] + away)
+        grip = side_to_push(item, pose, pose.translation[:2] + away)
         heading = pose.yaw() + grip.object_yaw
         centre = pose.translation[:2].copy()
         stand = centre - (grip.depth_m + REACH_M) * direction(heading)
         yield from self._walk(world, stand, None, action.object)
         yield from self._face(heading)
-        flank = side_extent(thing, grip.object_yaw + 0.5 * math.pi, grip.height_m)
+        flank = side_extent(item, grip.object_yaw + 0.5 * math.pi, grip.height_m)
         radius = flank + HAND_RADIUS_M
         gap = 0.04
         total = math.radians(action.by_deg)
@@ -433,12 +433,12 @@ class Actor:
 
     def _floor(self, world: World, ignore: str | None) -> FreeFloor:
         obstacles = [(self._camera_xy, CAMERA_MARGIN_M)]
-        for thing in self._room.objects:
-            position = world.object_pose(thing.object_id).translation
-            if position[2] < 0.3 and thing.object_id != ignore:
-                obstacles.append((position[:2], 0.5 * max(thing.box_m[:2])))
+        for item in self._room.objects:
+            position = world.object_pose(item.object_id).translation
+            if position[2] < 0.3 and item.object_id != ignore:
+                obstacles.append((position[:2], 0.5 * max(item.box_m[:2])))
         if ignore is not None:
-            thing = self._room.object_by_id(ignore)
-            radius = 0.5 * min(thing.box_m[:2])
+            item = self._room.object_by_id(ignore)
+            radius = 0.5 * min(item.box_m[:2])
             obstacles.append((world.object_pose(ignore).translation[:2], radius))
         return free_floor(self._room, obstacles)

@@ -31,7 +31,7 @@ class BodyPart:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Body:
-    """A movable thing or a person, made of rigid parts.
+    """A movable object or a person, made of rigid parts.
 
     Attributes:
         body_id: unique among the bodies.
@@ -55,13 +55,13 @@ class Placement:
     support_z_m: float
 
 
-def body_of_object(thing: PhysicalObject) -> Body:
+def body_of_object(item: PhysicalObject) -> Body:
     """The drawable body of a movable object: one part in the object's frame."""
     solids = tuple(
         part.object_from_box @ (UNIT_BOX_CORNERS * np.asarray(part.half_size_m))
-        for part in thing.parts
+        for part in item.parts
     )
-    return Body(thing.object_id, (BodyPart(thing.meshes, solids),))
+    return Body(item.object_id, (BodyPart(item.meshes, solids),))
 
 
 def solids_in_world(body: Body, placement: Placement) -> Sequence[NDArray[np.float64]]:

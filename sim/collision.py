@@ -1,4 +1,4 @@
-"""What stops things in the physics: the floor and the room's solid boxes."""
+"""Collision geometry of the room: the floor and the solid boxes."""
 
 from __future__ import annotations
 

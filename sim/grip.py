@@ -35,28 +35,28 @@ class Grip:
     height_m: float
 
 
-def side_to_push(thing: PhysicalObject, world_from_object: Pose, goal: Vector) -> Grip:
+def side_to_push(item: PhysicalObject, world_from_object: Pose, goal: Vector) -> Grip:
     """The side from which the goal lies most nearly straight ahead."""
     ahead = bearing(world_from_object.translation[:2], goal)
     quarter = 0.5 * math.pi
     object_yaw = quarter * round((ahead - world_from_object.yaw()) / quarter)
-    height = min(HAND_HEIGHT_M, SEAT_SHARE * thing.box_m[2])
-    width = thing.box_m[1] if round(object_yaw / quarter) % 2 == 0 else thing.box_m[0]
+    height = min(HAND_HEIGHT_M, SEAT_SHARE * item.box_m[2])
+    width = item.box_m[1] if round(object_yaw / quarter) % 2 == 0 else item.box_m[0]
     return Grip(
         wrap_angle(object_yaw),
-        side_extent(thing, object_yaw + math.pi, height),
+        side_extent(item, object_yaw + math.pi, height),
         HAND_SPREAD_SHARE * width,
         float(world_from_object.translation[2]) + height,
     )
 
 
-def side_extent(thing: PhysicalObject, object_yaw: float, height_m: float) -> float:
+def side_extent(item: PhysicalObject, object_yaw: float, height_m: float) -> float:
     """How far the boxes at hand height reach from the centre in a direction, metres."""
     axis = direction(object_yaw)
     reaches = []
-    for part in thing.parts:
+    for part in item.parts:
         corners = part.object_from_box @ (UNIT_BOX_CORNERS * np.asarray(part.half_size_m))
         low, high = corners[:, 2].min(), corners[:, 2].max()
         if low < height_m + 0.7 * HAND_RADIUS_M and high > height_m - 0.7 * HAND_RADIUS_M:
             reaches.append(float((corners[:, :2] @ axis).max()))
-    return max(reaches) if reaches else 0.5 * max(thing.box_m[:2])
+    return max(reaches) if reaches else 0.5 * max(item.box_m[:2])

@@ -143,7 +143,7 @@ class FisheyeRasteriser:
 
     Args:
         tile_px: side of the square drawn at a time. Every tile costs all vertices of what is drawn
-            and all of its own pixels, so small things want small tiles.
+            and all of its own pixels, so small meshes want small tiles.
     """
 
     def __init__(self, tile_px: int = TILE_PX) -> None:

@@ -19,14 +19,14 @@ DAMPING_PER_KG = 0.4
 """Resistance to motion in the air and in joints that squeak, N·s/m per kg."""
 
 
-def add_object(spec: Spec, thing: PhysicalObject, world_from_object: Pose) -> None:
+def add_object(spec: Spec, item: PhysicalObject, world_from_object: Pose) -> None:
     """Add an object as a free body named by its id, with its origin as the object's frame."""
-    centre, inertia = mass_properties(thing)
+    centre, inertia = mass_properties(item)
     body = spec.worldbody.add_body(
-        name=thing.object_id,
+        name=item.object_id,
         pos=world_from_object.translation.tolist(),
         quat=world_from_object.quaternion().tolist(),
-        mass=thing.mass_kg,
+        mass=item.mass_kg,
         ipos=centre.tolist(),
         fullinertia=[
             inertia[0, 0], inertia[1, 1], inertia[2, 2],
@@ -35,21 +35,21 @@ def add_object(spec: Spec, thing: PhysicalObject, world_from_object: Pose) -> No
         explicitinertial=True,
     )  # fmt: skip
     body.add_joint(
-        name=f"{thing.object_id}:free",
+        name=f"{item.object_id}:free",
         type=mujoco.mjtJoint.mjJNT_FREE,
-        damping=[DAMPING_PER_KG * thing.mass_kg] * 3,
+        damping=[DAMPING_PER_KG * item.mass_kg] * 3,
     )
     # The frame's origin lies on the support plane, so the lowest box has to reach it.
-    drop = lowest_point(thing)
-    for index, part in enumerate(thing.parts):
+    drop = lowest_point(item)
+    for index, part in enumerate(item.parts):
         pose = part.object_from_box
         body.add_geom(
-            name=f"{thing.object_id}:{index}",
+            name=f"{item.object_id}:{index}",
             type=mujoco.mjtGeom.mjGEOM_BOX,
             size=list(part.half_size_m),
             pos=(pose.translation - (0.0, 0.0, drop)).tolist(),
             quat=pose.quaternion().tolist(),
-            friction=[thing.friction, 0.002, 0.0001],
+            friction=[item.friction, 0.002, 0.0001],
             solref=[CONTACT_TIME_S, 1.0],
             contype=OBJECT_BIT,
             conaffinity=STATIC_BIT | OBJECT_BIT | HAND_BIT | TORSO_BIT,
@@ -57,25 +57,25 @@ def add_object(spec: Spec, thing: PhysicalObject, world_from_object: Pose) -> No
         )
 
 
-def lowest_point(thing: PhysicalObject) -> float:
+def lowest_point(item: PhysicalObject) -> float:
     """Height in the object's frame of the lowest corner of its boxes, metres."""
     return min(
         float((part.object_from_box @ (UNIT_BOX_CORNERS * part.half_size_m))[:, 2].min())
-        for part in thing.parts
+        for part in item.parts
     )
 
 
-def mass_properties(thing: PhysicalObject) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def mass_properties(item: PhysicalObject) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Centre of mass (3,) in the object's frame and inertia (3, 3) about it, kg·m².
 
     The boxes share the mass by volume; the centre is then lowered by `LOW_MASS_SHARE`.
     """
-    volumes = np.array([8.0 * float(np.prod(part.half_size_m)) for part in thing.parts])
-    masses = thing.mass_kg * volumes / volumes.sum()
-    centres = np.array([part.object_from_box.translation for part in thing.parts])
-    centre = masses @ centres / thing.mass_kg
+    volumes = np.array([8.0 * float(np.prod(part.half_size_m)) for part in item.parts])
+    masses = item.mass_kg * volumes / volumes.sum()
+    centres = np.array([part.object_from_box.translation for part in item.parts])
+    centre = masses @ centres / item.mass_kg
     inertia = np.zeros((3, 3))
-    for mass, part, position in zip(masses, thing.parts, centres, strict=True):
+    for mass, part, position in zip(masses, item.parts, centres, strict=True):
         square = np.square(part.half_size_m)
         own = mass / 3.0 * np.diag(square.sum() - square)
         rotation = part.object_from_box.rotation

@@ -60,7 +60,7 @@ def free_floor(
 
     Args:
         room: for the footprint and the solids.
-        obstacles: (x, y) and radius in metres of what stands about.
+        obstacles: (x, y) and radius of each obstacle on the floor, metres.
     """
     low = np.asarray(room.footprint_m[0], dtype=np.float64)
     columns, rows = np.maximum(1, np.ceil((room.footprint_m[1] - low) / CELL_M).astype(int))

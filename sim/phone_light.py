@@ -29,14 +29,14 @@ ON_PLANE_M = 1e-3
 
 def still_scene(room: PhysicalRoom) -> list[LitMesh]:
     """All meshes of the room in world coordinates, lit, with the objects' shadows."""
-    shadows = [_shadow(room, thing) for thing in room.objects]
+    shadows = [_shadow(room, item) for item in room.objects]
     lit = [_static(mesh, shadows) for mesh in room.static]
     scene = RayScene(np.concatenate([_triangles(room), *map(_object_triangles, room.objects)]))
-    for thing in room.objects:
-        for mesh in thing.meshes:
+    for item in room.objects:
+        for mesh in item.meshes:
             fine = refine_mesh(mesh, max_edge_m=OBJECT_EDGE_M)
-            where = thing.world_from_object @ fine.vertices
-            normals = fine.normals @ thing.world_from_object.rotation.T
+            where = item.world_from_object @ fine.vertices
+            normals = fine.normals @ item.world_from_object.rotation.T
             light = _light(room, scene, where, normals)
             lit.append(
                 LitMesh(where, fine.uv, fine.faces, fine.texture, np.repeat(light[:, None], 3, 1))
@@ -51,10 +51,10 @@ def _static(mesh: TexturedMesh, shadows: Sequence[ShadowMap]) -> LitMesh:
     return LitMesh(mesh.vertices, mesh.uv, mesh.faces, texture, np.ones((len(mesh.vertices), 3)))
 
 
-def _shadow(room: PhysicalRoom, thing: PhysicalObject) -> ShadowMap:
-    body = body_of_object(thing)
-    height = float(thing.world_from_object.translation[2])
-    placement = Placement((thing.world_from_object,), height)
+def _shadow(room: PhysicalRoom, item: PhysicalObject) -> ShadowMap:
+    body = body_of_object(item)
+    height = float(item.world_from_object.translation[2])
+    placement = Placement((item.world_from_object,), height)
     return shadow_map(
         solids_in_world(body, placement),
         height,
@@ -138,5 +138,5 @@ def _triangles(room: PhysicalRoom) -> NDArray[np.float64]:
     return np.concatenate([mesh.vertices[mesh.faces] for mesh in room.static])
 
 
-def _object_triangles(thing: PhysicalObject) -> NDArray[np.float64]:
-    return np.concatenate([(thing.world_from_object @ m.vertices)[m.faces] for m in thing.meshes])
+def _object_triangles(item: PhysicalObject) -> NDArray[np.float64]:
+    return np.concatenate([(item.world_from_object @ m.vertices)[m.faces] for m in item.meshes])

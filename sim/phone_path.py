@@ -147,7 +147,7 @@ def walk_by_objects(
     """
     if not room.objects:
         raise ValueError(f"room {room.name!r}: no movable object to film")
-    arcs = [_arc(room, thing) for thing in room.objects]
+    arcs = [_arc(room, item) for item in room.objects]
     eye, target = (np.concatenate([arc[k] for arc in arcs]) for k in (0, 1))
     return _paced(eye, target, duration_s, rng, shake)
 
@@ -200,18 +200,18 @@ def _aside(room: PhysicalRoom, eyes: FloatArray, outward: FloatArray, side: floa
     return aside
 
 
-def _arc(room: PhysicalRoom, thing: PhysicalObject) -> tuple[FloatArray, FloatArray]:
+def _arc(room: PhysicalRoom, item: PhysicalObject) -> tuple[FloatArray, FloatArray]:
     """Eyes and targets (K, 3) on the longest free arc around an object."""
-    size = float(np.linalg.norm(thing.box_m))
-    middle = thing.world_from_object @ np.array([0.0, 0.0, 0.5 * thing.box_m[2]])
+    size = float(np.linalg.norm(item.box_m))
+    middle = item.world_from_object @ np.array([0.0, 0.0, 0.5 * item.box_m[2]])
     radius = 0.35 + 0.75 * size
-    clear, low = _clear_plan(room, float(thing.world_from_object.translation[2]) + 0.3)
+    clear, low = _clear_plan(room, float(item.world_from_object.translation[2]) + 0.3)
     angles = 2 * math.pi * np.arange(DIRECTIONS) / DIRECTIONS
     around = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     free = _sampled(clear, low, middle[:2] + radius * around) > ARC_CLEARANCE_M
     if not free.any():
         raise ValueError(
-            f"{thing.object_id}: nothing free {radius:.2f} m around it, wanted a place to film from"
+            f"{item.object_id}: nothing free {radius:.2f} m around it, wanted a place to film from"
         )
     if free.all():
         first, count = 0, DIRECTIONS

@@ -1,4 +1,4 @@
-"""Where a person's limbs are: walking legs, bent knees and back, arms that reach for things."""
+"""Where a person's limbs are: walking legs, bent knees and back, arms that reach for objects."""
 
 from __future__ import annotations
 

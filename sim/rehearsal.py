@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.messages import EncodedFrame, Event, Frame
+from devices.recording_codec import RecordedTruth
 from devices.video import H264Decoder, H264Encoder
 from scenes.cameras import Rig
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA
@@ -26,7 +27,7 @@ from sim.posture import PART_NAMES, part_poses
 from sim.remote import remote_avatar
 from sim.scenario import Scenario, validate_scenario
 from sim.sensor import Sensor
-from sim.truth import IdMasks, TruthFrame
+from sim.truth import GroundTruth, IdMasks
 from sim.world import World
 
 STREAM_ID = "camera-360"
@@ -39,19 +40,19 @@ FACE_IN_HEAD = np.array([0.06, 0.0, 0.13])
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SimulatedStep:
-    """One camera frame and all that belongs to it.
+    """One camera frame, what arrives with it, and the ground truth beside it.
 
     Attributes:
         frame: decoded pictures and the camera's pose as a marker would give it.
         packet: the same pictures as they left the encoder.
-        truth: what really was the case.
+        truth: what no device would deliver.
         avatars: local and remote people.
         events: what has happened since the frame before.
     """
 
     frame: Frame
     packet: EncodedFrame
-    truth: TruthFrame
+    truth: GroundTruth
     avatars: tuple[Avatar, ...]
     events: tuple[Event, ...]
 
@@ -97,7 +98,7 @@ class _Session:
         ]
         self._world = World(room, {actor.person_id: actor.target() for actor in self._actors})
         figures = [person_body(actor.person_id, people_rng) for actor in self._actors]
-        bodies = [*(body_of_object(thing) for thing in room.objects), *figures]
+        bodies = [*(body_of_object(item) for item in room.objects), *figures]
         self._bodies = bodies
         self._camera = Camera360(room, self._rig, self._true_rig, bodies)
         self._sensor = Sensor(self._rig, sensor_rng)
@@ -220,19 +221,19 @@ class _Session:
             raise ValueError(f"{STREAM_ID} frame {seq}: the decoder returned no picture")
         return packet, tuple(np.hsplit(picture, len(images)))
 
-    def _truth(self, seq: int, t_ns: int, view: CameraView) -> TruthFrame:
+    def _truth(self, seq: int, t_ns: int, view: CameraView) -> GroundTruth:
         poses = self._world.object_poses()
         names = {name: 1 + k for k, name in enumerate(self._camera.body_ids)}
         numbers = {object_id: names[object_id] for object_id in poses}
-        return TruthFrame(
+        recorded = RecordedTruth(
             seq,
             t_ns,
             poses,
             {object_id: view.visible_fraction[object_id] for object_id in poses},
             frozenset(n for n, pose in poses.items() if _has_moved(self._first_poses[n], pose)),
             self._true_rig,
-            IdMasks([lens.ids for lens in view.lenses], numbers),
         )
+        return GroundTruth(recorded, IdMasks([lens.ids for lens in view.lenses], numbers))
 
     def _avatars(self, t_ns: int) -> tuple[Avatar, ...]:
         avatars = []

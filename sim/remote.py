@@ -1,4 +1,4 @@
-"""A remote user's avatar: a head that strolls along a path and points at things."""
+"""A remote user's avatar: a head that strolls along a path and points at objects."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ def only_scanned(room: PhysicalRoom, scene: ScenePackage) -> tuple[ObjectModel, 
         room: what exists.
         scene: a scan of it. What was cut out of the scan is in the room's meshes already.
     """
-    known = {thing.object_id for thing in room.objects}
+    known = {item.object_id for item in room.objects}
     added = {stage.name for stage in scene.stages}
     return tuple(
         item
@@ -48,7 +48,7 @@ def with_scanned(room: PhysicalRoom, added: Sequence[ObjectModel]) -> PhysicalRo
 
 
 def scanned_object(item: ObjectModel) -> PhysicalObject:
-    """An object as far as a scan tells it; its box where nobody has made parts of it."""
+    """An object as far as a scan shows it; its box where nobody has made parts of it."""
     parts = item.parts or (_whole(item.box_m),)
     mass_kg = item.guessed_mass_kg or guessed_mass_kg(parts, item.box_m)
     return PhysicalObject(

@@ -98,7 +98,7 @@ class Faults:
         drop_share: chance of any other frame not to arrive, 0..1.
         delay_ms: from capture to arrival.
         jitter_ms: standard deviation of the delay.
-        bump_s: when somebody bumps into the camera, which its marker does not tell; None for never.
+        bump_s: when somebody bumps into the camera, which its marker does not show; None for never.
         bump_deg: how far it is turned then, about a random axis.
         bump_cm: how far it is shifted then, in a random direction.
     """
@@ -122,7 +122,7 @@ class Scenario:
         room: built-in room it is written for.
         duration_s: how long it lasts.
         camera: the 360° camera.
-        people: who moves things.
+        people: those who move objects.
         remote: who watches from elsewhere.
         surfaces: what shows live video.
         faults: what goes wrong.
@@ -207,7 +207,7 @@ def validate_scenario(scenario: Scenario, room: PhysicalRoom) -> None:
     where = scenario.source
     if scenario.room != room.name:
         raise ScenarioError(f"{where}: room = {scenario.room!r}, wanted {room.name!r}")
-    known = sorted(thing.object_id for thing in room.objects)
+    known = sorted(item.object_id for item in room.objects)
     low, high = room.footprint_m
 
     def check_point(key: str, point: Sequence[float]) -> None:

@@ -1,4 +1,4 @@
-"""What really is the case at a frame: for reports, never for the tracker."""
+"""The ground truth of a frame: for recordings, scores and reports, never for a tracker."""
 
 from __future__ import annotations
 
@@ -8,41 +8,33 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.pose import Pose
+from devices.recording_codec import RecordedTruth
 
 Masks = Mapping[str, tuple[NDArray[np.bool_], ...]]
-"""Per body id one (H, W) bool mask per lens: where the body is seen."""
+"""Per body id one (H, W) bool mask per lens: the pixels in which the lens sees the body."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class TruthFrame:
-    """The truth of one frame.
+class GroundTruth:
+    """What only a simulator knows of a frame. Rides beside the frame, past every stage.
+
+    Recordings, scores and stand-ins for trained networks read it; no tracker does.
 
     Attributes:
-        seq: of the frame.
-        t_ns: its capture time.
-        world_from_object: every object's pose.
-        visible_fraction: per object, 0..1 of its picture (over all lenses) that nothing hides.
-        moved: objects that are not where the session began, by more than a hair.
-        world_from_rig: where the camera really stands.
-        masks: where each object is seen, or None where it was not kept.
+        recorded: true poses and visible fractions, as a recording keeps them.
+        masks: where the lenses see each body; None where that was not kept, as in a recording.
     """
 
-    seq: int
-    t_ns: int
-    world_from_object: Mapping[str, Pose]
-    visible_fraction: Mapping[str, float]
-    moved: frozenset[str]
-    world_from_rig: Pose
-    masks: Masks | None
+    recorded: RecordedTruth
+    masks: Masks | None = None
 
 
 class IdMasks(Mapping[str, tuple[NDArray[np.bool_], ...]]):
-    """Masks kept as one picture of body numbers per lens and cut out when asked for.
+    """Masks kept as one image of body numbers per lens; each mask is computed when it is read.
 
     Args:
-        ids: (H, W) uint8 per lens; 0 is the room.
-        numbers: the number of each body.
+        ids: (H, W) uint8 body numbers per lens; 0 is the room.
+        numbers: number of each body, by body id.
     """
 
     def __init__(self, ids: Sequence[NDArray[np.uint8]], numbers: Mapping[str, int]) -> None:
@@ -50,7 +42,7 @@ class IdMasks(Mapping[str, tuple[NDArray[np.bool_], ...]]):
         self._numbers = dict(numbers)
 
     def __getitem__(self, body_id: str) -> tuple[NDArray[np.bool_], ...]:
-        """The masks of one body, one per lens."""
+        """One (H, W) bool mask per lens of one body."""
         number = self._numbers[body_id]
         return tuple(ids == number for ids in self._ids)
 
@@ -59,5 +51,5 @@ class IdMasks(Mapping[str, tuple[NDArray[np.bool_], ...]]):
         return iter(self._numbers)
 
     def __len__(self) -> int:
-        """How many bodies there are."""
+        """Number of bodies."""
         return len(self._numbers)

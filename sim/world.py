@@ -38,7 +38,7 @@ class HandTarget:
     Attributes:
         position: (3,) world metres.
         yaw: about up, radians; turns what is held.
-        solid: whether it touches things now.
+        solid: whether it collides with objects now.
         holds: id of the object it grips, or None.
     """
 
@@ -83,8 +83,8 @@ class World:
         spec.option.impratio = 10.0
         spec.option.noslip_iterations = 3
         add_room(spec, room)
-        for thing in room.objects:
-            add_object(spec, thing, thing.world_from_object)
+        for item in room.objects:
+            add_object(spec, item, item.world_from_object)
         for person_id, target in people.items():
             _add_person(spec, person_id, target, room.objects)
         self._model = spec.compile()
@@ -196,13 +196,13 @@ def _add_person(
     )
     for hand in HANDS:
         _add_hand(spec, f"{person_id}:{hand}")
-        for thing in objects:
+        for item in objects:
             spec.add_equality(
-                name=f"{person_id}:{hand}:{thing.object_id}",
+                name=f"{person_id}:{hand}:{item.object_id}",
                 type=mujoco.mjtEq.mjEQ_WELD,
                 objtype=mujoco.mjtObj.mjOBJ_BODY,
                 name1=f"{person_id}:{hand}",
-                name2=thing.object_id,
+                name2=item.object_id,
                 active=False,
                 solref=[2.0 * CONTACT_TIME_S, 1.0],
             )

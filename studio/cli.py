@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NoReturn
 
-from studio.machine import program_version
+from studio.console.machine import program_version
 
 EXIT_DONE, EXIT_FAILED, EXIT_USAGE, EXIT_INPUT, EXIT_CANCELLED = 0, 1, 2, 3, 130
 TRACEBACK_VARIABLE = "NEXUS_TRACEBACK"
@@ -44,56 +44,62 @@ class Verb:
 VERBS = (
     Verb(
         "rehearse",
-        "studio.rehearse",
+        "studio.verbs.rehearse",
         "play a session on the twin with simulated devices and score it against the truth",
         "nexus rehearse lab --headless --seed 7 --out out/demo",
     ),
     Verb(
         "replay",
-        "studio.replay",
+        "studio.verbs.replay",
         "track a recording again and compare with the recorded tracks",
         "nexus replay out/demo/recording.mcap --headless",
     ),
     Verb(
         "prepare",
-        "studio.prepare",
+        "studio.verbs.prepare",
         "make a metric scene package of photos or a video",
         "nexus prepare room.mp4 --qr-size 0.2 --out room.gnx",
     ),
-    Verb("studio", "studio.app.verb", "open the desktop window", "nexus studio lab"),
+    Verb("studio", "studio.verbs.studio", "open the desktop window", "nexus studio lab"),
     Verb(
         "convert",
-        "studio.convert",
+        "studio.verbs.convert",
         "convert between splat file formats",
         "nexus convert room.ply room.spz",
     ),
     Verb(
         "evaluate preparation",
-        "studio.evaluate.preparation",
+        "studio.verbs.evaluate_preparation",
         "film a built-in room, prepare it and hold the result against the truth",
         "nexus evaluate preparation lab --json",
     ),
     Verb(
+        "evaluate dataset",
+        "studio.verbs.evaluate_dataset",
+        "take a folder of photos and 360° pictures with exact truth through prepare, cut and track",
+        "nexus evaluate dataset room_c --out out/room_c",
+    ),
+    Verb(
         "track",
-        "studio.track",
+        "studio.verbs.track",
         "follow a scene's objects in recorded footage and write their poses",
         "nexus track lab session.mp4 --camera camera.json --out tracks.json",
     ),
     Verb(
         "evaluate",
-        "studio.evaluate.tracker",
+        "studio.verbs.evaluate",
         "hold the tracker against the truth, with the paper's method on the same frames",
         "nexus evaluate room --method paper --seeds 5 --plot",
     ),
     Verb(
         "cut",
-        "studio.cut",
+        "studio.verbs.cut",
         "make a movable object of a part of a scanned room, or put it back",
         "nexus cut room.gnx --name stool --box 12.jpg 40 21 56 43 --box 31.jpg 12 9 30 35",
     ),
     Verb(
         "gallery",
-        "studio.gallery",
+        "studio.verbs.gallery",
         "pictures of before and after, from a prepared scene",
         "nexus gallery room.gnx --out docs/pictures/gallery",
     ),
@@ -104,7 +110,10 @@ VERBS = (
         "nexus bench raster --json",
     ),
     Verb(
-        "doctor", "studio.doctor", "say what is installed, missing, and what to do", "nexus doctor"
+        "doctor",
+        "studio.verbs.doctor",
+        "say what is installed, missing, and what to do",
+        "nexus doctor",
     ),
 )
 
@@ -165,7 +174,7 @@ def _dispatch(words: list[str]) -> int:
     module.add_arguments(parser)
     args = parser.parse_args(rest)
     if threading.current_thread() is threading.main_thread():
-        # Being told to end is a cancellation like Ctrl+C: what is half done is tidied away.
+        # SIGTERM is a cancellation like Ctrl+C: unfinished files are removed.
         signal.signal(signal.SIGTERM, signal.default_int_handler)
     return int(module.run(args))
 

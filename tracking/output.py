@@ -1,4 +1,4 @@
-"""What every tracking method takes and gives, so that methods can be exchanged."""
+"""Input and output common to all tracking methods, so that they can be exchanged."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from scenes.pose import Pose
 from scenes.state import TrackedObject
 
 Stopwatch = Callable[[], int]
-"""Returns nanoseconds from any origin; only differences are used, and never in a decision."""
+"""Returns nanoseconds from any origin; only differences are used, and no pose depends on them."""
+
 
 STAGES = ("rectify", "detect", "pose", "smooth")
 """Names of the timed stages, in the order they run."""
@@ -20,12 +21,12 @@ STAGES = ("rectify", "detect", "pose", "smooth")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrackOutput:
-    """What one frame gave.
+    """Result of one frame.
 
     Attributes:
-        objects: every object of the scene, in the order of the scene, whether it moved or not.
-        stage_ns: duration of each stage of `STAGES`, measured with the injected stopwatch.
-        world_from_rig: the camera's pose that the method worked with, or None if it had none.
+        objects: every object of the scene, in the scene's order, whether it moved or not.
+        stage_ns: duration of each stage of `STAGES` in ns, measured with the injected stopwatch.
+        world_from_rig: camera pose that the method used; None if it had none.
     """
 
     objects: tuple[TrackedObject, ...]
@@ -37,14 +38,14 @@ State = TypeVar("State")
 
 
 class TrackingMethod(Protocol[State]):
-    """A method that follows the objects of one scene: a pure step over an immutable state."""
+    """A method that tracks the objects of one scene: a pure step over an immutable state."""
 
     def start(self) -> State:
         """The state before the first frame."""
         ...
 
     def step(self, state: State, frame: Frame, now_ns: int) -> tuple[State, TrackOutput]:
-        """Take in one frame; frames come in order of time."""
+        """Process one frame; frames come in order of time."""
         ...
 
 

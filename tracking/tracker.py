@@ -2,13 +2,13 @@
 
 Per frame: the camera's pose (refined against the room once the marker or the picture says that it
 has moved), exposure of each lens that is looked through, a cheap look at every resting object, and
-a solve for those that may have moved. The steps of one object are in `tracking.follow`.
+a solve for those that may have moved. The steps of one object are in `tracking.follow.follow`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -19,39 +19,42 @@ from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel, TrackState
-from tracking.audit import is_under_review, was_audited
-from tracking.background import Exposure, LensExposures, Plates, render_plates
-from tracking.calibrate import Calibration, calibrate
-from tracking.camera_watch import watched
-from tracking.evidence import Neighbour, Scene
-from tracking.follow import first_look, follow
-from tracking.layers import LayerMemo, window_of
-from tracking.learn import Band, Care, band_of, learn, looked_at, whole_lens
-from tracking.model import TrackModel, make_model
+from tracking.background.images import BackgroundImages, Exposure, LensExposures, render_background
+from tracking.background.layers import LayerCache, LayerKey, window_of
+from tracking.background.learning import Band, Care, band_of, learn, looked_at, whole_lens
+from tracking.camera.calibration import Calibration, calibrate
+from tracking.camera.rig_state import RigState, looked_through
+from tracking.camera.watch import watched
+from tracking.evidence.evidence import Neighbour, Scene
+from tracking.follow.follow import first_look, follow
+from tracking.follow.redetection import Search, redetect, redetect_all
+from tracking.follow.track import Task, Track, new_track, report
+from tracking.follow.yaw_review import is_under_review, was_reviewed
+from tracking.hypotheses.budget import NOMINAL_COSTS, StepCosts
+from tracking.model.object_model import TrackModel, make_model
+from tracking.model.support_planes import FLOOR_M, support_planes_in
 from tracking.output import Stopwatch, TrackOutput, no_stopwatch
-from tracking.regain import Search, regain, regain_all
-from tracking.rig_state import RigState, looked_through
-from tracking.rota import Rota
-from tracking.stands import FLOOR_M, stands_in
-from tracking.track import Task, Track, new_track, report
-from tracking.window import Layer
+from tracking.schedule import Schedule
+from tracking.window.window import Layer
 
 UNHURRIED_NS = 50_000_000
-"""Frames that come faster than this audit only where they have nothing else to do."""
+"""Frame interval in ns; faster frames review yaws only where nothing else is due. Chosen on the
+rooms lab and desk."""
+
 
 SEARCH_SHARE = 0.6
-"""So much of the time between a stream's pictures goes into looking for what is lost. Dropped ones
-count as pictures: where frames are late already, searches do not make them later and later."""
+"""Share of a stream's frame interval that the search for lost objects may use. Dropped frames count
+as frames, so that searches do not add to a delay. Chosen on the rooms lab and desk."""
 
 
 @dataclass(frozen=True, slots=True)
 class TrackerOptions:
-    """What a user may change about the tracker.
+    """Settings of the tracker that a user may change.
 
     Attributes:
-        calibrate: refine the camera's pose against the room splats.
-        texture: use the objects' inner colours, not only their outlines.
-        recover: look for objects that are not where the scene says.
+        calibrate: refine the camera's pose against the room's splats.
+        texture: use the objects' inner colours as well as their contours.
+        recover: search for objects that are not where the scene has them.
     """
 
     calibrate: bool = True
@@ -61,32 +64,35 @@ class TrackerOptions:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrackerState:
-    """Everything the tracker remembers between frames.
+    """Immutable state of the tracker between frames.
 
     Attributes:
         tracks: by object id.
-        rig: None before the first frame.
-        rota: of the last frame; None before the first.
-        t_ns: its frame time.
-        search: what is left to do of the search for a lost object; None if none is under way.
+        rig: camera pose and background images; None before the first frame.
+        schedule: of the last frame; None before the first.
+        t_ns: time of the last frame.
+        search: the pending search for a lost object; None if there is none.
+        layers: objects rendered into the lens pictures of recent frames.
     """
 
     tracks: Mapping[str, Track]
     rig: RigState | None
-    rota: Rota | None
+    schedule: Schedule | None
     t_ns: int
     search: Search | None = None
+    layers: Mapping[LayerKey, Layer] = field(default_factory=lambda: MappingProxyType({}))
 
 
 class Tracker:
-    """Follows every object of a scene in one 360° video.
+    """Tracks every object of a scene in one 360° video.
 
     Args:
         room: the room's splats without the movable objects.
         objects: the movable objects' splats and last known poses.
-        renderer: draws splats.
-        options: what to use.
-        stopwatch: for the stage durations.
+        renderer: renders splats.
+        options: settings.
+        stopwatch: measures the stages' durations, in ns.
+        costs: of the steps of searches; nominal ones make every run the same.
 
     Raises:
         ValueError: two objects share an id.
@@ -100,6 +106,7 @@ class Tracker:
         options: TrackerOptions | None = None,
         *,
         stopwatch: Stopwatch = no_stopwatch,
+        costs: StepCosts = NOMINAL_COSTS,
     ) -> None:
         ids = [o.object_id for o in objects]
         if len(set(ids)) != len(ids):
@@ -108,7 +115,7 @@ class Tracker:
         self._renderer = renderer
         self._options = options or TrackerOptions()
         self._stopwatch = stopwatch
-        self._layers = LayerMemo()
+        self._costs = costs
         self._models: tuple[TrackModel, ...] = tuple(make_model(o, renderer) for o in objects)
         # A few stray splats hang outside every scan.
         self._bounds_m = (
@@ -116,11 +123,11 @@ class Tracker:
             if len(room)
             else np.array([[-np.inf] * 3, [np.inf] * 3])
         )
-        self._supports = tuple(sorted({FLOOR_M, *(o.support_z_m for o in objects)}))
-        self._stands = stands_in(room, objects)
+        self._support_heights_m = tuple(sorted({FLOOR_M, *(o.support_z_m for o in objects)}))
+        self._support_planes = support_planes_in(room, objects)
 
     def start(self) -> TrackerState:
-        """Every object where the scene says, the camera unknown."""
+        """The state before the first frame: objects at the scene's poses, the camera unknown."""
         tracks = {m.object_id: new_track(m) for m in self._models}
         return TrackerState(MappingProxyType(tracks), None, None, -UNHURRIED_NS)
 
@@ -136,16 +143,19 @@ class Tracker:
         if frame.world_from_rig is None:
             raise ValueError(f"frame {frame.seq} of {frame.stream_id!r} has no camera pose")
         began = self._stopwatch()
-        rota = Rota(frame.seq) if state.rota is None else state.rota.following(frame.seq)
-        rig = self._locate(state, frame, frame.world_from_rig, rota)
-        scene = self._scene(frame, rig)
+        schedule = (
+            Schedule(frame.seq) if state.schedule is None else state.schedule.following(frame.seq)
+        )
+        layers = LayerCache(state.layers)
+        rig = self._locate(state, frame, frame.world_from_rig, schedule, layers)
+        scene = self._scene(frame, rig, layers)
         rectified = self._stopwatch()
         tracks = dict(state.tracks)
-        tasks = {m.object_id: self._task(scene, m, tracks, rota) for m in self._models}
+        tasks = {m.object_id: self._task(scene, m, tracks, schedule) for m in self._models}
         looks = {name: first_look(task) for name, task in tasks.items()}
         detected = self._stopwatch()
         searched = False
-        is_busy = not rota.is_free and frame.t_ns - state.t_ns < UNHURRIED_NS
+        is_busy = not schedule.is_free and frame.t_ns - state.t_ns < UNHURRIED_NS
         reviewed = next((name for name, track in tracks.items() if is_under_review(track)), None)
         for model in _most_certain_first(self._models, tracks):
             name = model.object_id
@@ -156,21 +166,23 @@ class Tracker:
                 may_search=self._options.recover and is_free,
             )
             tracks[name] = follow(task, looks[name])
-            searched = searched or was_audited(tracks[name], frame.t_ns)
+            searched = searched or was_reviewed(tracks[name], frame.t_ns)
         search = state.search
-        if self._options.recover and rota.is_first:
+        if self._options.recover and schedule.is_first:
             # At first there is nothing to be late for.
-            tracks |= regain_all(self._lost(tasks, tracks))
+            tracks |= redetect_all(self._lost(tasks, tracks))
         elif self._options.recover and not searched:
-            budget_ms = SEARCH_SHARE * (frame.t_ns - state.t_ns) / rota.pictures / 1e6
-            found, search = regain(self._lost(tasks, tracks), search, budget_ms=budget_ms)
+            budget_ms = SEARCH_SHARE * (frame.t_ns - state.t_ns) / schedule.pictures / 1e6
+            found, search = redetect(
+                self._lost(tasks, tracks), search, budget_ms=budget_ms, costs=self._costs
+            )
             tracks |= found
         posed = self._stopwatch()
-        for band in _bands_to_learn(rota, frame, tracks):
-            care = _care(tracks, is_first=rota.is_first)
+        for band in _bands_to_learn(schedule, frame, tracks):
+            care = _care(tracks, is_first=schedule.is_first)
             exposure = scene.exposures[band.lens]
-            plates = self._learned(rig.plates, frame, tracks, exposure, band, care)
-            rig = replace(rig, plates=plates)
+            background = self._learned(rig.background, frame, tracks, exposure, band, care, layers)
+            rig = replace(rig, background=background)
         objects = tuple(report(m, tracks[m.object_id], frame) for m in self._models)
         ended = self._stopwatch()
         stages = {
@@ -179,18 +191,25 @@ class Tracker:
             "pose": posed - detected,
             "smooth": ended - posed,
         }
-        following = TrackerState(MappingProxyType(tracks), rig, rota, frame.t_ns, search)
+        following = TrackerState(
+            MappingProxyType(tracks), rig, schedule, frame.t_ns, search, layers.kept()
+        )
         output = TrackOutput(objects, MappingProxyType(stages), scene.world_from_rig)
         return following, output
 
     def _locate(
-        self, state: TrackerState, frame: Frame, marker_world_from_rig: Pose, rota: Rota
+        self,
+        state: TrackerState,
+        frame: Frame,
+        marker_world_from_rig: Pose,
+        schedule: Schedule,
+        layers: LayerCache,
     ) -> RigState:
-        """The refined camera pose and its plates; both kept while the camera stands still."""
+        """The refined camera pose and its background, both kept while the camera does not move."""
         known = state.rig
         if known is not None:
-            if known.stands(marker_world_from_rig):
-                known, rig_from_turned = looked_through(known, frame, rota.watches)
+            if known.is_unmoved(marker_world_from_rig):
+                known, rig_from_turned = looked_through(known, frame, schedule.watches)
                 if not known.is_bumped:
                     return known
                 nominal = known.calibration.world_from_rig @ rig_from_turned
@@ -211,69 +230,75 @@ class Tracker:
             calibration = calibrate(frame, nominal, self._room, self._renderer, objects=standing)
         else:
             calibration = Calibration(nominal, np.full(6, 1e-3), 1.0, True)
-        plates = render_plates(self._renderer, self._room, frame.rig, calibration.world_from_rig)
-        exposures = LensExposures(frame.images, plates)
+        background = render_background(
+            self._renderer, self._room, frame.rig, calibration.world_from_rig
+        )
+        exposures = LensExposures(frame.images, background)
         for index, lens in enumerate(frame.rig.lenses):
             band = whole_lens(index, lens.height_px)
             care = _care(state.tracks, is_first=known is None)
-            plates = self._learned(plates, frame, state.tracks, exposures[index], band, care)
+            background = self._learned(
+                background, frame, state.tracks, exposures[index], band, care, layers
+            )
         watches = tuple(map(watched, frame.images, frame.rig.lenses))
-        return RigState(marker_world_from_rig, calibration, plates, watches)
+        return RigState(marker_world_from_rig, calibration, background, watches)
 
     def _learned(
         self,
-        plates: Plates,
+        background: BackgroundImages,
         frame: Frame,
         tracks: Mapping[str, Track],
         exposure: Exposure,
         band: Band,
         care: Care,
-    ) -> Plates:
-        """Plates with what this frame shows of the room in a band, away from all objects."""
+        layers: LayerCache,
+    ) -> BackgroundImages:
+        """Background images updated from this frame in a band, away from all objects."""
         lens = frame.rig.lenses[band.lens]
         rows = looked_at(band, lens.width_px, lens.height_px)
         taken: list[Layer] = []
         for model in self._models:
             item, pose = model.source, tracks[model.object_id].world_from_object
-            view = frame.rig, plates.world_from_rig
+            view = frame.rig, background.world_from_rig
             drawn, _ = window_of(item, pose, *view, lens=band.lens).part
             if drawn.start < rows.stop and rows.start < drawn.stop:
-                layer = self._layers.layer(item, pose, *view, self._renderer, lens=band.lens)
+                layer = layers.layer(item, pose, *view, self._renderer, lens=band.lens)
                 taken.append(layer)
-        return learn(plates, frame, exposure, taken, band, care=care)
+        return learn(background, frame, exposure, taken, band, care=care)
 
-    def _scene(self, frame: Frame, rig: RigState) -> Scene:
+    def _scene(self, frame: Frame, rig: RigState, layers: LayerCache) -> Scene:
         return Scene(
             frame,
             rig.calibration.world_from_rig,
             rig.calibration.sigma,
-            rig.plates,
-            LensExposures(frame.images, rig.plates),
+            rig.background,
+            LensExposures(frame.images, rig.background),
             self._renderer,
             self._bounds_m,
-            self._stands,
-            self._layers,
+            self._support_planes,
+            layers,
         )
 
     def _task(
-        self, scene: Scene, model: TrackModel, tracks: Mapping[str, Track], rota: Rota
+        self, scene: Scene, model: TrackModel, tracks: Mapping[str, Track], schedule: Schedule
     ) -> Task:
-        turn = rota.measures
+        turn = schedule.measures
         whose = None if turn is None else self._models[turn % len(self._models)]
         return Task(
             scene=scene,
             model=model,
             track=tracks[model.object_id],
             neighbours=self._neighbours(model, tracks),
-            supports_m=self._supports,
+            support_heights_m=self._support_heights_m,
             is_turn=whose is model,
-            is_first=rota.is_first,
+            is_first=schedule.is_first,
             may_search=self._options.recover,
             use_texture=self._options.texture,
+            costs=self._costs,
         )
 
     def _lost(self, tasks: Mapping[str, Task], tracks: Mapping[str, Track]) -> list[Task]:
-        """What became of the objects that are lost so far."""
+        """Tasks of the objects that are lost so far, with their latest tracks."""
         return [
             replace(
                 tasks[model.object_id],
@@ -285,7 +310,7 @@ class Tracker:
         ]
 
     def _neighbours(self, model: TrackModel, tracks: Mapping[str, Track]) -> tuple[Neighbour, ...]:
-        """Where the other objects are, without those that are lost."""
+        """The other objects and their poses, without those that are lost."""
         return tuple(
             (other, tracks[other.object_id].world_from_object)
             for other in self._models
@@ -293,15 +318,17 @@ class Tracker:
         )
 
 
-def _bands_to_learn(rota: Rota, frame: Frame, tracks: Mapping[str, Track]) -> Sequence[Band]:
-    """What a frame looks at of the room, once its objects are known: at first, all of it.
+def _bands_to_learn(
+    schedule: Schedule, frame: Frame, tracks: Mapping[str, Track]
+) -> Sequence[Band]:
+    """Bands of the background to update once the objects are located: all of it in the first frame.
 
-    While one is lost, no more can be learned than before it was looked for.
+    While an object is lost, nothing is learned: it may be anywhere.
     """
     heights = [lens.height_px for lens in frame.rig.lenses]
-    if rota.is_first and not _misses_any(tracks):
+    if schedule.is_first and not _misses_any(tracks):
         return [whole_lens(index, height_px) for index, height_px in enumerate(heights)]
-    return [] if rota.learns is None else [band_of(rota.learns, heights)]
+    return [] if schedule.learns is None else [band_of(schedule.learns, heights)]
 
 
 def _misses_any(tracks: Mapping[str, Track]) -> bool:
@@ -310,9 +337,10 @@ def _misses_any(tracks: Mapping[str, Track]) -> bool:
 
 
 def _care(tracks: Mapping[str, Track], *, is_first: bool) -> Care:
-    """With how much care the room is learned.
+    """How carefully the background is learned.
 
-    Of a single picture nobody can tell the room's shadows from those of things that will move.
+    From a single picture, shadows of the room cannot be distinguished from those of objects that
+    will move.
     """
     is_unseen = any(track.visible_fraction == 0 for track in tracks.values())
     if is_unseen or _misses_any(tracks):
@@ -323,7 +351,7 @@ def _care(tracks: Mapping[str, Track], *, is_first: bool) -> Care:
 def _most_certain_first(
     models: Sequence[TrackModel], tracks: Mapping[str, Track]
 ) -> list[TrackModel]:
-    """Resting objects before moving ones before lost ones, so that each sees settled neighbours."""
+    """Resting objects, moving ones, lost ones: each is compared with settled neighbours."""
     order = {
         TrackState.STATIC: 0,
         TrackState.TRACKED: 1,

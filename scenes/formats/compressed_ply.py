@@ -15,15 +15,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.formats.common.activation import (
+from scenes.formats.containers.ply_header import PlyElement, PlyHeader, read_rows, require_rows
+from scenes.formats.storage.activation import (
     cloud_from_file,
     damaged_values_are_quiet,
     exponential,
     rotations_from_three,
 )
-from scenes.formats.common.blocks import SplatBlocks, extents
-from scenes.formats.common.error import refusal
-from scenes.formats.containers.ply_header import PlyElement, PlyHeader, read_rows, require_rows
+from scenes.formats.storage.blocks import SplatBlocks, extents
+from scenes.formats.storage.error import refusal
 from scenes.splats import SH_C0, SH_COUNTS, SplatCloud
 
 CHUNK_SPLATS = 256

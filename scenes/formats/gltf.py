@@ -6,7 +6,7 @@ number n; beside them COLOR_0, which programs without the extension draw as poin
 are float32, so that clouds come back bit by bit.
 
 The file's axes are x right, y up, z back; clouds come out, and go in, with x right, y down,
-z forward as in PLY files (`scenes.formats.common.axes`).
+z forward as in PLY files (`scenes.formats.storage.axes`).
 
 Source: KHR_gaussian_splatting, "Complete, Ratified by the Khronos Group".
 """
@@ -21,12 +21,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.formats.common.activation import cloud_from_file, damaged_values_are_quiet
-from scenes.formats.common.atomic import write_file
-from scenes.formats.common.axes import flipped
-from scenes.formats.common.blocks import ROWS_PER_BLOCK, SplatBlocks, extents, in_blocks, whole
-from scenes.formats.common.error import refusal
-from scenes.formats.common.spool import contents, spools
 from scenes.formats.containers.glb import (
     FLOAT,
     MAX_BYTES,
@@ -40,6 +34,12 @@ from scenes.formats.containers.glb import (
     read_glb,
 )
 from scenes.formats.containers.gltf_nodes import Placement, placements
+from scenes.formats.storage.activation import cloud_from_file, damaged_values_are_quiet
+from scenes.formats.storage.atomic import write_file
+from scenes.formats.storage.axes import flipped
+from scenes.formats.storage.blocks import ROWS_PER_BLOCK, SplatBlocks, extents, in_blocks, whole
+from scenes.formats.storage.error import refusal
+from scenes.formats.storage.spool import contents, spools
 from scenes.harmonics import turned
 from scenes.splats import SH_COUNTS, SplatCloud
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from scenes.formats.common.atomic import write_file
-from scenes.formats.common.error import refusal
+from scenes.formats.storage.atomic import write_file
+from scenes.formats.storage.error import refusal
 from scenes.mesh import CollisionMesh
 
 

@@ -14,7 +14,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.formats.common.activation import (
+from scenes.formats.compressed_ply import is_compressed, read_compressed_ply_blocks
+from scenes.formats.containers.ply_header import PlyElement, read_header, read_rows, require_rows
+from scenes.formats.storage.activation import (
     cloud_from_file,
     damaged_values_are_quiet,
     exponential,
@@ -22,11 +24,9 @@ from scenes.formats.common.activation import (
     logit,
     sigmoid,
 )
-from scenes.formats.common.atomic import write_file
-from scenes.formats.common.blocks import ROWS_PER_BLOCK, SplatBlocks, extents, in_blocks, whole
-from scenes.formats.common.error import refusal
-from scenes.formats.compressed_ply import is_compressed, read_compressed_ply_blocks
-from scenes.formats.containers.ply_header import PlyElement, read_header, read_rows, require_rows
+from scenes.formats.storage.atomic import write_file
+from scenes.formats.storage.blocks import ROWS_PER_BLOCK, SplatBlocks, extents, in_blocks, whole
+from scenes.formats.storage.error import refusal
 from scenes.splats import SH_COUNTS, SplatCloud
 
 FLAT_SCALE = 1e-3

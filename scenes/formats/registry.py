@@ -6,14 +6,14 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from scenes.formats.common.blocks import SplatBlocks, in_blocks, whole
-from scenes.formats.common.error import FormatError, refusal
 from scenes.formats.containers.glb import MAGIC as GLB_MAGIC
 from scenes.formats.gltf import read_gltf_blocks, write_gltf_blocks
 from scenes.formats.ply import WORLD_COMMENT, ply_comments, read_ply_blocks, write_ply_blocks
 from scenes.formats.sog import META, is_sog_folder, read_sog_blocks
 from scenes.formats.splat import read_splat_blocks, write_splat_blocks
 from scenes.formats.spz import read_spz_blocks, write_spz_blocks
+from scenes.formats.storage.blocks import SplatBlocks, in_blocks, whole
+from scenes.formats.storage.error import FormatError, refusal
 from scenes.formats.usd import write_usd_blocks
 from scenes.splats import SplatCloud
 

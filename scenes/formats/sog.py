@@ -23,15 +23,15 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from scenes.formats.common.activation import (
+from scenes.formats.storage.activation import (
     cloud_from_file,
     damaged_values_are_quiet,
     exponential,
     rotations_from_three,
     sigmoid,
 )
-from scenes.formats.common.blocks import ROWS_PER_BLOCK, SplatBlocks, extents, whole
-from scenes.formats.common.error import FormatError, refusal
+from scenes.formats.storage.blocks import ROWS_PER_BLOCK, SplatBlocks, extents, whole
+from scenes.formats.storage.error import FormatError, refusal
 from scenes.splats import SH_COUNTS, SplatCloud
 
 META = "meta.json"

@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.formats.common.activation import cloud_from_file, damaged_values_are_quiet
-from scenes.formats.common.atomic import write_file
-from scenes.formats.common.blocks import ROWS_PER_BLOCK, SplatBlocks, extents, in_blocks, whole
-from scenes.formats.common.error import refusal
+from scenes.formats.storage.activation import cloud_from_file, damaged_values_are_quiet
+from scenes.formats.storage.atomic import write_file
+from scenes.formats.storage.blocks import ROWS_PER_BLOCK, SplatBlocks, extents, in_blocks, whole
+from scenes.formats.storage.error import refusal
 from scenes.splats import SH_C0, SplatCloud
 
 ROW = np.dtype(

@@ -5,7 +5,7 @@ x, y, z as bytes; later the three smallest of x, y, z, w in 10 bits each), SH by
 channel innermost. `scenes.formats.containers.spz_container` packs and unpacks them.
 
 The file's axes are x right, y up, z back; clouds come out, and go in, with x right, y down,
-z forward as in PLY files (`scenes.formats.common.axes`), so that the same scene read from either is
+z forward as in PLY files (`scenes.formats.storage.axes`): the same scene read from either is
 the same cloud. Degree 4 is read without its last band, which no renderer here evaluates.
 """
 
@@ -18,18 +18,6 @@ import numpy as np
 import zstandard
 from numpy.typing import NDArray
 
-from scenes.formats.common.activation import (
-    cloud_from_file,
-    damaged_values_are_quiet,
-    exponential,
-    logarithm,
-    rotations_from_three,
-)
-from scenes.formats.common.atomic import write_file
-from scenes.formats.common.axes import flipped
-from scenes.formats.common.blocks import ROWS_PER_BLOCK, SplatBlocks, in_blocks, whole
-from scenes.formats.common.error import refusal
-from scenes.formats.common.spool import contents, spools
 from scenes.formats.containers.spz_container import (
     COEFFICIENTS,
     MAX_SPLATS,
@@ -38,6 +26,18 @@ from scenes.formats.containers.spz_container import (
     spz_start,
     unpacked,
 )
+from scenes.formats.storage.activation import (
+    cloud_from_file,
+    damaged_values_are_quiet,
+    exponential,
+    logarithm,
+    rotations_from_three,
+)
+from scenes.formats.storage.atomic import write_file
+from scenes.formats.storage.axes import flipped
+from scenes.formats.storage.blocks import ROWS_PER_BLOCK, SplatBlocks, in_blocks, whole
+from scenes.formats.storage.error import refusal
+from scenes.formats.storage.spool import contents, spools
 from scenes.splats import SplatCloud
 
 COLOUR_SCALE = 0.15

@@ -13,15 +13,16 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from scenes.formats.common.atomic import write_file
-from scenes.formats.common.blocks import SplatBlocks, in_blocks, whole
-from scenes.formats.common.error import refusal
-from scenes.formats.common.spool import contents
+from scenes.formats.storage.atomic import write_file
+from scenes.formats.storage.blocks import SplatBlocks, in_blocks, whole
+from scenes.formats.storage.error import refusal
+from scenes.formats.storage.spool import contents
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA
 from scenes.harmonics import turned
 from scenes.splats import SplatCloud
@@ -83,33 +84,40 @@ def _stage(path: Path, splats: SplatBlocks) -> Iterator[bytes]:
             yield from contents(written)
 
 
-def _save(path: Path, file: Path, cloud: SplatCloud) -> None:
-    from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdVol, Vt  # pyright: ignore
+def _openusd(*names: str) -> list[Any]:
+    """Modules of OpenUSD by name."""
+    return [import_module(f"pxr.{name}") for name in names]
 
+
+def _save(path: Path, file: Path, cloud: SplatCloud) -> None:
+    # OpenUSD makes its modules' contents at run time, where a type checker sees none of them.
+    gf, sdf, tf, usd, usd_geom, usd_vol, vt = _openusd(
+        "Gf", "Sdf", "Tf", "Usd", "UsdGeom", "UsdVol", "Vt"
+    )
     try:
-        stage = Usd.Stage.CreateNew(str(file))
-        UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
-        UsdGeom.SetStageMetersPerUnit(stage, 1.0)
-        stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, Sdf.Path(ROOT)).GetPrim())
-        prim = UsdVol.ParticleField3DGaussianSplat.Define(stage, Sdf.Path(SPLATS)).GetPrim()
+        stage = usd.Stage.CreateNew(str(file))
+        usd_geom.SetStageUpAxis(stage, usd_geom.Tokens.z)
+        usd_geom.SetStageMetersPerUnit(stage, 1.0)
+        stage.SetDefaultPrim(usd_geom.Xform.Define(stage, sdf.Path(ROOT)).GetPrim())
+        prim = usd_vol.ParticleField3DGaussianSplat.Define(stage, sdf.Path(SPLATS)).GetPrim()
         # Gf holds a quaternion's real part last, in memory as in numpy.
         xyzw = np.roll(cloud.rotations, -1, axis=1)
         values: dict[str, Any] = {
-            "positions": Vt.Vec3fArray.FromNumpy(cloud.means),
-            "orientations": Vt.QuatfArray.FromNumpy(np.ascontiguousarray(xyzw)),
-            "scales": Vt.Vec3fArray.FromNumpy(cloud.scales),
-            "opacities": Vt.FloatArray.FromNumpy(cloud.opacities),
+            "positions": vt.Vec3fArray.FromNumpy(cloud.means),
+            "orientations": vt.QuatfArray.FromNumpy(np.ascontiguousarray(xyzw)),
+            "scales": vt.Vec3fArray.FromNumpy(cloud.scales),
+            "opacities": vt.FloatArray.FromNumpy(cloud.opacities),
             "radiance:sphericalHarmonicsDegree": cloud.sh_degree,
-            "radiance:sphericalHarmonicsCoefficients": Vt.Vec3fArray.FromNumpy(
+            "radiance:sphericalHarmonicsCoefficients": vt.Vec3fArray.FromNumpy(
                 cloud.sh.reshape(-1, 3)
             ),
-            "extent": Vt.Vec3fArray([Gf.Vec3f(*corner) for corner in _extent(cloud)]),
+            "extent": vt.Vec3fArray([gf.Vec3f(*corner) for corner in _extent(cloud)]),
         }
         for name, value in values.items():
             if not prim.GetAttribute(name).Set(value):
                 raise refusal(path, name, "OpenUSD does not take it", "write a .glb instead")
         stage.GetRootLayer().Save()
-    except Tf.ErrorException as error:
+    except tf.ErrorException as error:
         raise OSError(f"OpenUSD: {str(error).strip().splitlines()[-1]}") from None
 
 

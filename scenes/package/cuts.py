@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.cut import Cut
-from scenes.formats.common.atomic import write_file
-from scenes.formats.common.error import FormatError
 from scenes.formats.ply import WORLD_COMMENT, read_ply, write_ply
+from scenes.formats.storage.atomic import write_file
+from scenes.formats.storage.error import FormatError
 from scenes.package.files import PackageError, inside, read_items, text, write_items
 
 CUTS = "cuts.json"

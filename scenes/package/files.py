@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from scenes.formats.common.atomic import write_file
+from scenes.formats.storage.atomic import write_file
 
 MAX_JSON_BYTES = 64 * 2**20
 LARGEST = 1e6

@@ -24,11 +24,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.cut import Cut
-from scenes.formats.common.atomic import write_folder
-from scenes.formats.common.error import FormatError
 from scenes.formats.mesh_glb import read_mesh, write_mesh
 from scenes.formats.ply import WORLD_COMMENT, read_ply, write_ply
 from scenes.formats.spz import read_spz, write_spz
+from scenes.formats.storage.atomic import write_folder
+from scenes.formats.storage.error import FormatError
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA
 from scenes.harmonics import turned
 from scenes.mesh import CollisionMesh, QrCode

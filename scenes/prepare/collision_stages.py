@@ -6,8 +6,8 @@ import math
 from pathlib import Path
 
 from scenes.cameras import Pinhole
-from scenes.formats.common.atomic import write_file
 from scenes.formats.mesh_glb import read_mesh, write_mesh
+from scenes.formats.storage.atomic import write_file
 from scenes.mesh import CollisionMesh
 from scenes.prepare.collision import mesh_of_splats
 from scenes.prepare.headset_mesh import place_mesh

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from scenes.cameras import camera_from_json, camera_to_json
-from scenes.formats.common.atomic import write_folder
+from scenes.formats.storage.atomic import write_folder
 from scenes.pose import Pose
 from scenes.prepare.reconstruction import Reconstruction, View
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
-from scenes.formats.common.atomic import write_file
+from scenes.formats.storage.atomic import write_file
 from scenes.package import Stage
 from scenes.prepare.progress import Progress
 

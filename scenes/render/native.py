@@ -210,7 +210,7 @@ class NativeRenderer:
     ) -> _native.Alone:
         """A cloud to be drawn alone on black, whole, at one upright pose after the other.
 
-        Kernels draw it that compare it with a picture (`tracking.explain`).
+        Kernels draw it that compare it with a picture (`tracking.likelihood.patch_fit`).
         """
         refuse_parts(options, "what is compared is drawn whole")
         (prepared,) = self._checked([PosedSplats(cloud, Pose.identity())], camera, options)

@@ -22,11 +22,11 @@ from scenes.state import SceneState
 from studio.app.orbit import home
 from studio.app.panes import CameraPane, TwinPane
 from studio.app.worker import SceneJob, TwinPainter, View
-from studio.live_surfaces import clicked_surface
-from studio.pipeline import CancelledError
+from studio.console.rows import exit_code
 from studio.rehearsal import Performance
-from studio.rows import exit_code
-from studio.session import SessionOutput, SessionPlan
+from studio.session.live_surfaces import clicked_surface
+from studio.session.pipeline import CancelledError
+from studio.session.session import SessionOutput, SessionPlan
 
 POLL_MS = 30
 MAX_WIDTH_PX = 960
@@ -227,7 +227,7 @@ def open_window(scene: str, *, rehearse_to: Path) -> int:
     """`nexus studio`: look at a scene, rehearse in it. Returns the exit code.
 
     Raises:
-        KeyboardInterrupt: Ctrl+C, or the process was told to end.
+        KeyboardInterrupt: Ctrl+C, or the process got a signal to end.
         ValueError, OSError: the scene cannot be opened.
     """
     job = _run_window(scene, SceneJob(scene), rehearse_to)
@@ -265,31 +265,31 @@ def _run_window(scene: str, job: SceneJob, rehearse_to: Path) -> SceneJob:
     application = QApplication.instance() or QApplication(["nexus"])
     window = StudioWindow(scene, job, rehearse_to=rehearse_to)
     window.show()
-    with _closing_when_told_to_end(window) as told:
+    with _closing_on_signal(window) as signals:
         application.exec()
-    if told:
+    if signals:
         raise KeyboardInterrupt
     return job
 
 
 @contextmanager
-def _closing_when_told_to_end(window: QMainWindow) -> Iterator[list[int]]:
+def _closing_on_signal(window: QMainWindow) -> Iterator[list[int]]:
     """Ctrl+C closes the window, as its frame's button does; collects the signals that came.
 
     What is raised in a signal's handler would end in Qt's event loop, which only prints it.
     """
-    told: list[int] = []
+    signals: list[int] = []
 
     def close(number: int, _frame: FrameType | None) -> None:
-        told.append(number)
+        signals.append(number)
         window.close()
 
     if threading.current_thread() is not threading.main_thread():
-        yield told
+        yield signals
         return
     before = {number: signal.signal(number, close) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        yield told
+        yield signals
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

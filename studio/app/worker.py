@@ -19,12 +19,12 @@ from scenes.pose import Pose
 from scenes.render.native import NativeRenderer
 from scenes.state import SceneState, TrackState
 from studio.app.pacing import Grade, Pacing
-from studio.overlay import STATE_COLOURS, draw_avatar, draw_footprint
-from studio.progress import Progress
+from studio.console.progress import Progress
 from studio.rehearsal import Performance, perform
-from studio.session import Session, SessionOutput, SessionPlan, open_session
-from studio.surface_drawing import LivePicture
-from studio.twin import Twin
+from studio.session.session import Session, SessionOutput, SessionPlan, open_session
+from studio.view.overlay import STATE_COLOURS, draw_avatar, draw_footprint
+from studio.view.surface_drawing import LivePicture
+from studio.view.twin import Twin
 
 Watch = Callable[[SessionOutput], None]
 

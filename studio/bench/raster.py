@@ -29,7 +29,7 @@ from studio.bench.splat_scenes import (
     room_camera,
     shrunk,
 )
-from studio.rows import Row, as_json, as_table, at_least, at_most, exit_code
+from studio.console.rows import Row, as_json, as_table, at_least, at_most, exit_code
 
 View = tuple[Pinhole | Fisheye, Pose]
 

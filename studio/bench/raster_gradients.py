@@ -32,7 +32,7 @@ from studio.bench.splat_scenes import (
     random_cloud,
     room_camera,
 )
-from studio.rows import Row, at_least, at_most
+from studio.console.rows import Row, at_least, at_most
 
 FloatArray = NDArray[np.float64]
 

@@ -14,7 +14,7 @@ from scenes.render.renderer import PosedSplats, RenderOptions
 from scenes.splats import SplatCloud
 from studio.bench.open3d_peer import draw_with_open3d, why_not
 from studio.bench.splat_scenes import bench_object, bench_room, object_camera, room_camera
-from studio.rows import Row, at_least
+from studio.console.rows import Row, at_least
 
 OPEN3D_BAR = 30.0
 REPEATS = 9

@@ -17,7 +17,7 @@ from scenes.pose import Pose
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats, RenderOptions
 from scenes.render.stages import LaneCount, Stages, stages_of
-from studio.rows import Row, at_least
+from studio.console.rows import Row, at_least
 
 SCALAR_BAR = 20.0
 PEAK_BAR = 0.55

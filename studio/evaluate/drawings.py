@@ -12,8 +12,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
+from studio.console.machine import describe_machine, program_version
 from studio.evaluate.findings import Drawing
-from studio.machine import describe_machine, program_version
 
 _STYLE: dict[Any, Any] = {
     "font.size": 10,

@@ -1,4 +1,4 @@
-"""What an evaluation is asked for, and what it gives: figures, tables in words, drawings."""
+"""What an evaluation gives: figures, tables in words, drawings."""
 
 from __future__ import annotations
 
@@ -7,11 +7,8 @@ from dataclasses import dataclass, field
 
 from matplotlib.figure import Figure
 
-from studio.evaluate.filmed.conditions import Conditions
-from studio.evaluate.filmed.takes import TakeCache
-from studio.progress import Progress
-from studio.rows import Row, at_most
-from tracking.metrics import PoseError, Spread, error_table
+from studio.console.rows import Row, at_most
+from studio.evaluate.metrics import PoseError, Spread, error_table
 
 COLUMNS: Mapping[str, str] = {
     "x_cm": "|X| cm",
@@ -26,25 +23,6 @@ FLIP_DEG = 20.0
 """A yaw farther off than this is a flip: another solution, not an inexact one."""
 
 TITLES: Mapping[str, str] = {"own": "own tracker", "paper": "the paper's method"}
-
-
-@dataclass(frozen=True, slots=True)
-class Asked:
-    """What is to be evaluated.
-
-    Attributes:
-        methods: names of `studio.methods.METHODS`; their order is that of the tables.
-        seeds: one run each; they decide noise, drift and the camera pose's error.
-        conditions: see `Conditions`.
-        cache: where takes are kept.
-        told: hears how far it is.
-    """
-
-    methods: tuple[str, ...]
-    seeds: tuple[int, ...]
-    conditions: Conditions
-    cache: TakeCache
-    told: Progress
 
 
 @dataclass(frozen=True, slots=True)

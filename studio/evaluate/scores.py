@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from devices.recording_codec import RecordedTruth
 from scenes.pose import Pose
 from scenes.state import ObjectModel, TrackedObject, TrackState
-from studio.rows import Row, at_most
-from tracking.metrics import ROUND, PoseError, Spread, error_table, pose_error
+from studio.console.rows import Row, at_most
+from studio.evaluate.metrics import PoseError, Spread, error_table, pose_error
+from tracking.model.symmetry import ROUND
 
 VISIBLE_FRACTION = 0.5
 """An object counts as visible when the camera sees at least this share of it."""
@@ -139,7 +140,7 @@ class Score:
     """Errors over some frames.
 
     Attributes:
-        columns: x_cm, y_cm, z_cm, world_cm (see `tracking.metrics.error_table`).
+        columns: x_cm, y_cm, z_cm, world_cm (see `studio.evaluate.metrics.error_table`).
         yaw_deg: over objects whose yaw can be seen; None if there is none.
     """
 

@@ -11,7 +11,12 @@ PACKAGES = ("scenes", "devices", "sim", "tracking", "studio")
 SOURCES = sorted(p for package in PACKAGES for p in (ROOT / package).rglob("*.py"))
 POSE_NAME = re.compile(r"\w+_from_\w+", re.IGNORECASE)
 # The algebra of poses itself has no frames to name: composing, comparing, filtering.
-GENERIC = {"scenes/pose.py", "tracking/metrics.py", "tracking/smooth.py"}
+GENERIC = {
+    "scenes/pose.py",
+    "studio/evaluate/metrics.py",
+    "tracking/baseline/smoothing.py",
+    "tracking/solve/motion.py",
+}
 
 
 def relative(path: Path) -> str:

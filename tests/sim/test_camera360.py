@@ -48,8 +48,8 @@ def dark_room(small_room, box_mesh):
     return replace(small_room, static=(walls,))
 
 
-def _placed(thing, pose=None, support_z_m=0.0):
-    return Placement((thing.world_from_object if pose is None else pose,), support_z_m)
+def _placed(item, pose=None, support_z_m=0.0):
+    return Placement((item.world_from_object if pose is None else pose,), support_z_m)
 
 
 @pytest.fixture(scope="module")

@@ -98,8 +98,8 @@ def test_looking_up_sees_all_of_the_ceiling_and_the_tops_of_walls(small_room, se
 def test_close_ups_look_at_every_object_from_around(small_room):
     walk = walk_by_objects(small_room, 60.0, np.random.default_rng(0), shake=STEADY)
     views = [walk.world_from_camera(t) for t in np.linspace(0, 60, 400)]
-    for thing in small_room.objects:
-        middle = thing.world_from_object @ np.array([0, 0, thing.box_m[2] / 2])
+    for item in small_room.objects:
+        middle = item.world_from_object @ np.array([0, 0, item.box_m[2] / 2])
         looking = [
             v.translation - middle
             for v in views
@@ -107,7 +107,7 @@ def test_close_ups_look_at_every_object_from_around(small_room):
         ]
         assert len(looking) > 60
         around = np.unwrap([math.atan2(d[1], d[0]) for d in looking])
-        assert np.ptp(around) > math.radians(60), thing.object_id
+        assert np.ptp(around) > math.radians(60), item.object_id
 
 
 def test_a_walk_is_smooth_and_as_long_as_asked(small_room):
@@ -239,19 +239,19 @@ def test_the_bend_is_browns(k1, k2, x, y):
 
 
 def test_a_capture_is_photos_and_their_truth(papered_room, tmp_path):
-    told = []
+    notes = []
     options = replace(SMALL, frames=6, held_out_every=3)
     capture = film(
         papered_room,
         tmp_path,
         rng=np.random.default_rng(5),
         options=options,
-        progress=lambda done, note: told.append((done, note)),
+        progress=lambda done, note: notes.append((done, note)),
     )
     photos = sorted(p.name for p in (tmp_path / "images").iterdir())
     assert photos == [s.name for s in capture.shots]
     assert cv2.imread(str(tmp_path / "images" / photos[0])).shape == (120, 160, 3)
-    assert [note for _, note in told] == photos
+    assert [note for _, note in notes] == photos
     again = read_truth(tmp_path)
     assert again.camera == capture.camera
     assert [s.held_out for s in again.shots] == [False, True, False, False, True, False]

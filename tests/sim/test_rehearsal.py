@@ -54,15 +54,15 @@ def test_the_same_seed_gives_the_same_bytes(small_room, scenario, steps):
         )
         assert a.frame.received_ns == b.frame.received_ns
         assert a.events == b.events
-        for name, pose in a.truth.world_from_object.items():
-            assert np.array_equal(pose.matrix(), b.truth.world_from_object[name].matrix())
+        for name, pose in a.truth.recorded.world_from_object.items():
+            assert np.array_equal(pose.matrix(), b.truth.recorded.world_from_object[name].matrix())
     assert other.packet.data != steps[0].packet.data
 
 
 def test_frames_come_in_order_and_lost_ones_leave_a_gap(steps):
     assert [s.frame.seq for s in steps] == [0, 1, 2, 3, *range(6, 18)]
     for s in steps:
-        assert s.frame.t_ns == s.frame.seq * 100_000_000 == s.packet.t_ns == s.truth.t_ns
+        assert s.frame.t_ns == s.frame.seq * 100_000_000 == s.packet.t_ns == s.truth.recorded.t_ns
         assert s.frame.received_ns > s.frame.t_ns
         assert [image.shape for image in s.frame.images] == [(128, 128, 3)] * 2
         assert s.packet.stream_id == s.frame.stream_id
@@ -72,7 +72,7 @@ def test_frames_come_in_order_and_lost_ones_leave_a_gap(steps):
 
 
 def test_the_known_camera_pose_is_off_by_what_the_scenario_says(steps):
-    known, true = steps[0].frame.world_from_rig, steps[0].truth.world_from_rig
+    known, true = steps[0].frame.world_from_rig, steps[0].truth.recorded.world_from_rig
     assert known is not None
     error = rotation_angle(known.rotation @ true.rotation.T)
     assert math.degrees(error) == pytest.approx(0.2, abs=1e-6)
@@ -80,13 +80,14 @@ def test_the_known_camera_pose_is_off_by_what_the_scenario_says(steps):
 
 
 def test_truth_says_what_moved_and_where_it_is_seen(small_room, steps):
-    first, last = steps[0].truth, steps[-1].truth
+    first, last = steps[0].truth.recorded, steps[-1].truth.recorded
     assert first.moved == frozenset()
     assert last.moved == {"chair-1"}
     assert set(last.visible_fraction) == {"chair-1", "book-1"}
     assert all(0.0 <= share <= 1.0 for share in last.visible_fraction.values())
-    assert last.masks is not None
-    front, back = last.masks["chair-1"]
+    masks = steps[-1].truth.masks
+    assert masks is not None
+    front, back = masks["chair-1"]
     assert front.shape == (128, 128)
     assert front.any()
     assert not back.any()
@@ -120,11 +121,11 @@ def test_a_bump_moves_the_camera_and_not_what_its_marker_says(small_room, steps)
     assert [e.text for s in bumped for e in s.events if e.kind == "bumped"] == [
         "camera bumped: turned by 8°, shifted by 3 cm"
     ]
-    before, after = bumped[1].truth.world_from_rig, bumped[2].truth.world_from_rig
+    before, after = (step.truth.recorded.world_from_rig for step in bumped[1:3])
     turned = rotation_angle(after.rotation @ before.rotation.T)
     assert math.degrees(turned) == pytest.approx(8.0, abs=1e-6)
     assert np.linalg.norm(after.translation - before.translation) == pytest.approx(0.03)
-    assert bumped[-1].truth.world_from_rig is after
+    assert bumped[-1].truth.recorded.world_from_rig is after
     assert bumped[-1].frame.world_from_rig is bumped[0].frame.world_from_rig
     assert bumped[1].packet.data == steps[1].packet.data
     then, still, moved = (s.frame.images[0].astype(float) for s in (steps[1], steps[2], bumped[2]))

@@ -108,10 +108,10 @@ def test_without_parts_and_mass_its_box_stands_in_and_it_is_said():
 
 
 def test_its_mesh_is_its_parts(small_room):
-    thing = scanned_object(table_like())
-    bounds = thing.meshes[0].bounds()
+    item = scanned_object(table_like())
+    bounds = item.meshes[0].bounds()
     assert bounds == pytest.approx(np.array([[-0.3, -0.2, 0.0], [0.3, 0.2, 0.34]]))
-    assert (thing.meshes[0].texture == 128).all()
+    assert (item.meshes[0].texture == 128).all()
 
 
 def test_it_can_be_pushed(small_room):

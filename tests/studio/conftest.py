@@ -16,9 +16,10 @@ from scenes.package import ScenePackage
 from scenes.pose import Pose
 from scenes.splats import SplatCloud
 from scenes.state import Avatar, ObjectModel, TrackedObject, TrackState
-from studio.pipeline import ExactExecutor, PacedExecutor
-from studio.session import Pace, Session, scene_hash
-from studio.sources import SessionInput
+from sim.truth import GroundTruth
+from studio.session.pipeline import ExactExecutor, PacedExecutor
+from studio.session.session import Pace, Session, scene_hash
+from studio.session.sources import SessionInput, SessionMessage
 from tracking.output import TrackOutput
 
 LENS_PX, FRAMES, FPS = 64, 12, 10
@@ -96,7 +97,7 @@ def make_inputs(scene):
         )
         avatar = Avatar("maya", "remote", Pose.from_yaw(0.0, (0.0, 0.0, 1.6)))
         events = (Event(t_ns, "ana", "push", "pushes chair 1"),) if seq == CHAIR_STARTS else ()
-        yield SessionInput(frame, packet, (avatar,), events, truth)
+        yield SessionMessage(SessionInput(frame, packet, (avatar,), events), GroundTruth(truth))
 
 
 class OffsetTracker:
@@ -125,7 +126,16 @@ class OffsetTracker:
         return state + 1, TrackOutput(tuple(tracks), stages, frame.world_from_rig)
 
 
-def make_session(plan, scene, *, offset_m=0.03, offset_rad=0.02, inputs=None, methods=None):
+def make_session(
+    plan,
+    scene,
+    *,
+    offset_m=0.03,
+    offset_rad=0.02,
+    inputs=None,
+    methods=None,
+    truth_detector=None,
+):
     info = SessionInfo(
         scene="tiny",
         scene_hash=scene_hash(scene),
@@ -153,6 +163,7 @@ def make_session(plan, scene, *, offset_m=0.03, offset_rad=0.02, inputs=None, me
         duration_ns=FRAMES * 10**9 // FPS,
         clock=clock,
         executor=ExactExecutor(clock) if exact else PacedExecutor(clock),
+        truth_detector=truth_detector,
     )
 
 

@@ -5,8 +5,9 @@ import time
 
 import pytest
 
-from studio import cli, rehearse
+from studio import cli
 from studio.cli import VERBS, main
+from studio.verbs import rehearse
 
 pytestmark = pytest.mark.usefixtures("no_display", "no_traceback")
 

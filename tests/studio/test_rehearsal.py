@@ -10,10 +10,10 @@ from devices import recording
 from devices.recording import read_session
 from studio import rehearsal
 from studio.cli import main
-from studio.outputs import OUTPUT_NAMES
-from studio.progress import Progress, text_progress
-from studio.session import SessionPlan
-from studio.twin import ABOVE_M, Twin, lens_camera
+from studio.console.progress import Progress, text_progress
+from studio.session.outputs import OUTPUT_NAMES
+from studio.session.session import SessionPlan
+from studio.view.twin import ABOVE_M, Twin, lens_camera
 
 pytestmark = pytest.mark.usefixtures("no_display", "no_traceback")
 
@@ -23,7 +23,9 @@ def in_tiny_room(tiny, monkeypatch):
     """`nexus rehearse` plays in the tiny room."""
 
     def use(**options):
-        monkeypatch.setattr(rehearsal, "open_session", lambda plan: tiny.session(plan, **options))
+        monkeypatch.setattr(
+            rehearsal, "open_session", lambda plan, **given: tiny.session(plan, **options, **given)
+        )
 
     return use
 

@@ -67,7 +67,7 @@ def test_the_tracker_never_sees_the_simulator_or_the_physical_meshes():
 
 def test_pictures_in_the_tracker_tests_come_from_rays_not_from_splats():
     """In these tests a renderer may only be handed to the tracker, never used to make a frame."""
-    for file in sorted(Path(__file__).parent.glob("test_*.py")):
+    for file in sorted(Path(__file__).parent.rglob("test_*.py")):
         tree = ast.parse(file.read_text(encoding="utf-8"))
         calls = [
             node

@@ -17,9 +17,9 @@ from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats
 from scenes.samples import sample_room
 from scenes.state import TrackState
-from tracking.calibrate import calibrate
-from tracking.metrics import pose_error
-from tracking.paper import PaperTracker
+from studio.evaluate.metrics import pose_error
+from tracking.baseline.paper import PaperTracker
+from tracking.camera.calibration import calibrate
 from tracking.tracker import Tracker
 
 LENS = Fisheye.from_fov(1200, math.radians(200))
@@ -53,10 +53,10 @@ def picture(scene, raycast):
     def take(poses, *, seq=0, marker=None, gain=1.0, camera=room.world_from_rig):
         meshes = [(mesh, Pose.identity()) for mesh in room.static]
         shade = [False] * len(meshes)
-        for thing in room.objects:
-            pose = poses.get(thing.object_id, thing.world_from_object)
-            meshes += [(mesh, pose) for mesh in thing.meshes]
-            shade += [True] * len(thing.meshes)
+        for physical in room.objects:
+            pose = poses.get(physical.object_id, physical.world_from_object)
+            meshes += [(mesh, pose) for mesh in physical.meshes]
+            shade += [True] * len(physical.meshes)
         rng, images = np.random.default_rng(seq), []
         for lens, rig_from_lens in zip(RIG.lenses, RIG.rig_from_lens, strict=True):
             rgb, _, _ = raycast(
@@ -110,7 +110,7 @@ def test_calibration_recovers_an_injected_error(scene, picture, renderer):
 
 def test_a_bumped_camera_is_noticed_without_a_marker(scene, picture, renderer, monkeypatch):
     room, splats, models = scene
-    monkeypatch.setattr("tracking.rota.WATCH_PERIOD", 1)
+    monkeypatch.setattr("tracking.schedule.WATCH_PERIOD", 1)
     bumped = marker_off(room.world_from_rig, 0.6, 0.004)
     tracker = Tracker(splats, models, renderer)
     state, first = tracker.step(tracker.start(), picture({}), 0)
@@ -119,16 +119,16 @@ def test_a_bumped_camera_is_noticed_without_a_marker(scene, picture, renderer, m
     assert rotation_angle(first.world_from_rig.rotation.T @ bumped.rotation) > math.radians(0.4)
     left = output.world_from_rig.inverse() @ bumped
     assert math.degrees(rotation_angle(left.rotation)) < 0.15
-    for thing in room.objects:
-        tracked = by_id(output)[thing.object_id]
-        assert pose_error(tracked.world_from_object, thing.world_from_object).world_cm < 1.5
+    for physical in room.objects:
+        tracked = by_id(output)[physical.object_id]
+        assert pose_error(tracked.world_from_object, physical.world_from_object).world_cm < 1.5
 
 
 def test_a_camera_that_stands_keeps_its_pose_while_things_move(
     scene, picture, renderer, monkeypatch
 ):
     room, splats, models = scene
-    monkeypatch.setattr("tracking.rota.WATCH_PERIOD", 1)
+    monkeypatch.setattr("tracking.schedule.WATCH_PERIOD", 1)
     tracker = Tracker(splats, models, renderer)
     state, first = tracker.step(tracker.start(), picture({}), 0)
     chair = room.objects[0].world_from_object
@@ -152,10 +152,10 @@ def test_resting_objects_stay_where_they_are_in_spite_of_exposure(scene, picture
     state = tracker.start()
     for seq, gain in enumerate((1.0, 1.06)):
         state, output = tracker.step(state, picture({}, seq=seq, gain=gain), seq * FRAME_NS)
-        for thing in room.objects:
-            tracked = by_id(output)[thing.object_id]
+        for physical in room.objects:
+            tracked = by_id(output)[physical.object_id]
             assert tracked.state is TrackState.STATIC
-            error = pose_error(tracked.world_from_object, thing.world_from_object)
+            error = pose_error(tracked.world_from_object, physical.world_from_object)
             assert error.world_cm < 1.5
             assert error.yaw_deg < 2.0
 
@@ -165,7 +165,7 @@ def test_follows_a_chair_and_a_book_with_a_marker_that_is_off(scene, picture, re
     marker = marker_off(room.world_from_rig, 0.3, 0.006)
     tracker = Tracker(splats, models, renderer)
     state = tracker.start()
-    start = {thing.object_id: thing.world_from_object for thing in room.objects}
+    start = {physical.object_id: physical.world_from_object for physical in room.objects}
     errors = {"chair-1": [], "book-1": []}
     for seq in range(4):
         poses = {

@@ -4,17 +4,19 @@ mod scene;
 
 use std::sync::OnceLock;
 
-use _native::camera::{Fisheye, Pinhole};
-use _native::curvature::Curved;
-use _native::pose_gn::PoseEngine;
-use _native::pose_motion::{Directions, Twist};
-use _native::pose_sums::{NormalSums, Target};
-use _native::pose_tile::Drawn;
-use _native::project::PosedCloud;
-use _native::render::{Background, Engine, Job, Picture};
-use _native::scope::Scope;
-use _native::simd::Simd;
-use _native::tape::{PictureGradients, Tape};
+use _native::camera::curvature::Curved;
+use _native::camera::fisheye::Fisheye;
+use _native::camera::pinhole::Pinhole;
+use _native::gradients::tape::{PictureGradients, Tape};
+use _native::machine::simd::Simd;
+use _native::pose::engine::PoseEngine;
+use _native::pose::motion::{Directions, Twist};
+use _native::pose::sums::{NormalSums, Target};
+use _native::pose::tile::Drawn;
+use _native::project::posed::PosedCloud;
+use _native::project::scope::Scope;
+use _native::render::engine::Engine;
+use _native::render::job::{Background, Job, Picture};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use scene::{Bytes, Scene};

@@ -3,9 +3,9 @@
 
 use std::f64::consts::PI;
 
-use _native::camera::{FOCAL_PX, MAX_CENTRE_PX};
-use _native::project::{PosedCloud, View};
-use _native::scene::{Cloud, SplatArrays, MAX_SH};
+use _native::camera::lens::{FOCAL_PX, MAX_CENTRE_PX};
+use _native::project::posed::{PosedCloud, View};
+use _native::scene::cloud::{Cloud, SplatArrays, MAX_SH};
 
 const MAX_SPLATS: usize = 40;
 const MAX_SIDE: usize = 40;

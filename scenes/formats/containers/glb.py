@@ -15,7 +15,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.formats.common.error import FormatError, refusal
+from scenes.formats.storage.error import FormatError, refusal
 
 MAGIC = b"glTF"
 MAX_JSON_BYTES = 2**22

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.formats.common.error import FormatError, refusal
 from scenes.formats.containers.glb import Glb, item
+from scenes.formats.storage.error import FormatError, refusal
 from scenes.pose import Pose, rotation_from_quaternion
 
 SHEAR_TOLERANCE = 1e-4

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.formats.common.error import refusal
+from scenes.formats.storage.error import refusal
 
 MAX_HEADER_BYTES = 65_536
 MAX_ROWS = 2**32 - 1

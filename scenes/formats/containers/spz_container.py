@@ -21,8 +21,8 @@ import numpy as np
 import zstandard
 from numpy.typing import NDArray
 
-from scenes.formats.common.blocks import extents
-from scenes.formats.common.error import FormatError, refusal
+from scenes.formats.storage.blocks import extents
+from scenes.formats.storage.error import FormatError, refusal
 
 MAGIC = b"NGSP"
 GZIP_MAGIC = b"\x1f\x8b"

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from scenes.formats.common.atomic import write_file
+from scenes.formats.storage.atomic import write_file
 from scenes.pose import Pose
 from scenes.prepare.align.alignment import Alignment, Anchor
 from scenes.prepare.align.gravity import Gravity

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from scenes.cameras import Rig
-from scenes.formats.common.atomic import write_file
+from scenes.formats.storage.atomic import write_file
 from scenes.prepare.footage.frame_choice import StepLimits
 from scenes.prepare.footage.sharpness import QualityLimits, Reason
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from scenes.cameras import Pinhole
-from scenes.formats.common.atomic import write_folder
+from scenes.formats.storage.atomic import write_folder
 from scenes.prepare.reconstruction import Reconstruction, View
 
 PINHOLE_MODEL = 1

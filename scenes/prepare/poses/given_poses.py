@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from scenes.formats.common.error import refusal
+from scenes.formats.storage.error import refusal
 from scenes.prepare.footage.capture import (
     PICTURE_SUFFIXES,
     Capture,

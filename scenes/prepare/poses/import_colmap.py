@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from scenes.formats.common.error import refusal
+from scenes.formats.storage.error import refusal
 from scenes.prepare.poses.sfm import SFM_FOLDER, run_worker
 from scenes.prepare.poses.sfm_job import Job, SfmOptions
 from scenes.prepare.progress import Progress, silent

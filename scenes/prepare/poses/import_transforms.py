@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.cameras import Pinhole
-from scenes.formats.common.error import refusal
+from scenes.formats.storage.error import refusal
 from scenes.frames import OPENGL_FROM_OPENCV
 from scenes.pose import Pose
 from scenes.prepare.footage.photos import read_upright, write_jpeg

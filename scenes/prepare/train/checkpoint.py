@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.formats.common.atomic import write_file
+from scenes.formats.storage.atomic import write_file
 from scenes.prepare.train.trainer import Moment
 from scenes.prepare.train.training_rows import TrainingRows
 

@@ -6,8 +6,8 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 
-from scenes.formats.common.atomic import write_file
 from scenes.formats.ply import WORLD_COMMENT, read_ply, write_ply
+from scenes.formats.storage.atomic import write_file
 from scenes.prepare.train.trainer import Moment, TrainingResult, ViewScore
 
 SPLATS, SCORES = "splats.ply", "training.json"

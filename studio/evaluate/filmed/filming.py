@@ -30,14 +30,14 @@ from studio.evaluate.filmed.takes import (
     picture_name,
     source_digest,
 )
-from studio.provenance import library_versions
+from studio.session.provenance import library_versions
 
 ENCODER_FPS = 10.0
-"""Pictures a second that the encoder believes in unless told, whatever the pace: each gets the same
-bits."""
+"""Pictures a second for which the encoder plans its bits, unless `fps` says otherwise. Chosen equal
+for every pace, so that each picture gets the same bits."""
 
-Told = Callable[[float], None]
-"""Hears how much of a take is filmed, 0..1."""
+Advance = Callable[[float], None]
+"""Takes the share of a take that is filmed, 0..1."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,7 +74,7 @@ class FilmSet:
         self, room: PhysicalRoom, extras: Sequence[Body] = (), *, cache: TakeCache
     ) -> None:
         self.room = room
-        self._bodies = (*(body_of_object(thing) for thing in room.objects), *extras)
+        self._bodies = (*(body_of_object(item) for item in room.objects), *extras)
         self._cache = cache
         self._camera: Camera360 | None = None
         self._contents = _digest_of_bodies(room.name, self._bodies)
@@ -85,7 +85,7 @@ class FilmSet:
         conditions: Conditions,
         *,
         seed: int,
-        told: Told,
+        advance: Advance,
         fps: float = ENCODER_FPS,
     ) -> Take:
         """The take of these shots, from the cache where it was filmed before.
@@ -94,8 +94,8 @@ class FilmSet:
             shots: in order of time.
             conditions: of the sensor and the video; the pose error is not used here.
             seed: decides noise and drift.
-            told: hears how far it is.
-            fps: pictures a second that the encoder believes in: it shares its bits among so many,
+            advance: called with the share that is filmed after every shot, 0..1.
+            fps: pictures a second for which the encoder plans: it shares its bits among so many,
                 and begins anew every two seconds.
 
         Raises:
@@ -106,7 +106,7 @@ class FilmSet:
         take = self._cache.find(key, body_ids)
         if take is None:
             with self._cache.filming(key) as folder:
-                self._film(folder, shots, conditions, seed=seed, fps=fps, told=told)
+                self._film(folder, shots, conditions, seed=seed, fps=fps, advance=advance)
             take = self._cache.find(key, body_ids)
         if take is None:
             raise OSError(f"the take {key} vanished from the cache while it was made")
@@ -144,7 +144,7 @@ class FilmSet:
         *,
         seed: int,
         fps: float,
-        told: Told,
+        advance: Advance,
     ) -> None:
         camera = self._opened(conditions)
         camera.view({})  # an empty room: what was filmed before leaves no trace in this take
@@ -158,7 +158,7 @@ class FilmSet:
             stream_id=STREAM_ID,
         )
         info = _session_info(self.room.name, seed, camera.rig, fps)
-        object_ids = {thing.object_id for thing in self.room.objects}
+        object_ids = {item.object_id for item in self.room.objects}
         first = _poses(shots[0], object_ids)
         before_ns = shots[0].t_ns
         with (
@@ -184,7 +184,7 @@ class FilmSet:
                     png = cv2.imencode(".png", seen.ids)[1].tobytes()
                     numbers.writestr(picture_name(seq, lens), png)
                 before_ns = shot.t_ns
-                told((seq + 1) / len(shots))
+                advance((seq + 1) / len(shots))
 
     def _opened(self, conditions: Conditions) -> Camera360:
         """The camera with lenses of this size; opening it draws the empty room: seconds."""

@@ -1,4 +1,4 @@
-"""A detector that makes no mistakes, for measuring what comes after it: the simulator's own masks.
+"""A detector without errors, for measuring the stages after it: the simulator's own masks.
 
 The paper segments with a trained network, which cannot be had here without its weights. Its
 optimiser is therefore measured with the best masks there can be; the network's errors are left out.
@@ -6,37 +6,38 @@ optimiser is therefore measured with the best masks there can be; the network's 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.messages import Frame
 from scenes.pose import Pose
 from scenes.warp import WarpTable, warp, warp_table
-from tracking.detect import Detection, Expected
-from tracking.rectify import RectifiedView
-
-Masks = Mapping[str, tuple[NDArray[np.bool_], ...]]
-"""Per object id one (H, W) bool mask per lens."""
+from sim.truth import GroundTruth, Masks
+from tracking.baseline.detect import Detection, Expected
+from tracking.baseline.rectify import RectifiedView
 
 SMALLEST_PX = 12
-"""Objects with fewer visible pixels in the view are not reported."""
+"""Pixels of the rectified view; objects with fewer visible ones are not reported."""
 
 
 class PerfectDetector:
-    """Reports every object that is seen, with exactly its visible pixels.
+    """Reports every visible object of the front lens's view, with exactly its visible pixels.
 
-    Shown each frame by the session before the tracker asks; knows the front lens's view only.
+    A `studio.session.methods.TruthDetector`.
     """
 
     def __init__(self) -> None:
         self._frame: Frame | None = None
-        self._masks: Masks = {}
+        self._masks: Masks | None = None
         self._table: WarpTable | None = None
 
-    def see(self, frame: Frame, masks: Masks) -> None:
-        """The frame that will be asked about, and where each body really is in its lenses."""
+    def see(self, frame: Frame, truth: GroundTruth) -> None:
+        """Take the frame that the next calls of `detect` are about, and its ground truth."""
+        self.see_masks(frame, truth.masks)
+
+    def see_masks(self, frame: Frame, masks: Masks | None) -> None:
+        """The same, where masks are known without a simulator's ground truth."""
         self._frame = frame
         self._masks = masks
 
@@ -44,10 +45,13 @@ class PerfectDetector:
         """The visible part of each expected object in the front lens's rectified view.
 
         Raises:
-            ValueError: no frame was shown.
+            ValueError: `see` was not called before, or the ground truth that it was given has no
+                masks, as a recording's has none.
         """
         if self._frame is None:
             raise ValueError("PerfectDetector.detect: no frame was shown; call see() first")
+        if self._masks is None:
+            raise ValueError(f"frame {self._frame.seq}: its ground truth has no masks")
         table = self._table
         if table is None or table.valid.shape != (view.camera.height_px, view.camera.width_px):
             table = warp_table(self._frame.rig.lenses[0], view.camera, Pose.identity())

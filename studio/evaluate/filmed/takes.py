@@ -24,8 +24,8 @@ from devices.recording import read_session
 from devices.recording_codec import SessionInfo
 from scenes.package import DISTRIBUTION
 from scenes.pose import Pose
-from sim.truth import IdMasks
-from studio.sources import SessionInput, recorded_inputs
+from sim.truth import GroundTruth, IdMasks
+from studio.session.sources import SessionMessage, recorded_messages
 
 RECORDING, BODY_NUMBERS = "take.mcap", "body-numbers.zip"
 
@@ -65,12 +65,12 @@ class Take:
 
     def play(
         self, known_world_from_rig: Pose, *, with_masks: bool = True
-    ) -> Iterator[SessionInput]:
+    ) -> Iterator[SessionMessage]:
         """Its frames in order, decoded.
 
         Args:
             known_world_from_rig: `world_from_rig` that the frames carry: what a marker says.
-            with_masks: whether somebody will look at the masks, which take time to decode.
+            with_masks: give the ground truth its masks, which take time to decode.
 
         Raises:
             RecordingError: the take is damaged.
@@ -79,16 +79,18 @@ class Take:
         numbers = {name: 1 + k for k, name in enumerate(self.body_ids)}
         with zipfile.ZipFile(self.folder / BODY_NUMBERS) as pictures:
             info = self.session()
-            for message in recorded_inputs(path, info):
-                frame = replace(message.frame, world_from_rig=known_world_from_rig)
-                if not with_masks:
-                    yield replace(message, frame=frame)
+            for recorded in recorded_messages(path, info):
+                frame = replace(recorded.frame, world_from_rig=known_world_from_rig)
+                message = recorded.with_frame(frame)
+                if not with_masks or message.truth is None:
+                    yield message
                     continue
                 ids = [
                     _decoded(pictures.read(picture_name(message.frame.seq, lens)))
                     for lens in range(len(info.rig.lenses))
                 ]
-                yield replace(message, frame=frame, masks=IdMasks(ids, numbers))
+                truth = GroundTruth(message.truth.recorded, IdMasks(ids, numbers))
+                yield replace(message, truth=truth)
 
 
 class TakeCache:

@@ -14,14 +14,14 @@ from scenes.package import ScenePackage
 from scenes.pose import Pose, rotation_angle
 from scenes.state import TrackedObject
 from sim.rehearsal import off_by
+from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.conditions import Conditions
 from studio.evaluate.filmed.filming import FilmSet, Shot
 from studio.evaluate.filmed.perfect_detector import PerfectDetector
-from studio.evaluate.findings import Asked
+from studio.evaluate.metrics import PoseError, pose_error
 from studio.evaluate.scores import SYMMETRY_OF_KIND
-from studio.methods import make_method
-from studio.sources import SessionInput
-from tracking.metrics import PoseError, pose_error
+from studio.session.methods import make_method
+from studio.session.sources import SessionMessage
 from tracking.output import TrackingMethod, TrackOutput
 
 
@@ -67,7 +67,7 @@ class Trial:
 
     Args:
         scene: splats of the room and of its objects, with the poses they were last known in.
-        methods: names of `studio.methods.METHODS`.
+        methods: names of `studio.session.methods.METHODS`.
     """
 
     def __init__(self, scene: ScenePackage, methods: Sequence[str]) -> None:
@@ -87,7 +87,7 @@ class Trial:
         return {name: method.start() for name, method in self._methods.items()}
 
     def step(
-        self, states: Mapping[str, Any], message: SessionInput
+        self, states: Mapping[str, Any], message: SessionMessage
     ) -> tuple[Mapping[str, Any], Mapping[str, Answer]]:
         """All methods on one frame; states are values, so that a take can be continued twice.
 
@@ -96,26 +96,26 @@ class Trial:
         """
         if message.truth is None:
             raise ValueError(f"frame {message.frame.seq}: without truth it cannot be judged")
-        if message.masks is not None:
-            self._detector.see(message.frame, message.masks)
+        if message.truth.masks is not None:
+            self._detector.see(message.frame, message.truth)
         following: dict[str, Any] = {}
         answers: dict[str, Answer] = {}
         for name, method in self._methods.items():
             following[name], output = method.step(
                 states[name], message.frame, message.frame.received_ns
             )
-            answers[name] = _answer(message, message.truth, output)
+            answers[name] = _answer(message, message.truth.recorded, output)
         return following, answers
 
     def run(
-        self, messages: Iterable[SessionInput], told: Callable[[int], None] | None = None
+        self, messages: Iterable[SessionMessage], done: Callable[[int], None] | None = None
     ) -> Iterator[Mapping[str, Answer]]:
         """All methods on all frames of a take, from the start; yields frame by frame."""
         states = self.start()
         for count, message in enumerate(messages, 1):
             states, answers = self.step(states, message)
-            if told is not None:
-                told(count)
+            if done is not None:
+                done(count)
             yield answers
 
 
@@ -129,7 +129,7 @@ def marker_pose(true_world_from_rig: Pose, conditions: Conditions, *, seed: int)
     )
 
 
-def _answer(message: SessionInput, truth: RecordedTruth, output: TrackOutput) -> Answer:
+def _answer(message: SessionMessage, truth: RecordedTruth, output: TrackOutput) -> Answer:
     tracks = {track.object_id: track for track in output.objects}
     frame = message.frame
     return Answer(frame.seq, frame.t_ns, tracks, output.world_from_rig, truth)
@@ -149,10 +149,10 @@ def performed(
         what: names it where progress is shown.
     """
     messages = film_messages(film_set, taken, asked, seed=seed, what=what)
-    told = asked.told
-    told.begin(f"tracking {what}, seed {seed}")
-    yield from trial.run(messages, told=lambda count: told.advance(count / len(taken)))
-    told.finish()
+    progress = asked.progress
+    progress.begin(f"tracking {what}, seed {seed}")
+    yield from trial.run(messages, done=lambda count: progress.advance(count / len(taken)))
+    progress.finish()
 
 
 def last_of(answers: Iterable[Mapping[str, Answer]]) -> Mapping[str, Answer]:
@@ -169,10 +169,10 @@ def last_of(answers: Iterable[Mapping[str, Answer]]) -> Mapping[str, Answer]:
 
 def film_messages(
     film_set: FilmSet, taken: Sequence[Shot], asked: Asked, *, seed: int, what: str
-) -> Iterator[SessionInput]:
+) -> Iterator[SessionMessage]:
     """The frames of a take, filmed or fetched, with the camera pose that a marker would give."""
-    asked.told.begin(f"filming {what}, seed {seed}")
-    take = film_set.film(taken, asked.conditions, seed=seed, told=asked.told.advance)
-    asked.told.finish()
+    asked.progress.begin(f"filming {what}, seed {seed}")
+    take = film_set.film(taken, asked.conditions, seed=seed, advance=asked.progress.advance)
+    asked.progress.finish()
     known = marker_pose(film_set.room.world_from_rig, asked.conditions, seed=seed)
     return take.play(known, with_masks="paper" in asked.methods)

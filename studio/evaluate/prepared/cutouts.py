@@ -22,6 +22,7 @@ from scenes.prepare.reconstruction import View, read_picture
 from scenes.rays import RayScene
 from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud
+from studio.console.progress import Progress
 from studio.evaluate.prepared.true_labels import (
     between_two,
     labels_by_light,
@@ -29,7 +30,6 @@ from studio.evaluate.prepared.true_labels import (
     static_triangles,
     true_labels,
 )
-from studio.progress import Progress
 
 log = logging.getLogger(__name__)
 
@@ -48,7 +48,7 @@ class CutScore:
     Attributes:
         object_id: of the physical object.
         iou: overlap of its splats with those nearest to its mesh, per splat (`true_labels`).
-        iou_ties_by_light: the same, but light tells whose splats are that are as near to what it
+        iou_ties_by_light: the same, but light decides whose splats are that are as near to what it
             touches (`between_two`); by mesh alone they are the room's, though they paint its edge.
         iou_by_light: the same with those whose light falls into its outlines (`labels_by_light`);
             it is kinder: the cut is decided by the same kind of vote.
@@ -74,7 +74,7 @@ def score_cutouts(
     *,
     renderer: NativeRenderer,
     folder: Path,
-    told: Progress,
+    progress: Progress,
 ) -> list[CutScore]:
     """Cut out one object after the other, each from the room as it was prepared.
 
@@ -88,12 +88,12 @@ def score_cutouts(
     before = _digest(package.room, folder)
     scores = []
     for number, item in enumerate(room.objects):
-        told.advance(number / len(room.objects), item.object_id)
-        agree = _overlap(by_light == number, by_mesh == number)
+        progress.advance(number / len(room.objects), item.object_id)
+        agree = overlap(by_light == number, by_mesh == number)
         try:
             cut = _cut_by_hand(package, item, room, prepared.reconstruction.views, renderer)
         except ValueError as refused:
-            # One thing that no photo shows whole leaves the others to be judged.
+            # An object that no photo shows whole is skipped; the others are scored.
             log.warning("%s was not cut out: %s", item.object_id, refused)
             off_cm = 100 * max(item.box_m)
             scores.append(CutScore(item.object_id, 0.0, 0.0, 0.0, agree, off_cm, exact=True))
@@ -106,9 +106,9 @@ def score_cutouts(
         scores.append(
             CutScore(
                 item.object_id,
-                _overlap(found, by_mesh == number),
-                _overlap(found, untied == number),
-                _overlap(found, by_light == number),
+                overlap(found, by_mesh == number),
+                overlap(found, untied == number),
+                overlap(found, by_light == number),
                 agree,
                 100 * error_m,
                 _digest(undo_cut(cut.package).room, folder) == before,
@@ -141,7 +141,7 @@ def _cut_by_hand(
     )
 
 
-def _overlap(a: NDArray[np.bool_], b: NDArray[np.bool_]) -> float:
+def overlap(a: NDArray[np.bool_], b: NDArray[np.bool_]) -> float:
     """Intersection over union."""
     return float((a & b).sum() / max((a | b).sum(), 1))
 

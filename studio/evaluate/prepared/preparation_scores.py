@@ -26,11 +26,11 @@ from scenes.render.native import NativeRenderer
 from scenes.samples import sample_room
 from sim.phone import SAMPLE_CAPTURE, TRAINING_SET, PhoneOptions, film
 from sim.phone_capture import IMAGES, Capture
+from studio.console.progress import Progress, StageProgress
+from studio.console.rows import Row, at_least, at_most
 from studio.evaluate.prepared.cutouts import CutScore, score_cutouts
 from studio.evaluate.prepared.true_labels import triangles_of
-from studio.preparation_verdict import preview_min
-from studio.progress import Progress, StageProgress
-from studio.rows import Row, at_least, at_most
+from studio.evaluate.prepared.verdict import preview_min
 
 WALL_BAR_MIN = 8.0
 PREVIEW_BAR_MIN = 3.0
@@ -58,7 +58,7 @@ def evaluate(
     *,
     seed: int,
     tables: set[str],
-    told: Progress,
+    progress: Progress,
     clock: Callable[[], float],
 ) -> list[Row]:
     """All rows that the tables ask for; captures and packages stay in `folder`."""
@@ -66,20 +66,20 @@ def evaluate(
     renderer = NativeRenderer()
     rows: list[Row] = []
     if tables & {"prepare", "cut"}:
-        truth = _filmed(room, folder / "capture", "sample capture", seed, told)
-        prepared = _prepared(room, folder, seed, renderer, told, clock)
+        truth = _filmed(room, folder / "capture", "sample capture", seed, progress)
+        prepared = _prepared(room, folder, seed, renderer, progress, clock)
         rows += preparation_rows(prepared, truth, room, np.random.default_rng(seed))
         if "cut" in tables:
-            told.begin("cutting out objects")
+            progress.begin("cutting out objects")
             # Through the disk, so that what is cut is what any user would open.
             package = load_package(folder / f"{name}.gnx")
             scores = score_cutouts(
-                package, room, prepared, renderer=renderer, folder=folder, told=told
+                package, room, prepared, renderer=renderer, folder=folder, progress=progress
             )
-            told.finish(f"{len(scores)} objects")
+            progress.finish(f"{len(scores)} objects")
             rows += cut_rows(scores)
     if "train" in tables:
-        rows += training_rows(room, folder / "training", seed, told, clock)
+        rows += training_rows(room, folder / "training", seed, progress, clock)
     return rows
 
 
@@ -173,10 +173,10 @@ def _probes(prepared: Prepared, rng: np.random.Generator) -> FloatArray:
 
 
 def training_rows(
-    room: PhysicalRoom, folder: Path, seed: int, told: Progress, clock: Callable[[], float]
+    room: PhysicalRoom, folder: Path, seed: int, progress: Progress, clock: Callable[[], float]
 ) -> list[Row]:
-    """Held-out likeness after half a minute and after two, from true poses."""
-    truth = _filmed(room, folder, "training set", seed, told, options=TRAINING_SET)
+    """PSNR of held-out views after half a minute and after two, from true poses."""
+    truth = _filmed(room, folder, "training set", seed, progress, options=TRAINING_SET)
     reconstruction = posed_photos(room, truth, folder, np.random.default_rng(seed))
     rows = []
     minutes = 0.0
@@ -184,10 +184,10 @@ def training_rows(
         ("prepare.psnr_db_30s", "preview", None),
         ("prepare.psnr_db", "default", PSNR_BAR_DB),
     ):
-        told.begin(f"training, {preset} quality")
-        result = train_with(reconstruction, preset, folder / preset, seed, told, clock)
+        progress.begin(f"training, {preset} quality")
+        result = train_with(reconstruction, preset, folder / preset, seed, progress, clock)
         scores = [score.psnr_db for score in result.held_out]
-        told.finish(f"{np.mean(scores):.2f} dB")
+        progress.finish(f"{np.mean(scores):.2f} dB")
         rows.append(
             at_least(name, float(np.mean(scores)), "dB", bar=bar, spread=float(np.std(scores)))
         )
@@ -250,13 +250,13 @@ def _filmed(
     folder: Path,
     what: str,
     seed: int,
-    told: Progress,
+    progress: Progress,
     options: PhoneOptions = SAMPLE_CAPTURE,
 ) -> Capture:
-    told.begin(f"filming the {what}")
+    progress.begin(f"filming the {what}")
     rng = np.random.default_rng(seed)
-    truth = film(room, folder, rng=rng, options=options, progress=told.advance)
-    told.finish(f"{len(truth.shots)} photos")
+    truth = film(room, folder, rng=rng, options=options, progress=progress.advance)
+    progress.finish(f"{len(truth.shots)} photos")
     return truth
 
 
@@ -265,12 +265,12 @@ def _prepared(
     folder: Path,
     seed: int,
     renderer: NativeRenderer,
-    told: Progress,
+    progress: Progress,
     clock: Callable[[], float],
 ) -> Prepared:
-    stages = StageProgress(told)
+    stages = StageProgress(progress)
     work = open_work_folder(folder / f"{room.name}.gnx.prepare", seconds=clock, progress=stages)
-    # The codes' poses make the prepared world the physical one, so that splats can be told apart.
+    # The codes' poses make the prepared world the physical one: each splat gets a true owner.
     options = PrepareOptions(
         sides_m={code.payload: code.side_m for code in room.codes},
         known_codes=room.codes,
@@ -292,7 +292,7 @@ def train_with(
     preset: str,
     folder: Path,
     seed: int,
-    told: Progress,
+    progress: Progress,
     clock: Callable[[], float],
 ) -> TrainingResult:
     """A training as `nexus prepare` does it, with the truth's choice of views kept aside."""
@@ -300,5 +300,5 @@ def train_with(
     trainer = BuiltInTrainer(options, rng=lambda: np.random.default_rng(seed), stopwatch=clock)
     folder.mkdir(parents=True, exist_ok=True)
     return trainer.train(
-        reconstruction, folder, progress=lambda done, note: told.advance(done, note)
+        reconstruction, folder, progress=lambda done, note: progress.advance(done, note)
     )

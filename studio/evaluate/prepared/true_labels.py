@@ -1,4 +1,4 @@
-"""Which physical thing each splat of a trained room belongs to, by the meshes that were filmed."""
+"""Which physical object each splat of a trained room belongs to, by the meshes that were filmed."""
 
 from __future__ import annotations
 
@@ -42,24 +42,38 @@ def object_triangles(item: PhysicalObject) -> NDArray[np.float64]:
 
 def true_labels(cloud: SplatCloud, room: PhysicalRoom) -> NDArray[np.intp]:
     """(N,) index into `room.objects`, -1 for what never moves, -2 for floaters."""
-    distances = _distances(cloud, room)
+    return labels_by_mesh(cloud, _parts(room))
+
+
+def labels_by_mesh(cloud: SplatCloud, parts: Sequence[NDArray[np.float64]]) -> NDArray[np.intp]:
+    """(N,) index of the nearest of some bodies, less one; -2 for floaters.
+
+    Args:
+        cloud: the splats.
+        parts: (T, 3, 3) triangles of what never moves, then of each object.
+    """
+    distances = _distances(cloud, parts)
     nearest = distances.argmin(axis=0)
     return np.where(distances.min(axis=0) > FAR_M, -2, nearest - 1)
 
 
 def between_two(cloud: SplatCloud, room: PhysicalRoom) -> NDArray[np.bool_]:
-    """(N,) the splats that are as near to one thing as to another: the meshes do not tell whose.
+    """(N,) the splats that are as near to one object as to another: their owner is open.
 
     A book's underside is the table's surface: what paints the book's lower edge lies in both.
     """
-    nearest, second = np.sort(_distances(cloud, room), axis=0)[:2]
+    nearest, second = np.sort(_distances(cloud, _parts(room)), axis=0)[:2]
     return np.asarray((second - nearest < TOUCHING_M) & (nearest <= FAR_M))
 
 
-def _distances(cloud: SplatCloud, room: PhysicalRoom) -> NDArray[np.float64]:
-    """(1 + objects, N) how far each splat is from what never moves and from each object."""
-    things = [static_triangles(room), *(object_triangles(item) for item in room.objects)]
-    return np.stack([RayScene(triangles).distance(cloud.means) for triangles in things])
+def _parts(room: PhysicalRoom) -> list[NDArray[np.float64]]:
+    """(T, 3, 3) triangles of what never moves, then of each object where it stands."""
+    return [static_triangles(room), *(object_triangles(item) for item in room.objects)]
+
+
+def _distances(cloud: SplatCloud, parts: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+    """(P, N) distance of each splat from each body, metres."""
+    return np.stack([RayScene(triangles).distance(cloud.means) for triangles in parts])
 
 
 def labels_by_light(
@@ -74,8 +88,8 @@ def labels_by_light(
     A trained splat is placed where it makes the photos come out, not on the surface it paints: many
     lie centimetres before or behind. So over all views, the blend weights of a splat are summed on
     the true outline of each object (ray-cast against the meshes, occlusion included), and the one
-    that holds most of its light owns it. Every splat counts alike, haze too; one that no view shows
-    belongs to the nearest surface, as `true_labels` has it.
+    that holds most of its light owns it. Every splat counts equally, haze too; one that no view
+    shows belongs to the nearest surface, as `true_labels` has it.
     """
     parts = [static_triangles(room), *(object_triangles(item) for item in room.objects)]
     owner = np.repeat(np.arange(len(parts)) - 1, [len(part) for part in parts])
@@ -85,11 +99,11 @@ def labels_by_light(
         camera = view.camera
         rays = camera.unproject(pixel_centres(camera)) @ view.world_from_camera.rotation.T
         hits = scene.cast(np.broadcast_to(view.world_from_camera.translation, rays.shape), rays)
-        thing = np.where(hits.triangle >= 0, owner[np.maximum(hits.triangle, 0)], -1)
-        thing = thing.reshape(camera.height_px, camera.width_px)
+        item = np.where(hits.triangle >= 0, owner[np.maximum(hits.triangle, 0)], -1)
+        item = item.reshape(camera.height_px, camera.width_px)
         all_light = None
         for number in range(len(room.objects)):
-            mask = thing == number
+            mask = item == number
             if not mask.any() and all_light is not None:
                 continue
             masked = MaskedView(view.name, camera, view.world_from_camera, mask)

@@ -20,16 +20,17 @@ from numpy.typing import NDArray
 from scenes.mesh import PhysicalRoom
 from scenes.package import ScenePackage
 from scenes.pose import Pose
+from studio.console.rows import Row, at_most
+from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.takes import Take
 from studio.evaluate.filmed.trial import marker_pose
-from studio.evaluate.findings import TITLES, Asked, Findings, aligned, own_bar, row_name
+from studio.evaluate.findings import TITLES, Findings, aligned, own_bar, row_name
+from studio.evaluate.metrics import pose_error
 from studio.evaluate.scores import SYMMETRY_OF_KIND
 from studio.evaluate.tables.stations import eased
 from studio.evaluate.tables.ten_objects import scanned_poses, ten_objects
-from studio.methods import make_method
-from studio.rows import Row, at_most
-from tracking.metrics import pose_error
+from studio.session.methods import make_method
 from tracking.output import TrackingMethod
 
 FPS = 30
@@ -83,17 +84,17 @@ def evaluate(asked: Asked) -> Findings:
         with FilmSet(alone, cache=asked.cache) as film_set:
             for seed in asked.seeds:
                 what = f"{start.object_id} alone, seed {seed}"
-                asked.told.begin(f"filming {what}")
+                asked.progress.begin(f"filming {what}")
                 taken = shots(scanned_poses(alone), start)
                 take = film_set.film(
-                    taken, asked.conditions, seed=seed, told=asked.told.advance, fps=FPS
+                    taken, asked.conditions, seed=seed, advance=asked.progress.advance, fps=FPS
                 )
-                asked.told.finish()
+                asked.progress.finish()
                 marker = marker_pose(room.world_from_rig, asked.conditions, seed=seed)
                 for name in asked.methods:
-                    asked.told.begin(f"tracking {what}, {name}")
+                    asked.progress.begin(f"tracking {what}, {name}")
                     runs[name][start.object_id].append(_timed(name, alone, known, take, marker))
-                    asked.told.finish()
+                    asked.progress.finish()
     return _report(runs)
 
 
@@ -120,7 +121,7 @@ def _timed(
         state = method.start()
         step_ms: list[float] = []
         cold_ms = found_cm = 0.0
-        (thing,) = room.objects
+        (item,) = room.objects
         for message in take.play(marker_world_from_rig, with_masks=False):
             began_ns = time.thread_time_ns()
             state, output = method.step(state, message.frame, 0)
@@ -128,8 +129,8 @@ def _timed(
             if message.frame.seq == 0 and message.truth is not None:
                 cold_ms = output.stage_ns.get("pose", 0) / 1e6
                 (tracked,) = output.objects
-                truth = message.truth.world_from_object[thing.object_id]
-                symmetry = SYMMETRY_OF_KIND.get(thing.kind, 1)
+                truth = message.truth.recorded.world_from_object[item.object_id]
+                symmetry = SYMMETRY_OF_KIND.get(item.kind, 1)
                 error = pose_error(tracked.world_from_object, truth, symmetry=symmetry)
                 found_cm = error.world_cm
     return Timed(cold_ms, found_cm, np.array(step_ms[STANDS_FRAMES:]))

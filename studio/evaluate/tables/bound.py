@@ -34,7 +34,7 @@ Points = NDArray[np.float64]
 def pose_bound(
     lens: Fisheye,
     world_from_lens: Pose,
-    thing: PhysicalObject,
+    item: PhysicalObject,
     world_from_object: Pose,
     *,
     on_floor: bool,
@@ -44,17 +44,17 @@ def pose_bound(
     Args:
         lens: the camera; the object is seen by it alone.
         world_from_lens: where it is.
-        thing: the object.
+        item: the object.
         world_from_object: where that is.
         on_floor: whether its height is known; the row and column of z are 0 then.
 
     Raises:
         ValueError: the object is outside the lens.
     """
-    in_object = surface_points(thing)
+    in_object = surface_points(item)
     pixels, valid = lens.project(world_from_lens.inverse() @ (world_from_object @ in_object))
     if not valid.all():
-        raise ValueError(f"{thing.object_id}: partly outside the lens, its outline is not whole")
+        raise ValueError(f"{item.object_id}: partly outside the lens, its outline is not whole")
     middles, normals, lengths = _outline(pixels)
     nearest = KDTree(pixels).query(middles)[1]
     at_outline = in_object[nearest]

@@ -10,12 +10,13 @@ from matplotlib.figure import Figure
 
 from scenes.opening import open_scene
 from scenes.samples import sample_room
+from studio.console.rows import Row, at_most
+from studio.evaluate.figures import OTHER, OWN
+from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.trial import Trial, last_of, performed
-from studio.evaluate.findings import TITLES, Asked, Drawing, Findings, aligned, own_bar, row_name
-from studio.figures import OTHER, OWN
-from studio.rows import Row, at_most
-from tracking.metrics import spread
+from studio.evaluate.findings import TITLES, Drawing, Findings, aligned, own_bar, row_name
+from studio.evaluate.metrics import spread
 
 SCENES = ("lab", "desk")
 FRAMES = 2
@@ -34,7 +35,7 @@ def evaluate(asked: Asked) -> Findings:
     for scene in SCENES:
         room = sample_room(scene)
         trial = Trial(open_scene(scene), asked.methods)
-        poses = standing({thing.object_id: thing.world_from_object for thing in room.objects})
+        poses = standing({item.object_id: item.world_from_object for item in room.objects})
         taken = [Shot(k * FRAME_NS, poses) for k in range(FRAMES)]
         with FilmSet(room, cache=asked.cache) as film_set:
             for factor in FACTORS:
@@ -43,10 +44,10 @@ def evaluate(asked: Asked) -> Findings:
                     pose_error_deg=factor * asked.conditions.pose_error_deg,
                     pose_error_cm=factor * asked.conditions.pose_error_cm,
                 )
-                told = replace(asked, conditions=wrong)
+                changed = replace(asked, conditions=wrong)
                 for seed in asked.seeds:
                     what = f"{scene}, pose error ×{factor:g}"
-                    answers = performed(film_set, trial, taken, told, seed=seed, what=what)
+                    answers = performed(film_set, trial, taken, changed, seed=seed, what=what)
                     for name, answer in last_of(answers).items():
                         left[name].setdefault((scene, factor), []).append(answer.camera_left())
     return _report(left, asked)

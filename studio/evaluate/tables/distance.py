@@ -18,13 +18,14 @@ from scenes.opening import open_scene
 from scenes.pose import Pose
 from scenes.samples import sample_room
 from sim.camera360 import default_rig
+from studio.console.rows import Row
+from studio.evaluate.figures import OTHER, OWN
+from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.trial import Trial, performed
-from studio.evaluate.findings import TITLES, Asked, Drawing, Findings, aligned, row_name
+from studio.evaluate.findings import TITLES, Drawing, Findings, aligned, row_name
 from studio.evaluate.tables.bound import bound_in_words, pose_bound
 from studio.evaluate.tables.stations import WARM_UP, carried
-from studio.figures import OTHER, OWN
-from studio.rows import Row
 
 SCENE, OBJECT, KIND = "lab", "chair-1", "chair"
 LENS_SIZES_PX = (1440, 960, 640, 480)
@@ -58,8 +59,8 @@ class Point:
 def evaluate(asked: Asked) -> Findings:
     """The chair at three distances through lenses of four sizes."""
     room = sample_room(SCENE)
-    scanned = {thing.object_id: thing.world_from_object for thing in room.objects}
-    thing = room.object_by_id(OBJECT)
+    scanned = {item.object_id: item.world_from_object for item in room.objects}
+    item = room.object_by_id(OBJECT)
     path, ends = _path(scanned[OBJECT])
     taken = [Shot(k * FRAME_NS, standing({**scanned, OBJECT: p})) for k, p in enumerate(path)]
     trial = Trial(open_scene(SCENE), asked.methods)
@@ -69,11 +70,11 @@ def evaluate(asked: Asked) -> Findings:
             conditions = replace(
                 asked.conditions, lens_size_px=size_px, pose_error_deg=0.0, pose_error_cm=0.0
             )
-            told = replace(asked, conditions=conditions)
+            changed = replace(asked, conditions=conditions)
             errors: dict[tuple[str, int], list[tuple[float, float]]] = {}
             for seed in asked.seeds:
                 what = f"the chair through {size_px} px lenses"
-                for answers in performed(film_set, trial, taken, told, seed=seed, what=what):
+                for answers in performed(film_set, trial, taken, changed, seed=seed, what=what):
                     for name, answer in answers.items():
                         if answer.seq in ends:
                             error = answer.error(OBJECT, kind=KIND)
@@ -85,13 +86,13 @@ def evaluate(asked: Asked) -> Findings:
                 bound = pose_bound(
                     rig.lenses[0],
                     room.world_from_rig @ rig.rig_from_lens[0],
-                    thing,
+                    item,
                     pose,
                     on_floor=True,
                 )
                 least_cm, least_deg = bound_in_words(bound)
                 world, yaw = zip(*seen, strict=True)
-                height = height_px(rig, room.world_from_rig, pose, thing.box_m[2])
+                height = height_px(rig, room.world_from_rig, pose, item.box_m[2])
                 points[name].append(Point(height, world, yaw, least_cm, least_deg))
     return _report(points)
 

@@ -94,9 +94,9 @@ class FlatFaces:
         """(N, 3) vertices of all triangles of the face that one triangle belongs to."""
         normals = _normals(self._triangles)
         offsets = np.einsum("tc,tc->t", normals, self._triangles[:, 0])
-        alike = np.abs(normals - normals[triangle]).max(axis=1) < SAME_PLANE
-        alike &= np.abs(offsets - offsets[triangle]) < SAME_PLANE
-        chosen = np.flatnonzero(alike)
+        coplanar = np.abs(normals - normals[triangle]).max(axis=1) < SAME_PLANE
+        coplanar &= np.abs(offsets - offsets[triangle]) < SAME_PLANE
+        chosen = np.flatnonzero(coplanar)
         corners = self._triangles[chosen].reshape(-1, 3)
         _, number = np.unique(np.round(corners / SAME_PLANE), axis=0, return_inverse=True)
         count = int(number.max()) + 1

@@ -21,16 +21,17 @@ from devices.recording import read_recording
 from devices.recording_codec import FrameStamp, RecordedValue
 from devices.replay import FrameAssembler
 from scenes.pose import Pose
+from studio.console.rows import Row, at_least, at_most
+from studio.evaluate.figures import OTHER, OWN
+from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.takes import RECORDING, Take
 from studio.evaluate.filmed.trial import marker_pose
-from studio.evaluate.findings import TITLES, Asked, Drawing, Findings, aligned, own_bar, row_name
+from studio.evaluate.findings import TITLES, Drawing, Findings, aligned, own_bar, row_name
 from studio.evaluate.tables.stations import eased
 from studio.evaluate.tables.ten_objects import scanned_poses, ten_objects
-from studio.figures import OTHER, OWN
-from studio.methods import make_method
-from studio.pipeline import PacedExecutor
-from studio.rows import Row, at_least, at_most
+from studio.session.methods import make_method
+from studio.session.pipeline import PacedExecutor
 from tracking.output import TrackingMethod
 
 FPS = 30
@@ -71,19 +72,19 @@ def evaluate(asked: Asked) -> Findings:
     runs: dict[str, list[Paced]] = {name: [] for name in asked.methods}
     with FilmSet(room, cache=asked.cache) as film_set:
         for seed in asked.seeds:
-            asked.told.begin(f"filming two of ten objects, seed {seed}")
+            asked.progress.begin(f"filming two of ten objects, seed {seed}")
             take = film_set.film(
-                taken, asked.conditions, seed=seed, told=asked.told.advance, fps=FPS
+                taken, asked.conditions, seed=seed, advance=asked.progress.advance, fps=FPS
             )
-            asked.told.finish()
+            asked.progress.finish()
             known = marker_pose(room.world_from_rig, asked.conditions, seed=seed)
             for name in asked.methods:
-                asked.told.begin(f"tracking at {FPS} a second, {name}, seed {seed}")
+                asked.progress.begin(f"tracking at {FPS} a second, {name}, seed {seed}")
                 # The perfect detector's masks belong to a simulation in step with its tracker; here
-                # the paper's method finds things by what differs from the empty room.
+                # the paper's method finds objects by what differs from the empty room.
                 method = make_method(name, scene, stopwatch=time.perf_counter_ns)
                 runs[name].append(paced(method, take, known))
-                asked.told.finish()
+                asked.progress.finish()
     return _report(runs)
 
 

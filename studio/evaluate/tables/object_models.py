@@ -25,11 +25,12 @@ from scenes.rays import RayScene
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats, Renderer
 from scenes.samples import sample_room
-from studio.evaluate.findings import Asked, Findings, aligned
-from studio.rows import Row, at_most
-from tracking.contour import REACH_PX, lift
-from tracking.kernels import contour_of
-from tracking.model import RENDER_OPTIONS, TrackModel, make_model
+from studio.console.rows import Row, at_most
+from studio.evaluate.filmed.asked import Asked
+from studio.evaluate.findings import Findings, aligned
+from tracking.model.object_model import RENDER_OPTIONS, TrackModel, make_model
+from tracking.window.contour import REACH_PX, lift
+from tracking.window.native_reduction import contour_of
 
 SCENES = ("lab", "desk")
 YAWS, ELEVATIONS_RAD = 12, (0.25, 0.7)
@@ -54,7 +55,7 @@ Points = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class Likeness:
+class Similarity:
     """How far a scanned object is from the physical one.
 
     Attributes:
@@ -79,7 +80,7 @@ def evaluate(asked: Asked) -> Findings:
     scales, surfaces = [], []
     for scene in SCENES:
         room = sample_room(scene)
-        asked.told.begin(f"comparing the objects of {scene}")
+        asked.progress.begin(f"comparing the objects of {scene}")
         for source in open_scene(scene).objects:
             model = make_model(source, renderer)
             seen = compared(model, room.object_by_id(source.object_id), renderer)
@@ -92,7 +93,7 @@ def evaluate(asked: Asked) -> Findings:
             lines.append([name, f"{100 * seen.scale:+.2f}", *in_mm, elsewhere])
             findings.rows.append(Row(f"model.{name}.scale_percent", 100 * seen.scale, "%"))
             findings.rows.append(Row(f"model.{name}.surface_mm", 1000 * seen.surface_m, "mm"))
-        asked.told.finish()
+        asked.progress.finish()
     for name, values, unit, bar in (
         ("model.scale_percent.max", scales, "%", SCALE_BAR_PERCENT),
         ("model.surface_mm.max", surfaces, "mm", SURFACE_BAR_MM),
@@ -108,7 +109,7 @@ def compared(
     renderer: Renderer,
     *,
     views: Sequence[Pose] | None = None,
-) -> Likeness:
+) -> Similarity:
     """A scanned object against the physical one.
 
     Args:
@@ -142,7 +143,7 @@ def compared(
 
     fit = least_squares(residuals, np.zeros(1), loss="soft_l1", f_scale=HARDLY_OFF_M)
     surface_m = np.concatenate(surfaces)
-    return Likeness(
+    return Similarity(
         scale=float(fit.x[0]),
         outline_m=float(np.median(outside_m)),
         surface_m=float(surface_m.mean()),

@@ -13,22 +13,15 @@ from scenes.opening import open_scene
 from scenes.pose import Pose
 from scenes.samples import sample_room
 from sim.bodies import Placement
+from studio.console.rows import Row, at_most
+from studio.evaluate.figures import OTHER, OWN
+from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.trial import Answer, Trial, film_messages
-from studio.evaluate.findings import (
-    TITLES,
-    Asked,
-    Drawing,
-    Findings,
-    aligned,
-    own_bar,
-    row_name,
-)
+from studio.evaluate.findings import TITLES, Drawing, Findings, aligned, own_bar, row_name
 from studio.evaluate.tables.screen import SCREEN_ID, hiding, screen_body
 from studio.evaluate.tables.stations import WARM_UP, carried
-from studio.figures import OTHER, OWN
-from studio.rows import Row, at_most
-from studio.sources import SessionInput
+from studio.session.sources import SessionMessage
 
 SCENE, OBJECT, KIND, TWIN = "lab", "chair-1", "chair", "chair-2"
 SHARES = tuple(k / 10 for k in range(10))
@@ -76,25 +69,25 @@ def evaluate(asked: Asked) -> Findings:
     with FilmSet(room, (screen_body(),), cache=asked.cache) as film_set:
         for seed in asked.seeds:
             messages = film_messages(film_set, taken, asked, seed=seed, what="what is hidden")
-            asked.told.begin(f"tracking what is hidden, seed {seed}")
+            asked.progress.begin(f"tracking what is hidden, seed {seed}")
             for method, passage, run in _played(trial, messages, passages, asked):
                 answers[method][passage].append(run)
-            asked.told.finish()
+            asked.progress.finish()
     return _report(answers)
 
 
 def shots(room: PhysicalRoom) -> tuple[tuple[Shot, ...], tuple[Passage, ...]]:
     """The pictures: as scanned, then a passage for each hidden share, then two of total hiding."""
-    thing = room.object_by_id(OBJECT)
+    item = room.object_by_id(OBJECT)
     eye = room.world_from_rig.translation
     others = {item.object_id: item.world_from_object for item in room.objects}
-    start = thing.world_from_object
+    start = item.world_from_object
     frames: list[tuple[Pose, Placement | None]] = [(start, None)] * WARM_UP
     passages: list[Passage] = []
 
     def passage(name: str, part: Sequence[tuple[Pose, float, Pose]]) -> None:
         begin = len(frames)
-        frames.extend((pose, hiding(eye, thing, about, share)) for pose, share, about in part)
+        frames.extend((pose, hiding(eye, item, about, share)) for pose, share, about in part)
         passages.append(Passage(name, begin, len(frames)))
 
     way = carried(start, _moved(start, WAY_M, TURN_RAD), MOVE_FRAMES)
@@ -132,7 +125,7 @@ def _moved(pose: Pose, way_m: tuple[float, float], turn_rad: float) -> Pose:
 
 
 def _played(
-    trial: Trial, messages: Iterator[SessionInput], passages: Sequence[Passage], asked: Asked
+    trial: Trial, messages: Iterator[SessionMessage], passages: Sequence[Passage], asked: Asked
 ) -> Iterator[tuple[str, str, list[Answer]]]:
     """Every passage begins in the state after the warm-up, at the time after it."""
     states = trial.start()
@@ -147,15 +140,15 @@ def _played(
             states, answers = trial.step(states, message)
             for name, answer in answers.items():
                 seen[name].append(answer)
-            asked.told.advance(index / passages[-1].end, passage.name)
+            asked.progress.advance(index / passages[-1].end, passage.name)
         for name, run in seen.items():
             yield name, passage.name, run
 
 
-def _at(message: SessionInput, index: int) -> SessionInput:
+def _at(message: SessionMessage, index: int) -> SessionMessage:
     """The same picture as if it had been taken earlier."""
     t_ns = index * FRAME_NS
-    return replace(message, frame=replace(message.frame, t_ns=t_ns, received_ns=t_ns, seq=index))
+    return message.with_frame(replace(message.frame, t_ns=t_ns, received_ns=t_ns, seq=index))
 
 
 def _report(answers: Mapping[str, Mapping[str, Sequence[Sequence[Answer]]]]) -> Findings:

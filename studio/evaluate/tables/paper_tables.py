@@ -10,9 +10,11 @@ from matplotlib.figure import Figure
 
 from scenes.pose import wrap_angle
 from scenes.state import TrackedObject
+from studio.console.rows import Row, at_most
+from studio.evaluate.figures import OTHER, OWN
+from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.findings import (
     TITLES,
-    Asked,
     Drawing,
     Findings,
     error_rows,
@@ -20,10 +22,8 @@ from studio.evaluate.findings import (
     paper_columns,
     row_name,
 )
+from studio.evaluate.metrics import PAPER_ROOM, PAPER_TABLE, error_table
 from studio.evaluate.tables.stations import ROOM, TABLE, Protocol, Sample, samples
-from studio.figures import OTHER, OWN
-from studio.rows import Row, at_most
-from tracking.metrics import PAPER_ROOM, PAPER_TABLE, error_table
 
 ROOM_BARS = {"world_cm.mean": 2.0, "yaw_deg.mean": 1.0, "yaw_deg.max": 3.0, "flips": 0.0}
 TRUE_CAMERA_BARS = {"world_cm.mean": 1.5, "yaw_deg.mean": 0.8}
@@ -44,8 +44,10 @@ def room(asked: Asked) -> Findings:
         findings.rows.append(coverage_row(method, "covariance.inside_95", seen))
     if asked.conditions.pose_error_deg or asked.conditions.pose_error_cm:
         exact = replace(asked.conditions, pose_error_deg=0.0, pose_error_cm=0.0)
-        told = samples(ROOM, replace(asked, conditions=exact))
-        true_camera = _report("room_true_camera", ROOM, told, bars=TRUE_CAMERA_BARS, printed={})
+        exact_samples = samples(ROOM, replace(asked, conditions=exact))
+        true_camera = _report(
+            "room_true_camera", ROOM, exact_samples, bars=TRUE_CAMERA_BARS, printed={}
+        )
         findings.rows.extend(true_camera.rows)
         findings.text.extend(true_camera.text)
     return findings

@@ -11,22 +11,15 @@ from scipy.optimize import linear_sum_assignment
 
 from scenes.mesh import PhysicalRoom
 from scenes.state import TrackedObject, TrackState
+from studio.console.rows import Row, at_least
+from studio.evaluate.figures import OTHER, OWN
+from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.trial import Answer, Trial, last_of, performed
-from studio.evaluate.findings import (
-    TITLES,
-    Asked,
-    Drawing,
-    Findings,
-    aligned,
-    own_bar,
-    row_name,
-)
+from studio.evaluate.findings import TITLES, Drawing, Findings, aligned, own_bar, row_name
+from studio.evaluate.metrics import pose_error
 from studio.evaluate.scores import SYMMETRY_OF_KIND
 from studio.evaluate.tables.ten_objects import shuffled, ten_objects
-from studio.figures import OTHER, OWN
-from studio.rows import Row, at_least
-from tracking.metrics import pose_error
 
 SECOND_NS = 1_000_000_000
 SECONDS = 20
@@ -83,8 +76,8 @@ def evaluate(asked: Asked) -> Findings:
 def judged(room: PhysicalRoom, answer: Answer) -> list[Found]:
     """Every object against the places of its kind; each place counts for one object only."""
     found: list[Found] = []
-    for kind in dict.fromkeys(thing.kind for thing in room.objects):
-        ids = [thing.object_id for thing in room.objects if thing.kind == kind]
+    for kind in dict.fromkeys(item.kind for item in room.objects):
+        ids = [item.object_id for item in room.objects if item.kind == kind]
         errors = [
             [
                 pose_error(

@@ -1,4 +1,4 @@
-"""Jitter at rest: how much the pose of a thing that stands still shakes."""
+"""Jitter at rest: the spread of an object's pose while the object stands still."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ import numpy as np
 from scenes.opening import open_scene
 from scenes.pose import Pose, wrap_angle
 from scenes.samples import sample_room
+from studio.console.rows import Row, at_most
+from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.trial import Answer, Trial, performed
-from studio.evaluate.findings import TITLES, Asked, Findings, aligned, own_bar, row_name
+from studio.evaluate.findings import TITLES, Findings, aligned, own_bar, row_name
 from studio.evaluate.scores import SYMMETRY_OF_KIND
 from studio.evaluate.tables.stations import carried
-from studio.rows import Row, at_most
-from tracking.metrics import ROUND
+from tracking.model.symmetry import ROUND
 
 SCENE, MOVED = "lab", "chair-1"
 FRAME_NS = 100_000_000
@@ -28,7 +29,7 @@ BAR_MM, BAR_DEG = 2.0, 0.2
 def evaluate(asked: Asked) -> Findings:
     """Move one chair, then let everything stand; the spread of each track about its mean."""
     room = sample_room(SCENE)
-    scanned = {thing.object_id: thing.world_from_object for thing in room.objects}
+    scanned = {item.object_id: item.world_from_object for item in room.objects}
     start = scanned[MOVED]
     end = Pose.from_yaw(start.yaw() + TURN_RAD, start.translation + np.array(WAY_M))
     path = [start, start, *carried(start, end, ARRIVE_FRAMES)]
@@ -44,7 +45,7 @@ def evaluate(asked: Asked) -> Findings:
                     seen[name].append(answer)
             for name, run in seen.items():
                 runs[name].append(run[-REST_FRAMES:])
-    kinds = {thing.object_id: thing.kind for thing in room.objects}
+    kinds = {item.object_id: item.kind for item in room.objects}
     findings = Findings()
     for method, rested in runs.items():
         lines = [["object", "rms mm", "rms deg", "off by cm"]]

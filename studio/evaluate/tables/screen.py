@@ -1,4 +1,4 @@
-"""A board to hide things behind: how it looks, and where it must stand to hide a given share."""
+"""A board that hides objects: its look, and its place for a given hidden share."""
 
 from __future__ import annotations
 
@@ -44,19 +44,19 @@ def screen_body() -> Body:
 
 
 def hiding(
-    eye: NDArray[np.float64], thing: PhysicalObject, world_from_object: Pose, share: float
+    eye: NDArray[np.float64], item: PhysicalObject, world_from_object: Pose, share: float
 ) -> Placement | None:
     """The board so that it hides a share of an object, from its left; None to hide nothing.
 
     Args:
         eye: (3,) the camera, world metres.
-        thing: the object.
+        item: the object.
         world_from_object: where it is.
         share: 0..1 of its picture.
     """
     if share <= 0:
         return None
-    azimuths = _azimuths_of_cells(eye, world_from_object @ surface_points(thing))
+    azimuths = _azimuths_of_cells(eye, world_from_object @ surface_points(item))
     # Seen from above, left of the line of sight is the larger azimuth.
     whole = share >= 1
     edge = azimuths.min() - MARGIN_RAD if whole else float(np.quantile(azimuths, 1.0 - share))
@@ -70,10 +70,10 @@ def hiding(
     return Placement((Pose.from_yaw(yaw, np.array([*place, 0.0])),), 0.0)
 
 
-def surface_points(thing: PhysicalObject) -> NDArray[np.float64]:
+def surface_points(item: PhysicalObject) -> NDArray[np.float64]:
     """(N, 3) points spread evenly over an object's surface, in its frame, about 4 mm apart."""
     points = []
-    for mesh in thing.meshes:
+    for mesh in item.meshes:
         a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
         area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
         count = np.maximum(1, np.ceil(area / 0.004**2)).astype(int)

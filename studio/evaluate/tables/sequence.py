@@ -18,13 +18,14 @@ from scenes.opening import open_scene
 from scenes.pose import Pose
 from scenes.samples import sample_room
 from sim.bodies import Placement
+from studio.console.rows import Row, at_least, at_most
+from studio.evaluate.figures import OTHER, OWN
+from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.trial import Answer, Trial, film_messages, performed
-from studio.evaluate.findings import TITLES, Asked, Drawing, Findings, aligned, own_bar, row_name
-from studio.figures import OTHER, OWN
-from studio.rows import Row, at_least, at_most
-from studio.sources import SessionInput
-from tracking.metrics import spread
+from studio.evaluate.findings import TITLES, Drawing, Findings, aligned, own_bar, row_name
+from studio.evaluate.metrics import spread
+from studio.session.sources import SessionMessage
 
 FRAME_NS = 33_333_333
 FRAMES = 100
@@ -122,24 +123,24 @@ def _stepped(motion: Motion, asked: Asked) -> Mapping[str, Mapping[int, list[lis
             for step in STEPS:
                 messages = film_messages(film_set, taken, asked, seed=seed, what=what)
                 seen: dict[str, list[Answer]] = {name: [] for name in trial.methods}
-                asked.told.begin(f"tracking {what}, every {step}. frame, seed {seed}")
+                asked.progress.begin(f"tracking {what}, every {step}. frame, seed {seed}")
                 for answers in trial.run(every(messages, step)):
                     for name, answer in answers.items():
                         seen[name].append(answer)
-                    asked.told.advance(answer_share(seen, len(taken) // step))
-                asked.told.finish()
+                    asked.progress.advance(answer_share(seen, len(taken) // step))
+                asked.progress.finish()
                 for name, run in seen.items():
                     found[name][step].append(run)
     return found
 
 
-def every(messages: Iterable[SessionInput], step: int) -> Iterable[SessionInput]:
+def every(messages: Iterable[SessionMessage], step: int) -> Iterable[SessionMessage]:
     """Every `step`-th frame, as if that were the camera's pace: time is squeezed accordingly."""
     for index, message in enumerate(messages):
         if index % step == 0:
             t_ns = message.frame.t_ns // step
             frame = replace(message.frame, t_ns=t_ns, received_ns=t_ns, seq=index // step)
-            yield replace(message, frame=frame)
+            yield message.with_frame(frame)
 
 
 def answer_share(seen: Mapping[str, Sequence[Answer]], wanted: int) -> float:
@@ -166,7 +167,7 @@ def _minute(asked: Asked) -> Mapping[str, list[Answer]]:
 
 
 def _shots(film_set: FilmSet, motion: Motion, count: int, spacing_ns: int, seed: int) -> list[Shot]:
-    poses = {thing.object_id: thing.world_from_object for thing in film_set.room.objects}
+    poses = {item.object_id: item.world_from_object for item in film_set.room.objects}
     rng = np.random.default_rng([seed, 30])
     seconds = [index * spacing_ns / 1e9 for index in range(count)]
     support_z_m = float(poses[motion.object_id].translation[2])

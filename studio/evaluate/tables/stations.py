@@ -18,10 +18,10 @@ from scenes.opening import open_scene
 from scenes.pose import Pose, interpolate
 from scenes.samples import sample_room
 from scenes.state import TrackedObject
+from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.trial import Answer, Trial, performed
-from studio.evaluate.findings import Asked
-from tracking.metrics import PoseError
+from studio.evaluate.metrics import PoseError
 
 YAWS_DEG = (0.0, 90.0, 180.0, 270.0)
 
@@ -113,7 +113,7 @@ def stations(protocol: Protocol, scanned_world_from_object: Pose) -> tuple[Stati
 def shots(protocol: Protocol) -> tuple[tuple[Shot, ...], dict[int, Station]]:
     """The pictures of the whole experiment, and the station that ends at a picture's number."""
     room = sample_room(protocol.scene)
-    standing_still = {thing.object_id: thing.world_from_object for thing in room.objects}
+    standing_still = {item.object_id: item.world_from_object for item in room.objects}
     scanned = standing_still[protocol.object_id]
     path: list[Pose] = [scanned] * WARM_UP
     times_ns = [index * MOVE_NS for index in range(WARM_UP)]

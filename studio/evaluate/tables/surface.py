@@ -27,14 +27,15 @@ from scenes.render.native import NativeRenderer
 from scenes.samples import sample_room
 from scenes.splats import SplatCloud
 from scenes.state import LiveSurface
+from studio.console.rows import Row, at_most
+from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.trial import Answer, Trial, film_messages
-from studio.evaluate.findings import TITLES, Asked, Drawing, Findings, aligned, own_bar, row_name
+from studio.evaluate.findings import TITLES, Drawing, Findings, aligned, own_bar, row_name
 from studio.evaluate.tables.flat_faces import FlatFaces
-from studio.rows import Row, at_most
-from tracking.surface_pick import corners_from_clicks
-from tracking.surface_view import native_size_px
-from tracking.surfaces import SurfacePicture, SurfacesState, step
+from tracking.surfaces.corners import corners_from_clicks
+from tracking.surfaces.live import SurfacePicture, SurfacesState, step
+from tracking.surfaces.view import native_size_px
 
 SCENE = "lab"
 TOWARDS: Mapping[str, tuple[float, float, float]] = {
@@ -109,7 +110,7 @@ def evaluate(asked: Asked) -> Findings:
     scene = open_scene(SCENE)
     faces = FlatFaces(room)
     trial = Trial(scene, asked.methods)
-    poses = standing({thing.object_id: thing.world_from_object for thing in room.objects})
+    poses = standing({item.object_id: item.world_from_object for item in room.objects})
     taken = [Shot(k * FRAME_NS, poses) for k in range(FRAMES)]
     shown: dict[str, dict[str, list[Shown]]] = {
         name: defaultdict(list[Shown]) for name in asked.methods
@@ -188,12 +189,12 @@ def registered_corners(
 
     By the affine map under which the two correlate best (ECC): a camera pose that is a little off
     does no more, and a homography's corners would swing where a painting is plain. NaN where the
-    two are not enough alike.
+    correlation of the two is below `LEAST_CORRELATION`.
     """
     greys = [cv2.cvtColor(p, cv2.COLOR_RGB2GRAY) for p in (painting, picture)]
     height, width = painting.shape[:2]
     everywhere = np.full((height, width), 255, np.uint8)
-    total, alike = np.eye(3), 0.0
+    total, correlation = np.eye(3), 0.0
     for _ in range(ECC_ROUNDS):
         aligned_so_far = cv2.warpAffine(
             greys[1], total[:2], (width, height),
@@ -201,14 +202,14 @@ def registered_corners(
         )  # fmt: skip
         still = np.eye(2, 3, dtype=np.float32)
         try:
-            alike, still = cv2.findTransformECC(
+            correlation, still = cv2.findTransformECC(
                 greys[0], aligned_so_far, still, cv2.MOTION_AFFINE, REGISTERED, everywhere,
                 ECC_BLUR_PX,
             )  # fmt: skip
         except cv2.error:
             return np.full((4, 2), np.nan)
         total = total @ np.vstack([np.asarray(still, dtype=np.float64), [0.0, 0.0, 1.0]])
-    if alike < LEAST_CORRELATION:
+    if correlation < LEAST_CORRELATION:
         return np.full((4, 2), np.nan)
     corners = np.array([[0, 0], [width, 0], [width, height], [0, height]], np.float64)
     # OpenCV counts from the middle of the first pixel.

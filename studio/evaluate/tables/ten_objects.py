@@ -1,4 +1,4 @@
-"""The lab with ten movable objects: its own five, a third chair and stool, and small things.
+"""The lab with ten movable objects: its own five, a third chair and stool, and small objects.
 
 The scan knows the copies by the splats of the objects they are copies of.
 """
@@ -47,12 +47,12 @@ def ten_objects() -> tuple[PhysicalRoom, ScenePackage]:
     """The physical room and its scan; the scan knows every object where it stands."""
     rooms = {name: sample_room(name) for name in ("lab", "desk")}
     scans = {name: open_scene(name) for name in rooms}
-    things: list[PhysicalObject] = list(rooms["lab"].objects)
+    objects: list[PhysicalObject] = list(rooms["lab"].objects)
     models: list[ObjectModel] = list(scans["lab"].objects)
     for copy in COPIES:
-        thing = rooms[copy.scene].object_by_id(copy.original)
-        things.append(
-            replace(thing, object_id=copy.object_id, world_from_object=copy.world_from_object)
+        item = rooms[copy.scene].object_by_id(copy.original)
+        objects.append(
+            replace(item, object_id=copy.object_id, world_from_object=copy.world_from_object)
         )
         model = next(m for m in scans[copy.scene].objects if m.object_id == copy.original)
         models.append(
@@ -64,40 +64,40 @@ def ten_objects() -> tuple[PhysicalRoom, ScenePackage]:
                 world_from_object=copy.world_from_object,
             )
         )
-    room = replace(rooms["lab"], objects=tuple(things))
+    room = replace(rooms["lab"], objects=tuple(objects))
     return room, replace(scans["lab"], objects=tuple(models))
 
 
 def scanned_poses(room: PhysicalRoom) -> Mapping[str, Pose]:
     """Where every object stood when the room was scanned, by id."""
-    return {thing.object_id: thing.world_from_object for thing in room.objects}
+    return {item.object_id: item.world_from_object for item in room.objects}
 
 
 def shuffled(room: PhysicalRoom, rng: np.random.Generator) -> Mapping[str, Pose]:
-    """All objects somewhere else: furniture on the floor, small things on desk and bench.
+    """All objects somewhere else: furniture on the floor, small objects on desk and bench.
 
     No two are so near that they touch, nor so nearly in line that one hides the other from the
     camera: of a random layout, one object after the other is put elsewhere, where that helps.
     """
     eye = room.world_from_rig.translation
 
-    def anywhere(thing: PhysicalObject) -> Pose:
-        return Pose.from_yaw(float(rng.uniform(-np.pi, np.pi)), _place(thing, rng))
+    def anywhere(item: PhysicalObject) -> Pose:
+        return Pose.from_yaw(float(rng.uniform(-np.pi, np.pi)), _place(item, rng))
 
-    poses = {thing.object_id: anywhere(thing) for thing in room.objects}
-    worth = _spread(room, poses, eye)
+    poses = {item.object_id: anywhere(item) for item in room.objects}
+    widest = _spread(room, poses, eye)
     for _ in range(MOVES):
-        thing = room.objects[rng.integers(len(room.objects))]
-        moved = {**poses, thing.object_id: anywhere(thing)}
+        item = room.objects[rng.integers(len(room.objects))]
+        moved = {**poses, item.object_id: anywhere(item)}
         spread = _spread(room, moved, eye)
-        if spread >= worth:
-            poses, worth = moved, spread
+        if spread >= widest:
+            poses, widest = moved, spread
     return poses
 
 
-def _place(thing: PhysicalObject, rng: np.random.Generator) -> NDArray[np.float64]:
+def _place(item: PhysicalObject, rng: np.random.Generator) -> NDArray[np.float64]:
     """Somewhere free of what never moves: around the rug, on the desk's front, on the bench."""
-    if thing.box_m[2] > 0.3:
+    if item.box_m[2] > 0.3:
         return np.array([rng.uniform(-2.2, 1.7), rng.uniform(0.1, 1.75), 0.0])
     if rng.random() < 0.5:
         return np.array([rng.uniform(2.36, 2.42), rng.uniform(0.15, 0.78), DESK_M])
@@ -110,14 +110,14 @@ def _spread(
     eye: NDArray[np.float64],
 ) -> float:
     """How free the tightest pair is: above 1 by the angle between them, below 0 they touch."""
-    places = np.array([poses[thing.object_id].translation for thing in room.objects])
-    radii = np.array([0.5 * float(np.hypot(*thing.box_m[:2])) for thing in room.objects])
+    places = np.array([poses[item.object_id].translation for item in room.objects])
+    radii = np.array([0.5 * float(np.hypot(*item.box_m[:2])) for item in room.objects])
     sight = places - eye
     azimuth = np.arctan2(sight[:, 1], sight[:, 0])
     away = np.hypot(sight[:, 0], sight[:, 1])
     half_angle = np.arcsin(np.minimum(radii / away, 0.9))
     first, second = np.triu_indices(len(places), 1)
-    # A thing on the desk and one on the floor neither touch nor, seen from above, hide each other.
+    # An object on the desk and one on the floor neither touch nor hide each other from above.
     height = places[:, 2]
     level = (np.abs(height[first] - height[second]) < 0.1) | (
         np.minimum(height[first], height[second]) == 0

@@ -10,13 +10,14 @@ from matplotlib.figure import Figure
 from scenes.opening import open_scene
 from scenes.pose import Pose
 from scenes.samples import sample_room
+from studio.console.rows import Row, at_most
+from studio.evaluate.figures import OTHER, OWN
+from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.trial import Answer, Trial, performed
-from studio.evaluate.findings import TITLES, Asked, Drawing, Findings, own_bar, row_name
+from studio.evaluate.findings import TITLES, Drawing, Findings, own_bar, row_name
+from studio.evaluate.metrics import spread
 from studio.evaluate.tables.stations import WARM_UP, eased
-from studio.figures import OTHER, OWN
-from studio.rows import Row, at_most
-from tracking.metrics import spread
 
 SCENE, TWINS = "lab", ("chair-1", "chair-2")
 FRAME_NS = 100_000_000
@@ -28,7 +29,7 @@ TURN_RAD = np.radians(60.0)
 """Most that a twin is turned on the way."""
 
 APART_M = 0.3
-"""Two places nearer than this cannot be told apart."""
+"""Metres; two places nearer than this count as one."""
 
 
 def evaluate(asked: Asked) -> Findings:
@@ -36,7 +37,7 @@ def evaluate(asked: Asked) -> Findings:
     room = sample_room(SCENE)
     trial = Trial(open_scene(SCENE), asked.methods)
     runs: dict[str, list[list[Answer]]] = {name: [] for name in trial.methods}
-    scanned = {thing.object_id: thing.world_from_object for thing in room.objects}
+    scanned = {item.object_id: item.world_from_object for item in room.objects}
     with FilmSet(room, cache=asked.cache) as film_set:
         for seed in asked.seeds:
             taken = shots(scanned, np.random.default_rng([seed, 2]))

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenes.formats.common.error import FormatError
 from scenes.formats.ply import read_ply
+from scenes.formats.storage.error import FormatError
 from scenes.splats import SH_C0
 
 BOUNDS = [f"{end}_{axis}" for end in ("min", "max") for axis in "xyz"]

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenes.formats.common.error import FormatError
 from scenes.formats.gltf import read_gltf, write_gltf
+from scenes.formats.storage.error import FormatError
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA, WORLD_FROM_GLTF
 from scenes.harmonics import turned
 from scenes.pose import Pose

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from scenes.formats.common.error import FormatError
 from scenes.formats.mesh_glb import read_mesh, write_mesh
+from scenes.formats.storage.error import FormatError
 from scenes.mesh import CollisionMesh
 
 

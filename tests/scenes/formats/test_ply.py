@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenes.formats.common.error import FormatError
 from scenes.formats.ply import ply_comments, read_ply, write_ply
+from scenes.formats.storage.error import FormatError
 from scenes.splats import SplatCloud
 
 BASE = ["x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2"]

@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 
-from scenes.formats.common.error import FormatError
 from scenes.formats.ply import WORLD_COMMENT, write_ply
 from scenes.formats.registry import (
     FORMATS,
@@ -9,6 +8,7 @@ from scenes.formats.registry import (
     read_splats,
     write_splats,
 )
+from scenes.formats.storage.error import FormatError
 
 
 @pytest.mark.parametrize("suffix", [".ply", ".spz", ".splat", ".glb", ".PLY"])

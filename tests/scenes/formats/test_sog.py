@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from scenes.formats.common.error import FormatError
 from scenes.formats.sog import is_sog_folder, read_sog
+from scenes.formats.storage.error import FormatError
 
 CODEBOOK = [i / 32 - 4 for i in range(256)]
 MEANS = {"mins": [-1, -1, -1], "maxs": [1, 1, 1], "files": ["means_l.webp", "means_u.webp"]}

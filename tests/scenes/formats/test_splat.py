@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenes.formats.common.error import FormatError
 from scenes.formats.splat import read_splat, write_splat
+from scenes.formats.storage.error import FormatError
 from scenes.splats import SH_C0, SplatCloud
 
 ROW = struct.pack("<6f8B", 1, -2, 3, 0.1, 0.2, 0.3, 255, 0, 51, 204, 128, 0, 128, 128)

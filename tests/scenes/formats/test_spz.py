@@ -8,8 +8,8 @@ import zstandard
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenes.formats.common.error import FormatError
 from scenes.formats.spz import read_spz, write_spz
+from scenes.formats.storage.error import FormatError
 from scenes.splats import SplatCloud
 
 # One splat, in the file's axes (x right, y up, z back): position (1, 2, -3), half turn about x.

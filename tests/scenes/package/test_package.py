@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from scenes.cameras import Fisheye, Pinhole
-from scenes.formats.common.atomic import WriteError
-from scenes.formats.common.error import FormatError
 from scenes.formats.ply import WORLD_COMMENT, write_ply
 from scenes.formats.registry import write_splats
+from scenes.formats.storage.atomic import WriteError
+from scenes.formats.storage.error import FormatError
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA
 from scenes.mesh import BoxPart, CollisionMesh, QrCode
 from scenes.opening import open_scene

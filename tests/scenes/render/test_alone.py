@@ -9,8 +9,8 @@ from scenes.pose import Pose
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats, RenderOptions
 from scenes.splats import SplatCloud
-from tracking.native import Setting
-from tracking.resemblance import CLOSELY
+from tracking.kernels.native import Setting
+from tracking.kernels.photometry import CLOSELY
 
 
 def shrunk(picture, finer):
@@ -43,7 +43,9 @@ def test_a_cloud_is_compared_as_it_is_drawn(finer):
     renderer, options = NativeRenderer(), RenderOptions(threads=1, antialias=True)
     rng = np.random.default_rng(9)
     live, empty = rng.uniform(0.2, 0.8, (2, 30, 40, 3)).astype(np.float32)
-    kernel = Setting(live, empty, np.ones((30, 40), np.float32), size=(40, 30), constants=CLOSELY)
+    kernel = Setting(
+        live, empty, np.ones((30, 40), np.float32), size=(40, 30), constants=CLOSELY.for_native()
+    )
     fine = camera.resized(40 * finer, 30 * finer)
     alone = renderer.alone(cloud, fine, world_from_camera, options)
     strange, alike = kernel.strange_at(alone, upright), kernel.resemblance_at(alone, upright)
@@ -60,6 +62,6 @@ def test_a_drawing_that_no_whole_pixels_make_is_refused():
     cloud, camera, world_from_camera, upright = thing_and_camera()
     alone = NativeRenderer().alone(cloud, camera, world_from_camera, RenderOptions())
     picture, free = np.zeros((20, 30, 3), np.float32), np.zeros((20, 30), np.float32)
-    kernel = Setting(picture, picture, free, size=(30, 20), constants=CLOSELY)
+    kernel = Setting(picture, picture, free, size=(30, 20), constants=CLOSELY.for_native())
     with pytest.raises(ValueError, match=r"alone: drawn with \[40, 30\] px, wanted a whole mult"):
         kernel.resemblance_at(alone, upright)

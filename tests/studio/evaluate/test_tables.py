@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import pytest
 
+from studio.console.progress import Progress
+from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.conditions import Conditions
 from studio.evaluate.filmed.takes import TakeCache
-from studio.evaluate.findings import Asked
-from studio.progress import Progress
 
 FIGURES = {
     "rest": ("rest.jitter_mm", "rest.jitter_deg"),
@@ -23,7 +23,7 @@ def asked(tmp_path_factory):
         seeds=(0,),
         conditions=Conditions(lens_size_px=320),
         cache=TakeCache(tmp_path_factory.mktemp("takes")),
-        told=Progress(lambda _text, _final: None),
+        progress=Progress(lambda _text, _final: None),
     )
 
 

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
-from scenes.formats.common.error import FormatError
+from scenes.formats.storage.error import FormatError
 from scenes.frames import OPENGL_FROM_OPENCV
 from scenes.prepare.footage.capture import CaptureError
 from scenes.prepare.poses.import_colmap import import_colmap

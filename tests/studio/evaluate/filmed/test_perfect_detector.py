@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from devices.messages import Frame
+from devices.recording_codec import RecordedTruth
 from scenes.cameras import Fisheye, Rig
 from scenes.pose import Pose
+from sim.truth import GroundTruth
 from studio.evaluate.filmed.perfect_detector import PerfectDetector
-from tracking.detect import Expected
-from tracking.rectify import front, rectify
+from tracking.baseline.detect import Expected
+from tracking.baseline.rectify import front, rectify
 
 LENS = Fisheye.from_fov(400, math.radians(200))
 RIG = Rig((LENS,), (Pose.identity(),))
@@ -31,13 +33,18 @@ def disc():
     return np.hypot(x - CENTRE_PX[0], y - CENTRE_PX[1]) < RADIUS_PX
 
 
+def truth(masks):
+    recorded = RecordedTruth(0, 0, {}, {}, frozenset(), Pose.identity())
+    return GroundTruth(recorded, masks)
+
+
 def expected(object_id):
     return Expected(object_id, "chair", np.zeros(4), None)
 
 
 def test_a_disc_in_the_lens_is_where_the_cameras_say_it_is_in_the_view():
     detector, seen_through = PerfectDetector(), view()
-    detector.see(frame(), {"chair-1": (disc(),)})
+    detector.see(frame(), truth({"chair-1": (disc(),)}))
 
     (found,) = detector.detect(seen_through, [expected("chair-1"), expected("absent")])
 
@@ -56,8 +63,15 @@ def test_what_the_view_does_not_show_is_not_found():
     detector = PerfectDetector()
     behind = np.zeros((400, 400), np.bool_)
     behind[195:205, 2:10] = True
-    detector.see(frame(), {"chair-1": (behind,)})
+    detector.see(frame(), truth({"chair-1": (behind,)}))
     assert detector.detect(view(), [expected("chair-1")]) == ()
+
+
+def test_a_truth_without_masks_is_refused():
+    detector = PerfectDetector()
+    detector.see(frame(), truth(None))
+    with pytest.raises(ValueError, match="no masks"):
+        detector.detect(view(), [expected("chair-1")])
 
 
 def test_it_has_to_be_shown_a_frame_first():

@@ -21,7 +21,7 @@ def desk():
 
 @pytest.fixture(scope="module")
 def shots(desk):
-    poses = {thing.object_id: thing.world_from_object for thing in desk.objects}
+    poses = {item.object_id: item.world_from_object for item in desk.objects}
     book = poses["book-1"]
     way = [Pose(book.rotation, book.translation + np.array([0.02 * k, 0, 0])) for k in range(3)]
     return [
@@ -42,7 +42,7 @@ def film_set(desk, root):
 
 def film(film_set, shots, conditions=CONDITIONS, seed=0):
     calls = []
-    take = film_set.film(shots, conditions, seed=seed, told=calls.append)
+    take = film_set.film(shots, conditions, seed=seed, advance=calls.append)
     return take, calls
 
 
@@ -58,12 +58,14 @@ def test_a_take_plays_frames_truth_and_masks(take, shots, desk):
         assert message.frame.images[0].shape == (96, 96, 3)
         assert np.array_equal(message.frame.world_from_rig.matrix(), WHERE.matrix())
         assert np.allclose(
-            message.truth.world_from_object["book-1"].matrix(),
+            message.truth.recorded.world_from_object["book-1"].matrix(),
             shot.placements["book-1"].world_from_part[0].matrix(),
         )
-        assert np.allclose(message.truth.world_from_rig.matrix(), desk.world_from_rig.matrix())
-        assert message.masks["book-1"][0].any()
-        assert message.truth.moved == (frozenset() if shot is shots[0] else {"book-1"})
+        assert np.allclose(
+            message.truth.recorded.world_from_rig.matrix(), desk.world_from_rig.matrix()
+        )
+        assert message.truth.masks["book-1"][0].any()
+        assert message.truth.recorded.moved == (frozenset() if shot is shots[0] else {"book-1"})
 
 
 def test_the_second_time_it_is_not_filmed(take, film_set, shots):
@@ -112,7 +114,7 @@ def test_a_take_that_is_broken_off_leaves_nothing(film_set, shots, root):
 
     before = set(root.iterdir())
     with pytest.raises(KeyboardInterrupt):
-        film_set.film(shots, CONDITIONS, seed=77, told=cancel)
+        film_set.film(shots, CONDITIONS, seed=77, advance=cancel)
     assert set(root.iterdir()) == before
 
 

@@ -16,8 +16,8 @@ from scenes.samples import SAMPLE_NAMES, sample_room
 from scenes.splats import SplatCloud
 from sim.phone import SAMPLE_CAPTURE
 from sim.phone_path import HandShake, walk_around
+from studio.console.progress import Progress
 from studio.evaluate.prepared.cutouts import photos_of, score_cutouts
-from studio.progress import Progress
 
 CAMERA = Pinhole.from_fov(96, 72, math.radians(SAMPLE_CAPTURE.fov_deg))
 
@@ -59,7 +59,7 @@ def test_an_object_that_no_photo_shows_does_not_end_the_table(tmp_path, caplog):
         SimpleNamespace(reconstruction=SimpleNamespace(views=())),
         renderer=NativeRenderer(),
         folder=tmp_path,
-        told=Progress(lambda line, last: None),
+        progress=Progress(lambda line, last: None),
     )
     assert [score.object_id for score in scores] == [item.object_id for item in room.objects]
     assert all((score.iou, score.exact) == (0.0, True) for score in scores)

@@ -18,7 +18,7 @@ WHERE = Pose.from_yaw(0.1, (0.0, -0.3, 1.1))
 
 
 class Slow:
-    """Takes as long for a frame as it is told."""
+    """Takes a given time for each frame."""
 
     def __init__(self, busy_ns):
         self.busy_ns = busy_ns
@@ -38,12 +38,12 @@ class Slow:
 @pytest.fixture(scope="module")
 def take(tmp_path_factory):
     desk = sample_room("desk")
-    poses = standing({thing.object_id: thing.world_from_object for thing in desk.objects})
+    poses = standing({item.object_id: item.world_from_object for item in desk.objects})
     taken = [Shot(k * 50_000_000, poses) for k in range(12)]
     cache = TakeCache(tmp_path_factory.mktemp("takes"))
     with FilmSet(desk, cache=cache) as film_set:
         conditions = Conditions(lens_size_px=64, bitrate_mbps=1.0)
-        return film_set.film(taken, conditions, seed=0, told=lambda _share: None)
+        return film_set.film(taken, conditions, seed=0, advance=lambda _share: None)
 
 
 def test_every_frame_is_published_or_dropped_and_none_is_seen_before_its_time(take):

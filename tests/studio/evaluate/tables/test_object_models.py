@@ -15,7 +15,7 @@ BALL = trimesh.creation.icosphere(subdivisions=4, radius=RADIUS_M)
 ITEM = SimpleNamespace(meshes=[SimpleNamespace(vertices=BALL.vertices + MIDDLE, faces=BALL.faces)])
 
 
-def likeness_of(size):
+def similarity_of(size):
     """Of a ball whose splats lie so many times as far from its middle as they should."""
     x, y, z = BALL.vertices.T / RADIUS_M
     lying = np.stack([1.0 + z + 1e-9, -y, x, np.zeros_like(x)], axis=1)
@@ -35,7 +35,7 @@ def likeness_of(size):
 
 @pytest.fixture(scope="module")
 def right():
-    return likeness_of(1.0)
+    return similarity_of(1.0)
 
 
 def test_what_is_as_it_should_be_is_found_so(right):
@@ -46,7 +46,7 @@ def test_what_is_as_it_should_be_is_found_so(right):
 
 @pytest.mark.parametrize("size", [0.96, 1.05])
 def test_a_size_that_is_off_is_told(right, size):
-    off = likeness_of(size)
+    off = similarity_of(size)
     assert off.scale - right.scale == pytest.approx(size - 1.0, abs=0.003)
     assert off.surface_m - right.surface_m == pytest.approx((size - 1.0) * RADIUS_M, abs=0.002)
     assert off.outline_m - right.outline_m == pytest.approx((size - 1.0) * RADIUS_M, abs=0.002)

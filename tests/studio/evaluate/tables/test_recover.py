@@ -23,13 +23,13 @@ def by_id(found):
 
 def test_ten_different_objects_that_the_scan_knows_too(scanned):
     room, scene = scanned
-    ids = [thing.object_id for thing in room.objects]
+    ids = [item.object_id for item in room.objects]
     assert len(set(ids)) == 10
     assert [model.object_id for model in scene.objects] == ids
-    for thing, model in zip(room.objects, scene.objects, strict=True):
-        apart = thing.world_from_object.translation - model.world_from_object.translation
+    for item, model in zip(room.objects, scene.objects, strict=True):
+        apart = item.world_from_object.translation - model.world_from_object.translation
         assert np.linalg.norm(apart) < 0.01
-        assert thing.kind == model.kind
+        assert item.kind == model.kind
 
 
 def test_everything_right(room, answer):
@@ -74,11 +74,11 @@ def test_a_turned_round_stool_is_right_and_a_turned_chair_is_not(room, answer):
 @pytest.mark.parametrize("seed", range(3))
 def test_shuffled_things_stand_on_something_and_apart(room, seed):
     poses = shuffled(room, np.random.default_rng([seed, 10]))
-    assert poses.keys() == {thing.object_id for thing in room.objects}
-    for thing in room.objects:
-        place = poses[thing.object_id].translation
-        assert place[2] in ((0.0,) if thing.box_m[2] > 0.3 else (0.5, 0.74))
-        moved = place - thing.world_from_object.translation
+    assert poses.keys() == {item.object_id for item in room.objects}
+    for item in room.objects:
+        place = poses[item.object_id].translation
+        assert place[2] in ((0.0,) if item.box_m[2] > 0.3 else (0.5, 0.74))
+        moved = place - item.world_from_object.translation
         assert np.linalg.norm(moved) > 0.01
     for i, a in enumerate(room.objects):
         for b in room.objects[:i]:
@@ -93,9 +93,9 @@ def test_no_object_of_a_layout_stands_before_another(room, seed):
     poses = shuffled(room, np.random.default_rng(seed))
     eye = room.world_from_rig.translation
     seen = []
-    for thing in room.objects:
-        x, y, _ = poses[thing.object_id].translation - eye
-        half_width = 0.5 * float(np.hypot(*thing.box_m[:2]))
+    for item in room.objects:
+        x, y, _ = poses[item.object_id].translation - eye
+        half_width = 0.5 * float(np.hypot(*item.box_m[:2]))
         seen.append((float(np.arctan2(y, x)), float(np.arcsin(half_width / np.hypot(x, y)))))
     for k, (azimuth, half) in enumerate(seen):
         for other, other_half in seen[:k]:

@@ -7,7 +7,7 @@ from devices.messages import EncodedFrame, Frame
 from scenes.pose import Pose
 from scenes.samples import sample_room
 from studio.evaluate.tables.sequence import HAND_HELD, PUSHED, every, good_share, way
-from studio.sources import SessionInput
+from studio.session.sources import SessionInput, SessionMessage
 from tests.studio.conftest import RIG
 
 TRUE = {"chair-1": Pose.identity()}
@@ -33,7 +33,8 @@ def test_every_third_frame_as_if_the_camera_were_that_slow():
     messages = []
     for seq in range(7):
         frame = Frame("s", seq, seq * 300, seq * 300, (), RIG, None)
-        messages.append(SessionInput(frame, EncodedFrame("s", seq, seq * 300, b"", True)))
+        packet = EncodedFrame("s", seq, seq * 300, b"", True)
+        messages.append(SessionMessage(SessionInput(frame, packet)))
     kept = [message.frame for message in every(messages, 3)]
     assert [(f.seq, f.t_ns, f.received_ns) for f in kept] == [
         (0, 0, 0), (1, 300, 300), (2, 600, 600),

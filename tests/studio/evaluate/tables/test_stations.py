@@ -69,12 +69,12 @@ def test_pictures_come_in_order_and_stations_end_at_rest(protocol):
 def test_other_objects_stay_where_they_were_scanned(protocol):
     room = sample_room(protocol.scene)
     taken, _ = shots(protocol)
-    for thing in room.objects:
-        if thing.object_id == protocol.object_id:
+    for item in room.objects:
+        if item.object_id == protocol.object_id:
             continue
         for shot in taken:
-            pose = shot.placements[thing.object_id].world_from_part[0]
-            assert np.array_equal(pose.matrix(), thing.world_from_object.matrix())
+            pose = shot.placements[item.object_id].world_from_part[0]
+            assert np.array_equal(pose.matrix(), item.world_from_object.matrix())
 
 
 def test_the_object_never_stands_in_another_one(protocol):
@@ -83,14 +83,14 @@ def test_the_object_never_stands_in_another_one(protocol):
     moved = room.object_by_id(protocol.object_id)
     for station in stations(protocol, moved.world_from_object):
         own = corners(station.world_from_object, moved.box_m)
-        for thing in room.objects:
-            if thing is not moved:
-                assert apart(own, corners(thing.world_from_object, thing.box_m))
+        for item in room.objects:
+            if item is not moved:
+                assert apart(own, corners(item.world_from_object, item.box_m))
 
 
 def test_carried_ends_exactly_there_and_never_leaps():
     room = sample_room("lab")
-    start, end = (thing.world_from_object for thing in room.objects[:2])
+    start, end = (item.world_from_object for item in room.objects[:2])
     way = carried(start, end, 10)
     assert np.allclose(way[-1].matrix(), end.matrix())
     steps = np.diff([start.translation, *(pose.translation for pose in way)], axis=0)

@@ -35,7 +35,7 @@ def test_midway_nothing_can_be_told(answer):
 
 @pytest.mark.parametrize("seed", range(10))
 def test_the_twins_change_places_and_never_touch(lab, seed):
-    scanned = {thing.object_id: thing.world_from_object for thing in lab.objects}
+    scanned = {item.object_id: item.world_from_object for item in lab.objects}
     taken = shots(scanned, np.random.default_rng([seed, 2]))
     ways = {
         name: np.array([s.placements[name].world_from_part[0].translation for s in taken])

@@ -1,0 +1,8 @@
+//! What an object looks like: cut out of the picture, drawn under its light, and compared.
+
+pub mod cut;
+pub mod memory;
+pub mod reduction;
+pub mod relight;
+pub mod similarity;
+pub mod templates;

@@ -1,1 +1,0 @@
-"""What all formats share: errors, activations, axes, bounded memory, atomic writes."""

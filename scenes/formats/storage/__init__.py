@@ -1,0 +1,1 @@
+"""How splats get to a disk and back: bounded memory, atomic writes, activations, refusals."""

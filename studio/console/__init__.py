@@ -1,0 +1,1 @@
+"""What every verb prints: rows of figures, progress, the machine."""

@@ -1,0 +1,1 @@
+"""A folder of photos, 360° pictures and exact truth, taken through prepare, cut and track."""

@@ -1,0 +1,180 @@
+"""The figures of a dataset: what was found, kept, left alone, and how well it was known."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from scenes.state import TrackState
+from studio.console.rows import Row, at_least, at_most
+from studio.evaluate.dataset.layout import Dataset
+from studio.evaluate.dataset.preparing import PreparedDataset
+from studio.evaluate.dataset.tracking import Answer, Tracked
+from studio.evaluate.findings import FLIP_DEG
+
+RIGHT_CM, RIGHT_DEG = 5.0, 5.0
+"""A pose within both is right: the field's usual 5 cm, 5° (`sequence` of the evaluation, too)."""
+
+LEAST_VISIBLE = 0.5
+"""A cold start is asked for objects of which at least so much is visible."""
+
+LEAST_WIDTH_PX = 24.0
+"""And that are at least so wide in the picture."""
+
+FLAGGED = 0.5
+"""A wrong pose with a confidence below this, or a lost one, is flagged."""
+
+REST_BAR_CM = 3.0
+"""An object at rest that is reported farther from its place was moved by the tracker alone."""
+
+CONFIDENCE_BINS = 10
+"""Equal bins of the confidence for its calibration error (Naeini et al. 2015)."""
+
+UNFOUND_CM, UNFOUND_DEG = 500.0, 180.0
+"""Errors that stand for an object that was never cut out: a room's size, and any yaw."""
+
+STILL_BARS = {
+    "room": {"world_cm.mean": 1.5, "yaw_deg.mean": 1.0, "flips": 0.0},
+    "table": {"world_cm.mean": 0.6, "yaw_deg.mean": 0.6, "flips": 0.0},
+}
+
+
+def preparation_rows(prepared: PreparedDataset, *, quality: str) -> list[Row]:
+    """What the preparation and the cuts came to."""
+    psnr_bar = {"default": 31.0, "fine": 34.0}.get(quality)
+    wall_bar = 6.0 if quality == "default" else None
+    rows = [
+        at_most("dataset.prepare.wall_min", prepared.wall_min, "min", bar=wall_bar),
+        at_least("dataset.prepare.psnr_db", prepared.psnr_db, "dB", bar=psnr_bar),
+        Row("dataset.prepare.placed", prepared.placed, ""),
+        Row("dataset.alignment_mm", prepared.alignment_mm, "mm"),
+        at_least("dataset.cut.iou.min", min(c.iou for c in prepared.cuts), "", bar=0.93),
+        at_most("dataset.cut.box_cm.max", max(c.box_cm for c in prepared.cuts), "cm", bar=2.0),
+        at_most("dataset.cut.seconds.max", max(c.seconds for c in prepared.cuts), "s", bar=15.0),
+    ]
+    for cut in prepared.cuts:
+        rows.append(Row(f"dataset.cut.{cut.object_id}.iou", cut.iou, ""))
+        rows.append(Row(f"dataset.cut.{cut.object_id}.box_cm", cut.box_cm, "cm"))
+    return rows
+
+
+def tracking_rows(dataset: Dataset, tracked: Tracked) -> list[Row]:
+    """What the tracker reported, against the truth."""
+    rows: list[Row] = []
+    for name, pictures in dataset.sets.items():
+        for session in (name,) if name == "sequence" else (name, f"{name}_chained"):
+            asked = [
+                answer
+                for answer in tracked.answers
+                if answer.session == session and answer.object_id in pictures.moving
+            ]
+            rows += _sequence_rows(asked) if name == "sequence" else _still_rows(session, asked)
+    return [*rows, *_cold_rows(tracked.answers), *_whole_rows(tracked)]
+
+
+def is_right(answer: Answer) -> bool:
+    """Whether the reported pose is within 5 cm and 5°, and not called lost."""
+    return (
+        answer.error is not None
+        and answer.state is not TrackState.LOST
+        and answer.error.world_cm <= RIGHT_CM
+        and answer.error.yaw_deg <= RIGHT_DEG
+    )
+
+
+def calibration_error(answers: Sequence[Answer]) -> float:
+    """Expected calibration error of the confidence, 0..1; 0 without answers."""
+    if not answers:
+        return 0.0
+    said = np.array([answer.confidence for answer in answers])
+    right = np.array([is_right(answer) for answer in answers], dtype=np.float64)
+    place = np.minimum((said * CONFIDENCE_BINS).astype(int), CONFIDENCE_BINS - 1)
+    gaps = [
+        abs(said[place == index].mean() - right[place == index].mean()) * (place == index).mean()
+        for index in range(CONFIDENCE_BINS)
+        if (place == index).any()
+    ]
+    return float(sum(gaps))
+
+
+def _still_rows(session: str, asked: Sequence[Answer]) -> list[Row]:
+    bars = STILL_BARS.get(session, {})
+    prefix = f"dataset.{session}"
+    world = _mean(asked, lambda answer: answer.error.world_cm if answer.error else UNFOUND_CM)
+    yaw = _mean(asked, lambda answer: answer.error.yaw_deg if answer.error else UNFOUND_DEG)
+    flips = sum(answer.error is None or answer.error.yaw_deg > FLIP_DEG for answer in asked)
+    return [
+        Row(f"{prefix}.right", float(sum(map(is_right, asked))), ""),
+        Row(f"{prefix}.of", float(len(asked)), ""),
+        at_most(f"{prefix}.world_cm.mean", world, "cm", bar=bars.get("world_cm.mean")),
+        at_most(f"{prefix}.yaw_deg.mean", yaw, "deg", bar=bars.get("yaw_deg.mean")),
+        at_most(f"{prefix}.flips", float(flips), "", bar=bars.get("flips")),
+    ]
+
+
+def _sequence_rows(asked: Sequence[Answer]) -> list[Row]:
+    """Of the objects that move in it, where they are seen: frames lost, and the error."""
+    seen = [answer for answer in asked if answer.seen.fraction >= LEAST_VISIBLE]
+    lost = sum(answer.state in (None, TrackState.LOST) for answer in seen)
+    world = _mean(seen, lambda answer: answer.error.world_cm if answer.error else UNFOUND_CM)
+    return [
+        at_most("dataset.sequence.lost_frames", float(lost), "", bar=3.0),
+        at_most("dataset.sequence.world_cm.mean", world, "cm", bar=1.5),
+        *(
+            Row(
+                f"dataset.sequence.{name}.world_cm.mean",
+                _mean(
+                    [answer for answer in seen if answer.object_id == name],
+                    lambda answer: answer.error.world_cm if answer.error else UNFOUND_CM,
+                ),
+                "cm",
+            )
+            for name in sorted({answer.object_id for answer in seen})
+        ),
+    ]
+
+
+def _cold_rows(answers: Sequence[Answer]) -> list[Row]:
+    """Every object that a still shows well enough, each still a session of its own."""
+    asked = [
+        answer
+        for answer in answers
+        if answer.session in STILL_BARS
+        and answer.seen.fraction >= LEAST_VISIBLE
+        and answer.seen.width_px >= LEAST_WIDTH_PX
+    ]
+    right = 100.0 * sum(map(is_right, asked)) / max(len(asked), 1)
+    wrong = [answer for answer in asked if not is_right(answer)]
+    unflagged = sum(a.confidence >= FLAGGED and a.state is not TrackState.LOST for a in wrong)
+    ece = calibration_error(asked)
+    return [
+        at_least("dataset.cold.right_percent", right, "%", bar=95.0),
+        Row("dataset.cold.of", float(len(asked)), ""),
+        at_most("dataset.wrong_unflagged", float(unflagged), "", bar=0.01 * len(asked)),
+        at_most("dataset.confidence.ece", ece, "", bar=0.05),
+    ]
+
+
+def _whole_rows(tracked: Tracked) -> list[Row]:
+    """Rest, camera and durations, over all sessions."""
+    rest = [a for a in tracked.answers if not a.is_moved and a.error is not None]
+    moved = max((answer.moved_cm for answer in rest), default=0.0)
+    rows = [
+        at_most("dataset.rest.moved_cm.max", moved, "cm", bar=REST_BAR_CM),
+        Row("dataset.rest.moved", float(sum(a.moved_cm > REST_BAR_CM for a in rest)), ""),
+    ]
+    if tracked.cameras:
+        degrees = float(np.median([left.degrees for left in tracked.cameras]))
+        millimetres = float(np.median([left.millimetres for left in tracked.cameras]))
+        rows.append(at_most("dataset.camera.left_deg", degrees, "deg", bar=0.1))
+        rows.append(at_most("dataset.camera.left_mm", millimetres, "mm", bar=5.0))
+    for percent, bar in ((50, None), (95, 60.0)):
+        value = float(np.percentile(tracked.step_ms or [0.0], percent))
+        rows.append(at_most(f"dataset.step_ms.p{percent}", value, "ms", bar=bar))
+    first = float(np.median(tracked.first_ms or [0.0]))
+    return [*rows, Row("dataset.first_step_ms.p50", first, "ms")]
+
+
+def _mean(answers: Sequence[Answer], value: Callable[[Answer], float]) -> float:
+    return float(np.mean([value(answer) for answer in answers])) if answers else 0.0

@@ -1,0 +1,266 @@
+"""A tracking method on a dataset's pictures: what it reported of every object, beside the truth.
+
+Each still is tracked twice: as a session of its own (a cold start), and in one session in which
+the objects are moved between stills.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.messages import Frame
+from scenes.cameras import Rig
+from scenes.pose import Pose, rotation_angle
+from scenes.state import TrackedObject, TrackState
+from sim.rehearsal import off_by
+from studio.evaluate.dataset.layout import (
+    Dataset,
+    Still,
+    StillSet,
+    Visibility,
+    read_labels,
+    read_rgb,
+)
+from studio.evaluate.dataset.preparing import PreparedDataset
+from studio.evaluate.metrics import PoseError, pose_error
+from tracking.output import TrackingMethod
+
+STREAM = "dataset"
+CHAINED_FRAMES = 10
+"""Pictures of each still in the chained session: one second of a ten-hertz stream, in which every
+resting object has its turn to be measured. The last one is judged."""
+
+CHAINED_FRAME_NS = 100_000_000
+"""Time between those."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Answer:
+    """What a method reported of one object in one picture.
+
+    Attributes:
+        session: "room", "room_chained", "sequence", ...
+        still: name of the picture.
+        object_id: of the dataset.
+        error: of the reported pose, the object's symmetry aside; None where it was never cut out.
+        moved_cm: how far the reported pose is from where the object stood in the capture.
+        confidence: as reported, 0..1.
+        state: as reported; None where it was never cut out.
+        is_moved: whether it truly stands elsewhere than in the capture.
+        seen: what the picture shows of it.
+    """
+
+    session: str
+    still: str
+    object_id: str
+    error: PoseError | None
+    moved_cm: float
+    confidence: float
+    state: TrackState | None
+    is_moved: bool
+    seen: Visibility
+
+
+@dataclass(frozen=True, slots=True)
+class CameraLeft:
+    """What is left of the camera pose's error after the method's own refinement."""
+
+    degrees: float
+    millimetres: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tracked:
+    """Everything a method reported of a dataset.
+
+    Attributes:
+        answers: per session, picture and object.
+        cameras: per picture in which the method had a camera pose.
+        step_ms: duration of each step after a session's first.
+        first_ms: duration of each session's first step.
+    """
+
+    answers: tuple[Answer, ...]
+    cameras: tuple[CameraLeft, ...]
+    step_ms: tuple[float, ...]
+    first_ms: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class CameraError:
+    """How far the camera's known pose is off, about a random axis and in a random direction."""
+
+    degrees: float = 0.5
+    centimetres: float = 1.0
+
+
+Shown = Callable[[Frame, Mapping[str, tuple[NDArray[np.bool_], ...]]], None]
+"""Hands a detector without errors the frame and each object's mask per lens before it is asked."""
+
+
+def track_dataset(
+    dataset: Dataset,
+    prepared: PreparedDataset,
+    method: TrackingMethod[Any],
+    *,
+    camera_error: CameraError,
+    seed: int,
+    stopwatch_ns: Callable[[], int],
+    told: Callable[[str], None],
+    shown: Shown | None = None,
+) -> Tracked:
+    """Track every set of a dataset.
+
+    Args:
+        dataset: the pictures and the truth.
+        prepared: the product's copy of the room, which the method tracks in.
+        method: the tracker.
+        camera_error: of the camera pose that the method is given.
+        seed: decides that error's direction.
+        stopwatch_ns: nanoseconds from any origin.
+        told: hears which session begins.
+        shown: for methods with a perfect detector; None for all others.
+
+    Raises:
+        ValueError: a picture is missing or of another size than its lens.
+    """
+    run = _Run(dataset, prepared, method, camera_error, seed, stopwatch_ns, shown)
+    answers: list[Answer] = []
+    for name, pictures in dataset.sets.items():
+        told(name)
+        if name == "sequence":
+            answers += run.sequence(pictures)
+        else:
+            answers += run.cold(pictures)
+            told(f"{name}, chained")
+            answers += run.chained(pictures)
+    return Tracked(tuple(answers), tuple(run.cameras), tuple(run.step_ms), tuple(run.first_ms))
+
+
+class _Run:
+    """One method on one dataset; collects durations and camera poses beside the answers."""
+
+    def __init__(
+        self,
+        dataset: Dataset,
+        prepared: PreparedDataset,
+        method: TrackingMethod[Any],
+        camera_error: CameraError,
+        seed: int,
+        stopwatch_ns: Callable[[], int],
+        shown: Shown | None,
+    ) -> None:
+        self._dataset = dataset
+        self._prepared = prepared
+        self._method = method
+        self._camera_error = camera_error
+        self._seed = seed
+        self._stopwatch_ns = stopwatch_ns
+        self._shown = shown
+        self._initial = {
+            item.object_id: item.world_from_object for item in prepared.package.objects
+        }
+        self.cameras: list[CameraLeft] = []
+        self.step_ms: list[float] = []
+        self.first_ms: list[float] = []
+
+    def cold(self, pictures: StillSet) -> Iterator[Answer]:
+        """Every still as a session of its own."""
+        for still in pictures.stills:
+            state, tracks = self._step(self._method.start(), pictures, still, 0, 0)
+            del state
+            yield from self._answers(pictures.name, still, tracks)
+
+    def chained(self, pictures: StillSet) -> Iterator[Answer]:
+        """All stills in one session, each shown for a second."""
+        state, seq = self._method.start(), 0
+        for still in pictures.stills:
+            tracks: Mapping[str, TrackedObject] = {}
+            for _ in range(CHAINED_FRAMES):
+                state, tracks = self._step(state, pictures, still, seq, seq * CHAINED_FRAME_NS)
+                seq += 1
+            yield from self._answers(f"{pictures.name}_chained", still, tracks)
+
+    def sequence(self, pictures: StillSet) -> Iterator[Answer]:
+        """A video."""
+        state = self._method.start()
+        for seq, still in enumerate(pictures.stills):
+            state, tracks = self._step(state, pictures, still, seq, still.t_ns)
+            yield from self._answers(pictures.name, still, tracks)
+
+    def _step(
+        self, state: Any, pictures: StillSet, still: Still, seq: int, t_ns: int
+    ) -> tuple[Any, Mapping[str, TrackedObject]]:
+        package_from_true = self._prepared.true_from_package.inverse()
+        true_rig = package_from_true @ pictures.world_from_camera
+        image = read_rgb(still.picture)
+        lens = pictures.lens
+        if image.shape[:2] != (lens.height_px, lens.width_px):
+            raise ValueError(
+                f"{still.picture}: {image.shape[1]} × {image.shape[0]} pixels, but the set's "
+                f"truth.json says {lens.width_px} × {lens.height_px}"
+            )
+        known = off_by(
+            true_rig,
+            np.random.default_rng([self._seed, 360]),
+            self._camera_error.degrees,
+            self._camera_error.centimetres,
+        )
+        rig = Rig((lens,), (Pose.identity(),))
+        frame = Frame(STREAM, seq, t_ns, t_ns, (image,), rig, known)
+        if self._shown is not None:
+            self._shown(frame, self._masks(still, lens.width_px, lens.height_px))
+        began = self._stopwatch_ns()
+        state, output = self._method.step(state, frame, t_ns)
+        durations = self.first_ms if seq == 0 else self.step_ms
+        durations.append((self._stopwatch_ns() - began) / 1e6)
+        if output.world_from_rig is not None:
+            apart = true_rig.inverse() @ output.world_from_rig
+            self.cameras.append(
+                CameraLeft(
+                    float(np.degrees(rotation_angle(apart.rotation))),
+                    1000.0 * float(np.linalg.norm(apart.translation)),
+                )
+            )
+        return state, {track.object_id: track for track in output.objects}
+
+    def _masks(
+        self, still: Still, width_px: int, height_px: int
+    ) -> dict[str, tuple[NDArray[np.bool_], ...]]:
+        labels = read_labels(still.labels)
+        scale = width_px // labels.shape[1]
+        full = labels.repeat(scale, axis=0).repeat(scale, axis=1)[:height_px, :width_px]
+        return {name: (full == self._dataset.label_of[name],) for name in self._dataset.objects}
+
+    def _answers(
+        self, session: str, still: Still, tracks: Mapping[str, TrackedObject]
+    ) -> Iterator[Answer]:
+        true_from_package = self._prepared.true_from_package
+        for name, item in self._dataset.objects.items():
+            truth, start = still.world_from_object[name], item.world_from_object
+            is_moved = not np.allclose(truth.matrix(), start.matrix(), atol=1e-4)
+            seen, track = still.visible[name], tracks.get(name)
+            if track is None:
+                yield Answer(session, still.name, name, None, 0.0, 0.0, None, is_moved, seen)
+                continue
+            # A cut-out has a frame of its own: where it stood in the capture ties it to the true.
+            true_from_cut = (true_from_package @ self._initial[name]).inverse() @ start
+            reported = true_from_package @ track.world_from_object @ true_from_cut
+            error = pose_error(reported, truth, symmetry=item.symmetry)
+            moved_m = float(np.linalg.norm(reported.translation - start.translation))
+            yield Answer(
+                session,
+                still.name,
+                name,
+                error,
+                100.0 * moved_m,
+                track.confidence,
+                track.state,
+                is_moved,
+                seen,
+            )

@@ -1,0 +1,28 @@
+"""What an evaluation is asked for: methods, seeds, conditions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from studio.console.progress import Progress
+from studio.evaluate.filmed.conditions import Conditions
+from studio.evaluate.filmed.takes import TakeCache
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """What is to be evaluated.
+
+    Attributes:
+        methods: names of `studio.session.methods.METHODS`; their order is that of the tables.
+        seeds: one run each; they decide noise, drift and the camera pose's error.
+        conditions: see `Conditions`.
+        cache: where takes are kept.
+        progress: shows how far the evaluation is.
+    """
+
+    methods: tuple[str, ...]
+    seeds: tuple[int, ...]
+    conditions: Conditions
+    cache: TakeCache
+    progress: Progress

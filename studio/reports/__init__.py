@@ -1,0 +1,1 @@
+"""What a session or a preparation leaves behind: pages and films."""

@@ -1,0 +1,1 @@
+"""A running session: what enters, who tracks, what is recorded, in which order."""

@@ -1,0 +1,407 @@
+"""The composition root: `open_session` puts adapters, clock, executor and recorder together."""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import partial
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from devices.clock import Clock, ManualClock, WallClock
+from devices.recording import Recorder, read_session
+from devices.recording_codec import (
+    FrameStamp,
+    RecordedAvatar,
+    RecordedSurface,
+    RecordedTrack,
+    RecordedValue,
+    SessionInfo,
+)
+from devices.streams import BoundedQueue
+from scenes.package import ScenePackage
+from scenes.state import LiveSurface, SceneState, reduce_state
+from studio.session.latency import Latencies
+from studio.session.live_surfaces import LiveSurfaces
+from studio.session.methods import METHODS, TruthDetector, make_method
+from studio.session.pipeline import ExactExecutor, Executor, PacedExecutor, RecorderThread
+from studio.session.sources import (
+    SessionInput,
+    SessionMessage,
+    recorded_messages,
+    simulated_messages,
+)
+from studio.view.surface_drawing import LivePicture
+from tracking.hypotheses.budget import NOMINAL_COSTS, MeasuredCosts
+from tracking.output import TrackingMethod, TrackOutput
+
+log = logging.getLogger(__name__)
+
+COMMANDS = 64
+"""What users may have asked for and a session has not yet done."""
+
+
+class Pace(StrEnum):
+    """How time passes in a session."""
+
+    EXACT = "exact"
+    """On one thread, nothing dropped, as fast as it goes: the same every time."""
+    PACED = "paced"
+    """In real time: frames that come while the tracker is busy are dropped and counted."""
+
+
+@dataclass(frozen=True, slots=True)
+class SessionPlan:
+    """What a session is made of.
+
+    Attributes:
+        scene: name of a built-in room or path of a scene package; ignored by a replay.
+        scenario: name or path of a scenario, or None for the scene's own; ignored by a replay.
+        seed: of everything random in the simulation.
+        recording: a recording to play instead of simulating.
+        methods: trackers to run, of `METHODS`; the first is shown.
+        pace: how time passes.
+        record_to: where to write the recording, or None.
+    """
+
+    scene: str = "lab"
+    scenario: str | None = None
+    seed: int = 0
+    recording: Path | None = None
+    methods: tuple[str, ...] = METHODS
+    pace: Pace = Pace.EXACT
+    record_to: Path | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SessionOutput:
+    """What one frame led to.
+
+    Attributes:
+        message: the frame, what came with it, and what rode beside it.
+        tracks: every method's answer.
+        state: the live room after it.
+        surfaces: what its live surfaces show.
+        now_ns: session time when it was ready.
+    """
+
+    message: SessionMessage
+    tracks: Mapping[str, TrackOutput]
+    state: SceneState
+    surfaces: tuple[LivePicture, ...]
+    now_ns: int
+
+    @property
+    def input(self) -> SessionInput:
+        """The frame and what came with it."""
+        return self.message.input
+
+    @property
+    def shown(self) -> TrackOutput:
+        """The answer of the first method, which the state follows."""
+        return next(iter(self.tracks.values()))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SessionResult:
+    """How a session went.
+
+    Attributes:
+        frames: pictures that were tracked.
+        dropped: pictures that were not, because the tracker was busy.
+        lost: pictures that never came from the camera.
+        latencies: durations per stage.
+        video_shed: packets that the recorder had no room for.
+    """
+
+    frames: int
+    dropped: int
+    lost: int
+    latencies: Latencies
+    video_shed: int
+
+
+class Session:
+    """One run of a scene. Made by `open_session`."""
+
+    def __init__(
+        self,
+        plan: SessionPlan,
+        scene: ScenePackage,
+        info: SessionInfo,
+        messages: Callable[[], Iterator[SessionMessage]],
+        methods: Mapping[str, TrackingMethod[Any]],
+        *,
+        duration_ns: int,
+        clock: Clock,
+        executor: Executor,
+        truth_detector: TruthDetector | None = None,
+    ) -> None:
+        self.plan = plan
+        self.scene = scene
+        self.info = info
+        self.duration_ns = duration_ns
+        self._messages = messages
+        self._clock = clock
+        self._executor = executor
+        self._truth_detector = truth_detector
+        self._latencies = Latencies()
+        self._methods = dict(methods)
+        self._states: dict[str, Any] = {name: m.start() for name, m in self._methods.items()}
+        self._scene_state = SceneState()
+        self._live_surfaces = LiveSurfaces(scene)
+        self._made_live: BoundedQueue[LiveSurface] = BoundedQueue(COMMANDS, name="commands")
+        self._frames = self._lost = 0
+        self._next_seq = 0
+        self._write: Callable[[RecordedValue], None] = _discard
+
+    @property
+    def latencies(self) -> Latencies:
+        """Durations so far."""
+        return self._latencies
+
+    def make_live(self, surface: LiveSurface) -> None:
+        """Show live video on a surface from the next frame on; any thread may ask.
+
+        Raises:
+            StreamFullError: more was asked for than the session could take.
+        """
+        self._made_live.put(surface)
+
+    def run(
+        self,
+        watch: Callable[[SessionOutput], None],
+        *,
+        cancelled: threading.Event | None = None,
+    ) -> SessionResult:
+        """Play it from beginning to end, once.
+
+        Args:
+            watch: sees every result, on the caller's thread.
+            cancelled: set it from another thread to stop.
+
+        Raises:
+            CancelledError: it was cancelled; the recording keeps its `.part` name.
+            ValueError, OSError: an input is bad, or the disk is full.
+        """
+        recorder: Recorder | None = None
+        with ExitStack() as stack:
+            if self.plan.record_to is not None:
+                recorder = stack.enter_context(Recorder(self.plan.record_to, self.info))
+                self._write = recorder.write
+                if self.plan.pace is Pace.PACED:
+                    self._write = stack.enter_context(RecorderThread(recorder)).write
+            dropped = self._executor.run(
+                self._timed_messages,
+                entered=self._enter,
+                step=lambda message: watch(self._step(message)),
+                cancelled=cancelled or threading.Event(),
+            )
+        shed = recorder.shed_video if recorder is not None else 0
+        return SessionResult(self._frames, dropped, self._lost, self._latencies, shed)
+
+    def _timed_messages(self) -> Iterator[SessionMessage]:
+        messages = self._messages()
+        while True:
+            started = time.perf_counter_ns()
+            message = next(messages, None)
+            if message is None:
+                return
+            self._latencies.add({"source": time.perf_counter_ns() - started})
+            yield message
+
+    def _step(self, message: SessionMessage) -> SessionOutput:
+        outputs: dict[str, TrackOutput] = {}
+        if self._truth_detector is not None and message.truth is not None:
+            self._truth_detector.see(message.frame, message.truth)
+        for place, (name, method) in enumerate(self._methods.items()):
+            started = time.perf_counter_ns()
+            self._states[name], output = method.step(
+                self._states[name], message.frame, self._clock.now_ns()
+            )
+            whole = {"track": time.perf_counter_ns() - started}
+            self._latencies.add({**output.stage_ns, **whole}, prefix=name if place else "")
+            outputs[name] = output
+        self._record_tracks(outputs)
+        shown = outputs[self.plan.methods[0]]
+        live = message.input
+        for change in chain(shown.objects, live.avatars, self._new_surfaces(live)):
+            self._scene_state = reduce_state(self._scene_state, change, live.frame.t_ns)
+        surfaces = self._seen_surfaces(live, shown)
+        self._frames += 1
+        return SessionOutput(message, outputs, self._scene_state, surfaces, self._clock.now_ns())
+
+    def _new_surfaces(self, live: SessionInput) -> list[LiveSurface]:
+        """What has become live since the last frame, recorded."""
+        found: list[LiveSurface] = []
+        while (surface := self._made_live.take()) is not None:
+            self._write(RecordedSurface(live.frame.t_ns, surface))
+            found.append(surface)
+        return found
+
+    def _seen_surfaces(self, live: SessionInput, shown: TrackOutput) -> tuple[LivePicture, ...]:
+        surfaces = self._scene_state.surfaces
+        if not surfaces:
+            return ()
+        started = time.perf_counter_ns()
+        pictures = self._live_surfaces.step(live.frame, surfaces, shown)
+        self._latencies.add({"surfaces": time.perf_counter_ns() - started})
+        return pictures
+
+    def _enter(self, message: SessionMessage) -> None:
+        live, frame = message.input, message.frame
+        self._lost += frame.seq - self._next_seq
+        self._next_seq = frame.seq + 1
+        for event in live.events:
+            self._write(event)
+        stamp = FrameStamp(
+            frame.stream_id, frame.seq, frame.t_ns, frame.received_ns, frame.world_from_rig
+        )
+        self._write(stamp)
+        self._write(live.packet)
+        for avatar in live.avatars:
+            self._write(RecordedAvatar(frame.t_ns, avatar))
+        if message.truth is not None:
+            self._write(message.truth.recorded)
+        # A frame may be dropped on its way to the stages, what became live with it may not.
+        for surface in live.surfaces:
+            self.make_live(surface)
+
+    def _record_tracks(self, outputs: Mapping[str, TrackOutput]) -> None:
+        for name, output in outputs.items():
+            for track in output.objects:
+                self._write(RecordedTrack(name, track))
+
+
+def open_session(plan: SessionPlan, *, truth_detector: TruthDetector | None = None) -> Session:
+    """Choose adapters, clock, executor and recorder, and put them together.
+
+    Args:
+        plan: what to play.
+        truth_detector: finds the objects for the paper's method in a simulation; without one, the
+            method finds what differs from the empty room.
+
+    Raises:
+        ValueError: the scene, scenario or recording is bad, or a method is unknown.
+        OSError: a file cannot be opened.
+    """
+    unknown = [name for name in plan.methods if name not in METHODS]
+    if unknown or not plan.methods:
+        raise ValueError(f"tracking method {unknown}: wanted some of {', '.join(METHODS)}")
+    clock: Clock = ManualClock() if plan.pace is Pace.EXACT else WallClock()
+    executor = ExactExecutor(clock) if plan.pace is Pace.EXACT else PacedExecutor(clock)
+    made = _recorded(plan) if plan.recording is not None else _simulated(plan)
+    scene, info, messages, duration_ns = made
+    # Measured costs differ from run to run, and with them the frames in which searches end.
+    is_exact = plan.pace is Pace.EXACT
+    costs = NOMINAL_COSTS if is_exact else MeasuredCosts(time.perf_counter_ns)
+    methods = {
+        name: make_method(name, scene, truth_detector, stopwatch=time.perf_counter_ns, costs=costs)
+        for name in plan.methods
+    }
+    return Session(
+        plan,
+        scene,
+        info,
+        messages,
+        methods,
+        duration_ns=duration_ns,
+        clock=clock,
+        executor=executor,
+        truth_detector=truth_detector,
+    )
+
+
+def scene_hash(scene: ScenePackage) -> str:
+    """A digest of everything the tracker takes from a scene: splats, poses, boxes."""
+    digest = hashlib.sha256()
+    clouds = [("room", scene.room), *((o.object_id, o.splats) for o in scene.objects)]
+    for name, cloud in clouds:
+        digest.update(name.encode())
+        for array in (cloud.means, cloud.scales, cloud.rotations, cloud.opacities, cloud.sh):
+            digest.update(array.tobytes())
+    for item in scene.objects:
+        numbers = [*item.box_m, item.support_z_m]
+        digest.update(np.array(numbers, dtype=np.float64).tobytes())
+        digest.update(item.world_from_object.matrix().tobytes())
+    return digest.hexdigest()
+
+
+Made = tuple[ScenePackage, SessionInfo, Callable[[], Iterator[SessionMessage]], int]
+
+
+def _simulated(plan: SessionPlan) -> Made:
+    from scenes.opening import open_scene
+    from scenes.samples import SAMPLE_NAMES, sample_room
+    from sim.camera360 import default_rig
+    from sim.rehearsal import simulate
+    from sim.scanned import missing, only_scanned, with_scanned
+    from sim.scenario import DEFAULT_SCENARIOS, load_scenario, validate_scenario
+    from studio.session.provenance import library_versions
+
+    # The first opening of a built-in scene takes a minute; a bad scenario is reported before it.
+    scene = None if plan.scene in SAMPLE_NAMES else open_scene(plan.scene)
+    physical = plan.scene if scene is None else scene.physical
+    if physical is None:
+        raise ValueError(
+            f"{plan.scene}: a scan of a real room, which cannot be simulated; "
+            f"rehearse a built-in scene ({', '.join(SAMPLE_NAMES)})"
+        )
+    room = sample_room(physical)
+    added = () if scene is None else only_scanned(room, scene)
+    for item in added:
+        log.warning(missing(item))
+    room = with_scanned(room, added)
+    scenario = load_scenario(plan.scenario or DEFAULT_SCENARIOS[room.name])
+    validate_scenario(scenario, room)
+    scene = scene or open_scene(plan.scene)
+    info = SessionInfo(
+        scene=plan.scene,
+        scene_hash=scene_hash(scene),
+        seed=plan.seed,
+        scenario=Path(scenario.source).read_text(encoding="utf-8"),
+        scenario_name=scenario.name,
+        mode=str(plan.pace),
+        methods=plan.methods,
+        versions=library_versions(),
+        rig=default_rig(scenario.camera.lens_size_px),
+        fps=scenario.camera.fps,
+    )
+    steps = partial(simulate, room, scenario, seed=plan.seed)
+    corners = {item.surface_id: np.array(item.corners_in_world) for item in scenario.surfaces}
+    duration_ns = round(scenario.duration_s * 1e9)
+    return scene, info, lambda: simulated_messages(steps(), corners), duration_ns
+
+
+def _recorded(plan: SessionPlan) -> Made:
+    from scenes.opening import open_scene
+
+    path = plan.recording
+    assert path is not None
+    if "paper" in plan.methods:
+        raise ValueError(
+            f"{path}: the paper's method cannot be replayed: it works on the simulator's masks, "
+            "which a recording does not hold; rehearse again with the same seed"
+        )
+    info = read_session(path)
+    scene = open_scene(info.scene)
+    found = scene_hash(scene)
+    if found != info.scene_hash:
+        raise ValueError(
+            f"{path}: recorded with another version of scene {info.scene!r} "
+            f"({info.scene_hash[:12]}, here {found[:12]}); tracks cannot be compared"
+        )
+    return scene, info, partial(recorded_messages, path, info), 0
+
+
+def _discard(_value: RecordedValue) -> None:
+    """Where messages go when nothing is recorded."""

@@ -1,0 +1,143 @@
+"""Where a session's frames come from: the simulator or a recording, in one form."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from numpy.typing import ArrayLike
+
+from devices.messages import EncodedFrame, Event, Frame
+from devices.recording import read_recording
+from devices.recording_codec import (
+    RecordedAvatar,
+    RecordedSurface,
+    RecordedTrack,
+    RecordedTruth,
+    RecordedValue,
+    SessionInfo,
+)
+from devices.replay import FrameAssembler
+from scenes.state import Avatar, LiveSurface, TrackedObject
+from sim.truth import GroundTruth
+from studio.session.live_surfaces import live_surface
+
+if TYPE_CHECKING:
+    from sim.rehearsal import SimulatedStep
+
+
+Corners = Mapping[str, ArrayLike]
+"""(4, 3) corners in the world by surface id."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SessionInput:
+    """One camera frame and everything that came with it: what live devices deliver, too.
+
+    Attributes:
+        frame: what the tracker sees.
+        packet: the frame as it left the camera.
+        avatars: people at that time.
+        events: what happened since the frame before.
+        surfaces: what has become live since the frame before.
+    """
+
+    frame: Frame
+    packet: EncodedFrame
+    avatars: tuple[Avatar, ...] = ()
+    events: tuple[Event, ...] = ()
+    surfaces: tuple[LiveSurface, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SessionMessage:
+    """A session's input on its way to the stages, and what rides beside it past them.
+
+    Attributes:
+        input: what the stages see.
+        truth: the simulator's, live or recorded; None of a real camera.
+        recorded: tracks of a recording, each with the name of its method; empty unless replayed.
+    """
+
+    input: SessionInput
+    truth: GroundTruth | None = None
+    recorded: tuple[tuple[str, TrackedObject], ...] = ()
+
+    @property
+    def frame(self) -> Frame:
+        """The input's frame."""
+        return self.input.frame
+
+    @property
+    def t_ns(self) -> int:
+        """Session time at which the input arrives, ns."""
+        return self.input.frame.received_ns
+
+    def with_frame(self, frame: Frame) -> SessionMessage:
+        """The same message around another frame."""
+        return replace(self, input=replace(self.input, frame=frame))
+
+
+def simulated_messages(
+    steps: Iterator[SimulatedStep], corners_of_surfaces: Corners | None = None
+) -> Iterator[SessionMessage]:
+    """The messages of a simulated session, in order of time.
+
+    Args:
+        steps: of the simulator.
+        corners_of_surfaces: what is live from the first frame on, by surface id.
+    """
+    waiting = dict(corners_of_surfaces or {})
+    for step in steps:
+        surfaces = tuple(live_surface(key, at, step.frame) for key, at in waiting.items())
+        waiting.clear()
+        live = SessionInput(step.frame, step.packet, step.avatars, step.events, surfaces)
+        yield SessionMessage(live, step.truth)
+
+
+def recorded_messages(path: Path, session: SessionInfo) -> Iterator[SessionMessage]:
+    """The messages of a recorded session, in order of time.
+
+    Raises:
+        RecordingError: the recording is damaged.
+        ValueError: a video packet cannot be decoded.
+    """
+    assembler = FrameAssembler(session.rig)
+    same_time: list[RecordedValue] = []
+    waiting: list[Event | RecordedSurface] = []
+    for value in read_recording(path):
+        if same_time and _time(value) != _time(same_time[0]):
+            yield from _grouped(same_time, assembler, waiting)
+            same_time = []
+        same_time.append(value)
+    yield from _grouped(same_time, assembler, waiting)
+
+
+def _time(value: RecordedValue) -> int:
+    return value.track.t_ns if isinstance(value, RecordedTrack) else value.t_ns
+
+
+def _grouped(
+    values: list[RecordedValue],
+    assembler: FrameAssembler,
+    waiting: list[Event | RecordedSurface],
+) -> Iterator[SessionMessage]:
+    """The message that these values of one time make; what comes between frames is `waiting`."""
+    waiting += [v for v in values if isinstance(v, Event | RecordedSurface)]
+    for value in values:
+        frame = assembler.feed(value)
+        if frame is None or not isinstance(value, EncodedFrame):
+            continue
+        live = SessionInput(
+            frame=frame,
+            packet=value,
+            avatars=tuple(v.avatar for v in values if isinstance(v, RecordedAvatar)),
+            events=tuple(v for v in waiting if isinstance(v, Event)),
+            surfaces=tuple(v.surface for v in waiting if isinstance(v, RecordedSurface)),
+        )
+        truth = next((GroundTruth(v) for v in values if isinstance(v, RecordedTruth)), None)
+        tracks = tuple((v.method, v.track) for v in values if isinstance(v, RecordedTrack))
+        yield SessionMessage(live, truth, tracks)
+        waiting.clear()

@@ -1,0 +1,139 @@
+"""`nexus convert A B`: from one splat format to another, or a scene to one splat file."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+from scenes.formats.ply import WORLD_COMMENT, write_ply_blocks
+from scenes.formats.registry import (
+    READABLE,
+    WRITABLE,
+    is_in_world_frame,
+    read_splat_file,
+    require_writer,
+)
+from scenes.formats.storage.blocks import ROWS_PER_BLOCK, SplatBlocks, in_blocks
+from scenes.formats.storage.error import refusal
+from scenes.frames import WORLD_FROM_FORWARD_CAMERA
+from scenes.harmonics import turned
+from scenes.opening import open_scene
+from scenes.package import is_package
+from scenes.samples import SAMPLE_NAMES
+from scenes.splats import SplatCloud, concatenate
+from studio.console.progress import Progress, text_progress
+
+SHOWN_FROM = 8 * ROWS_PER_BLOCK
+"""Splats from which on a conversion takes long enough to say how far it is."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add what `nexus convert` takes to its parser."""
+    parser.add_argument(
+        "source",
+        type=Path,
+        metavar="A",
+        help=f"a splat file ({READABLE}), a SOG folder, or a scene",
+    )
+    parser.add_argument(
+        "target",
+        type=Path,
+        metavar="B",
+        help=f"the file to write or replace; its ending decides the format ({WRITABLE}; "
+        "the last three need the package usd-core)",
+    )
+    parser.add_argument("--json", action="store_true", help="report as one JSON object")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Convert and print one line, or one JSON object; returns 0.
+
+    Raises:
+        FormatError, PackageError, WriteError: as `convert`.
+    """
+    report = convert(args.source, args.target, progress=text_progress())
+    print(json.dumps(report) if args.json else _line(report))
+    return 0
+
+
+def convert(source: Path, target: Path, *, progress: Progress) -> dict[str, object]:
+    """Read `source`, write `target` whole or not at all.
+
+    Files go through memory block by block, so they may be larger than it; scenes, SOG and USD are
+    held whole. The splats keep their place: a file in the world frame (Z up) is turned to the axes
+    of the format it is written to, except to PLY, which can say that it is in the world frame.
+
+    Args:
+        source: a splat file, or a scene, whose objects are put where they last were.
+        target: the file to make or replace; its ending decides the format.
+        progress: shows how far it is, if there are many splats.
+
+    Returns:
+        What was read and written, as plain values.
+
+    Raises:
+        FormatError, PackageError: the source is bad, or the target's ending is no writable format.
+        WriteError: the target could not be written.
+    """
+    written, write = require_writer(target)
+    if target.exists() and source.exists() and target.samefile(source):
+        raise refusal(target, "", "is the file to read", "choose another name to write")
+    splats, in_world = _read(source)
+    if in_world and written.write is write_ply_blocks:
+        write = partial(write_ply_blocks, comments=[WORLD_COMMENT])
+    elif in_world:
+        splats = splats.changed(lambda cloud: turned(cloud, WORLD_FROM_FORWARD_CAMERA.inverse()))
+    if splats.count >= SHOWN_FROM:
+        splats = replace(splats, blocks=_shown(splats, target, progress))
+    size = write(target, splats)
+    return {
+        "verb": "convert",
+        "source": str(source),
+        "target": str(target),
+        "splats": splats.count,
+        "sh_degree": splats.sh_degree,
+        "written_sh_degree": min(splats.sh_degree, written.max_sh_degree),
+        "source_bytes": _bytes(source),
+        "target_bytes": size,
+    }
+
+
+def _read(source: Path) -> tuple[SplatBlocks, bool]:
+    """The splats of a file or scene, and whether they are in the world frame."""
+    if not (is_package(source) or str(source) in SAMPLE_NAMES):
+        return read_splat_file(source), is_in_world_frame(source)
+    package = open_scene(source)
+    placed = [turned(item.splats, item.world_from_object) for item in package.objects]
+    return in_blocks(concatenate([package.room, *placed])), True
+
+
+def _shown(splats: SplatBlocks, target: Path, progress: Progress) -> Iterator[SplatCloud]:
+    """The same blocks; progress advances with each."""
+    progress.begin(f"writing {target.name}")
+    done = 0
+    for cloud in splats.blocks:
+        yield cloud
+        done += len(cloud)
+        progress.advance(done / splats.count, f"{done:,} of {splats.count:,} splats")
+    progress.finish(f"{splats.count:,} splats")
+
+
+def _bytes(path: Path) -> int | None:
+    if path.is_dir():
+        return sum(inner.stat().st_size for inner in path.rglob("*") if inner.is_file())
+    return path.stat().st_size if path.is_file() else None
+
+
+def _line(report: dict[str, object]) -> str:
+    lost = report["sh_degree"] != report["written_sh_degree"]
+    note = "; view-dependent colour left out, .splat holds none" if lost else ""
+    size = report["source_bytes"]
+    before = "" if size is None else f"{size:,} → "
+    return (
+        f"{report['source']} → {report['target']}: {report['splats']:,} splats, "
+        f"degree {report['written_sh_degree']}, {before}{report['target_bytes']:,} bytes{note}"
+    )

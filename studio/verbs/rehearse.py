@@ -1,0 +1,81 @@
+"""`nexus rehearse`: the main job, from a scene's name to a report."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+DEFAULT_OUT = Path("out/rehearsal")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's flags."""
+    parser.add_argument(
+        "scene", nargs="?", default="lab", help="built-in room or scene package (default: lab)"
+    )
+    parser.add_argument("--scenario", metavar="F", help="name or TOML file (default: the room's)")
+    parser.add_argument("--seed", type=int, default=0, help="decides everything random")
+    parser.add_argument(
+        "--out", type=Path, default=DEFAULT_OUT, metavar="DIR", help=f"results ({DEFAULT_OUT})"
+    )
+    parser.add_argument("--headless", action="store_true", help="without a window")
+    parser.add_argument(
+        "--method",
+        choices=("own", "paper", "both"),
+        default="own",
+        help="tracker to show and to hold to the bars; 'both' is own with the paper's beside it",
+    )
+    parser.add_argument(
+        "--no-paper", action="store_true", help="leave out the paper's method on the same frames"
+    )
+    pace = parser.add_mutually_exclusive_group()
+    pace.add_argument(
+        "--exact", action="store_true", help="nothing dropped, the same every time (default)"
+    )
+    pace.add_argument(
+        "--paced", action="store_true", help="in real time: frames are dropped when it is too slow"
+    )
+    parser.add_argument("--json", action="store_true", help="print the figures as JSON")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Rehearse; exit 1 if a figure misses its bar."""
+    from studio.console.display import why_no_window
+    from studio.console.progress import text_progress
+    from studio.console.rows import as_json, as_table, exit_code
+    from studio.rehearsal import perform
+    from studio.session.outputs import check_target
+    from studio.session.session import Pace, SessionPlan
+
+    check_target(args.out)
+    plan = SessionPlan(
+        scene=args.scene,
+        scenario=args.scenario,
+        seed=args.seed,
+        methods=methods(args.method, without_paper=args.no_paper),
+        pace=Pace.PACED if args.paced else Pace.EXACT,
+    )
+    no_window = "" if args.headless else why_no_window()
+    if no_window is None:
+        from studio.app.window import rehearse_in_window
+
+        performance = rehearse_in_window(plan, args.out)
+    else:
+        if no_window:
+            print(f"{no_window}: rehearsing without a window", file=sys.stderr)
+        performance = perform(plan, args.out, progress=text_progress())
+    if args.json:
+        print(json.dumps(as_json("rehearse", performance.rows, args.seed), indent=2))
+    else:
+        print(as_table(performance.rows))
+    print(f"report: {performance.folder / 'report.html'}", file=sys.stderr)
+    return exit_code(performance.rows)
+
+
+def methods(chosen: str, *, without_paper: bool) -> tuple[str, ...]:
+    """The trackers to run, the shown one first."""
+    if chosen == "paper" or without_paper:
+        return ("paper",) if chosen == "paper" else ("own",)
+    return ("own", "paper")

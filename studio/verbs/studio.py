@@ -1,0 +1,32 @@
+"""`nexus studio`: the desktop window."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's flags."""
+    parser.add_argument(
+        "scene", nargs="?", default="lab", help="built-in room or scene package (default: lab)"
+    )
+    parser.add_argument(
+        "--out",
+        type=Path,
+        default=Path("out/rehearsal"),
+        metavar="DIR",
+        help="where rehearsals started from the window go (out/rehearsal)",
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Open the window and wait until it is closed."""
+    from studio.console.display import why_no_window
+
+    no_window = why_no_window()
+    if no_window is not None:
+        raise ValueError(f"{no_window}; 'nexus rehearse --headless' needs no window")
+    from studio.app.window import open_window
+
+    return open_window(args.scene, rehearse_to=args.out)

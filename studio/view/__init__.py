@@ -1,0 +1,1 @@
+"""The twin drawn for people: overlays, live surfaces, orbits."""

@@ -1,0 +1,136 @@
+"""Pictures of the twin: the scan of the room with every object's splats at its tracked pose."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.cameras import Fisheye, Pinhole
+from scenes.frames import look_at
+from scenes.package import ScenePackage
+from scenes.pose import Pose
+from scenes.render.levels.thinning import thinned
+from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
+from scenes.splats import SplatCloud
+from studio.view.surface_drawing import LivePicture, draw_surface
+
+Colour = tuple[float, float, float]
+
+BACKGROUND: Colour = (0.055, 0.063, 0.078)
+"""Behind everything, seen from outside a room: the colour of the film's frame."""
+
+ABOVE_M = 16.0
+"""Height of the camera that looks down: far up, so that walls hardly lean."""
+
+CUT_M = 2.15
+"""What is higher is left out of the view from above: the ceiling."""
+
+MARGIN_M = 0.15
+
+COARSE_SPLATS = 200_000
+"""Splats of the room in a coarse picture."""
+
+
+class Twin:
+    """Draws one scene.
+
+    Args:
+        scene: the scan.
+        renderer: draws splats.
+    """
+
+    def __init__(self, scene: ScenePackage, renderer: Renderer) -> None:
+        self._room = self._coarse_room = PosedSplats(scene.room, Pose.identity())
+        self._objects = {item.object_id: item for item in scene.objects}
+        self._renderer = renderer
+        self._footprint = scene.footprint_m
+        self._usual = usual_colour(scene.room)
+        self._top_m = float(scene.room.means[:, 2].max(initial=0.0))
+
+    def picture(
+        self,
+        poses: Mapping[str, Pose],
+        camera: Pinhole | Fisheye,
+        world_from_camera: Pose,
+        *,
+        near_m: float = 0.05,
+        coarse: bool = False,
+        live: Sequence[LivePicture] = (),
+    ) -> NDArray[np.uint8]:
+        """(H, W, 3) RGB.
+
+        Args:
+            poses: `world_from_object` by object id; the others are where the scan saw them.
+            camera: what to look through.
+            world_from_camera: from where.
+            near_m: what is nearer is left out.
+            coarse: draw the room with fewer splats, if `make_coarse` was called.
+            live: surfaces that show live video.
+        """
+        room = self._coarse_room if coarse else self._room
+        posed = [
+            PosedSplats(item.splats, poses.get(object_id, item.world_from_object))
+            for object_id, item in self._objects.items()
+        ]
+        behind = self._behind(camera, world_from_camera)
+        options = RenderOptions(background=behind, near_m=near_m)
+        drawn = self._renderer.render([room, *posed], camera, world_from_camera, options)
+        picture = (np.clip(drawn.rgb, 0.0, 1.0) * 255.0 + 0.5).astype(np.uint8)
+        for surface in live:
+            draw_surface(picture, drawn.depth, camera, world_from_camera, surface)
+        return picture
+
+    def _behind(
+        self, camera: Pinhole | Fisheye, world_from_camera: Pose
+    ) -> Colour | NDArray[np.float32]:
+        """What shows where the scan has a hole: inside the room, its usual colour."""
+        *place, height = world_from_camera.translation
+        low, high = self._footprint
+        if height > self._top_m or (place < low).any() or (place > high).any():
+            return BACKGROUND
+        return within_circle(camera, self._usual) if isinstance(camera, Fisheye) else self._usual
+
+    def make_coarse(self) -> None:
+        """Choose the splats of coarse pictures: a second's work for a million of them."""
+        cloud = thinned(self._room.cloud, COARSE_SPLATS)
+        self._coarse_room = PosedSplats(cloud, Pose.identity())
+
+    def above(self, size_px: int) -> tuple[Pinhole, Pose]:
+        """A square camera that looks down on the whole floor: north (+y) is up in the picture."""
+        low, high = self._footprint
+        centre = 0.5 * (low + high)
+        extent = float((high - low).max()) + 2 * MARGIN_M
+        focal = size_px * (ABOVE_M - CUT_M) / extent
+        eye = np.array([*centre, ABOVE_M])
+        camera = Pinhole(size_px, size_px, focal, focal, 0.5 * size_px, 0.5 * size_px)
+        return camera, look_at(eye, np.array([*centre, 0.0]))
+
+    def picture_from_above(self, poses: Mapping[str, Pose], size_px: int) -> NDArray[np.uint8]:
+        """(S, S, 3) RGB of the room without its ceiling, see `above`."""
+        camera, world_from_camera = self.above(size_px)
+        return self.picture(poses, camera, world_from_camera, near_m=ABOVE_M - CUT_M)
+
+
+def usual_colour(room: SplatCloud) -> Colour:
+    """The mean colour of a room's surfaces; without any, the one behind everything."""
+    area = np.prod(np.sort(room.scales, axis=1)[:, 1:], axis=1)
+    weight = (area * room.opacities).astype(np.float64)
+    if not weight.sum() > 0.0:
+        return BACKGROUND
+    red, green, blue = np.clip(np.average(room.colours(), axis=0, weights=weight), 0.0, 1.0)
+    return float(red), float(green), float(blue)
+
+
+def within_circle(camera: Fisheye, colour: Colour) -> NDArray[np.float32]:
+    """(H, W, 3) a colour where a lens sees anything, what is behind everything beside it."""
+    x = np.arange(camera.width_px) + 0.5 - camera.cx
+    y = np.arange(camera.height_px) + 0.5 - camera.cy
+    sees = np.hypot(x[None, :], y[:, None]) <= camera.circle_px
+    return np.where(sees[..., None], colour, BACKGROUND).astype(np.float32)
+
+
+def lens_camera(lens: Fisheye, size_px: int) -> Fisheye:
+    """The same lens on a square picture of another size."""
+    return lens.resized(size_px, size_px)

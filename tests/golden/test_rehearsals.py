@@ -1,0 +1,159 @@
+"""Golden replays: short rehearsals of the built-in rooms keep the accuracy that was measured.
+
+Each is simulated once, tracked, and scored by the product's own scores. `ceilings.toml` says what
+was measured, where and when, and what is allowed: a quarter more. A change that makes tracking
+better lowers a ceiling by measuring anew; one that makes it worse than a ceiling fails here.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from devices.recording import read_recording
+from devices.recording_codec import RecordedTrack, RecordedTruth
+from scenes.state import TrackState
+from studio.evaluate.scores import ScoreBoard
+from studio.session.session import SessionPlan, open_session
+
+HERE = Path(__file__).parent
+CEILINGS = tomllib.loads((HERE / "ceilings.toml").read_text(encoding="utf-8"))
+REHEARSALS = tuple(CEILINGS["rehearsals"])
+APART_M = 0.3
+"""Two objects of a kind nearer to a track than this to each other cannot be told apart by it."""
+
+pytestmark = [pytest.mark.golden, pytest.mark.timeout(900)]
+
+
+@pytest.fixture(scope="session", params=REHEARSALS)
+def rehearsal(request, tmp_path_factory):
+    """A rehearsal played once: its recording, truth and tracks by frame, and scores."""
+    room = request.param
+    recording = tmp_path_factory.mktemp("golden") / f"{room}.mcap"
+    plan = SessionPlan(
+        scene=room,
+        scenario=str(HERE / f"{room}.toml"),
+        seed=0,
+        methods=("own",),
+        record_to=recording,
+    )
+    session = open_session(plan)
+    session.run(lambda _output: None)
+    truths, tracks = contents(recording)
+    board = ScoreBoard(session.scene.objects)
+    for seq, truth in truths.items():
+        board.add(tracks[seq].values(), truth)
+    return SimpleNamespace(
+        room=room,
+        recording=recording,
+        objects={item.object_id: item.kind for item in session.scene.objects},
+        truths=truths,
+        tracks=tracks,
+        board=board,
+    )
+
+
+def contents(recording):
+    """Truth by frame, and tracks by frame and object id, of a recording."""
+    truths, tracks = {}, {}
+    for value in read_recording(recording):
+        if isinstance(value, RecordedTruth):
+            truths[value.seq] = value
+        elif isinstance(value, RecordedTrack):
+            tracks.setdefault(value.track.source_seq, {})[value.track.object_id] = value.track
+    return truths, tracks
+
+
+def lost_frames(rehearsal):
+    """Frames in which an object that has moved is told to be lost."""
+    return sum(
+        sample.counted and sample.state is TrackState.LOST
+        for object_id in rehearsal.objects
+        for sample in rehearsal.board.samples(object_id)
+    )
+
+
+def switches(rehearsal):
+    """How often a track goes over to another object of its kind, or back."""
+    count = 0
+    for object_id, kind in rehearsal.objects.items():
+        twins = [name for name, other in rehearsal.objects.items() if other == kind]
+        follows = object_id
+        for seq, truth in rehearsal.truths.items():
+            place = rehearsal.tracks[seq][object_id].world_from_object.translation
+            far = {
+                twin: float(np.linalg.norm(truth.world_from_object[twin].translation - place))
+                for twin in twins
+            }
+            nearest = min(far, key=far.__getitem__)
+            if nearest != follows and far[follows] - far[nearest] > APART_M:
+                count, follows = count + 1, nearest
+    return count
+
+
+def measured(rehearsal):
+    """Figures by kind of object, and of the rehearsal as a whole."""
+    figures = {}
+    for kind in sorted({model.kind for model in rehearsal.board.moved()}):
+        score = rehearsal.board.score(kind=kind)
+        figures[kind] = {
+            "frames": score.world_cm.count,
+            "world_cm_mean": score.world_cm.mean,
+            "world_cm_p95": score.world_cm.p95,
+        }
+        if score.yaw_deg is not None:
+            figures[kind]["yaw_deg_mean"] = score.yaw_deg.mean
+            figures[kind]["yaw_deg_p95"] = score.yaw_deg.p95
+    return figures
+
+
+def test_every_ceiling_is_a_quarter_above_what_was_measured():
+    for room in CEILINGS["rehearsals"].values():
+        for kind in room["kinds"].values():
+            for figure in kind.values():
+                assert figure["ceiling"] == pytest.approx(1.25 * figure["measured"], rel=0.02)
+
+
+def test_errors_stay_under_their_ceilings(rehearsal):
+    wanted = CEILINGS["rehearsals"][rehearsal.room]["kinds"]
+    found = measured(rehearsal)
+    print(rehearsal.room, found)
+    assert set(found) == set(wanted), "other kinds of objects moved than the table knows"
+    above = [
+        f"{rehearsal.room}.{kind}.{name}: {found[kind][name]:.3f}, ceiling {figure['ceiling']}"
+        for kind, figures in wanted.items()
+        for name, figure in figures.items()
+        if not found[kind][name] <= figure["ceiling"]
+    ]
+    assert not above, "; ".join(above)
+
+
+def test_every_kind_moved_for_long_enough_to_be_judged(rehearsal):
+    for kind, figures in measured(rehearsal).items():
+        assert figures["frames"] >= CEILINGS["rehearsals"][rehearsal.room]["least_frames"], kind
+
+
+def test_nothing_is_lost_and_no_track_changes_its_object(rehearsal):
+    allowed = CEILINGS["rehearsals"][rehearsal.room]
+    assert lost_frames(rehearsal) <= allowed["lost_frames"]
+    assert switches(rehearsal) <= allowed["switches"]
+
+
+def test_an_exact_replay_reproduces_every_track(rehearsal):
+    plan = SessionPlan(recording=rehearsal.recording, methods=("own",))
+    again = {}
+    open_session(plan).run(
+        lambda output: again.update({(t.source_seq, t.object_id): t for t in output.shown.objects})
+    )
+    assert len(again) == len(rehearsal.truths) * len(rehearsal.objects)
+    for (seq, object_id), track in again.items():
+        before = rehearsal.tracks[seq][object_id]
+        assert track.state is before.state, (seq, object_id)
+        np.testing.assert_allclose(
+            track.world_from_object.matrix(), before.world_from_object.matrix(), rtol=0, atol=1e-9
+        )
+        np.testing.assert_allclose(track.covariance, before.covariance, rtol=0, atol=1e-9)

@@ -1,0 +1,203 @@
+"""What is believed before a frame is measured, and which measurement is believed."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from scenes.pose import Pose
+from scenes.state import TrackState
+from tracking.follow.posterior import (
+    ACCEPTED_CONTOUR_SCORE,
+    CONCLUSIVE_INLIER_RATIO,
+    CONTACT_SIGMA_M,
+    FAR_PRICE,
+    HEAVY_HEIGHT_M,
+    LEAST_VISIBLE,
+    MOVING_SIGMA_M,
+    RECOGNISED_CONTOUR_SCORE,
+    REST_RADIUS_M,
+    RESTING_SIGMA_M,
+    confidence_of,
+    foreground_factor,
+    has_left_its_rest,
+    is_accepted,
+    is_at_scanned_pose,
+    is_conclusive,
+    is_too_weak,
+    least_correlation,
+    penalised_score,
+    priors,
+    shows_pattern,
+)
+
+TABLE_M = 0.74
+SMALL, HEAVY = (0.2, 0.2, 0.1), (0.5, 0.5, 0.9)
+
+
+def a_fit(
+    contour_score=0.9,
+    *,
+    visible=1.0,
+    covered=0.0,
+    textured=False,
+    colour_correlation=0.7,
+    at=(0.0, 0.0, TABLE_M),
+):
+    return SimpleNamespace(
+        world_from_object=Pose.from_yaw(0.0, at),
+        contour_score=contour_score,
+        unoccluded_inlier_ratio=contour_score,
+        score=contour_score,
+        visible_fraction=visible,
+        covered_fraction=covered,
+        textured=textured,
+        colour_correlation=colour_correlation,
+    )
+
+
+def a_task(box_m=SMALL, *, state=TrackState.STATIC, missed=0, contains=True, **remembered):
+    known = {
+        "usual_correlation": 0.0, "usual_inlier_ratio": 0.0, "initial_correlation": 1.0,
+        "still_frames": 6,
+    }  # fmt: skip
+    track = SimpleNamespace(
+        world_from_object=Pose.from_yaw(0.0, (0.0, 0.0, TABLE_M)),
+        state=state,
+        missed_frames=missed,
+        silhouette_bias_m=0.002,
+        silhouette_bias_sigma_m=0.001,
+        **{**known, **remembered},
+    )
+    return SimpleNamespace(
+        track=track,
+        model=SimpleNamespace(source=SimpleNamespace(box_m=box_m, support_z_m=0.0), textured=False),
+        support_heights_m=(0.0, TABLE_M),
+        scene=SimpleNamespace(contains=lambda _pose: contains),
+    )
+
+
+def believed(task, height_m):
+    return priors(task, Pose.from_yaw(0.3, (1.0, 2.0, height_m)))
+
+
+def test_what_is_heavy_stands_on_the_floor_whatever_is_predicted():
+    (only,) = believed(a_task(HEAVY), 0.3)
+    assert only.mean[2] == 0.0
+    assert only.sigma[2] == CONTACT_SIGMA_M
+    np.testing.assert_allclose(only.mean[[0, 1, 3]], (1.0, 2.0, 0.3))
+    assert HEAVY[2] >= HEAVY_HEIGHT_M > SMALL[2]
+
+
+@pytest.mark.parametrize(
+    ("above_m", "heights"),
+    [(0.01, [TABLE_M, None]), (0.1, [None, TABLE_M]), (0.4, [None])],
+)
+def test_a_small_thing_stands_near_a_support_and_is_carried_above_it(above_m, heights):
+    found = believed(a_task(), TABLE_M + above_m)
+    assert [p.mean[2] if p.sigma[2] == CONTACT_SIGMA_M else None for p in found] == heights
+    assert all(prior.silhouette_bias_m == 0.002 for prior in found)
+
+
+def test_what_rests_is_expected_nearer_than_what_moves_and_what_was_missed_farther():
+    resting, moving, missed = (
+        believed(task, TABLE_M)[0].sigma[0]
+        for task in (
+            a_task(),
+            a_task(state=TrackState.TRACKED),
+            a_task(state=TrackState.TRACKED, missed=4),
+        )
+    )
+    assert resting == RESTING_SIGMA_M
+    assert moving == MOVING_SIGMA_M
+    assert missed == pytest.approx(3.0 * MOVING_SIGMA_M)
+
+
+@pytest.mark.parametrize(
+    ("state", "moved_m", "left"),
+    [
+        (TrackState.STATIC, REST_RADIUS_M + 1e-3, True),
+        (TrackState.STATIC, REST_RADIUS_M - 1e-3, False),
+        (TrackState.TRACKED, 1.0, False),
+    ],
+)
+def test_only_what_rested_can_leave_its_rest(state, moved_m, left):
+    fit = a_fit(at=(moved_m, 0.0, TABLE_M))
+    assert has_left_its_rest(a_task(state=state), fit) == left
+
+
+def test_outside_the_room_everything_is_doubtful():
+    assert is_too_weak(a_task(contains=False), a_fit())
+    assert not is_too_weak(a_task(), a_fit())
+
+
+@pytest.mark.parametrize(("box_m", "moved_m", "missed", "doubted"), [
+    (HEAVY, 0.5, 0, False), (HEAVY, 0.5, 2, True),
+    (SMALL, 0.0, 0, False), (SMALL, 0.5, 0, True), (SMALL, 0.0, 2, True),
+])  # fmt: skip
+def test_a_weak_outline_is_doubted_after_a_gap_or_a_leap(box_m, moved_m, missed, doubted):
+    weak = a_fit(CONCLUSIVE_INLIER_RATIO - 0.01, at=(moved_m, 0.0, TABLE_M))
+    assert is_too_weak(a_task(box_m, missed=missed), weak) == doubted
+    assert not is_too_weak(a_task(box_m, missed=missed), a_fit(at=(moved_m, 0.0, TABLE_M)))
+
+
+def test_a_good_outline_convinces_unless_the_object_usually_shows_a_better_one():
+    assert is_conclusive(a_task(), a_fit(0.6))
+    assert not is_conclusive(a_task(), a_fit(CONCLUSIVE_INLIER_RATIO - 0.01))
+    assert not is_conclusive(a_task(usual_inlier_ratio=0.9), a_fit(0.6))
+    assert not is_conclusive(a_task(), a_fit(0.9, textured=True, colour_correlation=0.2))
+    assert is_conclusive(a_task(), a_fit(0.9, textured=False, colour_correlation=0.2))
+
+
+def test_a_pattern_that_is_recognised_needs_less_of_an_outline():
+    faint = RECOGNISED_CONTOUR_SCORE + 0.01
+    assert faint < ACCEPTED_CONTOUR_SCORE
+    assert shows_pattern(a_fit(textured=True))
+    assert not shows_pattern(a_fit(textured=False))
+    assert not shows_pattern(a_fit(textured=True, visible=0.5))
+    assert is_accepted(a_fit(faint, textured=True))
+    assert not is_accepted(a_fit(faint, textured=False))
+    assert not is_accepted(a_fit(faint, textured=True, colour_correlation=0.4))
+    assert not is_accepted(a_fit(visible=LEAST_VISIBLE - 0.01))
+
+
+def test_a_blurred_scan_lowers_what_is_asked_of_a_pattern():
+    clear, blurred = (a_task(initial_correlation=value).track for value in (0.9, 0.2))
+    assert least_correlation(blurred) == pytest.approx(0.17)
+    assert least_correlation(clear) > 2 * least_correlation(blurred)
+
+
+def test_confidence_grows_with_support_and_shrinks_where_the_empty_room_shows():
+    told = [confidence_of(a_fit(support)) for support in (0.4, 0.6, 0.8, 0.9)]
+    assert told == sorted(told)
+    assert (told[0], told[-1]) == (0.0, 1.0)
+    assert confidence_of(a_fit(textured=True, colour_correlation=0.3)) == pytest.approx(0.25)
+    bare = [foreground_factor(a_fit(visible=share)) for share in (1.0, 0.7, 0.45, 0.2)]
+    np.testing.assert_allclose(bare, (1.0, 1.0, 0.5, 0.0))
+    assert foreground_factor(a_fit(visible=0.2, covered=0.8)) == 1.0
+
+
+def test_being_far_from_what_was_expected_has_a_price_but_no_end():
+    belief = SimpleNamespace(
+        mean=np.array([0.0, 0.0, TABLE_M, 0.0]), sigma=np.array([0.1, 0.1, 0.1, 0.2])
+    )
+    assert penalised_score(a_fit(), belief) == pytest.approx(0.9)
+    # Yaws are compared the short way round.
+    turned, belief.mean = a_fit(), belief.mean + np.array([0.0, 0.0, 0.0, math.pi])
+    turned.world_from_object = Pose.from_yaw(-math.pi + 0.01, (0.0, 0.0, TABLE_M))
+    assert penalised_score(turned, belief) == pytest.approx(0.9, abs=1e-3)
+    belief.mean[3] = 0.0
+    apart = [penalised_score(a_fit(at=(x, 0.0, TABLE_M)), belief) for x in (0.1, 0.3, 3.0)]
+    assert apart[0] == pytest.approx(0.9 - FAR_PRICE)
+    assert apart == sorted(apart, reverse=True)
+    assert apart[2] == pytest.approx(0.9 - 9.0 * FAR_PRICE)
+
+
+@pytest.mark.parametrize(("recognised", "support", "visible", "there"), [
+    (None, 0.6, 0.8, True), (True, 0.6, 0.8, True), (False, 0.9, 1.0, False),
+    (None, 0.5, 0.8, False), (None, 0.6, 0.4, False),
+])  # fmt: skip
+def test_what_is_only_known_by_its_scan_must_be_seen_there(recognised, support, visible, there):
+    fit = a_fit(support, visible=visible)
+    assert is_at_scanned_pose(fit, is_recognised=recognised) == there

@@ -1,0 +1,109 @@
+"""Small things that were lost on a table are found again by their colours, in filmed meshes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scenes.pose import Pose, wrap_angle
+from scenes.state import TrackState
+from tracking.follow.posterior import SURE
+from tracking.follow.redetection import OVERVIEW_MS, redetect, redetect_all
+from tracking.follow.track import SEARCH_PERIOD_NS
+
+LOST = {"state": TrackState.LOST}
+
+
+def apart(found, true):
+    """Metres and degrees."""
+    metres = float(np.linalg.norm(found.translation - true.translation))
+    return metres, abs(np.degrees(wrap_angle(found.yaw() - true.yaw())))
+
+
+def test_a_small_plain_thing_put_elsewhere_is_found_at_its_place_and_yaw(table, mug_elsewhere):
+    scene, now = mug_elsewhere
+    found = redetect_all([table.task(scene, "mug-1", **LOST)])["mug-1"]
+    metres, degrees = apart(found.world_from_object, now)
+    assert metres < 0.01
+    assert degrees < 8.0
+    assert found.state is TrackState.STATIC
+    assert found.confidence > SURE
+    assert found.review.is_clear
+    assert found.rest is not None
+    assert found.world_from_object.translation[2] == pytest.approx(0.74, abs=0.005)
+
+
+def test_two_lost_things_are_not_given_one_place(table, mug_elsewhere):
+    scene, now = mug_elsewhere
+    both = ("book-1", "mug-1")
+    tasks = [table.task(scene, n, neighbours=table.neighbours(n, both), **LOST) for n in both]
+    found = redetect_all(tasks)
+    assert apart(found["mug-1"].world_from_object, now)[0] < 0.01
+    assert apart(found["book-1"].world_from_object, now)[0] > table.models["mug-1"].radius_m
+
+
+@pytest.mark.xfail(
+    strict=True,
+    reason="the floor hidden behind the table fills all starts; the book's place is proposed first",
+)
+@pytest.mark.parametrize("place", [(-0.22, 0.25, 0.74), (-0.37, 0.37, 0.74)])
+def test_a_book_is_not_taken_for_one_on_the_floor_that_the_table_hides(table, place):
+    now = Pose.from_yaw(table.poses["book-1"].yaw() + 0.8 * (place[0] < -0.3), place)
+    found = redetect_all([table.task(table.scene({"book-1": now}), "book-1", **LOST)])["book-1"]
+    assert found.state is not TrackState.LOST
+    assert apart(found.world_from_object, now)[0] < 0.01
+
+
+def test_what_is_not_in_the_room_stays_lost_and_the_search_is_noted(table, no_mug):
+    found = redetect_all([table.task(no_mug, "mug-1", **LOST)])["mug-1"]
+    assert found.state is TrackState.LOST
+    assert found.confidence == 0.0
+    assert found.searches_in_vain == 1
+    assert found.searched_ns == no_mug.frame.t_ns
+    assert redetect_all([]) == {}
+
+
+def test_a_search_spread_over_frames_comes_to_the_same_pose(table, mug_elsewhere):
+    scene, _now = mug_elsewhere
+    task = table.task(scene, "mug-1", **LOST)
+    at_once = redetect_all([task])["mug-1"]
+    search, found, frames = None, {}, 0
+    while not found:
+        found, search = redetect([task], search, budget_ms=60.0 + OVERVIEW_MS)
+        frames += 1
+    assert frames >= 3
+    assert search is None
+    np.testing.assert_array_equal(
+        found["mug-1"].world_from_object.matrix(), at_once.world_from_object.matrix()
+    )
+
+
+def test_a_search_ends_when_its_object_is_lost_no_more(table, mug_elsewhere):
+    scene, _now = mug_elsewhere
+    mug = table.task(scene, "mug-1", **LOST)
+    _, begun = redetect([mug], None, budget_ms=OVERVIEW_MS + 1.0)
+    assert begun is not None
+    assert begun.task is mug
+    found, left = redetect([], begun, budget_ms=OVERVIEW_MS + 1.0)
+    assert (found, left) == ({}, None)
+
+
+@pytest.mark.parametrize(("in_vain", "waits"), [(0, 1), (1, 1), (2, 2), (3, 4), (9, 8)])
+def test_after_searches_in_vain_the_next_waits_longer(table, no_mug, in_vain, waits):
+    remembered = {**LOST, "searches_in_vain": in_vain, "searched_ns": 0}
+    for late_ns, begins in ((-1, False), (0, True)):
+        now = waits * SEARCH_PERIOD_NS + late_ns
+        scene = replace(no_mug, frame=replace(no_mug.frame, t_ns=now))
+        _, search = redetect([table.task(scene, "mug-1", **remembered)], None, budget_ms=1.0)
+        assert (search is not None) == begins
+
+
+def test_what_waited_longest_is_looked_for_first(table, no_mug):
+    early, late = -3 * SEARCH_PERIOD_NS, -2 * SEARCH_PERIOD_NS
+    tasks = [
+        table.task(no_mug, "mug-1", **LOST, searched_ns=late),
+        table.task(no_mug, "box-1", **LOST, searched_ns=early),
+    ]
+    _, search = redetect(tasks, None, budget_ms=1.0)
+    assert search is not None
+    assert search.task is tasks[1]

@@ -1,0 +1,170 @@
+"""When other yaws are compared, and how often."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from scenes.pose import Pose, wrap_angle
+from scenes.state import TrackState
+from tracking.follow import yaw_review
+from tracking.follow.posterior import LOST_CONFIDENCE
+from tracking.follow.track import Review, Track
+from tracking.follow.yaw_review import (
+    PERIOD_NS,
+    REVIEW_PART,
+    is_under_review,
+    reported_confidence,
+    reviewed,
+    was_reviewed,
+)
+from tracking.hypotheses.budget import Step
+from tracking.hypotheses.hypothesis import Hypothesis
+from tracking.solve.gauss_newton import Prior, solve
+from tracking.solve.motion import pose_vector
+
+SHARP = Pose.from_yaw(0.0)
+FLIPPED = Pose.from_yaw(3.1)
+RIG = Pose.identity()
+REFINED_NS = round(REVIEW_PART * Step.REVIEW_YAW.nominal_ms * 1e6)
+LONG_NS = 10 * REFINED_NS
+
+
+def a_fit(pose, contour_score, *, visible=0.95):
+    return SimpleNamespace(
+        world_from_object=pose,
+        contour_score=contour_score,
+        score=contour_score,
+        visible_fraction=visible,
+        covered_fraction=0.0,
+        textured=False,
+        colour_correlation=0.5,
+        reduced=SimpleNamespace(contour=range(240), appearance=None),
+    )
+
+
+def a_track(review, state=TrackState.TRACKED, looked_ns=0):
+    fields = {name: None for name in Track.__dataclass_fields__}
+    return Track(**{**fields, "review": review, "state": state, "looked_ns": looked_ns})
+
+
+@pytest.fixture
+def task(monkeypatch):
+    """A task whose object stands turned by half from what it is taken for."""
+
+    def refined(_scene, _model, start, _evidence, *, quickly=False):
+        assert not quickly
+        return Hypothesis(a_fit(start, 0.95 if abs(start.yaw()) > 3.0 else 0.6), None)
+
+    monkeypatch.setattr(yaw_review, "turned", lambda *_: [SHARP, FLIPPED])
+    monkeypatch.setattr(yaw_review, "refined", refined)
+    templates = SimpleNamespace(are_indistinguishable=lambda turns: np.zeros(len(turns), bool))
+    model = SimpleNamespace(symmetry=1, radius_m=0.5, templates=templates)
+
+    def make(review, *, now_ns=0, since_ns=LONG_NS, state=TrackState.TRACKED, rig=RIG):
+        frame = SimpleNamespace(t_ns=now_ns)
+        scene = SimpleNamespace(frame=frame, contains=lambda _pose: True, world_from_rig=rig)
+        track = a_track(review, state, looked_ns=now_ns - since_ns)
+        return yaw_review.Task(scene, model, track, (), (0.0,), False, False, True, True)
+
+    return make
+
+
+def test_a_weak_yaw_is_given_up_for_a_clearly_better_one(task):
+    after, fit = reviewed(task(None), None, a_fit(SHARP, 0.65))
+    assert fit.world_from_object is FLIPPED
+    assert after.track.review == Review(0, 0, True)
+    assert was_reviewed(after.track, 0)
+
+
+def test_a_review_is_spread_over_frames_and_its_object_moves_on_meanwhile(task):
+    first = task(None, since_ns=REFINED_NS)
+    begun, fit = reviewed(first, "then", a_fit(SHARP, 0.65))
+    assert is_under_review(begun.track)
+    assert was_reviewed(begun.track, 0)
+    assert fit.world_from_object is SHARP
+    second = task(begun.track.review, now_ns=REFINED_NS, since_ns=2 * REFINED_NS)
+    moved = Pose.from_yaw(0.1, [0.2, 0.0, 0.0])
+    done, fit = reviewed(second, "now", a_fit(moved, 0.65))
+    assert not is_under_review(done.track)
+    np.testing.assert_allclose(fit.world_from_object.matrix(), (moved @ FLIPPED).matrix())
+
+
+def test_a_yaw_that_was_right_is_kept_though_it_moved_meanwhile(task):
+    begun, _ = reviewed(task(None, since_ns=REFINED_NS), "then", a_fit(SHARP, 0.99, visible=0.5))
+    fit = a_fit(Pose.from_yaw(0.1), 0.65)
+    second = task(begun.track.review, now_ns=REFINED_NS, since_ns=2 * REFINED_NS)
+    done, after = reviewed(second, "now", fit)
+    assert after is fit
+    assert done.track.review.in_vain == 1
+
+
+def test_a_review_begins_anew_when_the_camera_was_moved(task):
+    begun, _ = reviewed(task(None, since_ns=REFINED_NS), "then", a_fit(SHARP, 0.65))
+    moved = task(begun.track.review, now_ns=PERIOD_NS, since_ns=REFINED_NS, rig=Pose.identity())
+    again, fit = reviewed(moved, "now", a_fit(SHARP, 0.65))
+    assert again.track.review.pending.evidence == "now"
+    assert fit.world_from_object is SHARP
+
+
+def test_a_good_fit_and_what_never_moved_are_left_alone(task):
+    good = a_fit(SHARP, 0.9)
+    assert reviewed(task(None), None, good)[1] is good
+    weak = a_fit(SHARP, 0.65)
+    assert reviewed(task(None, state=TrackState.STATIC), None, weak)[1] is weak
+
+
+def test_after_a_review_in_vain_the_next_waits_twice_as_long(task):
+    weak, before = a_fit(SHARP, 0.65), Review(0, 2, False)
+    early = task(before, now_ns=4 * PERIOD_NS - 1)
+    assert reviewed(early, None, weak)[0].track.review is before
+    assert reviewed(task(before, now_ns=4 * PERIOD_NS), None, weak)[1] is not weak
+
+
+def test_a_yaw_that_is_one_of_several_is_reported_with_low_confidence():
+    weak = a_fit(SHARP, 0.75)
+    assert reported_confidence(a_track(Review(0, 1, False)), weak) <= LOST_CONFIDENCE
+    assert reported_confidence(a_track(Review(0, 1, True)), weak) > LOST_CONFIDENCE
+
+
+def test_a_clearly_better_place_at_the_same_yaw_is_taken(task, monkeypatch):
+    better = a_fit(Pose.from_yaw(0.05), 0.9)
+    weak = task(None)
+    monkeypatch.setattr(yaw_review, "turned", lambda *_: [SHARP])
+    monkeypatch.setattr(yaw_review, "refined", lambda *_, **_quickly: Hypothesis(better, None))
+    after, fit = reviewed(weak, None, a_fit(SHARP, 0.5))
+    assert fit is better
+    assert after.track.review.is_clear
+
+
+def test_what_looks_like_its_appearance_memory_of_a_known_yaw_is_left_alone(task):
+    seen = a_fit(SHARP, 0.5)
+    seen.textured = True
+    seen.reduced = SimpleNamespace(
+        contour=range(240),
+        camera_from_object=None,
+        appearance=SimpleNamespace(view_weight=lambda _: 1.0),
+    )
+    assert reviewed(task(None), None, seen)[1] is seen
+    ambiguous = task(Review(0, 0, False), now_ns=10 * PERIOD_NS)
+    assert reviewed(ambiguous, None, seen)[1] is not seen
+
+
+def test_a_patterned_thing_taken_for_its_back_is_turned_round(table, as_scanned):
+    """With the real comparison of yaws, on a filmed table."""
+    true = table.poses["book-1"]
+    flipped = Pose.from_yaw(true.yaw() + np.pi, true.translation)
+    evidence = table.evidence(as_scanned, "book-1", flipped)
+    prior = Prior(pose_vector(flipped), np.array([0.01, 0.01, 0.003, 0.1]))
+    wrong = solve(evidence, table.models["book-1"], flipped, prior, table.renderer)
+    scene = replace(as_scanned, frame=replace(as_scanned.frame, t_ns=LONG_NS))
+    task = table.task(scene, "book-1", state=TrackState.TRACKED, world_from_object=flipped)
+    after, fit = reviewed(task, evidence, wrong)
+    assert not is_under_review(after.track)
+    assert abs(np.degrees(wrap_angle(fit.world_from_object.yaw() - true.yaw()))) < 5.0
+    assert fit.colour_correlation > wrong.colour_correlation + 0.2
+    # What is right already stays as it is.
+    kept = replace(task, track=replace(task.track, world_from_object=true))
+    _, again = reviewed(kept, evidence, fit)
+    assert abs(np.degrees(wrap_angle(again.world_from_object.yaw() - true.yaw()))) < 5.0

@@ -1,0 +1,1 @@
+"""The empty room in the lenses: drawn, exposed, learned, compared with the live pictures."""

@@ -1,0 +1,340 @@
+"""One object from frame to frame: rest, motion, occlusion and loss."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.pose import wrap_angle
+from scenes.state import TrackState
+from tracking.evidence.appearance_memory import AppearanceMemory, remember_appearance
+from tracking.evidence.evidence import Evidence, gather, view_of
+from tracking.evidence.rendering import RenderingCache, draw
+from tracking.follow.carried import is_lifted
+from tracking.follow.measure import at_remembered_pose, measure
+from tracking.follow.posterior import (
+    HEAVY_HEIGHT_M,
+    LOST_CONFIDENCE,
+    RECOGNISED_CORRELATION,
+    confidence_of,
+    is_accepted,
+    is_at_scanned_pose,
+    is_too_weak,
+    least_correlation,
+)
+from tracking.follow.track import RESTING_FRAMES, Rest, Task, Track
+from tracking.follow.yaw_review import COVERED, is_under_review, reported_confidence, reviewed
+from tracking.hypotheses.patch_search import is_recognised, settled
+from tracking.kernels import native
+from tracking.model.symmetry import ROUND
+from tracking.solve.covariance import uncertainty
+from tracking.solve.gauss_newton import Fit
+from tracking.solve.motion import Motion, pose_vector, vector_pose
+
+GONE_BELOW = 0.25
+"""Visible fraction below which an unoccluded object counts as gone. Chosen on the rooms lab and
+desk."""
+
+
+CHANGED_LEVEL = 0.055
+"""Colour difference (channel of 0..1) of a changed patch. Chosen on the rooms lab and desk."""
+
+CHANGED_SHARE = 0.02
+"""Share of changed patches from which a resting object is measured again. Chosen on the rooms lab
+and desk."""
+
+
+PATCH_PX = 5
+"""Side in px of the patches compared at rest."""
+
+
+BESIDE_PX = 6.0
+"""Distance in px outside the contour of the patches around an object."""
+
+BESIDE_STEP = 4
+"""Contour points per patch around an object."""
+
+
+RESTING_STEP_M = 0.005
+"""Step in m per frame below which an object counts as still. Chosen on the rooms lab and desk."""
+
+RESTING_STEP_RAD = math.radians(0.7)
+"""The same in rad. Chosen on the rooms lab and desk."""
+
+
+MOVED_M = 0.010
+"""Displacement in m from which a resting object has moved. Chosen on the rooms lab and desk."""
+
+MOVED_RAD = math.radians(2.0)
+"""Turn in rad from which a resting object has moved. Chosen on the rooms lab and desk."""
+
+
+ELSEWHERE_M = 0.03
+"""Displacement in m from the scan's pose from which an object was moved between sessions. Chosen on
+the rooms lab and desk."""
+
+
+SIGNIFICANT = 2.5
+"""Standard deviations of the solve that a resting object must exceed to have moved."""
+
+
+REST_BLEND = 0.2
+"""Weight of a new measurement in a resting object's pose. Chosen on the rooms lab and desk."""
+
+
+UNCOVERED = 0.05
+"""Occluded share of the silhouette up to which an appearance is remembered. Chosen on the rooms lab
+and desk."""
+
+
+RENEWED_BELOW_WEIGHT = 0.9
+"""View weight, 0..1, of the remembered appearance below which a new one is recorded. Chosen on the
+rooms lab and desk."""
+
+
+FORGOTTEN = 0.15
+"""Weight of a frame's lower value in the running inlier ratio and correlation. Chosen on the rooms
+lab and desk."""
+
+
+COASTED_FRAMES = 4
+"""Frames without measurement for which a carried object keeps its velocity. Chosen on the rooms lab
+and desk."""
+
+
+LOST_AFTER = 12
+"""Frames without measurement, unoccluded, after which an object is lost. Chosen on the rooms lab
+and desk."""
+
+
+def first_look(task: Task) -> bool:
+    """Whether a resting object's patches are unchanged, so that nothing needs to be solved."""
+    rest, track = task.track.rest, task.track
+    if rest is None or track.state is not TrackState.STATIC or rest.inside == 0:
+        return False
+    apart = _colours_at(task, rest.lens, rest.corners) - rest.colours
+    # Exposure drifts equally everywhere; changes are deviations from the median.
+    apart = np.abs(apart - np.median(apart, axis=0))[: rest.inside]
+    return float((apart.max(axis=1) > CHANGED_LEVEL).mean()) < CHANGED_SHARE
+
+
+def _colours_at(task: Task, lens: int, corners: NDArray[np.int64]) -> NDArray[np.float32]:
+    means = native.patch_means(task.scene.frame.images[lens], corners, PATCH_PX)
+    return means.reshape(-1, 3)
+
+
+def follow(task: Task, unchanged: bool) -> Track:
+    """The object's track after this frame.
+
+    Args:
+        task: the object and the frame.
+        unchanged: result of `first_look`.
+    """
+    track, now = task.track, task.scene.frame.t_ns
+    if unchanged and not task.is_turn and not is_under_review(track):
+        return replace(track, motion=Motion.rest(now), seen_ns=now, looked_ns=now)
+    if track.state is TrackState.LOST:
+        return track
+    predicted_world_from_object = track.motion.predict(track.world_from_object, now)
+    evidence = gather(
+        task.scene,
+        task.model,
+        view_of(task.scene, task.model, predicted_world_from_object),
+        task.neighbours,
+    )
+    evidence, fit = measure(task, evidence, predicted_world_from_object, is_unchanged=unchanged)
+    if task.is_first:
+        known = is_recognised(task.scene, task.model, evidence, fit)
+        if not is_at_scanned_pose(fit, is_recognised=known) or _is_elsewhere(track, fit):
+            return _lost(task, fit)
+        if known:
+            task = replace(
+                task, track=replace(track, initial_correlation=max(fit.colour_correlation, 0.0))
+            )
+    task, fit = reviewed(task, evidence, fit)
+    wanted_correlation = least_correlation(task.track)
+    if is_accepted(fit, wanted_correlation=wanted_correlation) and not is_too_weak(task, fit):
+        return _accept(task, evidence, fit, unchanged=unchanged)
+    return _miss(task, fit)
+
+
+def _accept(task: Task, evidence: Evidence, fit: Fit, *, unchanged: bool) -> Track:
+    """The track after an accepted measurement."""
+    track, now = task.track, task.scene.frame.t_ns
+    step = pose_vector(fit.world_from_object) - pose_vector(track.world_from_object)
+    step[3] = wrap_angle(float(step[3]))
+    if task.model.symmetry == ROUND:
+        step[3] = 0.0
+    distance, turn = float(np.linalg.norm(step[:3])), abs(float(step[3]))
+    seen = replace(
+        track,
+        covariance=uncertainty(task.scene, task.model, fit),
+        visible_fraction=fit.visible_fraction,
+        confidence=reported_confidence(track, fit),
+        usual_inlier_ratio=_usual(track.usual_inlier_ratio, fit.unoccluded_inlier_ratio),
+        usual_correlation=_usual(track.usual_correlation, fit.colour_correlation),
+        missed_frames=0,
+        seen_ns=now,
+        looked_ns=now,
+        reduced=fit.reduced,
+    )
+    sigma = np.sqrt(np.diag(fit.covariance))
+    far = max(MOVED_M, SIGNIFICANT * float(np.linalg.norm(sigma[:2])))
+    turned = max(MOVED_RAD, SIGNIFICANT * float(sigma[3]))
+    rests = distance < far and turn < turned and (unchanged or not _was_taken_up(task, fit))
+    if track.state is TrackState.STATIC and rests:
+        blend = REST_BLEND if fit.visible_fraction > 0.85 and track.rest is not None else 0.0
+        world_from_object = vector_pose(pose_vector(track.world_from_object) + blend * step)
+        # What begins to leave is not where it was: it would be portrayed wrongly.
+        is_quiet = unchanged or track.appearance is None
+        is_remembered = track.appearance is not None and track.appearance.is_valid_at(
+            world_from_object
+        )
+        known = replace(fit, world_from_object=world_from_object)
+        return replace(
+            seen,
+            world_from_object=world_from_object,
+            motion=Motion.rest(now),
+            rest=rest_of(task, fit),
+            appearance=_appearance(task, evidence, known)
+            if is_quiet and not is_remembered
+            else track.appearance,
+        )
+    still = distance < RESTING_STEP_M and turn < RESTING_STEP_RAD
+    still_frames = track.still_frames + 1 if still else 0
+    if still_frames >= RESTING_FRAMES:
+        fit = _settled(task, evidence, fit)
+        return replace(
+            seen,
+            world_from_object=fit.world_from_object,
+            motion=Motion.rest(now),
+            state=TrackState.STATIC,
+            still_frames=still_frames,
+            rest=rest_of(task, fit),
+            appearance=_appearance(task, evidence, fit),
+        )
+    motion = track.motion.measured(track.world_from_object, fit.world_from_object, now)
+    if task.is_first or track.missed_frames > 3:
+        motion = Motion.rest(now)
+    return replace(
+        seen,
+        world_from_object=fit.world_from_object,
+        motion=motion,
+        state=TrackState.TRACKED,
+        still_frames=still_frames,
+        rest=None,
+        appearance=_appearance_in_motion(task, evidence, fit),
+    )
+
+
+def _is_elsewhere(track: Track, fit: Fit) -> bool:
+    """Whether an object was found clearly beside its place: what moved it may have turned it."""
+    apart = pose_vector(fit.world_from_object) - pose_vector(track.world_from_object)
+    return float(np.linalg.norm(apart[:3])) > ELSEWHERE_M
+
+
+def _was_taken_up(task: Task, fit: Fit) -> bool:
+    """Whether a standing object is now lifted; from afar its distance is too uncertain."""
+    stood = not is_lifted(task, task.track.world_from_object)
+    return stood and is_lifted(task, fit.world_from_object)
+
+
+def _usual(before: float, now: float) -> float:
+    """Running value that follows increases at once and decreases slowly."""
+    return max(now, (1.0 - FORGOTTEN) * before + FORGOTTEN * now)
+
+
+def _settled(task: Task, evidence: Evidence, fit: Fit) -> Fit:
+    """The fit of an object that comes to rest, or a better one by its colours."""
+    found = settled(task.scene, task.model, evidence, fit.world_from_object)
+    return fit if found is None else max(fit, found, key=lambda option: option.score)
+
+
+def _appearance_in_motion(task: Task, evidence: Evidence, fit: Fit) -> AppearanceMemory | None:
+    """Remembered appearance of a moving object, kept until the object turns away from it."""
+    kept = task.track.appearance
+    made = _appearance(task, evidence, fit) if _turns_away_from_memory(fit) else kept
+    return kept if made is kept or made is None else replace(made, was_at_rest=False)
+
+
+def _turns_away_from_memory(fit: Fit) -> bool:
+    """Whether an object is recognised by its remembered appearance and begins to turn away."""
+    appearance = fit.reduced.appearance
+    if appearance is None or fit.colour_correlation < RECOGNISED_CORRELATION:
+        return False
+    return 0.0 < appearance.view_weight(fit.reduced.camera_from_object) < RENEWED_BELOW_WEIGHT
+
+
+def _appearance(task: Task, evidence: Evidence, fit: Fit) -> AppearanceMemory | None:
+    """Appearance of a textured object at rest, if nothing occludes it."""
+    model = task.model
+    if not model.textured or fit.covered_fraction > UNCOVERED:
+        return task.track.appearance
+    pose, renderer = fit.world_from_object, task.scene.renderer
+    drawn = draw(model, pose, evidence, renderer)
+    appearance = remember_appearance(evidence, drawn, pose, radius_m=model.radius_m)
+    return replace(
+        appearance,
+        colour_correlation=at_remembered_pose(
+            task, evidence, RenderingCache(None, appearance), appearance
+        ).colour_correlation,
+    )
+
+
+def _miss(task: Task, fit: Fit) -> Track:
+    """The track after a frame without an accepted measurement: held, occluded or lost."""
+    track, now = task.track, task.scene.frame.t_ns
+    missed = track.missed_frames + 1
+    is_carried = task.model.source.box_m[2] < HEAVY_HEIGHT_M
+    grown = track.covariance + np.diag([0.03**2, 0.03**2, 0.002**2, math.radians(3) ** 2])
+    held = replace(
+        track,
+        covariance=grown,
+        visible_fraction=fit.visible_fraction,
+        confidence=0.5 * confidence_of(fit),
+        missed_frames=missed,
+        looked_ns=now,
+        still_frames=0,
+        state=TrackState.OCCLUDED,
+        motion=track.motion if is_carried and missed <= COASTED_FRAMES else Motion.rest(now),
+        rest=None,
+    )
+    is_free = fit.covered_fraction < COVERED
+    gone = fit.visible_fraction < GONE_BELOW and is_free
+    if (gone and missed >= 2) or (missed >= LOST_AFTER and is_free):
+        return _lost(replace(task, track=held), fit)
+    return held
+
+
+def _lost(task: Task, fit: Fit) -> Track:
+    """The track of an object that has to be searched for."""
+    review = task.track.review
+    return replace(
+        task.track,
+        review=None if review is None else replace(review, pending=None),
+        state=TrackState.LOST,
+        confidence=min(LOST_CONFIDENCE, confidence_of(fit)),
+        visible_fraction=fit.visible_fraction,
+        missed_frames=task.track.missed_frames + 1,
+        still_frames=0,
+        motion=Motion.rest(task.scene.frame.t_ns),
+        rest=None,
+        looked_ns=task.scene.frame.t_ns,
+    )
+
+
+def rest_of(task: Task, fit: Fit) -> Rest:
+    """Patch colours on and around an object at rest, including those of its occluders."""
+    reduced, view = fit.reduced, view_of(task.scene, task.model, fit.world_from_object)
+    camera_from_object = view.world_from_camera.inverse() @ fit.world_from_object
+    inside, _ = view.camera.project(camera_from_object @ reduced.surface)
+    border, _ = view.camera.project(camera_from_object @ reduced.contour.points)
+    around = (border + BESIDE_PX * reduced.contour.normals)[::BESIDE_STEP]
+    pixels = view.lens_pixels(np.concatenate([inside, around]))
+    lens = task.scene.frame.rig.lenses[view.lens]
+    limit = np.array([lens.width_px, lens.height_px]) - PATCH_PX
+    corners = np.clip(np.floor(pixels - 0.5 * PATCH_PX), 0, limit).astype(np.int64)
+    return Rest(view.lens, corners, _colours_at(task, view.lens, corners), len(inside))

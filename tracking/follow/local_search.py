@@ -1,0 +1,179 @@
+"""Local pose search around the prediction: displaced, turned or lifted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from scenes.pose import Pose
+from tracking.evidence.evidence import Evidence
+from tracking.evidence.rendering import RenderingCache
+from tracking.follow.attempt import attempt
+from tracking.follow.carried import is_lifted
+from tracking.follow.posterior import (
+    CONCLUSIVE_INLIER_RATIO,
+    CONTACT_SIGMA_M,
+    RECOGNISED_CORRELATION,
+    is_accepted,
+    is_conclusive,
+    penalised_score,
+    priors,
+)
+from tracking.follow.track import Task
+from tracking.hypotheses.budget import Step, steps_within
+from tracking.model.symmetry import ROUND
+from tracking.solve.gauss_newton import (
+    COLD_REACHES,
+    GROWN_REACHES,
+    SLID_REACHES,
+    TRACKING_REACHES,
+    Fit,
+    Prior,
+)
+from tracking.solve.motion import pose_vector, vector_pose
+
+LEAST_HYPOTHESES = 2
+"""Least number of local hypotheses evaluated in a frame."""
+
+SEARCH_PART = 3
+"""One of so many parts of the time since the last measurement goes into the local search of an
+object. Chosen on the rooms lab and desk."""
+
+
+NEAR_TURN_RAD = 0.17
+"""Turn in rad of a local hypothesis where the fit at the prediction is accepted. Chosen on the
+rooms lab and desk."""
+
+FAR_TURN_RAD = 0.35
+"""The same where it is not. Chosen on the rooms lab and desk."""
+
+
+LIFTS_M = (0.04, 0.08, 0.12)
+"""Heights in m above the prediction of local hypotheses of a carried object. Chosen on the rooms
+lab and desk."""
+
+
+JUMP_M = 0.08
+"""Distance in m from the prediction that is always reachable. Chosen on the rooms lab and desk."""
+
+FASTEST_M_S = 2.0
+"""Speed in m/s of a carried object at most. Chosen on the rooms lab and desk."""
+
+
+BETTER = 0.06
+"""Score by which a local hypothesis must exceed an accepted fit at the prediction. Chosen on the
+rooms lab and desk."""
+
+BETTER_THAN_REJECTED = 0.02
+"""The same for a rejected fit. Chosen on the rooms lab and desk."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Found:
+    """A solution and the prior under which it was found."""
+
+    fit: Fit
+    prior: Prior
+
+
+def search_locally(
+    task: Task,
+    evidence: Evidence,
+    cache: RenderingCache,
+    predicted_world_from_object: Pose,
+    found: Found,
+) -> Fit:
+    """The fit at the prediction, or a clearly better one nearby.
+
+    Args:
+        task: the object and the frame.
+        evidence: its window.
+        cache: reduced renderings of the object in this window so far.
+        predicted_world_from_object: the prediction.
+        found: the fit there.
+    """
+    priors_here = priors(task, predicted_world_from_object)
+    best, best_prior = found.fit, found.prior
+    for hypothesis in _hypotheses(task, priors_here, predicted_world_from_object, best):
+        other, _ = task.costs.timed(
+            Step.LOCAL_HYPOTHESIS, partial(_followed, task, evidence, cache, hypothesis)
+        )
+        if hypothesis.is_free and not is_lifted(task, other.world_from_object):
+            continue
+        if not _is_reachable(task, predicted_world_from_object, other):
+            continue
+        margin = BETTER if is_accepted(best) else BETTER_THAN_REJECTED
+        if penalised_score(other, hypothesis.prior) > penalised_score(best, best_prior) + margin:
+            best, best_prior = other, hypothesis.prior
+        if is_conclusive(task, best):
+            break
+    return best
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _LocalHypothesis:
+    """A start pose beside the prediction.
+
+    Attributes:
+        prior: of the pose.
+        start_world_from_object: where to begin.
+        slides: whether the rendering is first slid over the picture.
+    """
+
+    prior: Prior
+    start_world_from_object: Pose
+    slides: bool
+
+    @property
+    def is_free(self) -> bool:
+        """Whether the hypothesis has the object on no support plane."""
+        return bool(self.prior.sigma[2] > CONTACT_SIGMA_M)
+
+
+def _hypotheses(
+    task: Task, priors_here: Sequence[Prior], predicted_world_from_object: Pose, best: Fit
+) -> list[_LocalHypothesis]:
+    """This frame's hypotheses: the prediction itself, then turned and lifted starts in rotation."""
+    turn = NEAR_TURN_RAD if is_accepted(best) else FAR_TURN_RAD
+    yaws = (0.0,) if task.model.symmetry == ROUND else (0.0, turn, -turn)
+    steps = [(prior, 0.0, yaw) for prior in priors_here for yaw in yaws]
+    steps += [(b, z, 0.0) for b in priors_here if b.sigma[2] > CONTACT_SIGMA_M for z in LIFTS_M]
+    elapsed_ns = task.scene.frame.t_ns - task.track.looked_ns
+    within = steps_within(task.costs, Step.LOCAL_HYPOTHESIS, elapsed_ns // SEARCH_PART)
+    count = min(max(LEAST_HYPOTHESES, within), len(steps))
+    # The likeliest is tried in every frame, the others in turn.
+    others = steps[1:]
+    first = task.scene.frame.seq * (count - 1) % len(others) if others else 0
+    chosen = steps[:1] + (others[first:] + others[:first])[: count - 1]
+    expected = pose_vector(predicted_world_from_object)
+    return [
+        _LocalHypothesis(prior, vector_pose(expected + np.array([0.0, 0.0, z, yaw])), z == 0.0)
+        for prior, z, yaw in chosen
+    ]
+
+
+def _followed(
+    task: Task, evidence: Evidence, cache: RenderingCache, hypothesis: _LocalHypothesis
+) -> Fit:
+    """The solve from one hypothesis."""
+    wide = replace(hypothesis.prior, sigma=hypothesis.prior.sigma * np.array([2.0, 2.0, 1.0, 2.0]))
+    slid = SLID_REACHES if task.model.textured else COLD_REACHES
+    reaches = slid if hypothesis.slides else TRACKING_REACHES
+    start = hypothesis.start_world_from_object
+    fit = attempt(task, evidence, cache, start, wide, reaches_px=reaches, slide=hypothesis.slides)
+    correlates = fit.textured and fit.colour_correlation >= RECOGNISED_CORRELATION
+    if not (hypothesis.slides and correlates) or fit.contour_score >= CONCLUSIVE_INLIER_RATIO:
+        return fit
+    start = fit.world_from_object
+    grown = attempt(task, evidence, cache, start, wide, reaches_px=GROWN_REACHES)
+    return max(fit, grown, key=lambda found: found.score)
+
+
+def _is_reachable(task: Task, predicted_world_from_object: Pose, fit: Fit) -> bool:
+    """Whether an object can have been moved there since it was last seen."""
+    apart = fit.world_from_object.translation - predicted_world_from_object.translation
+    elapsed = (task.scene.frame.t_ns - task.track.seen_ns) * 1e-9
+    return float(np.linalg.norm(apart)) < JUMP_M + FASTEST_M_S * elapsed

@@ -1,0 +1,275 @@
+"""Priors of an object's pose before a frame, and acceptance of its measurement."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.pose import Pose, wrap_angle
+from scenes.state import TrackState
+from tracking.follow.carried import is_lifted
+from tracking.follow.track import Task, Track
+from tracking.solve.gauss_newton import Fit, Prior
+from tracking.solve.motion import pose_vector
+
+ACCEPTED_CONTOUR_SCORE = 0.42
+"""Contour score from which a fit is accepted. Chosen on the rooms lab and desk."""
+
+
+CONCLUSIVE_INLIER_RATIO = 0.55
+"""Inlier ratio of the unoccluded contour from which no other pose is tried. Chosen on the rooms lab
+and desk."""
+
+USUAL_SHARE = 0.85
+"""Share of an object's usual ratio and correlation that a conclusive fit must reach. Chosen on the
+rooms lab and desk."""
+
+
+CONCLUSIVE_CORRELATION = 0.38
+"""Colour correlation of a textured object from which no other pose is tried. Chosen on the rooms
+lab and desk."""
+
+ACCEPTED_CORRELATION = 0.35
+"""Colour correlation of a textured object from which a fit is accepted. Chosen on the rooms lab and
+desk."""
+
+
+RECOGNISED_CORRELATION = 0.5
+"""Colour correlation from which a pattern is recognised. Chosen on the rooms lab and desk."""
+
+RECOGNISED_VISIBLE = 0.6
+"""Visible fraction that recognition needs. Chosen on the rooms lab and desk."""
+
+RECOGNISED_CONTOUR_SCORE = 0.3
+"""Contour score from which a fit with a recognised pattern is accepted. Chosen on the rooms lab and
+desk."""
+
+
+CONFIDENCE_ZERO_CONTOUR = 0.42
+"""Contour score of confidence 0. Chosen on the rooms lab and desk."""
+
+CONFIDENCE_FULL_CONTOUR = 0.88
+"""Contour score of confidence 1. Chosen on the rooms lab and desk."""
+
+CONFIDENCE_ZERO_CORRELATION = 0.2
+"""Colour correlation of confidence 0. Chosen on the rooms lab and desk."""
+
+CONFIDENCE_FULL_CORRELATION = 0.6
+"""Colour correlation of confidence 1. Chosen on the rooms lab and desk."""
+
+
+PRESENT_SHARE = 0.3
+"""Share of the silhouette showing the empty room up to which confidence is unchanged. Chosen on the
+rooms lab and desk."""
+
+ABSENT_SHARE = 0.8
+"""Share of the silhouette showing the empty room from which confidence is 0. Chosen on the rooms
+lab and desk."""
+
+
+SURE = 0.5
+"""Confidence from which a pose is reported as certain."""
+
+
+LOST_CONFIDENCE = 0.4
+"""Largest confidence of a pose that is ambiguous or unconfirmed."""
+
+
+PRESENT_CONTOUR_SCORE = 0.55
+"""Contour score from which an object is at its scanned pose. Chosen on the rooms lab and desk."""
+
+PRESENT_VISIBLE = 0.5
+"""Visible or occluded share of the silhouette from which an object is at its scanned pose. Chosen
+on the rooms lab and desk."""
+
+
+LEAST_VISIBLE = 0.15
+"""Visible fraction below which no fit is accepted. Chosen on the rooms lab and desk."""
+
+
+HEAVY_HEIGHT_M = 0.3
+"""Height in m from which an object is taken to stay on the floor; lower ones may be carried."""
+
+
+CARRIED_SIGMA_M = 0.08
+"""Standard deviation in m of a carried object's height about its prediction. Chosen on the rooms
+lab and desk."""
+
+
+FAR_PRICE = 0.012
+"""Score subtracted per squared standard deviation from the prior's mean. Chosen on the rooms lab
+and desk."""
+
+
+CONTACT_SIGMA_M = 0.003
+"""Standard deviation in m of a support plane's height in a scan. Chosen on the rooms lab and
+desk."""
+
+
+SNAP_M = 0.03
+"""Distance in m to a support plane within which standing is the first hypothesis. Chosen on the
+rooms lab and desk."""
+
+REACHABLE_M = 0.15
+"""Distance in m to a support plane within which standing is a hypothesis. Chosen on the rooms lab
+and desk."""
+
+
+REST_RADIUS_M = 0.01
+"""Displacement in m from which a resting object may be carried. Chosen on the rooms lab and
+desk."""
+
+
+RESTING_SIGMA_M = 0.012
+"""Standard deviation in m of a resting object's position about its prediction. Chosen on the rooms
+lab and desk."""
+
+RESTING_SIGMA_RAD = math.radians(1.5)
+"""The same of its yaw, in rad. Chosen on the rooms lab and desk."""
+
+MOVING_SIGMA_M = 0.10
+"""Standard deviation in m of a moving object's position about its prediction. Chosen on the rooms
+lab and desk."""
+
+MOVING_SIGMA_RAD = math.radians(14)
+"""The same of its yaw, in rad. Chosen on the rooms lab and desk."""
+
+
+def priors(task: Task, predicted_world_from_object: Pose) -> list[Prior]:
+    """Priors of an object's pose, the likeliest first: standing on a support plane, or carried.
+
+    Args:
+        task: the object.
+        predicted_world_from_object: mean of the priors.
+    """
+    track, source = task.track, task.model.source
+    mean = pose_vector(predicted_world_from_object)
+    if track.state is TrackState.STATIC and track.missed_frames == 0:
+        sigma = np.array([RESTING_SIGMA_M, RESTING_SIGMA_M, 0.0, RESTING_SIGMA_RAD])
+    else:
+        spread = 1.0 + 0.5 * min(track.missed_frames, 8)
+        sigma = np.array([MOVING_SIGMA_M, MOVING_SIGMA_M, 0.0, MOVING_SIGMA_RAD]) * spread
+    known = (track.silhouette_bias_m, track.silhouette_bias_sigma_m)
+    if source.box_m[2] >= HEAVY_HEIGHT_M:
+        return [_standing(mean, source.support_z_m, sigma, known)]
+    carried = sigma + np.array([0.0, 0.0, CARRIED_SIGMA_M, 0.0])
+    free = Prior(mean, np.maximum(carried, [0.05, 0.05, 0.0, math.radians(8)]), *known)
+    heights = np.array(task.support_heights_m)
+    nearest = float(heights[np.argmin(np.abs(heights - mean[2]))])
+    if abs(nearest - mean[2]) > REACHABLE_M:
+        return [free]
+    standing = _standing(mean, nearest, sigma, known)
+    return [standing, free] if abs(nearest - mean[2]) < SNAP_M else [free, standing]
+
+
+def _standing(
+    mean: NDArray[np.float64],
+    height_m: float,
+    sigma: NDArray[np.float64],
+    known: tuple[float, float],
+) -> Prior:
+    mean, sigma = mean.copy(), sigma.copy()
+    mean[2], sigma[2] = height_m, CONTACT_SIGMA_M
+    return Prior(mean, sigma, *known)
+
+
+def has_left_its_rest(task: Task, fit: Fit) -> bool:
+    """Whether an object that rested was found elsewhere."""
+    if task.track.state is not TrackState.STATIC:
+        return False
+    apart = fit.world_from_object.translation - task.track.world_from_object.translation
+    return float(np.linalg.norm(apart)) > REST_RADIUS_M
+
+
+def is_too_weak(task: Task, fit: Fit) -> bool:
+    """Whether an accepted fit is too weak for its context: in the air, or after a gap."""
+    if not task.scene.contains(fit.world_from_object):
+        return True
+    unsure = task.track.missed_frames > 0
+    weak = fit.contour_score < CONCLUSIVE_INLIER_RATIO and not shows_pattern(fit)
+    if task.model.source.box_m[2] >= HEAVY_HEIGHT_M:
+        return weak and unsure
+    if weak and (unsure or has_left_its_rest(task, fit)):
+        return True
+    lifted = is_lifted(task, fit.world_from_object)
+    wanted = least_correlation(task.track) + 0.05 * lifted + 0.12 * unsure
+    return task.model.textured and fit.colour_correlation < wanted
+
+
+def penalised_score(fit: Fit, prior: Prior) -> float:
+    """Score of a fit less the penalty of its distance from the prior's mean."""
+    apart = pose_vector(fit.world_from_object) - prior.mean
+    apart[3] = wrap_angle(float(apart[3]))
+    far = min(float(((apart / prior.sigma) ** 2).sum()), 9.0)
+    return foreground_factor(fit) * fit.score - FAR_PRICE * far
+
+
+def is_conclusive(task: Task, fit: Fit) -> bool:
+    """Whether a fit is so good that no other position or yaw needs to be tried."""
+    wanted = max(CONCLUSIVE_CORRELATION, USUAL_SHARE * task.track.usual_correlation)
+    correlates = not fit.textured or fit.colour_correlation >= wanted
+    usual = fit.unoccluded_inlier_ratio >= USUAL_SHARE * task.track.usual_inlier_ratio
+    return (
+        fit.contour_score >= ACCEPTED_CONTOUR_SCORE
+        and fit.unoccluded_inlier_ratio >= CONCLUSIVE_INLIER_RATIO
+        and usual
+        and correlates
+    )
+
+
+def least_correlation(track: Track) -> float:
+    """Colour correlation that a textured object's fit must reach.
+
+    A blurred scan or a distant object reaches less even at the right pose.
+    """
+    return min(ACCEPTED_CORRELATION, USUAL_SHARE * track.initial_correlation)
+
+
+def is_accepted(fit: Fit, *, wanted_correlation: float = ACCEPTED_CORRELATION) -> bool:
+    """Whether enough of the object is visible, its edges agree and its colours correlate."""
+    correlates = not fit.textured or fit.colour_correlation >= wanted_correlation
+    least = RECOGNISED_CONTOUR_SCORE if shows_pattern(fit) else ACCEPTED_CONTOUR_SCORE
+    return fit.contour_score >= least and fit.visible_fraction >= LEAST_VISIBLE and correlates
+
+
+def shows_pattern(fit: Fit) -> bool:
+    """Whether a textured object is recognised by its pattern alone."""
+    shows = fit.visible_fraction >= RECOGNISED_VISIBLE
+    return fit.textured and shows and fit.colour_correlation >= RECOGNISED_CORRELATION
+
+
+def confidence_of(fit: Fit) -> float:
+    """0..1 confidence in a fit. Wrong yaws of plain objects reach contour scores of 2/3."""
+    sure = (fit.contour_score - CONFIDENCE_ZERO_CONTOUR) / (
+        CONFIDENCE_FULL_CONTOUR - CONFIDENCE_ZERO_CONTOUR
+    )
+    if fit.textured:
+        correlates = (fit.colour_correlation - CONFIDENCE_ZERO_CORRELATION) / (
+            CONFIDENCE_FULL_CORRELATION - CONFIDENCE_ZERO_CORRELATION
+        )
+        sure = min(sure, correlates)
+    return min(max(sure, 0.0), 1.0) * foreground_factor(fit)
+
+
+def foreground_factor(fit: Fit) -> float:
+    """0..1 factor on the confidence: how little of the silhouette shows the empty room."""
+    missing = 1.0 - fit.visible_fraction - fit.covered_fraction
+    there = (ABSENT_SHARE - missing) / (ABSENT_SHARE - PRESENT_SHARE)
+    return min(max(there, 0.0), 1.0)
+
+
+def is_at_scanned_pose(fit: Fit, *, is_recognised: bool | None) -> bool:
+    """Whether an object stands at its scanned pose, with no other knowledge of it.
+
+    Args:
+        fit: its fit there.
+        is_recognised: whether its colours match, None if they were not compared.
+    """
+    if is_recognised is None:
+        known = is_accepted(fit)
+    else:
+        known = is_recognised and is_accepted(fit, wanted_correlation=0.0)
+    shown = fit.visible_fraction + fit.covered_fraction >= PRESENT_VISIBLE
+    return known and shown and fit.contour_score >= PRESENT_CONTOUR_SCORE

@@ -1,0 +1,213 @@
+"""Tracked state of one object between frames, and its task in one frame."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.messages import Frame
+from scenes.pose import Pose
+from scenes.state import TrackedObject, TrackState
+from tracking.evidence.appearance_memory import AppearanceMemory
+from tracking.evidence.evidence import Evidence, Neighbour, Scene
+from tracking.evidence.rendering import ReducedRendering
+from tracking.hypotheses.budget import NOMINAL_COSTS, StepCosts
+from tracking.hypotheses.hypothesis import Hypothesis
+from tracking.model.object_model import TrackModel
+from tracking.solve.gauss_newton import SILHOUETTE_BIAS_M, SILHOUETTE_BIAS_SIGMA_M, Fit
+from tracking.solve.motion import Motion
+
+FloatArray = NDArray[np.float32]
+
+RESTING_FRAMES = 6
+"""Still frames after which an object is at rest. Chosen on the rooms lab and desk."""
+
+
+SEARCH_PERIOD_NS = 800_000_000
+"""Least time in ns between two searches for the same object. Chosen on the rooms lab and desk."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rest:
+    """Patch colours of a resting object, which show cheaply whether anything changed.
+
+    Attributes:
+        lens: index of the lens.
+        corners: (N, 2) int64 left and top of the patches in the lens picture.
+        colours: (N, 3) float32 mean of each when the pose was last confirmed.
+        inside: number of patches, the first ones, on the object; the others lie around it.
+    """
+
+    lens: int
+    corners: NDArray[np.int64]
+    colours: FloatArray
+    inside: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PendingReview:
+    """A yaw review in progress: other yaws are refined in the frame in which it began.
+
+    Attributes:
+        scene: that frame.
+        evidence: the object's window there.
+        fit: the reviewed fit there.
+        starts: poses still to be refined.
+        hypotheses: results of the refined ones.
+    """
+
+    scene: Scene
+    evidence: Evidence
+    fit: Fit
+    starts: tuple[Pose, ...]
+    hypotheses: tuple[Hypothesis, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Review:
+    """The last comparison of an object's yaw with all others.
+
+    Attributes:
+        t_ns: frame time at which it was last worked on.
+        in_vain: consecutive reviews that changed nothing.
+        is_clear: whether no other yaw scored about as well.
+        pending: the rest of it; None once it is done.
+    """
+
+    t_ns: int
+    in_vain: int
+    is_clear: bool
+    pending: PendingReview | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Track:
+    """The state of one object between frames.
+
+    Attributes:
+        world_from_object: latest pose.
+        motion: its velocity.
+        state: see `TrackState`.
+        covariance: (4, 4) of x, y, z (m) and yaw (rad).
+        visible_fraction: 0..1.
+        confidence: 0..1.
+        usual_inlier_ratio: recent `Fit.unoccluded_inlier_ratio`; 0 before the first.
+        usual_correlation: recent `Fit.colour_correlation`; 0 before the first.
+        initial_correlation: colour correlation at the pose of the scan, when it was first
+            recognised there; 1 if not measured.
+        silhouette_bias_m: learned distance of the rendered silhouette outside the real one.
+        silhouette_bias_sigma_m: standard deviation of that.
+        still_frames: consecutive frames with a step below `RESTING_STEP_M`.
+        missed_frames: consecutive frames without an accepted measurement.
+        rest: how it looks at rest; None while it is not known to rest.
+        reduced: its last reduced rendering; None before.
+        appearance: its appearance where it last rested unoccluded; None before.
+        seen_ns: frame time of the last accepted measurement.
+        looked_ns: frame time of the last measurement, accepted or not.
+        searched_ns: frame time of the last search over the whole scene.
+        searches_in_vain: consecutive searches that did not find it.
+        hypotheses: result of the last search, the best first.
+        review: the last comparison of its yaw with others; None before.
+    """
+
+    world_from_object: Pose
+    motion: Motion
+    state: TrackState
+    covariance: NDArray[np.float64]
+    visible_fraction: float
+    confidence: float
+    usual_inlier_ratio: float
+    usual_correlation: float
+    initial_correlation: float
+    silhouette_bias_m: float
+    silhouette_bias_sigma_m: float
+    still_frames: int
+    missed_frames: int
+    rest: Rest | None
+    reduced: ReducedRendering | None
+    appearance: AppearanceMemory | None
+    seen_ns: int
+    looked_ns: int
+    searched_ns: int
+    searches_in_vain: int
+    hypotheses: tuple[Hypothesis, ...]
+    review: Review | None
+
+    @property
+    def moves_on(self) -> bool:
+        """Whether it moved in the last frame."""
+        return self.state is TrackState.TRACKED and self.still_frames == 0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Task:
+    """One object in one frame.
+
+    Attributes:
+        scene: the frame.
+        model: the object.
+        track: its state.
+        neighbours: the other objects.
+        support_heights_m: heights in m of the support planes.
+        is_turn: whether this resting object is measured in this frame.
+        is_first: whether this is the first frame of the session.
+        may_search: whether a search over the whole scene is allowed in this frame.
+        use_texture: whether inner colours take part.
+        costs: of the steps of searches.
+    """
+
+    scene: Scene
+    model: TrackModel
+    track: Track
+    neighbours: tuple[Neighbour, ...]
+    support_heights_m: tuple[float, ...]
+    is_turn: bool
+    is_first: bool
+    may_search: bool
+    use_texture: bool
+    costs: StepCosts = NOMINAL_COSTS
+
+
+def new_track(model: TrackModel) -> Track:
+    """The track of an object at the scene's pose, not yet seen."""
+    return Track(
+        world_from_object=model.source.world_from_object,
+        motion=Motion.rest(0),
+        state=TrackState.STATIC,
+        covariance=np.diag([0.02**2, 0.02**2, 0.01**2, math.radians(2) ** 2]),
+        visible_fraction=0.0,
+        confidence=0.0,
+        usual_inlier_ratio=0.0,
+        usual_correlation=0.0,
+        initial_correlation=1.0,
+        silhouette_bias_m=SILHOUETTE_BIAS_M,
+        silhouette_bias_sigma_m=SILHOUETTE_BIAS_SIGMA_M,
+        still_frames=RESTING_FRAMES,
+        missed_frames=0,
+        rest=None,
+        reduced=None,
+        appearance=None,
+        seen_ns=0,
+        looked_ns=0,
+        searched_ns=-SEARCH_PERIOD_NS,
+        searches_in_vain=0,
+        hypotheses=(),
+        review=None,
+    )
+
+
+def report(model: TrackModel, track: Track, frame: Frame) -> TrackedObject:
+    """The public result of a track in one frame."""
+    return TrackedObject(
+        object_id=model.object_id,
+        t_ns=frame.t_ns,
+        world_from_object=track.world_from_object,
+        covariance=track.covariance,
+        visible_fraction=track.visible_fraction,
+        state=track.state,
+        confidence=track.confidence,
+        source_seq=frame.seq,
+    )

@@ -1,0 +1,159 @@
+"""A long computation spread over frames within a time budget, and the costs of its steps.
+
+Each frame does some of the work, and no step is done twice. How many steps fit into a frame follows
+from their costs: nominal ones, the same in every run, or running estimates from a stopwatch.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from enum import Enum
+from typing import ParamSpec, Protocol, TypeVar, cast
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+ESTIMATE_SHARE = 0.2
+"""Weight of a new duration in the running estimate of a step's cost. Chosen on lab and desk."""
+
+
+class Step(Enum):
+    """A step of a search with its nominal cost in ms: about what it takes on one core of a laptop.
+
+    Those of `LOCAL_HYPOTHESIS` and `REVIEW_YAW` were not measured: with the parts of the frame
+    interval that these searches get, they give one step per 15 and 20 ms.
+    """
+
+    OVERVIEW = ("compare a whole frame with the background", 20.0)
+    PIXEL_EVIDENCE = ("classify the pixels of a lens", 9.0)
+    PROPOSE_POSITIONS = ("propose positions", 20.0)
+    SCORE_POSITIONS = ("compare proposed positions with templates", 10.0)
+    SCORE_NEARBY = ("compare positions around the best with templates", 19.0)
+    GATHER = ("gather the evidence of a window", 3.0)
+    REFINE = ("refine a pose of a large object", 12.0)
+    PATCH_FIRST_YAWS = ("compare some yaws of a small object at a position", 6.0)
+    PATCH_OTHER_YAWS = ("compare its other yaws there", 9.0)
+    PATCH_ROUGHLY = ("fit a small object roughly", 6.0)
+    PATCH_CLOSELY = ("fit a small object closely", 8.0)
+    PATCH_YAWS = ("compare all yaws of a small object at a pose", 13.0)
+    PATCH_DETAIL = ("compare yaws by detail", 3.0)
+    PATCH_JUDGE = ("evaluate a small object at a pose", 3.0)
+    LOCAL_HYPOTHESIS = ("evaluate a hypothesis beside the prediction", 5.0)
+    REVIEW_YAW = ("refine another yaw of a tracked object", 10.0)
+
+    def __init__(self, what: str, nominal_ms: float) -> None:
+        self.what = what
+        self.nominal_ms = nominal_ms
+
+
+class StepCosts(Protocol):
+    """Runs steps, and estimates what they cost."""
+
+    def cost_ms(self, step: Step) -> float:
+        """Expected duration of a step in ms."""
+        ...
+
+    def timed(self, step: Step, work: Callable[[], T]) -> tuple[T, float]:
+        """Result of a step, and its duration in ms."""
+        ...
+
+
+class NominalCosts:
+    """Nominal costs: every run does the same steps in the same frames."""
+
+    def cost_ms(self, step: Step) -> float:
+        """Nominal duration of a step in ms."""
+        return step.nominal_ms
+
+    def timed(self, step: Step, work: Callable[[], T]) -> tuple[T, float]:
+        """Result of a step, and its nominal duration in ms."""
+        return work(), step.nominal_ms
+
+
+class MeasuredCosts:
+    """Running estimates of the costs on this machine, beginning with the nominal ones.
+
+    Args:
+        stopwatch: returns nanoseconds from any origin.
+    """
+
+    def __init__(self, stopwatch: Callable[[], int]) -> None:
+        self._stopwatch = stopwatch
+        self._estimates_ms = {step: step.nominal_ms for step in Step}
+
+    def cost_ms(self, step: Step) -> float:
+        """Estimated duration of a step in ms."""
+        return self._estimates_ms[step]
+
+    def timed(self, step: Step, work: Callable[[], T]) -> tuple[T, float]:
+        """Result of a step, and its measured duration in ms."""
+        began_ns = self._stopwatch()
+        result = work()
+        duration_ms = (self._stopwatch() - began_ns) / 1e6
+        self._estimates_ms[step] += ESTIMATE_SHARE * (duration_ms - self._estimates_ms[step])
+        return result, duration_ms
+
+
+NOMINAL_COSTS = NominalCosts()
+"""Stateless default."""
+
+
+def steps_within(costs: StepCosts, step: Step, budget_ns: int) -> int:
+    """Number of steps that fit into a budget in ns."""
+    return budget_ns // max(round(costs.cost_ms(step) * 1e6), 1)
+
+
+class BudgetExhausted(Exception):
+    """The budget of this frame is used up."""
+
+
+class FrameBudget:
+    """Budget of a computation that is begun anew in every frame and gets farther in each.
+
+    Expensive steps go through `do`, which replays the results of earlier frames. The code between
+    them has to be quick, and to depend only on its inputs and those results.
+
+    Args:
+        budget_ms: for this frame; one step is done in any case.
+        done: results of the steps of earlier frames.
+        costs: of the steps.
+    """
+
+    def __init__(
+        self,
+        budget_ms: float = math.inf,
+        done: Sequence[object] = (),
+        costs: StepCosts = NOMINAL_COSTS,
+    ) -> None:
+        self._budget_ms = budget_ms
+        self._done = list(done)
+        self._costs = costs
+        self._replayed = 0
+        self._spent_ms = 0.0
+
+    def do(self, step: Step, work: Callable[P, T], *args: P.args, **keywords: P.kwargs) -> T:
+        """The result of a step, computed now or in an earlier frame.
+
+        Args:
+            step: which step, for its cost.
+            work: a pure function.
+            args: its arguments.
+            keywords: its keyword arguments.
+
+        Raises:
+            BudgetExhausted: the step has to wait for the next frame.
+        """
+        if self._replayed == len(self._done):
+            cost_ms = self._costs.cost_ms(step)
+            if self._spent_ms > 0.0 and self._spent_ms + cost_ms > self._budget_ms:
+                raise BudgetExhausted
+            result, spent_ms = self._costs.timed(step, lambda: work(*args, **keywords))
+            self._done.append(result)
+            self._spent_ms += spent_ms
+        self._replayed += 1
+        return cast(T, self._done[self._replayed - 1])
+
+    def done(self) -> tuple[object, ...]:
+        """Results of all steps so far."""
+        return tuple(self._done)

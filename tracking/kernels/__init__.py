@@ -1,0 +1,1 @@
+"""The native kernels, the options they run with, and arrays as they take them."""

@@ -1,0 +1,50 @@
+"""Where the tracker reaches the native crate; its measurements run with `OPTIONS`."""
+
+from typing import TYPE_CHECKING
+
+from scenes._native import (
+    Alone,
+    Relighter,
+    RoomLearner,
+    SeenWindow,
+    Setting,
+    Shell,
+    TrackKernels,
+    compare_templates,
+    contour,
+    cut_out,
+    exposure,
+    laid_on,
+    looks,
+    outlined,
+    patch_means,
+)
+from tracking.kernels.options import OPTIONS
+
+if TYPE_CHECKING:
+    from scenes._native import DrawnArrays, TrackLayer, TrackProblem
+
+__all__ = [
+    "KERNELS",
+    "Alone",
+    "DrawnArrays",
+    "Relighter",
+    "RoomLearner",
+    "SeenWindow",
+    "Setting",
+    "Shell",
+    "TrackKernels",
+    "TrackLayer",
+    "TrackProblem",
+    "compare_templates",
+    "contour",
+    "cut_out",
+    "exposure",
+    "laid_on",
+    "looks",
+    "outlined",
+    "patch_means",
+]
+
+KERNELS = TrackKernels(OPTIONS.for_native())
+"""The measurements with the product's options; stateless."""

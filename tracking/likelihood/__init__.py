@@ -1,0 +1,1 @@
+"""How well a window supports a pose."""

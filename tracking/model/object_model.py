@@ -1,0 +1,126 @@
+"""What the tracker knows of an object, made from its splats once per session."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.pose import Pose
+from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
+from scenes.state import ObjectModel
+from tracking.model.colours import ColourModel
+from tracking.model.relighting import RelightableModel, relightable_of
+from tracking.model.symmetry import ROUND
+from tracking.model.templates import ELEVATIONS_RAD, YAWS, Templates, drawn_around, templates_of
+
+RENDER_OPTIONS = RenderOptions(threads=1, antialias=True)
+"""How model pictures are drawn: one thread, since a crop is small."""
+
+TEXTURED_VARIATION = 0.1
+"""Standard deviation of fine inner colour structure, 0..1, above which an object is textured."""
+
+ROUND_DIFFERENCE = 0.04
+"""Mean picture difference between yaws below which an object counts as round, of its silhouette."""
+
+CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
+"""(8, 3) of a box from its middle, in halves of its sides."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TrackModel:
+    """An object, ready to be tracked.
+
+    Attributes:
+        source: the scanned object.
+        colours: what its pixels look like.
+        centre_m: (3,) centre of its box in its own frame.
+        radius_m: of the sphere around that centre which holds it.
+        symmetry: number of indistinguishable yaws in a turn: 1 none, n-fold, or `ROUND`.
+        textured: whether its inner picture is rich enough to identify it.
+        templates: what it looks like from afar.
+        relightable: its splats for any light.
+    """
+
+    source: ObjectModel
+    colours: ColourModel
+    centre_m: NDArray[np.float64]
+    radius_m: float
+    symmetry: int
+    textured: bool
+    templates: Templates
+    relightable: RelightableModel
+
+    @property
+    def object_id(self) -> str:
+        """Of the scanned object."""
+        return self.source.object_id
+
+    def centre_at(self, world_from_object: Pose) -> NDArray[np.float64]:
+        """(3,) centre of the object in the world at a pose."""
+        return world_from_object @ self.centre_m
+
+    def box_at(self, world_from_object: Pose) -> NDArray[np.float64]:
+        """(8, 3) corners of the object's box in the world at a pose."""
+        return world_from_object @ (self.centre_m + 0.5 * CORNERS * np.array(self.source.box_m))
+
+    def splats_at(self, world_from_object: Pose) -> PosedSplats:
+        """What to hand to a renderer."""
+        return PosedSplats(self.source.splats, world_from_object)
+
+
+def make_model(source: ObjectModel, renderer: Renderer) -> TrackModel:
+    """Colours, extent and symmetry of a scanned object, from pictures all around it."""
+    centre = np.array([0.0, 0.0, 0.5 * source.box_m[2]])
+    radius = 0.5 * float(np.linalg.norm(source.box_m))
+    around = [
+        drawn_around(source.splats, renderer, centre, radius, elevation)
+        for elevation in ELEVATIONS_RAD
+    ]
+    pictures = around[1]
+    return TrackModel(
+        source=source,
+        colours=colours_of(pictures),
+        centre_m=centre,
+        radius_m=radius,
+        symmetry=_symmetry(pictures),
+        textured=_is_textured(pictures),
+        templates=templates_of(around),
+        relightable=relightable_of(source),
+    )
+
+
+def colours_of(pictures: NDArray[np.float32]) -> ColourModel:
+    """Colour model of (V, H, W, 4) pictures with alpha."""
+    shown = pictures[pictures[..., 3] > 0.6]
+    if len(shown) == 0:
+        return ColourModel.of_pixels(np.zeros((1, 3)))
+    return ColourModel.of_pixels(shown[:, :3] / shown[:, 3:])
+
+
+def _is_textured(pictures: NDArray[np.float32]) -> bool:
+    """Whether colours vary a lot inside the silhouette, from one place to the next."""
+    variations: list[float] = []
+    for picture in pictures[::4]:
+        inner = cv2.erode((picture[..., 3] > 0.95).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+        if inner.sum() > 20:
+            smooth = np.asarray(cv2.GaussianBlur(picture[..., :3], (0, 0), 4.0), np.float32)
+            detail = picture[..., :3] - smooth
+            variations.append(float(np.sqrt((detail[inner] ** 2).mean())))
+    return bool(variations) and float(np.mean(variations)) > TEXTURED_VARIATION
+
+
+def _symmetry(pictures: NDArray[np.float32]) -> int:
+    """How often an object repeats in a turn."""
+    area = max(float(pictures[..., 3].mean()), 1e-6)
+
+    def difference(shift: int) -> float:
+        return float(np.abs(pictures - np.roll(pictures, shift, axis=0)).mean() / area)
+
+    if max(difference(shift) for shift in range(1, YAWS // 2 + 1)) < ROUND_DIFFERENCE:
+        return ROUND
+    folds = [n for n in (12, 8, 6, 4, 3, 2) if YAWS % n == 0]
+    return next((n for n in folds if difference(YAWS // n) < ROUND_DIFFERENCE), 1)

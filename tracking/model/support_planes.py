@@ -1,0 +1,121 @@
+"""Support planes of a scanned room: where its splats lie flat at a height.
+
+Objects stand on the floor or on a surface in the scan; at a table's height but beside the table,
+nothing stands.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.splats import SplatCloud
+from scenes.state import ObjectModel
+
+Points = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+CELL_M = 0.04
+SURFACE_M = 0.03
+"""Splats this near to a height are of a surface there."""
+
+SOLID_OPACITY = 0.3
+WIDEST_M = 0.12
+"""Splats wider than this are no surface, but haze."""
+
+GAP_M = 0.3
+"""Width in m of gaps that are filled: an object stood there when the room was scanned."""
+
+
+NARROW_M = 0.2
+"""Width in m below which a surface is a wall seen from above or an edge."""
+
+
+FLOOR_M = 0.0
+EVERYWHERE_M = 0.1
+"""The floor is everywhere, as far up as this."""
+
+SAME_HEIGHT_M = 0.01
+"""Supports nearer to each other than this are one."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SupportPlanes:
+    """Where an object can stand in a room.
+
+    Attributes:
+        heights_m: of the planes, ascending.
+        corner_m: (2,) x and y of the maps' first cell's corner.
+        maps: (H, Y, X) bool by height and cell of `CELL_M`.
+    """
+
+    heights_m: tuple[float, ...]
+    corner_m: Points
+    maps: BoolArray
+
+    def can_hold(self, places: Points) -> BoolArray:
+        """(N,) whether an object can stand at positions (N, 3) on one of the heights."""
+        level = np.abs(places[:, 2:] - np.array(self.heights_m)).argmin(axis=1)
+        cells = np.floor((places[:, :2] - self.corner_m) / CELL_M).astype(int)
+        size = np.array(self.maps.shape[2:0:-1])
+        inside = ((cells >= 0) & (cells < size)).all(axis=1)
+        x, y = np.clip(cells, 0, size - 1).T
+        return np.asarray(
+            (places[:, 2] < EVERYWHERE_M) | (inside & self.maps[level, y, x]), dtype=np.bool_
+        )
+
+
+def support_planes_in(room: SplatCloud, objects: Sequence[ObjectModel]) -> SupportPlanes:
+    """Support planes at the floor and at the heights at which objects were scanned.
+
+    Args:
+        room: its splats without the movable objects.
+        objects: each stood on a support plane where it was scanned.
+    """
+    heights = _distinct([FLOOR_M, *(item.support_z_m for item in objects)])
+    widest = np.sort(room.scales, axis=1)[:, 2]
+    is_solid = (room.opacities > SOLID_OPACITY) & (widest < WIDEST_M)
+    means, reach = room.means[is_solid].astype(np.float64), widest[is_solid]
+    stood = np.array([item.world_from_object.translation[:2] for item in objects]).reshape(-1, 2)
+    known = np.concatenate([stood, means[:, :2]])
+    if len(known) == 0:
+        return SupportPlanes(heights, np.zeros(2), np.zeros((len(heights), 1, 1), np.bool_))
+    # A few stray splats hang outside every scan.
+    low, high = np.percentile(known, [0.2, 99.8], axis=0)
+    corner = np.minimum(low, stood.min(axis=0, initial=np.inf)) - GAP_M
+    far = np.maximum(high, stood.max(axis=0, initial=-np.inf)) + GAP_M
+    width, height = np.ceil((far - corner) / CELL_M).astype(int)
+    maps = np.zeros((len(heights), int(height), int(width)), np.uint8)
+    for level, z in enumerate(heights):
+        at_height = np.abs(means[:, 2] - z) < SURFACE_M
+        _paint(maps[level], means[at_height, :2] - corner, reach[at_height])
+        maps[level] = cv2.morphologyEx(maps[level], cv2.MORPH_CLOSE, _disc(GAP_M))
+        maps[level] = cv2.morphologyEx(maps[level], cv2.MORPH_OPEN, _disc(NARROW_M))
+        here = [abs(item.support_z_m - z) < SAME_HEIGHT_M for item in objects]
+        radii = np.array([0.5 * max(item.box_m[:2]) for item in objects])
+        _paint(maps[level], stood[here] - corner, radii[here])
+    return SupportPlanes(heights, corner, maps.astype(np.bool_))
+
+
+def _paint(cells: NDArray[np.uint8], places: Points, radii: NDArray[np.floating]) -> None:
+    """Mark the cells within radii of places, both in metres."""
+    for (x, y), radius in zip(np.floor(places / CELL_M).astype(int), radii, strict=True):
+        cv2.circle(cells, (int(x), int(y)), int(radius / CELL_M), 1, cv2.FILLED)
+
+
+def _disc(width_m: float) -> NDArray[np.uint8]:
+    side = round(width_m / CELL_M) | 1
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
+    return np.asarray(disc, dtype=np.uint8)
+
+
+def _distinct(heights_m: Sequence[float]) -> tuple[float, ...]:
+    heights: list[float] = []
+    for height in sorted(heights_m):
+        if not heights or height - heights[-1] > SAME_HEIGHT_M:
+            heights.append(height)
+    return tuple(heights)

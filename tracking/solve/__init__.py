@@ -1,0 +1,1 @@
+"""The pose that fits a window best, and its covariance."""

@@ -1,0 +1,1 @@
+"""Live surfaces: flat quads in the room that show what the camera sees there now (paper 4.3)."""

@@ -1,0 +1,1 @@
+"""Rectangles of a lens picture; outline and points of an object drawn into one."""
