@@ -3,9 +3,9 @@
 import json
 
 import pytest
-from studio.verbs.evaluate import TABLES
 
 from studio.cli import EXIT_DONE, EXIT_FAILED, main
+from studio.verbs.evaluate import TABLES
 
 MISSED = {
     "room": {"covariance.inside_95", "room.covariance.inside_95"},
