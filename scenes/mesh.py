@@ -112,7 +112,7 @@ class BoxPart:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PhysicalObject:
-    """A real, movable thing of a simulated room.
+    """A real, movable object of a simulated room.
 
     Attributes:
         object_id: unique, lower case, such as "chair-1".
@@ -157,7 +157,7 @@ class PhysicalRoom:
         name: such as "lab".
         static: everything that never moves.
         objects: everything that may move.
-        solids: boxes in world coordinates that stop things (floor excluded: it is z = 0).
+        solids: boxes in world coordinates that stop objects (floor excluded: it is z = 0).
         light_direction: (3,) unit vector from the room towards the main light (the window).
         ambient: share of light from everywhere.
         key: share of light from `light_direction`.

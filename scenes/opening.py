@@ -22,7 +22,7 @@ def open_scene(name_or_path: str | Path) -> ScenePackage:
 
     A splat file becomes a scene without objects: axes are turned from the file's (x right, y down,
     z forward, unless it was written in the world frame) to Z up; unit and origin are kept, since
-    the file does not tell them.
+    the file does not state them.
 
     Args:
         name_or_path: a name of `scenes.samples.SAMPLE_NAMES`, a package folder or a splat file.

@@ -125,7 +125,7 @@ class Pose:
 def _unchecked(rotation: NDArray[np.float64], translation: NDArray[np.float64]) -> Pose:
     """A pose of fresh arrays that are a rotation and a place because of how they were made.
 
-    Thousands are made a second; that a distance overflows is told where it enters.
+    Thousands are made a second; a distance that overflows is refused where it enters.
     """
     pose = object.__new__(Pose)
     rotation.setflags(write=False)

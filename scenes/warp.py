@@ -35,7 +35,7 @@ def warp_table(source: Fisheye, target: Pinhole | Fisheye, source_from_target: P
     Args:
         source: lens the picture was taken with.
         target: camera of the wanted view.
-        source_from_target: only its rotation counts: one lens cannot tell depth.
+        source_from_target: only its rotation counts: one lens does not measure depth.
     """
     rays = target.unproject(pixel_centres(target)) @ source_from_target.rotation.T
     pixels, valid = source.project(rays)

@@ -59,7 +59,7 @@ WRITABLE = ", ".join(suffix for entry in FORMATS if entry.write for suffix in en
 
 
 def read_splats(path: str | Path) -> SplatCloud:
-    """Read a splat file of any known format, told apart by content before name.
+    """Read a splat file of any known format, recognised by content before name.
 
     Args:
         path: a file with one of the `READABLE` endings, or a SOG folder.

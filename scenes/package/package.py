@@ -7,7 +7,7 @@ Layout, format version 3 (lengths in metres, world right-handed and Z up):
     objects.json         id, name, kind, box, support height, last pose, solid parts, guessed mass
     anchors.json         printed QR codes: payload, side, pose
     cameras.json         where the 360° camera stands, and from where the room was photographed
-    collision/room.glb   what things bump into, if it is known
+    collision/room.glb   what objects collide with, if it is known
     cuts.json, cuts/     what was taken out of the room, in order, so that it can be put back
 In a compact package splats are .spz instead of .ply, a tenth of the size and slightly rounded, and
 there are no cuts. Version 1 had no views, no collision mesh and no cuts; version 2 was not compact.
@@ -88,7 +88,7 @@ class ScenePackage:
         physical: name of the built-in physical room this is a scan of, or None for a real one.
         stages: how it was made, oldest first.
         views: where it was photographed from.
-        collision: what things bump into, or None where nobody has measured it.
+        collision: what objects collide with, or None where nobody has measured it.
         cuts: what was taken out of the room, oldest first.
 
     Raises:

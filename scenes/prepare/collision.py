@@ -21,10 +21,11 @@ from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud
 
 VOXEL_SHARE = 1 / 120
-"""Finest detail, as a share of how far away things typically are: 2.5 cm at 3 m."""
+"""Finest detail, as a share of the typical distance: 2.5 cm at 3 m."""
 LEAST_VOXEL_M = 0.02
 REACH_VOXELS = 4.0
-"""How far from a surface the signed distance is kept; things thinner than twice that may vanish."""
+"""How far from a surface the signed distance is kept; surfaces thinner than twice that may
+vanish."""
 SKY_SHARE = 8.0
 """What is so much farther away than the nearest quarter of a picture is sky, or as good as."""
 FARTHEST_SHARE = 4.0
@@ -49,7 +50,7 @@ def mesh_of_splats(
         cloud: the room, world metres.
         views: cameras with `world_from_camera`, spread over the room.
         renderer: draws the depth.
-        progress: told after every view.
+        progress: called after every view.
 
     Raises:
         ValueError: no view, or nothing is seen in any of them.

@@ -1,4 +1,4 @@
-"""The mesh that things bump into, as stages: of the splats, and a headset's laid on it."""
+"""The mesh that objects collide with, as stages: of the splats, and a headset's laid on it."""
 
 from __future__ import annotations
 

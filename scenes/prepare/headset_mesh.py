@@ -55,7 +55,7 @@ def place_mesh(
     Args:
         mesh: metres, upright, in the headset's frame.
         room: the room's surface, world.
-        progress: told after every heading.
+        progress: called after every heading.
 
     Raises:
         ValueError: either is empty, or less than a fifth of the mesh finds a partner.

@@ -1,4 +1,4 @@
-"""What a preparation can be told, and which of it does not go together."""
+"""The options of a preparation, and which of them exclude each other."""
 
 from __future__ import annotations
 
@@ -64,8 +64,8 @@ class PrepareOptions:
         headset_mesh: a mesh of the room to collide with, instead of one of the splats.
         sides_m: printed side of the codes: one for all, or by payload. None ignores codes.
         known_codes: codes whose poses in the world are known; then that is the room's world.
-        known_length: tells the scale where there are no codes.
-        known_object: tells it too; without any of these it is guessed.
+        known_length: gives the scale where there are no codes.
+        known_object: gives it too; without any of these it is guessed.
         per_axis: stretch the axes until every code's sides have their printed length (the paper's
             way), which hides an error of lens or poses.
         capture: how frames are chosen.
@@ -147,12 +147,12 @@ class PrepareOptions:
             ),
             (
                 self.known_length is not None and self.sides_m is not None,
-                "a length and the codes' size both tell the scale: give one of them",
+                "a length and the codes' size both give the scale: give one of them",
             ),
             (
                 self.known_object is not None
                 and (self.known_length is not None or self.sides_m is not None),
-                "a known object, and codes or a length: give one of them to tell the scale",
+                "a known object, and codes or a length: give one of them for the scale",
             ),
             (
                 self.metric_poses and self.known_object is not None,

@@ -23,7 +23,7 @@ from scenes.prepare.train.training_photos import Photos
 LOOKING_AHEAD = 0.75
 """Cosine between a photo's axis and the way to the next, from which stereo sees nothing."""
 PICTURE_PX = 320
-AGREEMENT = 0.02
+DEPTH_TOLERANCE = 0.02
 """Relative difference of distances up to which two photos agree."""
 
 SKY_REACH = 6.0
@@ -56,7 +56,7 @@ def with_outdoor_points(
         wanted: points in all, at most; sparse ones come first.
         held_out_every: of so many views one judges the training and has no say here; 0 for none.
         rng: chooses among more.
-        progress: told after every photo.
+        progress: called after every photo.
 
     Raises:
         ValueError: a photo cannot be read, or fewer than two views are left.
@@ -75,7 +75,7 @@ def with_outdoor_points(
             found = swept(look, [looks[k] for k in partners[number]], ways[number])
             inverse.append(np.where(is_sky, np.float32(0), found))
             progress(0.9 * (number + 1) / len(looks), f"photo {number + 1} of {len(looks)}")
-        points, colours = _agreed(looks, inverse, partners)
+        points, colours = _consistent(looks, inverse, partners)
     sky, sky_colours = _dome(looks, skies, metric.points)
     room = max(wanted - len(metric.points) - len(sky), 0)
     if len(points) > room:
@@ -99,7 +99,7 @@ def _look_along(looks: Sequence[Look], ways: FloatArray) -> bool:
     return float(np.median(np.abs(np.einsum("kc,kc->k", ways, axes)))) > LOOKING_AHEAD
 
 
-def _agreed(
+def _consistent(
     looks: Sequence[Look], inverse: Sequence[GreyPicture], partners: Sequence[Sequence[int]]
 ) -> tuple[FloatArray, NDArray[np.uint8]]:
     """Points, world, whose distance from one photo is that from another."""
@@ -111,23 +111,23 @@ def _agreed(
         rays = look.camera.unproject(pixels)
         in_camera = rays * (1.0 / (given[places] * rays[:, 2]))[:, None]
         world = look.world_from_camera @ in_camera
-        agrees = np.zeros(len(world), dtype=np.bool_)
+        consistent = np.zeros(len(world), dtype=np.bool_)
         for k in partners[number]:
-            agrees |= _agrees(looks[k], inverse[k], world)
-        points.append(world[agrees])
-        colours.append(look.colours.reshape(-1, 3)[places[agrees]])
+            consistent |= _is_consistent(looks[k], inverse[k], world)
+        points.append(world[consistent])
+        colours.append(look.colours.reshape(-1, 3)[places[consistent]])
     return np.concatenate(points), np.concatenate(colours)
 
 
-def _agrees(look: Look, inverse: GreyPicture, world: FloatArray) -> NDArray[np.bool_]:
+def _is_consistent(look: Look, inverse: GreyPicture, world: FloatArray) -> NDArray[np.bool_]:
     in_camera = look.world_from_camera.inverse() @ world
     pixels, valid = look.camera.project(in_camera)
-    agrees = np.zeros(len(world), dtype=np.bool_)
+    consistent = np.zeros(len(world), dtype=np.bool_)
     column, row = np.floor(pixels[valid]).astype(np.intp).T
     height, width = inverse.shape
     there = inverse[row.clip(0, height - 1), column.clip(0, width - 1)]
-    agrees[valid] = np.abs(there * in_camera[valid, 2] - 1.0) < AGREEMENT
-    return agrees
+    consistent[valid] = np.abs(there * in_camera[valid, 2] - 1.0) < DEPTH_TOLERANCE
+    return consistent
 
 
 def _skies(looks: Sequence[Look], points: FloatArray) -> list[NDArray[np.bool_]]:

@@ -1,8 +1,8 @@
-"""How far away things are, seen by photos that were taken in the direction of walking.
+"""Depth from photos that were taken in the direction of walking.
 
 Such photos cannot be turned until their rows agree. Each is compared with a few others over planes
 at growing distance (plane sweep, Collins 1996, with normalised cross-correlation). Planes that face
-the camera tell little about a wall that is passed or a road: it has another distance in every
+the camera constrain little about a wall that is passed or a road: it has another distance in every
 column and another size in every photo. So the planes lie as streets do: across, level, and along
 the way on both sides (Gallup et al. 2007).
 """
@@ -23,13 +23,13 @@ from scenes.prepare.train.training_photos import read_photo
 
 PARTNERS = 4
 ON_THE_WAY = 5
-"""Photos that tell the way, the one in question among them."""
+"""Photos that give the direction of walking, the one in question among them."""
 LEAST_ANGLE_DEG, BEST_ANGLE_DEG = 0.5, 6.0
 MOST_LARGER = 1.6
 """What another photo shows larger or smaller by more looks different there."""
 WINDOW = (7, 7)
 """Pixels that are compared around each."""
-LEAST_LIKENESS = 0.8
+LEAST_CORRELATION = 0.8
 LEAST_CONTRAST = 3.0
 """Grey levels of standard deviation below which a window shows nothing to compare."""
 FEWEST_POINTS = 10
@@ -136,25 +136,25 @@ def partners_of(looks: Sequence[Look], points: FloatArray) -> list[list[int]]:
         angle = np.degrees(np.arccos(cosine))
         larger = np.maximum(distance / distance[number], distance[number] / distance)
         # What is seen under a small angle has no distance, under a large one another look.
-        worth = np.minimum(angle / BEST_ANGLE_DEG, BEST_ANGLE_DEG / np.maximum(angle, 1e-6))
+        gain_of = np.minimum(angle / BEST_ANGLE_DEG, BEST_ANGLE_DEG / np.maximum(angle, 1e-6))
         useful = seen & seen[number] & (angle > LEAST_ANGLE_DEG) & (larger < MOST_LARGER)
-        worth = np.where(useful, worth, 0.0)
-        worth[number] = 0.0
-        chosen.append(_covering(worth))
+        gain_of = np.where(useful, gain_of, 0.0)
+        gain_of[number] = 0.0
+        chosen.append(_covering(gain_of))
     return chosen
 
 
-def _covering(worth: FloatArray) -> list[int]:
-    """Rows of (K, P) that together are worth most, each point counted by its best row."""
+def _covering(gain_of: FloatArray) -> list[int]:
+    """Rows of (K, P) whose gains together are highest, each point counted by its best row."""
     chosen: list[int] = []
-    had = np.zeros(worth.shape[1])
+    had = np.zeros(gain_of.shape[1])
     for _ in range(PARTNERS):
-        gain = np.maximum(worth - had, 0.0).sum(axis=1)
+        gain = np.maximum(gain_of - had, 0.0).sum(axis=1)
         best = int(gain.argmax())
         if gain[best] <= 0:
             break
         chosen.append(best)
-        had = np.maximum(had, worth[best])
+        had = np.maximum(had, gain_of[best])
     return chosen
 
 
@@ -166,12 +166,12 @@ def swept(look: Look, others: Sequence[Look], way: FloatArray) -> GreyPicture:
         others: its partners.
         way: (3,) unit, world: along which the photos were taken.
     """
-    inverse, likeness = np.zeros_like(look.grey), np.zeros_like(look.grey)
+    inverse, correlation = np.zeros_like(look.grey), np.zeros_like(look.grey)
     for normal, family in _families(look, way):
-        found, alike = _swept_along(look, others, normal, family)
-        better = alike > likeness
-        inverse[better], likeness[better] = found[better], alike[better]
-    return np.where(likeness >= LEAST_LIKENESS, inverse, 0).astype(np.float32)
+        found, score = _swept_along(look, others, normal, family)
+        better = score > correlation
+        inverse[better], correlation[better] = found[better], score[better]
+    return np.where(correlation >= LEAST_CORRELATION, inverse, 0).astype(np.float32)
 
 
 def _families(look: Look, way: FloatArray) -> list[tuple[FloatArray, _Family]]:
@@ -189,7 +189,7 @@ def _families(look: Look, way: FloatArray) -> list[tuple[FloatArray, _Family]]:
 def _swept_along(
     look: Look, others: Sequence[Look], normal: FloatArray, family: _Family
 ) -> tuple[GreyPicture, GreyPicture]:
-    """(H, W) inverse z of the likeliest of parallel planes and how alike photos are there, 0..1."""
+    """(H, W) inverse z of the likeliest of parallel planes, and the photos' correlation there."""
     nothing = np.zeros_like(look.grey)
     away = look.known @ normal
     away = away[away > 0]
@@ -201,21 +201,21 @@ def _swept_along(
     along = ((rays / rays[:, 2:]) @ normal).reshape(look.grey.shape)
     mean, deviation = _moments(look.grey)
     z = np.quantile(look.known[:, 2], ACROSS.quantiles) * ACROSS.shares
-    alike = np.zeros((family.count, *look.grey.shape), dtype=np.float32)
+    score = np.zeros((family.count, *look.grey.shape), dtype=np.float32)
     for number, inverse in enumerate(tried):
         in_range = (along * inverse > 1 / z[1]) & (along * inverse < 1 / z[0])
         for other in others:
             onto = _onto(look, other, normal * inverse)
-            found = _likeness(look.grey, mean, deviation, other.grey, onto)
+            found = _correlation(look.grey, mean, deviation, other.grey, onto)
             # Hidden in some of the partners, a place is seen in the one that it looks like.
-            np.maximum(alike[number], np.where(in_range, found, 0), out=alike[number])
-    best = alike.argmax(axis=0)
+            np.maximum(score[number], np.where(in_range, found, 0), out=score[number])
+    best = score.argmax(axis=0)
     inner = (best > 0) & (best < family.count - 1) & (deviation >= LEAST_CONTRAST)
     best = best.clip(1, family.count - 2)
     before, there, after = (
-        np.take_along_axis(alike, best[None] + step, axis=0)[0] for step in (-1, 0, 1)
+        np.take_along_axis(score, best[None] + step, axis=0)[0] for step in (-1, 0, 1)
     )
-    # The top of the parabola through the three, as likeness falls off to both sides.
+    # The top of the parabola through the three, as the correlation falls off to both sides.
     bend = np.maximum(2 * there - before - after, 1e-6)
     off = np.clip(0.5 * (after - before) / bend, -0.5, 0.5)
     inverse = along * (tried[best] + off * (tried[1] - tried[0]))
@@ -229,7 +229,7 @@ def _onto(look: Look, other: Look, plane: FloatArray) -> FloatArray:
     return _matrix(other.camera) @ onto @ np.linalg.inv(_matrix(look.camera))
 
 
-def _likeness(
+def _correlation(
     grey: GreyPicture,
     mean: GreyPicture,
     deviation: GreyPicture,

@@ -10,7 +10,7 @@ class Cancelled(Exception):
 
 
 class Progress(Protocol):
-    """Told now and then how far a stage is; raising `Cancelled` from it ends the stage."""
+    """Called with the share that a stage has done; raising `Cancelled` from it ends the stage."""
 
     def __call__(self, done: float, note: str) -> None:
         """`done` from 0 to 1 of this stage; `note` says in words what is going on."""

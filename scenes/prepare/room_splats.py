@@ -97,7 +97,7 @@ def import_splats(
         alignment: leads from there to the metric world.
         options: its quality says at which size pictures are judged.
         renderer: draws.
-        progress: told how far it is.
+        progress: called with the share done.
 
     Raises:
         FormatError: the file cannot be read.

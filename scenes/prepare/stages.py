@@ -34,7 +34,8 @@ class WorkFolder:
     Attributes:
         path: the folder.
         seconds: a stopwatch; any start, in seconds.
-        progress: told how far the stage at work is; its note begins with the stage's name.
+        progress: called with the share that the stage has done; its note begins with the stage's
+            name.
         log: what was done so far, in order, with the time it took when it was made.
     """
 
@@ -65,13 +66,13 @@ class WorkFolder:
         """
         self._key = _key_of(self._key, name, ingredients)
 
-        def told(done: float, note: str) -> None:
+        def report(done: float, note: str) -> None:
             self.progress(done, f"{name}: {note}")
 
         folder = self.path / name
         stamp = _read_stamp(folder / _STAMP)
         if stamp.get("key") == self._key and stamp.get("finished"):
-            result = load(folder, told)
+            result = load(folder, report)
             self.log.append(Stage(name, detail(result), stamp.get("seconds")))
             return result
         if stamp.get("key") != self._key:
@@ -81,7 +82,7 @@ class WorkFolder:
         started = self.seconds()
         _write_stamp(folder, self._key, spent, finished=False)
         try:
-            result = make(folder, told)
+            result = make(folder, report)
         except BaseException:
             # On a full disk the time spent cannot be noted either; that is not what went wrong.
             with suppress(OSError):

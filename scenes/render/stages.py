@@ -72,11 +72,11 @@ class Stages:
         return LaneCount(*self._probe.count_lanes(instructions))
 
     def draw(self) -> None:
-        """Blend and write the picture, with as many threads as `stages_of` was told."""
+        """Blend and write the picture, with as many threads as `stages_of` was given."""
         self._probe.draw()
 
     def blend_back(self, d_rgb: NDArray[np.float32], d_alpha: NDArray[np.float32]) -> None:
-        """Sum over the tiles what a loss of the picture tells of its splats: `draw`, backwards.
+        """Sum a loss's gradients by its splats over the tiles: `draw`, backwards.
 
         Args:
             d_rgb: (H, W, 3) float32, dL/d rendering.rgb.

@@ -1,6 +1,7 @@
-"""What makes a room lived in: window, door, pictures, shelf contents, plant, sofa, desk things.
+"""What makes a room lived in: window, door, pictures, shelf contents, plant, sofa, lamp, papers.
 
-Wall things are built in the wall's frame (x right, y up, z out of the wall) and placed by its pose.
+What hangs on a wall is built in the wall's frame (x right, y up, z out of the wall) and placed by
+the wall's pose.
 """
 
 from __future__ import annotations

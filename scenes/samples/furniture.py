@@ -1,4 +1,4 @@
-"""Things that stay: desk, shelf, cabinet and what lies on them. World coordinates, metres."""
+"""Furniture that stays: desk, shelf, cabinet and what lies on them. World coordinates, metres."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class RoomSet:
 
     Attributes:
         surfaces: all faces so far.
-        solids: all boxes that stop things so far.
+        solids: all boxes that stop objects so far.
     """
 
     surfaces: list[Surface] = field(default_factory=list)
@@ -29,7 +29,7 @@ class RoomSet:
         self.surfaces.extend(surfaces)
 
     def solid(self, low: Sequence[float], high: Sequence[float]) -> None:
-        """A box between two corners that stops things."""
+        """A box between two corners that stops objects."""
         a, b = np.asarray(low, dtype=np.float64), np.asarray(high, dtype=np.float64)
         half = (b - a) / 2
         self.solids.append(

@@ -1,4 +1,4 @@
-"""Printed things: posters, book covers, writing, screens, codes. Pictures drawn by code."""
+"""Printed matter: posters, book covers, writing, screens, codes. Pictures drawn by code."""
 
 from __future__ import annotations
 

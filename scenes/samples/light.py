@@ -51,7 +51,7 @@ class UnlitRoom:
     Attributes:
         name: of the room.
         surfaces: everything that blocks, bounces or receives light.
-        solids: boxes that stop things.
+        solids: boxes that stop objects.
         codes: printed codes.
         lights: what shines.
         reference: (3,) point in metres; exposure and white balance are set for level ground there.

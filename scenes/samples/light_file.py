@@ -53,7 +53,7 @@ def load_light(path: Path, texels: Texels) -> Float32Array:
 
 
 def _marks(texels: Texels) -> Float32Array:
-    """Centre of every surface's first texel: tells a room of one shape from another."""
+    """Centre of every surface's first texel: distinguishes rooms of different shape."""
     sizes = [rows * columns for rows, columns in texels.shapes]
     first = np.concatenate([[0], np.cumsum(sizes)[:-1]])
     return texels.centres[first].astype(np.float32)

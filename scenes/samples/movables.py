@@ -1,4 +1,4 @@
-"""The things that may be moved: chair, stool, book, mug, box. Origin on the support plane, Z up."""
+"""The movable objects: chair, stool, book, mug, box. Origin on the support plane, Z up."""
 
 from __future__ import annotations
 

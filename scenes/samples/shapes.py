@@ -1,6 +1,6 @@
 """Surfaces as point grids with a picture each: the bricks of the built-in rooms.
 
-Every face of every thing is a grid of points that a picture is stretched over. That one shape
+Every face of every object is a grid of points that a picture is stretched over. That one shape
 serves the triangles, the texture atlas and the light bake alike. Seen from outside, columns run to
 the right and rows run down, like the picture.
 """
@@ -31,7 +31,7 @@ OBJECT_CELL_M = 0.03
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surface:
-    """One face of a thing.
+    """One face of an object.
 
     Attributes:
         points: (R, C, 3) float64 grid in metres, R and C at least 2.

@@ -1,4 +1,4 @@
-"""Floor, ceiling and walls of a box-shaped room, and where things hang on them."""
+"""Floor, ceiling and walls of a box-shaped room, and where pictures hang on them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Procedural materials: what things are made of, drawn from an injected random generator."""
+"""Procedural materials: what surfaces are made of, drawn from an injected random generator."""
 
 from __future__ import annotations
 

@@ -69,7 +69,7 @@ def traced(room: UnlitRoom, texels: Texels, samples: int = SAMPLES) -> Float32Ar
 
 
 def _whole(tracer: _Tracer, texels: Texels, samples: int) -> Float32Array:
-    """(N, 3) light of texels, its noise told by two independent halves."""
+    """(N, 3) light of texels, its noise measured by two independent halves."""
     (first, free_1), (second, free_2) = (tracer.light(texels, samples // 2, k) for k in (1, 2))
     outside = free_1 + free_2 > 2 * SEEN_SHARE
     result, start = np.empty_like(first), 0
@@ -237,7 +237,7 @@ def _denoised(first: Float32Array, second: Float32Array, seen: NDArray[np.bool_]
     """Two independent halves of one picture to one without noise (a local Wiener filter).
 
     Where the halves differ as much as the picture does from its blurred self, it is noise, and the
-    blurred picture is taken. Texels inside things take their neighbours' light.
+    blurred picture is taken. Texels inside solids take their neighbours' light.
     """
     mean, half_gap = 0.5 * (first + second), 0.5 * (first - second)
     share = np.where(seen, 1.0, 1e-4).astype(np.float32)

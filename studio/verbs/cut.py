@@ -166,7 +166,7 @@ def _cut(args: argparse.Namespace, package: ScenePackage) -> tuple[dict[str, obj
         "standing": done.box.supported,
         "seconds": round(seconds, 2),
         "views": [
-            {"name": v.name, "agreement": round(v.agreement, 3), "used": v.used} for v in done.views
+            {"name": v.name, "agreement": round(v.overlap, 3), "used": v.used} for v in done.views
         ],
     }
     lines = [
@@ -176,7 +176,7 @@ def _cut(args: argparse.Namespace, package: ScenePackage) -> tuple[dict[str, obj
         f"{seconds:.1f} s"
     ]
     lines += [
-        f"  {v.name}: left out, its mask fits the others by {v.agreement:.0%} only"
+        f"  {v.name}: left out, its mask fits the others by {v.overlap:.0%} only"
         for v in done.views
         if not v.used
     ]

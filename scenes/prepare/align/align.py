@@ -18,13 +18,13 @@ from scenes.prepare.align.gravity import Gravity, find_gravity, standing_world
 from scenes.prepare.align.similarity import Similarity, similarity_from_points
 from scenes.prepare.align.squares import Observation, Placement, place
 from scenes.prepare.align.triangulate import rays, triangulated
-from scenes.prepare.align.usable_codes import Code, agreeing, usable_codes
+from scenes.prepare.align.usable_codes import Code, consistent, usable_codes
 from scenes.prepare.reconstruction import Reconstruction, View
 
 FloatArray = NDArray[np.float64]
 
 MISPLACED_M = 0.02
-"""A code with a known place that is seen further from it than this is told to the user."""
+"""A code with a known place that is seen further from it than this is reported to the user."""
 
 FLAT = 0.8
 """A code whose normal has this much of up in it lies flat."""
@@ -60,7 +60,7 @@ def align(
         code.payload: [_observation(s, views[s.view], order[s.view]) for s in code.sightings]
         for code in codes
     }
-    codes = agreeing(codes, seen, warnings)
+    codes = consistent(codes, seen, warnings)
     known = {p: w for p, w in (world_from_codes or {}).items() if p in {c.payload for c in codes}}
     if known:
         codes = [code for code in codes if code.payload in known]

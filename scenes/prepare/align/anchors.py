@@ -28,10 +28,10 @@ QR_FORMATS = zxingcpp.barcode_formats_from_str("QRCodeModel2")
 ENLARGED_UP_TO_PX = 2_500_000
 """Pictures of so many pixels are also read at twice their size."""
 
-LEAST_LIKENESS = 0.85
+LEAST_CORRELATION = 0.85
 """Photo and prediction correlate more than this, or the code is covered or is not there."""
 
-LEAST_LIKENESS_UNREAD = 0.93
+LEAST_CORRELATION_UNREAD = 0.93
 """The same where the code could not be read, but is expected."""
 
 MOST_BLUR_MODULES = 0.7
@@ -95,7 +95,7 @@ def find_anchors(
 
     Args:
         reconstruction: photos with poses; codes are measured in pinhole photos only.
-        progress: told after each photo.
+        progress: called after each photo.
 
     Raises:
         ValueError: a photo cannot be read.
@@ -192,13 +192,15 @@ def _measured(
             f"{LEAST_MODULE_PX * symbol.modules:.0f}; come nearer or film it less from the side",
         )
     corners = refine_corners(grey, symbol, start_px)
-    reason = _why_not(corners, start_px, LEAST_LIKENESS if was_read else LEAST_LIKENESS_UNREAD)
+    reason = _why_not(
+        corners, start_px, LEAST_CORRELATION if was_read else LEAST_CORRELATION_UNREAD
+    )
     if corners is None or reason:
         return Refusal(view, reason)
     return Sighting(view, corners.pixels, corners.sigma_px, was_read)
 
 
-def _why_not(corners: Corners | None, start_px: FloatArray, least_likeness: float) -> str:
+def _why_not(corners: Corners | None, start_px: FloatArray, least_correlation: float) -> str:
     if corners is None:
         return "its pattern could not be matched; part of it is outside the photo or covered"
     if corners.blur_modules > MOST_BLUR_MODULES:
@@ -206,10 +208,10 @@ def _why_not(corners: Corners | None, start_px: FloatArray, least_likeness: floa
             f"it is blurred over {corners.blur_modules:.1f} modules, limit {MOST_BLUR_MODULES}; "
             "hold still or come nearer"
         )
-    if corners.likeness < least_likeness:
+    if corners.correlation < least_correlation:
         return (
-            f"it looks only {100 * corners.likeness:.0f} % like what is printed, limit "
-            f"{100 * least_likeness:.0f} %; it is blurred, glaring or covered in part"
+            f"it looks only {100 * corners.correlation:.0f} % like what is printed, limit "
+            f"{100 * least_correlation:.0f} %; it is blurred, glaring or covered in part"
         )
     moved = float(np.linalg.norm(corners.pixels - start_px, axis=1).max())
     side = float(np.linalg.norm(start_px - np.roll(start_px, 1, axis=0), axis=1).max())

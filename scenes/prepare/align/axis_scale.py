@@ -48,7 +48,7 @@ class AxisScale:
         return max(self.factors) / min(self.factors) - 1.0
 
     def warning(self) -> str:
-        """What to tell who asks for it."""
+        """A sentence for the report."""
         x, y, z = self.factors
         return (
             f"The codes' sides differ by {100 * self.anisotropy:.2f} % between axes "

@@ -160,7 +160,7 @@ def _first_size(
     camera_from_level: Sequence[Pose],
     middle: FloatArray,
 ) -> float:
-    """Units per metre as the boxes' sizes tell, whatever way the object is turned."""
+    """Units per metre from the boxes' sizes, whatever way the object is turned."""
     extent_m = float(np.linalg.norm(np.ptp(points_m, axis=0)))
     found = []
     for view, from_level, box in zip(views, camera_from_level, boxes, strict=True):

@@ -36,7 +36,7 @@ SIGMA_FLOOR_PX = 0.02
 
 CORRELATED = 3.0
 """What is left over is not noise of single pixels (compression, texture, shadows), so that corners
-scatter by some times more than it tells; measured on noisy, compressed pictures."""
+scatter by some times more than it predicts; measured on noisy, compressed pictures."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,13 +46,13 @@ class Corners:
     Attributes:
         pixels: (4, 2) float64 px: top left, top right, bottom right, bottom left as printed.
         sigma_px: (4,) standard deviation of each corner, along either axis.
-        likeness: correlation of photo and prediction, at most 1.
+        correlation: correlation of photo and prediction, at most 1.
         blur_modules: standard deviation of the blur, in modules of the symbol.
     """
 
     pixels: FloatArray
     sigma_px: FloatArray
-    likeness: float
+    correlation: float
     blur_modules: float
 
 
@@ -93,7 +93,7 @@ def refine_corners(grey: NDArray[np.uint8], symbol: Symbol, start_px: FloatArray
     return Corners(
         (found.pixels + low) * shrink,
         np.maximum(found.sigma_px * shrink, SIGMA_FLOOR_PX),
-        found.likeness,
+        found.correlation,
         found.blur_modules,
     )
 
@@ -123,12 +123,12 @@ class _Fit:
         module_px = math.sqrt(abs(_area(corners_px))) / self._modules
         blur_px, bleed_px = START_BLUR_PX, 0.0
         corners = corners_px.copy()
-        sigma_px, likeness = np.full(4, np.inf), 0.0
+        sigma_px, correlation = np.full(4, np.inf), 0.0
         for _ in range(STEPS):
             step = self._step(light, corners, math.hypot(blur_px, soften_px), bleed_px)
             if step is None:
                 return None
-            change, sigma_px, likeness = step
+            change, sigma_px, correlation = step
             longest = float(np.abs(change[:8]).max())
             scale = min(1.0, 0.5 * module_px / max(longest, 1e-12))
             corners = corners + scale * change[:8].reshape(4, 2)
@@ -142,12 +142,12 @@ class _Fit:
                 break
         if not np.isfinite(corners).all() or not _is_convex(corners):
             return None
-        return Corners(corners, sigma_px, likeness, blur_px / module_px)
+        return Corners(corners, sigma_px, correlation, blur_px / module_px)
 
     def _step(
         self, light: Floats, corners_px: FloatArray, blur_px: float, bleed_px: float
     ) -> tuple[FloatArray, FloatArray, float] | None:
-        """Change of 8 corner coordinates, blur and bleeding; corner sigmas; likeness."""
+        """Change of 8 corner coordinates, blur and bleeding; corner sigmas; correlation."""
         if not _is_convex(corners_px):
             return None
         px_from_printed = _homography(self._printed, corners_px)
@@ -196,8 +196,8 @@ class _Fit:
         variance = float((weights * after * after).sum() / weights.sum())
         corner_variance = CORRELATED**2 * variance * np.diag(inverse)[:8].reshape(4, 2)
         sigma_px = np.sqrt(np.maximum(corner_variance.mean(axis=1), 0.0))
-        likeness = float(np.corrcoef(shades @ shading, wanted)[0, 1])
-        return change[:10], sigma_px, likeness
+        correlation = float(np.corrcoef(shades @ shading, wanted)[0, 1])
+        return change[:10], sigma_px, correlation
 
     def _draw(self, px_from_printed: FloatArray, blur_px: float) -> Floats:
         """The symbol through the homography, its pixels averaged over their area, then blurred."""

@@ -1,4 +1,4 @@
-"""The metric world by whatever tells it: codes, a length, an object, an app, or a guess."""
+"""The metric world from whatever gives the scale: codes, a length, an object, an app or a guess."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from scenes.prepare.reconstruction import Reconstruction
 def metric_alignment(
     reconstruction: Reconstruction, options: PrepareOptions, progress: Progress
 ) -> Alignment:
-    """The metric world by whatever tells the scale.
+    """The metric world from whatever gives the scale.
 
     Args:
         reconstruction: photos with poses and sparse points, in their own frame.
         options: which of it is given.
-        progress: told while codes are looked for.
+        progress: called while codes are looked for.
 
     Raises:
         ValueError: no code can be used, codes contradict each other, the length's ends are no

@@ -80,7 +80,7 @@ class Similarity:
         return m
 
     def moved(self, b_from_x: Pose) -> Pose:
-        """`a_from_x` of a thing whose own lengths are in units of a: a camera, a code.
+        """`a_from_x` of an object whose own lengths are in units of a: a camera, a code.
 
         The pose stays rigid: its place is scaled, its axes only turn.
         """

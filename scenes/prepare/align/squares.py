@@ -200,7 +200,7 @@ def _solved(normal: FloatArray, pull: FloatArray) -> FloatArray:
     scaled = normal * scale[:, None] * scale
     if np.linalg.cond(scaled) > 1e13:
         raise ValueError(
-            "alignment: the photos do not tell how large the codes are; film each code from places "
+            "alignment: the photos do not show how large the codes are; film each code from places "
             "at least half a metre apart"
         )
     return scale * np.linalg.solve(scaled, scale * pull)

@@ -1,7 +1,7 @@
 """Printed symbols as exact module matrices: QR codes and AprilTags.
 
 A QR code's modules follow from its payload, version, error correction level and mask alone. So a
-decoded photo tells the whole printed square, which a photo can then be matched against.
+decoded photo gives the whole printed square, which a photo can then be matched against.
 """
 
 from __future__ import annotations

@@ -18,11 +18,11 @@ FloatArray = NDArray[np.float64]
 UNIT_CORNERS = np.array([[-0.5, 0.5, 0.0], [0.5, 0.5, 0.0], [0.5, -0.5, 0.0], [-0.5, -0.5, 0.0]])
 """Corners of a code of side 1 in its own frame (x right, y up, z out of the wall)."""
 
-AGREES_PX = 4.0
+INLIER_PX = 4.0
 """A photo whose corners are this near to the prediction (root mean square) belongs to the place."""
 
 LEAST_ANGLE_DEG = 1.0
-"""Rays that cross at less tell nothing about depth."""
+"""Rays that cross at a smaller angle, degrees, do not constrain depth."""
 
 MOST_PAIRS = 400
 
@@ -34,12 +34,12 @@ class Square:
     Attributes:
         reconstruction_from_code: of a code of side 1; its scale is the side in the
             reconstruction's units.
-        agrees: (V,) bool, one a photo.
+        is_inlier: (V,) bool, one a photo.
         angle_deg: the widest angle between two rays to its centre.
     """
 
     reconstruction_from_code: Similarity
-    agrees: NDArray[np.bool_]
+    is_inlier: NDArray[np.bool_]
     angle_deg: float
 
 
@@ -101,22 +101,22 @@ def find_square(views: Sequence[View], corners_px: Sequence[FloatArray]) -> Squa
         if square is None:
             continue
         errors = _errors_px(square, views, corners_px)
-        agrees = errors < AGREES_PX
-        if agrees[list(pair)].all():
-            cost = float(np.minimum(errors, AGREES_PX).sum())
+        is_inlier = errors < INLIER_PX
+        if is_inlier[list(pair)].all():
+            cost = float(np.minimum(errors, INLIER_PX).sum())
             if cost < best_cost:
-                best, best_cost = agrees, cost
+                best, best_cost = is_inlier, cost
     if best is None:
         return None
     chosen = np.flatnonzero(best).tolist()
     square = _fitted(places, directions, chosen)
     if square is None:
         return None
-    agrees = _errors_px(square, views, corners_px) < AGREES_PX
-    centre = directions[agrees].mean(axis=1)
+    is_inlier = _errors_px(square, views, corners_px) < INLIER_PX
+    centre = directions[is_inlier].mean(axis=1)
     centre /= np.linalg.norm(centre, axis=1, keepdims=True)
     angle = math.degrees(math.acos(float(np.clip((centre @ centre.T).min(initial=1.0), -1, 1))))
-    return Square(square, agrees, angle)
+    return Square(square, is_inlier, angle)
 
 
 def _fitted(places: FloatArray, directions: FloatArray, chosen: list[int]) -> Similarity | None:

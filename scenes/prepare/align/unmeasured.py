@@ -34,7 +34,7 @@ def guessed_alignment(reconstruction: Reconstruction, *, rng: np.random.Generato
     eyes = np.stack([view.world_from_camera.translation for view in reconstruction.views])
     height = float(np.median(eyes @ gravity.up) - gravity.floor)
     warning = (
-        "The scale is a guess: nothing in the photos tells it. The phone is taken to have been "
+        "The scale is a guess: nothing in the photos gives it. The phone is taken to have been "
         f"carried {CARRIED_HEIGHT_M} m above the floor; lengths may be a quarter off. Print a "
         "code, fix it to a wall, film it with the room and give its side, or give a known length."
     )

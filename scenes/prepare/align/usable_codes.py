@@ -96,7 +96,7 @@ def usable_codes(
 def _placed_code(
     views: Mapping[str, View], anchor: AnchorSightings, side_m: float
 ) -> tuple[Code | None, str]:
-    """The code where most photos see it; what to tell the user, if anything."""
+    """The code where most photos see it; a warning for the user, if any."""
     name = f"Code {anchor.payload!r}"
     if len(anchor.sightings) < 2:
         refused = "; ".join(f"in {r.view} {r.reason}" for r in anchor.refusals[:2])
@@ -111,7 +111,7 @@ def _placed_code(
             f"{name} is not used: its {len(anchor.sightings)} photos are from almost one place or "
             "do not agree where it is; film it from places half a metre apart, and do not move it."
         )
-    agree = square.agrees
+    agree = square.is_inlier
     kept = tuple(s for s, ok in zip(anchor.sightings, agree, strict=True) if ok)
     left = [s for s, ok in zip(anchor.sightings, agree, strict=True) if not ok]
     code = Code(anchor.payload, side_m, square, kept)
@@ -119,8 +119,8 @@ def _placed_code(
     if elsewhere is not None:
         there, here = elsewhere.reconstruction_from_code, square.reconstruction_from_code
         away_m = code.metres_per_unit * float(np.linalg.norm(there.translation - here.translation))
-        first = next(s.view for s, ok in zip(left, elsewhere.agrees, strict=True) if ok)
-        count = int(elsewhere.agrees.sum())
+        first = next(s.view for s, ok in zip(left, elsewhere.is_inlier, strict=True) if ok)
+        count = int(elsewhere.is_inlier.sum())
         moved = (
             f"{name} was moved while filming: {len(kept)} photos see it at one place and {count} "
             f"(from {first}) {1000 * away_m:.0f} mm away"
@@ -141,13 +141,13 @@ def _placed_code(
     return code, ""
 
 
-def agreeing(
+def consistent(
     codes: list[Code], seen: Mapping[str, list[Observation]], warnings: list[str]
 ) -> list[Code]:
     """Without the one code whose size contradicts the others.
 
     Raises:
-        ValueError: it cannot be told which of them is wrong.
+        ValueError: the sizes do not show which of them is wrong.
     """
     if len(codes) < 2:
         return codes

@@ -24,7 +24,7 @@ from scenes.state import ObjectModel
 FloatArray = NDArray[np.float64]
 
 ROOM_LIMITS = Limits(finest_m=0.004, widest_m=0.07, edge_m=0.007, fold_m=0.02)
-ROOM_HALO = 4.0
+ROOM_SILHOUETTE_BIAS = 4.0
 """The room may reach farther past its surfaces than an object, whose outline is tracked."""
 OBJECT_LIMITS = Limits(finest_m=0.0015, widest_m=0.012, edge_m=0.002, fold_m=0.005)
 
@@ -41,7 +41,8 @@ class ScanImperfections:
         blur_m: added to every tangential deviation (in quadrature).
         scale_error: error of the whole scan's scale, as a fraction; its sign is random.
         floaters: how many stray splats hang in the room.
-        halo_m: how far splats of an object may reach past its true surface; not noise.
+        silhouette_bias_m: how far splats of an object reach past its true surface, metres: the
+            silhouette bias of a scan, not noise.
     """
 
     along_normal_m: float = 0.001
@@ -51,7 +52,7 @@ class ScanImperfections:
     blur_m: float = 0.001
     scale_error: float = 0.002
     floaters: int = 40
-    halo_m: float = 0.001
+    silhouette_bias_m: float = 0.001
 
 
 def bake(
@@ -91,29 +92,33 @@ def bake(
     scale = 1.0 + flaws.scale_error * float(rng.choice([-1.0, 1.0]))
     surroundings = _Surroundings.of(room)
     static = cover(
-        soup_of(room.static), room_splats, rng, halo_m=ROOM_HALO * flaws.halo_m, limits=ROOM_LIMITS
+        soup_of(room.static),
+        room_splats,
+        rng,
+        silhouette_bias_m=ROOM_SILHOUETTE_BIAS * flaws.silhouette_bias_m,
+        limits=ROOM_LIMITS,
     )
     cloud = _flawed(static, flaws, rng, scale)
     if flaws.floaters:
         cloud = concatenate([cloud, _floaters(room, cloud, flaws.floaters, rng)])
     models = []
     covered: dict[str, Discs] = {}
-    for thing in room.objects:
-        if thing.kind not in covered:
-            covered[thing.kind] = cover(
-                soup_of(thing.meshes),
+    for item in room.objects:
+        if item.kind not in covered:
+            covered[item.kind] = cover(
+                soup_of(item.meshes),
                 object_splats,
                 rng,
-                halo_m=flaws.halo_m,
+                silhouette_bias_m=flaws.silhouette_bias_m,
                 limits=OBJECT_LIMITS,
             )
-        discs = covered[thing.kind]
-        models.append(_model(thing, discs, surroundings, rng=rng, flaws=flaws, scale=scale))
+        discs = covered[item.kind]
+        models.append(_model(item, discs, surroundings, rng=rng, flaws=flaws, scale=scale))
     return cloud, tuple(models)
 
 
 def _model(
-    thing: PhysicalObject,
+    item: PhysicalObject,
     discs: Discs,
     surroundings: _Surroundings,
     *,
@@ -122,17 +127,17 @@ def _model(
     scale: float,
 ) -> ObjectModel:
     light = surroundings.light(
-        thing.world_from_object @ discs.means,
-        discs.frames[:, 2] @ thing.world_from_object.rotation.T,
+        item.world_from_object @ discs.means,
+        discs.frames[:, 2] @ item.world_from_object.rotation.T,
         rng,
     )
     lit = Discs(discs.means, discs.frames, discs.spread_m, discs.colours * light[:, None])
-    pose = thing.world_from_object
-    w, d, h = thing.box_m
+    pose = item.world_from_object
+    w, d, h = item.box_m
     return ObjectModel(
-        thing.object_id,
-        thing.object_id.replace("-", " ").capitalize(),
-        thing.kind,
+        item.object_id,
+        item.object_id.replace("-", " ").capitalize(),
+        item.kind,
         _flawed(lit, flaws, rng, scale),
         (w * scale, d * scale, h * scale),
         float(pose.translation[2]) * scale,

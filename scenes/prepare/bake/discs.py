@@ -64,7 +64,7 @@ class Discs:
 
 
 def cover(
-    soup: Soup, count: int, rng: np.random.Generator, *, halo_m: float, limits: Limits
+    soup: Soup, count: int, rng: np.random.Generator, *, silhouette_bias_m: float, limits: Limits
 ) -> Discs:
     """At most `count` discs over a surface.
 
@@ -72,7 +72,7 @@ def cover(
         soup: the surface.
         count: of discs; a few fewer where they are not needed.
         rng: source of the sampling.
-        halo_m: how far a disc's visible part may reach past the surface.
+        silhouette_bias_m: how far a disc's visible part may reach past the surface.
         limits: finest and widest spacing.
     """
     scene = RayScene(soup.corners)
@@ -86,7 +86,7 @@ def cover(
     if len(sites) > NEIGHBOURS:
         distance = np.sort(neighbour_distances(sites, 10)[1], axis=1)
         looseness = np.clip(distance[:, 1:5].mean(axis=1) / 1.2, 0.75, 1.5)
-    fitter = _Fitter(scene, folds, halo_m)
+    fitter = _Fitter(scene, folds, silhouette_bias_m)
     sites = fitter.fitted(replace(sites, spacing=COVER * sites.spacing * looseness[:, None]))
     keep = min(1.0, CHECKS_PER_SPLAT * count / len(pool))
     kept = np.flatnonzero(rng.random(len(pool)) < keep)
@@ -141,7 +141,7 @@ class _Fitter:
 
     scene: RayScene
     folds: Edges
-    halo_m: float
+    silhouette_bias_m: float
 
     def fitted(self, sites: Sites) -> Sites:
         """The sites with `spacing` read, and returned, as deviations."""
@@ -172,7 +172,7 @@ class _Fitter:
     ) -> FloatArray:
         """Where a disc sticks out, its long axis goes the way the surface is straightest."""
         out = np.maximum(*(self._past(where, frames[:, k] * reach[:, k : k + 1]) for k in (0, 1)))
-        sticking = np.flatnonzero(out > self.halo_m)
+        sticking = np.flatnonzero(out > self.silhouette_bias_m)
         best = np.full(len(sticking), np.inf)
         long_axis = frames[sticking, 1].copy()
         farthest = reach[sticking].max(axis=1, keepdims=True)
@@ -191,7 +191,7 @@ class _Fitter:
         left = np.arange(len(where))
         for shrink in SHRINK:
             step = axis[left] * (shrink * reach[left])[:, None]
-            good = self._past(where[left], step) <= self.halo_m
+            good = self._past(where[left], step) <= self.silhouette_bias_m
             factor[left[good]] = shrink
             left = left[~good]
             if not len(left):

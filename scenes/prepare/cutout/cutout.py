@@ -21,7 +21,7 @@ from scenes.prepare.cutout.object.upright_box import UprightBox, upright_box
 from scenes.prepare.cutout.remainder.fill import fill_support
 from scenes.prepare.cutout.remainder.floaters import FLOATERS
 from scenes.prepare.cutout.remainder.foot_and_haze import beside_foot, hanging_off
-from scenes.prepare.cutout.remainder.residual_splats import traces
+from scenes.prepare.cutout.remainder.residual_splats import residual_splats
 from scenes.prepare.cutout.remainder.see_through import shows_background
 from scenes.prepare.cutout.remainder.shadows import without_shadow
 from scenes.prepare.cutout.votes.room_views import painting
@@ -148,10 +148,10 @@ def make_object(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Mended:
-    """What becomes of a thing's support without it.
+    """What becomes of an object's support without it.
 
     Attributes:
-        shaded: (N,) the room's splats in the thing's shadow.
+        shaded: (N,) the room's splats in the object's shadow.
         lit: what comes in their place.
         fill: laid where the support had never been seen.
     """
@@ -180,7 +180,7 @@ def _bounded(
     """What was found without what is the room's, and the box around it."""
     room = package.room
     through = shows_background(room, found.labels, package.views, renderer=renderer)
-    through |= found.astray
+    through |= found.outliers
     surface, box = _box(package, found, through, renderer)
     beside = box.supported & beside_foot(room, found.labels, box.support_z_m)
     if beside.any():
@@ -189,17 +189,17 @@ def _bounded(
         found = replace(found, labels=found.labels & ~beside)
         surface, box = _box(package, found, through, renderer)
     background = hanging_off(
-        room, found.labels & through, _on_thing(room, found.labels & ~through, surface)
+        room, found.labels & through, _on_object(room, found.labels & ~through, surface)
     )
     found = replace(found, labels=found.labels & ~background)
     found = _without_haze(room, found, box, surface)
-    return (_with_traces(room, found, box) if box.supported else found), box
+    return (_with_residual_splats(room, found, box) if box.supported else found), box
 
 
-def _on_thing(room: SplatCloud, labels: BoolArray, surface: SeenSurface) -> FloatArray:
-    """(K, 3) points on a thing: what views agree about, and its solid splats where they do not."""
+def _on_object(room: SplatCloud, labels: BoolArray, surface: SeenSurface) -> FloatArray:
+    """(K, 3) points on an object: those that views agree about, and its solid splats."""
     solid = labels & (room.opacities >= SOLID)
-    return np.concatenate([surface.thing, room.means[solid].astype(np.float64)])
+    return np.concatenate([surface.own, room.means[solid].astype(np.float64)])
 
 
 def _box(
@@ -219,15 +219,15 @@ def _without_haze(
     """Splats that paint the object but hang well outside its box or below its support float."""
     outside = found.labels & ~box.holds(room.means.astype(np.float64), BESIDE_BOX_M)
     below = found.labels & (room.means[:, 2] < box.support_z_m - BELOW_SUPPORT_M)
-    beside = hanging_off(room, outside, surface.thing) | below
+    beside = hanging_off(room, outside, surface.own) | below
     if room.opacities[beside].sum() > MOST_BESIDE * room.opacities[found.labels].sum():
         return found
     return replace(found, labels=found.labels & ~beside, floaters=found.floaters | beside)
 
 
-def _with_traces(room: SplatCloud, found: Separation, box: UprightBox) -> Separation:
-    """What the thing would leave on its support goes with it, as floaters."""
-    left = traces(room, found.labels | found.floaters, box.support_z_m)
+def _with_residual_splats(room: SplatCloud, found: Separation, box: UprightBox) -> Separation:
+    """What the object would leave on its support goes with it, as floaters."""
+    left = residual_splats(room, found.labels | found.floaters, box.support_z_m)
     return replace(found, floaters=found.floaters | left)
 
 

@@ -15,7 +15,7 @@ from scenes.prepare.cutout.structure.level_planes import LevelPlane, level_plane
 from scenes.splats import SplatCloud
 
 REACH_M = 0.05
-"""Things closer to each other than this are proposed as one."""
+"""Objects closer to each other than this are proposed as one."""
 SIZE_M = (0.03, 1.3)
 """Shortest and longest side of what a person would move."""
 LEAST_SHARE = 0.01
@@ -24,15 +24,15 @@ LEVEL = 0.5
 """Upward spread of a splat, as a share of its largest, below which it lies level."""
 PATCH_REACH_M = 0.1
 PATCH_M2 = 0.4
-"""Level patches of less area, counted in cells they touch, are parts of things."""
+"""Level patches of less area, counted in cells they touch, are parts of objects."""
 CELL_M = 0.01
 RING_GAP_CELLS = 3
 MARGIN_CELLS = 5
 CONTACT_M = 0.03
-"""How far above its support a thing's outline there is looked at."""
+"""How far above its support an object's outline there is looked at."""
 LEAST_SPLATS = 60
 STANDING_M = 0.03
-"""How far above its support a thing's lowest splats may lie."""
+"""How far above its support an object's lowest splats may lie."""
 RING_M = 0.2
 SECTORS = 16
 LEAST_SCORE = 0.5

@@ -74,7 +74,7 @@ class Frame:
         source: where it comes from, in words that its maker understands.
         blur: 0 crisp .. 1.
         lens: pictures of the same value share one camera's intrinsics.
-        focal_px: focal length if the file tells, in pixels of the stored picture.
+        focal_px: focal length if the file has it, in pixels of the stored picture.
         t_s: seconds from the start of a video.
     """
 

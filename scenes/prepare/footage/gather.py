@@ -42,7 +42,7 @@ def gather(
         source: a video file, a folder of photos, or photos.
         work_dir: folder for what the preparation makes; made if missing.
         options: how frames are chosen.
-        progress: told how far it is.
+        progress: called with the share done.
 
     Raises:
         CaptureError: nothing usable, or too little; says what to film instead.

@@ -35,11 +35,11 @@ JUDGING_SHARE = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Lens:
-    """What a photo's metadata tell of its lens.
+    """A photo's metadata about its lens.
 
     Attributes:
-        focal_per_longest: focal length over the picture's longest side; None if not told.
-        camera: maker, model and zoom, to tell which photos share intrinsics.
+        focal_per_longest: focal length over the picture's longest side; None if unknown.
+        camera: maker, model and zoom, for grouping photos that share intrinsics.
     """
 
     focal_per_longest: float | None
@@ -56,7 +56,7 @@ def gather_photos(
         folder: exists and is empty.
         name: what to call them in messages.
         options: limits.
-        progress: told how far it is.
+        progress: called with the share done.
 
     Raises:
         CaptureError: too few are usable.
@@ -83,14 +83,14 @@ def gather_photos(
         write_jpeg(folder / stored, picture)
         lens = read_lens(file)
         height, width = picture.shape[:2]
-        told = lens.focal_per_longest
+        focal = lens.focal_per_longest
         frames.append(
             Frame(
                 name=stored,
                 source=file.name,
                 blur=quality.blur,
                 lens=f"{width}×{height} {lens.camera}",
-                focal_px=told * max(width, height) if told else None,
+                focal_px=focal * max(width, height) if focal else None,
             )
         )
     return Capture(CaptureKind.PHOTOS, name, folder, tuple(frames), tuple(rejected))
@@ -187,7 +187,7 @@ def _judged(
     kept_thumbs: list[NDArray[np.uint8]] = []
     for (file, quality), thumb in zip(judged, thumbs, strict=True):
         reason = verdict(quality, typical, options.quality)
-        if reason is None and any(_alike(thumb, other) for other in kept_thumbs):
+        if reason is None and any(_same_picture(thumb, other) for other in kept_thumbs):
             reason = Reason.ALIKE
         if reason is not None:
             rejected.append(Rejected(file.name, reason))
@@ -197,7 +197,7 @@ def _judged(
     return kept, rejected
 
 
-def _alike(a: NDArray[np.uint8], b: NDArray[np.uint8]) -> bool:
+def _same_picture(a: NDArray[np.uint8], b: NDArray[np.uint8]) -> bool:
     if a.shape != b.shape:
         return False
     return float(np.abs(a.astype(np.int16) - b).mean()) < ALIKE_GREY_LEVELS

@@ -42,7 +42,7 @@ def import_poses(
         pictures: the photos' folder.
         work_dir: folder for what the preparation makes.
         options: how features are found where only poses are given.
-        progress: told how far it is.
+        progress: called with the share done.
 
     Raises:
         FormatError: there is neither, or it is damaged.

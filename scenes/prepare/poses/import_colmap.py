@@ -44,7 +44,7 @@ def import_colmap(
         work_dir: folder for what the preparation makes; made if missing.
         pictures: the photos' folder if it is not `images` beside or above the model.
         options: only the number of threads counts.
-        progress: told how far it is.
+        progress: called with the share done.
 
     Raises:
         FormatError: there is no model or no photos' folder.

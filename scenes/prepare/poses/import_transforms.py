@@ -68,7 +68,7 @@ def import_transforms(
         work_dir: folder for what the preparation makes; made if missing.
         pictures: where pictures are looked for, by name, that are not where the file says.
         options: how features are found and matched.
-        progress: told how far it is.
+        progress: called with the share done.
 
     Raises:
         FormatError: a field or picture is missing or makes no sense; says which.
@@ -126,10 +126,10 @@ def _read(path: Path) -> dict[str, Any]:
 
 
 def _picture_path(path: Path, where: str, frame: Mapping[str, Any], pictures: Path | None) -> Path:
-    told = frame.get("file_path")
-    if not isinstance(told, str) or not told:
+    name = frame.get("file_path")
+    if not isinstance(name, str) or not name:
         raise refusal(path, where, "file_path is missing", "export it from the app again")
-    direct = path.parent / told
+    direct = path.parent / name
     places = [direct] if pictures is None else [direct, pictures / direct.name]
     candidates = [
         place.with_name(place.name + s) for place in places for s in ("", *GUESSED_SUFFIXES)

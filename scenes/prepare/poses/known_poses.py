@@ -33,7 +33,7 @@ def triangulate(
         work_dir: folder for what the preparation makes.
         source: what to call them in messages.
         options: how features are found and matched.
-        progress: told how far it is.
+        progress: called with the share done.
 
     Raises:
         CaptureError: the poses are not those of the pictures, or hardly any points agree.

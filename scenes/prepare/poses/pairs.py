@@ -42,13 +42,13 @@ def similar_pairs(signatures: FloatArray, each: int, *, apart: int = 1) -> list[
         apart: pictures nearer than this in order are no proposal.
     """
     count = len(signatures)
-    likeness = signatures @ signatures.T
+    similarity = signatures @ signatures.T
     order = np.arange(count)
-    likeness[np.abs(order[:, None] - order[None, :]) < apart] = -np.inf
+    similarity[np.abs(order[:, None] - order[None, :]) < apart] = -np.inf
     pairs: set[Pair] = set()
     for i in range(count):
-        best = np.argsort(-likeness[i], kind="stable")[:each]
-        pairs |= {(min(i, int(j)), max(i, int(j))) for j in best if np.isfinite(likeness[i, j])}
+        best = np.argsort(-similarity[i], kind="stable")[:each]
+        pairs |= {(min(i, int(j)), max(i, int(j))) for j in best if np.isfinite(similarity[i, j])}
     return sorted(pairs)
 
 

@@ -169,8 +169,8 @@ def run_worker(job: Job, progress: Progress) -> JobResult:
     return result_from_json(values)
 
 
-def _watch(process: subprocess.Popen[bytes], told: Path, progress: Progress) -> None:
-    """Pass on what the worker tells until it ends; asks often, so that a wish to stop is heard."""
+def _watch(process: subprocess.Popen[bytes], reports: Path, progress: Progress) -> None:
+    """Pass on the worker's reports until it ends; often, so that `Cancelled` takes effect soon."""
     done, note = 0.0, "starting"
     running = True
     while running:
@@ -179,8 +179,8 @@ def _watch(process: subprocess.Popen[bytes], told: Path, progress: Progress) -> 
             running = False
         except subprocess.TimeoutExpired:
             pass
-        if told.exists():
-            lines = told.read_text(encoding="utf-8").split("\n")
+        if reports.exists():
+            lines = reports.read_text(encoding="utf-8").split("\n")
             if len(lines) > 1:
                 values = json.loads(lines[-2])
                 done, note = float(values["done"]), str(values["note"])

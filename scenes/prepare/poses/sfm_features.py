@@ -21,7 +21,7 @@ from scenes.prepare.poses.sfm_session import Refused, Worker, open_database
 PICTURES_AT_ONCE = 8
 PAIRS_AT_ONCE = 60
 FOCAL_OVER_LONGEST = 0.85
-"""Of a phone's main camera, for pictures that do not tell theirs."""
+"""Of a phone's main camera, for pictures that do not state theirs."""
 
 
 def extract(worker: Worker) -> None:
@@ -64,7 +64,7 @@ def extract(worker: Worker) -> None:
                 pycolmap.Device.cpu,
             )
             count += len(names)
-            worker.tell(
+            worker.report(
                 "extraction", count / len(job.pictures), f"features: {count}/{len(job.pictures)}"
             )
 
@@ -99,7 +99,7 @@ def match(worker: Worker) -> None:
     """SIFT matches and two-view geometry of the chosen pairs; pairs done before are skipped."""
     job = worker.job
     names = [picture.name for picture in job.pictures]
-    worker.tell("matching", 0.0, "which pictures look alike")
+    worker.report("matching", 0.0, "which pictures look alike")
     pairs = _chosen_pairs(worker)
     options = pycolmap.FeatureMatchingOptions()
     options.type = pycolmap.FeatureMatcherType.SIFT_BRUTEFORCE
@@ -116,7 +116,7 @@ def match(worker: Worker) -> None:
             worker.database, options, pairing, verification, pycolmap.Device.cpu
         )
         done = min(len(pairs), start + PAIRS_AT_ONCE)
-        worker.tell("matching", done / len(pairs), f"matching: {done}/{len(pairs)} pairs")
+        worker.report("matching", done / len(pairs), f"matching: {done}/{len(pairs)} pairs")
 
 
 def _chosen_pairs(worker: Worker) -> list[Pair]:

@@ -1,4 +1,4 @@
-"""What structure from motion and its worker process tell each other, as JSON files."""
+"""What structure from motion and its worker process exchange, as JSON files."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ class Picture:
     Attributes:
         name: file name in the picture folder.
         lens: pictures with the same value share intrinsics.
-        focal_px: start value, if its file tells.
+        focal_px: start value, if its file has one.
         known: its camera and pose, if they are given: then only points are found.
     """
 

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pycolmap
 
+from scenes.prepare.poses.pose_uncertainty import pose_uncertainty_px
 from scenes.prepare.poses.sfm_job import Attempt, Job, write_json
 from scenes.prepare.poses.sfm_session import MAPPING_FILE, Refused, Worker, open_database
-from scenes.prepare.poses.swim import swim_px
 
 ENOUGH = 0.9
 """Share of placed pictures at which no other mapper is tried."""
@@ -23,7 +23,7 @@ LOSS_SCALE_PX = 0.5
 REFINEMENT_STEPS = 60
 WRONG_MATCH_PX = 2.0
 LEAST_ANGLE_DEG = 1.5
-MOST_SWIM_PX = 1.0
+MOST_UNCERTAINTY_PX = 1.0
 """A picture that may be off by more blurs what all others show."""
 HELD_BY = 4
 """Pictures that see a point before a pose may rest on it: with fewer it goes along."""
@@ -48,7 +48,7 @@ def map_pictures(worker: Worker) -> None:
     kept, model = attempts[-1]
     folder = job.work / "models" / "kept"
     if model is not None:
-        worker.tell("mapping", 0.95, "refining poses and lens")
+        worker.report("mapping", 0.95, "refining poses and lens")
         if kept.mapper != KNOWN_POSES:
             _refine(model, job)
             _take_out_unsure(model, job)
@@ -76,8 +76,13 @@ def _take_out_unsure(model: Any, job: Job) -> None:
     """Take out the pictures whose poses are the least sure, and adjust what remains."""
     left = int(MOST_TAKEN_OUT * len(_placed(model)))
     while left:
-        swims = {image.image_id: _swim_px(image, model) for image in model.images.values()}
-        unsure = sorted((k for k in swims if swims[k] > MOST_SWIM_PX), key=lambda k: -swims[k])
+        uncertain_px = {
+            image.image_id: _pose_uncertainty_px(image, model) for image in model.images.values()
+        }
+        unsure = sorted(
+            (k for k in uncertain_px if uncertain_px[k] > MOST_UNCERTAINTY_PX),
+            key=lambda k: -uncertain_px[k],
+        )
         if not unsure:
             return
         for image_id in unsure[:left]:
@@ -86,7 +91,7 @@ def _take_out_unsure(model: Any, job: Job) -> None:
         _refine(model, job)
 
 
-def _swim_px(image: Any, model: Any) -> float:
+def _pose_uncertainty_px(image: Any, model: Any) -> float:
     """How far a picture's content may be off, by the points that others hold."""
     if not image.has_pose:
         return 0.0
@@ -97,7 +102,7 @@ def _swim_px(image: Any, model: Any) -> float:
     at, places = (np.array(v) for v in zip(*held, strict=True))
     in_camera = image.cam_from_world() * places
     camera = image.camera
-    return swim_px(
+    return pose_uncertainty_px(
         in_camera,
         np.linalg.norm(camera.img_from_cam(in_camera) - at, axis=1),
         focal_px=camera.mean_focal_length(),
@@ -122,11 +127,11 @@ def _mapped(worker: Worker, mapper: str, folder: Path) -> dict[int, Any]:
     def next_picture() -> None:
         nonlocal placed
         placed += 1
-        worker.tell(
+        worker.report(
             "mapping", min(0.95, placed / count), f"{mapper} mapping: picture {placed}/{count}"
         )
 
-    worker.tell("mapping", 0.0, f"{mapper} mapping")
+    worker.report("mapping", 0.0, f"{mapper} mapping")
     if mapper == KNOWN_POSES:
         return {0: _triangulated(worker, folder)}
     if mapper == "global":
@@ -181,7 +186,7 @@ def import_model(worker: Worker) -> None:
     """Take a finished model as it is."""
     job = worker.job
     assert job.import_model is not None
-    worker.tell("mapping", 0.0, "reading the model")
+    worker.report("mapping", 0.0, "reading the model")
     model = pycolmap.Reconstruction(job.import_model)
     names = _placed(model, least_points=0)
     if not names:

@@ -30,7 +30,7 @@ def undistort(worker: Worker) -> None:
     mapping = json.loads((job.work / MAPPING_FILE).read_text(encoding="utf-8"))
     if mapping["kept"] is None:
         return
-    worker.tell("undistortion", 0.0, "taking the lens's distortion out of the pictures")
+    worker.report("undistortion", 0.0, "taking the lens's distortion out of the pictures")
     out = job.work / "undistorted"
     placed = list(mapping["attempts"][-1]["models"][0])
     pycolmap.undistort_images(
@@ -45,7 +45,7 @@ def undistort(worker: Worker) -> None:
     placed.sort(key=lambda name: (order.get(name, 0), name))
     flat = _reconstruction(pycolmap.Reconstruction(out / "sparse"), out / "images", placed)
     save_reconstruction(flat, job.work / "reconstruction")
-    worker.tell("undistortion", 1.0, f"{len(placed)} pictures placed")
+    worker.report("undistortion", 1.0, f"{len(placed)} pictures placed")
 
 
 def _reconstruction(model: Any, pictures: Path, placed: Sequence[str]) -> Reconstruction:

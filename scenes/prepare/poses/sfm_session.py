@@ -38,7 +38,7 @@ class Worker:
         """Features and matches; COLMAP's own file."""
         return self.job.work / DATABASE_FILE
 
-    def tell(self, stage: str, done: float, note: str) -> None:
+    def report(self, stage: str, done: float, note: str) -> None:
         """Append a line of progress; end if nobody reads it any more."""
         if os.getppid() != self.parent:
             raise SystemExit(1)

@@ -13,7 +13,7 @@ from scenes.prepare.footage.capture import Capture, CaptureKind
 from scenes.prepare.poses.sfm_job import JobResult
 
 LINK_INLIERS = 25
-"""Two pictures with at least so many verified matches show the same things."""
+"""Two pictures with at least so many verified matches show the same surfaces."""
 FEW_FEATURES = 200
 MOSTLY_TURNING = 0.6
 LISTED = 6

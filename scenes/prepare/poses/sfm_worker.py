@@ -65,7 +65,7 @@ def run(worker: Worker) -> None:
         if stamp.get("key") != keys[stage]:
             _forget(worker, stage)
         elif stamp.get("finished") and not redo:
-            worker.tell(stage, 1.0, f"{stage} was finished before")
+            worker.report(stage, 1.0, f"{stage} was finished before")
             continue
         redo = True
         stamps[stage] = {"key": keys[stage], "finished": False}

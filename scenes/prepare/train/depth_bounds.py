@@ -26,7 +26,7 @@ def depth_bounds(surface: Surface, camera: Pinhole | Fisheye) -> DepthBounds:
         camera: its lens at the size wanted.
     """
     slack = np.where(surface.is_seen, SEEN_SLACK, LENT_SLACK)
-    is_known = surface.is_seen | surface.is_lent
+    is_known = surface.is_seen | surface.is_propagated
     near = np.where(is_known, surface.depth * (1 - slack), 0.0)
     far = np.where(is_known, surface.depth * (1 + slack), FARTHEST)
     size = (camera.width_px, camera.height_px)

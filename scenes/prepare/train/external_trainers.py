@@ -43,7 +43,7 @@ LOG = "trainer.log"
 
 @dataclass(frozen=True, slots=True)
 class ExternalJob:
-    """What a program is told.
+    """The arguments of a program.
 
     Attributes:
         data: COLMAP folder.
@@ -274,7 +274,7 @@ def _end(process: subprocess.Popen[bytes]) -> None:
 
 
 def _last_line(log: Path, tail_bytes: int = 4096) -> str:
-    """The last thing said; progress bars go over the same line again and again."""
+    """The last line printed; progress bars go over the same line again and again."""
     with log.open("rb") as file:
         size = file.seek(0, 2)
         file.seek(max(0, size - tail_bytes))

@@ -18,7 +18,7 @@ from scipy.sparse.linalg import spsolve
 
 from scenes.cameras import Pinhole, pixel_centres
 from scenes.pose import Pose
-from scenes.prepare.train.lent_depth import lent_depth
+from scenes.prepare.train.propagated_depth import propagated_depth
 from scenes.prepare.train.stereo import SeenDepth
 
 CELL_PX = 4
@@ -52,7 +52,7 @@ class Surface:
         picture: (H, W, 3) uint8 RGB.
         depth: (H, W) float32 z, everywhere.
         is_seen: (H, W) bool: by stereo of this view.
-        is_lent: (H, W) bool: by stereo of others; the rest is filled in.
+        is_propagated: (H, W) bool: depth comes from other views' stereo; the rest is filled in.
     """
 
     view: str
@@ -61,7 +61,7 @@ class Surface:
     picture: NDArray[np.uint8]
     depth: NDArray[np.float32]
     is_seen: NDArray[np.bool_]
-    is_lent: NDArray[np.bool_]
+    is_propagated: NDArray[np.bool_]
 
     def places(self) -> NDArray[np.float32]:
         """(N, 3) world, of the pixels that stereo of this view has seen."""
@@ -72,7 +72,7 @@ class Surface:
 
 
 def surfaces_of(depths: Sequence[SeenDepth]) -> list[Surface]:
-    """The surfaces that views agree about, lent to each other and filled in.
+    """The surfaces that views agree about, propagated between views and filled in.
 
     Views that see next to nothing are left out.
     """
@@ -91,7 +91,7 @@ def surfaces_of(depths: Sequence[SeenDepth]) -> list[Surface]:
     sure = [_confirmed(surface, raw) for surface in raw]
     places = np.concatenate([np.zeros((0, 3), np.float32), *(s.places() for s in sure)])
     places = places[:: max(len(places) // MOST_LENT, 1)]
-    whole = [_with_lent(surface, places) for surface in sure]
+    whole = [_with_propagated(surface, places) for surface in sure]
     return [
         replace(surface, depth=filled(surface.depth, surface.picture))
         for surface in whole
@@ -99,11 +99,15 @@ def surfaces_of(depths: Sequence[SeenDepth]) -> list[Surface]:
     ]
 
 
-def _with_lent(surface: Surface, places: NDArray[np.float32]) -> Surface:
-    """The surface with what others lend where it has no depth of its own."""
-    lent = lent_depth(surface.camera, surface.world_from_camera, places)
-    is_lent = ~surface.is_seen & (lent > 0)
-    return replace(surface, depth=np.where(is_lent, lent, surface.depth), is_lent=is_lent)
+def _with_propagated(surface: Surface, places: NDArray[np.float32]) -> Surface:
+    """The surface with depth propagated from others where it has none of its own."""
+    propagated = propagated_depth(surface.camera, surface.world_from_camera, places)
+    is_propagated = ~surface.is_seen & (propagated > 0)
+    return replace(
+        surface,
+        depth=np.where(is_propagated, propagated, surface.depth),
+        is_propagated=is_propagated,
+    )
 
 
 def _confirmed(surface: Surface, others: Sequence[Surface]) -> Surface:

@@ -1,6 +1,6 @@
-"""How far away things are, seen by photos in pairs, before anything is trained.
+"""Depth from pairs of photos, before anything is trained.
 
-Two photos are turned until the same thing lies on the same row of both (rectified along the line
+Two photos are turned until the same point lies on the same row of both (rectified along the line
 between their cameras), and semi-global matching finds by how much it is shifted (Hirschmüller 2008,
 OpenCV's). A pixel's depth is believed where the pairs of its view agree.
 """
@@ -75,7 +75,7 @@ def seen_depths(reconstruction: Reconstruction, *, longest_px: int) -> list[Seen
     """Depth of every view through a pinhole, in the order of the views; 0 of all without partners.
 
     Args:
-        reconstruction: photos, and points that tell which of them see the same.
+        reconstruction: photos, and points that show which of them see the same.
         longest_px: longer side of the pictures that are matched.
     """
     small = [
@@ -90,12 +90,12 @@ def seen_depths(reconstruction: Reconstruction, *, longest_px: int) -> list[Seen
             for other in _partners(own, small, reconstruction.points)
         ]
         nothing = np.zeros(own.grey.shape, dtype=np.float32)
-        depth = agreed(depths) if len(depths) >= LEAST_AGREEING else nothing
+        depth = consistent_depth(depths) if len(depths) >= LEAST_AGREEING else nothing
         out.append(SeenDepth(own.view, own.camera, own.picture, depth))
     return out
 
 
-def agreed(depths: Sequence[DepthMap]) -> DepthMap:
+def consistent_depth(depths: Sequence[DepthMap]) -> DepthMap:
     """Mean of the depths that agree with most others, pixel by pixel; 0 where too few do."""
     stack = np.stack(depths)
     known = stack > 0

@@ -72,7 +72,7 @@ class BuiltInTrainer:
         show: ShowPreview | None = None,
     ) -> TrainingResult:
         """See `scenes.prepare.train.trainer.Trainer.train`."""
-        progress(0.0, "how far away things are")
+        progress(0.0, "depth from pairs of photos")
         run = _Run(self._options, reconstruction, self._rng(), self._stopwatch)
         before = checkpoint.load(folder, run.job)
         if before is not None:

@@ -1,7 +1,7 @@
 """Splats that someone else trained: taken only if they draw the photos they were trained on.
 
 Nothing in a splat file says in which frame it is, and programs disagree about the order of
-quaternions and coefficients. A wrong one draws fog; the photos tell.
+quaternions and coefficients. A wrong one draws fog; the photos show it.
 """
 
 from __future__ import annotations

@@ -34,8 +34,8 @@ class TrainingOptions:
         sh_degree: of the splats' colour, 0 to 3.
         longest_px: photos with a longer side are made smaller before they are trained on and judged
             by: finer detail than the time allows for would only slow every step.
-        stereo_px: the same for photos that are compared in pairs to see how far away things are;
-            finer ones see small things more exactly, and take longer.
+        stereo_px: the same for photos that are compared in pairs for depth;
+            finer ones see small objects more exactly, and take longer.
         held_out_every: of so many views one is kept aside to judge the result; 0 keeps none.
         exposure: find a gain and a bias per view and channel and the lens's falloff, for photos of
             automatic exposure; the splats come out without them.
@@ -199,7 +199,8 @@ class Trainer(Protocol):
         Args:
             reconstruction: photos with poses, and points to start from.
             folder: where checkpoints and other files in between go.
-            progress: told how far it is; its `Cancelled` is let through once a checkpoint is safe.
+            progress: called with the share done; its `Cancelled` is let through once a checkpoint
+                is safe.
             show: given a picture now and then, if the trainer can.
 
         Raises:

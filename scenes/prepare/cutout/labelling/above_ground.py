@@ -1,4 +1,4 @@
-"""What stands above the ground around a thing, and what of it hangs together with the thing."""
+"""What stands above the ground around an object, and what of it hangs together with the object."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.prepare.cutout.structure.colour_similarity import likeness
+from scenes.prepare.cutout.structure.colour_similarity import log_likelihood_ratio
 from scenes.prepare.cutout.structure.connected_bodies import bodies_of_splats
 from scenes.prepare.cutout.structure.level_planes import LevelPlane, level_planes, on_planes
 from scenes.splats import SplatCloud
@@ -16,9 +16,9 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 RING_M = 0.3
-"""How far around a thing its support is looked for."""
+"""How far around an object its support is looked for."""
 AROUND_M = 0.1
-"""How far beyond a thing splats are looked at, to see what goes on there."""
+"""How far beyond an object splats are looked at, to see what goes on there."""
 TRAINED_PLANE_M = 0.02
 """Half the thickness of a trained floor."""
 SOLID = 0.3
@@ -55,7 +55,7 @@ def above_and_ground(
     Args:
         cloud: the whole room, metres.
         within: (N,) the splats around which it is looked at.
-        in_boxes: (N,) what lies in all boxes that were drawn around a thing.
+        in_boxes: (N,) what lies in all boxes that were drawn around an object.
     """
     positions = cloud.means.astype(np.float64)
     inner = positions[within]
@@ -73,7 +73,7 @@ def hanging_on(
     in_boxes: BoolArray,
     weights: FloatArray,
 ) -> BoolArray:
-    """(N,) the solid splats above all planes that hang together with a part of a thing.
+    """(N,) the solid splats above all planes that hang together with a part of an object.
 
     A mask may have lost the legs. A body that goes on outside the boxes says nothing, though: there
     the masks have to decide. Nor do splats of the ground's colours, which hang in the air above it.
@@ -81,15 +81,15 @@ def hanging_on(
     Args:
         cloud: the whole room, metres.
         found: (N,) the part, which stands above all planes.
-        within: (N,) where the rest of the thing may be.
+        within: (N,) where the rest of the object may be.
         in_boxes: (N,) what lies in all boxes that were drawn.
         weights: (N,) how much each splat is meant; of several bodies the one meant most is taken.
     """
     hanging = np.zeros(len(cloud), dtype=bool)
     above, ground = above_and_ground(cloud, within, in_boxes)
     near = np.flatnonzero(above | ground | found)
-    alike = likeness(cloud.colours()[near], like=found[near], unlike=ground[near])
-    solid = near[(alike >= 0) & above[near] & (cloud.opacities[near] >= SOLID)]
+    ratio = log_likelihood_ratio(cloud.colours()[near], like=found[near], unlike=ground[near])
+    solid = near[(ratio >= 0) & above[near] & (cloud.opacities[near] >= SOLID)]
     if not found[solid].any():
         return hanging
     count, body = bodies_of_splats(cloud.select(solid), SOLID_REACH_M)

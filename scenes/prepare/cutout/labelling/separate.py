@@ -1,7 +1,7 @@
-"""Finds the splats of one thing from its masks in a few views, hidden ones included.
+"""Finds the splats of one object from its masks in a few views, hidden ones included.
 
 Masks are lifted to votes of the splats that can be seen (as FlashSplat, Shen et al. 2024, weighs
-them); silhouettes and the plane that the thing stands on speak for those that cannot; a graph cut
+them); silhouettes and the plane that the object stands on speak for those that cannot; a graph cut
 on neighbourhood and colour decides, and the body that the masks mean most is kept.
 """
 
@@ -27,12 +27,12 @@ from scenes.prepare.cutout.labelling.above_ground import (
     standing,
 )
 from scenes.prepare.cutout.labelling.graph_cut import Links, cut, neighbour_links
-from scenes.prepare.cutout.labelling.outliers import astray
+from scenes.prepare.cutout.labelling.outliers import outliers
 from scenes.prepare.cutout.marks.masked_view import MaskedView
-from scenes.prepare.cutout.structure.colour_similarity import likeness
+from scenes.prepare.cutout.structure.colour_similarity import log_likelihood_ratio
 from scenes.prepare.cutout.structure.connected_bodies import bodies, bodies_of_splats
 from scenes.prepare.cutout.structure.level_planes import on_planes
-from scenes.prepare.cutout.votes.lifting import FULL_SIGHT, Vote, agreed_share, lift
+from scenes.prepare.cutout.votes.lifting import FULL_SIGHT, Vote, inside_share, lift
 from scenes.prepare.cutout.votes.room_views import held_against_views
 from scenes.prepare.cutout.votes.silhouettes import (
     BOX_SLACK,
@@ -58,13 +58,13 @@ STANDING_GAIN = 3.0
 OUTSIDE_COST = 1.5
 """For each view in which a splat lies outside the mask in front of whatever is drawn there."""
 BEHIND_COST = 0.15
-"""The same behind what is drawn there: the thing in front may hide a part of the object."""
+"""The same behind what is drawn there: what stands in front may hide a part of the object."""
 HIDDEN_GAIN = 0.4
 """For a splat inside all boxes that no view shows."""
 PLANE_COST = 1.0
-"""For a splat that is seen in a plane which goes on far beyond the thing."""
+"""For a splat that is seen in a plane which goes on far beyond the object."""
 COLOUR_COST = 2.0
-"""For a splat in such a plane, by how its colour fits the plane around or the thing above."""
+"""For a splat in such a plane, by how its colour fits the plane around or the object above."""
 PLAIN_SIGHT = 5.0
 """Blend weight, in pixels, from which on a splat is half as sure to be seen in a plane."""
 HELD_BY_BOX = 0.95
@@ -76,9 +76,10 @@ LINK_REACH_M = 0.06
 TRAINED_REACH_M = 0.12
 """The same in a trained room, whose splats are as large as they may be."""
 TALL = 10.0
-"""How many times as high as half of a floor's thickness a thing is to be found without its foot."""
+"""How many times as high as half of a floor's thickness an object is to be found without its
+foot."""
 BEYOND_FOUND = 0.3
-"""Of the size of what the masks found: how far around it the rest of the thing may lie."""
+"""Of the size of what the masks found: how far around it the rest of the object may lie."""
 BESIDE_M = 0.05
 """Bodies may lie this far outside the main body's bounding box to belong to it."""
 SPECK = 0.01
@@ -87,19 +88,19 @@ SPECK = 0.01
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Separation:
-    """One thing found among splats.
+    """One object found among splats.
 
     Attributes:
         labels: (N,) bool, True for its splats.
         floaters: (N,) bool, stray splats beside it that no body holds; not in `labels`.
-        astray: (N,) bool, those of `labels` that hang beside it: `astray`.
+        outliers: (N,) bool, those of `labels` that hang beside it: `labelling.outliers`.
         views: what became of each view.
         masks: the views whose masks were used.
     """
 
     labels: BoolArray
     floaters: BoolArray
-    astray: BoolArray
+    outliers: BoolArray
     views: tuple[ViewVerdict, ...]
     masks: tuple[MaskedView, ...] = ()
 
@@ -111,7 +112,7 @@ def separate(
     renderer: NativeRenderer,
     viewpoints: Sequence[ViewPoint] = (),
 ) -> Separation:
-    """Find the splats of the thing that the masks show.
+    """Find the splats of the object that the masks show.
 
     Args:
         cloud: the whole room, metres, Z up.
@@ -148,12 +149,12 @@ def separate(
     links = neighbour_links(positions[chosen], cloud.colours()[chosen])
     belief = _belief(cloud, chosen, in_boxes[chosen], links, shown, votes)
     found = chosen[cut(belief, links, smoothness=SMOOTHNESS)]
-    # Views that somebody marked have been heard already.
+    # Views that somebody marked have been used already.
     others = len(viewpoints) > len(views)
     if others:
         found = _held(cloud, found, in_boxes, (shown, votes), viewpoints, renderer)
     labels, floaters = _main_body(cloud, found, shown, votes, trained=others)
-    beside = astray(cloud, labels, votes, in_boxes=in_boxes)
+    beside = outliers(cloud, labels, votes, in_boxes=in_boxes)
     return Separation(labels, floaters, beside, verdicts + empty, tuple(shown))
 
 
@@ -165,31 +166,32 @@ def _held(
     viewpoints: Sequence[ViewPoint],
     renderer: NativeRenderer,
 ) -> NDArray[np.intp]:
-    """Places of the thing's splats after all views were heard."""
+    """Places of the object's splats after all views were used."""
     views, votes = shown
     if not len(found):
         return found
     positions = cloud.means.astype(np.float64)
     inside, _ = _summed(votes)
     low, high = _weighted_range(positions[found], inside[found] + 1e-6)
-    # The boxes of few views reach far back; what was found says where the thing is, though masks
+    # The boxes of few views reach far back; what was found says where the object is, though masks
     # may have lost its upper or lower half.
     reach = BEYOND_FOUND * (high - low).max() * np.array([1.0, 1.0, 3.0]) + 0.02
     within = in_boxes & ((positions > low - reach) & (positions < high + reach)).all(axis=1)
     marked = np.zeros(len(cloud), dtype=bool)
     marked[found] = True
     guess = marked & within
-    # What the boxes hold above the plane is the thing, but for what a mask took in behind it.
+    # What the boxes hold above the plane is the object, but for what a mask took in behind it.
     above = standing(cloud, within)
     upper = marked & above
     solid = upper & (cloud.opacities >= SOLID)
     if len(views) > 1 and solid.any():
         low, high = _reach_of_main(cloud.select(solid), inside[solid])
         within &= ((positions > low) & (positions < high))[:, :2].all(axis=1)
-        # Place does not tell a thing's foot from what it stands on. A tall thing's foot is found
-        # again by its light; of a low thing too much would be missing, and the masks are heeded.
+        # Place does not separate an object's foot from what it stands on. A tall object's foot is
+        # found again by its light; of a low object too much would be missing, and the masks are
+        # heeded.
         tall = (high - low)[2] > TALL * TRAINED_PLANE_M + 2 * BESIDE_M
-        meant = agreed_share(votes) > CORE
+        meant = inside_share(votes) > CORE
         if tall:
             upper |= hanging_on(cloud, upper, within, in_boxes=in_boxes, weights=inside)
         guess = (upper if tall else marked | meant) & within
@@ -209,8 +211,8 @@ def _reach_of_main(cloud: SplatCloud, weights: FloatArray) -> tuple[FloatArray, 
     count, body = bodies_of_splats(cloud, LINK_REACH_M)
     main = positions[body == np.argmax(np.bincount(body, weights=weights, minlength=count))]
     low, high = main.min(axis=0) - BESIDE_M, main.max(axis=0) + BESIDE_M
-    astray = ~((positions > low) & (positions < high)).all(axis=1)
-    own = positions[np.bincount(body, weights=astray, minlength=count)[body] == 0]
+    outside = ~((positions > low) & (positions < high)).all(axis=1)
+    own = positions[np.bincount(body, weights=outside, minlength=count)[body] == 0]
     return own.min(axis=0) - BESIDE_M, own.max(axis=0) + BESIDE_M
 
 
@@ -242,13 +244,13 @@ def _in_boxes(
 def _candidates(
     positions: FloatArray, in_boxes: BoolArray, votes: Sequence[Vote]
 ) -> NDArray[np.intp]:
-    """Places of the splats worth deciding about: near what the masks mean."""
+    """Places of the candidates: near what the masks show."""
     inside, seen = _summed(votes)
     core = in_boxes & (inside > CORE * np.maximum(seen, 1e-3))
     if not core.any():
         return np.zeros(0, dtype=np.intp)
     low, high = _weighted_range(positions[core], inside[core])
-    # One view does not say how far back the thing reaches; the boxes of two do.
+    # One view does not say how far back the object reaches; the boxes of two do.
     reach = (2.0 if len(votes) > 1 else 0.25) * (high - low).max() + 0.05
     near = ((positions > low - reach) & (positions < high + reach)).all(axis=1)
     inner = positions[near & in_boxes]
@@ -283,7 +285,7 @@ def _belief(
     views: Sequence[MaskedView],
     votes: Sequence[Vote],
 ) -> FloatArray:
-    """(K,) what speaks for each candidate to be the thing's, as costs of `graph_cut.cut`."""
+    """(K,) what speaks for each candidate to be the object's, as costs of `graph_cut.cut`."""
     inside, seen = (total[chosen] for total in _summed(votes))
     sight = seen / (seen + FULL_SIGHT)
     lean = sight * (2 * inside / np.maximum(seen, 1e-6) - 1)
@@ -300,11 +302,11 @@ def _belief(
         bound += HIDDEN_GAIN * (1 - sight)
         bound = np.where(free, STANDING_GAIN + FREE_VOTE_COST * lean, bound)
     colours = cloud.colours()[chosen]
-    # What lies in the plane unseen is likely the underside of another thing.
+    # What lies in the plane unseen is likely the underside of another object.
     around = flat & ~in_boxes & (seen > FULL_SIGHT)
-    alike = likeness(colours, like=free, unlike=around)
+    ratio = log_likelihood_ratio(colours, like=free, unlike=around)
     plain = seen / (seen + PLAIN_SIGHT)
-    of_foot = COLOUR_COST * alike + HIDDEN_GAIN * (1 - sight) - PLANE_COST * plain
+    of_foot = COLOUR_COST * ratio + HIDDEN_GAIN * (1 - sight) - PLANE_COST * plain
     return np.where(in_boxes, np.where(flat, of_foot, bound), -MUST)
 
 
@@ -369,6 +371,6 @@ def _main_body(
 
 
 def _clicked(view: MaskedView, vote: Vote) -> FloatArray:
-    """(K, 3) world points of what is drawn where somebody clicked on the thing."""
+    """(K, 3) world points of what is drawn where somebody clicked on the object."""
     points, drawn = points_drawn(view.camera, view.world_from_camera, vote.depth, view.inside_px)
     return points[drawn]

@@ -1,7 +1,7 @@
-"""Marks the one thing that photos were taken around, as a person would: a box in three of them.
+"""Marks the one object that photos were taken around, as a person would: a box in three of them.
 
-What all photos look at is in the middle. The level plane below it is what the thing stands on, and
-what hangs together above that plane, there, is the thing; its outline is left to the masks.
+What all photos look at is in the middle. The level plane below it is what the object stands on, and
+what hangs together above that plane, there, is the object; its outline is left to the masks.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from scenes.splats import SplatCloud
 FloatArray = NDArray[np.float64]
 
 AROUND_SHARE = 0.6
-"""Of the photos' distance: what is farther from the middle is not the thing."""
+"""Of the photos' distance: what is farther from the middle is not the object."""
 REACH_SHARE = 0.035
-"""Of the photos' distance: gaps within a thing."""
+"""Of the photos' distance: gaps within an object."""
 RAISED_SHARE = 0.02
 """Of the photos' distance: what lies lower above the plane may be a card or the plane's noise."""
 FOOT = 2.0
@@ -33,12 +33,12 @@ SOLID = 0.3
 LEAST_SPLATS = 30
 TAIL = 0.005
 MARGIN = 0.06
-"""Of a box's size: how far a person would draw it beside the thing."""
+"""Of a box's size: how far a person would draw it beside the object."""
 PHOTOS = 3
 
 
 def marks_in_the_middle(package: ScenePackage) -> dict[str, Prompt]:
-    """A box around the thing in the middle, by view, in up to three views from different sides.
+    """A box around the object in the middle, by view, in up to three views from different sides.
 
     Args:
         package: a capture of one object, before anything is cut out.
@@ -46,14 +46,14 @@ def marks_in_the_middle(package: ScenePackage) -> dict[str, Prompt]:
     Raises:
         ValueError: nothing stands there, or no view shows the whole of it.
     """
-    thing = _thing_in_the_middle(package)
-    whole = [(view, box) for view in package.views if (box := _box_in(view, thing)) is not None]
+    own = _object_in_the_middle(package)
+    whole = [(view, box) for view in package.views if (box := _box_in(view, own)) is not None]
     if not whole:
         raise ValueError(
             "no photo shows the whole of the object in the middle; step back, or mark it with "
             "--box VIEW X0 Y0 X1 Y1"
         )
-    chosen = _from_all_sides([view for view, _ in whole], thing.mean(axis=0))
+    chosen = _from_all_sides([view for view, _ in whole], own.mean(axis=0))
     return {whole[k][0].name: Prompt(whole[k][1]) for k in chosen}
 
 
@@ -75,7 +75,7 @@ def looked_at(views: Sequence[ViewPoint]) -> FloatArray:
     return np.linalg.solve(total, np.einsum("nij,nj->i", across, eyes))
 
 
-def _thing_in_the_middle(package: ScenePackage) -> FloatArray:
+def _object_in_the_middle(package: ScenePackage) -> FloatArray:
     """(N, 3) the splats' places of what stands in the middle, and below the lowest its foot."""
     middle = looked_at(package.views)
     distance_m = float(np.median(np.linalg.norm(_eyes(package.views) - middle, axis=1)))
@@ -90,15 +90,15 @@ def _thing_in_the_middle(package: ScenePackage) -> FloatArray:
         raise _nothing(middle)
     count, body = bodies(points, REACH_SHARE * distance_m)
     sizes = np.bincount(body, minlength=count)
-    # The photos' middle may pass beside a thing with legs: of what is large, the nearest.
+    # The photos' middle may pass beside an object with legs: of what is large, the nearest.
     away = np.full(count, np.inf)
     np.minimum.at(away, body, np.linalg.norm(points - middle, axis=1))
     large = sizes >= max(LEAST_SPLATS, 0.1 * sizes.max())
-    thing = points[body == int(np.argmin(np.where(large, away, np.inf)))]
-    low, high = np.quantile(thing, (TAIL, 1.0 - TAIL), axis=0)
-    thing = thing[((thing >= low) & (thing <= high)).all(axis=1)]
-    foot = thing[thing[:, 2] < floor_m + FOOT * raised_m] * (1.0, 1.0, 0.0) + (0.0, 0.0, floor_m)
-    return np.concatenate([thing, foot])
+    own = points[body == int(np.argmin(np.where(large, away, np.inf)))]
+    low, high = np.quantile(own, (TAIL, 1.0 - TAIL), axis=0)
+    own = own[((own >= low) & (own <= high)).all(axis=1)]
+    foot = own[own[:, 2] < floor_m + FOOT * raised_m] * (1.0, 1.0, 0.0) + (0.0, 0.0, floor_m)
+    return np.concatenate([own, foot])
 
 
 def _support_m(near: SplatCloud, below_m: float) -> float:
@@ -109,9 +109,9 @@ def _support_m(near: SplatCloud, below_m: float) -> float:
     return float(np.quantile(near.means[:, 2], TAIL)) if len(near) else below_m
 
 
-def _box_in(view: ViewPoint, thing: FloatArray) -> tuple[float, float, float, float] | None:
-    """(left, top, right, bottom) around the thing, or None where it is not whole in the picture."""
-    in_camera = view.world_from_camera.inverse() @ thing
+def _box_in(view: ViewPoint, own: FloatArray) -> tuple[float, float, float, float] | None:
+    """(left, top, right, bottom) px around the object; None where the picture does not hold it."""
+    in_camera = view.world_from_camera.inverse() @ own
     if isinstance(view.camera, Pinhole) and in_camera[:, 2].min() <= 0:
         return None
     pixels, _ = view.camera.project(in_camera)
@@ -124,7 +124,7 @@ def _box_in(view: ViewPoint, thing: FloatArray) -> tuple[float, float, float, fl
 
 
 def _from_all_sides(views: Sequence[ViewPoint], middle: FloatArray) -> list[int]:
-    """Up to `PHOTOS` of the views that see the thing from directions far apart."""
+    """Up to `PHOTOS` of the views that see the object from directions far apart."""
     towards = _eyes(views) - middle
     towards /= np.linalg.norm(towards, axis=1, keepdims=True)
     # From above it stands out best from what is around it.

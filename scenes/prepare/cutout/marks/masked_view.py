@@ -13,15 +13,15 @@ from scenes.pose import Pose
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MaskedView:
-    """A view of the room with the mask of one thing.
+    """A view of the room with the mask of one object.
 
     Attributes:
         name: of the view, for messages.
         camera: its lens.
         world_from_camera: its pose.
         mask: (H, W) bool.
-        box_px: (left, top, right, bottom) that the whole thing lies in, if somebody has said so.
-        inside_px: (K, 2) points that somebody put on the thing.
+        box_px: (left, top, right, bottom) that the whole object lies in, if somebody has said so.
+        inside_px: (K, 2) points that somebody put on the object.
 
     Raises:
         ValueError: the mask is not of the camera's size.

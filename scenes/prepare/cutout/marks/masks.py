@@ -1,4 +1,4 @@
-"""From a box, clicks and strokes in a picture to the mask of one thing, without weights."""
+"""From a box, clicks and strokes in a picture to the mask of one object, without weights."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ ITERATIONS = 5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Prompt:
-    """What a person says about one thing in one picture.
+    """What a person says about one object in one picture.
 
     Attributes:
-        box_px: (left, top, right, bottom) around the whole thing, or None to use the strokes only.
+        box_px: (left, top, right, bottom) around the whole object, or None to use the strokes only.
         inside_px: (K, 2) points on it: clicks, or points along strokes.
         outside_px: (K, 2) points beside it.
 
@@ -53,7 +53,7 @@ class Prompt:
 
 
 class Masks(Protocol):
-    """Finds the pixels of the thing that a prompt means."""
+    """Finds the pixels of the object that a prompt means."""
 
     def mask(self, picture: NDArray[np.uint8], prompt: Prompt) -> NDArray[np.bool_]:
         """(H, W, 3) RGB picture -> (H, W) bool.
@@ -83,7 +83,7 @@ class GrabCutMasks:
         height, width = picture.shape[:2]
         left, top, right, bottom = _clipped(_box_of(prompt), width, height)
         # GrabCut learns what the background looks like from what it is given: the surroundings
-        # tell the thing apart, the far side of the room does not.
+        # separate the object, the far side of the room does not.
         reach_x, reach_y = MARGIN * (right - left) + 8, MARGIN * (bottom - top) + 8
         x0, y0 = int(max(left - reach_x, 0)), int(max(top - reach_y, 0))
         x1, y1 = int(min(right + reach_x, width)), int(min(bottom + reach_y, height))

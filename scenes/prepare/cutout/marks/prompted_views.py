@@ -26,7 +26,7 @@ LEAST_MASK = 0.1
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PromptedView:
-    """A view of the room in which somebody marked one thing.
+    """A view of the room in which somebody marked one object.
 
     Attributes:
         name: of the view, for messages.
@@ -53,7 +53,7 @@ class PromptedView:
 def masked_views(
     cloud: SplatCloud, views: Sequence[PromptedView], *, masks: Masks, renderer: NativeRenderer
 ) -> tuple[MaskedView, ...]:
-    """The thing's mask in each view.
+    """The object's mask in each view.
 
     Args:
         cloud: the whole room, metres, Z up.
@@ -76,7 +76,7 @@ def _masked(
     if prompt.box_px is not None:
         box = _within(prompt.box_px, mask.shape)
         if mask.sum() < LEAST_MASK * box.sum():
-            # Colours tell nothing apart here; the box still says where.
+            # Colours separate nothing here; the box still says where.
             mask = box
     return MaskedView(
         view.name, view.camera, view.world_from_camera, mask, prompt.box_px, prompt.inside_px

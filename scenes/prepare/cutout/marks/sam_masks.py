@@ -31,7 +31,7 @@ ON, BESIDE, TOP_LEFT, BOTTOM_RIGHT = 1.0, 0.0, 2.0, 3.0
 
 
 class SamMasks:
-    """Masks by an encoder that looks at a picture once and a decoder that hears a prompt.
+    """Masks by an encoder that looks at a picture once and a decoder that takes a prompt.
 
     Args:
         encoder: the ONNX file.

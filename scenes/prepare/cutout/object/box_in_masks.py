@@ -1,10 +1,10 @@
-"""The box of a thing that is one, as its masks show it.
+"""The box of an object that is one, as its masks show it.
 
-Views that look along a book's cover hardly tell its depth, and the splats of its far edge hang
+Views that look along a book's cover hardly constrain its depth, and the splats of its far edge hang
 together with the table's. A mask in a photo ends where the book ends, to a pixel. A place belongs
 to a box if everything above it, from the box's bottom to its top, falls into the masks; of all
 rectangles the one is taken that holds most such places and least others. Drawn into the views, the
-box has to cover the masks: what is no box is told apart by that.
+box has to cover the masks: what is no box is recognised by that.
 """
 
 from __future__ import annotations
@@ -26,22 +26,23 @@ FloatArray = NDArray[np.float64]
 LEAST_OVERLAP = 0.8
 """Of a mask and the box drawn into its view: what is less is no box, or no good mask."""
 MOST_OFF_PX = 2
-"""How far beside a thing its mask may end."""
+"""How far beside an object its mask may end."""
 LEAST_COVERED = 0.96
 """Of a mask, by the box drawn so much larger: a stool's seat reaches out above its legs."""
 LEAST_HELD = 0.96
 """Of the places: what leaves more out of its rectangle, such as a mug's handle, is no box."""
 LEAST_OF_THING = 0.8
-"""Of what is known of the thing: columns that fall into a stool's masks are fewer than its seat."""
+"""Of what is known of the object: columns that fall into a stool's masks are fewer than its
+seat."""
 BESIDE_M = 0.03
-"""So far beside a box what is known of the thing may lie."""
+"""So far beside a box what is known of the object may lie."""
 MOST_PIXEL_M = 0.0045
-"""A mask ends up to two pixels beside the thing on either side: four should be under 2 cm."""
+"""A mask ends up to two pixels beside the object on either side: four should be under 2 cm."""
 AROUND_M = 0.1
-"""How far beyond what is known of the thing its box may reach."""
+"""How far beyond what is known of the object its box may reach."""
 CELL_M = 0.0025
 MOST_CELLS = 200
-"""Along each side of the grid: the cells of a large thing are larger."""
+"""Along each side of the grid: the cells of a large object are larger."""
 COARSE = 4
 """Cells, across, that are one while the yaw is looked for."""
 LEVELS = 3
@@ -64,8 +65,8 @@ def box_in_masks(
     """Where the box stands that the masks show; None if what they show is no box.
 
     Args:
-        views: with masks of the thing; pinhole ones from near enough are looked at.
-        places: (N, 2) level places of the thing, roughly.
+        views: with masks of the object; pinhole ones from near enough are looked at.
+        places: (N, 2) level places of the object, roughly.
         span_m: heights of its bottom and its top.
     """
     if not len(places):
@@ -103,7 +104,7 @@ def box_in_masks(
 def _near_enough(
     views: Sequence[MaskedView], middle: FloatArray
 ) -> list[tuple[MaskedView, Pinhole]]:
-    """The pinhole views with pixels fine enough at a thing's middle (3,), and their cameras."""
+    """The pinhole views with pixels fine enough at an object's middle (3,), and their cameras."""
     seen = []
     for view in views:
         if isinstance(view.camera, Pinhole):

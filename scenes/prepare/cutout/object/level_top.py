@@ -1,4 +1,4 @@
-"""The height of a thing's level top.
+"""The height of an object's level top.
 
 What views agree about is rough by a centimetre, and a seat without a pattern comes out tilted
 towards those who look at it: the highest of its points say how rough it is, the plane through all
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 BAND_M = 0.05
-"""How far below a thing's highest points its top is looked for."""
+"""How far below an object's highest points its top is looked for."""
 REACHES_M = (0.025, 0.015, 0.01, 0.008)
 """How near points have to lie to the plane, from one fit to the next."""
 MOST_TILT = 0.25
@@ -21,14 +21,14 @@ MOST_TILT = 0.25
 LEAST_SHARE = 0.5
 """Of the points in the band: how many the top has to hold."""
 LEAST_WIDTH = 0.5
-"""Of the thing, across: how far the top has to reach both ways."""
+"""Of the object, across: how far the top has to reach both ways."""
 
 
 def level_top(points: FloatArray, top_m: float) -> float | None:
     """The height of the level plane that most points under the highest lie in, if there is one.
 
     Args:
-        points: (N, 3) on the thing's surface, Z up.
+        points: (N, 3) on the object's surface, Z up.
         top_m: height of the highest.
     """
     band = points[points[:, 2] > top_m - BAND_M]

@@ -1,7 +1,7 @@
 """A round level top, whole, though it was seen from one side only.
 
 Rays of an outline meet a level top in its rim. They show the far half of the rim and where it ends
-to the left and to the right: of a circle that tells the rest.
+to the left and to the right: of a circle that gives the rest.
 """
 
 from __future__ import annotations
@@ -50,19 +50,19 @@ class RoundTop:
 
 
 def round_top(views: Sequence[SeenFrom], level_m: float) -> RoundTop | None:
-    """The disc that a thing's level top is; None if it is none, or seen by too few views.
+    """The disc that an object's level top is; None if it is none, or seen by too few views.
 
     Args:
-        views: what they show of the thing.
+        views: what they show of the object.
         level_m: height of the top.
     """
-    told: list[RoundTop | None] = []
+    discs_by_view: list[RoundTop | None] = []
     for view in views:
         points = view.above(level_m - RIM_M)
         if len(points) and view.eye[2] >= level_m + LEAST_ABOVE_M:
-            told.append(_seen_round(view, points, level_m))
-    discs = [disc for disc in told if disc is not None]
-    if len(discs) < max(LEAST_VIEWS, (1.0 - MOST_UNLIKE) * len(told)):
+            discs_by_view.append(_seen_round(view, points, level_m))
+    discs = [disc for disc in discs_by_view if disc is not None]
+    if len(discs) < max(LEAST_VIEWS, (1.0 - MOST_UNLIKE) * len(discs_by_view)):
         return None
     middle = np.median([disc.middle for disc in discs], axis=0)
     radius_m = float(np.median([disc.radius_m for disc in discs]))

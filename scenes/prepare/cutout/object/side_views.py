@@ -1,8 +1,8 @@
-"""How far a thing reaches, by the views that look across.
+"""How far an object reaches, by the views that look across.
 
-Where a thing ends to the left and to the right a view tells to a pixel, however rough the depths in
-it are; where it ends towards the view and away from it only depths tell. Of a level top views tell
-two things more: its far rim, and its middle.
+Where an object ends to the left and to the right a view shows to a pixel, however rough the depths
+in it are; where it ends towards the view and away from it only depths show. Of a level top views
+show two quantities more: its far rim, and its middle.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ LEAST_VIEWS = 3
 ACROSS = 0.7
 """Cosine between a direction and how a view looks, from which on it does not look across."""
 MOST_ACROSS = 2 / 3
-"""Of the views that look across: those that do most are heard."""
+"""Of the views that look across: those that do most are used."""
 SLICE_M = 0.01
 LEAST_SLICE = 0.05
 """Of the points in the fullest slice across: a slice that holds fewer is of strays."""
@@ -29,20 +29,20 @@ RIM_M = 0.05
 LEAST_ABOVE_M = 0.3
 """A view from less far above a level top looks along it."""
 LEAST_SPREAD = 0.03
-"""Of the views' directions, as the mean square of the sine between them: less tells no middle."""
+"""Of the views' directions, as the mean square of the sine between them: less gives no middle."""
 
 
 def reach_across(
     views: Sequence[SeenFrom], axis: FloatArray, above_m: float
 ) -> tuple[float, float] | None:
-    """Where a thing begins and ends along a level direction; None if too few views look across.
+    """Where an object begins and ends along a level direction; None if too few views look across.
 
     Args:
         views: what they show of it.
         axis: (2,) of length 1.
-        above_m: points below that height are not the thing's.
+        above_m: points below that height are not the object's.
     """
-    told: list[tuple[float, tuple[float, float]]] = []
+    ends_by_view: list[tuple[float, tuple[float, float]]] = []
     for view in views:
         points = view.above(above_m)
         if not len(points):
@@ -50,37 +50,37 @@ def reach_across(
         sight = points.mean(axis=0) - view.eye
         along = abs(float(sight[:2] @ axis)) / float(np.linalg.norm(sight))
         if along < ACROSS:
-            told.append((along, _ends(points[:, :2] @ axis)))
-    if len(told) < LEAST_VIEWS:
+            ends_by_view.append((along, _ends(points[:, :2] @ axis)))
+    if len(ends_by_view) < LEAST_VIEWS:
         return None
     # The more a view looks along, the more it sees ends by depths as well.
-    told.sort()
-    heard = max(LEAST_VIEWS, round(MOST_ACROSS * len(told)))
-    low, high = np.median([ends for _, ends in told[:heard]], axis=0)
+    ends_by_view.sort()
+    used = max(LEAST_VIEWS, round(MOST_ACROSS * len(ends_by_view)))
+    low, high = np.median([ends for _, ends in ends_by_view[:used]], axis=0)
     return float(low), float(high)
 
 
 def widest_reach(
     views: Sequence[SeenFrom], axis: FloatArray, above_m: float
 ) -> tuple[float, float] | None:
-    """How far a thing reaches along a level direction at most: so far two views see it reach.
+    """How far an object reaches along a level direction at most: so far two views see it reach.
 
-    They may look along it, where depths tell no more than that it ends there or before. None if too
+    They may look along it, where depths show no more than that it ends there or before. None if too
     few views show it.
 
     Args:
         views: what they show of it.
         axis: (2,) of length 1.
-        above_m: points below that height are not the thing's.
+        above_m: points below that height are not the object's.
     """
-    told: list[tuple[float, float]] = []
+    ends_by_view: list[tuple[float, float]] = []
     for view in views:
         points = view.above(above_m)
         if len(points):
-            told.append(_ends(points[:, :2] @ axis))
-    if len(told) < LEAST_VIEWS:
+            ends_by_view.append(_ends(points[:, :2] @ axis))
+    if len(ends_by_view) < LEAST_VIEWS:
         return None
-    lows, highs = np.sort(told, axis=0).T
+    lows, highs = np.sort(ends_by_view, axis=0).T
     return float(lows[1]), float(highs[-2])
 
 
@@ -93,7 +93,7 @@ def far_ends(
     where too few views look along the direction from the other side.
 
     Args:
-        views: what they show of the thing.
+        views: what they show of the object.
         axis: (2,) of length 1.
         level_m: height of the top.
     """
@@ -120,11 +120,11 @@ def far_ends(
 def middle_of_top(views: Sequence[SeenFrom], level_m: float) -> FloatArray | None:
     """(2,) where the lines of sight meet that halve what views see of a level top.
 
-    They all go through the middle of a top that is alike on both sides of it. None if the views
+    They all go through the middle of a top that is symmetric about it. None if the views
     look from too few sides.
 
     Args:
-        views: what they show of the thing.
+        views: what they show of the object.
         level_m: height of the top.
     """
     normals: list[FloatArray] = []

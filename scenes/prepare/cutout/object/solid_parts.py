@@ -1,6 +1,6 @@
-"""Solid boxes that stand in for an object where things bump into it, and a guess of its mass.
+"""Solid boxes that stand in for an object where it collides, and a guess of its mass.
 
-Collision wants few convex parts. Splats lie on surfaces, and the undersides of things are seldom
+Collision needs few convex parts. Splats lie on surfaces, and the undersides of objects are seldom
 seen; so cells with walls on most sides are taken for solid, and what is solid is covered with
 upright boxes, the largest first.
 """

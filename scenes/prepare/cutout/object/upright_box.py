@@ -40,11 +40,11 @@ LEAST_SUPPORT = 12
 SURFACE_TAIL = 0.0005
 """The same as `TAIL` for points that several views agree about."""
 LEAST_HEIGHT_M = 0.1
-"""Of a lower thing the sides are as few pixels as the top: no far rim is told apart."""
+"""Of a lower object the sides are as few pixels as the top: no far rim is separate."""
 MOST_OFF_M = 0.05
 """How far views may be wrong about how near a level top reaches."""
 BEYOND_RIM_M = 0.015
-"""A thing reaches beyond its round top if it does so by more; less far it cannot reach."""
+"""An object reaches beyond its round top if it does so by more; less far it cannot reach."""
 LEAST_SURFACE = 300
 """Points of a surface from which on they say more than splats."""
 
@@ -81,7 +81,7 @@ def upright_box(
 ) -> UprightBox:
     """The box of an object.
 
-    Of a thing that is a box its masks tell where it stands. Of others the yaw is that of the
+    Of an object that is a box the masks give the place. Of others the yaw is that of the
     smallest rectangle around the object seen from above; extents leave out a small share of the
     opacity at each end, and what hardly any view sees; a round top is as long as wide. Of the four
     yaws alike the one next to the world's axes is taken.
@@ -103,8 +103,8 @@ def upright_box(
     weights = chosen.opacities.astype(np.float64)
     bottom, top = _span(points[:, 2], weights, TAIL)
     tail, level_m = TAIL, None
-    if len(surface.thing) >= LEAST_SURFACE:
-        points, weights, tail = surface.thing, np.ones(len(surface.thing)), SURFACE_TAIL
+    if len(surface.own) >= LEAST_SURFACE:
+        points, weights, tail = surface.own, np.ones(len(surface.own)), SURFACE_TAIL
         bottom, top = _span(points[:, 2], weights, tail)
         level_m = level_top(points, top)
         top = top if level_m is None else level_m
@@ -130,12 +130,12 @@ def upright_box(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Seen:
-    """What single views tell of a thing above its support.
+    """What single views show of an object above its support.
 
     Attributes:
         views: what they show.
         support_m: height of the support.
-        level_m: height of the thing's level top, if it has one.
+        level_m: height of the object's level top, if it has one.
         disc: that top, if it is round.
     """
 
@@ -145,7 +145,7 @@ class _Seen:
     disc: RoundTop | None
 
     def extent(self, axis: FloatArray, agreed: tuple[float, float]) -> tuple[float, float]:
-        """Where the thing begins and ends along a direction; as agreed where views do not tell."""
+        """Ends of the object along a direction; `agreed` where single views do not show them."""
         widest = widest_reach(self.views, axis, self.support_m)
         if widest is not None:
             # A few strays that views agree about lie beyond what any of them sees much of.
@@ -169,7 +169,7 @@ class _Seen:
     def _beyond(
         self, rim: tuple[float, float], axis: FloatArray, across: tuple[float, float]
     ) -> tuple[float, float]:
-        """Where a thing ends along a direction that reaches beyond its round top.
+        """Where an object ends along a direction that reaches beyond its round top.
 
         Legs do so on both sides, and a handle is not only low: what lies low on one side is the
         floor's.
@@ -185,8 +185,8 @@ class _Seen:
     def _near_end(self, axis: FloatArray, far: float, agreed: float) -> float:
         """Where a level top seen from one side ends on that side.
 
-        As far from its middle as the far rim, if it is alike on both sides; depths tell of it too,
-        as roughly: both are heard.
+        As far from its middle as the far rim, if it is symmetric; depths measure it too,
+        as roughly: both are used.
         """
         assert self.level_m is not None
         middle = middle_of_top(self.views, self.level_m)
@@ -197,7 +197,7 @@ class _Seen:
 
 
 def _around(places: FloatArray, weights: FloatArray, tail: float, seen: _Seen) -> LevelRectangle:
-    """The smallest rectangle around places (N, 2), as far as views see the thing reach."""
+    """The smallest rectangle around places (N, 2), as far as views see the object reach."""
     yaw = _yaw(places, weights, tail)
     axes = np.array([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]])
     (low_x, high_x), (low_y, high_y) = (
@@ -229,7 +229,7 @@ def _yaw(points: FloatArray, weights: FloatArray, tail: float) -> float:
 def _support(
     points: FloatArray, level: FloatArray, around: FloatArray, span: tuple[float, float]
 ) -> tuple[float, bool]:
-    """Height of the flat thing under or around the object's foot, and whether there is one.
+    """Height of the flat surface under or around the object's foot, and whether there is one.
 
     What was found of an object, and splats of the table that it lies on, may hang through that
     table: the level that views see most of counts, up to the middle of what was found, and splats

@@ -18,7 +18,7 @@ FLOATERS = "floaters"
 REACH_M = 0.12
 """Splats of a surface are closer to each other than this, plus their own size."""
 LEAST_AREA_M2 = 0.004
-"""What hangs together with less opaque surface than this, away from all else, is no thing."""
+"""What hangs together with less opaque surface than this, away from all else, is no object."""
 
 
 def find_floaters(cloud: SplatCloud) -> NDArray[np.bool_]:

@@ -1,7 +1,7 @@
-"""Splats that were found with a thing and are the room's: the ground around its foot, and haze.
+"""Splats that were found with an object and are the room's: the ground around its foot, and haze.
 
-A mask takes the shadow beside a low thing for the thing, and in a trained room splats hang in the
-air beside things and paint what is behind.
+A mask takes the shadow beside a low object for the object, and in a trained room splats hang in the
+air beside objects and paint what is behind.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ LEVEL_M = 0.015
 FOOT_M = 0.01
 """A foot reaches at most so far beyond what stands on it."""
 FAR_M = 0.03
-"""Haze farther than this from the thing is none of it."""
+"""Haze farther than this from the object is none of it."""
 
 
 def beside_foot(cloud: SplatCloud, labels: BoolArray, support_z_m: float) -> BoolArray:
-    """(N,) the labelled splats in the support's level that nothing of the thing stands on.
+    """(N,) the labelled splats in the support's level that nothing of the object stands on.
 
     Args:
         cloud: the whole room, metres.
-        labels: (N,) the thing's splats.
-        support_z_m: height of what the thing stands on.
+        labels: (N,) the object's splats.
+        support_z_m: height of what the object stands on.
     """
     low = labels & (cloud.means[:, 2] < support_z_m + LEVEL_M)
     standing = labels & ~low & (cloud.opacities >= SOLID)
@@ -40,12 +40,12 @@ def beside_foot(cloud: SplatCloud, labels: BoolArray, support_z_m: float) -> Boo
 
 
 def hanging_off(cloud: SplatCloud, which: BoolArray, points: FloatArray) -> BoolArray:
-    """(N,) those of some splats that hang well away from the thing; all where nothing tells.
+    """(N,) those of some splats that hang well away from the object; all if `points` is empty.
 
     Args:
         cloud: the whole room, metres.
-        which: (N,) splats found with the thing.
-        points: (K, 3) on the thing.
+        which: (N,) splats found with the object.
+        points: (K, 3) on the object.
     """
     return _farther(cloud, which, points, FAR_M) if len(points) else which
 

@@ -1,8 +1,8 @@
-"""What a thing leaves on its support where it stood: dark edges, and the shadow at its foot.
+"""What an object leaves on its support where it stood: dark edges, and the shadow at its foot.
 
-Nobody saw the support there. Splats at a thing's lower edge lie on both sides of it, and shadow
-goes with the thing that casts it. What lies under or right beside the foot in a colour that the
-support has nowhere around is a trace of the thing.
+Nobody saw the support there. Splats at an object's lower edge lie on both sides of it, and shadow
+goes with the object that casts it. What lies under or right beside the foot in a colour that the
+support has nowhere around is a residue of the object.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ BoolArray = NDArray[np.bool_]
 FloatArray = NDArray[np.float64]
 
 FOOT_M = 0.05
-"""Up to so high above its support a thing's splats are its foot."""
+"""Up to so high above its support an object's splats are its foot."""
 BELOW_M = 0.02
 """And so far below it."""
 BESIDE_M = 0.04
@@ -28,23 +28,23 @@ BESIDE_M = 0.04
 DEPTHS_M = (-0.05, 0.04)
 """And between so far below the support and so far above it."""
 SHADOW_M = 0.09
-"""So far from the foot the support looks as it does without the thing."""
+"""So far from the foot the support looks as it does without the object."""
 AROUND_M = 0.3
-"""How far around the thing its support's colours are looked at."""
+"""How far around the object its support's colours are looked at."""
 SURFACE_M = 0.03
 """How far the support's splats lie from it."""
 CELL_M = 0.005
 LEAST_AROUND = 40
-"""Splats of the support from which on they tell what it looks like."""
+"""Splats of the support from which on its look is known."""
 
 
-def traces(cloud: SplatCloud, labels: BoolArray, support_z_m: float) -> BoolArray:
-    """(N,) the splats of the room that a thing has left under and beside its foot.
+def residual_splats(cloud: SplatCloud, labels: BoolArray, support_z_m: float) -> BoolArray:
+    """(N,) the splats of the room that an object has left under and beside its foot.
 
     Args:
         cloud: the whole room, metres, Z up.
-        labels: (N,) the thing's splats, and those that go with it.
-        support_z_m: height of what the thing stands on.
+        labels: (N,) the object's splats, and those that go with it.
+        support_z_m: height of what the object stands on.
     """
     found = np.zeros(len(cloud), dtype=bool)
     means = cloud.means.astype(np.float64)

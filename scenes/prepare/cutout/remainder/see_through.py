@@ -1,8 +1,8 @@
-"""Splats of a found thing that show what is behind it.
+"""Splats of a found object that show what is behind it.
 
 In a trained room some splats hang in the air and paint the wall or the floor behind. Those beside a
-thing are found with it, and its box would have to hold them. Taken away with the thing they change
-nothing that is drawn: there the same wall is seen without them.
+object are found with it, and its box would have to hold them. Taken away with the object they
+change nothing that is drawn: there the same wall is seen without them.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ LEAST_VIEWS = 3
 CHANGED = 0.05
 """Of any channel (0..1): what a picture has to change by for the change to be seen."""
 LEAST_CHANGING = 0.25
-"""Share of a splat's light that has to fall where the picture changes without the thing."""
+"""Share of a splat's light that has to fall where the picture changes without the object."""
 SEEN_PX = 0.5
-"""Light, in pixels of all views, below which nobody can tell."""
+"""Light, in pixels of all views, below which nothing is decided."""
 MOST_THROUGH = 0.3
-"""Of the thing's opacity: where more shows the background, the thing only looks like it."""
+"""Of the object's opacity: where more shows the background, the object only looks like it."""
 
 
 def shows_background(
@@ -45,12 +45,12 @@ def shows_background(
     *,
     renderer: NativeRenderer,
 ) -> BoolArray:
-    """(N,) the labelled splats without which, and the rest of the thing, all looks the same.
+    """(N,) the labelled splats without which, and the rest of the object, all looks the same.
 
     Args:
         cloud: the whole room, metres.
-        labels: (N,) the thing's splats.
-        viewpoints: of the room; those that frame the thing whole are used, evenly chosen.
+        labels: (N,) the object's splats.
+        viewpoints: of the room; those that frame the object whole are used, evenly chosen.
         renderer: draws the room.
     """
     none = np.zeros(len(cloud), dtype=bool)

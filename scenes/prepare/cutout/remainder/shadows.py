@@ -1,7 +1,7 @@
-"""The shadow that a thing cast on its support when the room was filmed: it goes with the thing.
+"""The shadow that an object cast on its support when the room was filmed: it goes with the object.
 
 A shadow changes how light a place is, hardly its hue, and is smooth beside what is printed or grown
-there. Beside the thing the support shows how light each of its hues is without it.
+there. Beside the object the support shows how light each of its hues is without it.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ FloatArray = NDArray[np.float64]
 SURFACE_M = 0.02
 """How far the support's splats lie from its plane."""
 REACH_M, FADES_M = 0.45, 0.15
-"""How far beside a thing, seen from above, its shadow reaches; over so much of that it ends."""
+"""How far beside an object, seen from above, its shadow reaches; over so much of that it ends."""
 BESIDE_M = 0.9
-"""Up to so far away the support shows how light it is without the thing."""
+"""Up to so far away the support shows how light it is without the object."""
 SAME_HUE = 0.03
 """Difference of the channels' shares up to which two places are of one hue."""
 MOST_ASKED = 2000
 """So many splats of the lit support are compared at most."""
 LEAST_ALIKE = 0.02
-"""Share of the lit support that has to be of a hue to tell how light it is."""
+"""Share of the lit support that has to be of a hue to measure how light it is."""
 SMOOTH_M = 0.05
-"""A shadow is alike within so far."""
+"""Distance within which a shadow is uniform, metres."""
 NOTICED = 0.95
 """What is darker than this share is in the shadow."""
 DARKEST = 0.4
@@ -43,18 +43,18 @@ DARKER = 0.5
 """What is darker than this share without the shadow is so by itself."""
 LEAST_LIGHT = 1e-3
 THIN_M = 0.015
-"""Standard deviation up to which splats lie flat: feet of things that stand there do not."""
+"""Standard deviation up to which splats lie flat: feet of objects that stand there do not."""
 CELL_M = 0.01
 
 
 def without_shadow(
     room: SplatCloud, footprint: FloatArray, support_z_m: float
 ) -> tuple[BoolArray, SplatCloud]:
-    """(N,) the room's splats in a thing's shadow, and the same splats as they are without it.
+    """(N,) the room's splats in an object's shadow, and the same splats as they are without it.
 
     Args:
-        room: without the thing, metres, Z up.
-        footprint: (K, 3) the thing's splats.
+        room: without the object, metres, Z up.
+        footprint: (K, 3) the object's splats.
         support_z_m: height of what it stands on.
     """
     gains = _gains(room, footprint, support_z_m)
@@ -66,7 +66,7 @@ def without_shadow(
 
 
 def _gains(room: SplatCloud, footprint: FloatArray, support_z_m: float) -> FloatArray:
-    """(N,) how much lighter the room's splats are without a thing, 1 outside its shadow."""
+    """(N,) how much lighter the room's splats are without an object, 1 outside its shadow."""
     gains = np.ones(len(room))
     on_plane = np.abs(room.means[:, 2] - support_z_m) < SURFACE_M
     thin = room.select(on_plane).covariances()[:, 2, 2] < THIN_M**2
@@ -89,7 +89,7 @@ def _gains(room: SplatCloud, footprint: FloatArray, support_z_m: float) -> Float
 
 
 def _away(places: FloatArray, footprint: FloatArray) -> FloatArray:
-    """(N,) how far places are from a thing's outline from above, 0 within it."""
+    """(N,) how far places are from an object's outline from above, 0 within it."""
     outline = cv2.convexHull(footprint.astype(np.float32))[:, 0, :]
     low = outline.min(axis=0) - BESIDE_M
     size = np.ceil((outline.max(axis=0) + BESIDE_M - low) / CELL_M).astype(int)
@@ -110,9 +110,9 @@ def _share(
     order = np.argsort(lit_areas)[::-1][:MOST_ASKED]
     lit_colours, lit_areas = lit_colours[order], lit_areas[order]
     light, lit_light = colours.mean(axis=1), lit_colours.mean(axis=1)
-    alike = cdist(_hue(colours), _hue(lit_colours)) < SAME_HUE
+    same = cdist(_hue(colours), _hue(lit_colours)) < SAME_HUE
     rank = np.argsort(lit_light)
-    total = np.cumsum(alike[:, rank] * lit_areas[rank], axis=1)
+    total = np.cumsum(same[:, rank] * lit_areas[rank], axis=1)
     middle = (total >= 0.5 * total[:, -1:]).argmax(axis=1)
     is_known = total[:, -1] > LEAST_ALIKE * lit_areas.sum()
     share = light / np.maximum(lit_light[rank][middle], LEAST_LIGHT)

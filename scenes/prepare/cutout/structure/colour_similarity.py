@@ -13,13 +13,15 @@ Colours = NDArray[np.float32] | NDArray[np.float64]
 
 NEAREST_COLOURS = 5
 COLOUR_NOISE = 0.02
-ALIKE = 0.12
-"""Difference of colours (0..1 per channel, Euclidean) up to which they are alike."""
+SAME_COLOUR = 0.12
+"""Difference of colours (0..1 per channel, Euclidean) up to which they are the same."""
 USUAL = 0.05
-"""Share of an area that has to be alike for a colour to be the area's."""
+"""Share of an area that has to be of the same colour for a colour to be the area's."""
 
 
-def likeness(colours: NDArray[np.float32], *, like: BoolArray, unlike: BoolArray) -> FloatArray:
+def log_likelihood_ratio(
+    colours: NDArray[np.float32], *, like: BoolArray, unlike: BoolArray
+) -> FloatArray:
     """(K,) how much more likely colours are among one kind than another, -2..2.
 
     The logarithm of the ratio of how far the nearest such colours are (Loftsgaarden and Quesenberry
@@ -39,8 +41,8 @@ def usual(colours: Colours, *, among: Colours, area: FloatArray) -> BoolArray:
         among: (N, 3) those of the area's splats.
         area: (N,) how much of it each of these is.
     """
-    alike = cdist(colours, among) < ALIKE
-    return alike @ area >= USUAL * area.sum()
+    same = cdist(colours, among) < SAME_COLOUR
+    return same @ area >= USUAL * area.sum()
 
 
 def _distance_to_nearest(

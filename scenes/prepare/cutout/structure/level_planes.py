@@ -1,4 +1,4 @@
-"""The level planes that things stand on."""
+"""The level planes that objects stand on."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def level_planes(cloud: SplatCloud, *, least_share: float = LEAST_SHARE) -> tupl
     """The heights at which much of the splats' area lies, the largest first.
 
     Args:
-        cloud: what surrounds a thing, world frame.
+        cloud: what surrounds an object, world frame.
         least_share: of the area, to be a plane.
     """
     heights = cloud.means[:, 2].astype(np.float64)

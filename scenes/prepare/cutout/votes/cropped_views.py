@@ -1,4 +1,4 @@
-"""The views of a room that show one thing whole, cropped to it."""
+"""The views of a room that show one object whole, cropped to it."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from scenes.splats import SplatCloud
 FloatArray = NDArray[np.float64]
 
 MARGIN = 0.25
-"""Of the thing's size in a view: how far around it the view is cropped."""
+"""Of the object's size in a view: how far around it the view is cropped."""
 MOST_PX = 260
 """Longest side of a crop."""
 
 
 @dataclass(frozen=True, slots=True)
 class CloseView:
-    """A view cropped to one thing.
+    """A view cropped to one object.
 
     Attributes:
         name: of the view.

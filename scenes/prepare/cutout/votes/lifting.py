@@ -54,7 +54,7 @@ def lift(cloud: SplatCloud, view: MaskedView, *, renderer: NativeRenderer) -> Vo
     return Vote(by_colour[:, 0].copy(), by_colour[:, 1].copy(), recording.rendering.depth)
 
 
-def agreed_share(votes: Sequence[Vote]) -> NDArray[np.float64]:
+def inside_share(votes: Sequence[Vote]) -> NDArray[np.float64]:
     """(N,) share of a splat's light inside the masks, where each view that sees it has one voice.
 
     Summed over pixels, a near view's mask that holds too much would outvote two from farther away.

@@ -1,10 +1,10 @@
-"""A first guess of a thing's splats, held against every view of the room that shows the thing.
+"""A first guess of an object's splats, held against every view of the room that shows the object.
 
 A splat of a trained room need not lie on the surface that it paints, and faint ones fill the air.
-What tells is where its light falls: the guess is drawn as a silhouette in many views, a splat is
-the thing's if most of its light falls into the silhouettes, and the next silhouettes are drawn from
-those. The light of a faint splat says little: most of what is drawn where it is seen comes from
-others. It goes with the surface that it hangs at, the thing's or another.
+Where its light falls decides: the guess is drawn as a silhouette in many views, a splat is
+the object's if most of its light falls into the silhouettes, and the next silhouettes are drawn
+from those. The light of a faint splat says little: most of what is drawn where it is seen comes
+from others. It goes with the surface that it hangs at, the object's or another.
 """
 
 from __future__ import annotations
@@ -60,13 +60,13 @@ def held_against_views(
     hidden: BoolArray,
     renderer: NativeRenderer,
 ) -> BoolArray:
-    """(N,) the thing's splats by where their light falls; the guess where too few views show it.
+    """(N,) the object's splats by where their light falls; the guess where too few views show it.
 
     Args:
         cloud: the whole room, metres.
-        guess: (N,) a first idea of the thing's splats.
-        within: (N,) the splats that may be the thing's.
-        viewpoints: of the room; those that frame the thing are used, evenly chosen.
+        guess: (N,) a first idea of the object's splats.
+        within: (N,) the splats that may be the object's.
+        viewpoints: of the room; those that frame the object are used, evenly chosen.
         hidden: (N,) what the splats are that no view shows; where True, barely shown ones too.
         renderer: draws the room.
     """
@@ -85,12 +85,12 @@ def held_against_views(
     unsure = np.abs(share_inside - MAJORITY) < UNSURE
     follows = within & ((cloud.opacities < FAINT) | unsure) & (seen > SEEN_PX)
     surface = seen_surface(cloud, labels, viewpoints, renderer=renderer)
-    if not len(surface.thing) or not len(surface.around):
+    if not len(surface.own) or not len(surface.around):
         return labels
     at = cloud.means[follows].astype(np.float64)
-    to_thing, _ = KDTree(surface.thing).query(at)
+    to_object, _ = KDTree(surface.own).query(at)
     to_rest, _ = KDTree(surface.around).query(at)
-    labels[follows] = (to_thing < to_rest) & (to_thing < BESIDE_M)
+    labels[follows] = (to_object < to_rest) & (to_object < BESIDE_M)
     return labels
 
 

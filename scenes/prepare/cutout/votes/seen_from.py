@@ -14,7 +14,7 @@ LEAST_POINTS = 60
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SeenFrom:
-    """What one view shows of a thing, up to its outline.
+    """What one view shows of an object, up to its outline.
 
     Attributes:
         eye: (3,) where it is seen from.
@@ -27,7 +27,7 @@ class SeenFrom:
     pixel_rad: float = 0.0
 
     def above(self, height_m: float) -> FloatArray:
-        """(N, 3) what it shows above a height, none if that is too little to tell anything."""
+        """(N, 3) what it shows above a height, none if they are too few to measure."""
         points = self.points[self.points[:, 2] > height_m]
         return points if len(points) >= LEAST_POINTS else points[:0]
 

@@ -1,7 +1,7 @@
-"""Where a thing's surface is, as many views of the room together see it.
+"""Where an object's surface is, as many views of the room together see it.
 
 Splats of a trained room float before and behind what they paint, and big ones end far beyond their
-centres. What views agree about is firmer: the depth of what is drawn inside the thing's outline,
+centres. What views agree about is firmer: the depth of what is drawn inside the object's outline,
 kept where several views find a surface in the same place and none sees it outside the outline.
 """
 
@@ -30,9 +30,9 @@ BoolArray = NDArray[np.bool_]
 
 MOST_VIEWS = 24
 MAJORITY = 0.5
-"""Share of a pixel's light from which on it is the thing's."""
+"""Share of a pixel's light from which on it is the object's."""
 PURE = 0.9
-"""The same for its depth to be the thing's alone."""
+"""The same for its depth to be the object's alone."""
 LEAST_PX = 60
 """A smaller outline says nothing."""
 RIM_PX = 3.0
@@ -48,26 +48,26 @@ AGREEING = 4
 LEAST_VIEWS = 6
 """Of fewer views so many seldom agree."""
 MOST_OUTSIDE = 0.1
-"""Of the views: how many may see a point of the thing outside its outline."""
+"""Of the views: how many may see a point of the object outside its outline."""
 BEHIND_M = 0.05
 """So far behind what is drawn a point is hidden."""
 GAP_M = 0.03
 SPECK = 0.02
 """A piece of surface that far away from all others, with less than this share of the largest
-one's points, is none of the thing's."""
+one's points, is none of the object's."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SeenSurface:
-    """What views agree about; world points, none where too few views frame the thing whole.
+    """What views agree about; world points, none where too few views frame the object whole.
 
     Attributes:
-        thing: (P, 3) on the thing's surface.
-        around: (Q, 3) on surfaces beside it, as far as the thing is large.
-        by_view: what each view shows of the thing up to its outline, whoever agrees.
+        own: (P, 3) on the object's surface.
+        around: (Q, 3) on surfaces beside it, as far as the object is large.
+        by_view: what each view shows of the object up to its outline, whoever agrees.
     """
 
-    thing: FloatArray
+    own: FloatArray
     around: FloatArray
     by_view: tuple[SeenFrom, ...] = ()
 
@@ -82,12 +82,12 @@ def seen_surface(
     *,
     renderer: NativeRenderer,
 ) -> SeenSurface:
-    """Points on the surfaces of a thing and of what is beside it that `AGREEING` views see.
+    """Points on the surfaces of an object and of what is beside it that `AGREEING` views see.
 
     Args:
         cloud: the whole room, metres.
-        labels: (N,) the thing's splats.
-        viewpoints: of the room; pinhole ones that frame the thing whole are used, evenly chosen.
+        labels: (N,) the object's splats.
+        viewpoints: of the room; pinhole ones that frame the object whole are used, evenly chosen.
         renderer: draws the room.
     """
     own = cloud.means[labels].astype(np.float64)
@@ -99,23 +99,23 @@ def seen_surface(
     if not len(pixels_m):
         return NOTHING
     cell_m = max(CELL_M, CELL_PX * float(np.median(pixels_m)))
-    thing = _agreed([sight.thing for sight in sights], cell_m)
-    thing = thing[_in_outlines(thing, sights)]
-    if not len(thing):
+    own = _agreed([sight.own for sight in sights], cell_m)
+    own = own[_in_outlines(own, sights)]
+    if not len(own):
         return NOTHING
-    count, body = bodies(thing, GAP_M)
+    count, body = bodies(own, GAP_M)
     points_of = np.bincount(body, minlength=count)
-    thing = thing[points_of[body] >= SPECK * points_of.max()]
+    own = own[points_of[body] >= SPECK * points_of.max()]
     around = _agreed([sight.around for sight in sights], cell_m)
-    low, high = thing.min(axis=0), thing.max(axis=0)
+    low, high = own.min(axis=0), own.max(axis=0)
     reach = (high - low).max()
     near = ((around > low - reach) & (around < high + reach)).all(axis=1)
-    return SeenSurface(thing, around[near], _by_view(sights, thing))
+    return SeenSurface(own, around[near], _by_view(sights, own))
 
 
-def _by_view(sights: Sequence[_Sight], thing: FloatArray) -> tuple[SeenFrom, ...]:
+def _by_view(sights: Sequence[_Sight], own: FloatArray) -> tuple[SeenFrom, ...]:
     """What each view shows near what they agree about; depths at edges may be far behind."""
-    tree = KDTree(thing)
+    tree = KDTree(own)
     seen = []
     for sight in sights:
         apart, _ = tree.query(sight.whole) if len(sight.whole) else (np.zeros(0), None)
@@ -130,9 +130,9 @@ class _Sight:
 
     Attributes:
         view: which.
-        outline: (H, W) where most of the light is the thing's.
+        outline: (H, W) where most of the light is the object's.
         depth: (H, W) z of what is drawn, 0 where it is not sure.
-        thing: (K, 3) world points drawn inside the outline, up to its rim.
+        own: (K, 3) world points drawn inside the outline, up to its rim.
         whole: (J, 3) the same up to the outline.
         around: (L, 3) world points drawn outside.
     """
@@ -140,13 +140,13 @@ class _Sight:
     view: CloseView
     outline: BoolArray
     depth: NDArray[np.float32]
-    thing: FloatArray
+    own: FloatArray
     whole: FloatArray
     around: FloatArray
 
     def pixels_m(self) -> FloatArray:
-        """(K,) how wide a pixel is at each of the thing's points."""
-        apart = self.thing - self.view.world_from_camera.translation
+        """(K,) how wide a pixel is at each of the object's points."""
+        apart = self.own - self.view.world_from_camera.translation
         return np.linalg.norm(apart, axis=1) / self.view.camera.fx
 
     def outside(self, points: FloatArray) -> tuple[BoolArray, BoolArray]:
@@ -195,13 +195,13 @@ def _in_outlines(points: FloatArray, sights: Sequence[_Sight]) -> BoolArray:
 
     Depth carried past an edge by one view is found outside by those that look along the surface.
     """
-    told, outside = np.zeros((2, len(points)))
+    framing, outside = np.zeros((2, len(points)))
     for sight in sights:
         if sight.outline.sum() >= LEAST_PX:
             seen, beside = sight.outside(points)
-            told += seen
+            framing += seen
             outside += beside
-    return outside <= MOST_OUTSIDE * told
+    return outside <= MOST_OUTSIDE * framing
 
 
 def _agreed(by_view: Sequence[FloatArray], cell_m: float) -> FloatArray:

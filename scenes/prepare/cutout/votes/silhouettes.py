@@ -15,10 +15,10 @@ from scenes.prepare.cutout.votes.lifting import Vote
 
 BoolArray = NDArray[np.bool_]
 
-AGREEMENT = 0.75
+LEAST_OVERLAP = 0.75
 """Least share of what one mask shows that has to fall into another mask, and the other way."""
 BOX_SLACK = 0.08
-"""Of a box's size: how far the thing may reach beyond the box that somebody drew."""
+"""Of a box's size: how far the object may reach beyond the box that somebody drew."""
 DEPTH_SLACK_M = 0.03
 CORE = 0.5
 """Share of a splat's light inside a mask from which on the mask means it."""
@@ -29,7 +29,7 @@ class ViewVerdict:
     """How a view's mask fits the others, 0..1, and whether it was used."""
 
     name: str
-    agreement: float
+    overlap: float
     used: bool
 
 
@@ -137,7 +137,7 @@ def judge(
     What a mask shows must lie in every other mask, unless something stands before it there: a mask
     that holds too much sticks out of the others, one that holds too little lets the others stick
     out. A view is judged by the half of the others that it fits best, so that one bad mask does not
-    speak against the rest; of two views nobody can tell which is wrong, so both are used.
+    speak against the rest; of two views neither is known to be wrong, so both are used.
     """
     n = len(views)
     fits = np.ones((n, n))
@@ -150,11 +150,11 @@ def judge(
     verdicts = []
     for k, view in enumerate(views):
         others = np.sort(np.delete(mutual[k], k))[::-1]
-        agreement = float(others[: max(1, n // 2)].mean()) if n > 1 else 1.0
-        verdicts.append(ViewVerdict(view.name, agreement, n < 3 or agreement >= AGREEMENT))
+        overlap = float(others[: max(1, n // 2)].mean()) if n > 1 else 1.0
+        verdicts.append(ViewVerdict(view.name, overlap, n < 3 or overlap >= LEAST_OVERLAP))
     if sum(verdict.used for verdict in verdicts) < min(n, 2):
         best = np.unravel_index(np.argmax(np.triu(mutual, 1)), mutual.shape)
-        verdicts = [ViewVerdict(v.name, v.agreement, k in best) for k, v in enumerate(verdicts)]
+        verdicts = [ViewVerdict(v.name, v.overlap, k in best) for k, v in enumerate(verdicts)]
     return tuple(verdicts)
 
 
@@ -164,6 +164,6 @@ def _share_inside(
     if not len(points):
         return 0.0
     where = silhouette(points, view, vote)
-    told = where.in_front & where.framed
-    total = float(weights[told].sum())
-    return float(weights[told & where.in_mask].sum()) / total if total > 0 else 1.0
+    visible = where.in_front & where.framed
+    total = float(weights[visible].sum())
+    return float(weights[visible & where.in_mask].sum()) / total if total > 0 else 1.0

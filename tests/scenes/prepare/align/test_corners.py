@@ -22,7 +22,7 @@ def test_corners_are_found_to_hundredths_of_a_pixel(symbol, side_px, tilt_deg, b
         start = corners + rng.normal(0, 0.2 * side_px / CODE.modules, (4, 2))
         found = refine_corners(photo, symbol, start)
         assert found is not None
-        assert found.likeness > 0.95
+        assert found.correlation > 0.95
         errors.append(found.pixels - corners)
         # The uncertainty it states is honest: not one in a hundred beyond four sigmas.
         assert (np.abs(errors[-1]) < 4 * found.sigma_px[:, None]).all()
@@ -42,7 +42,7 @@ def test_another_code_in_its_place_is_unlike():
     rng = np.random.default_rng(1)
     corners = tilted_corners(90, 20, rng)
     found = refine_corners(photo_of(qr_symbol("room:2"), corners, rng), CODE, corners)
-    assert found is None or found.likeness < 0.85
+    assert found is None or found.correlation < 0.85
 
 
 def test_blur_is_told():

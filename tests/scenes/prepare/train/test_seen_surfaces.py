@@ -99,7 +99,7 @@ def test_depth_that_other_views_contradict_is_not_believed():
     for surface in surfaces[:3]:
         assert surface.is_seen.mean() > 0.6
     assert not surfaces[3].is_seen.any()
-    assert surfaces[3].is_lent.mean() > 0.8
+    assert surfaces[3].is_propagated.mean() > 0.8
     for surface in surfaces:
         np.testing.assert_allclose(surface.depth, 2.0, rtol=1e-3)
 

@@ -5,7 +5,7 @@ import pytest
 
 from scenes.cameras import pixel_centres
 from scenes.prepare.reconstruction import Reconstruction, View
-from scenes.prepare.train.stereo import agreed, seen_depths
+from scenes.prepare.train.stereo import consistent_depth, seen_depths
 
 
 @pytest.fixture(scope="module")
@@ -50,5 +50,5 @@ def test_a_view_alone_says_nothing(corner):
 def test_depths_agree_or_are_not_known():
     depths = [np.array([[2.0, 2.0, 0.0, 5.0]]), np.array([[2.01, 3.0, 0.0, 2.0]])]
     depths.append(np.array([[9.0, 4.0, 1.0, 2.02]]))
-    found = agreed([depth.astype(np.float32) for depth in depths])
+    found = consistent_depth([depth.astype(np.float32) for depth in depths])
     np.testing.assert_allclose(found, [[2.005, 0, 0, 2.01]], rtol=1e-6)

@@ -1,6 +1,6 @@
 import numpy as np
 
-from scenes.prepare.cutout.labelling.outliers import astray
+from scenes.prepare.cutout.labelling.outliers import outliers
 from scenes.prepare.cutout.votes.lifting import Vote
 from scenes.splats import SH_C0, SplatCloud
 
@@ -37,7 +37,7 @@ def seen_astray(beside_colour, *, views=3, beside=10, share=0.0):
     inside = seen * np.select([kind == 1, kind == 2], [1.0, share], 0.0).astype(np.float32)
     vote = Vote(inside, seen, np.zeros((1, 1), dtype=np.float32))
     in_boxes = (np.abs(cloud.means[:, :2]) < 0.3).all(axis=1)
-    told = astray(cloud, kind > 0, [vote] * views, in_boxes=in_boxes)
+    told = outliers(cloud, kind > 0, [vote] * views, in_boxes=in_boxes)
     assert not told[kind < 2].any()
     return told[kind == 2]
 

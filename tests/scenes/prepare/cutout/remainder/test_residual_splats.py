@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from scenes.prepare.cutout.remainder.residual_splats import traces
+from scenes.prepare.cutout.remainder.residual_splats import residual_splats
 from scenes.splats import SH_C0, SplatCloud
 
 TABLE_M = 0.74
@@ -45,7 +45,7 @@ def table():
 
 def test_a_books_lower_edge_goes_with_it_and_the_table_under_it_stays(table):
     cloud, kind = table
-    left = traces(cloud, kind == BOOK, TABLE_M)
+    left = residual_splats(cloud, kind == BOOK, TABLE_M)
     np.testing.assert_array_equal(left, kind == EDGE)
 
 
@@ -56,7 +56,7 @@ def test_a_colour_that_the_support_has_is_no_trace(table):
     labels = np.zeros(len(striped), dtype=bool)
     labels[: (kind == BOOK).sum()] = True
     assert kinds.max() == 1
-    assert not traces(striped, labels, TABLE_M).any()
+    assert not residual_splats(striped, labels, TABLE_M).any()
 
 
 def test_what_a_box_encloses_was_seen_by_nobody():
@@ -66,12 +66,12 @@ def test_what_a_box_encloses_was_seen_by_nobody():
     inside = splats((-0.03, -0.03, -0.01), (0.03, 0.03, 0.0), 20, BLACK)
     floor = splats((-0.5, -0.5, -0.02), (0.5, 0.5, 0.0), 1500, WOOD, size=0.02)
     cloud, kind = joined(rim, inside, floor)
-    np.testing.assert_array_equal(traces(cloud, kind == 0, 0.0), kind == 1)
+    np.testing.assert_array_equal(residual_splats(cloud, kind == 0, 0.0), kind == 1)
 
 
 def test_nothing_is_told_where_nothing_is_around(table):
     cloud, kind = table
     alone = cloud.select((kind == BOOK) | (kind == EDGE))
     labels = kind[(kind == BOOK) | (kind == EDGE)] == BOOK
-    assert not traces(alone, labels, TABLE_M).any()
-    assert not traces(cloud, kind == BOOK, TABLE_M - 0.5).any()
+    assert not residual_splats(alone, labels, TABLE_M).any()
+    assert not residual_splats(cloud, kind == BOOK, TABLE_M - 0.5).any()

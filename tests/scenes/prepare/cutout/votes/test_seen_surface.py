@@ -54,7 +54,7 @@ def test_strays_that_no_views_agree_about_do_not_move_the_box(room):
 def test_points_lie_on_the_surfaces(room):
     cloud, taken = room
     surface = seen_surface(cloud, taken, walk(16), renderer=NativeRenderer())
-    beyond = np.abs(surface.thing - CENTRE) - SIZE / 2
+    beyond = np.abs(surface.own - CENTRE) - SIZE / 2
     assert np.percentile(np.abs(beyond.max(axis=1)), 98) < 0.012
     assert np.percentile(np.abs(surface.around[:, 2]), 98) < 0.01
 
@@ -64,4 +64,4 @@ def test_few_views_say_nothing_nor_do_those_that_cut_the_thing_off(room):
     close_up = Pinhole(320, 240, 1200.0, 1200.0, 160.0, 120.0)
     for views in (walk(5), walk(16, camera=close_up), ()):
         surface = seen_surface(cloud, taken, views, renderer=NativeRenderer())
-        assert (len(surface.thing), len(surface.around)) == (0, 0)
+        assert (len(surface.own), len(surface.around)) == (0, 0)

@@ -1,4 +1,4 @@
-"""Depth that a view has not seen itself, lent by the views that have.
+"""Depth that a view has not seen itself, propagated from neighbouring views that have.
 
 Stereo needs two photos that show the same from a little aside, and texture. Where a view lacks
 either, other views often saw the place: their points are drawn into it, the nearest in front.
@@ -25,7 +25,9 @@ POINTS_AT_ONCE = 50_000
 Points = NDArray[np.float32]
 
 
-def lent_depth(camera: Pinhole, world_from_camera: Pose, points: Points) -> NDArray[np.float32]:
+def propagated_depth(
+    camera: Pinhole, world_from_camera: Pose, points: Points
+) -> NDArray[np.float32]:
     """(H, W) float32 z of the surfaces that points show; 0 where none is.
 
     Args:
@@ -44,8 +46,8 @@ def lent_depth(camera: Pinhole, world_from_camera: Pose, points: Points) -> NDAr
     is_same = z <= first[pixel] * (1 + SAME_SURFACE)
     total = np.bincount(pixel[is_same], z[is_same], size)
     count = np.bincount(pixel[is_same], minlength=size)
-    is_lent = count >= LEAST_POINTS
-    return np.where(is_lent, total / np.maximum(count, 1), 0).astype(np.float32).reshape(shape)
+    is_known = count >= LEAST_POINTS
+    return np.where(is_known, total / np.maximum(count, 1), 0).astype(np.float32).reshape(shape)
 
 
 def _drawn(

@@ -5,13 +5,15 @@ import pytest
 
 from scenes.cameras import Pinhole
 from scenes.pose import Pose, rotation_from_vector
-from scenes.prepare.poses.swim import LEAST_ERROR_PX, MEDIAN_LENGTH, swim_px
+from scenes.prepare.poses.pose_uncertainty import LEAST_ERROR_PX, MEDIAN_LENGTH, pose_uncertainty_px
 
 LENS = Pinhole(960, 720, 700.0, 700.0, 480.0, 360.0)
 
 
 def swim(points, errors_px):
-    return swim_px(points, errors_px, focal_px=LENS.fx, size_px=(LENS.width_px, LENS.height_px))
+    return pose_uncertainty_px(
+        points, errors_px, focal_px=LENS.fx, size_px=(LENS.width_px, LENS.height_px)
+    )
 
 
 def spread(rng, count, *, share=1.0):

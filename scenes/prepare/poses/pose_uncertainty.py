@@ -1,4 +1,4 @@
-"""How sure a picture's pose is, told by how far the scene might swim in it.
+"""The uncertainty of a picture's pose from weak parallax, as how far its content may be off, px.
 
 A pose that rests on few points in a corner of the picture, or on points that only its neighbours
 and it have seen, fits those perfectly and shows everything else in the wrong place.
@@ -21,7 +21,7 @@ GRID = (9, 7)
 FloatArray = NDArray[np.float64]
 
 
-def swim_px(
+def pose_uncertainty_px(
     in_camera: FloatArray, errors_px: FloatArray, *, focal_px: float, size_px: tuple[int, int]
 ) -> float:
     """How far the picture's content may be off for its pose, as root mean square.
