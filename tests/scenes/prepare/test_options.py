@@ -25,7 +25,7 @@ THING = KnownObject(np.zeros((8, 3)), {})
         ({"program": SOMEWHERE}, "no trainer that it belongs to"),
         ({"metric_poses": True}, "none are given"),
         ({"metric_poses": True, "poses": SOMEWHERE, "known_length": LENGTH}, "in metres already"),
-        ({"known_length": LENGTH, "sides_m": 0.2}, "both tell the scale"),
+        ({"known_length": LENGTH, "sides_m": 0.2}, "both give the scale"),
         ({"known_object": THING, "sides_m": 0.2}, "a known object, and codes"),
         ({"known_object": THING, "known_length": LENGTH}, "a known object, and codes"),
         ({"known_object": THING, "metric_poses": True, "poses": SOMEWHERE}, "in metres already"),
