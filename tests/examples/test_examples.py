@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from devices.recording import Recorder
-from devices.recording_codec import FrameStamp, RecordedTruth, SessionInfo
+from devices.recording_codec import FrameStamp, SessionInfo
 from scenes.formats.registry import read_splats
 from scenes.samples import sample_room
 from sim.rehearsal import simulate
@@ -60,16 +60,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
                 )
             )
             recorder.write(step.packet)
-            recorder.write(
-                RecordedTruth(
-                    frame.seq,
-                    frame.t_ns,
-                    truth.world_from_object,
-                    truth.visible_fraction,
-                    frozenset({"chair-1"}),
-                    truth.world_from_rig,
-                )
-            )
+            recorder.write(truth.recorded)
     return path
 
 

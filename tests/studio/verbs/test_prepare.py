@@ -55,7 +55,7 @@ def test_the_flags_offer_what_there_is():
         (["--length", "2", "--end", "c", "1.jpg", "1", "2"], "wanted a or b"),
         (
             ["--qr-size", "0.2", "--length", "2", "--end", "a", "1.jpg", "1", "2"],
-            "both tell the scale",
+            "both give the scale",
         ),
         (["--known-object", "1,2,3"], "--known-object and --object-box belong together"),
         (["--known-object", "1,2", *OBJECT_BOX], "wanted width, depth, height"),
