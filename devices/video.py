@@ -1,4 +1,4 @@
-# pyright: basic
+# pyright: standard
 """H.264 in and out: both lenses of a 360° camera travel side by side in one picture.
 
 One picture in gives one packet out: no B-frames, no look-ahead, a single thread, so that the same

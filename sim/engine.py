@@ -1,4 +1,4 @@
-# pyright: basic
+# pyright: standard
 """MuJoCo for the rest of the simulator: its compiled module has no type stubs, so it is `Any`."""
 
 from __future__ import annotations

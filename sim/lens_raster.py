@@ -1,4 +1,4 @@
-# pyright: basic
+# pyright: standard
 """Draws textured meshes straight into an equidistant fisheye, off-screen, with VTK.
 
 The vertex shader places each vertex by r = f·θ (paper eq. 1) with w = range, so textures are

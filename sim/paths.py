@@ -1,4 +1,4 @@
-# pyright: basic
+# pyright: standard
 """Ways on foot around furniture: a shortest path on a grid of free floor, then pulled straight."""
 
 from __future__ import annotations

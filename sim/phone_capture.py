@@ -1,4 +1,4 @@
-# pyright: basic
+# pyright: standard
 """What a simulated phone leaves on disk: photos or a video as a user has them, and the truth.
 
 The truth lies in a folder of its own, `truth/`, so that nothing that is given the capture finds it

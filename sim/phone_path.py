@@ -1,4 +1,4 @@
-# pyright: basic
+# pyright: standard
 """How somebody walks through a room who films it with a phone: smooth, by hand, everything once.
 
 A lap along the furniture that looks across the room, half a turn, and a smaller lap that looks

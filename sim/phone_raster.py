@@ -1,4 +1,4 @@
-# pyright: basic
+# pyright: standard
 """Draws lit, textured meshes that stand still through a pinhole, off-screen, with VTK."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# pyright: standard
 """Splats in binary glTF: the extension KHR_gaussian_splatting, in and out.
 
 Stored per splat, tightly packed one attribute after the other: position, rotation (x, y, z, w),

@@ -1,3 +1,4 @@
+# pyright: standard
 """Triangle meshes as binary glTF (.glb): what headsets, engines and modellers exchange."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# pyright: standard
 """PlayCanvas SOG, versions 1 and 2, a folder or zip of WebP textures and meta.json. Read only.
 
 Layout from the public splat-transform sources. One pixel a splat: 16-bit positions split over two

@@ -1,3 +1,4 @@
+# pyright: standard
 """SPZ, Niantic's compressed splats (MIT, github.com/nianticlabs/spz): versions 2 to 4 in, 4 out.
 
 Attributes: positions 24-bit fixed point, alphas, colours, log scales at 1/16, rotations (version 2:

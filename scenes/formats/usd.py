@@ -1,3 +1,4 @@
+# pyright: standard
 """Splats in Universal Scene Description: a ParticleField3DGaussianSplat prim. Written only.
 
 The schema is OpenUSD's UsdVol (26.03 and later): positions, orientations, linear scales, linear

@@ -1,3 +1,4 @@
+# pyright: standard
 """Cuts in a scene package: what was taken, bit for bit, and from which places."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# pyright: standard
 """The files of a scene package: JSON, sizes, checksums, and names that stay inside."""
 
 from __future__ import annotations

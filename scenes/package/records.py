@@ -1,3 +1,4 @@
+# pyright: standard
 """The JSON records of a scene package: objects, codes, views, stages; what they say is checked."""
 
 from __future__ import annotations

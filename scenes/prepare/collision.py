@@ -1,3 +1,4 @@
+# pyright: standard
 """The room's hidden mesh, from its splats.
 
 Depth pictures of the splats are fused in a truncated signed distance volume (Curless and Levoy

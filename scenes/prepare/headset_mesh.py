@@ -1,3 +1,4 @@
+# pyright: standard
 """A headset's mesh of the room, laid on the room's surface by iterated closest points."""
 
 from __future__ import annotations

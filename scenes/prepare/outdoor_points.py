@@ -1,3 +1,4 @@
+# pyright: standard
 """Points for what the trainer's stereo cannot see: the way ahead, and the sky.
 
 Photos taken in the direction of walking get their distances by `plane_sweep`; a distance counts if

@@ -1,3 +1,4 @@
+# pyright: standard
 """Depth from photos that were taken in the direction of walking.
 
 Such photos cannot be turned until their rows agree. Each is compared with a few others over planes

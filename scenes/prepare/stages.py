@@ -1,3 +1,4 @@
+# pyright: standard
 """The work folder of a preparation: what each stage left, and from what it was made.
 
 A stage that is run again with the same ingredients is not run: what it left is taken. A stage whose

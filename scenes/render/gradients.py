@@ -1,3 +1,4 @@
+# pyright: standard
 """Gradients of a picture with respect to the splats and poses it was drawn from.
 
 The loss L is any function of a `Rendering`; what is given are its derivatives with respect to the

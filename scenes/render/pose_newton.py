@@ -1,3 +1,4 @@
+# pyright: standard
 """The pose of one splat object from one picture: exact Gauss-Newton steps on grey and silhouette.
 
 One native call draws the object at a pose and carries the derivatives with respect to the pose

@@ -1,3 +1,4 @@
+# pyright: standard
 """What every renderer refuses, and in which words."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# pyright: standard
 """Packs the pictures of many surfaces into one texture and their grids into one mesh."""
 
 from __future__ import annotations

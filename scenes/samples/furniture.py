@@ -1,3 +1,4 @@
+# pyright: standard
 """Furniture that stays: desk, shelf, cabinet and what lies on them. World coordinates, metres."""
 
 from __future__ import annotations

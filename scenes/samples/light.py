@@ -1,3 +1,4 @@
+# pyright: standard
 """Puts the room's light into its pictures. Which light falls where was traced once and is kept.
 
 Light is known at a grid of texels on every surface; `trace_light` finds it, `light_file` keeps it.

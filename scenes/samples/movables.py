@@ -1,3 +1,4 @@
+# pyright: standard
 """The movable objects: chair, stool, book, mug, box. Origin on the support plane, Z up."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# pyright: standard
 """The steps that every built-in room is built by: its light, its pictures, its printed codes."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# pyright: standard
 """Surfaces as point grids with a picture each: the bricks of the built-in rooms.
 
 Every face of every object is a grid of points that a picture is stretched over. That one shape

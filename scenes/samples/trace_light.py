@@ -1,3 +1,4 @@
+# pyright: standard
 """Traces the light of the built-in rooms with Mitsuba; run after a room's shape or light changed.
 
     python -m scenes.samples.trace_light lab desk

@@ -1,3 +1,4 @@
+# pyright: standard
 """What hangs on the walls and shines: posters, writing, screens, the view out of the window."""
 
 from __future__ import annotations

@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
     from studio.session.methods import make_method
 
     dataset = read_dataset(args.folder)
-    told = text_progress()
+    progress = text_progress()
     kept = nullcontext(args.out) if args.out else tempfile.TemporaryDirectory()
     with kept as name:
         folder = Path(name)
@@ -64,14 +64,14 @@ def run(args: argparse.Namespace) -> int:
             quality=args.quality,
             steps=args.steps,
             seed=args.seed,
-            told=told,
+            progress=progress,
             clock=time.monotonic,
         )
         detector = PerfectDetector() if args.method == "paper" else None
         method = make_method(
             args.method, prepared.package, detector, stopwatch=time.perf_counter_ns
         )
-        told.begin(f"tracking with {args.method}")
+        progress.begin(f"tracking with {args.method}")
         tracked = track_dataset(
             dataset,
             prepared,
@@ -79,10 +79,10 @@ def run(args: argparse.Namespace) -> int:
             camera_error=CameraError(args.pose_error_deg, args.pose_error_cm),
             seed=args.seed,
             stopwatch_ns=time.perf_counter_ns,
-            told=lambda session: told.advance(0.0, session),
+            begin=lambda session: progress.advance(0.0, session),
             shown=None if detector is None else detector.see_masks,
         )
-        told.finish(f"{len(tracked.answers)} answers")
+        progress.finish(f"{len(tracked.answers)} answers")
         if args.out:
             answers = folder / f"answers-{args.method}.json"
             answers.write_text(json.dumps([_plain(a) for a in tracked.answers]), encoding="utf-8")

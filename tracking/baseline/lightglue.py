@@ -1,4 +1,4 @@
-# pyright: basic
+# pyright: standard
 """A user-supplied extractor with LightGlue in one ONNX file as a `Matcher`.
 
 Only its tensors are known here, as LightGlue-ONNX writes them end to end for SuperPoint, DISK and

@@ -1,4 +1,4 @@
-# pyright: basic
+# pyright: standard
 """Corresponding points of two pictures: the `Matcher` protocol and one that needs no weights."""
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-# pyright: basic
+# pyright: standard
 """Fine pose of the paper's optimiser: Powell on the contour Chamfer distance (paper eq. 4)."""
 
 from __future__ import annotations

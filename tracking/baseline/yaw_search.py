@@ -1,4 +1,4 @@
-# pyright: basic
+# pyright: standard
 """Coarse yaw of the paper's optimiser: the candidate with the best keypoint matches."""
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-# pyright: basic
+# pyright: standard
 """A user-supplied YOLO11-seg network as a `Detector`; only its tensors are known here.
 
 Input `images` [1, 3, S, S], RGB / 255, letterboxed with 114. `output0` [1, 4 + nc + 32, A]: centre,

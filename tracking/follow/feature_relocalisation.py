@@ -1,4 +1,4 @@
-# pyright: basic
+# pyright: standard
 """Feature-based relocalisation of a textured object by its remembered appearance.
 
 A solve converges from a few pixels and a slide does not turn. An object swung in a hand moves and

@@ -1,4 +1,4 @@
-# pyright: basic
+# pyright: standard
 """Assignment of positions to objects, jointly for all that are searched for."""
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-# pyright: basic
+# pyright: standard
 """Small objects: the pose at which one, composited over the empty room, fits the picture best.
 
 At twenty pixels an outline is a contact shadow's as much as the object's own; the colours of the

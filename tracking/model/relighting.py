@@ -1,4 +1,4 @@
-# pyright: basic
+# pyright: standard
 """Relighting: how much lighter each side of an object is seen than it was scanned.
 
 The light that a side receives is nearly linear in its normal (spherical harmonics of order 1;

@@ -1,3 +1,4 @@
+# pyright: standard
 """Binary glTF 2.0 as a container: its JSON, its binary chunk, accessors into it; all distrusted.
 
 Source: Khronos glTF 2.0 specification, sections 3.6 (binary data) and 4 (GLB).

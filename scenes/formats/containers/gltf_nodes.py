@@ -1,3 +1,4 @@
+# pyright: standard
 """Where the nodes of a glTF scene place its meshes."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# pyright: standard
 """Columns that are set aside on disk until the rows before them are known."""
 
 from __future__ import annotations

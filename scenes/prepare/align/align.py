@@ -1,3 +1,4 @@
+# pyright: standard
 """Metric alignment on printed codes: one is enough, more make it better and check each other.
 
 Each code is a planar square of known side, and nothing is assumed of how codes stand to each other,

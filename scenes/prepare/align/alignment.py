@@ -1,3 +1,4 @@
+# pyright: standard
 """A reconstruction's place in the metric world, and how well it is known."""
 
 from __future__ import annotations

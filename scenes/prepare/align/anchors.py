@@ -1,3 +1,4 @@
+# pyright: standard
 """Printed codes in the photos of a reconstruction: found, read and measured.
 
 QR codes are read by zxing-cpp, AprilTags by OpenCV; both only give a start. Where a code is known

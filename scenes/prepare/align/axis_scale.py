@@ -1,3 +1,4 @@
+# pyright: standard
 """One scale per axis, as in the paper: an option for captures with a bad lens, with a warning.
 
 A calibrated reconstruction is right up to a similarity. That codes come out with unequal sides

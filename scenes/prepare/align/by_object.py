@@ -1,3 +1,4 @@
+# pyright: standard
 """Metric alignment without codes: an object of known size, marked with a box in a few photos.
 
 Where the object stands, how it is turned and how large the reconstruction drew it are found

@@ -1,3 +1,4 @@
+# pyright: standard
 """The corners of a printed symbol in a photo, to hundredths of a pixel.
 
 The symbol is known exactly, so the whole square is measured, not four corners: a picture of it is

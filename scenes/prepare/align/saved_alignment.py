@@ -1,3 +1,4 @@
+# pyright: standard
 """An `Alignment` on disk, to the same bits."""
 
 from __future__ import annotations

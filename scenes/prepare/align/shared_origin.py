@@ -1,3 +1,4 @@
+# pyright: standard
 """The shared origin for augmented-reality devices: where the world is, as seen from each code.
 
 A device that finds any of the codes lays its own frame on the studio's world:

@@ -1,3 +1,4 @@
+# pyright: standard
 """Rigid bodies of known size, placed in a reconstruction by all photos that show them.
 
 A body is a printed square, or several whose mutual places are known. All bodies share one scale:

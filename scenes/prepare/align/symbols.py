@@ -1,3 +1,4 @@
+# pyright: standard
 """Printed symbols as exact module matrices: QR codes and AprilTags.
 
 A QR code's modules follow from its payload, version, error correction level and mask alone. So a

@@ -1,3 +1,4 @@
+# pyright: standard
 """A first place for a printed square, from a few photos among which some may be wrong."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# pyright: standard
 """A surface bake: textured meshes to a splat scan, with the imperfections that a real scan has.
 
 The scan stands in for a trained one. It is never what a camera sees: pictures come from the meshes.

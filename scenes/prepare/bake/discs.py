@@ -1,3 +1,4 @@
+# pyright: standard
 """Flat discs that cover a textured surface and, blended, show its texture."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# pyright: standard
 """How densely, in which direction and where splats lie on a textured surface.
 
 Every point of a surface gets a frame and two spacings: close where the texture changes fast, longer

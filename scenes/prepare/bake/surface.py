@@ -1,3 +1,4 @@
+# pyright: standard
 """Points on textured meshes: where a surface bake puts its splats, and what colour is there."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# pyright: standard
 """What looks movable in a room: bodies that stand free on the floor or on a table."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# pyright: standard
 """All frames of a capture at a glance."""
 
 from __future__ import annotations

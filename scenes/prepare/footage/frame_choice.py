@@ -1,3 +1,4 @@
+# pyright: standard
 """Which frames of a video are used: evenly along the camera's motion, the sharpest of each step."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# pyright: standard
 """Photos as a capture: judged, turned upright, made smaller, their focal length read."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# pyright: standard
 """How good a picture is for reconstruction: sharp, lit, with something to see, and how it moved."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# pyright: standard
 """A video as a capture: looked through once to choose, once more to take the chosen frames."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# pyright: standard
 """Poses from capture apps: the `transforms.json` of nerfstudio, ARKit apps and instant-ngp."""
 
 from __future__ import annotations

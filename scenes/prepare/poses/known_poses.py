@@ -1,3 +1,4 @@
+# pyright: standard
 """Points for views whose poses are known already, and the check that the poses are right."""
 
 from __future__ import annotations

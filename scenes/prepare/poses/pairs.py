@@ -1,3 +1,4 @@
+# pyright: standard
 """Which pictures are matched with which: all with all, or neighbours and those that look alike."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# pyright: standard
 """Features of every picture, and which of them are the same in two pictures."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# pyright: standard
 """Poses and points from matches: by a mapper, by given poses, or a finished model as it is."""
 
 from __future__ import annotations

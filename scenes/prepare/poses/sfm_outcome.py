@@ -1,3 +1,4 @@
+# pyright: standard
 """What structure from motion leaves: pictures without distortion, and how it went."""
 
 from __future__ import annotations

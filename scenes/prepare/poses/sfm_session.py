@@ -1,3 +1,4 @@
+# pyright: standard
 """What the parts of the structure-from-motion process share: the job, its database, its say."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# pyright: standard
 """What structure from motion says to people: which pictures failed, and what to film again."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# pyright: standard
 """Where splats are missing: faint ones go, those that show the most error are split.
 
 A splat's error is the sum over pixels and pictures of its blend weight times the absolute error

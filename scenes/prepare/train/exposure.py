@@ -1,3 +1,4 @@
+# pyright: standard
 """How bright each photo is, and how the lens darkens its corners: found while training.
 
 A gain and a bias per view and channel, and one falloff for all views (see

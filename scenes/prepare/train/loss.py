@@ -1,3 +1,4 @@
+# pyright: standard
 """What training makes small, in numpy: L1 + D-SSIM of a picture against a photo, and its gradient.
 
 The readable twin of `scenes.render.training.TrainingTarget.distance`; tests hold them together.

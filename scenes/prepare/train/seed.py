@@ -1,3 +1,4 @@
+# pyright: standard
 """The first splats: flat ones, on the surfaces that the photos show."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# pyright: standard
 """What the photos' own depth says about places in the room: on a surface, or in front of all.
 
 Between what stereo has seen, a surface is taken to go on as it does at its rim: the inverse depth

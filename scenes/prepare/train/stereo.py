@@ -1,3 +1,4 @@
+# pyright: standard
 """Depth from pairs of photos, before anything is trained.
 
 Two photos are turned until the same point lies on the same row of both (rectified along the line

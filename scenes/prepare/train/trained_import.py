@@ -1,3 +1,4 @@
+# pyright: standard
 """Splats that someone else trained: taken only if they draw the photos they were trained on.
 
 Nothing in a splat file says in which frame it is, and programs disagree about the order of

@@ -1,3 +1,4 @@
+# pyright: standard
 """The photos of a training, at the sizes it asks for, in bounded memory."""
 
 from __future__ import annotations

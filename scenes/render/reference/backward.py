@@ -1,3 +1,4 @@
+# pyright: standard
 """The backward pass in readable float64, by the chain rule: the twin of the native gradients.
 
 `scenes.render.reference.renderer` draws in three steps: a lens and a pose turn splats into

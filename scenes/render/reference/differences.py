@@ -1,3 +1,4 @@
+# pyright: standard
 """Gradients in readable float64: differences of a picture whose mask and order are frozen.
 
 Renderings jump where a splat's alpha crosses 1/255 and where two splats swap places, so differences

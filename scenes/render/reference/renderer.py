@@ -1,3 +1,4 @@
+# pyright: standard
 """The reference renderer: the definition of a picture in readable float64, and the tests' oracle.
 
 Each splat is projected by EWA (Zwicker et al. 2001, "EWA volume splatting") and blended into every

@@ -86,7 +86,7 @@ def prepare_dataset(
     quality: str,
     steps: int | None,
     seed: int,
-    told: Progress,
+    progress: Progress,
     clock: Callable[[], float],
 ) -> PreparedDataset:
     """Prepare the photos and cut out every object, with the product's defaults.
@@ -97,14 +97,14 @@ def prepare_dataset(
         quality: of the training.
         steps: ends the training after so many; None for the quality's own budget.
         seed: decides everything random.
-        told: hears of the progress.
+        progress: shows what is under way.
         clock: seconds, for the durations.
 
     Raises:
         ValueError: the photos cannot become a room; says why.
     """
     renderer = NativeRenderer()
-    stages = StageProgress(told)
+    stages = StageProgress(progress)
     work = open_work_folder(folder / "room.gnx.prepare", seconds=clock, progress=stages)
     options = PrepareOptions(quality=quality, steps=steps, sides_m=dataset.code_side_m, seed=seed)
     prepared = prepare(
@@ -113,12 +113,12 @@ def prepare_dataset(
     stages.finish()
     true_from_package = _rigid(prepared, dataset)
     package, cuts = prepared.package, []
-    told.begin("cutting out objects")
+    progress.begin("cutting out objects")
     for number, item in enumerate(dataset.objects.values()):
-        told.advance(number / len(dataset.objects), item.object_id)
+        progress.advance(number / len(dataset.objects), item.object_id)
         package, cut = _cut(package, item, dataset, prepared, true_from_package, renderer, clock)
         cuts.append(cut)
-    told.finish(f"{len(package.objects)} of {len(dataset.objects)} objects")
+    progress.finish(f"{len(package.objects)} of {len(dataset.objects)} objects")
     minutes = sum(stage.seconds or 0.0 for stage in prepared.package.stages) / 60
     count = len(prepared.sfm.placed) + len(prepared.sfm.failed)
     return PreparedDataset(

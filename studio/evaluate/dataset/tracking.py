@@ -111,7 +111,7 @@ def track_dataset(
     camera_error: CameraError,
     seed: int,
     stopwatch_ns: Callable[[], int],
-    told: Callable[[str], None],
+    begin: Callable[[str], None],
     shown: Shown | None = None,
 ) -> Tracked:
     """Track every set of a dataset.
@@ -123,7 +123,7 @@ def track_dataset(
         camera_error: of the camera pose that the method is given.
         seed: decides that error's direction.
         stopwatch_ns: nanoseconds from any origin.
-        told: hears which session begins.
+        begin: is called with the name of each session that begins.
         shown: for methods with a perfect detector; None for all others.
 
     Raises:
@@ -132,12 +132,12 @@ def track_dataset(
     run = _Run(dataset, prepared, method, camera_error, seed, stopwatch_ns, shown)
     answers: list[Answer] = []
     for name, pictures in dataset.sets.items():
-        told(name)
+        begin(name)
         if name == "sequence":
             answers += run.sequence(pictures)
         else:
             answers += run.cold(pictures)
-            told(f"{name}, chained")
+            begin(f"{name}, chained")
             answers += run.chained(pictures)
     return Tracked(tuple(answers), tuple(run.cameras), tuple(run.step_ms), tuple(run.first_ms))
 

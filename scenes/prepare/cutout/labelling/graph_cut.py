@@ -1,3 +1,4 @@
+# pyright: standard
 """The cheapest division of splats into object and rest, by votes and by who lies beside whom."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# pyright: standard
 """Finds the splats of one object from its masks in a few views, hidden ones included.
 
 Masks are lifted to votes of the splats that can be seen (as FlashSplat, Shen et al. 2024, weighs

@@ -1,3 +1,4 @@
+# pyright: standard
 """Marks the one object that photos were taken around, as a person would: a box in three of them.
 
 What all photos look at is in the middle. The level plane below it is what the object stands on, and

@@ -1,3 +1,4 @@
+# pyright: standard
 """A user-supplied network of the "segment anything" kind as `Masks`; only its tensors are known.
 
 Two files, as samexporter writes them for SAM 2. Encoder: `image` [1, 3, S, S] to `image_embed`,

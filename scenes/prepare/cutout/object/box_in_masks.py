@@ -1,3 +1,4 @@
+# pyright: standard
 """The box of an object that is one, as its masks show it.
 
 Views that look along a book's cover hardly constrain its depth, and the splats of its far edge hang

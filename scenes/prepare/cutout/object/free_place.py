@@ -1,3 +1,4 @@
+# pyright: standard
 """A place on the floor of a room where a new object stands free."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# pyright: standard
 """The height of an object's level top.
 
 What views agree about is rough by a centimetre, and a seat without a pattern comes out tilted

@@ -1,3 +1,4 @@
+# pyright: standard
 """A round level top, whole, though it was seen from one side only.
 
 Rays of an outline meet a level top in its rim. They show the far half of the rim and where it ends

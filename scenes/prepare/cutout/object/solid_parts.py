@@ -1,3 +1,4 @@
+# pyright: standard
 """Solid boxes that stand in for an object where it collides, and a guess of its mass.
 
 Collision needs few convex parts. Splats lie on surfaces, and the undersides of objects are seldom

@@ -1,3 +1,4 @@
+# pyright: standard
 """Fills the hole that an object leaves in what it stood on.
 
 The support was never seen where the object stood. New flat splats are laid on its plane there, with

@@ -1,3 +1,4 @@
+# pyright: standard
 """Splats that were found with an object and are the room's: the ground around its foot, and haze.
 
 A mask takes the shadow beside a low object for the object, and in a trained room splats hang in the

@@ -1,3 +1,4 @@
+# pyright: standard
 """What an object leaves on its support where it stood: dark edges, and the shadow at its foot.
 
 Nobody saw the support there. Splats at an object's lower edge lie on both sides of it, and shadow

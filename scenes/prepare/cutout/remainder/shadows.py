@@ -1,3 +1,4 @@
+# pyright: standard
 """The shadow that an object cast on its support when the room was filmed: it goes with the object.
 
 A shadow changes how light a place is, hardly its hue, and is smooth beside what is printed or grown

@@ -1,3 +1,4 @@
+# pyright: standard
 """Which of two kinds a colour fits better, and how usual it is among some."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# pyright: standard
 """Which points, and which splats, hang together."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# pyright: standard
 """The views of a room that show one object whole, cropped to it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# pyright: standard
 """A first guess of an object's splats, held against every view of the room that shows the object.
 
 A splat of a trained room need not lie on the surface that it paints, and faint ones fill the air.

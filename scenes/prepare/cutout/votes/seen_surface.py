@@ -1,3 +1,4 @@
+# pyright: standard
 """Where an object's surface is, as many views of the room together see it.
 
 Splats of a trained room float before and behind what they paint, and big ones end far beyond their

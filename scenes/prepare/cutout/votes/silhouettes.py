@@ -1,3 +1,4 @@
+# pyright: standard
 """Where splats fall in a view with a mask, and how well the masks of several views fit together."""
 
 from __future__ import annotations

@@ -53,7 +53,7 @@ def run(folder, method, error=None):
         camera_error=error or CameraError(0.0, 0.0),
         seed=0,
         stopwatch_ns=lambda: 0,
-        told=lambda _: None,
+        begin=lambda _: None,
     )
 
 
