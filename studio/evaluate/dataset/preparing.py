@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +14,10 @@ import trimesh
 from numpy.typing import NDArray
 
 from scenes.cameras import Pinhole
-from scenes.package import ScenePackage
+from scenes.package import ScenePackage, is_package, load_package, save_package
 from scenes.pose import Pose
 from scenes.prepare.align.similarity import similarity_from_points
+from scenes.prepare.align.triangulate import UNIT_CORNERS
 from scenes.prepare.cutout.cutout import cut_out
 from scenes.prepare.cutout.marks.masks import GrabCutMasks, Prompt
 from scenes.prepare.cutout.marks.prompted_views import PromptedView, masked_views
@@ -112,13 +115,9 @@ def prepare_dataset(
     )
     stages.finish()
     true_from_package = _rigid(prepared, dataset)
-    package, cuts = prepared.package, []
-    progress.begin("cutting out objects")
-    for number, item in enumerate(dataset.objects.values()):
-        progress.advance(number / len(dataset.objects), item.object_id)
-        package, cut = _cut(package, item, dataset, prepared, true_from_package, renderer, clock)
-        cuts.append(cut)
-    progress.finish(f"{len(package.objects)} of {len(dataset.objects)} objects")
+    package, cuts = _all_cut(
+        dataset, prepared, folder / "cut.gnx", true_from_package, renderer, progress, clock
+    )
     minutes = sum(stage.seconds or 0.0 for stage in prepared.package.stages) / 60
     count = len(prepared.sfm.placed) + len(prepared.sfm.failed)
     return PreparedDataset(
@@ -130,6 +129,50 @@ def prepare_dataset(
         alignment_mm=_alignment_mm(prepared, dataset),
         cuts=tuple(cuts),
     )
+
+
+def _all_cut(
+    dataset: Dataset,
+    prepared: Prepared,
+    folder: Path,
+    true_from_package: Pose,
+    renderer: NativeRenderer,
+    progress: Progress,
+    clock: Callable[[], float],
+) -> tuple[ScenePackage, list[CutResult]]:
+    """The package with every object cut out, and how well each was; kept for the next run.
+
+    Args:
+        dataset: the room.
+        prepared: the preparation.
+        folder: keeps the package with its cuts; what it holds of another preparation is replaced.
+        true_from_package: rigid motion between the two worlds.
+        renderer: draws splats.
+        progress: shows what is under way.
+        clock: seconds, for the durations.
+    """
+    progress.begin("cutting out objects")
+    figures, made_of = folder.with_suffix(".json"), _digest(prepared.package)
+    if figures.is_file():
+        known = json.loads(figures.read_text(encoding="utf-8"))
+        if known["room"] == made_of and is_package(folder):
+            progress.finish("kept from the run before")
+            return load_package(folder), [CutResult(**cut) for cut in known["cuts"]]
+    package, cuts = prepared.package, []
+    for number, item in enumerate(dataset.objects.values()):
+        progress.advance(number / len(dataset.objects), item.object_id)
+        package, cut = _cut(package, item, dataset, prepared, true_from_package, renderer, clock)
+        cuts.append(cut)
+    progress.finish(f"{len(package.objects)} of {len(dataset.objects)} objects")
+    save_package(package, folder)
+    kept = {"room": made_of, "cuts": [asdict(cut) for cut in cuts]}
+    figures.write_text(json.dumps(kept, indent=2), encoding="utf-8")
+    return package, cuts
+
+
+def _digest(package: ScenePackage) -> str:
+    """Of the room's splats: cuts of another training do not belong to it."""
+    return hashlib.sha256(np.ascontiguousarray(package.room.means).tobytes()).hexdigest()
 
 
 def _rigid(prepared: Prepared, dataset: Dataset) -> Pose:
@@ -172,10 +215,8 @@ def _alignment_mm(prepared: Prepared, dataset: Dataset) -> float | None:
 
 
 def _corners(world_from_code: Pose, side_m: float) -> NDArray[np.float64]:
-    """(4, 3) top left, top right, bottom right, bottom left, as printed (x right, y down)."""
-    half = side_m / 2
-    flat = np.array([[-half, -half, 0], [half, -half, 0], [half, half, 0], [-half, half, 0]])
-    return world_from_code @ flat
+    """(4, 3) of a printed code, in a dataset's order."""
+    return world_from_code @ (side_m * UNIT_CORNERS)
 
 
 def _cut(
