@@ -32,6 +32,10 @@ SAME_PLACE_M = 1e-4
 SAME_ANGLE_RAD = 1e-5
 """Camera turn in rad below which background images are kept."""
 
+KNOWN_COVERAGE = 0.5
+"""Alpha of the room from which its drawn distance is that of a surface: most of the light that
+reaches the pixel comes from it."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BackgroundImages:
@@ -44,6 +48,7 @@ class BackgroundImages:
         coverage: one (H, W) float32 alpha per lens; the room is unknown where it is low.
         learned: one (H, W) bool per lens: the pixel was observed live
             (`tracking.background.learning`).
+        ranges_m: one (H, W) float32 per lens, distance of the room; 0 where it is unknown.
     """
 
     world_from_rig: Pose
@@ -51,18 +56,33 @@ class BackgroundImages:
     noise: tuple[Strips[np.float32], ...]
     coverage: tuple[FloatArray, ...]
     learned: tuple[Strips[np.bool_], ...]
+    ranges_m: tuple[FloatArray, ...]
 
     @staticmethod
     def of_pictures(
-        world_from_rig: Pose, images: Sequence[FloatArray], coverage: Sequence[FloatArray]
+        world_from_rig: Pose,
+        images: Sequence[FloatArray],
+        coverage: Sequence[FloatArray],
+        *,
+        ranges_m: Sequence[FloatArray] | None = None,
     ) -> BackgroundImages:
-        """Background images before any learning, from one picture and its alpha per lens."""
+        """Background images before any learning, from one picture and its alpha per lens.
+
+        Args:
+            world_from_rig: the camera pose.
+            images: (H, W, 3) empty room, 0..1.
+            coverage: (H, W) its alpha.
+            ranges_m: (H, W) its distance; unknown if None.
+        """
+        if ranges_m is None:
+            ranges_m = [np.zeros(image.shape[:2], np.float32) for image in images]
         return BackgroundImages(
             world_from_rig,
             tuple(Strips[np.float32].of(image) for image in images),
             tuple(Strips[np.float32].of(background_noise(image)) for image in images),
             tuple(coverage),
             tuple(Strips[np.bool_].of(np.zeros(image.shape[:2], np.bool_)) for image in images),
+            tuple(ranges_m),
         )
 
     def is_at(self, world_from_rig: Pose) -> bool:
@@ -119,13 +139,15 @@ def render_background(
     posed = (PosedSplats(room, Pose.identity()),)
     images: list[FloatArray] = []
     coverage: list[FloatArray] = []
+    ranges_m: list[FloatArray] = []
     for lens, rig_from_lens in zip(rig.lenses, rig.rig_from_lens, strict=True):
         drawn = renderer.render(
             posed, lens, world_from_rig @ rig_from_lens, RenderOptions(threads=threads)
         )
         images.append(np.clip(drawn.rgb, 0.0, 1.0))
         coverage.append(drawn.alpha)
-    return BackgroundImages.of_pictures(world_from_rig, images, coverage)
+        ranges_m.append(np.where(drawn.alpha > KNOWN_COVERAGE, drawn.depth, 0.0).astype(np.float32))
+    return BackgroundImages.of_pictures(world_from_rig, images, coverage, ranges_m=ranges_m)
 
 
 def background_noise(image: FloatArray) -> FloatArray:

@@ -8,19 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from scenes.cameras import Fisheye
 from scenes.pose import Pose
 from scenes.render.native import NativeRenderer
-from tracking.background.images import expose
-from tracking.evidence.evidence import Evidence, Scene
+from tracking.evidence.observation import Observation
 from tracking.kernels.native import Alone, Setting
 from tracking.kernels.native import Shell as DrawnRelightable
 from tracking.kernels.photometry import BY_DETAIL, CLOSELY, ROUGHLY
 from tracking.model.object_model import RENDER_OPTIONS, TrackModel
 from tracking.model.relighting import RELIGHTER, LitView, RelightableModel
-from tracking.model.similarity import illumination_ratio
 from tracking.window.extent import part_of
-from tracking.window.filters import resized
-from tracking.window.window import Layer
 
 FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]
@@ -37,10 +34,6 @@ pixel."""
 SCAN_COVERAGE_GAP = 0.12
 """Difference of the well-scanned share between poses above which only well-scanned parts are
 compared. Chosen on the rooms lab and desk."""
-
-
-SHADE_RANGE = (0.35, 1.0)
-"""Illumination ratio of the empty room in the object's shadow, lower and upper limit."""
 
 
 Upright = tuple[float, float, float, float]
@@ -111,71 +104,62 @@ class Place:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surroundings:
-    """An object's window with and without it.
+    """A part of the live picture with and without an object.
 
     Attributes:
         model: the object.
-        evidence: its window.
-        empty: (H, W, 3) the window without the object, as the live camera records the empty room.
+        live: (H, W, 3) float32 0..1.
+        empty: (H, W, 3) the same without the object.
+        hidden: (H, W) 0..1, behind a nearer tracked object.
+        camera: of the picture.
+        world_from_camera: its pose.
         renderer: draws the object.
     """
 
     model: TrackModel
-    evidence: Evidence
+    live: FloatArray
     empty: FloatArray
+    hidden: FloatArray
+    camera: Fisheye
+    world_from_camera: Pose
     renderer: NativeRenderer
 
     def at(self, world_from_object: Pose) -> Place | None:
-        """The part around the object at a pose; None if nothing of it is in the window."""
-        evidence = self.evidence
-        part = _around(self.model, evidence, world_from_object)
+        """The part around the object at a pose; None if nothing of it is in the picture."""
+        part = _around(self, world_from_object)
         if part is None:
             return None
-        live, empty = (
-            np.ascontiguousarray(picture[part]) for picture in (evidence.live, self.empty)
-        )
-        free = 1.0 - evidence.hidden[part]
-        camera = part_of(evidence.camera, part)
+        live, empty = (np.ascontiguousarray(picture[part]) for picture in (self.live, self.empty))
+        free = 1.0 - self.hidden[part]
+        camera = part_of(self.camera, part)
         size = (camera.width_px, camera.height_px)
         roughly, closely = (
             Setting(live, empty, free, size=size, constants=options.for_native())
             for options in (ROUGHLY, CLOSELY)
         )
-        view = LitView(live, empty, free, camera, evidence.world_from_camera, self.renderer)
+        view = LitView(live, empty, free, camera, self.world_from_camera, self.renderer)
         relightable = self.model.relightable
         scanned, compass = (
-            self.renderer.alone(splats, camera, evidence.world_from_camera, RENDER_OPTIONS)
+            self.renderer.alone(splats, camera, self.world_from_camera, RENDER_OPTIONS)
             for splats in (relightable.splats, relightable.compass)
         )
         drawn = DrawnRelightable(scanned, compass, relightable.facing)
         return Place(roughly, closely, view, relightable, drawn)
 
 
-def surroundings_of(scene: Scene, model: TrackModel, evidence: Evidence) -> Surroundings:
-    """An object's window with and without it.
-
-    The empty room is shaded as the live picture; what shows another object is as in that.
-    """
-    view, live = evidence.view, evidence.live
-    height, width = live.shape[:2]
-    cut = (
-        slice(view.top, view.top + height * view.shrink),
-        slice(view.left, view.left + width * view.shrink),
+def surroundings_in(
+    observation: Observation, model: TrackModel, renderer: NativeRenderer
+) -> Surroundings:
+    """An observation with and without an object."""
+    return Surroundings(
+        model,
+        observation.live,
+        observation.empty,
+        observation.hidden,
+        observation.camera,
+        observation.world_from_camera,
+        renderer,
     )
-    lens = scene.frame.rig.lenses[view.lens]
-    background_image = resized(
-        np.ascontiguousarray(scene.background.images[view.lens][cut]), (width, height)
-    )
-    columns: Points = np.arange(int(width), dtype=np.float64) + 0.5
-    rows: Points = np.arange(int(height), dtype=np.float64) + 0.5
-    x = (view.left + columns * view.shrink) * 2 / lens.width_px - 1
-    y = (view.top + rows * view.shrink) * 2 / lens.height_px - 1
-    radius2 = (x[None, :] ** 2 + y[:, None] ** 2).astype(np.float32)
-    room = expose(background_image, scene.exposures[view.lens], radius2=radius2)
-    shade = illumination_ratio(room, live, limits=SHADE_RANGE)
-    others = resized(_others(evidence.layers, cut), (width, height))[..., None]
-    empty = others * live + (1.0 - others) * (room * shade[..., None])
-    return Surroundings(model, evidence, np.asarray(empty, dtype=np.float32), scene.renderer)
 
 
 def upright_of(world_from_object: Pose) -> Upright:
@@ -190,12 +174,10 @@ def pose_of(upright: Upright) -> Pose:
     return Pose.from_yaw(yaw, place)
 
 
-def _around(
-    model: TrackModel, evidence: Evidence, world_from_object: Pose
-) -> tuple[slice, slice] | None:
-    """Rows and columns around an object's box, None if it is outside the window."""
-    camera = evidence.camera
-    corners = evidence.world_from_camera.inverse() @ model.box_at(world_from_object)
+def _around(around: Surroundings, world_from_object: Pose) -> tuple[slice, slice] | None:
+    """Rows and columns around an object's box, None if it is outside the picture."""
+    camera = around.camera
+    corners = around.world_from_camera.inverse() @ around.model.box_at(world_from_object)
     pixels, seen = camera.project(corners)
     low = np.floor(pixels.min(axis=0)) - AROUND_PX
     high = np.ceil(pixels.max(axis=0)) + AROUND_PX
@@ -207,20 +189,3 @@ def _around(
         np.minimum(high, size).astype(int),
     )
     return slice(int(top), int(bottom)), slice(int(left), int(right))
-
-
-def _others(layers: Sequence[Layer], cut: tuple[slice, slice]) -> FloatArray:
-    """(H, W) 0..1: how much of a part of a lens other objects cover, before or behind."""
-    rows, columns = cut
-    others = np.zeros((rows.stop - rows.start, columns.stop - columns.start), np.float32)
-    for layer in layers:
-        height, width = layer.alpha.shape
-        top, bottom = max(layer.top, rows.start), min(layer.top + height, rows.stop)
-        left, right = max(layer.left, columns.start), min(layer.left + width, columns.stop)
-        if top < bottom and left < right:
-            drawn = layer.alpha[top - layer.top : bottom - layer.top]
-            drawn = drawn[:, left - layer.left : right - layer.left]
-            part = others[top - rows.start : bottom - rows.start]
-            part = part[:, left - columns.start : right - columns.start]
-            np.maximum(part, drawn, out=part)
-    return others

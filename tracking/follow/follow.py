@@ -13,21 +13,23 @@ from scenes.state import TrackState
 from tracking.evidence.appearance_memory import AppearanceMemory, remember_appearance
 from tracking.evidence.evidence import Evidence, gather, view_of
 from tracking.evidence.rendering import RenderingCache, draw
+from tracking.follow.belief import (
+    STAYS_NATS,
+    Belief,
+    at_first,
+    at_pose,
+    believed,
+    confidence_of,
+    hypothesis_of,
+    is_at_rest_still,
+    is_followed,
+)
 from tracking.follow.carried import is_lifted
 from tracking.follow.measure import at_remembered_pose, measure
-from tracking.follow.posterior import (
-    HEAVY_HEIGHT_M,
-    LOST_CONFIDENCE,
-    RECOGNISED_CORRELATION,
-    confidence_of,
-    is_accepted,
-    is_at_scanned_pose,
-    is_too_weak,
-    least_correlation,
-)
+from tracking.follow.posterior import HEAVY_HEIGHT_M, RECOGNISED_CORRELATION
 from tracking.follow.track import RESTING_FRAMES, Rest, Task, Track
-from tracking.follow.yaw_review import COVERED, is_under_review, reported_confidence, reviewed
-from tracking.hypotheses.patch_search import is_recognised, settled
+from tracking.follow.yaw_review import is_under_review, reviewed
+from tracking.hypotheses.refinement import refined
 from tracking.kernels import native
 from tracking.model.symmetry import ROUND
 from tracking.solve.covariance import uncertainty
@@ -146,24 +148,47 @@ def follow(task: Task, unchanged: bool) -> Track:
         task.neighbours,
     )
     evidence, fit = measure(task, evidence, predicted_world_from_object, is_unchanged=unchanged)
+    belief = believed(task, evidence, fit)
     if task.is_first:
-        known = is_recognised(task.scene, task.model, evidence, fit)
-        if not is_at_scanned_pose(fit, is_recognised=known) or _is_elsewhere(track, fit):
-            return _lost(task, fit)
-        if known:
-            task = replace(
-                task, track=replace(track, initial_correlation=max(fit.colour_correlation, 0.0))
-            )
-    task, fit = reviewed(task, evidence, fit)
-    wanted_correlation = least_correlation(task.track)
-    if is_accepted(fit, wanted_correlation=wanted_correlation) and not is_too_weak(task, fit):
-        return _accept(task, evidence, fit, unchanged=unchanged)
-    return _miss(task, fit)
+        first = at_first(task, evidence, belief)
+        if first is None:
+            return _lost(task, belief)
+        belief = first
+        if not _is_elsewhere(track, belief.fit):
+            correlation = max(belief.fit.colour_correlation, 0.0)
+            track = replace(track, initial_correlation=correlation)
+            task = replace(task, track=track)
+    if belief.is_unseen:
+        return _miss(task, belief)
+    rested = track.state is TrackState.STATIC and track.missed_frames == 0
+    if rested and not task.is_first and is_at_rest_still(task, belief, unchanged=unchanged):
+        if belief.before.nats <= -STAYS_NATS:
+            return _miss(task, belief)
+        still = belief if not _has_moved(task, belief.fit, unchanged=unchanged) else None
+        belief = still or at_pose(task, evidence, belief, track.world_from_object)
+        return _accept(task, evidence, belief, unchanged=unchanged)
+    task, fit = reviewed(task, evidence, belief)
+    if fit is not belief.fit:
+        belief = believed(task, evidence, fit)
+    if is_followed(task.track, belief):
+        return _accept(task, evidence, belief, unchanged=unchanged)
+    return _miss(task, belief)
 
 
-def _accept(task: Task, evidence: Evidence, fit: Fit, *, unchanged: bool) -> Track:
+def _has_moved(task: Task, fit: Fit, *, unchanged: bool) -> bool:
+    """Whether a resting object was measured farther from its place than its measurements scatter."""
+    step = pose_vector(fit.world_from_object) - pose_vector(task.track.world_from_object)
+    step[3] = 0.0 if task.model.symmetry == ROUND else wrap_angle(float(step[3]))
+    sigma = np.sqrt(np.diag(fit.covariance))
+    far = max(MOVED_M, SIGNIFICANT * float(np.linalg.norm(sigma[:2])))
+    turned = max(MOVED_RAD, SIGNIFICANT * float(sigma[3]))
+    stays = float(np.linalg.norm(step[:3])) < far and abs(float(step[3])) < turned
+    return not stays or not (unchanged or not _was_taken_up(task, fit))
+
+
+def _accept(task: Task, evidence: Evidence, belief: Belief, *, unchanged: bool) -> Track:
     """The track after an accepted measurement."""
-    track, now = task.track, task.scene.frame.t_ns
+    track, now, fit = task.track, task.scene.frame.t_ns, belief.fit
     step = pose_vector(fit.world_from_object) - pose_vector(track.world_from_object)
     step[3] = wrap_angle(float(step[3]))
     if task.model.symmetry == ROUND:
@@ -173,7 +198,7 @@ def _accept(task: Task, evidence: Evidence, fit: Fit, *, unchanged: bool) -> Tra
         track,
         covariance=uncertainty(task.scene, task.model, fit),
         visible_fraction=fit.visible_fraction,
-        confidence=reported_confidence(track, fit),
+        confidence=confidence_of(belief.found, track.rival_nats),
         usual_inlier_ratio=_usual(track.usual_inlier_ratio, fit.unoccluded_inlier_ratio),
         usual_correlation=_usual(track.usual_correlation, fit.colour_correlation),
         missed_frames=0,
@@ -181,10 +206,7 @@ def _accept(task: Task, evidence: Evidence, fit: Fit, *, unchanged: bool) -> Tra
         looked_ns=now,
         reduced=fit.reduced,
     )
-    sigma = np.sqrt(np.diag(fit.covariance))
-    far = max(MOVED_M, SIGNIFICANT * float(np.linalg.norm(sigma[:2])))
-    turned = max(MOVED_RAD, SIGNIFICANT * float(sigma[3]))
-    rests = distance < far and turn < turned and (unchanged or not _was_taken_up(task, fit))
+    rests = not _has_moved(task, fit, unchanged=unchanged)
     if track.state is TrackState.STATIC and rests:
         blend = REST_BLEND if fit.visible_fraction > 0.85 and track.rest is not None else 0.0
         world_from_object = vector_pose(pose_vector(track.world_from_object) + blend * step)
@@ -206,7 +228,7 @@ def _accept(task: Task, evidence: Evidence, fit: Fit, *, unchanged: bool) -> Tra
     still = distance < RESTING_STEP_M and turn < RESTING_STEP_RAD
     still_frames = track.still_frames + 1 if still else 0
     if still_frames >= RESTING_FRAMES:
-        fit = _settled(task, evidence, fit)
+        fit = _settled(task, evidence, belief)
         return replace(
             seen,
             world_from_object=fit.world_from_object,
@@ -247,10 +269,11 @@ def _usual(before: float, now: float) -> float:
     return max(now, (1.0 - FORGOTTEN) * before + FORGOTTEN * now)
 
 
-def _settled(task: Task, evidence: Evidence, fit: Fit) -> Fit:
-    """The fit of an object that comes to rest, or a better one by its colours."""
-    found = settled(task.scene, task.model, evidence, fit.world_from_object)
-    return fit if found is None else max(fit, found, key=lambda option: option.score)
+def _settled(task: Task, evidence: Evidence, belief: Belief) -> Fit:
+    """The fit of an object that comes to rest, or a likelier one that it refines to."""
+    start, observation = belief.fit.world_from_object, belief.observation
+    again = refined(task.scene, task.model, start, evidence, observation)
+    return again.fit if again.is_clearly_better(hypothesis_of(belief)) else belief.fit
 
 
 def _appearance_in_motion(task: Task, evidence: Evidence, fit: Fit) -> AppearanceMemory | None:
@@ -284,8 +307,8 @@ def _appearance(task: Task, evidence: Evidence, fit: Fit) -> AppearanceMemory | 
     )
 
 
-def _miss(task: Task, fit: Fit) -> Track:
-    """The track after a frame without an accepted measurement: held, occluded or lost."""
+def _miss(task: Task, belief: Belief) -> Track:
+    """The track after a frame without an accepted measurement: held where it was, or lost."""
     track, now = task.track, task.scene.frame.t_ns
     missed = track.missed_frames + 1
     is_carried = task.model.source.box_m[2] < HEAVY_HEIGHT_M
@@ -293,8 +316,8 @@ def _miss(task: Task, fit: Fit) -> Track:
     held = replace(
         track,
         covariance=grown,
-        visible_fraction=fit.visible_fraction,
-        confidence=0.5 * confidence_of(fit),
+        visible_fraction=belief.before.open_fraction * belief.before.matched_fraction,
+        confidence=confidence_of(belief.before, track.rival_nats),
         missed_frames=missed,
         looked_ns=now,
         still_frames=0,
@@ -302,22 +325,18 @@ def _miss(task: Task, fit: Fit) -> Track:
         motion=track.motion if is_carried and missed <= COASTED_FRAMES else Motion.rest(now),
         rest=None,
     )
-    is_free = fit.covered_fraction < COVERED
-    gone = fit.visible_fraction < GONE_BELOW and is_free
-    if (gone and missed >= 2) or (missed >= LOST_AFTER and is_free):
-        return _lost(replace(task, track=held), fit)
-    return held
+    return _lost(replace(task, track=held), belief) if belief.has_left and missed >= 2 else held
 
 
-def _lost(task: Task, fit: Fit) -> Track:
+def _lost(task: Task, belief: Belief) -> Track:
     """The track of an object that has to be searched for."""
     review = task.track.review
     return replace(
         task.track,
         review=None if review is None else replace(review, pending=None),
         state=TrackState.LOST,
-        confidence=min(LOST_CONFIDENCE, confidence_of(fit)),
-        visible_fraction=fit.visible_fraction,
+        confidence=confidence_of(belief.before, task.track.rival_nats),
+        visible_fraction=belief.before.open_fraction * belief.before.matched_fraction,
         missed_frames=task.track.missed_frames + 1,
         still_frames=0,
         motion=Motion.rest(task.scene.frame.t_ns),

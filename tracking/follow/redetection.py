@@ -6,32 +6,27 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from scenes.state import TrackState
+from tracking.evidence.evidence import gather, view_of
+from tracking.evidence.observation import observe
 from tracking.follow.follow import rest_of
-from tracking.follow.posterior import HEAVY_HEIGHT_M, LOST_CONFIDENCE, SURE, confidence_of
+from tracking.follow.posterior import HEAVY_HEIGHT_M
 from tracking.follow.track import RESTING_FRAMES, SEARCH_PERIOD_NS, Review, Task, Track
 from tracking.hypotheses.assignment import Assignment, AssignmentCandidates, assign, is_same_spot
-from tracking.hypotheses.budget import NOMINAL_COSTS, BudgetExhausted, FrameBudget, Step, StepCosts
-from tracking.hypotheses.hypothesis import Hypothesis
-from tracking.hypotheses.patch_search import SMALL_M
-from tracking.hypotheses.positions import Overview, overview
-from tracking.hypotheses.room_search import candidates
+from tracking.hypotheses.budget import NOMINAL_COSTS, BudgetExhausted, FrameBudget, StepCosts
+from tracking.hypotheses.hypothesis import Hypothesis, distinct
+from tracking.hypotheses.prior import stayed_log_prior
+from tracking.hypotheses.refinement import placed
+from tracking.hypotheses.search import search
+from tracking.likelihood.pose_likelihood import pose_support
 from tracking.solve.covariance import uncertainty
 from tracking.solve.motion import Motion
 
-CONFIDENCE_ZERO_SCORE = 0.2
-"""Photometric score of confidence 0. In twelve layouts kept for validation, unrivalled answers were
-right from 0.27 on and wrong at 0.14."""
-
-CONFIDENCE_FULL_SCORE = 0.5
-"""Photometric score of confidence 1; half of the right answers of those layouts were above 0.45."""
-
-
 MOST_WAITS = 3
-"""Most doublings of the search period after searches in vain."""
+"""Most doublings of the search period after searches in vain: in the end an object is looked for
+every six seconds."""
 
-
-LEAST_CONFIDENCE = 0.3
-"""Confidence below which a hypothesis is not followed. Chosen on the rooms lab and desk."""
+FOUND = 0.5
+"""Posterior of a place, and of a pose, from which it is likelier right than wrong."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,33 +35,22 @@ class Search:
 
     Attributes:
         task: the object and that frame.
-        look: the frame's overview.
-        enough: number of unambiguous poses that end it.
         done: results of its steps so far, see `tracking.hypotheses.budget`.
     """
 
     task: Task
-    look: Overview
-    enough: int
     done: tuple[object, ...]
 
 
 def redetect_all(tasks: Sequence[Task]) -> Mapping[str, Track]:
     """Tracks of all lost objects after a search over the whole scene.
 
-    Small objects are searched for in what large ones leave unassigned.
-
     Args:
         tasks: of all lost objects; their neighbours are those that are not lost.
     """
     if not tasks:
         return {}
-    look = overview(tasks[0].scene)
-    large = [task for task in tasks if task.model.radius_m >= SMALL_M]
-    tracks = _placed(large, {_id(task): _hypotheses(task, look, len(large)) for task in large})
-    small = _beside(tasks, tracks)
-    found = {_id(task): _hypotheses(task, look, len(small)) for task in small}
-    return tracks | _placed(small, found)
+    return _placed(tasks, {_id(task): _hypotheses(task) for task in tasks})
 
 
 def redetect(
@@ -88,31 +72,23 @@ def redetect(
         costs: of these steps.
     """
     if search is None or _is_outdated(search, tasks):
-        budget_ms -= costs.cost_ms(Step.OVERVIEW)
-        search = _begun(tasks, costs)
+        search = _begun(tasks)
     if search is None:
         return {}, None
     budget = FrameBudget(budget_ms, search.done, costs)
     try:
-        hypotheses = _hypotheses(search.task, search.look, search.enough, budget)
+        hypotheses = _hypotheses(search.task, budget)
     except BudgetExhausted:
         return {}, replace(search, done=budget.done())
-    large = [task for task in tasks if task.model.radius_m >= SMALL_M]
-    name = _id(search.task)
-    tracks = _placed(large, {name: hypotheses})
-    return tracks | _placed(_beside(tasks, tracks), {name: hypotheses}), None
+    return _placed(tasks, {_id(search.task): hypotheses}), None
 
 
-def _begun(tasks: Sequence[Task], costs: StepCosts) -> Search | None:
+def _begun(tasks: Sequence[Task]) -> Search | None:
     """A search for the object that waited longest; None if none is due."""
     due = [task for task in tasks if _is_due(task)]
     if not due:
         return None
-    task = min(due, key=lambda task: task.track.searched_ns)
-    is_small = task.model.radius_m < SMALL_M
-    same_class = [other for other in tasks if (other.model.radius_m < SMALL_M) == is_small]
-    look, _ = costs.timed(Step.OVERVIEW, lambda: overview(task.scene))
-    return Search(task, look, len(same_class), ())
+    return Search(min(due, key=lambda task: task.track.searched_ns), ())
 
 
 def _is_outdated(search: Search, tasks: Sequence[Task]) -> bool:
@@ -124,20 +100,6 @@ def _is_outdated(search: Search, tasks: Sequence[Task]) -> bool:
     )
 
 
-def _beside(tasks: Sequence[Task], tracks: Mapping[str, Track]) -> list[Task]:
-    """Tasks of the small objects, with the large ones just found as neighbours."""
-    found = tuple(
-        (task.model, tracks[_id(task)].world_from_object)
-        for task in tasks
-        if _id(task) in tracks and tracks[_id(task)].state is not TrackState.LOST
-    )
-    return [
-        replace(task, neighbours=(*task.neighbours, *found))
-        for task in tasks
-        if task.model.radius_m < SMALL_M
-    ]
-
-
 def _placed(tasks: Sequence[Task], fresh: Mapping[str, Sequence[Hypothesis]]) -> dict[str, Track]:
     """Tracks of lost objects after a joint assignment.
 
@@ -146,12 +108,7 @@ def _placed(tasks: Sequence[Task], fresh: Mapping[str, Sequence[Hypothesis]]) ->
         fresh: hypotheses of those that were searched for, by object id.
     """
     tasks = [_searched(task, fresh.get(_id(task))) for task in tasks]
-    found = assign(
-        [
-            AssignmentCandidates(task.model, task.track.world_from_object, _still_free(task))
-            for task in tasks
-        ]
-    )
+    found = assign([AssignmentCandidates(task.model, _still_free(task)) for task in tasks])
     return {_id(task): _redetected(task, found.get(_id(task))) for task in tasks}
 
 
@@ -168,21 +125,25 @@ def _searched(task: Task, hypotheses: Sequence[Hypothesis] | None) -> Task:
     return replace(task, track=track)
 
 
-def _hypotheses(
-    task: Task, look: Overview, enough: int, budget: FrameBudget | None = None
-) -> list[Hypothesis]:
-    """Pose hypotheses of an object in the task's frame."""
-    last = task.track.world_from_object.translation
-    return candidates(
+def _hypotheses(task: Task, budget: FrameBudget | None = None) -> list[Hypothesis]:
+    """Pose hypotheses of an object in the task's frame; in the first, the scanned pose is one."""
+    found = search(
         task.scene,
-        look,
         task.model,
         task.neighbours,
         support_heights_m=_heights(task),
-        last=last,
-        enough=enough,
+        last=task.track.world_from_object,
         budget=budget or FrameBudget(costs=task.costs),
     )
+    return distinct(task.model, [*found, _stayed(task)]) if task.is_first else found
+
+
+def _stayed(task: Task) -> Hypothesis:
+    """The hypothesis that an object still stands where the scan had it."""
+    scene, model, pose = task.scene, task.model, task.track.world_from_object
+    evidence = gather(scene, model, view_of(scene, model, pose, at_any_yaw=True), task.neighbours)
+    support = pose_support(observe(scene, evidence), model, pose, scene.renderer)
+    return Hypothesis(placed(scene, model, evidence, pose), support, stayed_log_prior())
 
 
 def _still_free(task: Task) -> tuple[Hypothesis, ...]:
@@ -207,54 +168,33 @@ def _heights(task: Task) -> tuple[float, ...]:
 def _redetected(task: Task, assignment: Assignment | None) -> Track:
     """The track of an object after the assignment."""
     now = task.scene.frame.t_ns
-    if assignment is None:
+    if assignment is None or assignment.place_probability < FOUND:
+        # Unlikely places move nothing: it is likelier where it was seen last.
         return replace(task.track, rest=None, reduced=None, state=TrackState.LOST, confidence=0.0)
-    fit = assignment.hypothesis.fit
-    confidence = _confidence(assignment.hypothesis)
-    is_placed = assignment.place_is_clear and confidence >= LEAST_CONFIDENCE
-    if not is_placed and task.track.seen_ns > 0:
-        # A formerly tracked object is likelier near its last pose than at a weak hypothesis.
-        return replace(task.track, rest=None, state=TrackState.LOST, confidence=0.0)
-    is_sure = is_placed and assignment.yaw_is_clear and confidence >= SURE
-    # What was placed by its colours stays there until they change.
-    rest = (
-        rest_of(task, fit)
-        if is_placed and assignment.hypothesis.photometric_score is not None
-        else None
-    )
-    state = TrackState.STATIC if rest is not None else TrackState.TRACKED
+    hypothesis = assignment.hypothesis
+    fit = hypothesis.fit
+    rest = rest_of(task, fit)
     return replace(
         task.track,
         world_from_object=fit.world_from_object,
         motion=Motion.rest(now),
-        # An ambiguous position is reported as lost, and searched for again.
-        state=state if is_placed else TrackState.LOST,
+        state=TrackState.STATIC,
         rest=rest,
         covariance=uncertainty(task.scene, task.model, fit),
         visible_fraction=fit.visible_fraction,
-        confidence=confidence if is_sure else min(confidence, LOST_CONFIDENCE),
+        confidence=assignment.pose_probability,
         usual_inlier_ratio=fit.unoccluded_inlier_ratio,
         usual_correlation=max(fit.colour_correlation, 0.0),
-        still_frames=0 if rest is None else RESTING_FRAMES,
+        still_frames=RESTING_FRAMES,
         missed_frames=0,
-        searches_in_vain=0 if is_placed else task.track.searches_in_vain,
-        seen_ns=now if is_placed else 0,
+        searches_in_vain=0,
+        seen_ns=now,
         looked_ns=now,
         reduced=fit.reduced,
         appearance=None,
-        hypotheses=() if is_placed else task.track.hypotheses,
-        review=Review(now, 0, assignment.yaw_is_clear),
+        hypotheses=(),
+        review=Review(now, 0, assignment.rival_nats),
     )
-
-
-def _confidence(hypothesis: Hypothesis) -> float:
-    """0..1 confidence in a hypothesis."""
-    if hypothesis.photometric_score is None:
-        return confidence_of(hypothesis.fit)
-    sure = (hypothesis.score - CONFIDENCE_ZERO_SCORE) / (
-        CONFIDENCE_FULL_SCORE - CONFIDENCE_ZERO_SCORE
-    )
-    return min(max(sure, 0.0), 1.0)
 
 
 def _id(task: Task) -> str:

@@ -13,9 +13,11 @@ from scenes.pose import Pose
 from scenes.state import TrackedObject, TrackState
 from tracking.evidence.appearance_memory import AppearanceMemory
 from tracking.evidence.evidence import Evidence, Neighbour, Scene
+from tracking.evidence.observation import Observation
 from tracking.evidence.rendering import ReducedRendering
 from tracking.hypotheses.budget import NOMINAL_COSTS, StepCosts
-from tracking.hypotheses.hypothesis import Hypothesis
+from tracking.hypotheses.hypothesis import CLEAR_NATS, Hypothesis
+from tracking.likelihood.pose_likelihood import PoseSupport
 from tracking.model.object_model import TrackModel
 from tracking.solve.gauss_newton import SILHOUETTE_BIAS_M, SILHOUETTE_BIAS_SIGMA_M, Fit
 from tracking.solve.motion import Motion
@@ -54,14 +56,18 @@ class PendingReview:
     Attributes:
         scene: that frame.
         evidence: the object's window there.
+        observation: of the same window.
         fit: the reviewed fit there.
+        support: of that fit's pose.
         starts: poses still to be refined.
         hypotheses: results of the refined ones.
     """
 
     scene: Scene
     evidence: Evidence
+    observation: Observation
     fit: Fit
+    support: PoseSupport
     starts: tuple[Pose, ...]
     hypotheses: tuple[Hypothesis, ...]
 
@@ -73,14 +79,19 @@ class Review:
     Attributes:
         t_ns: frame time at which it was last worked on.
         in_vain: consecutive reviews that changed nothing.
-        is_clear: whether no other yaw scored about as well.
+        rival_nats: log odds of the pose against the likeliest other yaw; inf without one.
         pending: the rest of it; None once it is done.
     """
 
     t_ns: int
     in_vain: int
-    is_clear: bool
+    rival_nats: float
     pending: PendingReview | None = None
+
+    @property
+    def is_clear(self) -> bool:
+        """Whether no other yaw was about as likely."""
+        return self.rival_nats > CLEAR_NATS
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -135,6 +146,11 @@ class Track:
     searches_in_vain: int
     hypotheses: tuple[Hypothesis, ...]
     review: Review | None
+
+    @property
+    def rival_nats(self) -> float:
+        """Log odds of its pose against the likeliest other yaw when they were last compared."""
+        return math.inf if self.review is None else self.review.rival_nats
 
     @property
     def moves_on(self) -> bool:

@@ -6,16 +6,19 @@ frame-to-frame solve corrects such an error.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import partial
 
 from scenes.state import TrackState
 from tracking.evidence.evidence import Evidence
-from tracking.follow.posterior import LOST_CONFIDENCE, confidence_of, shows_pattern
+from tracking.follow.belief import Belief, hypothesis_of
+from tracking.follow.posterior import shows_pattern
 from tracking.follow.track import PendingReview, Review, Task, Track
 from tracking.hypotheses.budget import Step, steps_within
-from tracking.hypotheses.hypothesis import Hypothesis, is_other
-from tracking.hypotheses.room_search import is_unambiguous, ranked, refined, turned
+from tracking.hypotheses.hypothesis import Hypothesis, distinct, is_other
+from tracking.hypotheses.refinement import refined
+from tracking.hypotheses.yaws import likeliest_yaws
 from tracking.model.symmetry import ROUND
 from tracking.solve.gauss_newton import Fit
 
@@ -39,8 +42,8 @@ MOST_IN_VAIN = 5
 """Most doublings of that period after reviews in vain."""
 
 
-def reviewed(task: Task, evidence: Evidence, fit: Fit) -> tuple[Task, Fit]:
-    """The task with its review recorded, and the fit or a clearly better one at another yaw.
+def reviewed(task: Task, evidence: Evidence, belief: Belief) -> tuple[Task, Fit]:
+    """The task with its review recorded, and the fit or a clearly likelier one at another yaw.
 
     A review is spread over frames: each refines as many yaws as fit into its time, all in the frame
     in which the review began.
@@ -48,9 +51,9 @@ def reviewed(task: Task, evidence: Evidence, fit: Fit) -> tuple[Task, Fit]:
     Args:
         task: an object that may have turned.
         evidence: its window.
-        fit: the fit at the prediction.
+        belief: the measurement at the prediction.
     """
-    review, now = task.track.review, task.scene.frame.t_ns
+    fit, review, now = belief.fit, task.track.review, task.scene.frame.t_ns
     if not task.may_search:
         return task, fit
     if review is not None and review.pending is not None and _is_outdated(review.pending, task):
@@ -62,16 +65,18 @@ def reviewed(task: Task, evidence: Evidence, fit: Fit) -> tuple[Task, Fit]:
     if pending is None:
         if not (_is_wanted(task, fit) and _is_due(review, now)):
             return task, fit
-        starts = turned(task.model, evidence, fit.world_from_object)
-        pending = PendingReview(task.scene, evidence, fit, tuple(starts), ())
+        starts = likeliest_yaws(task.model, evidence, fit.world_from_object)
+        pending = PendingReview(
+            task.scene, evidence, belief.observation, fit, belief.found, tuple(starts), ()
+        )
         if count == 1:
             count = 0  # To compare all yaws from afar took about as long.
     pending = _advanced(task, pending, count)
     if pending.starts:
-        in_vain, is_clear = (0, False) if review is None else (review.in_vain, review.is_clear)
-        review = Review(now, in_vain, is_clear, pending)
+        in_vain, rival_nats = (0, 0.0) if review is None else (review.in_vain, review.rival_nats)
+        review = Review(now, in_vain, rival_nats, pending)
         return replace(task, track=replace(task.track, review=review)), fit
-    return _concluded(task, evidence, fit, pending)
+    return _concluded(task, evidence, belief, pending)
 
 
 def _is_outdated(pending: PendingReview, task: Task) -> bool:
@@ -85,7 +90,15 @@ def _advanced(task: Task, pending: PendingReview, count: int) -> PendingReview:
     more = tuple(
         task.costs.timed(
             Step.REVIEW_YAW,
-            partial(refined, scene, task.model, start, pending.evidence, quickly=quickly),
+            partial(
+                refined,
+                scene,
+                task.model,
+                start,
+                pending.evidence,
+                pending.observation,
+                quickly=quickly,
+            ),
         )[0]
         for start in pending.starts[:count]
     )
@@ -93,32 +106,31 @@ def _advanced(task: Task, pending: PendingReview, count: int) -> PendingReview:
 
 
 def _concluded(
-    task: Task, evidence: Evidence, fit: Fit, pending: PendingReview
+    task: Task, evidence: Evidence, belief: Belief, pending: PendingReview
 ) -> tuple[Task, Fit]:
     """The task and the fit once all yaws are compared."""
     review, reviewed_pose = task.track.review, pending.fit.world_from_object
-    same: list[Hypothesis] = []
-    rivals: list[Hypothesis] = []
-    for other in ranked(pending.scene, task.model, pending.hypotheses):
-        is_rival = is_other(task.model, other.world_from_object, reviewed_pose)
-        (rivals if is_rival else same).append(other)
-    is_small = bool(same) and same[0].photometric_score is not None
-    found = same[0] if is_small else Hypothesis(pending.fit, None)
-    if same and same[0].is_clearly_better(found):
-        found = same[0]
+    found = Hypothesis(pending.fit, pending.support)
+    inside = [g for g in pending.hypotheses if pending.scene.contains(g.world_from_object)]
+    rivals = [
+        other
+        for other in distinct(task.model, inside)
+        if is_other(task.model, other.world_from_object, reviewed_pose)
+    ]
     is_wrong = bool(rivals) and rivals[0].is_clearly_better(found)
     best, others = (rivals[0], [found, *rivals[1:]]) if is_wrong else (found, rivals)
-    is_clear = all(best.is_clearly_better(other) for other in others)
+    rival_nats = min((best.log_odds - other.log_odds for other in others), default=math.inf)
     in_vain = 0 if is_wrong or review is None else min(review.in_vain + 1, MOST_IN_VAIN)
-    review = Review(task.scene.frame.t_ns, in_vain, is_clear)
+    review = Review(task.scene.frame.t_ns, in_vain, rival_nats)
     task = replace(task, track=replace(task.track, review=review))
+    if not is_wrong:
+        return task, belief.fit
     if pending.evidence is evidence:
         return task, best.fit
-    if best.fit is pending.fit:
-        return task, fit
     # What the frame of the review shows of the object has moved with it since.
-    start = fit.world_from_object @ (reviewed_pose.inverse() @ best.world_from_object)
-    return task, refined(task.scene, task.model, start, evidence).fit
+    start = belief.fit.world_from_object @ (reviewed_pose.inverse() @ best.world_from_object)
+    again = refined(task.scene, task.model, start, evidence, belief.observation)
+    return task, max(again, hypothesis_of(belief), key=lambda other: other.support.nats).fit
 
 
 def is_under_review(track: Track) -> bool:
@@ -131,17 +143,9 @@ def was_reviewed(track: Track, t_ns: int) -> bool:
     return track.review is not None and track.review.t_ns == t_ns
 
 
-def reported_confidence(track: Track, fit: Fit) -> float:
-    """Confidence in a pose: low while its yaw is ambiguous."""
-    confidence = confidence_of(fit)
-    if track.review is None or track.review.is_clear or is_unambiguous(fit):
-        return confidence
-    return min(confidence, LOST_CONFIDENCE)
-
-
 def _is_wanted(task: Task, fit: Fit) -> bool:
     """Whether the yaw may be wrong, and the picture may decide."""
-    if task.model.symmetry == ROUND or is_unambiguous(fit):
+    if task.model.symmetry == ROUND:
         return False
     review = task.track.review
     if _was_found_by_appearance(fit) and shows_pattern(fit) and (review is None or review.is_clear):

@@ -1,13 +1,14 @@
-# pyright: standard
-"""Assignment of positions to objects, jointly for all that are searched for."""
+"""Assignment of positions to objects, jointly for all that are searched for, by log odds."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from scenes.pose import Pose
@@ -15,30 +16,19 @@ from tracking.hypotheses.hypothesis import Hypothesis, is_other
 from tracking.model.object_model import TrackModel
 
 SAME_SPOT = 0.35
-"""Distance, in the sum of two radii, below which two objects would intersect. Chosen on the rooms
-lab and desk."""
-
+"""Distance, in the sum of two radii, below which two objects would intersect: spheres overlap more
+than boxes do, by about the ratio of a box's half side to its half diagonal, squared."""
 
 LEVEL_M = 0.05
-"""Height difference in m up to which two objects stand on one support plane."""
+"""Height difference in m up to which two objects stand on one support plane: scans know a plane's
+height to centimetres."""
 
 CLOSEST = 0.9
 """Distance of such objects, in half the sum of their narrower sides, below which they would
-intersect. Chosen on the rooms lab and desk."""
+intersect; 1 less what a cut's box may be too large."""
 
-
-NOWHERE = 0.92
-"""Cost of leaving an object lost; a pose costs 1 less its score."""
-
-
-DISTANCE_PRICE = 0.02
-"""Cost of the largest distance from the last pose: decides between identical twins."""
-
-DISTANCE_M = 5.0
-"""Distance in m from which that cost no longer grows."""
-
-
-IMPOSSIBLE = 1e3
+IMPOSSIBLE = 1e6
+"""Cost of what cannot be, nats: above any sum of log odds."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,12 +37,10 @@ class AssignmentCandidates:
 
     Attributes:
         model: the object.
-        last_world_from_object: its last accepted pose.
-        hypotheses: the best first.
+        hypotheses: the likeliest first.
     """
 
     model: TrackModel
-    last_world_from_object: Pose
     hypotheses: Sequence[Hypothesis]
 
 
@@ -62,56 +50,74 @@ class Assignment:
 
     Attributes:
         hypothesis: the pose.
-        place_is_clear: whether no other free position scores about as well.
-        yaw_is_clear: whether no other yaw at this position scores about as well.
+        place_probability: posterior that the object is at this place, at any yaw.
+        pose_probability: posterior that it is at this pose.
+        rival_nats: log odds of this pose against the likeliest other yaw here; inf without one.
     """
 
     hypothesis: Hypothesis
-    place_is_clear: bool
-    yaw_is_clear: bool
+    place_probability: float
+    pose_probability: float
+    rival_nats: float
 
 
 def assign(searched: Sequence[AssignmentCandidates]) -> Mapping[str, Assignment]:
-    """One hypothesis for every object that has any, each position once, of the best total score.
+    """One hypothesis for every object that has a likely one, each position once.
+
+    The sum of all log odds is the largest possible. What is less likely than being nowhere in view
+    stays unassigned.
 
     Args:
         searched: the objects; their order matters only for exact ties.
     """
     spots = _spots(searched)
     count = len(searched)
-    cost = np.full((count, len(spots) + count), IMPOSSIBLE)
-    cost[:, len(spots) :] = NOWHERE
+    cost: NDArray[np.float64] = np.full((count, len(spots) + count), IMPOSSIBLE)
+    cost[:, len(spots) :] = 0.0
     best: dict[tuple[int, int], Hypothesis] = {}
     for row, item in enumerate(searched):
         for hypothesis in item.hypotheses:
             column = _spot_of(spots, item.model, hypothesis)
             if (row, column) not in best:
                 best[row, column] = hypothesis
-                cost[row, column] = _cost(item, hypothesis)
+                cost[row, column] = -hypothesis.log_odds
     rows, columns = linear_sum_assignment(cost)
     chosen = {
         int(row): int(column)
         for row, column in zip(rows, columns, strict=True)
-        if cost[row, column] < NOWHERE
+        if cost[row, column] < 0.0
     }
-    taken = set(chosen.values())
     found: dict[str, Assignment] = {}
     for row, column in chosen.items():
-        item, hypothesis = searched[row], best[row, column]
-        here, elsewhere = True, True
-        for other in item.hypotheses:
-            spot = _spot_of(spots, item.model, other)
-            if hypothesis.is_clearly_better(other):
-                continue
-            if spot == column:
-                same = not is_other(
-                    item.model, other.world_from_object, hypothesis.world_from_object
-                )
-                here = here and same
-            elif spot not in taken:
-                elsewhere = False
-        found[item.model.object_id] = Assignment(hypothesis, elsewhere, here)
+        taken = {other for index, other in chosen.items() if index != row}
+        free = [
+            hypothesis
+            for hypothesis in searched[row].hypotheses
+            if _spot_of(spots, searched[row].model, hypothesis) not in taken
+        ]
+        found[searched[row].model.object_id] = _assignment(
+            searched[row].model, best[row, column], free
+        )
     return MappingProxyType(found)
+
+
+def _assignment(model: TrackModel, chosen: Hypothesis, free: Sequence[Hypothesis]) -> Assignment:
+    """The posterior of a hypothesis among all that are free, and being nowhere in view."""
+    highest = max(0.0, *(hypothesis.log_odds for hypothesis in free))
+    weights = [math.exp(hypothesis.log_odds - highest) for hypothesis in free]
+    total = sum(weights) + math.exp(-highest)
+    place = pose = 0.0
+    rival_nats = math.inf
+    for hypothesis, weight in zip(free, weights, strict=True):
+        world_from_other = hypothesis.world_from_object
+        if not is_same_spot(model, world_from_other, model, chosen.world_from_object):
+            continue
+        place += weight
+        if is_other(model, world_from_other, chosen.world_from_object):
+            rival_nats = min(rival_nats, chosen.log_odds - hypothesis.log_odds)
+        else:
+            pose += weight
+    return Assignment(chosen, place / total, pose / total, rival_nats)
 
 
 def is_same_spot(
@@ -134,7 +140,7 @@ def _spots(searched: Sequence[AssignmentCandidates]) -> list[Spot]:
     """All places that somebody may stand at, the best supported first."""
     ranked = sorted(
         ((item, hypothesis) for item in searched for hypothesis in item.hypotheses),
-        key=lambda pair: -pair[1].score,
+        key=lambda pair: -pair[1].log_odds,
     )
     spots: list[Spot] = []
     for item, hypothesis in ranked:
@@ -144,14 +150,10 @@ def _spots(searched: Sequence[AssignmentCandidates]) -> list[Spot]:
 
 
 def _spot_of(spots: Sequence[Spot], model: TrackModel, hypothesis: Hypothesis) -> int:
+    """Index of the first of some spots that a hypothesis is at."""
     return next(index for index, spot in enumerate(spots) if _is_at(spot, model, hypothesis))
 
 
 def _is_at(spot: Spot, model: TrackModel, hypothesis: Hypothesis) -> bool:
-    return is_same_spot(model, hypothesis.world_from_object, *spot)
-
-
-def _cost(item: AssignmentCandidates, hypothesis: Hypothesis) -> float:
-    apart = hypothesis.world_from_object.translation - item.last_world_from_object.translation
-    away = min(float(np.linalg.norm(apart)), DISTANCE_M) / DISTANCE_M
-    return 1.0 - hypothesis.score + DISTANCE_PRICE * away
+    other, world_from_other = spot
+    return is_same_spot(model, hypothesis.world_from_object, other, world_from_other)

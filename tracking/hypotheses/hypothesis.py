@@ -10,31 +10,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.pose import Pose
-from tracking.kernels.options import OPTIONS
+from tracking.likelihood.pose_likelihood import PoseSupport
 from tracking.model.object_model import TrackModel
 from tracking.model.symmetry import ROUND
-from tracking.solve.gauss_newton import PLAIN_SHARE, Fit
+from tracking.solve.gauss_newton import Fit
 
 Points = NDArray[np.float64]
 
-STARTS_A_PLACE = 3
-"""At most so many yaws of one place are refined: there may be better places."""
-
-START_SIGMA = (0.25, 0.25, 0.003, 0.6)
-"""How far off a pose may be before it is refined: metres and radians."""
-
 APART = 0.3
+"""Distance from which two poses are different ones, in radii of the object: farther than a
+refinement bridges."""
+
 APART_RAD = math.radians(20)
-"""Poses farther apart than this, in radii of the object or in yaw, are different ones."""
+"""The same in yaw, rad."""
 
-OUTLINED = (0.75, 0.9)
-SHOWN = (0.8, 0.95)
-"""Between such support, and such shares of a silhouette that show the object, an outline begins to
-be enough, and is: wrong yaws reach three quarters."""
+OTHER_PLACE = 0.5
+"""Distance from which two poses are at different places, in radii of the object: half of where it
+would stand in itself."""
 
-PHOTOMETRIC_SCORE_SIGMA = 0.03
-CLEAR_SIGMAS = 1.5
-"""A pose must be better than another by this many standard deviations of a quality."""
+CLEAR_NATS = math.log(20.0)
+"""Log odds from which one hypothesis is clearly better than another: 20 to 1."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,12 +38,13 @@ class Hypothesis:
 
     Attributes:
         fit: the pose and its statistics.
-        photometric_score: of a small object, its similarity to the picture, at most 1; None if the
-            contour decides.
+        support: what the picture says for it.
+        log_prior: nats, against the object being nowhere in view.
     """
 
     fit: Fit
-    photometric_score: float | None
+    support: PoseSupport
+    log_prior: float = 0.0
 
     @property
     def world_from_object(self) -> Pose:
@@ -56,48 +52,19 @@ class Hypothesis:
         return self.fit.world_from_object
 
     @property
-    def score(self) -> float:
-        """0..1: ranks hypotheses of one object."""
-        if self.photometric_score is None:
-            return _outlined(self.fit)
-        return max(self.photometric_score, 0.0)
-
-    @property
-    def score_sigma(self) -> float:
-        """Standard deviation of the score, a ratio of correlated contour points."""
-        if self.photometric_score is not None:
-            return PHOTOMETRIC_SCORE_SIGMA
-        count = max(len(self.fit.reduced.contour) / OPTIONS.contour_correlation, 1.0)
-        share = min(max(self.score, 0.1), 0.9)
-        return math.sqrt(share * (1.0 - share) / count)
+    def log_odds(self) -> float:
+        """Nats of the object at this pose against its being nowhere in view."""
+        return self.support.nats + self.log_prior
 
     def is_clearly_better(self, other: Hypothesis) -> bool:
-        """Whether this hypothesis's score is significantly higher."""
-        margin = CLEAR_SIGMAS * math.hypot(self.score_sigma, other.score_sigma)
-        return self.score > other.score + margin
-
-
-def _outlined(fit: Fit) -> float:
-    """Quality of a pose by its outline and colours.
-
-    An outline that is better than any wrong pose's needs no colours: those of its sides depend on
-    another room's light.
-    """
-    if fit.textured:
-        return fit.score
-    (ambiguous, sure), (hardly, wholly) = OUTLINED, SHOWN
-    known = min(
-        (fit.contour_score - ambiguous) / (sure - ambiguous),
-        (fit.visible_fraction - hardly) / (wholly - hardly),
-        1.0,
-    )
-    return max(fit.score, fit.contour_score * (1.0 - PLAIN_SHARE * (1.0 - known)))
+        """Whether the odds of this hypothesis against another leave no reasonable doubt."""
+        return self.log_odds > other.log_odds + CLEAR_NATS
 
 
 def distinct(model: TrackModel, hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
     """The best of those that say the same, the best first."""
     distinct: list[Hypothesis] = []
-    for hypothesis in sorted(hypotheses, key=lambda hypothesis: -hypothesis.score):
+    for hypothesis in sorted(hypotheses, key=lambda hypothesis: -hypothesis.log_odds):
         pose = hypothesis.world_from_object
         if all(is_other(model, pose, other.world_from_object) for other in distinct):
             distinct.append(hypothesis)

@@ -159,12 +159,8 @@ class LitView:
     def _light(self, drawn: _Drawn) -> Light:
         rgb = bell_blurred(drawn.rgb, LENS_BLUR_PX, LENS_REACH_PX)
         alpha = bell_blurred(drawn.alpha, LENS_BLUR_PX, LENS_REACH_PX)
-        weight = self.free * alpha
-        here = np.flatnonzero(weight.ravel() > RELIGHTING.seen)
-        here = np.unravel_index(here[:: max(len(here) // RELIGHTING.enough_px, 1)], weight.shape)
         shown = self.live - (1.0 - alpha)[..., None] * self.empty
-        seen = shown[here].astype(np.float32)
-        return _fitted(rgb[here], drawn.facing[here], seen, weight[here])
+        return fit_light(rgb, drawn.facing, shown, self.free * alpha)[1]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -174,6 +170,23 @@ class _Drawn:
     rgb: FloatArray
     alpha: FloatArray
     facing: FloatArray
+
+
+def fit_light(
+    rgb: FloatArray, facing: FloatArray, shown: FloatArray, weight: FloatArray
+) -> tuple[int, Light]:
+    """The light that accounts best for how an object is seen, and from how many pixels.
+
+    Args:
+        rgb: (H, W, 3) the object alone, as scanned, over black.
+        facing: (H, W, 3) where its surface faces, in its own frame.
+        shown: (H, W, 3) the live picture less what shows through the object.
+        weight: (H, W) of each pixel; those below `RELIGHTING.seen` are left out.
+    """
+    here = np.flatnonzero(weight.ravel() > RELIGHTING.seen)
+    here = here[:: max(len(here) // RELIGHTING.enough_px, 1)]
+    at = np.unravel_index(here, weight.shape)
+    return len(here), _fitted(rgb[at], facing[at], shown[at].astype(np.float32), weight[at])
 
 
 def _fitted(rgb: FloatArray, facing: FloatArray, shown: FloatArray, weight: FloatArray) -> Light:

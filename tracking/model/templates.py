@@ -7,6 +7,7 @@ template serves every distance and every part of the lens.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -91,6 +92,27 @@ class Cuts:
     free: FloatArray
     azimuth_rad: Points
     elevation_rad: Points
+
+    @staticmethod
+    def joined(parts: Sequence[Cuts]) -> Cuts:
+        """All places of some cuts, in order; at least one part."""
+        return Cuts(
+            np.concatenate([part.colours for part in parts]),
+            np.concatenate([part.own for part in parts]),
+            np.concatenate([part.free for part in parts]),
+            np.concatenate([part.azimuth_rad for part in parts]),
+            np.concatenate([part.elevation_rad for part in parts]),
+        )
+
+    def some(self, chosen: NDArray[np.intp]) -> Cuts:
+        """The places with these indices."""
+        return Cuts(
+            self.colours[chosen],
+            self.own[chosen],
+            self.free[chosen],
+            self.azimuth_rad[chosen],
+            self.elevation_rad[chosen],
+        )
 
 
 def drawn_around(

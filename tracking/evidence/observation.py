@@ -1,0 +1,192 @@
+"""What a window shows, in the terms in which every pose of an object is compared.
+
+Each pixel has three competing accounts: the room as it was without the object, something that is in
+no scan, and the object at a pose. The first two do not depend on the pose and are computed here,
+once per window; `tracking.likelihood.pose_likelihood` adds the third.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.cameras import Fisheye
+from scenes.pose import Pose
+from tracking.background.images import expose
+from tracking.evidence.evidence import Evidence, Scene
+from tracking.window.filters import blurred, resized
+from tracking.window.window import Layer
+
+FloatArray = NDArray[np.float32]
+
+RESIDUAL_SIGMA = 0.07
+"""Standard deviation, channels of 0..1, of a live pixel about the composite of a scanned object in
+fitted light. Measured at true poses of foreign scans: half of the pixels are within it."""
+
+MOST_MISFIT = -1.5 * math.log(2 * math.pi) - 3 * math.log(RESIDUAL_SIGMA)
+"""Largest misfit of a pixel, nats: there the Gaussian of `RESIDUAL_SIGMA` meets the density of a
+colour that may be any of the unit cube."""
+
+SURROUNDINGS_PX = 2.5
+"""Gaussian blur, px, that predicts a pixel of an unknown object from those around it: about twice
+the blur of a lens, below which neighbours are no prediction but the same measurement."""
+
+FOREGROUND_VARIANCE = 9.0
+"""Half the denominator of the exponent by which `tracking.background.images.difference` turns a
+squared difference into a probability: maps it back to a misfit."""
+
+SURE_FOREGROUND = 1.0 - 1e-4
+"""Largest probability of change that is mapped back; beyond it the misfit is at its cap anyway."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Observation:
+    """A window, with what it shows if the object is not in it.
+
+    Attributes:
+        live: (H, W, 3) float32 0..1.
+        empty: (H, W, 3) float32, the window without the object.
+        changed: (H, W) float32 0..1, probability that a pixel does not show the empty room.
+        room_misfit: (H, W) float32 nats of the live picture as the empty room.
+        foreign_misfit: (H, W) float32 nats of the live picture as something that is in no scan: how
+            badly its surroundings predict each pixel.
+        hidden: (H, W) float32 0..1, behind a nearer tracked object.
+        range_m: (H, W) float32, distance of the static room; 0 where unknown.
+        camera: of the window.
+        world_from_camera: its pose.
+    """
+
+    live: FloatArray
+    empty: FloatArray
+    changed: FloatArray
+    room_misfit: FloatArray
+    foreign_misfit: FloatArray
+    hidden: FloatArray
+    range_m: FloatArray
+    camera: Fisheye
+    world_from_camera: Pose
+
+    def shrunk(self, times: int) -> Observation:
+        """The same seen with so many times fewer pixels each way."""
+        height, width = self.changed.shape
+        size = (width // times, height // times)
+        if times == 1 or min(size) == 0:
+            return self
+
+        def smaller(picture: FloatArray) -> FloatArray:
+            whole = picture[: size[1] * times, : size[0] * times]
+            return resized(np.ascontiguousarray(whole), size)
+
+        camera = replace(
+            self.camera,
+            width_px=size[0],
+            height_px=size[1],
+            f_px=self.camera.f_px / times,
+            cx=self.camera.cx / times,
+            cy=self.camera.cy / times,
+        )
+        return observation_of(
+            smaller(self.live),
+            smaller(self.empty),
+            smaller(self.changed),
+            hidden=smaller(self.hidden),
+            range_m=smaller(self.range_m),
+            camera=camera,
+            world_from_camera=self.world_from_camera,
+        )
+
+
+def observe(scene: Scene, evidence: Evidence) -> Observation:
+    """The observation of an object's window."""
+    view, live = evidence.view, evidence.live
+    height, width = live.shape[:2]
+    cut = (
+        slice(view.top, view.top + height * view.shrink),
+        slice(view.left, view.left + width * view.shrink),
+    )
+    lens = scene.frame.rig.lenses[view.lens]
+
+    def small(picture: FloatArray) -> FloatArray:
+        return resized(np.ascontiguousarray(picture), (width, height))
+
+    x = (view.left + (np.arange(width) + 0.5) * view.shrink) * 2 / lens.width_px - 1
+    y = (view.top + (np.arange(height) + 0.5) * view.shrink) * 2 / lens.height_px - 1
+    radius2 = (x[None, :] ** 2 + y[:, None] ** 2).astype(np.float32)
+    room = expose(
+        small(scene.background.images[view.lens][cut]),
+        scene.exposures[view.lens],
+        radius2=radius2,
+    )
+    others = small(alpha_of(evidence.layers, cut))[..., None]
+    return observation_of(
+        live,
+        np.asarray(others * live + (1.0 - others) * room, dtype=np.float32),
+        evidence.foreground,
+        hidden=evidence.hidden,
+        range_m=small(scene.background.ranges_m[view.lens][cut]),
+        camera=view.camera,
+        world_from_camera=view.world_from_camera,
+    )
+
+
+def observation_of(
+    live: FloatArray,
+    empty: FloatArray,
+    changed: FloatArray,
+    *,
+    hidden: FloatArray,
+    range_m: FloatArray,
+    camera: Fisheye,
+    world_from_camera: Pose,
+) -> Observation:
+    """An observation of pictures of one size.
+
+    Args:
+        live: (H, W, 3) 0..1.
+        empty: (H, W, 3) the same without the object.
+        changed: (H, W) probability that a pixel does not show the empty room.
+        hidden: (H, W) 0..1, behind a nearer tracked object.
+        range_m: (H, W) distance of what stands still; 0 where unknown.
+        camera: of the pictures.
+        world_from_camera: its pose.
+    """
+    sure = np.minimum(changed, SURE_FOREGROUND)
+    room_misfit = np.minimum(-FOREGROUND_VARIANCE * np.log1p(-sure), MOST_MISFIT)
+    return Observation(
+        live=live,
+        empty=empty,
+        changed=changed,
+        room_misfit=room_misfit.astype(np.float32),
+        foreign_misfit=misfit(live - blurred(live, SURROUNDINGS_PX)),
+        hidden=hidden,
+        range_m=range_m,
+        camera=camera,
+        world_from_camera=world_from_camera,
+    )
+
+
+def misfit(residual: FloatArray, sigma: float = RESIDUAL_SIGMA) -> FloatArray:
+    """(H, W) nats of (H, W, 3) residuals about a standard deviation, at most `MOST_MISFIT`."""
+    squared = np.einsum("hwc,hwc->hw", residual, residual)
+    return np.minimum(squared / (2 * sigma**2), MOST_MISFIT).astype(np.float32)
+
+
+def alpha_of(layers: Sequence[Layer], cut: tuple[slice, slice]) -> FloatArray:
+    """(H, W) 0..1: how much of a part of a lens other objects cover, before or behind."""
+    rows, columns = cut
+    others = np.zeros((rows.stop - rows.start, columns.stop - columns.start), np.float32)
+    for layer in layers:
+        height, width = layer.alpha.shape
+        top, bottom = max(layer.top, rows.start), min(layer.top + height, rows.stop)
+        left, right = max(layer.left, columns.start), min(layer.left + width, columns.stop)
+        if top < bottom and left < right:
+            drawn = layer.alpha[top - layer.top : bottom - layer.top]
+            drawn = drawn[:, left - layer.left : right - layer.left]
+            part = others[top - rows.start : bottom - rows.start]
+            part = part[:, left - columns.start : right - columns.start]
+            np.maximum(part, drawn, out=part)
+    return others

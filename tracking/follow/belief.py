@@ -1,0 +1,152 @@
+"""What the picture says about where an object is believed to be: the decisions of a frame.
+
+One rule for all objects and sizes: log odds, in nats. What is not seen says nothing, so nothing that
+is not seen is moved.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from scenes.pose import Pose
+from scenes.state import TrackState
+from tracking.evidence.evidence import Evidence
+from tracking.evidence.observation import Observation, observe
+from tracking.follow.track import Task, Track
+from tracking.hypotheses.hypothesis import CLEAR_NATS, Hypothesis, is_other
+from tracking.hypotheses.prior import MOVED, STAYED, UNSEEN
+from tracking.hypotheses.refinement import placed, refined
+from tracking.hypotheses.yaws import likeliest_yaws
+from tracking.likelihood.pose_likelihood import PoseSupport, pose_support
+from tracking.model.symmetry import ROUND
+from tracking.solve.gauss_newton import Fit
+
+STAYS_NATS = math.log(STAYED / UNSEEN)
+"""Log odds that what was followed up to now is still there, against its being nowhere in view."""
+
+MOVED_NATS = math.log(STAYED / MOVED)
+"""Log odds by which a pose elsewhere must be likelier than the scanned one before anything was
+seen."""
+
+LEAST_SAMPLES = 3.0
+"""Independent samples of a silhouette below which the picture cannot decide: one sample says at most
+`tracking.evidence.observation.MOST_MISFIT` nats, and three such must outweigh the prior."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Belief:
+    """The support of a frame's measurement and of the pose before it.
+
+    Attributes:
+        observation: the object's window.
+        fit: the measurement.
+        found: support of its pose.
+        before: support of the pose that the object had until now.
+    """
+
+    observation: Observation
+    fit: Fit
+    found: PoseSupport
+    before: PoseSupport
+
+    @property
+    def is_unseen(self) -> bool:
+        """Whether too little of the object is in view, where it was and where it was measured."""
+        return max(self.found.samples, self.before.samples) < LEAST_SAMPLES
+
+    @property
+    def has_left(self) -> bool:
+        """Whether the empty room shows where the object was, and where it was measured."""
+        return max(self.found.nats, self.before.nats) < -STAYS_NATS
+
+
+def believed(task: Task, evidence: Evidence, fit: Fit) -> Belief:
+    """What the window of a measurement says for it, and for the pose before it."""
+    observation = observe(task.scene, evidence)
+    model, renderer = task.model, task.scene.renderer
+    return Belief(
+        observation,
+        fit,
+        pose_support(observation, model, fit.world_from_object, renderer),
+        pose_support(observation, model, task.track.world_from_object, renderer),
+    )
+
+
+def is_at_rest_still(task: Task, belief: Belief, *, unchanged: bool) -> bool:
+    """Whether a resting object is at least as likely to be where it was as where it was measured.
+
+    Args:
+        task: the object, at rest until now.
+        belief: its measurement.
+        unchanged: whether its pixels did not change, so that a move needs clear odds.
+    """
+    margin = CLEAR_NATS if unchanged else 0.0
+    return belief.before.nats + margin >= belief.found.nats
+
+
+def is_followed(track: Track, belief: Belief) -> bool:
+    """Whether the measurement of an object that may move is likelier right than not.
+
+    Something that was seen a frame ago needs no more than the odds that it is still there; after a
+    gap it has to be recognised.
+    """
+    needed = -STAYS_NATS if track.missed_frames == 0 else CLEAR_NATS
+    return belief.found.nats > needed and belief.found.samples >= 1.0
+
+
+def at_first(task: Task, evidence: Evidence, belief: Belief) -> Belief | None:
+    """The belief about an object in a session's first frame; None if it has to be searched for.
+
+    Args:
+        task: the object, believed at the scene's pose.
+        evidence: its window.
+        belief: the measurement from that pose.
+    """
+    if belief.is_unseen:
+        return belief
+    needed = belief.before.nats + MOVED_NATS
+    if belief.found.nats < needed and _differs(task, belief.fit.world_from_object):
+        belief = at_pose(task, evidence, belief, task.track.world_from_object)
+    if belief.found.nats < CLEAR_NATS:
+        # Half hidden or hardly seen: neither there nor gone.
+        return None if belief.has_left else belief
+    if task.model.symmetry != ROUND:
+        for start in likeliest_yaws(task.model, evidence, belief.fit.world_from_object):
+            if not is_other(task.model, start, belief.fit.world_from_object):
+                continue
+            other = refined(task.scene, task.model, start, evidence, belief.observation)
+            if other.support.nats > belief.found.nats + MOVED_NATS and is_other(
+                task.model, other.world_from_object, belief.fit.world_from_object
+            ):
+                return None
+    return belief
+
+
+def at_pose(task: Task, evidence: Evidence, belief: Belief, world_from_object: Pose) -> Belief:
+    """The belief with the measurement replaced by a pose that is believed instead."""
+    fit = placed(task.scene, task.model, evidence, world_from_object)
+    support = pose_support(belief.observation, task.model, world_from_object, task.scene.renderer)
+    return Belief(belief.observation, fit, support, belief.before)
+
+
+def confidence_of(support: PoseSupport, rival_nats: float) -> float:
+    """Posterior, 0..1, of a followed pose against its likeliest rival and being out of sight.
+
+    Args:
+        support: of the pose.
+        rival_nats: log odds of the pose against its rival when they were last compared.
+    """
+    against = math.exp(-min(support.nats + STAYS_NATS, 60.0)) + math.exp(-min(rival_nats, 60.0))
+    return 1.0 / (1.0 + against)
+
+
+def hypothesis_of(belief: Belief) -> Hypothesis:
+    """The measurement as one hypothesis among others."""
+    return Hypothesis(belief.fit, belief.found)
+
+
+def _differs(task: Task, world_from_object: Pose) -> bool:
+    return is_other(task.model, world_from_object, task.track.world_from_object) or (
+        task.track.state is TrackState.STATIC
+    )

@@ -1,0 +1,71 @@
+"""The one prior of where an object is: where it stood, elsewhere on a support plane, out of sight.
+
+Log odds are against "nowhere in view": hidden, outside the lens or carried off, of which the
+picture says nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from scenes.pose import Pose
+from tracking.evidence.evidence import Scene
+from tracking.hypotheses.hypothesis import APART, APART_RAD, apart
+from tracking.model.object_model import TrackModel
+from tracking.model.support_planes import CELL_M, EVERYWHERE_M
+from tracking.model.symmetry import ROUND
+
+STAYED = 0.9
+"""Probability that an object still stands where the scan or the last session had it: people touch
+at most two objects of a session's ten to twenty (paper, section 8)."""
+
+MOVED = 0.05
+"""Probability that it stands elsewhere in view."""
+
+UNSEEN = 1.0 - STAYED - MOVED
+"""Probability that it is nowhere in view."""
+
+MOVED_M = 5.0
+"""Distance in m over which the log prior of having been moved falls by one: a room's size. Decides
+between identical twins alone."""
+
+
+def stayed_log_prior() -> float:
+    """Log odds that an object stands where it stood before the session."""
+    return math.log(STAYED / UNSEEN)
+
+
+def moved_log_prior(
+    scene: Scene, model: TrackModel, heights_m: Sequence[float], *, last: Pose, now: Pose
+) -> float:
+    """Log odds of one pose elsewhere.
+
+    The probability of having been moved is shared by all poses that can be distinguished.
+
+    Args:
+        scene: the frame.
+        model: the object.
+        heights_m: of the planes it may stand on.
+        last: where it was.
+        now: the pose.
+    """
+    count = distinguishable_poses(scene, model, heights_m)
+    return math.log(MOVED / UNSEEN / count) - apart(last, now) / MOVED_M
+
+
+def distinguishable_poses(scene: Scene, model: TrackModel, heights_m: Sequence[float]) -> float:
+    """Number of poses on support planes that differ by more than a refinement evens out."""
+    planes = scene.support_planes
+    low, high = scene.bounds_m[:, :2]
+    floor_m2 = float(np.prod(high - low)) if np.isfinite([low, high]).all() else 1.0
+    area_m2 = 0.0
+    for height in heights_m:
+        level = int(np.abs(np.array(planes.heights_m) - height).argmin())
+        is_floor = height < EVERYWHERE_M
+        area_m2 += floor_m2 if is_floor else CELL_M**2 * float(planes.maps[level].sum())
+    places = max(area_m2 / (math.pi * (APART * model.radius_m) ** 2), 1.0)
+    yaws = 1.0 if model.symmetry == ROUND else math.pi / APART_RAD / model.symmetry
+    return places * max(yaws, 1.0)

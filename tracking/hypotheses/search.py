@@ -1,0 +1,274 @@
+"""Search for an object over the whole room: proposals, screened, aligned, turned and refined.
+
+It proposes on every support plane, so nobody has to select the object again (paper 4.4.2,
+"recovery between sessions"). Every stage keeps what the likelihood prefers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.pose import Pose
+from tracking.evidence.evidence import Evidence, Neighbour, Scene, gather, view_of
+from tracking.evidence.observation import Observation, observe
+from tracking.hypotheses.budget import FrameBudget, Step
+from tracking.hypotheses.hypothesis import OTHER_PLACE, Hypothesis, apart, distinct, is_other
+from tracking.hypotheses.prior import moved_log_prior
+from tracking.hypotheses.proposals import (
+    LensLook,
+    cuts_at,
+    look_through,
+    places_on,
+    proposed,
+)
+from tracking.hypotheses.refinement import ALIGNED_PX, aligned, coarse, refined
+from tracking.likelihood.pose_likelihood import ROUGHLY, pose_support
+from tracking.model.object_model import TrackModel
+from tracking.model.symmetry import ROUND
+from tracking.model.templates import Cuts
+
+Points = NDArray[np.float64]
+
+CUT_AT_ONCE = 400
+"""Places cut out of a lens in one step of a search."""
+
+SCREENED_AT_ONCE = 6
+"""Proposals screened in one step."""
+
+ALIGNED = 24
+"""Proposals that are aligned, the best by their rough likelihood: the right one was never farther
+back than the tenth on foreign stills."""
+
+TURNED = 3
+"""Places at which all yaws are compared."""
+
+YAWS = 12
+"""Yaws compared there; an alignment turns by half the angle between two."""
+
+REFINED = 5
+"""Poses refined at full size, the likeliest."""
+
+REFINED_AGAIN = 2
+"""Of those, refined until they get no likelier."""
+
+MOST_ROUNDS = 3
+"""Refinements of one of these at most."""
+
+RESOLVED_NATS = 0.2
+"""Gain in nats that is worth another refinement: a fifth changes no odds that matter."""
+
+
+Rough = tuple[float, Pose, int]
+"""Nats of a rough pose, the pose, and the lens that shows it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Window:
+    """An object's window about a place."""
+
+    evidence: Evidence
+    observation: Observation
+
+
+def search(
+    scene: Scene,
+    model: TrackModel,
+    neighbours: Sequence[Neighbour],
+    *,
+    support_heights_m: Sequence[float],
+    last: Pose,
+    budget: FrameBudget,
+) -> list[Hypothesis]:
+    """Poses an object may have anywhere on the given heights, the likeliest first.
+
+    Args:
+        scene: the frame.
+        model: the object.
+        neighbours: the other tracked objects.
+        support_heights_m: heights of the planes it may stand on.
+        last: where it was; tried as well.
+        budget: of this frame.
+
+    Raises:
+        BudgetExhausted: the rest is for the next frame.
+    """
+    lenses = range(len(scene.frame.rig.lenses))
+    looks = [
+        budget.do(Step.LOOK, look_through, scene, index, model, neighbours) for index in lenses
+    ]
+    places = budget.do(Step.PLACES, places_on, scene, looks, model, support_heights_m)
+    starts = [
+        (pose, lens) for lens in lenses for pose in _proposed(looks, places, lens, model, budget)
+    ]
+    starts += [(last, lens) for lens in lenses]
+    rough: list[Rough] = []
+    for first in range(0, len(starts), SCREENED_AT_ONCE):
+        some = starts[first : first + SCREENED_AT_ONCE]
+        rough += budget.do(Step.SCREEN, _screened, scene, model, looks, some)
+    rough.sort(key=lambda item: -item[0])
+    rough = [budget.do(Step.ALIGN, _aligned, scene, model, looks, item) for item in rough[:ALIGNED]]
+    rough.sort(key=lambda item: -item[0])
+    windows: list[_Window] = []
+    turned: list[tuple[float, Pose, _Window]] = []
+    for _, pose, _ in _best_places(model, rough):
+        window = budget.do(Step.GATHER, _window, scene, model, neighbours, pose)
+        windows.append(window)
+        here = [item[1] for item in rough if _is_beside(model, item[1], pose)]
+        for start in [*_at_all_yaws(model, pose), *here]:
+            nats, at = budget.do(Step.TURN, _turned, scene, model, window, start)
+            turned.append((nats, at, window))
+    found = _refined(scene, model, turned, budget)
+    return distinct(
+        model,
+        [
+            Hypothesis(
+                item.fit,
+                item.support,
+                moved_log_prior(
+                    scene, model, support_heights_m, last=last, now=item.world_from_object
+                ),
+            )
+            for item in found
+            if _can_be(scene, item.world_from_object)
+        ],
+    )
+
+
+def _proposed(
+    looks: Sequence[LensLook],
+    places: Sequence[Points],
+    lens: int,
+    model: TrackModel,
+    budget: FrameBudget,
+) -> list[Pose]:
+    """Poses proposed in one lens."""
+    here = places[lens]
+    if len(here) == 0:
+        return []
+    cuts = [
+        budget.do(Step.CUT, cuts_at, looks[lens], model, here[first : first + CUT_AT_ONCE])
+        for first in range(0, len(here), CUT_AT_ONCE)
+    ]
+    return [pose for _, pose in budget.do(Step.PROPOSE, _scored, looks[lens], model, here, cuts)]
+
+
+def _scored(
+    look: LensLook, model: TrackModel, places: Points, cuts: Sequence[Cuts]
+) -> list[tuple[float, Pose]]:
+    return proposed(look, model, places, Cuts.joined(cuts))
+
+
+def _screened(
+    scene: Scene, model: TrackModel, looks: Sequence[LensLook], starts: Sequence[tuple[Pose, int]]
+) -> list[Rough]:
+    """Rough likelihoods of some proposals."""
+    return [_rough(scene, model, looks, pose, lens) for pose, lens in starts]
+
+
+def _rough(
+    scene: Scene, model: TrackModel, looks: Sequence[LensLook], pose: Pose, lens: int
+) -> Rough:
+    observation = _level(looks[lens], model, pose)
+    support = pose_support(observation, model, pose, scene.renderer, tolerance=ROUGHLY)
+    # Levels have fewer pixels, each worth as many as it stands for: samples are counted once.
+    return support.nats, pose, lens
+
+
+def _level(look: LensLook, model: TrackModel, pose: Pose) -> Observation:
+    range_m = float(np.linalg.norm(model.centre_at(pose) - look.world_from_lens.translation))
+    radius_px = look.camera.f_px * model.radius_m / max(range_m, model.radius_m)
+    return look.level_for(radius_px, ALIGNED_PX)
+
+
+def _aligned(scene: Scene, model: TrackModel, looks: Sequence[LensLook], rough: Rough) -> Rough:
+    """A rough pose after its alignment, if that made it likelier."""
+    _, pose, lens = rough
+    moved = aligned(_level(looks[lens], model, pose), model, pose, scene)
+    return max(rough, _rough(scene, model, looks, moved, lens), key=lambda item: item[0])
+
+
+def _best_places(model: TrackModel, rough: Sequence[Rough]) -> list[Rough]:
+    """The best pose of each of the best places."""
+    best: list[Rough] = []
+    for item in rough:
+        if len(best) < TURNED and not any(_is_beside(model, item[1], pose) for _, pose, _ in best):
+            best.append(item)
+    return best
+
+
+def _is_beside(model: TrackModel, pose: Pose, other: Pose) -> bool:
+    return apart(pose, other) < OTHER_PLACE * model.radius_m
+
+
+def _window(
+    scene: Scene, model: TrackModel, neighbours: Sequence[Neighbour], pose: Pose
+) -> _Window:
+    evidence = gather(scene, model, view_of(scene, model, pose, at_any_yaw=True), neighbours)
+    return _Window(evidence, observe(scene, evidence))
+
+
+def _at_all_yaws(model: TrackModel, pose: Pose) -> list[Pose]:
+    """A pose turned about up, evenly; round objects need no turns."""
+    count = 1 if model.symmetry == ROUND else YAWS
+    yaw = pose.yaw()
+    return [Pose.from_yaw(yaw + 2 * math.pi * k / count, pose.translation) for k in range(count)]
+
+
+def _turned(scene: Scene, model: TrackModel, window: _Window, start: Pose) -> tuple[float, Pose]:
+    """Nats of a pose after its alignment at the window's own resolution."""
+    observation = window.observation
+    pose = aligned(coarse(observation, model, start), model, start, scene)
+    support = pose_support(observation, model, pose, scene.renderer)
+    return support.nats, pose
+
+
+def _refined(
+    scene: Scene,
+    model: TrackModel,
+    turned: Sequence[tuple[float, Pose, _Window]],
+    budget: FrameBudget,
+) -> list[Hypothesis]:
+    """The likeliest poses, refined; the very best until they get no likelier."""
+    chosen: list[tuple[float, Pose, _Window]] = []
+    for item in sorted(turned, key=lambda item: -item[0]):
+        if len(chosen) < REFINED and all(is_other(model, item[1], pose) for _, pose, _ in chosen):
+            chosen.append(item)
+    found = [
+        (
+            budget.do(
+                Step.REFINE, refined, scene, model, pose, window.evidence, window.observation
+            ),
+            window,
+        )
+        for _, pose, window in chosen
+    ]
+    found.sort(key=lambda item: -item[0].support.nats)
+    final: list[Hypothesis] = []
+    for rank, (hypothesis, window) in enumerate(found):
+        for _ in range(MOST_ROUNDS if rank < REFINED_AGAIN else 0):
+            again = budget.do(
+                Step.REFINE,
+                refined,
+                scene,
+                model,
+                hypothesis.world_from_object,
+                window.evidence,
+                window.observation,
+            )
+            gained = again.support.nats - hypothesis.support.nats
+            hypothesis = again if gained > 0.0 else hypothesis
+            if gained < RESOLVED_NATS:
+                break
+        final.append(hypothesis)
+    return final
+
+
+def _can_be(scene: Scene, world_from_object: Pose) -> bool:
+    """Whether something at a pose is inside the room, and stands on something."""
+    stands = bool(scene.support_planes.can_hold(world_from_object.translation[None])[0])
+    return stands and scene.contains(world_from_object)

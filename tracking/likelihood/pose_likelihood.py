@@ -1,0 +1,258 @@
+"""The one likelihood: nats by which a window speaks for an object at a pose.
+
+Every pixel of the object's silhouette is accounted for three ways: by the empty room, by something
+that is in no scan, and by the object, drawn there in the light that fits best. The log likelihood
+ratio of the object against its absence is summed over the silhouette and divided by the number of
+pixels that share one error. It is 0 for what cannot be seen, negative where the empty room shows,
+and comparable over objects, sizes, distances and frames.
+
+What hides the object is accounted for too: the static room and tracked objects by their distance,
+anything else as an occlusion mixture, which a pixel that shows the empty room cannot be part of.
+A flat patch of an unknown object is as likely as a flat patch of this one, so evidence comes from
+where outline and pattern are, as its surroundings do not predict those.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.cameras import Fisheye
+from scenes.pose import Pose
+from scenes.render.renderer import PosedSplats, Renderer
+from tracking.evidence.observation import MOST_MISFIT, RESIDUAL_SIGMA, Observation, misfit
+from tracking.model.object_model import RENDER_OPTIONS, TrackModel
+from tracking.model.relighting import RELIGHTING, fit_light
+from tracking.model.similarity import LENS_BLUR_PX, LENS_REACH_PX
+from tracking.window.extent import part_of
+from tracking.window.filters import bell_blurred, resized
+
+FloatArray = NDArray[np.float32]
+
+OCCLUDED = 0.3
+"""Prior probability that a pixel of a silhouette is hidden by something in no scan."""
+
+FOREIGN = 0.3
+"""Prior probability that a changed pixel shows something in no scan, if not the object."""
+
+SHARED_PX = 9.0
+"""Side, px, of the square of pixels that share one error of lens, codec and exposure."""
+
+SHARED_M = 0.03
+"""Side, m on the object, of the patch that shares one error of its scan: colours, light, shape."""
+
+BEHIND_M = 0.05
+"""How much farther than the static room a surface must be to be behind it, m: the error of a
+scan's depth on a surface seen face on."""
+
+BEHIND_SHARE = 0.02
+"""The same as a share of the distance, for surfaces seen at a slant."""
+
+LIGHT_SIGMA = (0.35, 0.3, 0.1)
+"""Standard deviations of an object's light relative to its scan: overall gain, gain of a side over
+the opposite one, tint of a channel."""
+
+MARGIN_PX = 4
+"""Margin around an object's box that is drawn, px: the reach of the lens's blur and of splats."""
+
+FINE_PX = 80
+"""Objects drawn smaller than this, px, are drawn at twice the size and averaged: at few pixels the
+low-pass filter of single splats widens the silhouette."""
+
+LEAST_PX = 4.0
+"""Visible silhouette below which nothing is said of a pose, px²."""
+
+LEAST_CHANGED = 0.05
+"""Weight in the fit of light, 0..1, of a pixel that shows the empty room for sure: no more than the
+share of pixels at which an object happens to look like what is behind it."""
+
+LEAST_LIT = 12
+"""Pixels from which light is fitted; with fewer it is as in the scan."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerance:
+    """How exactly a pose has to be right before it is told from a wrong one.
+
+    Attributes:
+        sigma: standard deviation of a pixel about the composite, channels of 0..1.
+        most_misfit: largest misfit of a pixel, nats.
+        occluded: prior probability that a pixel is hidden by something in no scan.
+    """
+
+    sigma: float
+    most_misfit: float
+    occluded: float
+
+
+EXACTLY = Tolerance(RESIDUAL_SIGMA, MOST_MISFIT, OCCLUDED)
+"""For poses that were refined: the likelihood itself."""
+
+ROUGHLY = Tolerance(0.12, 0.5 * MOST_MISFIT, 0.4)
+"""For poses that are off by a part of the object, whose edges fall on wrong pixels: the likelihood
+annealed, so that such pixels count half. On foreign stills the right place was among the best
+eight of 80 with a largest misfit from 1.5 to 2.6 nats, and was missed at 5.2."""
+
+
+@dataclass(frozen=True, slots=True)
+class PoseSupport:
+    """What a window says for an object at a pose.
+
+    Attributes:
+        nats: log likelihood ratio of the object there against its absence.
+        samples: number of independent samples that the visible silhouette is worth.
+        open_fraction: 0..1, share of the silhouette inside the picture that neither the room nor
+            a tracked object hides.
+        matched_fraction: 0..1, share of that which the object accounts for.
+        area_px: silhouette inside the picture, px².
+    """
+
+    nats: float
+    samples: float
+    open_fraction: float
+    matched_fraction: float
+    area_px: float
+
+
+NOT_IN_VIEW = PoseSupport(0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Drawn:
+    """An object drawn alone in a part of a window: colours over black, alpha, range, normals."""
+
+    rgb: FloatArray
+    alpha: FloatArray
+    range_m: FloatArray
+    facing: FloatArray
+
+
+def pose_support(
+    observation: Observation,
+    model: TrackModel,
+    world_from_object: Pose,
+    renderer: Renderer,
+    *,
+    tolerance: Tolerance = EXACTLY,
+) -> PoseSupport:
+    """What an observation says for an object at a pose.
+
+    Args:
+        observation: of a window around the pose.
+        model: the object.
+        world_from_object: the pose.
+        renderer: draws splats.
+        tolerance: how exactly the pose has to be right.
+    """
+    part = _part(observation, model, world_from_object)
+    if part is None:
+        return NOT_IN_VIEW
+    drawn = _draw(observation, model, world_from_object, renderer, part)
+    range_m = observation.range_m[part]
+    reach_m = range_m * (1.0 + BEHIND_SHARE) + BEHIND_M
+    is_behind = (range_m > 0) & (drawn.range_m > reach_m)
+    free = (1.0 - observation.hidden[part]) * ~is_behind
+    silhouette = drawn.alpha * free
+    area_px, open_px = float(drawn.alpha.sum()), float(silhouette.sum())
+    if open_px < LEAST_PX:
+        return PoseSupport(0.0, 0.0, open_px / max(area_px, LEAST_PX), 0.0, area_px)
+    live, empty, changed = (
+        picture[part] for picture in (observation.live, observation.empty, observation.changed)
+    )
+    behind = (1.0 - drawn.alpha)[..., None] * empty
+    gains, light_nats = _light(
+        drawn, live - behind, silhouette * np.maximum(changed, LEAST_CHANGED)
+    )
+    most = tolerance.most_misfit
+    wider2 = (RESIDUAL_SIGMA / tolerance.sigma) ** 2
+    object_misfit = misfit(live - (drawn.rgb * gains + behind), tolerance.sigma)
+    as_object = np.exp(-np.minimum(object_misfit, most))
+    as_foreign = np.exp(-np.minimum(wider2 * observation.foreign_misfit[part], most))
+    as_room = np.exp(-np.minimum(observation.room_misfit[part], most))
+    # What hides the object would have to look like the room behind it.
+    as_occluder = changed * as_foreign + (1.0 - changed) * math.exp(-most)
+    absent = (1.0 - FOREIGN) * as_room + FOREIGN * as_foreign
+    present = (1.0 - tolerance.occluded) * as_object + tolerance.occluded * as_occluder
+    ratio = float((silhouette * np.log(present / absent)).sum())
+    shared_px2 = SHARED_PX**2 + _shared_px(observation, model, world_from_object) ** 2
+    return PoseSupport(
+        nats=ratio / shared_px2 + light_nats,
+        samples=open_px / shared_px2,
+        open_fraction=open_px / area_px,
+        matched_fraction=float((silhouette * as_object).sum()) / open_px,
+        area_px=area_px,
+    )
+
+
+def _shared_px(observation: Observation, model: TrackModel, world_from_object: Pose) -> float:
+    """Side in px of the patch of the object that shares one error of its scan."""
+    eye = observation.world_from_camera.translation
+    range_m = float(np.linalg.norm(model.centre_at(world_from_object) - eye))
+    return observation.camera.f_px * SHARED_M / max(range_m, model.radius_m)
+
+
+def _part(
+    observation: Observation, model: TrackModel, world_from_object: Pose
+) -> tuple[slice, slice] | None:
+    """Rows and columns around an object's box; None if it is outside the window."""
+    camera = observation.camera
+    corners = observation.world_from_camera.inverse() @ model.box_at(world_from_object)
+    pixels, seen = camera.project(corners)
+    size = np.array([camera.width_px, camera.height_px])
+    low = np.maximum(np.floor(pixels.min(axis=0)) - MARGIN_PX, 0).astype(int)
+    high = np.minimum(np.ceil(pixels.max(axis=0)) + MARGIN_PX, size).astype(int)
+    if not seen.any() or (low >= high).any():
+        return None
+    return slice(int(low[1]), int(high[1])), slice(int(low[0]), int(high[0]))
+
+
+def _draw(
+    observation: Observation,
+    model: TrackModel,
+    world_from_object: Pose,
+    renderer: Renderer,
+    part: tuple[slice, slice],
+) -> _Drawn:
+    camera: Fisheye = part_of(observation.camera, part)
+    size = (camera.width_px, camera.height_px)
+    finer = 2 if max(size) < FINE_PX else 1
+    fine = camera.resized(finer * size[0], finer * size[1]) if finer > 1 else camera
+    world_from_camera = observation.world_from_camera
+    colours, compass = (
+        renderer.render(
+            (PosedSplats(cloud, world_from_object),), fine, world_from_camera, RENDER_OPTIONS
+        )
+        for cloud in (model.source.splats, model.relightable.compass)
+    )
+    pictures = colours.rgb, colours.alpha, compass.rgb, compass.alpha
+    range_m = colours.depth
+    if finer > 1:
+        pictures = tuple(resized(picture, size) for picture in pictures)
+        nearest = cv2.resize(range_m, size, interpolation=cv2.INTER_NEAREST)
+        range_m = np.asarray(nearest, dtype=np.float32)
+    rgb, alpha, normals, known = pictures
+    facing = 2.0 * normals / np.maximum(known, 1e-3)[..., None] - 1.0
+    # The foot has no normals: it was scanned with the shadow it stood in.
+    facing *= (known > RELIGHTING.seen)[..., None]
+    return _Drawn(
+        bell_blurred(rgb, LENS_BLUR_PX, LENS_REACH_PX),
+        bell_blurred(alpha, LENS_BLUR_PX, LENS_REACH_PX),
+        range_m,
+        facing.astype(np.float32),
+    )
+
+
+def _light(drawn: _Drawn, shown: FloatArray, weight: FloatArray) -> tuple[FloatArray, float]:
+    """Gains (H, W, 3) of the light that fits best, and the log of its prior, 0 at most."""
+    count, light = fit_light(drawn.rgb, drawn.facing, shown, weight)
+    if count < LEAST_LIT:
+        return np.ones_like(drawn.rgb), 0.0
+    whole, side, tint = LIGHT_SIGMA
+    apart = np.concatenate(
+        [(light.by_side[:1] - 1.0) / whole, light.by_side[1:] / side, light.tint / tint]
+    )
+    return light.gains(drawn.facing), -0.5 * float(apart @ apart)
