@@ -58,6 +58,7 @@ class Observation:
         range_m: (H, W) float32, distance of the static room; 0 where unknown.
         camera: of the window.
         world_from_camera: its pose.
+        lens_px: pixels of the lens, each way, that one pixel is the mean of.
     """
 
     live: FloatArray
@@ -69,6 +70,7 @@ class Observation:
     range_m: FloatArray
     camera: Fisheye
     world_from_camera: Pose
+    lens_px: int
 
     def shrunk(self, times: int) -> Observation:
         """The same seen with so many times fewer pixels each way."""
@@ -97,6 +99,7 @@ class Observation:
             range_m=smaller(self.range_m),
             camera=camera,
             world_from_camera=self.world_from_camera,
+            lens_px=self.lens_px * times,
         )
 
 
@@ -130,6 +133,7 @@ def observe(scene: Scene, evidence: Evidence) -> Observation:
         range_m=small(scene.background.ranges_m[view.lens][cut]),
         camera=view.camera,
         world_from_camera=view.world_from_camera,
+        lens_px=view.shrink,
     )
 
 
@@ -142,6 +146,7 @@ def observation_of(
     range_m: FloatArray,
     camera: Fisheye,
     world_from_camera: Pose,
+    lens_px: int,
 ) -> Observation:
     """An observation of pictures of one size.
 
@@ -153,6 +158,7 @@ def observation_of(
         range_m: (H, W) distance of what stands still; 0 where unknown.
         camera: of the pictures.
         world_from_camera: its pose.
+        lens_px: pixels of the lens, each way, that one pixel is the mean of.
     """
     sure = np.minimum(changed, SURE_FOREGROUND)
     room_misfit = np.minimum(-FOREGROUND_VARIANCE * np.log1p(-sure), MOST_MISFIT)
@@ -166,6 +172,7 @@ def observation_of(
         range_m=range_m,
         camera=camera,
         world_from_camera=world_from_camera,
+        lens_px=lens_px,
     )
 
 

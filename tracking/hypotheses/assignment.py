@@ -15,17 +15,13 @@ from scenes.pose import Pose
 from tracking.hypotheses.hypothesis import Hypothesis, is_other
 from tracking.model.object_model import TrackModel
 
-SAME_SPOT = 0.35
-"""Distance, in the sum of two radii, below which two objects would intersect: spheres overlap more
-than boxes do, by about the ratio of a box's half side to its half diagonal, squared."""
-
-LEVEL_M = 0.05
-"""Height difference in m up to which two objects stand on one support plane: scans know a plane's
-height to centimetres."""
+SUNK_M = 0.05
+"""Height in m by which one object may seem to sink into another that it stands on: what a cut's box
+may be too high."""
 
 CLOSEST = 0.9
-"""Distance of such objects, in half the sum of their narrower sides, below which they would
-intersect; 1 less what a cut's box may be too large."""
+"""Distance of two objects at one height, in half the sum of their narrower sides, below which they
+would intersect; 1 less what a cut's box may be too large."""
 
 IMPOSSIBLE = 1e6
 """Cost of what cannot be, nats: above any sum of log odds."""
@@ -125,11 +121,10 @@ def is_same_spot(
 ) -> bool:
     """Whether two objects at two poses would stand in each other."""
     apart = world_from_object.translation - world_from_other.translation
-    if float(np.linalg.norm(apart)) < SAME_SPOT * (model.radius_m + other.radius_m):
-        return True
-    is_beside = abs(float(apart[2])) < LEVEL_M
-    narrowest = 0.5 * sum(min(item.source.box_m[:2]) for item in (model, other))
-    return is_beside and float(np.hypot(*apart[:2])) < CLOSEST * narrowest
+    (*sides, height_m), (*other_sides, other_height_m) = model.source.box_m, other.source.box_m
+    is_level = -height_m + SUNK_M < float(apart[2]) < other_height_m - SUNK_M
+    narrowest = 0.5 * (min(sides) + min(other_sides))
+    return is_level and float(np.hypot(*apart[:2])) < CLOSEST * narrowest
 
 
 Spot = tuple[TrackModel, Pose]

@@ -70,7 +70,7 @@ class Way:
         foreign: nats of a changed pixel in other colours.
         unchanged: nats of a pixel that shows the empty room.
         by_area: whether scores are summed over the silhouette's true size, not averaged.
-        count: places kept.
+        count: places kept by shape alone, and as many by shape and colours.
     """
 
     own: float
@@ -81,10 +81,10 @@ class Way:
 
 
 WAYS = (
-    Way(own=1.0, foreign=-1.2, unchanged=-5.0, by_area=False, count=20),
-    Way(own=1.0, foreign=1.0, unchanged=-4.0, by_area=False, count=16),
-    Way(own=1.0, foreign=-0.5, unchanged=-2.0, by_area=False, count=10),
-    Way(own=1.0, foreign=-0.5, unchanged=-2.0, by_area=True, count=10),
+    Way(own=1.0, foreign=-1.2, unchanged=-5.0, by_area=False, count=24),
+    Way(own=1.0, foreign=1.0, unchanged=-4.0, by_area=False, count=20),
+    Way(own=1.0, foreign=-0.5, unchanged=-2.0, by_area=False, count=12),
+    Way(own=1.0, foreign=-0.5, unchanged=-2.0, by_area=True, count=12),
 )
 """The first has the likelihood's own extremes: ln 0.3 for an occluded pixel, a capped misfit for one
 that shows the room. The second does not ask for colours, the third and fourth forgive more. Without
@@ -176,6 +176,7 @@ def look_through(
         range_m=resized(whole.range_m, size),
         camera=camera,
         world_from_camera=scene.world_from_rig @ scene.frame.rig.rig_from_lens[lens_index],
+        lens_px=shrink,
     )
     picture = np.dstack([colours, own.reshape(height, width) * seen, changed])
     return LensLook(
@@ -286,18 +287,22 @@ def proposed(
     levels = np.abs(cuts.elevation_rad[:, None] - np.array(ELEVATIONS_RAD)).argmin(axis=1)
     distance = np.linalg.norm(places + model.centre_m - look.world_from_lens.translation, axis=1)
     yaws = np.arange(YAWS) * (2 * math.pi / YAWS) + cuts.azimuth_rad[:, None]
-    chosen: dict[tuple[int, int], float] = {}
+    shapes: list[FloatArray] = []
     for way in WAYS:
         shape = _shape_scores(cuts, model, levels, way)
-        if way.by_area:
-            shape = shape / distance[:, None] ** 2
-        best = np.argsort(-shape.max(axis=1), kind="stable")[:COMPARED]
-        _, correlation = compare(cuts.some(best), model.templates)
-        weight = COLOUR_FLOOR + np.maximum(correlation, 0.0)
-        scores = np.where(shape[best] > 0.0, shape[best] * weight, shape[best])
-        for row in _spread_out(places[best], scores.max(axis=1), model, way.count):
-            for turn in _peaks(scores[row]):
-                chosen[int(best[row]), turn] = float(max(correlation[row, turn], 0.0))
+        shapes.append(shape / distance[:, None] ** 2 if way.by_area else shape)
+    tops = [np.argsort(-shape.max(axis=1), kind="stable")[:COMPARED] for shape in shapes]
+    compared = np.unique(np.concatenate(tops))
+    correlation = np.zeros((len(places), YAWS), np.float32)
+    correlation[compared] = compare(cuts.some(compared), model.templates)[1]
+    chosen: dict[tuple[int, int], float] = {}
+    for way, shape, best in zip(WAYS, shapes, tops, strict=True):
+        weight = COLOUR_FLOOR + np.maximum(correlation[best], 0.0)
+        coloured = np.where(shape[best] > 0.0, shape[best] * weight, shape[best])
+        for scores in (coloured, shape[best]):
+            for row in _spread_out(places[best], scores.max(axis=1), model, way.count):
+                for turn in _peaks(scores[row]):
+                    chosen[int(best[row]), turn] = float(max(correlation[best[row], turn], 0.0))
     return [
         (colours, Pose.from_yaw(float(yaws[place, turn]), places[place]))
         for (place, turn), colours in chosen.items()

@@ -26,7 +26,7 @@ from scenes.pose import Pose
 from scenes.render.renderer import PosedSplats, Renderer
 from tracking.evidence.observation import MOST_MISFIT, RESIDUAL_SIGMA, Observation, misfit
 from tracking.model.object_model import RENDER_OPTIONS, TrackModel
-from tracking.model.relighting import RELIGHTING, fit_light
+from tracking.model.relighting import RELIGHTING, LightPrior, fit_light
 from tracking.model.similarity import LENS_BLUR_PX, LENS_REACH_PX
 from tracking.window.extent import part_of
 from tracking.window.filters import bell_blurred, resized
@@ -164,9 +164,9 @@ def pose_support(
         picture[part] for picture in (observation.live, observation.empty, observation.changed)
     )
     behind = (1.0 - drawn.alpha)[..., None] * empty
-    gains, light_nats = _light(
-        drawn, live - behind, silhouette * np.maximum(changed, LEAST_CHANGED)
-    )
+    shared_px2 = _shared_px2(observation, model, world_from_object)
+    weight = silhouette * np.maximum(changed, LEAST_CHANGED)
+    gains, light_nats = _light(drawn, live - behind, weight, shared_px2)
     most = tolerance.most_misfit
     wider2 = (RESIDUAL_SIGMA / tolerance.sigma) ** 2
     object_misfit = misfit(live - (drawn.rgb * gains + behind), tolerance.sigma)
@@ -178,7 +178,6 @@ def pose_support(
     absent = (1.0 - FOREIGN) * as_room + FOREIGN * as_foreign
     present = (1.0 - tolerance.occluded) * as_object + tolerance.occluded * as_occluder
     ratio = float((silhouette * np.log(present / absent)).sum())
-    shared_px2 = SHARED_PX**2 + _shared_px(observation, model, world_from_object) ** 2
     return PoseSupport(
         nats=ratio / shared_px2 + light_nats,
         samples=open_px / shared_px2,
@@ -188,11 +187,12 @@ def pose_support(
     )
 
 
-def _shared_px(observation: Observation, model: TrackModel, world_from_object: Pose) -> float:
-    """Side in px of the patch of the object that shares one error of its scan."""
+def _shared_px2(observation: Observation, model: TrackModel, world_from_object: Pose) -> float:
+    """Pixels that share one error: of the lens, and of the object's scan."""
     eye = observation.world_from_camera.translation
     range_m = float(np.linalg.norm(model.centre_at(world_from_object) - eye))
-    return observation.camera.f_px * SHARED_M / max(range_m, model.radius_m)
+    scan_px = observation.camera.f_px * SHARED_M / max(range_m, model.radius_m)
+    return (SHARED_PX / observation.lens_px) ** 2 + scan_px**2
 
 
 def _part(
@@ -246,13 +246,12 @@ def _draw(
     )
 
 
-def _light(drawn: _Drawn, shown: FloatArray, weight: FloatArray) -> tuple[FloatArray, float]:
-    """Gains (H, W, 3) of the light that fits best, and the log of its prior, 0 at most."""
-    count, light = fit_light(drawn.rgb, drawn.facing, shown, weight)
+def _light(
+    drawn: _Drawn, shown: FloatArray, weight: FloatArray, shared_px2: float
+) -> tuple[FloatArray, float]:
+    """Gains (H, W, 3) of the likeliest light, and the log of its prior, 0 at most."""
+    prior = LightPrior(LIGHT_SIGMA, 1.0 / (RESIDUAL_SIGMA**2 * shared_px2))
+    count, light = fit_light(drawn.rgb, drawn.facing, shown, weight, prior=prior)
     if count < LEAST_LIT:
         return np.ones_like(drawn.rgb), 0.0
-    whole, side, tint = LIGHT_SIGMA
-    apart = np.concatenate(
-        [(light.by_side[:1] - 1.0) / whole, light.by_side[1:] / side, light.tint / tint]
-    )
-    return light.gains(drawn.facing), -0.5 * float(apart @ apart)
+    return light.gains(drawn.facing), prior.nats(light)

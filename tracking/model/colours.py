@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 BINS = 24
 """Bins per channel."""
 
-LIGHT_FACTORS = (0.6, 0.68, 0.76, 0.84, 0.92, 1.0, 1.1, 1.2)
-"""An object may be this much darker or lighter than in its scan: turned from the light, shaded."""
+LIGHT_FACTORS = tuple(0.5 * 2.0 ** (k / 5) for k in range(11))
+"""An object may be this much darker or lighter than in its scan, turned from the light or to it:
+two standard deviations of the gains found in foreign rooms, in steps of a bin."""
 
 OWN_SHARE = 0.15
 """All but this share of an object's own pixels have colour similarity 1."""

@@ -172,8 +172,41 @@ class _Drawn:
     facing: FloatArray
 
 
+@dataclass(frozen=True, slots=True)
+class LightPrior:
+    """Gaussian prior of an object's light relative to its scan, against what pixels are worth.
+
+    Attributes:
+        sigma: standard deviations of the overall gain, of the gain of a side over the opposite one,
+            and of a channel's tint; the means are 1, 0 and 0.
+        pixel_information: inverse variance that one pixel's channel contributes.
+    """
+
+    sigma: tuple[float, float, float]
+    pixel_information: float
+
+    def information(self) -> Points:
+        """(7,) inverse variances of gain, three sides, three tints."""
+        whole, side, tint = self.sigma
+        return np.array([whole, side, side, side, tint, tint, tint]) ** -2.0
+
+    def nats(self, light: Light) -> float:
+        """Log of the prior density, relative to its peak."""
+        apart = np.concatenate([light.by_side - LIGHT_AS_SCANNED[:4], light.tint])
+        return -0.5 * float(self.information() @ apart**2)
+
+
+LIGHT_AS_SCANNED = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+"""Gain, sides and tints of an object in the light that it was scanned in."""
+
+
 def fit_light(
-    rgb: FloatArray, facing: FloatArray, shown: FloatArray, weight: FloatArray
+    rgb: FloatArray,
+    facing: FloatArray,
+    shown: FloatArray,
+    weight: FloatArray,
+    *,
+    prior: LightPrior | None = None,
 ) -> tuple[int, Light]:
     """The light that accounts best for how an object is seen, and from how many pixels.
 
@@ -182,14 +215,26 @@ def fit_light(
         facing: (H, W, 3) where its surface faces, in its own frame.
         shown: (H, W, 3) the live picture less what shows through the object.
         weight: (H, W) of each pixel; those below `RELIGHTING.seen` are left out.
+        prior: of the light; a weak one on its evenness if None.
     """
     here = np.flatnonzero(weight.ravel() > RELIGHTING.seen)
-    here = here[:: max(len(here) // RELIGHTING.enough_px, 1)]
+    step = max(len(here) // RELIGHTING.enough_px, 1)
+    here = here[::step]
     at = np.unravel_index(here, weight.shape)
-    return len(here), _fitted(rgb[at], facing[at], shown[at].astype(np.float32), weight[at])
+    if prior is not None:
+        prior = replace(prior, pixel_information=prior.pixel_information * step)
+    light = _fitted(rgb[at], facing[at], shown[at].astype(np.float32), weight[at], prior=prior)
+    return len(here), light
 
 
-def _fitted(rgb: FloatArray, facing: FloatArray, shown: FloatArray, weight: FloatArray) -> Light:
+def _fitted(
+    rgb: FloatArray,
+    facing: FloatArray,
+    shown: FloatArray,
+    weight: FloatArray,
+    *,
+    prior: LightPrior | None,
+) -> Light:
     """Reweighted least squares (Geman-McClure) of `shown = rgb · gains(facing)`.
 
     Args:
@@ -197,6 +242,7 @@ def _fitted(rgb: FloatArray, facing: FloatArray, shown: FloatArray, weight: Floa
         facing: (N, 3) where they face.
         shown: (N, 3) as seen.
         weight: (N,) of each.
+        prior: of the light, if it is known.
     """
     sides = np.column_stack([np.ones(len(facing)), facing])
     unknowns = np.concatenate(
@@ -219,8 +265,14 @@ def _fitted(rgb: FloatArray, facing: FloatArray, shown: FloatArray, weight: Floa
     for _ in range(RELIGHTING.fits):
         weighed = flat * np.repeat(trusted, 3)[:, None]
         power = weighed.T @ flat
-        power += np.diag(firm * power[0, 0] + RELIGHTING.least_power)
-        light = np.asarray(np.linalg.solve(power, weighed.T @ seen), dtype=np.float64)
+        right = weighed.T @ seen
+        if prior is None:
+            power += np.diag(firm * power[0, 0] + RELIGHTING.least_power)
+        else:
+            information = prior.information() / prior.pixel_information
+            power += np.diag(information)
+            right += information * LIGHT_AS_SCANNED
+        light = np.asarray(np.linalg.solve(power, right), dtype=np.float64)
         apart2 = ((flat @ light - seen).reshape(-1, 3) ** 2).sum(axis=1)
         trusted = (
             weight * (RELIGHTING.residual_scale**2 / (RELIGHTING.residual_scale**2 + apart2)) ** 2
