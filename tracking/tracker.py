@@ -229,7 +229,7 @@ class Tracker:
             )
             calibration = calibrate(frame, nominal, self._room, self._renderer, objects=standing)
         else:
-            calibration = Calibration(nominal, np.full(6, 1e-3), 1.0, True)
+            calibration = Calibration.unrefined(nominal)
         background = render_background(
             self._renderer, self._room, frame.rig, calibration.world_from_rig
         )

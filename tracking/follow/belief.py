@@ -1,7 +1,7 @@
 """What the picture says about where an object is believed to be: the decisions of a frame.
 
-One rule for all objects and sizes: log odds, in nats. What is not seen says nothing, so nothing that
-is not seen is moved.
+One rule for all objects and sizes: log odds, in nats. What is not seen says nothing, so nothing
+that is not seen is moved.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ import math
 from dataclasses import dataclass
 
 from scenes.pose import Pose
-from scenes.state import TrackState
 from tracking.evidence.evidence import Evidence
 from tracking.evidence.observation import Observation, observe
 from tracking.follow.track import Task, Track
@@ -30,8 +29,8 @@ MOVED_NATS = math.log(STAYED / MOVED)
 seen."""
 
 LEAST_SAMPLES = 3.0
-"""Independent samples of a silhouette below which the picture cannot decide: one sample says at most
-`tracking.evidence.observation.MOST_MISFIT` nats, and three such must outweigh the prior."""
+"""Independent samples of a silhouette below which the picture cannot decide: one says at most
+`tracking.evidence.observation.MOST_MISFIT` nats, and usually one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,6 +84,14 @@ def is_at_rest_still(task: Task, belief: Belief, *, unchanged: bool) -> bool:
     return belief.before.nats + margin >= belief.found.nats
 
 
+def is_shaken(track: Track, belief: Belief) -> bool:
+    """Whether a resting object's place speaks clearly less for it than when it came to rest.
+
+    Somebody passes, or it was turned on the spot: its yaw has to be compared with others.
+    """
+    return belief.before.nats < track.usual_nats - CLEAR_NATS
+
+
 def is_followed(track: Track, belief: Belief) -> bool:
     """Whether the measurement of an object that may move is likelier right than not.
 
@@ -106,7 +113,7 @@ def at_first(task: Task, evidence: Evidence, belief: Belief) -> Belief | None:
     if belief.is_unseen:
         return belief
     needed = belief.before.nats + MOVED_NATS
-    if belief.found.nats < needed and _differs(task, belief.fit.world_from_object):
+    if belief.found.nats < needed:
         belief = at_pose(task, evidence, belief, task.track.world_from_object)
     if belief.found.nats < CLEAR_NATS:
         # Half hidden or hardly seen: neither there nor gone.
@@ -144,9 +151,3 @@ def confidence_of(support: PoseSupport, rival_nats: float) -> float:
 def hypothesis_of(belief: Belief) -> Hypothesis:
     """The measurement as one hypothesis among others."""
     return Hypothesis(belief.fit, belief.found)
-
-
-def _differs(task: Task, world_from_object: Pose) -> bool:
-    return is_other(task.model, world_from_object, task.track.world_from_object) or (
-        task.track.state is TrackState.STATIC
-    )

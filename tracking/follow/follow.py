@@ -23,11 +23,12 @@ from tracking.follow.belief import (
     hypothesis_of,
     is_at_rest_still,
     is_followed,
+    is_shaken,
 )
 from tracking.follow.carried import is_lifted
 from tracking.follow.measure import at_remembered_pose, measure
 from tracking.follow.posterior import HEAVY_HEIGHT_M, RECOGNISED_CORRELATION
-from tracking.follow.track import RESTING_FRAMES, Rest, Task, Track
+from tracking.follow.track import RESTING_FRAMES, SEARCH_PERIOD_NS, Rest, Task, Track
 from tracking.follow.yaw_review import is_under_review, reviewed
 from tracking.hypotheses.refinement import refined
 from tracking.kernels import native
@@ -162,6 +163,10 @@ def follow(task: Task, unchanged: bool) -> Track:
         return _miss(task, belief)
     rested = track.state is TrackState.STATIC and track.missed_frames == 0
     if rested and not task.is_first and is_at_rest_still(task, belief, unchanged=unchanged):
+        if is_shaken(track, belief) and not unchanged:
+            task, fit = reviewed(task, evidence, belief, is_shaken=True)
+            if fit is not belief.fit:
+                return _accept(task, evidence, believed(task, evidence, fit), unchanged=False)
         if belief.before.nats <= -STAYS_NATS:
             return _miss(task, belief)
         still = belief if not _has_moved(task, belief.fit, unchanged=unchanged) else None
@@ -176,7 +181,7 @@ def follow(task: Task, unchanged: bool) -> Track:
 
 
 def _has_moved(task: Task, fit: Fit, *, unchanged: bool) -> bool:
-    """Whether a resting object was measured farther from its place than its measurements scatter."""
+    """Whether a resting object was measured farther off than its measurements scatter."""
     step = pose_vector(fit.world_from_object) - pose_vector(task.track.world_from_object)
     step[3] = 0.0 if task.model.symmetry == ROUND else wrap_angle(float(step[3]))
     sigma = np.sqrt(np.diag(fit.covariance))
@@ -207,6 +212,10 @@ def _accept(task: Task, evidence: Evidence, belief: Belief, *, unchanged: bool) 
         reduced=fit.reduced,
     )
     rests = not _has_moved(task, fit, unchanged=unchanged)
+    if rests or track.still_frames > 0:
+        seen = replace(seen, usual_nats=max(track.usual_nats, belief.found.nats))
+    else:
+        seen = replace(seen, usual_nats=belief.found.nats)
     if track.state is TrackState.STATIC and rests:
         blend = REST_BLEND if fit.visible_fraction > 0.85 and track.rest is not None else 0.0
         world_from_object = vector_pose(pose_vector(track.world_from_object) + blend * step)
@@ -342,6 +351,8 @@ def _lost(task: Task, belief: Belief) -> Track:
         motion=Motion.rest(task.scene.frame.t_ns),
         rest=None,
         looked_ns=task.scene.frame.t_ns,
+        searched_ns=task.scene.frame.t_ns - SEARCH_PERIOD_NS,
+        searches_in_vain=0,
     )
 
 

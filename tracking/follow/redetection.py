@@ -173,19 +173,21 @@ def _redetected(task: Task, assignment: Assignment | None) -> Track:
         return replace(task.track, rest=None, reduced=None, state=TrackState.LOST, confidence=0.0)
     hypothesis = assignment.hypothesis
     fit = hypothesis.fit
-    rest = rest_of(task, fit)
+    # A search that took several frames has to be confirmed in the next: the object may have gone on.
+    rest = rest_of(task, fit) if task.is_first else None
     return replace(
         task.track,
         world_from_object=fit.world_from_object,
         motion=Motion.rest(now),
-        state=TrackState.STATIC,
+        state=TrackState.TRACKED if rest is None else TrackState.STATIC,
         rest=rest,
         covariance=uncertainty(task.scene, task.model, fit),
         visible_fraction=fit.visible_fraction,
         confidence=assignment.pose_probability,
         usual_inlier_ratio=fit.unoccluded_inlier_ratio,
         usual_correlation=max(fit.colour_correlation, 0.0),
-        still_frames=RESTING_FRAMES,
+        usual_nats=hypothesis.support.nats,
+        still_frames=0 if rest is None else RESTING_FRAMES,
         missed_frames=0,
         searches_in_vain=0,
         seen_ns=now,

@@ -107,6 +107,7 @@ class Track:
         confidence: 0..1.
         usual_inlier_ratio: recent `Fit.unoccluded_inlier_ratio`; 0 before the first.
         usual_correlation: recent `Fit.colour_correlation`; 0 before the first.
+        usual_nats: support of its pose when it last came to rest, unoccluded at best; 0 before.
         initial_correlation: colour correlation at the pose of the scan, when it was first
             recognised there; 1 if not measured.
         silhouette_bias_m: learned distance of the rendered silhouette outside the real one.
@@ -132,6 +133,7 @@ class Track:
     confidence: float
     usual_inlier_ratio: float
     usual_correlation: float
+    usual_nats: float
     initial_correlation: float
     silhouette_bias_m: float
     silhouette_bias_sigma_m: float
@@ -198,6 +200,7 @@ def new_track(model: TrackModel) -> Track:
         confidence=0.0,
         usual_inlier_ratio=0.0,
         usual_correlation=0.0,
+        usual_nats=0.0,
         initial_correlation=1.0,
         silhouette_bias_m=SILHOUETTE_BIAS_M,
         silhouette_bias_sigma_m=SILHOUETTE_BIAS_SIGMA_M,

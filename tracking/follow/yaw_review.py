@@ -12,11 +12,11 @@ from functools import partial
 
 from scenes.state import TrackState
 from tracking.evidence.evidence import Evidence
-from tracking.follow.belief import Belief, hypothesis_of
+from tracking.follow.belief import MOVED_NATS, Belief, hypothesis_of
 from tracking.follow.posterior import shows_pattern
 from tracking.follow.track import PendingReview, Review, Task, Track
 from tracking.hypotheses.budget import Step, steps_within
-from tracking.hypotheses.hypothesis import Hypothesis, distinct, is_other
+from tracking.hypotheses.hypothesis import APART_RAD, Hypothesis, distinct, is_other
 from tracking.hypotheses.refinement import refined
 from tracking.hypotheses.yaws import likeliest_yaws
 from tracking.model.symmetry import ROUND
@@ -41,8 +41,14 @@ PERIOD_NS = 180_000_000
 MOST_IN_VAIN = 5
 """Most doublings of that period after reviews in vain."""
 
+TURNED_NATS = MOVED_NATS + math.log(math.pi / APART_RAD)
+"""Log odds that a resting object was not turned on the spot to one certain yaw: that it was not
+moved, times the number of yaws that can be distinguished."""
 
-def reviewed(task: Task, evidence: Evidence, belief: Belief) -> tuple[Task, Fit]:
+
+def reviewed(
+    task: Task, evidence: Evidence, belief: Belief, *, is_shaken: bool = False
+) -> tuple[Task, Fit]:
     """The task with its review recorded, and the fit or a clearly likelier one at another yaw.
 
     A review is spread over frames: each refines as many yaws as fit into its time, all in the frame
@@ -52,6 +58,7 @@ def reviewed(task: Task, evidence: Evidence, belief: Belief) -> tuple[Task, Fit]
         task: an object that may have turned.
         evidence: its window.
         belief: the measurement at the prediction.
+        is_shaken: whether it rests, and its place speaks less for it than before.
     """
     fit, review, now = belief.fit, task.track.review, task.scene.frame.t_ns
     if not task.may_search:
@@ -63,7 +70,7 @@ def reviewed(task: Task, evidence: Evidence, belief: Belief) -> tuple[Task, Fit]
     budget_ns = (now - task.track.looked_ns) // REVIEW_PART
     count = max(steps_within(task.costs, Step.REVIEW_YAW, budget_ns), 1)
     if pending is None:
-        if not (_is_wanted(task, fit) and _is_due(review, now)):
+        if not ((is_shaken or _is_wanted(task, fit)) and _is_due(review, now)):
             return task, fit
         starts = likeliest_yaws(task.model, evidence, fit.world_from_object)
         pending = PendingReview(
@@ -73,8 +80,8 @@ def reviewed(task: Task, evidence: Evidence, belief: Belief) -> tuple[Task, Fit]
             count = 0  # To compare all yaws from afar took about as long.
     pending = _advanced(task, pending, count)
     if pending.starts:
-        in_vain, rival_nats = (0, 0.0) if review is None else (review.in_vain, review.rival_nats)
-        review = Review(now, in_vain, rival_nats, pending)
+        # Until they are compared, another yaw is as likely.
+        review = Review(now, 0 if review is None else review.in_vain, 0.0, pending)
         return replace(task, track=replace(task.track, review=review)), fit
     return _concluded(task, evidence, belief, pending)
 
@@ -117,6 +124,8 @@ def _concluded(
         for other in distinct(task.model, inside)
         if is_other(task.model, other.world_from_object, reviewed_pose)
     ]
+    rested = task.track.state is TrackState.STATIC
+    found = replace(found, log_prior=TURNED_NATS if rested else 0.0)
     is_wrong = bool(rivals) and rivals[0].is_clearly_better(found)
     best, others = (rivals[0], [found, *rivals[1:]]) if is_wrong else (found, rivals)
     rival_nats = min((best.log_odds - other.log_odds for other in others), default=math.inf)

@@ -25,14 +25,14 @@ class Step(Enum):
     interval that these searches get, they give one step per 15 and 20 ms.
     """
 
-    LOOK = ("compare a whole lens with what is known", 25.0)
+    LOOK = ("compare a whole lens with what is known", 40.0)
     PLACES = ("list the places of the support planes", 5.0)
     CUT = ("cut places out of a lens", 12.0)
-    PROPOSE = ("compare places with templates", 60.0)
-    SCREEN = ("screen some proposals", 8.0)
-    ALIGN = ("align a proposal", 9.0)
+    PROPOSE = ("compare places with templates", 90.0)
+    SCREEN = ("screen some proposals", 5.0)
+    ALIGN = ("align a pose", 9.0)
     GATHER = ("gather the evidence of a window", 7.0)
-    TURN = ("align a yaw and evaluate it", 11.0)
+    TURN = ("compare all yaws at a place", 30.0)
     REFINE = ("refine a pose", 20.0)
     LOCAL_HYPOTHESIS = ("evaluate a hypothesis beside the prediction", 5.0)
     REVIEW_YAW = ("refine another yaw of a tracked object", 10.0)

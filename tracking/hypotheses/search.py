@@ -54,8 +54,11 @@ TURNED = 3
 YAWS = 12
 """Yaws compared there; an alignment turns by half the angle between two."""
 
+YAWS_ALIGNED = 4
+"""Of those, aligned, the likeliest, beside what was aligned before."""
+
 REFINED = 5
-"""Poses refined at full size, the likeliest."""
+"""Poses refined at full size at most, the likeliest."""
 
 REFINED_AGAIN = 2
 """Of those, refined until they get no likelier."""
@@ -77,6 +80,10 @@ class _Window:
 
     evidence: Evidence
     observation: Observation
+
+
+Turned = tuple[float, Pose, _Window]
+"""Nats of an aligned pose, the pose, and the window it was compared in."""
 
 
 def search(
@@ -117,14 +124,12 @@ def search(
     rough.sort(key=lambda item: -item[0])
     rough = [budget.do(Step.ALIGN, _aligned, scene, model, looks, item) for item in rough[:ALIGNED]]
     rough.sort(key=lambda item: -item[0])
-    windows: list[_Window] = []
-    turned: list[tuple[float, Pose, _Window]] = []
+    turned: list[Turned] = []
     for _, pose, _ in _best_places(model, rough):
         window = budget.do(Step.GATHER, _window, scene, model, neighbours, pose)
-        windows.append(window)
-        for start in [*_at_all_yaws(model, pose), *_aligned_here(model, rough, pose)]:
-            nats, at = budget.do(Step.TURN, _turned, scene, model, window, start)
-            turned.append((nats, at, window))
+        likeliest = budget.do(Step.TURN, _likeliest_yaws, scene, model, window, pose)
+        for start in [*_aligned_here(model, rough, pose), *likeliest]:
+            turned.append(budget.do(Step.ALIGN, _turned, scene, model, window, start))
     found = _refined(scene, model, turned, budget)
     return distinct(
         model,
@@ -226,30 +231,41 @@ def _window(
     return _Window(evidence, observe(scene, evidence))
 
 
-def _at_all_yaws(model: TrackModel, pose: Pose) -> list[Pose]:
-    """A pose turned about up, evenly; round objects need no turns."""
-    count = 1 if model.symmetry == ROUND else YAWS
+def _likeliest_yaws(scene: Scene, model: TrackModel, window: _Window, pose: Pose) -> list[Pose]:
+    """A pose turned about up, the likeliest turns of all; round objects need none."""
+    if model.symmetry == ROUND:
+        return []
     yaw = pose.yaw()
-    return [Pose.from_yaw(yaw + 2 * math.pi * k / count, pose.translation) for k in range(count)]
+    turns = [Pose.from_yaw(yaw + 2 * math.pi * k / YAWS, pose.translation) for k in range(YAWS)]
+    nats = [
+        pose_support(window.observation, model, at, scene.renderer, tolerance=ROUGHLY).nats
+        for at in turns
+    ]
+    return [turns[k] for k in np.argsort(-np.array(nats), kind="stable")[:YAWS_ALIGNED]]
 
 
-def _turned(scene: Scene, model: TrackModel, window: _Window, start: Pose) -> tuple[float, Pose]:
-    """Nats of a pose after its alignment at the window's own resolution."""
+def _turned(scene: Scene, model: TrackModel, window: _Window, start: Pose) -> Turned:
+    """A pose aligned at the window's own resolution, or the start if that is likelier."""
     observation = window.observation
-    pose = aligned(coarse(observation, model, start), model, start, scene)
-    support = pose_support(observation, model, pose, scene.renderer)
-    return support.nats, pose
+    moved = aligned(coarse(observation, model, start), model, start, scene)
+    tried = [
+        (pose_support(observation, model, pose, scene.renderer).nats, pose, window)
+        for pose in (start, moved)
+    ]
+    return max(tried, key=lambda item: item[0])
 
 
 def _refined(
     scene: Scene,
     model: TrackModel,
-    turned: Sequence[tuple[float, Pose, _Window]],
+    turned: Sequence[Turned],
     budget: FrameBudget,
 ) -> list[Hypothesis]:
     """The likeliest poses, refined; the very best until they get no likelier."""
-    chosen: list[tuple[float, Pose, _Window]] = []
+    chosen: list[Turned] = []
     for item in sorted(turned, key=lambda item: -item[0]):
+        if chosen and item[0] < chosen[0][0] - HOPELESS_NATS:
+            break
         if len(chosen) < REFINED and all(is_other(model, item[1], pose) for _, pose, _ in chosen):
             chosen.append(item)
     found = [
