@@ -27,7 +27,7 @@ from tracking.camera.rig_state import RigState, looked_through
 from tracking.camera.watch import watched
 from tracking.evidence.evidence import Neighbour, Scene
 from tracking.follow.follow import first_look, follow
-from tracking.follow.redetection import Search, redetect, redetect_all
+from tracking.follow.redetection import Search, is_missing, redetect, redetect_all
 from tracking.follow.track import Task, Track, new_track, report
 from tracking.follow.yaw_review import is_under_review, was_reviewed
 from tracking.hypotheses.budget import NOMINAL_COSTS, StepCosts
@@ -298,7 +298,7 @@ class Tracker:
         )
 
     def _lost(self, tasks: Mapping[str, Task], tracks: Mapping[str, Track]) -> list[Task]:
-        """Tasks of the objects that are lost so far, with their latest tracks."""
+        """Tasks of the objects that have to be looked for, with their latest tracks."""
         return [
             replace(
                 tasks[model.object_id],
@@ -306,7 +306,7 @@ class Tracker:
                 neighbours=self._neighbours(model, tracks),
             )
             for model in self._models
-            if tracks[model.object_id].state is TrackState.LOST
+            if is_missing(tracks[model.object_id])
         ]
 
     def _neighbours(self, model: TrackModel, tracks: Mapping[str, Track]) -> tuple[Neighbour, ...]:

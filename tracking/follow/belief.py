@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from scenes.pose import Pose
 from tracking.evidence.evidence import Evidence
-from tracking.evidence.observation import Observation, observe
+from tracking.evidence.observation import Observation
 from tracking.follow.track import Task, Track
 from tracking.hypotheses.hypothesis import CLEAR_NATS, Hypothesis, is_other
 from tracking.hypotheses.prior import MOVED, STAYED, UNSEEN
@@ -60,9 +60,8 @@ class Belief:
         return max(self.found.nats, self.before.nats) < -STAYS_NATS
 
 
-def believed(task: Task, evidence: Evidence, fit: Fit) -> Belief:
+def believed(task: Task, observation: Observation, fit: Fit) -> Belief:
     """What the window of a measurement says for it, and for the pose before it."""
-    observation = observe(task.scene, evidence)
     model, renderer = task.model, task.scene.renderer
     return Belief(
         observation,
@@ -72,15 +71,19 @@ def believed(task: Task, evidence: Evidence, fit: Fit) -> Belief:
     )
 
 
-def is_at_rest_still(task: Task, belief: Belief, *, unchanged: bool) -> bool:
+def is_at_rest_still(task: Task, belief: Belief, *, is_doubtful: bool) -> bool:
     """Whether a resting object is at least as likely to be where it was as where it was measured.
+
+    A move has to account for what changed: where even the measured pose speaks less for the object
+    than its place did, something hides it, and the move needs clear odds.
 
     Args:
         task: the object, at rest until now.
         belief: its measurement.
-        unchanged: whether its pixels did not change, so that a move needs clear odds.
+        is_doubtful: whether the move needs clear odds anyway.
     """
-    margin = CLEAR_NATS if unchanged else 0.0
+    is_unexplained = belief.found.nats < task.track.usual_nats - CLEAR_NATS
+    margin = CLEAR_NATS if is_doubtful or is_unexplained else 0.0
     return belief.before.nats + margin >= belief.found.nats
 
 
@@ -93,13 +96,13 @@ def is_shaken(track: Track, belief: Belief) -> bool:
 
 
 def is_followed(track: Track, belief: Belief) -> bool:
-    """Whether the measurement of an object that may move is likelier right than not.
+    """Whether the measurement of an object that may move is to be followed.
 
-    Something that was seen a frame ago needs no more than the odds that it is still there; after a
-    gap it has to be recognised.
+    What shows at least half of what it showed before is followed; what shows less is hidden, or its
+    prediction went astray, and has to be recognised.
     """
-    needed = -STAYS_NATS if track.missed_frames == 0 else CLEAR_NATS
-    return belief.found.nats > needed and belief.found.samples >= 1.0
+    needed = min(CLEAR_NATS, 0.5 * track.usual_nats) if track.missed_frames == 0 else CLEAR_NATS
+    return belief.found.nats > max(needed, 0.0)
 
 
 def at_first(task: Task, evidence: Evidence, belief: Belief) -> Belief | None:

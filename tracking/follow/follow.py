@@ -12,9 +12,9 @@ from scenes.pose import wrap_angle
 from scenes.state import TrackState
 from tracking.evidence.appearance_memory import AppearanceMemory, remember_appearance
 from tracking.evidence.evidence import Evidence, gather, view_of
+from tracking.evidence.observation import observe
 from tracking.evidence.rendering import RenderingCache, draw
 from tracking.follow.belief import (
-    STAYS_NATS,
     Belief,
     at_first,
     at_pose,
@@ -26,10 +26,11 @@ from tracking.follow.belief import (
     is_shaken,
 )
 from tracking.follow.carried import is_lifted
-from tracking.follow.measure import at_remembered_pose, measure
+from tracking.follow.measure import Seen, at_remembered_pose, measure
 from tracking.follow.posterior import HEAVY_HEIGHT_M, RECOGNISED_CORRELATION
 from tracking.follow.track import RESTING_FRAMES, SEARCH_PERIOD_NS, Rest, Task, Track
 from tracking.follow.yaw_review import is_under_review, reviewed
+from tracking.hypotheses.hypothesis import CLEAR_NATS
 from tracking.hypotheses.refinement import refined
 from tracking.kernels import native
 from tracking.model.symmetry import ROUND
@@ -98,6 +99,10 @@ RENEWED_BELOW_WEIGHT = 0.9
 rooms lab and desk."""
 
 
+KEPT_SHARE = 0.8
+"""Share of its usual support that a moving object keeps from one frame to the next: it may turn and
+go away, over some five frames."""
+
 FORGOTTEN = 0.15
 """Weight of a frame's lower value in the running inlier ratio and correlation. Chosen on the rooms
 lab and desk."""
@@ -148,8 +153,9 @@ def follow(task: Task, unchanged: bool) -> Track:
         view_of(task.scene, task.model, predicted_world_from_object),
         task.neighbours,
     )
-    evidence, fit = measure(task, evidence, predicted_world_from_object, is_unchanged=unchanged)
-    belief = believed(task, evidence, fit)
+    window = Seen(evidence, observe(task.scene, evidence))
+    window, fit = measure(task, window, predicted_world_from_object, is_unchanged=unchanged)
+    evidence, belief = window.evidence, believed(task, window.observation, fit)
     if task.is_first:
         first = at_first(task, evidence, belief)
         if first is None:
@@ -161,23 +167,33 @@ def follow(task: Task, unchanged: bool) -> Track:
             task = replace(task, track=track)
     if belief.is_unseen:
         return _miss(task, belief)
+    if task.is_first:
+        rests = not _has_moved(task, belief.fit, unchanged=unchanged)
+        return _accept(task, evidence, belief, rests=rests, unchanged=unchanged)
     rested = track.state is TrackState.STATIC and track.missed_frames == 0
-    if rested and not task.is_first and is_at_rest_still(task, belief, unchanged=unchanged):
-        if is_shaken(track, belief) and not unchanged:
-            task, fit = reviewed(task, evidence, belief, is_shaken=True)
-            if fit is not belief.fit:
-                return _accept(task, evidence, believed(task, evidence, fit), unchanged=False)
-        if belief.before.nats <= -STAYS_NATS:
-            return _miss(task, belief)
-        still = belief if not _has_moved(task, belief.fit, unchanged=unchanged) else None
-        belief = still or at_pose(task, evidence, belief, track.world_from_object)
-        return _accept(task, evidence, belief, unchanged=unchanged)
+    is_doubtful = unchanged or not _has_moved(task, belief.fit, unchanged=unchanged)
+    if rested and is_at_rest_still(task, belief, is_doubtful=is_doubtful):
+        return _at_rest(task, evidence, belief, unchanged=unchanged)
     task, fit = reviewed(task, evidence, belief)
     if fit is not belief.fit:
-        belief = believed(task, evidence, fit)
+        belief = believed(task, belief.observation, fit)
     if is_followed(task.track, belief):
-        return _accept(task, evidence, belief, unchanged=unchanged)
+        return _accept(task, evidence, belief, rests=False, unchanged=unchanged)
     return _miss(task, belief)
+
+
+def _at_rest(task: Task, evidence: Evidence, belief: Belief, *, unchanged: bool) -> Track:
+    """The track of an object that is likelier where it rested than where it was measured."""
+    if is_shaken(task.track, belief) and not unchanged:
+        task, fit = reviewed(task, evidence, belief, is_shaken=True)
+        if fit is not belief.fit:
+            turned = believed(task, belief.observation, fit)
+            return _accept(task, evidence, turned, rests=False, unchanged=False)
+    if belief.before.nats < CLEAR_NATS and not unchanged:
+        return _miss(task, belief)
+    if _has_moved(task, belief.fit, unchanged=unchanged):
+        belief = at_pose(task, evidence, belief, task.track.world_from_object)
+    return _accept(task, evidence, belief, rests=True, unchanged=unchanged)
 
 
 def _has_moved(task: Task, fit: Fit, *, unchanged: bool) -> bool:
@@ -191,8 +207,18 @@ def _has_moved(task: Task, fit: Fit, *, unchanged: bool) -> bool:
     return not stays or not (unchanged or not _was_taken_up(task, fit))
 
 
-def _accept(task: Task, evidence: Evidence, belief: Belief, *, unchanged: bool) -> Track:
-    """The track after an accepted measurement."""
+def _accept(
+    task: Task, evidence: Evidence, belief: Belief, *, rests: bool, unchanged: bool
+) -> Track:
+    """The track after an accepted measurement.
+
+    Args:
+        task: the object and the frame.
+        evidence: its window.
+        belief: the measurement.
+        rests: whether it did not move.
+        unchanged: whether its pixels did not change.
+    """
     track, now, fit = task.track, task.scene.frame.t_ns, belief.fit
     step = pose_vector(fit.world_from_object) - pose_vector(track.world_from_object)
     step[3] = wrap_angle(float(step[3]))
@@ -211,11 +237,8 @@ def _accept(task: Task, evidence: Evidence, belief: Belief, *, unchanged: bool) 
         looked_ns=now,
         reduced=fit.reduced,
     )
-    rests = not _has_moved(task, fit, unchanged=unchanged)
-    if rests or track.still_frames > 0:
-        seen = replace(seen, usual_nats=max(track.usual_nats, belief.found.nats))
-    else:
-        seen = replace(seen, usual_nats=belief.found.nats)
+    kept = 1.0 if rests else KEPT_SHARE
+    seen = replace(seen, usual_nats=max(kept * track.usual_nats, belief.found.nats))
     if track.state is TrackState.STATIC and rests:
         blend = REST_BLEND if fit.visible_fraction > 0.85 and track.rest is not None else 0.0
         world_from_object = vector_pose(pose_vector(track.world_from_object) + blend * step)

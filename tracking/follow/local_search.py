@@ -8,8 +8,9 @@ from functools import partial
 
 import numpy as np
 
-from scenes.pose import Pose
+from scenes.pose import Pose, wrap_angle
 from tracking.evidence.evidence import Evidence
+from tracking.evidence.observation import Observation
 from tracking.evidence.rendering import RenderingCache
 from tracking.follow.attempt import attempt
 from tracking.follow.carried import is_lifted
@@ -19,11 +20,11 @@ from tracking.follow.posterior import (
     RECOGNISED_CORRELATION,
     is_accepted,
     is_conclusive,
-    penalised_score,
     priors,
 )
 from tracking.follow.track import Task
 from tracking.hypotheses.budget import Step, steps_within
+from tracking.likelihood.pose_likelihood import pose_support
 from tracking.model.symmetry import ROUND
 from tracking.solve.gauss_newton import (
     COLD_REACHES,
@@ -63,14 +64,6 @@ FASTEST_M_S = 2.0
 """Speed in m/s of a carried object at most. Chosen on the rooms lab and desk."""
 
 
-BETTER = 0.06
-"""Score by which a local hypothesis must exceed an accepted fit at the prediction. Chosen on the
-rooms lab and desk."""
-
-BETTER_THAN_REJECTED = 0.02
-"""The same for a rejected fit. Chosen on the rooms lab and desk."""
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Found:
     """A solution and the prior under which it was found."""
@@ -82,21 +75,23 @@ class Found:
 def search_locally(
     task: Task,
     evidence: Evidence,
+    observation: Observation,
     cache: RenderingCache,
     predicted_world_from_object: Pose,
     found: Found,
 ) -> Fit:
-    """The fit at the prediction, or a clearly better one nearby.
+    """The fit at the prediction, or a likelier one nearby.
 
     Args:
         task: the object and the frame.
         evidence: its window.
+        observation: of the same window.
         cache: reduced renderings of the object in this window so far.
         predicted_world_from_object: the prediction.
         found: the fit there.
     """
     priors_here = priors(task, predicted_world_from_object)
-    best, best_prior = found.fit, found.prior
+    best, highest = found.fit, log_posterior(task, observation, found)
     for hypothesis in _hypotheses(task, priors_here, predicted_world_from_object, best):
         other, _ = task.costs.timed(
             Step.LOCAL_HYPOTHESIS, partial(_followed, task, evidence, cache, hypothesis)
@@ -105,12 +100,21 @@ def search_locally(
             continue
         if not _is_reachable(task, predicted_world_from_object, other):
             continue
-        margin = BETTER if is_accepted(best) else BETTER_THAN_REJECTED
-        if penalised_score(other, hypothesis.prior) > penalised_score(best, best_prior) + margin:
-            best, best_prior = other, hypothesis.prior
+        posterior = log_posterior(task, observation, Found(other, hypothesis.prior))
+        if posterior > highest:
+            best, highest = other, posterior
         if is_conclusive(task, best):
             break
     return best
+
+
+def log_posterior(task: Task, observation: Observation, found: Found) -> float:
+    """Nats of a solution: what the picture says for its pose, and how far it is from expected."""
+    pose = found.fit.world_from_object
+    nats = pose_support(observation, task.model, pose, task.scene.renderer).nats
+    apart = pose_vector(pose) - found.prior.mean
+    apart[3] = 0.0 if task.model.symmetry == ROUND else wrap_angle(float(apart[3]))
+    return nats - 0.5 * float(((apart / found.prior.sigma) ** 2).sum())
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -10,18 +11,17 @@ from scenes.pose import Pose
 from scenes.state import TrackState
 from tracking.evidence.appearance_memory import AppearanceMemory
 from tracking.evidence.evidence import Evidence, gather, view_of
+from tracking.evidence.observation import Observation, observe
 from tracking.evidence.rendering import RenderingCache
 from tracking.follow.attempt import attempt
 from tracking.follow.carried import is_likelier
 from tracking.follow.feature_relocalisation import relocalised
-from tracking.follow.local_search import BETTER, Found, search_locally
+from tracking.follow.local_search import Found, log_posterior, search_locally
 from tracking.follow.posterior import (
     has_left_its_rest,
     is_accepted,
     is_conclusive,
-    is_too_weak,
     least_correlation,
-    penalised_score,
     priors,
     shows_pattern,
 )
@@ -48,25 +48,33 @@ LEAST_RELOCALISATION_M = 0.01
 """Displacement in m below which relocalisation is not needed: a solve converges from there."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Seen:
+    """An object's window, for the solver and for the likelihood."""
+
+    evidence: Evidence
+    observation: Observation
+
+
 def measure(
     task: Task,
-    evidence: Evidence,
+    window: Seen,
     predicted_world_from_object: Pose,
     *,
     is_unchanged: bool = False,
-) -> tuple[Evidence, Fit]:
+) -> tuple[Seen, Fit]:
     """Solve from the prediction, and from farther away if the result is not conclusive.
 
     Args:
         task: the object and the frame.
-        evidence: its window.
+        window: about the prediction.
         predicted_world_from_object: the prediction.
         is_unchanged: the object rests and its pixels did not change, so no other pose is searched.
 
     Returns:
         The window of the result, and the fit.
     """
-    track = task.track
+    track, evidence = task.track, window.evidence
     # A resting object is compared with the scan alone: its own memory would confirm itself.
     rested = track.state is TrackState.STATIC and track.missed_frames == 0
     appearance = None if rested else track.appearance
@@ -74,7 +82,7 @@ def measure(
     if not rested and track.appearance is not None and track.appearance.was_at_rest:
         back = _as_remembered(task, evidence, cache, track.appearance, predicted_world_from_object)
         if back is not None:
-            return evidence, back
+            return window, back
     reaches_px = TRACKING_REACHES if track.missed_frames == 0 else COLD_REACHES
     found = _expected(task, evidence, cache, predicted_world_from_object, reaches_px=reaches_px)
     if rested and not is_conclusive(task, found.fit) and track.appearance is not None:
@@ -82,13 +90,16 @@ def measure(
         found = _expected(task, evidence, cache, predicted_world_from_object, reaches_px=reaches_px)
     fit = found.fit
     if is_conclusive(task, fit) or fit.covered_fraction > MOSTLY_COVERED:
-        return evidence, fit
+        return window, fit
     if is_unchanged and is_accepted(fit, wanted_correlation=least_correlation(track)):
-        return evidence, fit
-    relocalisation = _relocalised(task, found)
+        return window, fit
+    relocalisation = _relocalised(task, window, found)
     if relocalisation is not None:
         return relocalisation
-    return evidence, search_locally(task, evidence, cache, predicted_world_from_object, found)
+    best = search_locally(
+        task, evidence, window.observation, cache, predicted_world_from_object, found
+    )
+    return window, best
 
 
 def _expected(
@@ -112,8 +123,8 @@ def _expected(
     return Found(other, carried) if is_carried else Found(fit, standing)
 
 
-def _relocalised(task: Task, found: Found) -> tuple[Evidence, Fit] | None:
-    """The window and fit of feature-based relocalisation, if better than what was found."""
+def _relocalised(task: Task, window: Seen, found: Found) -> tuple[Seen, Fit] | None:
+    """The window and fit of feature-based relocalisation, if likelier than what was found."""
     appearance, world_from_found = task.track.appearance, found.fit.world_from_object
     if appearance is None or task.is_first:
         return None
@@ -129,16 +140,13 @@ def _relocalised(task: Task, found: Found) -> tuple[Evidence, Fit] | None:
     relocalisation = _expected(
         task, evidence, cache, world_from_relocalised, reaches_px=TRACKING_REACHES
     )
-    wanted = least_correlation(task.track)
-    if is_too_weak(task, relocalisation.fit) or not is_accepted(
-        relocalisation.fit, wanted_correlation=wanted
-    ):
+    if not task.scene.contains(relocalisation.fit.world_from_object):
         return None
-    is_better = (
-        penalised_score(relocalisation.fit, relocalisation.prior)
-        > penalised_score(found.fit, found.prior) + BETTER
+    there = Seen(evidence, observe(task.scene, evidence))
+    is_better = log_posterior(task, there.observation, relocalisation) > log_posterior(
+        task, window.observation, found
     )
-    return (evidence, relocalisation.fit) if is_better else None
+    return (there, relocalisation.fit) if is_better else None
 
 
 def _as_remembered(

@@ -13,7 +13,7 @@ from tracking.follow.posterior import HEAVY_HEIGHT_M
 from tracking.follow.track import RESTING_FRAMES, SEARCH_PERIOD_NS, Review, Task, Track
 from tracking.hypotheses.assignment import Assignment, AssignmentCandidates, assign, is_same_spot
 from tracking.hypotheses.budget import NOMINAL_COSTS, BudgetExhausted, FrameBudget, StepCosts
-from tracking.hypotheses.hypothesis import Hypothesis, distinct
+from tracking.hypotheses.hypothesis import Hypothesis, distinct, is_other
 from tracking.hypotheses.prior import stayed_log_prior
 from tracking.hypotheses.refinement import placed
 from tracking.hypotheses.search import search
@@ -24,6 +24,10 @@ from tracking.solve.motion import Motion
 MOST_WAITS = 3
 """Most doublings of the search period after searches in vain: in the end an object is looked for
 every six seconds."""
+
+HIDDEN_FRAMES = 6
+"""Frames for which an object is hidden before it is looked for elsewhere: a passer-by takes about as
+long."""
 
 FOUND = 0.5
 """Posterior of a place, and of a pose, from which it is likelier right than wrong."""
@@ -83,6 +87,12 @@ def redetect(
     return _placed(tasks, {_id(search.task): hypotheses}), None
 
 
+def is_missing(track: Track) -> bool:
+    """Whether an object has to be looked for: lost, or hidden for so long that it may have gone."""
+    is_hidden = track.state is TrackState.OCCLUDED and track.missed_frames >= HIDDEN_FRAMES
+    return track.state is TrackState.LOST or is_hidden
+
+
 def _begun(tasks: Sequence[Task]) -> Search | None:
     """A search for the object that waited longest; None if none is due."""
     due = [task for task in tasks if _is_due(task)]
@@ -135,11 +145,11 @@ def _hypotheses(task: Task, budget: FrameBudget | None = None) -> list[Hypothesi
         last=task.track.world_from_object,
         budget=budget or FrameBudget(costs=task.costs),
     )
-    return distinct(task.model, [*found, _stayed(task)]) if task.is_first else found
+    return distinct(task.model, [*found, _stayed(task)])
 
 
 def _stayed(task: Task) -> Hypothesis:
-    """The hypothesis that an object still stands where the scan had it."""
+    """The hypothesis that an object still stands where it was believed until now."""
     scene, model, pose = task.scene, task.model, task.track.world_from_object
     evidence = gather(scene, model, view_of(scene, model, pose, at_any_yaw=True), task.neighbours)
     support = pose_support(observe(scene, evidence), model, pose, scene.renderer)
@@ -170,8 +180,15 @@ def _redetected(task: Task, assignment: Assignment | None) -> Track:
     now = task.scene.frame.t_ns
     if assignment is None or assignment.place_probability < FOUND:
         # Unlikely places move nothing: it is likelier where it was seen last.
+        if task.track.state is TrackState.OCCLUDED:
+            return task.track
         return replace(task.track, rest=None, reduced=None, state=TrackState.LOST, confidence=0.0)
     hypothesis = assignment.hypothesis
+    is_hidden = task.track.state is TrackState.OCCLUDED
+    if is_hidden and not is_other(
+        task.model, hypothesis.world_from_object, task.track.world_from_object
+    ):
+        return task.track
     fit = hypothesis.fit
     # A search that took several frames has to be confirmed in the next: the object may have gone on.
     rest = rest_of(task, fit) if task.is_first else None
@@ -195,7 +212,7 @@ def _redetected(task: Task, assignment: Assignment | None) -> Track:
         reduced=fit.reduced,
         appearance=None,
         hypotheses=(),
-        review=Review(now, 0, assignment.rival_nats),
+        review=Review(now, 0, assignment.rival_nats, assignment.rival_nats),
     )
 
 

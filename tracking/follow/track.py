@@ -79,13 +79,16 @@ class Review:
     Attributes:
         t_ns: frame time at which it was last worked on.
         in_vain: consecutive reviews that changed nothing.
-        rival_nats: log odds of the pose against the likeliest other yaw; inf without one.
+        rival_nats: log odds of the pose against the likeliest other yaw; inf without one, 0 while
+            they are compared.
+        known_nats: the same after the last comparison that was finished.
         pending: the rest of it; None once it is done.
     """
 
     t_ns: int
     in_vain: int
     rival_nats: float
+    known_nats: float
     pending: PendingReview | None = None
 
     @property
@@ -153,6 +156,11 @@ class Track:
     def rival_nats(self) -> float:
         """Log odds of its pose against the likeliest other yaw when they were last compared."""
         return math.inf if self.review is None else self.review.rival_nats
+
+    @property
+    def known_nats(self) -> float:
+        """Those odds after the last comparison that was finished."""
+        return math.inf if self.review is None else self.review.known_nats
 
     @property
     def moves_on(self) -> bool:

@@ -42,8 +42,8 @@ MOST_IN_VAIN = 5
 """Most doublings of that period after reviews in vain."""
 
 TURNED_NATS = MOVED_NATS + math.log(math.pi / APART_RAD)
-"""Log odds that a resting object was not turned on the spot to one certain yaw: that it was not
-moved, times the number of yaws that can be distinguished."""
+"""Log odds that an object whose yaw was known was not turned on the spot to one certain other: that it
+was not moved, times the number of yaws that can be distinguished."""
 
 
 def reviewed(
@@ -81,7 +81,8 @@ def reviewed(
     pending = _advanced(task, pending, count)
     if pending.starts:
         # Until they are compared, another yaw is as likely.
-        review = Review(now, 0 if review is None else review.in_vain, 0.0, pending)
+        in_vain = 0 if review is None else review.in_vain
+        review = Review(now, in_vain, 0.0, task.track.known_nats, pending)
         return replace(task, track=replace(task.track, review=review)), fit
     return _concluded(task, evidence, belief, pending)
 
@@ -124,13 +125,13 @@ def _concluded(
         for other in distinct(task.model, inside)
         if is_other(task.model, other.world_from_object, reviewed_pose)
     ]
-    rested = task.track.state is TrackState.STATIC
-    found = replace(found, log_prior=TURNED_NATS if rested else 0.0)
+    known = task.track.known_nats
+    found = replace(found, log_prior=min(max(known, 0.0), TURNED_NATS))
     is_wrong = bool(rivals) and rivals[0].is_clearly_better(found)
     best, others = (rivals[0], [found, *rivals[1:]]) if is_wrong else (found, rivals)
     rival_nats = min((best.log_odds - other.log_odds for other in others), default=math.inf)
     in_vain = 0 if is_wrong or review is None else min(review.in_vain + 1, MOST_IN_VAIN)
-    review = Review(task.scene.frame.t_ns, in_vain, rival_nats)
+    review = Review(task.scene.frame.t_ns, in_vain, rival_nats, rival_nats)
     task = replace(task, track=replace(task.track, review=review))
     if not is_wrong:
         return task, belief.fit
