@@ -46,6 +46,10 @@ SEARCH_SHARE = 0.6
 """Share of a stream's frame interval that the search for lost objects may use. Dropped frames count
 as frames, so that searches do not add to a delay. Chosen on the rooms lab and desk."""
 
+SEARCH_MS = 30.0
+"""Most time in ms that a search takes of one frame, however slow the stream: half of the promised
+latency of 60 ms."""
+
 
 @dataclass(frozen=True, slots=True)
 class TrackerOptions:
@@ -172,7 +176,8 @@ class Tracker:
             # At first there is nothing to be late for.
             tracks |= redetect_all(self._lost(tasks, tracks))
         elif self._options.recover and not searched:
-            budget_ms = SEARCH_SHARE * (frame.t_ns - state.t_ns) / schedule.pictures / 1e6
+            interval_ms = (frame.t_ns - state.t_ns) / schedule.pictures / 1e6
+            budget_ms = min(SEARCH_SHARE * interval_ms, SEARCH_MS)
             found, search = redetect(
                 self._lost(tasks, tracks), search, budget_ms=budget_ms, costs=self._costs
             )

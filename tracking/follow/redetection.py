@@ -13,7 +13,7 @@ from tracking.follow.posterior import HEAVY_HEIGHT_M
 from tracking.follow.track import RESTING_FRAMES, SEARCH_PERIOD_NS, Review, Task, Track
 from tracking.hypotheses.assignment import Assignment, AssignmentCandidates, assign, is_same_spot
 from tracking.hypotheses.budget import NOMINAL_COSTS, BudgetExhausted, FrameBudget, StepCosts
-from tracking.hypotheses.hypothesis import Hypothesis, distinct, is_other
+from tracking.hypotheses.hypothesis import CLEAR_NATS, Hypothesis, distinct, is_other
 from tracking.hypotheses.prior import stayed_log_prior
 from tracking.hypotheses.refinement import placed
 from tracking.hypotheses.search import search
@@ -26,8 +26,8 @@ MOST_WAITS = 3
 every six seconds."""
 
 HIDDEN_FRAMES = 6
-"""Frames for which an object is hidden before it is looked for elsewhere: a passer-by takes about as
-long."""
+"""Frames for which an object is hidden before it is looked for elsewhere: a passer-by takes about
+as long."""
 
 FOUND = 0.5
 """Posterior of a place, and of a pose, from which it is likelier right than wrong."""
@@ -89,7 +89,9 @@ def redetect(
 
 def is_missing(track: Track) -> bool:
     """Whether an object has to be looked for: lost, or hidden for so long that it may have gone."""
+    was_seen = track.usual_nats > CLEAR_NATS
     is_hidden = track.state is TrackState.OCCLUDED and track.missed_frames >= HIDDEN_FRAMES
+    is_hidden = is_hidden and was_seen
     return track.state is TrackState.LOST or is_hidden
 
 

@@ -13,6 +13,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -44,8 +45,12 @@ LEAST_RADIUS_PX = 3.0
 """Radius in the shrunk picture from which an object is looked for: below, its silhouette is worth
 less than one independent sample."""
 
-COMPARED = 250
-"""Places whose colours are compared with the templates' too, the best by shape."""
+COMPARED = 120
+"""Places whose colours are compared with the templates' too, the best by shape of each way."""
+
+LEAST_CHANGED = 0.15
+"""Share of a place's box that must differ from the empty room: an object fills half of its box, and
+half of that may be hidden, with a margin for what looks like the room behind it."""
 
 SPREAD = 0.35
 """Least distance of two proposed places, in radii of the object."""
@@ -88,8 +93,7 @@ WAYS = (
 )
 """The first has the likelihood's own extremes: ln 0.3 for an occluded pixel, a capped misfit for one
 that shows the room. The second does not ask for colours, the third and fourth forgive more. Without
-the second, far chairs in changed light were not proposed; with any three of the four, 17 of 20
-foreign stills of a chair had the right place among the proposals, with all four 19."""
+the second, far chairs in changed light were not proposed in a foreign room."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -251,8 +255,28 @@ def places_on(
         angle = np.arctan2(np.hypot(centres[:, 0], centres[:, 1]), centres[:, 2])
         is_seen = angle < look.camera.max_angle
         is_large = look.camera.f_px * model.radius_m >= LEAST_RADIUS_PX * distance
-        by_lens.append(here[is_seen & is_large & (distance > model.radius_m)])
+        here = here[is_seen & is_large & (distance > model.radius_m)]
+        by_lens.append(here[_changed_share(look, model, here) > LEAST_CHANGED])
     return by_lens
+
+
+def _changed_share(look: LensLook, model: TrackModel, places: Points) -> Points:
+    """(P,) share of the box of an object at each place that differs from the empty room."""
+    total: Points = np.asarray(cv2.integral(look.picture[..., 4].copy()), dtype=np.float64)
+    x, y, z = model.source.box_m
+    half = 0.5 * min(x, y)
+    corners = np.array(
+        [(a * half, b * half, c * z) for a in (-1, 1) for b in (-1, 1) for c in (0.0, 1.0)]
+    )
+    points = (places[:, None, :] + corners).reshape(-1, 3)
+    pixels, _ = look.camera.project(look.world_from_lens.inverse() @ points)
+    pixels = pixels.reshape(len(places), len(corners), 2)
+    limit = np.array([total.shape[1] - 1, total.shape[0] - 1])
+    low = np.clip(np.floor(pixels.min(axis=1)), 0, limit - 1).astype(int)
+    high = np.clip(np.ceil(pixels.max(axis=1)), low + 1, limit).astype(int)
+    inside = total[high[:, 1], high[:, 0]] - total[low[:, 1], high[:, 0]]
+    inside += total[low[:, 1], low[:, 0]] - total[high[:, 1], low[:, 0]]
+    return np.asarray(inside / (high - low).prod(axis=1), dtype=np.float64)
 
 
 def _ahead(look: LensLook, centres: Points) -> Points:
@@ -287,10 +311,10 @@ def proposed(
     levels = np.abs(cuts.elevation_rad[:, None] - np.array(ELEVATIONS_RAD)).argmin(axis=1)
     distance = np.linalg.norm(places + model.centre_m - look.world_from_lens.translation, axis=1)
     yaws = np.arange(YAWS) * (2 * math.pi / YAWS) + cuts.azimuth_rad[:, None]
-    shapes: list[FloatArray] = []
-    for way in WAYS:
-        shape = _shape_scores(cuts, model, levels, way)
-        shapes.append(shape / distance[:, None] ** 2 if way.by_area else shape)
+    shapes = [
+        shape / distance[:, None] ** 2 if way.by_area else shape
+        for way, shape in zip(WAYS, _shape_scores(cuts, model, levels), strict=True)
+    ]
     tops = [np.argsort(-shape.max(axis=1), kind="stable")[:COMPARED] for shape in shapes]
     compared = np.unique(np.concatenate(tops))
     correlation = np.zeros((len(places), YAWS), np.float32)
@@ -309,17 +333,23 @@ def proposed(
     ]
 
 
-def _shape_scores(cuts: Cuts, model: TrackModel, levels: NDArray[np.intp], way: Way) -> FloatArray:
-    """(P, Y) nats of each yaw's silhouette; averages are raised so that only hopeless ones are < 0."""
-    changed = cuts.own + 1.0 - cuts.free
-    weight = way.own * cuts.own + way.foreign * (changed - cuts.own)
-    weight = (weight + way.unchanged * (1.0 - changed)).astype(np.float32)
-    scores = np.zeros((len(weight), YAWS), np.float32)
+def _shape_scores(cuts: Cuts, model: TrackModel, levels: NDArray[np.intp]) -> list[FloatArray]:
+    """(P, Y) nats of each yaw's silhouette, by way.
+
+    Averages are raised so that only hopeless ones are negative.
+    """
+    shape = (len(cuts.own), YAWS)
+    own, changed = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
+    area = np.zeros(shape, np.float32)
+    whole = cuts.own + 1.0 - cuts.free
     for level in np.unique(levels):
         alpha, here = model.templates.alpha[level], levels == level
-        scores[here] = weight[here] @ alpha.T
-        if not way.by_area:
-            scores[here] = scores[here] / np.maximum(alpha.sum(axis=1), 1.0) - way.unchanged
+        own[here], changed[here] = cuts.own[here] @ alpha.T, whole[here] @ alpha.T
+        area[here] = np.maximum(alpha.sum(axis=1), 1.0)
+    scores: list[FloatArray] = []
+    for way in WAYS:
+        nats = way.own * own + way.foreign * (changed - own) + way.unchanged * (area - changed)
+        scores.append(nats if way.by_area else nats / area - way.unchanged)
     return scores
 
 
