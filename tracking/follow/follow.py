@@ -174,6 +174,7 @@ def follow(task: Task, unchanged: bool) -> Track:
     is_doubtful = unchanged or not _has_moved(task, belief.fit, unchanged=unchanged)
     if rested and is_at_rest_still(task, belief, is_doubtful=is_doubtful):
         return _at_rest(task, evidence, belief, unchanged=unchanged)
+    belief = _again(task, evidence, belief)
     task, fit = reviewed(task, evidence, belief)
     if fit is not belief.fit:
         belief = believed(task, belief.observation, fit)
@@ -299,6 +300,14 @@ def _was_taken_up(task: Task, fit: Fit) -> bool:
 def _usual(before: float, now: float) -> float:
     """Running value that follows increases at once and decreases slowly."""
     return max(now, (1.0 - FORGOTTEN) * before + FORGOTTEN * now)
+
+
+def _again(task: Task, evidence: Evidence, belief: Belief) -> Belief:
+    """The belief, refined anew where its pose shows clearly less than the object did before."""
+    if belief.found.nats > task.track.usual_nats - CLEAR_NATS:
+        return belief
+    settled = _settled(task, evidence, belief)
+    return belief if settled is belief.fit else believed(task, belief.observation, settled)
 
 
 def _settled(task: Task, evidence: Evidence, belief: Belief) -> Fit:

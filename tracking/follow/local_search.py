@@ -64,6 +64,11 @@ FASTEST_M_S = 2.0
 """Speed in m/s of a carried object at most. Chosen on the rooms lab and desk."""
 
 
+BESIDE_NATS = 8.0
+"""Log odds by which a pose beside the prediction's must be likelier. The support of a carried book
+scatters by 5 nats from frame to frame; its error was 0.74 cm at 3 nats and 0.68 cm at 8."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Found:
     """A solution and the prior under which it was found."""
@@ -80,7 +85,9 @@ def search_locally(
     predicted_world_from_object: Pose,
     found: Found,
 ) -> Fit:
-    """The fit at the prediction, or a likelier one nearby.
+    """The fit at the prediction, or a clearly likelier one nearby.
+
+    Between poses about as likely, the solver's outline at the prediction is the more exact.
 
     Args:
         task: the object and the frame.
@@ -91,7 +98,7 @@ def search_locally(
         found: the fit there.
     """
     priors_here = priors(task, predicted_world_from_object)
-    best, highest = found.fit, log_posterior(task, observation, found)
+    best, highest = found.fit, log_posterior(task, observation, found) + BESIDE_NATS
     for hypothesis in _hypotheses(task, priors_here, predicted_world_from_object, best):
         other, _ = task.costs.timed(
             Step.LOCAL_HYPOTHESIS, partial(_followed, task, evidence, cache, hypothesis)

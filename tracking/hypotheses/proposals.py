@@ -161,7 +161,7 @@ def look_through(
         exposure=scene.exposures[lens_index].rows(),
         # No layer hides: where a neighbour is nearer is decided pixel by pixel, by its distance.
         layers=[layer.request(0.0) for layer in layers],
-        table=model.colours.table,
+        table=model.colours_in_any_light.table,
     )
     camera = lens.resized(width, height)
     x = ((np.arange(width) + 0.5 - camera.cx) / width).astype(np.float32)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -11,9 +12,13 @@ from numpy.typing import NDArray
 BINS = 24
 """Bins per channel."""
 
-LIGHT_FACTORS = tuple(0.5 * 2.0 ** (k / 5) for k in range(11))
-"""An object may be this much darker or lighter than in its scan, turned from the light or to it:
-two standard deviations of the gains found in foreign rooms, in steps of a bin."""
+LIGHT_FACTORS = (0.6, 0.68, 0.76, 0.84, 0.92, 1.0, 1.1, 1.2)
+"""An object where it was scanned may be this much darker or lighter: turned from the light, shaded.
+Chosen on the rooms lab and desk."""
+
+ANY_LIGHT_FACTORS = tuple(0.5 * 2.0 ** (k / 5) for k in range(11))
+"""The same of an object anywhere in a room: two standard deviations of the gains that were fitted in
+a foreign room, in steps of a bin. Wider than needed it would take more of the room for its own."""
 
 OWN_SHARE = 0.15
 """All but this share of an object's own pixels have colour similarity 1."""
@@ -31,11 +36,13 @@ class ColourModel:
     table: NDArray[np.float32]
 
     @staticmethod
-    def of_pixels(colours: NDArray[np.floating]) -> ColourModel:
+    def of_pixels(
+        colours: NDArray[np.floating], light_factors: Sequence[float] = LIGHT_FACTORS
+    ) -> ColourModel:
         """From (N, 3) colours 0..1 of an object's pictures, mixed as a camera mixes them."""
         colours = np.clip(np.asarray(colours, dtype=np.float64), 0.0, 1.0)
         table = np.zeros((BINS, BINS, BINS))
-        for factor in LIGHT_FACTORS:
+        for factor in light_factors:
             index = _bins(np.clip(colours * factor, 0.0, 1.0))
             np.add.at(table, tuple(index.T), 1.0)
         for axis in range(3):

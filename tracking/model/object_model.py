@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scenes.pose import Pose
 from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
 from scenes.state import ObjectModel
-from tracking.model.colours import ColourModel
+from tracking.model.colours import ANY_LIGHT_FACTORS, ColourModel
 from tracking.model.relighting import RelightableModel, relightable_of
 from tracking.model.symmetry import ROUND
 from tracking.model.templates import ELEVATIONS_RAD, YAWS, Templates, drawn_around, templates_of
@@ -36,7 +36,8 @@ class TrackModel:
 
     Attributes:
         source: the scanned object.
-        colours: what its pixels look like.
+        colours: what its pixels look like where it was scanned.
+        colours_in_any_light: the same anywhere in a room.
         centre_m: (3,) centre of its box in its own frame.
         radius_m: of the sphere around that centre which holds it.
         symmetry: number of indistinguishable yaws in a turn: 1 none, n-fold, or `ROUND`.
@@ -47,6 +48,7 @@ class TrackModel:
 
     source: ObjectModel
     colours: ColourModel
+    colours_in_any_light: ColourModel
     centre_m: NDArray[np.float64]
     radius_m: float
     symmetry: int
@@ -81,9 +83,11 @@ def make_model(source: ObjectModel, renderer: Renderer) -> TrackModel:
         for elevation in ELEVATIONS_RAD
     ]
     pictures = around[1]
+    shown = shown_colours(pictures)
     return TrackModel(
         source=source,
-        colours=colours_of(pictures),
+        colours=ColourModel.of_pixels(shown),
+        colours_in_any_light=ColourModel.of_pixels(shown, ANY_LIGHT_FACTORS),
         centre_m=centre,
         radius_m=radius,
         symmetry=_symmetry(pictures),
@@ -93,12 +97,10 @@ def make_model(source: ObjectModel, renderer: Renderer) -> TrackModel:
     )
 
 
-def colours_of(pictures: NDArray[np.float32]) -> ColourModel:
-    """Colour model of (V, H, W, 4) pictures with alpha."""
+def shown_colours(pictures: NDArray[np.float32]) -> NDArray[np.float32]:
+    """(N, 3) colours of an object in (V, H, W, 4) pictures with alpha; black if it shows nowhere."""
     shown = pictures[pictures[..., 3] > 0.6]
-    if len(shown) == 0:
-        return ColourModel.of_pixels(np.zeros((1, 3)))
-    return ColourModel.of_pixels(shown[:, :3] / shown[:, 3:])
+    return shown[:, :3] / shown[:, 3:] if len(shown) else np.zeros((1, 3), np.float32)
 
 
 def _is_textured(pictures: NDArray[np.float32]) -> bool:
