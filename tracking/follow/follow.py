@@ -27,11 +27,11 @@ from tracking.follow.belief import (
 )
 from tracking.follow.carried import is_lifted
 from tracking.follow.measure import Seen, at_remembered_pose, measure
-from tracking.follow.posterior import HEAVY_HEIGHT_M, RECOGNISED_CORRELATION
+from tracking.follow.posterior import CARRIED_SIGMA_M, HEAVY_HEIGHT_M, RECOGNISED_CORRELATION
 from tracking.follow.track import RESTING_FRAMES, SEARCH_PERIOD_NS, Rest, Task, Track
 from tracking.follow.yaw_review import is_under_review, reviewed
 from tracking.hypotheses.hypothesis import CLEAR_NATS
-from tracking.hypotheses.refinement import refined
+from tracking.hypotheses.refinement import START_SIGMA, refined
 from tracking.kernels import native
 from tracking.model.symmetry import ROUND
 from tracking.solve.covariance import uncertainty
@@ -313,7 +313,10 @@ def _again(task: Task, evidence: Evidence, belief: Belief) -> Belief:
 def _settled(task: Task, evidence: Evidence, belief: Belief) -> Fit:
     """The fit of an object that comes to rest, or a likelier one that it refines to."""
     start, observation = belief.fit.world_from_object, belief.observation
-    again = refined(task.scene, task.model, start, evidence, observation)
+    x, y, z, yaw = START_SIGMA
+    is_carried = task.model.source.box_m[2] < HEAVY_HEIGHT_M and is_lifted(task, start)
+    sigma = (x, y, CARRIED_SIGMA_M if is_carried else z, yaw)
+    again = refined(task.scene, task.model, start, evidence, observation, sigma=sigma)
     return again.fit if again.is_clearly_better(hypothesis_of(belief)) else belief.fit
 
 

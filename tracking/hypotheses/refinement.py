@@ -51,9 +51,12 @@ def refined(
     evidence: Evidence,
     observation: Observation,
     *,
+    sigma: tuple[float, float, float, float] = START_SIGMA,
     quickly: bool = False,
 ) -> Hypothesis:
     """What a rough pose comes to: the likeliest of the solved, the colour-fitted and the start.
+
+    It is solved from where it is, and from where its colours lie on the picture.
 
     Args:
         scene: the frame.
@@ -61,19 +64,21 @@ def refined(
         world_from_start: where to begin.
         evidence: its window.
         observation: of the same window.
+        sigma: how far off the start may be, m and rad.
         quickly: draw it no finer than what it is compared with, an object that moves.
     """
-    prior = Prior(pose_vector(world_from_start), np.array(START_SIGMA))
-    fit = solve(
-        evidence,
-        model,
-        world_from_start,
-        prior,
-        scene.renderer,
-        reaches_px=START_REACHES,
-        cache=RenderingCache(quickly=quickly),
+    coarsely = coarse(observation, model, world_from_start)
+    starts = (world_from_start, aligned(coarsely, model, world_from_start, scene))
+    solved = [
+        _solved(scene, model, start, evidence, sigma=sigma, quickly=quickly) for start in starts
+    ]
+    best = max(
+        (
+            Hypothesis(fit, pose_support(observation, model, fit.world_from_object, scene.renderer))
+            for fit in solved
+        ),
+        key=lambda hypothesis: hypothesis.support.nats,
     )
-    best = Hypothesis(fit, pose_support(observation, model, fit.world_from_object, scene.renderer))
     others = [world_from_start]
     if radius_px(observation, model, world_from_start) < OUTLINED_PX:
         around = surroundings_in(observation, model, scene.renderer)
@@ -83,6 +88,26 @@ def refined(
         if support.nats > best.support.nats:
             best = Hypothesis(placed(scene, model, evidence, pose), support)
     return best
+
+
+def _solved(
+    scene: Scene,
+    model: TrackModel,
+    world_from_start: Pose,
+    evidence: Evidence,
+    *,
+    sigma: tuple[float, float, float, float],
+    quickly: bool,
+) -> Fit:
+    return solve(
+        evidence,
+        model,
+        world_from_start,
+        Prior(pose_vector(world_from_start), np.array(sigma)),
+        scene.renderer,
+        reaches_px=START_REACHES,
+        cache=RenderingCache(quickly=quickly),
+    )
 
 
 def placed(scene: Scene, model: TrackModel, evidence: Evidence, world_from_object: Pose) -> Fit:
