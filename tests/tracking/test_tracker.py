@@ -191,7 +191,7 @@ def test_finds_a_chair_that_was_moved_between_sessions(scene, picture, renderer)
     tracker = Tracker(splats, models, renderer)
     _, output = tracker.step(tracker.start(), picture({"chair-1": elsewhere}), 0)
     chair = by_id(output)["chair-1"]
-    assert chair.state is TrackState.TRACKED
+    assert chair.state is TrackState.STATIC
     error = pose_error(chair.world_from_object, elsewhere)
     assert error.world_cm < 2.5
     assert error.yaw_deg < 3.0

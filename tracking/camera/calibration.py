@@ -28,8 +28,8 @@ Points = NDArray[np.float64]
 
 BLURS_PX = (6.0, 4.0, 2.5, 1.6)
 """Smoothing of the rounds, in pixels of a lens with `BLUR_AT_F_PX` pixels per radian. In a foreign
-room the third round halves what the first two leave (0.20° to 0.09°), at 640 and 960 px alike; below
-1.6 the lens itself blurs as much."""
+room the third round halves what the first two leave (0.20° to 0.09°), at 640 and 960 px alike;
+below 1.6 the lens itself blurs as much."""
 
 BLUR_AT_F_PX = 400.0
 POINTS_PER_LENS = 6000
@@ -44,8 +44,8 @@ LARGEST_SHIFT_M = 0.15
 
 LEAST_DETAIL_CORRELATION = 0.12
 """Details of the room must correlate this well with the live ones. At eighteen wrong poses in three
-views of a foreign room they gave -0.12 ± 0.08, at the right ones 0.20 to 0.75: this is three standard
-deviations above chance."""
+views of a foreign room they gave -0.12 ± 0.08, at the right ones 0.20 to 0.75: this is three
+standard deviations above chance."""
 
 PRIOR_TURN_RAD = np.deg2rad(0.5)
 PRIOR_SHIFT_M = 0.01

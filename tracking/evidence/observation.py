@@ -22,6 +22,7 @@ from tracking.window.filters import blurred, resized
 from tracking.window.window import Layer
 
 FloatArray = NDArray[np.float32]
+Points = NDArray[np.float64]
 
 RESIDUAL_SIGMA = 0.07
 """Standard deviation, channels of 0..1, of a live pixel about the composite of a scanned object in
@@ -116,8 +117,10 @@ def observe(scene: Scene, evidence: Evidence) -> Observation:
     def small(picture: FloatArray) -> FloatArray:
         return resized(np.ascontiguousarray(picture), (width, height))
 
-    x = (view.left + (np.arange(width) + 0.5) * view.shrink) * 2 / lens.width_px - 1
-    y = (view.top + (np.arange(height) + 0.5) * view.shrink) * 2 / lens.height_px - 1
+    columns: Points = np.arange(int(width), dtype=np.float64) + 0.5
+    rows: Points = np.arange(int(height), dtype=np.float64) + 0.5
+    x = (view.left + columns * view.shrink) * 2 / lens.width_px - 1
+    y = (view.top + rows * view.shrink) * 2 / lens.height_px - 1
     radius2 = (x[None, :] ** 2 + y[:, None] ** 2).astype(np.float32)
     room = expose(
         small(scene.background.images[view.lens][cut]),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +13,7 @@ from scenes.render.native import NativeRenderer
 from tracking.evidence.observation import Observation
 from tracking.kernels.native import Alone, Setting
 from tracking.kernels.native import Shell as DrawnRelightable
-from tracking.kernels.photometry import BY_DETAIL, CLOSELY, ROUGHLY
+from tracking.kernels.photometry import CLOSELY, ROUGHLY
 from tracking.model.object_model import RENDER_OPTIONS, TrackModel
 from tracking.model.relighting import RELIGHTER, LitView, RelightableModel
 from tracking.window.extent import part_of
@@ -29,11 +28,6 @@ AROUND_PX = 6
 FINER = 2
 """Supersampling, each way, of close comparisons: at few pixels splats widen the silhouette by a
 pixel."""
-
-
-SCAN_COVERAGE_GAP = 0.12
-"""Difference of the well-scanned share between poses above which only well-scanned parts are
-compared. Chosen on the rooms lab and desk."""
 
 
 Upright = tuple[float, float, float, float]
@@ -58,10 +52,6 @@ class Place:
     relightable: RelightableModel
     drawn: DrawnRelightable
 
-    def similarity(self, upright: Upright) -> float:
-        """Similarity of the object at a nearby pose to the picture, light fitted there."""
-        return RELIGHTER.resemblance(self.roughly, self.drawn, upright)
-
     def residual_px(self, lit: Alone, upright: Upright) -> float:
         """Robust photometric residual, in pixels, of the object at a nearby pose."""
         return self.roughly.strange_at(lit, [upright])[0]
@@ -69,22 +59,6 @@ class Place:
     def close_similarity(self, lit: Alone, upright: Upright) -> float:
         """Similarity of the object at exactly this pose to the picture."""
         return self.closely.resemblance_at(lit, [upright])[0]
-
-    def detail_similarities(self, uprights: Sequence[Upright]) -> list[float] | None:
-        """Similarity of the object at some poses by detail that was scanned well at all of them.
-
-        None where all poses were scanned about as well, so that whole pictures can be compared.
-        """
-        view, camera = self.view, self.view.camera
-        known = [view.known(self.relightable, pose_of(upright)) for upright in uprights]
-        shares = [share for _, share in known]
-        if max(shares) - min(shares) < SCAN_COVERAGE_GAP:
-            return None
-        free = (view.free * np.min([there for there, _ in known], axis=0)).astype(np.float32)
-        size = (camera.width_px, camera.height_px)
-        setting = Setting(view.live, view.empty, free, size=size, constants=BY_DETAIL.for_native())
-        lit = ((self.lit(upright, finer=FINER), upright) for upright in uprights)
-        return [setting.resemblance_at(alone, [upright])[0] for alone, upright in lit]
 
     def lit(self, upright: Upright, *, finer: int = 1) -> Alone:
         """The object, to be rendered in the light that fits the picture best at a pose.

@@ -38,11 +38,6 @@ from tracking.solve.covariance import uncertainty
 from tracking.solve.gauss_newton import Fit
 from tracking.solve.motion import Motion, pose_vector, vector_pose
 
-GONE_BELOW = 0.25
-"""Visible fraction below which an unoccluded object counts as gone. Chosen on the rooms lab and
-desk."""
-
-
 CHANGED_LEVEL = 0.055
 """Colour difference (channel of 0..1) of a changed patch. Chosen on the rooms lab and desk."""
 
@@ -110,11 +105,6 @@ lab and desk."""
 
 COASTED_FRAMES = 4
 """Frames without measurement for which a carried object keeps its velocity. Chosen on the rooms lab
-and desk."""
-
-
-LOST_AFTER = 12
-"""Frames without measurement, unoccluded, after which an object is lost. Chosen on the rooms lab
 and desk."""
 
 

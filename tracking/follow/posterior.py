@@ -7,9 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.pose import Pose, wrap_angle
+from scenes.pose import Pose
 from scenes.state import TrackState
-from tracking.follow.carried import is_lifted
 from tracking.follow.track import Task, Track
 from tracking.solve.gauss_newton import Fit, Prior
 from tracking.solve.motion import pose_vector
@@ -47,44 +46,6 @@ RECOGNISED_CONTOUR_SCORE = 0.3
 desk."""
 
 
-CONFIDENCE_ZERO_CONTOUR = 0.42
-"""Contour score of confidence 0. Chosen on the rooms lab and desk."""
-
-CONFIDENCE_FULL_CONTOUR = 0.88
-"""Contour score of confidence 1. Chosen on the rooms lab and desk."""
-
-CONFIDENCE_ZERO_CORRELATION = 0.2
-"""Colour correlation of confidence 0. Chosen on the rooms lab and desk."""
-
-CONFIDENCE_FULL_CORRELATION = 0.6
-"""Colour correlation of confidence 1. Chosen on the rooms lab and desk."""
-
-
-PRESENT_SHARE = 0.3
-"""Share of the silhouette showing the empty room up to which confidence is unchanged. Chosen on the
-rooms lab and desk."""
-
-ABSENT_SHARE = 0.8
-"""Share of the silhouette showing the empty room from which confidence is 0. Chosen on the rooms
-lab and desk."""
-
-
-SURE = 0.5
-"""Confidence from which a pose is reported as certain."""
-
-
-LOST_CONFIDENCE = 0.4
-"""Largest confidence of a pose that is ambiguous or unconfirmed."""
-
-
-PRESENT_CONTOUR_SCORE = 0.55
-"""Contour score from which an object is at its scanned pose. Chosen on the rooms lab and desk."""
-
-PRESENT_VISIBLE = 0.5
-"""Visible or occluded share of the silhouette from which an object is at its scanned pose. Chosen
-on the rooms lab and desk."""
-
-
 LEAST_VISIBLE = 0.15
 """Visible fraction below which no fit is accepted. Chosen on the rooms lab and desk."""
 
@@ -96,11 +57,6 @@ HEAVY_HEIGHT_M = 0.3
 CARRIED_SIGMA_M = 0.08
 """Standard deviation in m of a carried object's height about its prediction. Chosen on the rooms
 lab and desk."""
-
-
-FAR_PRICE = 0.012
-"""Score subtracted per squared standard deviation from the prior's mean. Chosen on the rooms lab
-and desk."""
 
 
 CONTACT_SIGMA_M = 0.003
@@ -183,29 +139,6 @@ def has_left_its_rest(task: Task, fit: Fit) -> bool:
     return float(np.linalg.norm(apart)) > REST_RADIUS_M
 
 
-def is_too_weak(task: Task, fit: Fit) -> bool:
-    """Whether an accepted fit is too weak for its context: in the air, or after a gap."""
-    if not task.scene.contains(fit.world_from_object):
-        return True
-    unsure = task.track.missed_frames > 0
-    weak = fit.contour_score < CONCLUSIVE_INLIER_RATIO and not shows_pattern(fit)
-    if task.model.source.box_m[2] >= HEAVY_HEIGHT_M:
-        return weak and unsure
-    if weak and (unsure or has_left_its_rest(task, fit)):
-        return True
-    lifted = is_lifted(task, fit.world_from_object)
-    wanted = least_correlation(task.track) + 0.05 * lifted + 0.12 * unsure
-    return task.model.textured and fit.colour_correlation < wanted
-
-
-def penalised_score(fit: Fit, prior: Prior) -> float:
-    """Score of a fit less the penalty of its distance from the prior's mean."""
-    apart = pose_vector(fit.world_from_object) - prior.mean
-    apart[3] = wrap_angle(float(apart[3]))
-    far = min(float(((apart / prior.sigma) ** 2).sum()), 9.0)
-    return foreground_factor(fit) * fit.score - FAR_PRICE * far
-
-
 def is_conclusive(task: Task, fit: Fit) -> bool:
     """Whether a fit is so good that no other position or yaw needs to be tried."""
     wanted = max(CONCLUSIVE_CORRELATION, USUAL_SHARE * task.track.usual_correlation)
@@ -238,38 +171,3 @@ def shows_pattern(fit: Fit) -> bool:
     """Whether a textured object is recognised by its pattern alone."""
     shows = fit.visible_fraction >= RECOGNISED_VISIBLE
     return fit.textured and shows and fit.colour_correlation >= RECOGNISED_CORRELATION
-
-
-def confidence_of(fit: Fit) -> float:
-    """0..1 confidence in a fit. Wrong yaws of plain objects reach contour scores of 2/3."""
-    sure = (fit.contour_score - CONFIDENCE_ZERO_CONTOUR) / (
-        CONFIDENCE_FULL_CONTOUR - CONFIDENCE_ZERO_CONTOUR
-    )
-    if fit.textured:
-        correlates = (fit.colour_correlation - CONFIDENCE_ZERO_CORRELATION) / (
-            CONFIDENCE_FULL_CORRELATION - CONFIDENCE_ZERO_CORRELATION
-        )
-        sure = min(sure, correlates)
-    return min(max(sure, 0.0), 1.0) * foreground_factor(fit)
-
-
-def foreground_factor(fit: Fit) -> float:
-    """0..1 factor on the confidence: how little of the silhouette shows the empty room."""
-    missing = 1.0 - fit.visible_fraction - fit.covered_fraction
-    there = (ABSENT_SHARE - missing) / (ABSENT_SHARE - PRESENT_SHARE)
-    return min(max(there, 0.0), 1.0)
-
-
-def is_at_scanned_pose(fit: Fit, *, is_recognised: bool | None) -> bool:
-    """Whether an object stands at its scanned pose, with no other knowledge of it.
-
-    Args:
-        fit: its fit there.
-        is_recognised: whether its colours match, None if they were not compared.
-    """
-    if is_recognised is None:
-        known = is_accepted(fit)
-    else:
-        known = is_recognised and is_accepted(fit, wanted_correlation=0.0)
-    shown = fit.visible_fraction + fit.covered_fraction >= PRESENT_VISIBLE
-    return known and shown and fit.contour_score >= PRESENT_CONTOUR_SCORE

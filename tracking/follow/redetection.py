@@ -192,7 +192,7 @@ def _redetected(task: Task, assignment: Assignment | None) -> Track:
     ):
         return task.track
     fit = hypothesis.fit
-    # A search that took several frames has to be confirmed in the next: the object may have gone on.
+    # A search that took several frames is confirmed in the next: the object may have gone on.
     rest = rest_of(task, fit) if task.is_first else None
     return replace(
         task.track,

@@ -42,8 +42,8 @@ MOST_IN_VAIN = 5
 """Most doublings of that period after reviews in vain."""
 
 TURNED_NATS = MOVED_NATS + math.log(math.pi / APART_RAD)
-"""Log odds that an object whose yaw was known was not turned on the spot to one certain other: that it
-was not moved, times the number of yaws that can be distinguished."""
+"""Log odds that an object whose yaw was known was not turned on the spot to one certain other: that
+it was not moved, times the number of yaws that can be distinguished."""
 
 
 def reviewed(

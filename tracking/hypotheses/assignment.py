@@ -1,3 +1,4 @@
+# pyright: standard
 """Assignment of positions to objects, jointly for all that are searched for, by log odds."""
 
 from __future__ import annotations
@@ -122,7 +123,9 @@ def is_same_spot(
     """Whether two objects at two poses would stand in each other."""
     apart = world_from_object.translation - world_from_other.translation
     (*sides, height_m), (*other_sides, other_height_m) = model.source.box_m, other.source.box_m
-    is_level = -height_m + SUNK_M < float(apart[2]) < other_height_m - SUNK_M
+    # Flat objects sink in by half their height at most.
+    sunk_m = min(SUNK_M, 0.5 * height_m, 0.5 * other_height_m)
+    is_level = -height_m + sunk_m < float(apart[2]) < other_height_m - sunk_m
     narrowest = 0.5 * (min(sides) + min(other_sides))
     return is_level and float(np.hypot(*apart[:2])) < CLOSEST * narrowest
 

@@ -63,7 +63,8 @@ def distinguishable_places(scene: Scene, model: TrackModel, heights_m: Sequence[
     """
     planes = scene.support_planes
     low, high = scene.bounds_m[:, :2]
-    floor_m2 = float(np.prod(high - low)) if np.isfinite([low, high]).all() else 1.0
+    width_m, depth_m = (high - low).tolist()
+    floor_m2 = width_m * depth_m if np.isfinite([low, high]).all() else 1.0
     area_m2 = 0.0
     for height in heights_m:
         level = int(np.abs(np.array(planes.heights_m) - height).argmin())

@@ -91,9 +91,9 @@ WAYS = (
     Way(own=1.0, foreign=-0.5, unchanged=-2.0, by_area=False, count=12),
     Way(own=1.0, foreign=-0.5, unchanged=-2.0, by_area=True, count=12),
 )
-"""The first has the likelihood's own extremes: ln 0.3 for an occluded pixel, a capped misfit for one
-that shows the room. The second does not ask for colours, the third and fourth forgive more. Without
-the second, far chairs in changed light were not proposed in a foreign room."""
+"""The first has the likelihood's own extremes: ln 0.3 for an occluded pixel, a capped misfit for
+one that shows the room. The second does not ask for colours, the third and fourth forgive more.
+Without the second, far chairs in changed light were not proposed in a foreign room."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -203,8 +203,9 @@ def _without_object(
     scene: Scene, lens_index: int, part: tuple[slice, slice], layers: Sequence[Layer]
 ) -> _Whole:
     lens = scene.frame.rig.lenses[lens_index]
-    x = (np.arange(part[1].stop) + 0.5) * 2 / lens.width_px - 1
-    y = (np.arange(part[0].stop) + 0.5) * 2 / lens.height_px - 1
+    columns: Points = np.arange(int(part[1].stop), dtype=np.float64) + 0.5
+    rows: Points = np.arange(int(part[0].stop), dtype=np.float64) + 0.5
+    x, y = columns * 2 / lens.width_px - 1, rows * 2 / lens.height_px - 1
     room = expose(
         scene.background.images[lens_index][part],
         scene.exposures[lens_index],
@@ -349,7 +350,8 @@ def _shape_scores(cuts: Cuts, model: TrackModel, levels: NDArray[np.intp]) -> li
     scores: list[FloatArray] = []
     for way in WAYS:
         nats = way.own * own + way.foreign * (changed - own) + way.unchanged * (area - changed)
-        scores.append(nats if way.by_area else nats / area - way.unchanged)
+        nats = nats if way.by_area else nats / area - way.unchanged
+        scores.append(nats.astype(np.float32))
     return scores
 
 

@@ -41,8 +41,8 @@ SCREENED_AT_ONCE = 6
 """Proposals screened in one step."""
 
 ALIGNED = 12
-"""Proposals that are aligned, the best by their rough likelihood: on foreign stills the right one was
-among the first three wherever it had been proposed."""
+"""Proposals that are aligned, the best by their rough likelihood: on foreign stills the right one
+was among the first three wherever it had been proposed."""
 
 HOPELESS_NATS = 8.0
 """A rough pose that is so much less likely than the best is not followed: odds of 3000 to one, more

@@ -6,7 +6,6 @@ the rooms lab and desk.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 
@@ -41,9 +40,6 @@ ROUGHLY = SimilarityOptions()
 
 CLOSELY = replace(ROUGHLY, closely=True)
 """For poses that are right to a pixel."""
-
-BY_DETAIL = replace(ROUGHLY, doubt_px=math.inf)
-"""Detail only, without the photometric gain: where the light is uncertain."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

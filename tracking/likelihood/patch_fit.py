@@ -8,7 +8,7 @@ object and of the background separate them (dense likelihood, Nelder & Mead 1965
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,10 +28,6 @@ TRIED_ROUGHLY = 24
 
 TRIED_CLOSELY = 20
 """Evaluations of each round of the close fit."""
-
-TRIED_KNOWN = 18
-"""The same for an object whose position is known."""
-
 
 CLOSE_STEP_M = 0.025
 """First step in m of the close fit."""
@@ -54,16 +50,6 @@ FAR_BEHIND = 0.3
 
 BEHIND = 0.2
 """Similarity below the best rival's from which no further round is begun."""
-
-
-def fit_patch(around: Surroundings, world_from_start: Pose) -> tuple[Pose, float]:
-    """The upright pose near a start at which the object is most similar to the picture.
-
-    Returns:
-        The pose, and its similarity, see `tracking.model.similarity.Setting.similarity`.
-    """
-    world_from_rough, _ = fit_patch_roughly(around, world_from_start)
-    return fit_patch_closely(around, world_from_rough, tried=TRIED_KNOWN)
 
 
 def fit_patch_roughly(around: Surroundings, world_from_start: Pose) -> tuple[Pose, float]:
@@ -157,24 +143,3 @@ def _stepped(start: Upright, steps: Points, step_m: float, step_rad: float) -> U
     across, along, turns = steps.tolist()
     x, y, z, yaw = start
     return x + step_m * across, y + step_m * along, z, yaw + step_rad * turns
-
-
-def similarity_at(around: Surroundings, world_from_object: Pose) -> float:
-    """How much an object at a rough pose looks like the picture, at most 1, 0 for by chance.
-
-    See `tracking.model.similarity.Setting.similarity`.
-    """
-    place = around.at(world_from_object)
-    return 0.0 if place is None else place.similarity(upright_of(world_from_object))
-
-
-def detail_similarities(around: Surroundings, poses: Sequence[Pose]) -> list[float] | None:
-    """How much an object at each of some poses at one place looks like the picture by its detail.
-
-    See `tracking.evidence.surroundings.Place.detail_similarities`; None if nothing of it is in the
-    window, too.
-    """
-    place = around.at(poses[0])
-    return (
-        None if place is None else place.detail_similarities([upright_of(pose) for pose in poses])
-    )

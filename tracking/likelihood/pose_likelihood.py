@@ -8,8 +8,9 @@ and comparable over objects, sizes, distances and frames.
 
 What hides the object is accounted for too: the static room and tracked objects by their distance,
 anything else as an occlusion mixture, which a pixel that shows the empty room cannot be part of.
-A flat patch of an unknown object is as likely as a flat patch of this one, so evidence comes from
-where outline and pattern are, as its surroundings do not predict those.
+A flat patch of an unknown object is nearly as likely as a flat patch of this one: it says at most
+`-ln FOREIGN` a sample. Most evidence comes from where outline and pattern are, as their
+surroundings do not predict those.
 """
 
 from __future__ import annotations
@@ -163,13 +164,14 @@ def pose_support(
     live, empty, changed = (
         picture[part] for picture in (observation.live, observation.empty, observation.changed)
     )
-    behind = (1.0 - drawn.alpha)[..., None] * empty
+    behind = np.asarray((1.0 - drawn.alpha)[..., None] * empty, dtype=np.float32)
     shared_px2 = _shared_px2(observation, model, world_from_object)
-    weight = silhouette * np.maximum(changed, LEAST_CHANGED)
-    gains, light_nats = _light(drawn, live - behind, weight, shared_px2)
+    weight = (silhouette * np.maximum(changed, LEAST_CHANGED)).astype(np.float32)
+    gains, light_nats = _light(drawn, (live - behind).astype(np.float32), weight, shared_px2)
     most = tolerance.most_misfit
     wider2 = (RESIDUAL_SIGMA / tolerance.sigma) ** 2
-    object_misfit = misfit(live - (drawn.rgb * gains + behind), tolerance.sigma)
+    residual = (live - drawn.rgb * gains - behind).astype(np.float32)
+    object_misfit = misfit(residual, tolerance.sigma)
     as_object = np.exp(-np.minimum(object_misfit, most))
     as_foreign = np.exp(-np.minimum(wider2 * observation.foreign_misfit[part], most))
     as_room = np.exp(-np.minimum(observation.room_misfit[part], most))

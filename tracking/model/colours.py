@@ -17,8 +17,8 @@ LIGHT_FACTORS = (0.6, 0.68, 0.76, 0.84, 0.92, 1.0, 1.1, 1.2)
 Chosen on the rooms lab and desk."""
 
 ANY_LIGHT_FACTORS = tuple(0.5 * 2.0 ** (k / 5) for k in range(11))
-"""The same of an object anywhere in a room: two standard deviations of the gains that were fitted in
-a foreign room, in steps of a bin. Wider than needed it would take more of the room for its own."""
+"""The same of an object anywhere in a room: two standard deviations of the gains that were fitted
+in a foreign room, in steps of a bin. Wider still, more of the room would pass for its own."""
 
 OWN_SHARE = 0.15
 """All but this share of an object's own pixels have colour similarity 1."""

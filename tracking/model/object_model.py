@@ -98,7 +98,7 @@ def make_model(source: ObjectModel, renderer: Renderer) -> TrackModel:
 
 
 def shown_colours(pictures: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(N, 3) colours of an object in (V, H, W, 4) pictures with alpha; black if it shows nowhere."""
+    """(N, 3) colours of an object in (V, H, W, 4) pictures; black if it shows nowhere."""
     shown = pictures[pictures[..., 3] > 0.6]
     return shown[:, :3] / shown[:, 3:] if len(shown) else np.zeros((1, 3), np.float32)
 

@@ -36,10 +36,6 @@ NEIGHBOURS = 6
 """Nearest splats, the splat included, from which a normal is estimated."""
 
 
-SPARSE = 1.5
-"""Splats up to so many times as far apart as usual show well what was scanned."""
-
-
 OPTIONS = RenderOptions(threads=1, antialias=True)
 
 RELIGHTER = Relighter(RELIGHTING.for_native())
@@ -54,14 +50,11 @@ class RelightableModel:
         splats: without those at its foot.
         facing: (N, 3) unit outward normals, in the object's frame.
         compass: the same splats, coloured by their normals: 0.5 + 0.5 x, y and z.
-        known: splats in grey, white where they are as dense as usual and dark where they are
-            sparse.
     """
 
     splats: SplatCloud
     facing: Points
     compass: SplatCloud
-    known: SplatCloud
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,7 +83,7 @@ def relightable_of(source: ObjectModel) -> RelightableModel:
     centre = np.array([0.0, 0.0, 0.5 * source.box_m[2]])
     facing = _facing(splats, centre)
     colours = ((0.5 * facing) / SH_C0).astype(np.float32)[:, None, :]
-    return RelightableModel(splats, facing, replace(splats, sh=colours), _known(splats))
+    return RelightableModel(splats, facing, replace(splats, sh=colours))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -138,14 +131,6 @@ class LitView:
         drawn = self._drawn(relightable, world_from_object)
         return drawn.rgb * self._light(drawn).gains(drawn.facing), drawn.alpha
 
-    def known(
-        self, relightable: RelightableModel, world_from_object: Pose
-    ) -> tuple[FloatArray, float]:
-        """(H, W) 0..1 how well the object's visible surface was scanned, and 0..1 on the whole."""
-        drawn = self._picture(relightable.known, world_from_object)
-        share = float(drawn.rgb[..., 0].sum()) / max(float(drawn.alpha.sum()), 1e-6)
-        return np.clip(drawn.rgb[..., 0] + 1.0 - drawn.alpha, 0.0, 1.0), share
-
     def _picture(self, splats: SplatCloud, world_from_object: Pose) -> Rendering:
         posed = (PosedSplats(splats, world_from_object),)
         return self.renderer.render(posed, self.camera, self.world_from_camera, OPTIONS)
@@ -159,7 +144,7 @@ class LitView:
     def _light(self, drawn: _Drawn) -> Light:
         rgb = bell_blurred(drawn.rgb, LENS_BLUR_PX, LENS_REACH_PX)
         alpha = bell_blurred(drawn.alpha, LENS_BLUR_PX, LENS_REACH_PX)
-        shown = self.live - (1.0 - alpha)[..., None] * self.empty
+        shown = (self.live - (1.0 - alpha)[..., None] * self.empty).astype(np.float32)
         return fit_light(rgb, drawn.facing, shown, self.free * alpha)[1]
 
 
@@ -278,25 +263,6 @@ def _fitted(
             weight * (RELIGHTING.residual_scale**2 / (RELIGHTING.residual_scale**2 + apart2)) ** 2
         )
     return Light(light[:4], light[4:])
-
-
-def _known(splats: SplatCloud) -> SplatCloud:
-    """Splats in grey: how densely they lie, beside what is usual on the object.
-
-    What a scan hardly saw is filled with few, whose colours are uncertain; each stands for all the
-    space up to the next.
-    """
-    if len(splats) <= NEIGHBOURS:
-        return splats
-    apart = KDTree(splats.means).query(splats.means, k=NEIGHBOURS)[0][:, -1]
-    density = np.minimum((SPARSE * np.median(apart) / np.maximum(apart, 1e-9)) ** 4, 1.0)
-    white = ((density - 0.5) / SH_C0).astype(np.float32)
-    return replace(
-        splats,
-        scales=np.maximum(splats.scales, 0.5 * apart[:, None].astype(np.float32)),
-        opacities=np.ones_like(splats.opacities),
-        sh=np.repeat(white[:, None, None], 3, axis=2),
-    )
 
 
 def _facing(splats: SplatCloud, centre: Points) -> Points:

@@ -9,8 +9,9 @@ import pytest
 from scenes.pose import Pose, wrap_angle
 from scenes.state import TrackState
 from tracking.evidence.appearance_memory import remember_appearance
+from tracking.evidence.observation import observe
 from tracking.evidence.rendering import draw
-from tracking.follow.measure import measure
+from tracking.follow.measure import Seen, measure
 from tracking.follow.posterior import is_accepted, is_conclusive
 
 MOVES = {"state": TrackState.TRACKED, "still_frames": 0, "confidence": 0.9}
@@ -19,8 +20,9 @@ MOVES = {"state": TrackState.TRACKED, "still_frames": 0, "confidence": 0.9}
 def measured(table, scene, name, predicted, *, is_unchanged=False, **remembered):
     task = table.task(scene, name, **remembered)
     evidence = table.evidence(scene, name, predicted)
-    window, fit = measure(task, evidence, predicted, is_unchanged=is_unchanged)
-    return task, evidence, window, fit
+    seen = Seen(evidence, observe(scene, evidence))
+    window, fit = measure(task, seen, predicted, is_unchanged=is_unchanged)
+    return task, evidence, window.evidence, fit
 
 
 def off(fit, true):

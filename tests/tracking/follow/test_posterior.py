@@ -1,6 +1,5 @@
 """What is believed before a frame is measured, and which measurement is believed."""
 
-import math
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,22 +11,16 @@ from tracking.follow.posterior import (
     ACCEPTED_CONTOUR_SCORE,
     CONCLUSIVE_INLIER_RATIO,
     CONTACT_SIGMA_M,
-    FAR_PRICE,
     HEAVY_HEIGHT_M,
     LEAST_VISIBLE,
     MOVING_SIGMA_M,
     RECOGNISED_CONTOUR_SCORE,
     REST_RADIUS_M,
     RESTING_SIGMA_M,
-    confidence_of,
-    foreground_factor,
     has_left_its_rest,
     is_accepted,
-    is_at_scanned_pose,
     is_conclusive,
-    is_too_weak,
     least_correlation,
-    penalised_score,
     priors,
     shows_pattern,
 )
@@ -127,21 +120,6 @@ def test_only_what_rested_can_leave_its_rest(state, moved_m, left):
     assert has_left_its_rest(a_task(state=state), fit) == left
 
 
-def test_outside_the_room_everything_is_doubtful():
-    assert is_too_weak(a_task(contains=False), a_fit())
-    assert not is_too_weak(a_task(), a_fit())
-
-
-@pytest.mark.parametrize(("box_m", "moved_m", "missed", "doubted"), [
-    (HEAVY, 0.5, 0, False), (HEAVY, 0.5, 2, True),
-    (SMALL, 0.0, 0, False), (SMALL, 0.5, 0, True), (SMALL, 0.0, 2, True),
-])  # fmt: skip
-def test_a_weak_outline_is_doubted_after_a_gap_or_a_leap(box_m, moved_m, missed, doubted):
-    weak = a_fit(CONCLUSIVE_INLIER_RATIO - 0.01, at=(moved_m, 0.0, TABLE_M))
-    assert is_too_weak(a_task(box_m, missed=missed), weak) == doubted
-    assert not is_too_weak(a_task(box_m, missed=missed), a_fit(at=(moved_m, 0.0, TABLE_M)))
-
-
 def test_a_good_outline_convinces_unless_the_object_usually_shows_a_better_one():
     assert is_conclusive(a_task(), a_fit(0.6))
     assert not is_conclusive(a_task(), a_fit(CONCLUSIVE_INLIER_RATIO - 0.01))
@@ -166,38 +144,3 @@ def test_a_blurred_scan_lowers_what_is_asked_of_a_pattern():
     clear, blurred = (a_task(initial_correlation=value).track for value in (0.9, 0.2))
     assert least_correlation(blurred) == pytest.approx(0.17)
     assert least_correlation(clear) > 2 * least_correlation(blurred)
-
-
-def test_confidence_grows_with_support_and_shrinks_where_the_empty_room_shows():
-    told = [confidence_of(a_fit(support)) for support in (0.4, 0.6, 0.8, 0.9)]
-    assert told == sorted(told)
-    assert (told[0], told[-1]) == (0.0, 1.0)
-    assert confidence_of(a_fit(textured=True, colour_correlation=0.3)) == pytest.approx(0.25)
-    bare = [foreground_factor(a_fit(visible=share)) for share in (1.0, 0.7, 0.45, 0.2)]
-    np.testing.assert_allclose(bare, (1.0, 1.0, 0.5, 0.0))
-    assert foreground_factor(a_fit(visible=0.2, covered=0.8)) == 1.0
-
-
-def test_being_far_from_what_was_expected_has_a_price_but_no_end():
-    belief = SimpleNamespace(
-        mean=np.array([0.0, 0.0, TABLE_M, 0.0]), sigma=np.array([0.1, 0.1, 0.1, 0.2])
-    )
-    assert penalised_score(a_fit(), belief) == pytest.approx(0.9)
-    # Yaws are compared the short way round.
-    turned, belief.mean = a_fit(), belief.mean + np.array([0.0, 0.0, 0.0, math.pi])
-    turned.world_from_object = Pose.from_yaw(-math.pi + 0.01, (0.0, 0.0, TABLE_M))
-    assert penalised_score(turned, belief) == pytest.approx(0.9, abs=1e-3)
-    belief.mean[3] = 0.0
-    apart = [penalised_score(a_fit(at=(x, 0.0, TABLE_M)), belief) for x in (0.1, 0.3, 3.0)]
-    assert apart[0] == pytest.approx(0.9 - FAR_PRICE)
-    assert apart == sorted(apart, reverse=True)
-    assert apart[2] == pytest.approx(0.9 - 9.0 * FAR_PRICE)
-
-
-@pytest.mark.parametrize(("recognised", "support", "visible", "there"), [
-    (None, 0.6, 0.8, True), (True, 0.6, 0.8, True), (False, 0.9, 1.0, False),
-    (None, 0.5, 0.8, False), (None, 0.6, 0.4, False),
-])  # fmt: skip
-def test_what_is_only_known_by_its_scan_must_be_seen_there(recognised, support, visible, there):
-    fit = a_fit(support, visible=visible)
-    assert is_at_scanned_pose(fit, is_recognised=recognised) == there

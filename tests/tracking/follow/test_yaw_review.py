@@ -8,19 +8,21 @@ import pytest
 
 from scenes.pose import Pose, wrap_angle
 from scenes.state import TrackState
+from tracking.evidence.observation import observe
 from tracking.follow import yaw_review
-from tracking.follow.posterior import LOST_CONFIDENCE
+from tracking.follow.belief import Belief
 from tracking.follow.track import Review, Track
 from tracking.follow.yaw_review import (
     PERIOD_NS,
     REVIEW_PART,
+    TURNED_NATS,
     is_under_review,
-    reported_confidence,
     reviewed,
     was_reviewed,
 )
 from tracking.hypotheses.budget import Step
 from tracking.hypotheses.hypothesis import Hypothesis
+from tracking.likelihood.pose_likelihood import PoseSupport, pose_support
 from tracking.solve.gauss_newton import Prior, solve
 from tracking.solve.motion import pose_vector
 
@@ -31,17 +33,23 @@ REFINED_NS = round(REVIEW_PART * Step.REVIEW_YAW.nominal_ms * 1e6)
 LONG_NS = 10 * REFINED_NS
 
 
-def a_fit(pose, contour_score, *, visible=0.95):
+def a_fit(pose):
     return SimpleNamespace(
         world_from_object=pose,
-        contour_score=contour_score,
-        score=contour_score,
-        visible_fraction=visible,
+        visible_fraction=0.95,
         covered_fraction=0.0,
         textured=False,
         colour_correlation=0.5,
         reduced=SimpleNamespace(contour=range(240), appearance=None),
     )
+
+
+def support(nats):
+    return PoseSupport(nats, 20.0, 1.0, 0.5, 900.0)
+
+
+def a_belief(pose, nats):
+    return Belief("seen", a_fit(pose), support(nats), support(nats))
 
 
 def a_track(review, state=TrackState.TRACKED, looked_ns=0):
@@ -53,11 +61,11 @@ def a_track(review, state=TrackState.TRACKED, looked_ns=0):
 def task(monkeypatch):
     """A task whose object stands turned by half from what it is taken for."""
 
-    def refined(_scene, _model, start, _evidence, *, quickly=False):
+    def refined(_scene, _model, start, _evidence, _observation, *, quickly=False):
         assert not quickly
-        return Hypothesis(a_fit(start, 0.95 if abs(start.yaw()) > 3.0 else 0.6), None)
+        return Hypothesis(a_fit(start), support(30.0 if abs(start.yaw()) > 3.0 else 10.0))
 
-    monkeypatch.setattr(yaw_review, "turned", lambda *_: [SHARP, FLIPPED])
+    monkeypatch.setattr(yaw_review, "likeliest_yaws", lambda *_: [SHARP, FLIPPED])
     monkeypatch.setattr(yaw_review, "refined", refined)
     templates = SimpleNamespace(are_indistinguishable=lambda turns: np.zeros(len(turns), bool))
     model = SimpleNamespace(symmetry=1, radius_m=0.5, templates=templates)
@@ -71,84 +79,79 @@ def task(monkeypatch):
     return make
 
 
-def test_a_weak_yaw_is_given_up_for_a_clearly_better_one(task):
-    after, fit = reviewed(task(None), None, a_fit(SHARP, 0.65))
+def test_a_yaw_is_given_up_for_a_clearly_likelier_one(task):
+    after, fit = reviewed(task(None), None, a_belief(SHARP, 10.0))
     assert fit.world_from_object is FLIPPED
-    assert after.track.review == Review(0, 0, True)
+    gained = pytest.approx(20.0 - TURNED_NATS)
+    assert after.track.review.rival_nats == gained
+    assert after.track.review.known_nats == gained
+    assert after.track.review.is_clear
     assert was_reviewed(after.track, 0)
+
+
+def test_a_yaw_that_was_known_needs_more_to_be_given_up(task):
+    known = task(Review(-LONG_NS, 0, 50.0, 50.0))
+    weak = a_belief(SHARP, 30.0 - TURNED_NATS)
+    assert reviewed(known, None, weak)[1] is weak.fit
+    doubted = task(Review(-LONG_NS, 0, 0.0, 0.0))
+    assert reviewed(doubted, None, weak)[1].world_from_object is FLIPPED
 
 
 def test_a_review_is_spread_over_frames_and_its_object_moves_on_meanwhile(task):
     first = task(None, since_ns=REFINED_NS)
-    begun, fit = reviewed(first, "then", a_fit(SHARP, 0.65))
+    begun, fit = reviewed(first, "then", a_belief(SHARP, 10.0))
     assert is_under_review(begun.track)
     assert was_reviewed(begun.track, 0)
+    assert begun.track.rival_nats == 0.0
     assert fit.world_from_object is SHARP
     second = task(begun.track.review, now_ns=REFINED_NS, since_ns=2 * REFINED_NS)
     moved = Pose.from_yaw(0.1, [0.2, 0.0, 0.0])
-    done, fit = reviewed(second, "now", a_fit(moved, 0.65))
+    done, fit = reviewed(second, "now", a_belief(moved, 10.0))
     assert not is_under_review(done.track)
     np.testing.assert_allclose(fit.world_from_object.matrix(), (moved @ FLIPPED).matrix())
 
 
 def test_a_yaw_that_was_right_is_kept_though_it_moved_meanwhile(task):
-    begun, _ = reviewed(task(None, since_ns=REFINED_NS), "then", a_fit(SHARP, 0.99, visible=0.5))
-    fit = a_fit(Pose.from_yaw(0.1), 0.65)
+    begun, _ = reviewed(task(None, since_ns=REFINED_NS), "then", a_belief(SHARP, 40.0))
+    now = a_belief(Pose.from_yaw(0.1), 10.0)
     second = task(begun.track.review, now_ns=REFINED_NS, since_ns=2 * REFINED_NS)
-    done, after = reviewed(second, "now", fit)
-    assert after is fit
+    done, after = reviewed(second, "now", now)
+    assert after is now.fit
     assert done.track.review.in_vain == 1
+    assert done.track.review.rival_nats == pytest.approx(10.0 + TURNED_NATS)
 
 
 def test_a_review_begins_anew_when_the_camera_was_moved(task):
-    begun, _ = reviewed(task(None, since_ns=REFINED_NS), "then", a_fit(SHARP, 0.65))
+    begun, _ = reviewed(task(None, since_ns=REFINED_NS), "then", a_belief(SHARP, 10.0))
     moved = task(begun.track.review, now_ns=PERIOD_NS, since_ns=REFINED_NS, rig=Pose.identity())
-    again, fit = reviewed(moved, "now", a_fit(SHARP, 0.65))
+    again, fit = reviewed(moved, "now", a_belief(SHARP, 10.0))
     assert again.track.review.pending.evidence == "now"
     assert fit.world_from_object is SHARP
 
 
-def test_a_good_fit_and_what_never_moved_are_left_alone(task):
-    good = a_fit(SHARP, 0.9)
-    assert reviewed(task(None), None, good)[1] is good
-    weak = a_fit(SHARP, 0.65)
-    assert reviewed(task(None, state=TrackState.STATIC), None, weak)[1] is weak
+def test_what_never_moved_is_left_alone_unless_its_place_says_less_than_before(task):
+    weak = a_belief(SHARP, 10.0)
+    resting = task(None, state=TrackState.STATIC)
+    assert reviewed(resting, None, weak)[1] is weak.fit
+    assert reviewed(resting, None, weak, is_shaken=True)[1].world_from_object is FLIPPED
 
 
 def test_after_a_review_in_vain_the_next_waits_twice_as_long(task):
-    weak, before = a_fit(SHARP, 0.65), Review(0, 2, False)
+    weak, before = a_belief(SHARP, 10.0), Review(0, 2, 1.0, 1.0)
     early = task(before, now_ns=4 * PERIOD_NS - 1)
     assert reviewed(early, None, weak)[0].track.review is before
-    assert reviewed(task(before, now_ns=4 * PERIOD_NS), None, weak)[1] is not weak
-
-
-def test_a_yaw_that_is_one_of_several_is_reported_with_low_confidence():
-    weak = a_fit(SHARP, 0.75)
-    assert reported_confidence(a_track(Review(0, 1, False)), weak) <= LOST_CONFIDENCE
-    assert reported_confidence(a_track(Review(0, 1, True)), weak) > LOST_CONFIDENCE
-
-
-def test_a_clearly_better_place_at_the_same_yaw_is_taken(task, monkeypatch):
-    better = a_fit(Pose.from_yaw(0.05), 0.9)
-    weak = task(None)
-    monkeypatch.setattr(yaw_review, "turned", lambda *_: [SHARP])
-    monkeypatch.setattr(yaw_review, "refined", lambda *_, **_quickly: Hypothesis(better, None))
-    after, fit = reviewed(weak, None, a_fit(SHARP, 0.5))
-    assert fit is better
-    assert after.track.review.is_clear
+    assert reviewed(task(before, now_ns=4 * PERIOD_NS), None, weak)[1] is not weak.fit
 
 
 def test_what_looks_like_its_appearance_memory_of_a_known_yaw_is_left_alone(task):
-    seen = a_fit(SHARP, 0.5)
-    seen.textured = True
-    seen.reduced = SimpleNamespace(
-        contour=range(240),
-        camera_from_object=None,
-        appearance=SimpleNamespace(view_weight=lambda _: 1.0),
+    seen = a_belief(SHARP, 10.0)
+    seen.fit.textured = True
+    seen.fit.reduced = SimpleNamespace(
+        camera_from_object=None, appearance=SimpleNamespace(view_weight=lambda _: 1.0)
     )
-    assert reviewed(task(None), None, seen)[1] is seen
-    ambiguous = task(Review(0, 0, False), now_ns=10 * PERIOD_NS)
-    assert reviewed(ambiguous, None, seen)[1] is not seen
+    assert reviewed(task(None), None, seen)[1] is seen.fit
+    ambiguous = task(Review(0, 0, 0.0, 0.0), now_ns=10 * PERIOD_NS)
+    assert reviewed(ambiguous, None, seen)[1] is not seen.fit
 
 
 def test_a_patterned_thing_taken_for_its_back_is_turned_round(table, as_scanned):
@@ -160,11 +163,19 @@ def test_a_patterned_thing_taken_for_its_back_is_turned_round(table, as_scanned)
     wrong = solve(evidence, table.models["book-1"], flipped, prior, table.renderer)
     scene = replace(as_scanned, frame=replace(as_scanned.frame, t_ns=LONG_NS))
     task = table.task(scene, "book-1", state=TrackState.TRACKED, world_from_object=flipped)
-    after, fit = reviewed(task, evidence, wrong)
+    observation = observe(scene, evidence)
+
+    def belief(fit):
+        pose = fit.world_from_object
+        found = pose_support(observation, task.model, pose, table.renderer)
+        return Belief(observation, fit, found, found)
+
+    doubted = replace(task, track=replace(task.track, review=Review(-LONG_NS, 0, 0.0, 0.0)))
+    after, fit = reviewed(doubted, evidence, belief(wrong))
     assert not is_under_review(after.track)
     assert abs(np.degrees(wrap_angle(fit.world_from_object.yaw() - true.yaw()))) < 5.0
     assert fit.colour_correlation > wrong.colour_correlation + 0.2
     # What is right already stays as it is.
     kept = replace(task, track=replace(task.track, world_from_object=true))
-    _, again = reviewed(kept, evidence, fit)
+    _, again = reviewed(kept, evidence, belief(fit))
     assert abs(np.degrees(wrap_angle(again.world_from_object.yaw() - true.yaw()))) < 5.0

@@ -1,4 +1,4 @@
-"""Places given to objects, each once."""
+"""Places given to objects, each once, by log odds."""
 
 import math
 from types import SimpleNamespace
@@ -8,7 +8,8 @@ import pytest
 
 from scenes.pose import Pose
 from tracking.hypotheses.assignment import AssignmentCandidates, assign, is_same_spot
-from tracking.hypotheses.hypothesis import Hypothesis
+from tracking.hypotheses.hypothesis import CLEAR_NATS, Hypothesis, distinct
+from tracking.likelihood.pose_likelihood import PoseSupport
 from tracking.model.templates import SMALL_PX, YAWS, Templates
 
 PIXELS = SMALL_PX * SMALL_PX
@@ -30,22 +31,21 @@ def a_model(name, *, radius_m=0.5, narrow_m=0.3):
     )
 
 
-def a_hypothesis(x, score, *, yaw_deg=0.0, points=240):
-    reduced = SimpleNamespace(contour=range(points))
+def a_hypothesis(x, nats, *, yaw_deg=0.0, log_prior=0.0):
     pose = Pose.from_yaw(math.radians(yaw_deg), (x, 0.0, 0.0))
-    fit = SimpleNamespace(world_from_object=pose, score=score, reduced=reduced, textured=True)
-    return Hypothesis(fit, None)
+    support = PoseSupport(nats, 10.0, 1.0, 0.5, 900.0)
+    return Hypothesis(SimpleNamespace(world_from_object=pose), support, log_prior)
 
 
-def looked_for(name, last_x, *fits):
-    return AssignmentCandidates(a_model(name), Pose.from_yaw(0.0, (last_x, 0.0, 0.0)), fits)
+def looked_for(name, *hypotheses):
+    return AssignmentCandidates(a_model(name), hypotheses)
 
 
 def test_two_objects_never_get_one_place_and_the_total_counts():
     found = assign(
         [
-            looked_for("a", 0.0, a_hypothesis(1.0, 0.9), a_hypothesis(3.0, 0.85)),
-            looked_for("b", 0.0, a_hypothesis(1.01, 0.8)),
+            looked_for("a", a_hypothesis(1.0, 9.0), a_hypothesis(3.0, 8.5)),
+            looked_for("b", a_hypothesis(1.01, 8.0)),
         ]
     )
     assert found["a"].hypothesis.world_from_object.translation[0] == pytest.approx(3.0)
@@ -53,54 +53,57 @@ def test_two_objects_never_get_one_place_and_the_total_counts():
 
 
 @pytest.mark.parametrize("order", [1, -1])
-def test_twins_get_the_places_nearest_to_their_last_ones(order):
-    fits = (a_hypothesis(1.0, 0.9), a_hypothesis(3.0, 0.9))
-    found = assign([looked_for("a", 2.6, *fits), looked_for("b", 1.3, *fits)][::order])
+def test_twins_get_the_places_that_the_prior_prefers(order):
+    def twin(name, near_one, near_three):
+        first = a_hypothesis(1.0, 9.0, log_prior=near_one)
+        second = a_hypothesis(3.0, 9.0, log_prior=near_three)
+        return looked_for(name, first, second)
+
+    found = assign([twin("a", -0.3, -0.1), twin("b", -0.1, -0.3)][::order])
     assert found["a"].hypothesis.world_from_object.translation[0] == 3.0
     assert found["b"].hypothesis.world_from_object.translation[0] == 1.0
-    assert found["a"].place_is_clear
-    assert found["b"].place_is_clear
+    assert found["a"].place_probability > 0.99
 
 
-@pytest.mark.parametrize(("score", "is_clear"), [(0.88, False), (0.6, True)])
-def test_a_free_place_that_fits_as_well_makes_it_unclear(score, is_clear):
-    item = looked_for("a", 0.0, a_hypothesis(1.0, 0.9), a_hypothesis(3.0, score))
-    assert assign([item])["a"].place_is_clear == is_clear
+def test_the_posterior_counts_free_places_and_being_nowhere_in_view():
+    sure = assign([looked_for("a", a_hypothesis(1.0, 9.0), a_hypothesis(3.0, 2.0))])["a"]
+    assert sure.place_probability == pytest.approx(1.0, abs=2e-3)
+    even = assign([looked_for("a", a_hypothesis(1.0, 9.0), a_hypothesis(3.0, 9.0))])["a"]
+    assert even.place_probability == pytest.approx(0.5, abs=1e-3)
+    weak = assign([looked_for("a", a_hypothesis(1.0, 1.0))])["a"]
+    assert weak.place_probability == pytest.approx(math.e / (math.e + 1.0))
 
 
-def test_another_yaw_that_fits_as_well_makes_it_unclear():
-    turned = a_hypothesis(1.0, 0.88, yaw_deg=90.0)
-    assert not assign([looked_for("a", 0.0, a_hypothesis(1.0, 0.9), turned)])["a"].yaw_is_clear
-    slightly = a_hypothesis(1.0, 0.88, yaw_deg=5.0)
-    assert assign([looked_for("a", 0.0, a_hypothesis(1.0, 0.9), slightly)])["a"].yaw_is_clear
+def test_another_yaw_shares_the_pose_but_not_the_place():
+    turned = a_hypothesis(1.0, 8.0, yaw_deg=90.0)
+    found = assign([looked_for("a", a_hypothesis(1.0, 9.0), turned)])["a"]
+    assert found.rival_nats == pytest.approx(1.0)
+    assert found.place_probability == pytest.approx(1.0, abs=1e-3)
+    assert found.pose_probability == pytest.approx(math.e / (math.e + 1.0), abs=1e-3)
+    slightly = a_hypothesis(1.0, 8.0, yaw_deg=5.0)
+    found = assign([looked_for("a", a_hypothesis(1.0, 9.0), slightly)])["a"]
+    assert found.rival_nats == math.inf
+    assert found.pose_probability == pytest.approx(1.0, abs=1e-3)
 
 
-def test_what_fits_badly_or_nowhere_stays_lost():
-    assert assign([looked_for("a", 0.0, a_hypothesis(1.0, 0.05)), looked_for("b", 0.0)]) == {}
+def test_what_is_likelier_nowhere_in_view_stays_lost():
+    assert assign([looked_for("a", a_hypothesis(1.0, 3.0, log_prior=-4.0)), looked_for("b")]) == {}
     assert assign([]) == {}
 
 
-def test_few_points_are_never_clear_by_a_little():
-    assert a_hypothesis(0.0, 0.9).is_clearly_better(a_hypothesis(0.0, 0.7))
-    assert not a_hypothesis(0.0, 0.9, points=30).is_clearly_better(
-        a_hypothesis(0.0, 0.7, points=30)
-    )
+def test_only_clear_odds_are_clear_and_equal_poses_are_one():
+    best, other = a_hypothesis(0.0, 9.0), a_hypothesis(0.05, 9.0 - CLEAR_NATS + 0.1)
+    assert not best.is_clearly_better(other)
+    assert best.is_clearly_better(a_hypothesis(0.0, 9.0 - CLEAR_NATS - 0.1))
+    assert distinct(a_model("a"), [other, best]) == [best]
+    assert len(distinct(a_model("a"), [best, a_hypothesis(0.4, 1.0)])) == 2
 
 
 @pytest.mark.parametrize(
-    ("x", "z", "same"), [(0.4, 0.0, True), (0.5, 0.0, False), (0.4, 0.5, False)]
+    ("x", "z", "same"), [(0.4, 0.0, True), (0.5, 0.0, False), (0.4, 0.3, True), (0.4, 0.6, False)]
 )
-def test_two_objects_on_one_height_keep_their_narrower_sides_apart(x, z, same):
+def test_objects_do_not_stand_in_each_other_but_on_each_other(x, z, same):
     first, second = (a_model(name, radius_m=0.3, narrow_m=0.48) for name in "ab")
     here, there = Pose.from_yaw(0.0, (0.0, 0.0, 0.0)), Pose.from_yaw(0.0, (x, 0.0, z))
     assert is_same_spot(first, here, second, there) is same
-
-
-@pytest.mark.parametrize(
-    ("contour_score", "visible", "score"), [(0.95, 1.0, 0.95), (0.7, 1.0, 0.4)]
-)
-def test_an_outline_better_than_any_wrong_ones_needs_no_colours(contour_score, visible, score):
-    fit = SimpleNamespace(
-        textured=False, contour_score=contour_score, visible_fraction=visible, score=0.4
-    )
-    assert Hypothesis(fit, None).score == pytest.approx(score)
+    assert is_same_spot(second, there, first, here) is same

@@ -57,7 +57,7 @@ def test_spread_over_frames_it_comes_to_the_same_and_nothing_is_done_twice(numbe
 
 def test_a_step_that_does_not_fit_waits_and_earlier_results_stay_as_they_were():
     log = []
-    number = STEPS.index(Step.PATCH_JUDGE)
+    number = STEPS.index(Step.GATHER)
     first = FrameBudget(5.0)
     with pytest.raises(BudgetExhausted):
         long_sum([number, number], first, log)

@@ -177,28 +177,3 @@ def test_gains_are_within_what_light_can_do(light, turn):
     low, high = RELIGHTING.light_range
     assert (gains >= np.float32(low)).all()
     assert (gains <= np.float32(high)).all()
-
-
-def test_a_side_of_few_splats_is_told_from_those_that_were_scanned_well(seen):
-    source, _, renderer = seen
-    means = source.splats.means
-    is_front = means[:, 1] < -0.49 * SIDE_M
-    is_kept = ~is_front | (np.arange(len(means)) % 25 == 0)
-    relightable = relightable_of(
-        SimpleNamespace(splats=source.splats.select(is_kept), box_m=source.box_m)
-    )
-    eye, middle = np.array([0.0, -0.8, 0.7]), np.array([0.0, 0.0, 0.1])
-    picture = np.zeros((SIDE_PX, SIDE_PX, 3), np.float32)
-    view = LitView(picture, picture, picture[..., 0], CAMERA, look_at(eye, middle), renderer)
-    known, share = view.known(relightable, Pose.identity())
-    places = np.array([[0.0, -0.1, 0.1], [0.0, 0.0, 0.2], [0.0, 0.4, 0.0]])
-    pixels, _ = CAMERA.project(view.world_from_camera.inverse() @ places)
-    front, top, beside = (float(known[int(y), int(x)]) for x, y in pixels)
-    assert front < 0.4
-    assert top > 0.9
-    assert beside > 0.9
-    assert 0.2 < share < 0.8
-    behind = LitView(
-        picture, picture, picture[..., 0], CAMERA, look_at(-eye + [0, 0, 1.4], middle), renderer
-    )
-    assert behind.known(relightable, Pose.identity())[1] > 0.9

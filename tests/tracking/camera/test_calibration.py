@@ -1,0 +1,67 @@
+"""The camera's pose refined against the room, in lenses of several sizes, and refused elsewhere."""
+
+import math
+
+import numpy as np
+import pytest
+
+from scenes.cameras import Fisheye, Rig
+from scenes.pose import Pose, rotation_angle, rotation_from_vector
+from scenes.render.renderer import PosedSplats
+from tests.conftest import raycast_picture
+from tracking.camera.calibration import calibrate
+
+
+@pytest.fixture(scope="module")
+def filmed(table):
+    """Frames of the room as scanned, filmed from meshes through a lens of a width."""
+    from devices.messages import Frame
+
+    frames = {}
+
+    def film(width_px):
+        if width_px not in frames:
+            lens = Fisheye.from_fov(width_px, math.radians(200))
+            physical = table.physical
+            meshes = [(mesh, Pose.identity()) for mesh in physical.static]
+            for item in physical.objects:
+                meshes += [(mesh, item.world_from_object) for mesh in item.meshes]
+            rgb, _, _ = raycast_picture(meshes, lens, physical.world_from_rig, shade=False)
+            rig = Rig((lens,), (Pose.identity(),))
+            image = np.asarray(rgb, dtype=np.uint8)
+            frames[width_px] = Frame("camera", 0, 0, 0, (image,), rig, physical.world_from_rig)
+        return frames[width_px]
+
+    return film
+
+
+def refined(table, frame, nominal, room=None):
+    objects = tuple(PosedSplats(m.source.splats, table.poses[n]) for n, m in table.models.items())
+    room = table.scan.room if room is None else room
+    return calibrate(frame, nominal, room, table.renderer, objects=objects)
+
+
+@pytest.mark.parametrize("width_px", [640, 960])
+def test_a_marker_that_is_off_is_put_right_through_any_lens(table, filmed, width_px):
+    true = table.physical.world_from_rig
+    turn = rotation_from_vector(np.radians([0.3, -0.3, 0.25]))
+    nominal = true @ Pose(turn, np.array([0.006, -0.006, 0.005]))
+    found = refined(table, filmed(width_px), nominal)
+    left = true.inverse() @ found.world_from_rig
+    assert found.trusted
+    assert math.degrees(rotation_angle(left.rotation)) < 0.1
+    assert np.linalg.norm(left.translation) < 0.005
+    assert "refined by 0." in found.described()
+
+
+def test_a_pose_from_which_the_room_looks_otherwise_is_refused_with_the_reason(table, filmed):
+    turned = (
+        table.physical.world_from_rig
+        @ Pose.from_yaw(0.0)
+        @ Pose(rotation_from_vector(np.array([0.0, 0.6, 0.0])), np.zeros(3))
+    )
+    found = refined(table, filmed(640), turned)
+    assert not found.trusted
+    assert found.world_from_rig is turned
+    assert "NOT refined" in found.described()
+    assert "correlate" in found.refusal or "limit" in found.refusal

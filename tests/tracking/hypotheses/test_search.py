@@ -1,0 +1,145 @@
+"""Proposals, their screening and refinement, and the prior, in filmed meshes."""
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from scenes.pose import Pose, wrap_angle
+from scenes.state import TrackState
+from tracking.evidence.observation import observe
+from tracking.hypotheses.budget import BudgetExhausted, FrameBudget
+from tracking.hypotheses.hypothesis import apart
+from tracking.hypotheses.prior import distinguishable_places, moved_log_prior, stayed_log_prior
+from tracking.hypotheses.proposals import (
+    LEAST_RADIUS_PX,
+    cuts_at,
+    look_through,
+    places_on,
+    proposed,
+)
+from tracking.hypotheses.refinement import aligned, coarse, refined
+from tracking.hypotheses.search import search
+from tracking.hypotheses.yaws import likeliest_yaws
+from tracking.model.templates import Cuts
+
+HEIGHTS = (0.74,)
+
+
+def off(pose, true):
+    """Metres and degrees."""
+    return apart(pose, true), abs(math.degrees(wrap_angle(pose.yaw() - true.yaw())))
+
+
+@pytest.fixture(scope="module")
+def look(table, mug_elsewhere):
+    scene, _ = mug_elsewhere
+    return look_through(scene, 0, table.models["mug-1"], table.neighbours("mug-1"))
+
+
+def test_places_are_on_the_plane_in_view_and_large_enough_to_be_seen(table, mug_elsewhere, look):
+    scene, now = mug_elsewhere
+    model = table.models["mug-1"]
+    (places,) = places_on(scene, [look], model, HEIGHTS)
+    assert set(places[:, 2]) == {0.74}
+    assert np.linalg.norm(places - now.translation, axis=1).min() < 0.06
+    eye = look.world_from_lens.translation
+    distance = np.linalg.norm(places + model.centre_m - eye, axis=1)
+    assert (look.camera.f_px * model.radius_m / distance >= LEAST_RADIUS_PX).all()
+    tiny = replace(model, radius_m=0.001)
+    assert len(places_on(scene, [look], tiny, HEIGHTS)[0]) == 0
+
+
+def test_where_nothing_changed_no_place_is_proposed(table, mug_elsewhere, look):
+    scene, _ = mug_elsewhere
+    same = np.zeros_like(look.picture)
+    (places,) = places_on(scene, [replace(look, picture=same)], table.models["mug-1"], HEIGHTS)
+    assert len(places) == 0
+
+
+def test_the_true_place_is_proposed(table, mug_elsewhere, look):
+    scene, now = mug_elsewhere
+    model = table.models["mug-1"]
+    (places,) = places_on(scene, [look], model, HEIGHTS)
+    halves = [cuts_at(look, model, half) for half in np.array_split(places, 2)]
+    whole = Cuts.joined(halves)
+    np.testing.assert_array_equal(whole.own, cuts_at(look, model, places).own)
+    poses = [pose for _, pose in proposed(look, model, places, whole)]
+    assert min(apart(pose, now) for pose in poses) < 0.06
+    assert proposed(look, model, places[:0], whole.some(np.zeros(0, np.intp))) == []
+
+
+def test_an_alignment_and_a_refinement_come_to_the_true_pose(table, as_scanned):
+    true = table.poses["book-1"]
+    model = table.models["book-1"]
+    start = Pose.from_yaw(true.yaw() + 0.15, true.translation + np.array([0.025, -0.02, 0.0]))
+    evidence = table.evidence(as_scanned, "book-1", start)
+    observation = observe(as_scanned, evidence)
+    rough = aligned(coarse(observation, model, start), model, start, as_scanned)
+    assert apart(rough, true) < 0.6 * apart(start, true)
+    found = refined(as_scanned, model, start, evidence, observation)
+    metres, degrees = off(found.world_from_object, true)
+    assert metres < 0.01
+    assert degrees < 2.0
+    assert found.support.nats > 10.0
+
+
+def test_the_right_yaw_is_among_the_likeliest(table, as_scanned):
+    true = table.poses["book-1"]
+    turned = Pose.from_yaw(true.yaw() + 2.0, true.translation)
+    evidence = table.evidence(as_scanned, "book-1", turned)
+    yaws = likeliest_yaws(table.models["book-1"], evidence, turned)
+    assert 1 <= len(yaws) <= 4
+    assert min(off(pose, true)[1] for pose in yaws) < 16.0
+
+
+def test_a_book_beside_its_place_is_found_with_large_odds(table):
+    true = Pose.from_yaw(table.poses["book-1"].yaw() + 0.8, (-0.37, 0.37, 0.74))
+    task = table.task(table.scene({"book-1": true}), "book-1", state=TrackState.LOST)
+    budget = FrameBudget()
+    found = search(
+        task.scene,
+        task.model,
+        task.neighbours,
+        support_heights_m=table.support_planes.heights_m,
+        last=table.poses["book-1"],
+        budget=budget,
+    )
+    metres, degrees = off(found[0].world_from_object, true)
+    assert metres < 0.015
+    assert degrees < 3.0
+    assert found[0].log_odds > 5.0
+    assert all(a.log_odds >= b.log_odds for a, b in pairwise(found))
+
+
+def test_a_search_waits_where_its_budget_ends(table, mug_elsewhere):
+    scene, _ = mug_elsewhere
+    task = table.task(scene, "mug-1", state=TrackState.LOST)
+    budget = FrameBudget(1.0)
+    with pytest.raises(BudgetExhausted):
+        search(
+            scene,
+            task.model,
+            task.neighbours,
+            support_heights_m=HEIGHTS,
+            last=table.poses["mug-1"],
+            budget=budget,
+        )
+    assert len(budget.done()) == 1
+
+
+def test_the_prior_shares_what_moved_among_all_places(table, as_scanned):
+    book, mug = table.models["book-1"], table.models["mug-1"]
+    heights = table.support_planes.heights_m
+    here = table.poses["book-1"]
+    many = distinguishable_places(as_scanned, mug, heights)
+    few = distinguishable_places(as_scanned, book, heights)
+    ratio = (book.radius_m / mug.radius_m) ** 2
+    assert many == pytest.approx(ratio * few, rel=1e-6)
+    near = moved_log_prior(as_scanned, book, heights, last=here, now=here)
+    assert near == pytest.approx(-math.log(few))
+    far = Pose(here.rotation, here.translation + np.array([2.0, 0.0, 0.0]))
+    assert moved_log_prior(as_scanned, book, heights, last=here, now=far) < near
+    assert stayed_log_prior() > 0.0
