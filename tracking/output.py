@@ -27,11 +27,14 @@ class TrackOutput:
         objects: every object of the scene, in the scene's order, whether it moved or not.
         stage_ns: duration of each stage of `STAGES` in ns, measured with the injected stopwatch.
         world_from_rig: camera pose that the method used; None if it had none.
+        camera: a line that says whether and how far the camera's pose was refined, or why not;
+            empty if the method does not refine it.
     """
 
     objects: tuple[TrackedObject, ...]
     stage_ns: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
     world_from_rig: Pose | None = None
+    camera: str = ""
 
 
 State = TypeVar("State")

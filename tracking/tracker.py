@@ -199,7 +199,8 @@ class Tracker:
         following = TrackerState(
             MappingProxyType(tracks), rig, schedule, frame.t_ns, search, layers.kept()
         )
-        output = TrackOutput(objects, MappingProxyType(stages), scene.world_from_rig)
+        camera = rig.calibration.described() if self._options.calibrate else ""
+        output = TrackOutput(objects, MappingProxyType(stages), scene.world_from_rig, camera)
         return following, output
 
     def _locate(

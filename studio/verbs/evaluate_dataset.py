@@ -87,6 +87,8 @@ def run(args: argparse.Namespace) -> int:
             answers = folder / f"answers-{args.method}.json"
             answers.write_text(json.dumps([_plain(a) for a in tracked.answers]), encoding="utf-8")
             print(f"answers: {answers}", file=sys.stderr)
+    for line in tracked.camera_lines:
+        print(line, file=sys.stderr)
     rows = preparation_rows(prepared, quality=args.quality) + tracking_rows(dataset, tracked)
     if args.json:
         print(json.dumps(as_json("evaluate dataset", rows, args.seed), indent=2))

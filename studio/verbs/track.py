@@ -96,6 +96,8 @@ def run(args: argparse.Namespace) -> int:
     progress.finish(f"{tally.frames} frames")
     rows = tally.rows()
     print(json.dumps(as_json("track", rows), indent=2) if args.json else as_table(rows))
+    for line in tally.camera_lines:
+        print(line, file=sys.stderr)
     print(f"poses: {args.out}", file=sys.stderr)
     return 0
 
@@ -108,16 +110,20 @@ class Tally:
         frames: how many were tracked.
         step_ms: how long each took.
         states: how often each object was in each state.
+        camera_lines: what was said of the camera's pose, each once, in order.
     """
 
     frames: int = 0
     step_ms: list[float] = field(default_factory=list[float])
     states: Counter[tuple[str, str]] = field(default_factory=Counter[tuple[str, str]])
+    camera_lines: list[str] = field(default_factory=list[str])
 
     def add(self, output: TrackOutput, step_ns: int) -> None:
         """Take one frame."""
         self.frames += 1
         self.step_ms.append(step_ns / 1e6)
+        if output.camera and output.camera not in self.camera_lines[-1:]:
+            self.camera_lines.append(output.camera)
         self.states.update((track.object_id, str(track.state)) for track in output.objects)
 
     def rows(self) -> list[Row]:

@@ -83,12 +83,14 @@ class Tracked:
         cameras: per picture in which the method had a camera pose.
         step_ms: duration of each step after a session's first.
         first_ms: duration of each session's first step.
+        camera_lines: what the method said of the camera's pose, once for each set of pictures.
     """
 
     answers: tuple[Answer, ...]
     cameras: tuple[CameraLeft, ...]
     step_ms: tuple[float, ...]
     first_ms: tuple[float, ...]
+    camera_lines: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +141,10 @@ def track_dataset(
             answers += run.cold(pictures)
             begin(f"{name}, chained")
             answers += run.chained(pictures)
-    return Tracked(tuple(answers), tuple(run.cameras), tuple(run.step_ms), tuple(run.first_ms))
+    lines = tuple(f"{name}: {line}" for name, line in run.camera_lines.items())
+    return Tracked(
+        tuple(answers), tuple(run.cameras), tuple(run.step_ms), tuple(run.first_ms), lines
+    )
 
 
 class _Run:
@@ -168,6 +173,7 @@ class _Run:
         self.cameras: list[CameraLeft] = []
         self.step_ms: list[float] = []
         self.first_ms: list[float] = []
+        self.camera_lines: dict[str, str] = {}
 
     def cold(self, pictures: StillSet) -> Iterator[Answer]:
         """Every still as a session of its own."""
@@ -219,6 +225,8 @@ class _Run:
         state, output = self._method.step(state, frame, t_ns)
         durations = self.first_ms if seq == 0 else self.step_ms
         durations.append((self._stopwatch_ns() - began) / 1e6)
+        if output.camera:
+            self.camera_lines[pictures.name] = output.camera
         if output.world_from_rig is not None:
             apart = true_rig.inverse() @ output.world_from_rig
             self.cameras.append(
