@@ -24,6 +24,7 @@ from tracking.follow.posterior import (
 )
 from tracking.follow.track import Task
 from tracking.hypotheses.budget import Step, steps_within
+from tracking.hypotheses.hypothesis import CLEAR_NATS
 from tracking.likelihood.pose_likelihood import pose_support
 from tracking.model.symmetry import ROUND
 from tracking.solve.gauss_newton import (
@@ -64,11 +65,6 @@ FASTEST_M_S = 2.0
 """Speed in m/s of a carried object at most. Chosen on the rooms lab and desk."""
 
 
-BESIDE_NATS = 5.0
-"""Log odds by which a pose beside the prediction's must be likelier: by so much the support of an
-object that is carried by hand scatters from frame to frame at the right pose."""
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Found:
     """A solution and the prior under which it was found."""
@@ -98,7 +94,7 @@ def search_locally(
         found: the fit there.
     """
     priors_here = priors(task, predicted_world_from_object)
-    best, highest = found.fit, log_posterior(task, observation, found) + BESIDE_NATS
+    best, highest = found.fit, log_posterior(task, observation, found) + CLEAR_NATS
     for hypothesis in _hypotheses(task, priors_here, predicted_world_from_object, best):
         other, _ = task.costs.timed(
             Step.LOCAL_HYPOTHESIS, partial(_followed, task, evidence, cache, hypothesis)

@@ -56,7 +56,8 @@ def refined(
 ) -> Hypothesis:
     """What a rough pose comes to: the likeliest of the solved, the colour-fitted and the start.
 
-    It is solved from where it is, and from where its colours lie on the picture.
+    It is solved from where it is, and from where its colours lie on the picture; colours know a place
+    better than a yaw, so that place is tried with the yaw of the start, too.
 
     Args:
         scene: the frame.
@@ -79,7 +80,7 @@ def refined(
         ),
         key=lambda hypothesis: hypothesis.support.nats,
     )
-    others = [world_from_start]
+    others = [world_from_start, Pose(world_from_start.rotation, starts[1].translation)]
     if radius_px(observation, model, world_from_start) < OUTLINED_PX:
         around = surroundings_in(observation, model, scene.renderer)
         others.append(fit_patch_closely(around, world_from_start)[0])
