@@ -56,8 +56,8 @@ def refined(
 ) -> Hypothesis:
     """What a rough pose comes to: the likeliest of the solved, the colour-fitted and the start.
 
-    It is solved from where it is, and from where its colours lie on the picture; colours know a place
-    better than a yaw, so that place is tried with the yaw of the start, too.
+    It is solved from where it is, and from where its colours lie on the picture. Colours know a
+    place better than a yaw, so that place is tried with the yaw of the start, too.
 
     Args:
         scene: the frame.
