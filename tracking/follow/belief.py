@@ -72,19 +72,27 @@ def believed(task: Task, observation: Observation, fit: Fit) -> Belief:
 
 
 def is_at_rest_still(task: Task, belief: Belief, *, is_doubtful: bool) -> bool:
-    """Whether a resting object is at least as likely to be where it was as where it was measured.
+    """Whether a resting object is likelier to be where it was than where it was measured.
 
-    A move has to account for what changed: where even the measured pose speaks less for the object
-    than its place did, something hides it, and the move needs clear odds.
+    A move that does not account for what changed needs clear odds.
 
     Args:
         task: the object, at rest until now.
         belief: its measurement.
         is_doubtful: whether the move needs clear odds anyway.
     """
-    is_unexplained = belief.found.nats < task.track.usual_nats - CLEAR_NATS
-    margin = CLEAR_NATS if is_doubtful or is_unexplained else 0.0
+    margin = CLEAR_NATS if is_doubtful or not accounts_for_change(task, belief) else 0.0
     return belief.before.nats + margin >= belief.found.nats
+
+
+def accounts_for_change(task: Task, belief: Belief) -> bool:
+    """Whether a move of a resting object explains at least half of what its place lost.
+
+    Where even the measured pose speaks much less for the object than its place did, something is in
+    front of it: a passer-by in its colours may resemble it more than what is left to be seen of it.
+    """
+    lost_nats = task.track.usual_nats - belief.before.nats
+    return belief.found.nats >= belief.before.nats + 0.5 * lost_nats
 
 
 def is_shaken(track: Track, belief: Belief) -> bool:

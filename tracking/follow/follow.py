@@ -16,6 +16,7 @@ from tracking.evidence.observation import observe
 from tracking.evidence.rendering import RenderingCache, draw
 from tracking.follow.belief import (
     Belief,
+    accounts_for_change,
     at_first,
     at_pose,
     believed,
@@ -179,7 +180,8 @@ def _at_rest(task: Task, evidence: Evidence, belief: Belief, *, unchanged: bool)
         task, fit = reviewed(task, evidence, belief, is_shaken=True)
         if fit is not belief.fit:
             turned = believed(task, belief.observation, fit)
-            return _accept(task, evidence, turned, rests=False, unchanged=False)
+            if accounts_for_change(task, turned):
+                return _accept(task, evidence, turned, rests=False, unchanged=False)
     if belief.before.nats < CLEAR_NATS and not unchanged:
         return _miss(task, belief)
     if _has_moved(task, belief.fit, unchanged=unchanged):

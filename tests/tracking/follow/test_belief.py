@@ -48,6 +48,9 @@ def a_task(usual):
         # Neither pose accounts for what changed: somebody stands before it.
         (8.0, 6.0, 20.0, False, True),
         (12.0, 6.0, 20.0, False, False),
+        (13.1, 6.0, 20.0, False, False),
+        # It has left, and is half hidden where it is now.
+        (5.0, -12.0, 20.0, False, False),
     ],
 )
 def test_a_resting_object_moves_only_where_the_odds_say_so(
