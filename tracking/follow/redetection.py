@@ -144,7 +144,7 @@ def _hypotheses(task: Task, budget: FrameBudget | None = None) -> list[Hypothesi
         task.model,
         task.neighbours,
         support_heights_m=_heights(task),
-        last=task.track.world_from_object,
+        world_from_last=task.track.world_from_object,
         budget=budget or FrameBudget(costs=task.costs),
     )
     return distinct(task.model, [*found, _stayed(task)])

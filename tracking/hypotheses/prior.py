@@ -38,7 +38,12 @@ def stayed_log_prior() -> float:
 
 
 def moved_log_prior(
-    scene: Scene, model: TrackModel, heights_m: Sequence[float], *, last: Pose, now: Pose
+    scene: Scene,
+    model: TrackModel,
+    heights_m: Sequence[float],
+    *,
+    world_from_last: Pose,
+    world_from_now: Pose,
 ) -> float:
     """Log odds of one pose elsewhere.
 
@@ -48,11 +53,11 @@ def moved_log_prior(
         scene: the frame.
         model: the object.
         heights_m: of the planes it may stand on.
-        last: where it was.
-        now: the pose.
+        world_from_last: where it was.
+        world_from_now: the pose.
     """
     count = distinguishable_places(scene, model, heights_m)
-    return math.log(MOVED / UNSEEN / count) - apart(last, now) / MOVED_M
+    return math.log(MOVED / UNSEEN / count) - apart(world_from_last, world_from_now) / MOVED_M
 
 
 def distinguishable_places(scene: Scene, model: TrackModel, heights_m: Sequence[float]) -> float:

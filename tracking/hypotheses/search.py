@@ -92,7 +92,7 @@ def search(
     neighbours: Sequence[Neighbour],
     *,
     support_heights_m: Sequence[float],
-    last: Pose,
+    world_from_last: Pose,
     budget: FrameBudget,
 ) -> list[Hypothesis]:
     """Poses an object may have anywhere on the given heights, the likeliest first.
@@ -102,7 +102,7 @@ def search(
         model: the object.
         neighbours: the other tracked objects.
         support_heights_m: heights of the planes it may stand on.
-        last: where it was; tried as well.
+        world_from_last: where it was; tried as well.
         budget: of this frame.
 
     Raises:
@@ -116,7 +116,7 @@ def search(
     starts = [
         (pose, lens) for lens in lenses for pose in _proposed(looks, places, lens, model, budget)
     ]
-    starts += [(last, lens) for lens in lenses]
+    starts += [(world_from_last, lens) for lens in lenses]
     rough: list[Rough] = []
     for first in range(0, len(starts), SCREENED_AT_ONCE):
         some = starts[first : first + SCREENED_AT_ONCE]
@@ -138,7 +138,11 @@ def search(
                 item.fit,
                 item.support,
                 moved_log_prior(
-                    scene, model, support_heights_m, last=last, now=item.world_from_object
+                    scene,
+                    model,
+                    support_heights_m,
+                    world_from_last=world_from_last,
+                    world_from_now=item.world_from_object,
                 ),
             )
             for item in found

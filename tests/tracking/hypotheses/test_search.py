@@ -104,7 +104,7 @@ def test_a_book_beside_its_place_is_found_with_large_odds(table):
         task.model,
         task.neighbours,
         support_heights_m=table.support_planes.heights_m,
-        last=table.poses["book-1"],
+        world_from_last=table.poses["book-1"],
         budget=budget,
     )
     metres, degrees = off(found[0].world_from_object, true)
@@ -124,7 +124,7 @@ def test_a_search_waits_where_its_budget_ends(table, mug_elsewhere):
             task.model,
             task.neighbours,
             support_heights_m=HEIGHTS,
-            last=table.poses["mug-1"],
+            world_from_last=table.poses["mug-1"],
             budget=budget,
         )
     assert len(budget.done()) == 1
@@ -138,8 +138,10 @@ def test_the_prior_shares_what_moved_among_all_places(table, as_scanned):
     few = distinguishable_places(as_scanned, book, heights)
     ratio = (book.radius_m / mug.radius_m) ** 2
     assert many == pytest.approx(ratio * few, rel=1e-6)
-    near = moved_log_prior(as_scanned, book, heights, last=here, now=here)
+    near = moved_log_prior(as_scanned, book, heights, world_from_last=here, world_from_now=here)
     assert near == pytest.approx(-math.log(few))
     far = Pose(here.rotation, here.translation + np.array([2.0, 0.0, 0.0]))
-    assert moved_log_prior(as_scanned, book, heights, last=here, now=far) < near
+    assert (
+        moved_log_prior(as_scanned, book, heights, world_from_last=here, world_from_now=far) < near
+    )
     assert stayed_log_prior() > 0.0
