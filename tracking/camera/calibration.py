@@ -28,7 +28,7 @@ Points = NDArray[np.float64]
 
 BLURS_PX = (6.0, 4.0, 2.5, 1.6)
 """Smoothing of the rounds, in pixels of a lens with `BLUR_AT_F_PX` pixels per radian. In a foreign
-room the third round halves what the first two leave (0.20° to 0.09°), at 640 and 960 px alike;
+room the third round halves what the first two leave (0.20° to 0.09°), at 640 as at 960 px;
 below 1.6 the lens itself blurs as much."""
 
 BLUR_AT_F_PX = 400.0

@@ -77,7 +77,7 @@ LEAST_LIT = 12
 
 @dataclass(frozen=True, slots=True)
 class Tolerance:
-    """How exactly a pose has to be right before it is told from a wrong one.
+    """How exactly a pose has to be right before it differs from a wrong one.
 
     Attributes:
         sigma: standard deviation of a pixel about the composite, channels of 0..1.
