@@ -472,23 +472,6 @@ class TrackKernels:
         Plate and noise come in parts, one below the other; rows may be apart, their values may not.
         """
 
-    def differing(
-        self,
-        live: NDArray[np.uint8],
-        plate: Sequence[NDArray[np.float32]],
-        noise: Sequence[NDArray[np.float32]],
-        *,
-        lens_size: tuple[int, int],
-        window: tuple[int, int, int, int],
-        shrink: int,
-        exposure: list[list[float]],
-        apart: tuple[float, float],
-    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Live picture and where it differs plainly from the empty room, flat; as in `change`.
-
-        Colours nearer to the room's than the first of `apart` do not, farther than the second do.
-        """
-
     def refine(
         self,
         window: SeenWindow,

@@ -293,19 +293,14 @@ def cuts_at(look: LensLook, model: TrackModel, places: Points) -> Cuts:
     return cut_out(look.picture, look.camera, look.world_from_lens, centres, model.radius_m)
 
 
-def proposed(
-    look: LensLook, model: TrackModel, places: Points, cuts: Cuts
-) -> list[tuple[float, Pose]]:
-    """Poses at the best places of one lens, with their share of colours, each place once a way.
+def proposed(look: LensLook, model: TrackModel, places: Points, cuts: Cuts) -> list[Pose]:
+    """Poses at the best places of one lens, each place once a way.
 
     Args:
         look: the lens.
         model: the object.
         places: (P, 3).
         cuts: of these places.
-
-    Returns:
-        The poses and how well colours correlate there, 0..1, no order.
     """
     if len(places) == 0:
         return []
@@ -320,17 +315,16 @@ def proposed(
     compared = np.unique(np.concatenate(tops))
     correlation = np.zeros((len(places), YAWS), np.float32)
     correlation[compared] = compare(cuts.some(compared), model.templates)[1]
-    chosen: dict[tuple[int, int], float] = {}
+    chosen: set[tuple[int, int]] = set()
     for way, shape, best in zip(WAYS, shapes, tops, strict=True):
         weight = COLOUR_FLOOR + np.maximum(correlation[best], 0.0)
         coloured = np.where(shape[best] > 0.0, shape[best] * weight, shape[best])
         for scores in (coloured, shape[best]):
             for row in _spread_out(places[best], scores.max(axis=1), model, way.count):
                 for turn in _peaks(scores[row]):
-                    chosen[int(best[row]), turn] = float(max(correlation[best[row], turn], 0.0))
+                    chosen.add((int(best[row]), turn))
     return [
-        (colours, Pose.from_yaw(float(yaws[place, turn]), places[place]))
-        for (place, turn), colours in chosen.items()
+        Pose.from_yaw(float(yaws[place, turn]), places[place]) for place, turn in sorted(chosen)
     ]
 
 

@@ -13,7 +13,7 @@ from tracking.evidence.rendering import RenderingCache, reduced_rendering
 from tracking.evidence.surroundings import surroundings_in
 from tracking.hypotheses.hypothesis import Hypothesis
 from tracking.likelihood.patch_fit import fit_patch_closely, fit_patch_roughly
-from tracking.likelihood.pose_likelihood import EXACTLY, PoseSupport, Tolerance, pose_support
+from tracking.likelihood.pose_likelihood import pose_support
 from tracking.model.object_model import TrackModel
 from tracking.solve.gauss_newton import Fit, Prior, judge, solve
 from tracking.solve.motion import pose_vector
@@ -130,14 +130,3 @@ def coarse(observation: Observation, model: TrackModel, world_from_object: Pose)
     """An observation at which the object is as large as an alignment wants it."""
     times = radius_px(observation, model, world_from_object) / ALIGNED_PX
     return observation.shrunk(max(math.floor(times), 1))
-
-
-def supported(
-    scene: Scene,
-    model: TrackModel,
-    observation: Observation,
-    world_from_object: Pose,
-    tolerance: Tolerance = EXACTLY,
-) -> PoseSupport:
-    """What an observation says for a pose; see `tracking.likelihood.pose_likelihood`."""
-    return pose_support(observation, model, world_from_object, scene.renderer, tolerance=tolerance)

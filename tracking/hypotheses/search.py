@@ -166,12 +166,10 @@ def _proposed(
         budget.do(Step.CUT, cuts_at, looks[lens], model, here[first : first + CUT_AT_ONCE])
         for first in range(0, len(here), CUT_AT_ONCE)
     ]
-    return [pose for _, pose in budget.do(Step.PROPOSE, _scored, looks[lens], model, here, cuts)]
+    return budget.do(Step.PROPOSE, _scored, looks[lens], model, here, cuts)
 
 
-def _scored(
-    look: LensLook, model: TrackModel, places: Points, cuts: Sequence[Cuts]
-) -> list[tuple[float, Pose]]:
+def _scored(look: LensLook, model: TrackModel, places: Points, cuts: Sequence[Cuts]) -> list[Pose]:
     return proposed(look, model, places, Cuts.joined(cuts))
 
 
@@ -187,7 +185,6 @@ def _rough(
 ) -> Rough:
     observation = _level(looks[lens], model, pose)
     support = pose_support(observation, model, pose, scene.renderer, tolerance=ROUGHLY)
-    # Levels have fewer pixels, each worth as many as it stands for: samples are counted once.
     return support.nats, pose, lens
 
 

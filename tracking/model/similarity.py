@@ -29,13 +29,6 @@ DETAIL_REACH_PX = 9
 """Radius in px at which that blur is cut off."""
 
 
-LIGHT_BLUR_PX = 4.0
-"""Gaussian blur in px over which a room's illumination is smooth."""
-
-LIGHT_REACH_PX = 12
-"""Radius in px at which that blur is cut off."""
-
-
 CLOSE_PX = 1.0
 """Gaussian blur in px that separates detail where a pose is right to a pixel."""
 
@@ -106,23 +99,6 @@ class Setting:
         return (most - robust_residual_px(shown, self.live, self.free)) / (
             most + self.options.doubt_px
         )
-
-
-def illumination_ratio(
-    room: FloatArray, live: FloatArray, *, limits: tuple[float, float]
-) -> FloatArray:
-    """(H, W) smooth ratio of the live picture's illumination to the empty room's.
-
-    Args:
-        room: (H, W, 3) its picture.
-        live: (H, W, 3) the live picture there.
-        limits: lower and upper limit of the ratio.
-    """
-    both = np.einsum("hwc,hwc->hw", room, live)
-    power = np.einsum("hwc,hwc->hw", room, room)
-    both = bell_blurred(both, LIGHT_BLUR_PX, LIGHT_REACH_PX)
-    power = bell_blurred(power, LIGHT_BLUR_PX, LIGHT_REACH_PX)
-    return np.clip(both / np.maximum(power, 1e-6), *limits).astype(np.float32)
 
 
 def robust_residual_px(first: FloatArray, second: FloatArray, free: FloatArray) -> float:

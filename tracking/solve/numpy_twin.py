@@ -75,29 +75,6 @@ def change(
     return seen, foreground, own.astype(np.float32), hidden
 
 
-def differing(
-    live: NDArray[np.uint8],
-    background_image: FloatArray,
-    noise: FloatArray,
-    *,
-    lens_size: tuple[int, int],
-    window: Window,
-    exposure: Exposure,
-    apart: tuple[float, float],
-) -> tuple[FloatArray, FloatArray]:
-    """Live picture of a window, and where its colours differ plainly from the empty room's.
-
-    Colours nearer to the room's than the first of `apart` do not differ, farther than the second
-    do; the rest is as in `change`.
-    """
-    seen, expected, rough = _compared(
-        live, background_image, noise, lens_size=lens_size, window=window, exposure=exposure
-    )
-    distance = np.linalg.norm(seen - expected, axis=2)
-    clear = np.clip((distance - apart[0]) / (apart[1] - apart[0]), 0.0, 1.0)
-    return seen, (difference(seen, expected, rough).probability * clear).astype(np.float32)
-
-
 def _compared(
     live: NDArray[np.uint8],
     background_image: FloatArray,

@@ -66,7 +66,7 @@ def test_the_true_place_is_proposed(table, mug_elsewhere, look):
     halves = [cuts_at(look, model, half) for half in np.array_split(places, 2)]
     whole = Cuts.joined(halves)
     np.testing.assert_array_equal(whole.own, cuts_at(look, model, places).own)
-    poses = [pose for _, pose in proposed(look, model, places, whole)]
+    poses = proposed(look, model, places, whole)
     assert min(apart(pose, now) for pose in poses) < 0.06
     assert proposed(look, model, places[:0], whole.some(np.zeros(0, np.intp))) == []
 

@@ -298,22 +298,6 @@ def test_changes_are_the_readable_ones(seed, shrink):
     for one, other, tolerance in zip(found[:4], wanted, (1e-6, 2e-3, 2e-3, 1e-6), strict=True):
         assert (np.abs(one.reshape(other.shape) - other) < tolerance).mean() > 0.999
     assert 0.05 < float((wanted[1] > 0.5).mean()) < 0.95
-    known = {"lens_size": size, "apart": (0.1, 0.3)}
-    apart = reference.differing(
-        live, background_image, noise, window=window, exposure=exposure, **known
-    )
-    plainly = KERNELS.differing(
-        live,
-        [background_image],
-        [noise[:3], noise[3:]],
-        window=window.corner_and_size,
-        shrink=shrink,
-        exposure=exposure.rows(),
-        **known,
-    )
-    for one, other, tolerance in zip(plainly, apart, (1e-6, 2e-3), strict=True):
-        assert (np.abs(one.reshape(other.shape) - other) < tolerance).mean() > 0.999
-    assert apart[1].min() < 0.1 < 0.5 < apart[1].max()
 
 
 def test_exposures_are_the_readable_ones():
@@ -414,9 +398,9 @@ def test_what_is_changed_is_what_the_solver_sees(seen):
 def test_a_window_without_all_its_rows_is_refused():
     live, background_image = np.zeros((8, 8, 3), np.uint8), np.zeros((8, 8, 3), np.float32)
     with pytest.raises(ValueError, match=r"plate: parts of .*wanted 8 rows of 24 values"):
-        KERNELS.differing(
+        KERNELS.change(
             live, [background_image[:5]], [background_image[..., 0].copy()], lens_size=(8, 8),
-            window=(0, 0, 8, 8), shrink=1, apart=(0.1, 0.2),
+            window=(0, 0, 8, 8), shrink=1, layers=[], table=np.zeros((24, 24, 24), np.float32),
             exposure=[[1.0] * 3, [0.0] * 3, [0.0] * 3],
         )  # fmt: skip
 

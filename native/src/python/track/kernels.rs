@@ -11,7 +11,7 @@ use crate::python::track::request::{
     layer_of, rigid, rows_of, rows_of_picture, LayerRequest, PlainProblem, ProblemRequest,
 };
 use crate::python::track::seen_window::SeenWindow;
-use crate::track::background::change::{change, differing, ChangeModel, BINS};
+use crate::track::background::change::{change, ChangeModel, BINS};
 use crate::track::background::expected::{Cut, Exposure, Window};
 use crate::track::fit::edges::EdgeModel;
 use crate::track::fit::judge::{JudgeModel, Surface};
@@ -214,38 +214,6 @@ impl TrackKernels {
             PyArray1::from_vec(py, found.own),
             PyArray1::from_vec(py, found.hidden),
             Bound::new(py, seen)?,
-        ))
-    }
-
-    /// Live picture, and where its colours differ plainly from the empty room's: not if they are
-    /// nearer than the first of `apart`, wholly if farther than the second. Windows as in `change`.
-    #[pyo3(signature = (live, plate, noise, *, lens_size, window, shrink, exposure, apart))]
-    #[allow(clippy::too_many_arguments)]
-    fn differing<'py>(
-        &self,
-        py: Python<'py>,
-        live: PyReadonlyArrayDyn<'py, u8>,
-        plate: Vec<Floats<'py>>,
-        noise: Vec<Floats<'py>>,
-        lens_size: [usize; 2],
-        window: [usize; 4],
-        shrink: usize,
-        exposure: [[f32; 3]; 3],
-        apart: [f32; 2],
-    ) -> PyResult<(Flat<'py, f32>, Flat<'py, f32>)> {
-        let window = window_of(window, shrink, lens_size)?;
-        let live = [live];
-        let cut = cut_of(&live, &plate, &noise, &window)?;
-        let exposure = exposure_of(exposure);
-        let (live, foreground) = py.detach(|| {
-            self.simd.run(
-                #[inline(always)]
-                || differing(&cut, &window, &exposure, apart, &self.change),
-            )
-        });
-        Ok((
-            PyArray1::from_vec(py, live),
-            PyArray1::from_vec(py, foreground),
         ))
     }
 

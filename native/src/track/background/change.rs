@@ -58,45 +58,6 @@ fn for_every_strip(
     }
 }
 
-/// Live picture of a window, and where its colours differ plainly from the empty room's.
-///
-/// Colours nearer to the room's than the first of `apart` do not differ, farther than the second do.
-#[inline(always)]
-pub fn differing(
-    cut: &Cut<'_>,
-    window: &Window,
-    exposure: &Exposure,
-    [faint, plain]: [f32; 2],
-    model: &ChangeModel,
-) -> (Vec<f32>, Vec<f32>) {
-    let count = window.width * window.height;
-    let (mut mixed, mut differs) = (Vec::with_capacity(3 * count), Vec::with_capacity(count));
-    for_every_strip(
-        cut,
-        window,
-        #[inline(always)]
-        |cut, strip, rows| {
-            let here = rows.start * window.width..rows.end * window.width;
-            let seen = expected(cut, strip, exposure);
-            let mut foreground = foreground(&seen, [strip.width, strip.height], model);
-            let count = foreground.len();
-            let [live, room] = [&seen.live, &seen.room]
-                .map(|planes| planes.each_ref().map(|plane| &plane[..count]));
-            for (place, foreground) in foreground.iter_mut().enumerate() {
-                let mut apart2 = 0.0;
-                for channel in 0..3 {
-                    let apart = live[channel][place] - room[channel][place];
-                    apart2 += apart * apart;
-                }
-                *foreground *= ((apart2.sqrt() - faint) / (plain - faint)).clamp(0.0, 1.0);
-            }
-            mix(&seen.live, here.clone(), &mut mixed);
-            differs.extend_from_slice(&foreground[here]);
-        },
-    );
-    (mixed, differs)
-}
-
 /// Appends a part of a picture pixel by pixel.
 #[inline(always)]
 fn mix([red, green, blue]: &Planes, part: Range<usize>, to: &mut Vec<f32>) {
