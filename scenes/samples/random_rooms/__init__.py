@@ -1,0 +1,1 @@
+"""Rooms by seed: other plans, floors, lights and lenses, and movable objects of many families."""
