@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from studio.evaluate.dataset.tracking import Answer
+    from studio.evaluate.answers import Answer
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

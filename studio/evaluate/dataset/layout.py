@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
+from studio.evaluate.answers import Visibility
 
 STILLS = ("room", "table")
 SEQUENCE = "sequence"
@@ -49,19 +50,6 @@ class DatasetObject:
     box_m: NDArray[np.float64]
     world_from_object: Pose
     symmetry: int
-
-
-@dataclass(frozen=True, slots=True)
-class Visibility:
-    """What a picture shows of an object.
-
-    Attributes:
-        fraction: 0..1, visible pixels over those of the object alone.
-        width_px: of the object alone; 0 outside the picture.
-    """
-
-    fraction: float
-    width_px: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -2,37 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from scenes.state import TrackState
 from studio.console.rows import Row, at_least, at_most
+from studio.evaluate.answers import (
+    LEAST_VISIBLE,
+    REST_BAR_CM,
+    Answer,
+    calibration_error,
+    flips,
+    is_asked,
+    is_right,
+    is_unflagged,
+    mean_world_cm,
+    mean_yaw_deg,
+    rest_moved_cm,
+)
 from studio.evaluate.dataset.layout import Dataset
 from studio.evaluate.dataset.preparing import PreparedDataset
-from studio.evaluate.dataset.tracking import Answer, Tracked
-from studio.evaluate.findings import FLIP_DEG
-
-RIGHT_CM, RIGHT_DEG = 5.0, 5.0
-"""A pose within both is right: the field's usual 5 cm, 5° (`sequence` of the evaluation, too)."""
-
-LEAST_VISIBLE = 0.5
-"""A cold start is asked for objects of which at least so much is visible."""
-
-LEAST_WIDTH_PX = 24.0
-"""And that are at least so wide in the picture."""
-
-FLAGGED = 0.5
-"""A wrong pose with a confidence below this, or a lost one, is flagged."""
-
-REST_BAR_CM = 3.0
-"""An object at rest that is reported farther from its place was moved by the tracker alone."""
-
-CONFIDENCE_BINS = 10
-"""Equal bins of the confidence for its calibration error (Naeini et al. 2015)."""
-
-UNFOUND_CM, UNFOUND_DEG = 500.0, 180.0
-"""Errors that stand for an object that was never cut out: a room's size, and any yaw."""
+from studio.evaluate.dataset.tracking import Tracked
 
 STILL_BARS = {
     "room": {"world_cm.mean": 1.5, "yaw_deg.mean": 1.0, "flips": 0.0},
@@ -73,43 +64,17 @@ def tracking_rows(dataset: Dataset, tracked: Tracked) -> list[Row]:
     return [*rows, *_cold_rows(tracked.answers), *_whole_rows(tracked)]
 
 
-def is_right(answer: Answer) -> bool:
-    """Whether the reported pose is within 5 cm and 5°, and not called lost."""
-    return (
-        answer.error is not None
-        and answer.state is not TrackState.LOST
-        and answer.error.world_cm <= RIGHT_CM
-        and answer.error.yaw_deg <= RIGHT_DEG
-    )
-
-
-def calibration_error(answers: Sequence[Answer]) -> float:
-    """Expected calibration error of the confidence, 0..1; 0 without answers."""
-    if not answers:
-        return 0.0
-    said = np.array([answer.confidence for answer in answers])
-    right = np.array([is_right(answer) for answer in answers], dtype=np.float64)
-    place = np.minimum((said * CONFIDENCE_BINS).astype(int), CONFIDENCE_BINS - 1)
-    gaps = [
-        abs(said[place == index].mean() - right[place == index].mean()) * (place == index).mean()
-        for index in range(CONFIDENCE_BINS)
-        if (place == index).any()
-    ]
-    return float(sum(gaps))
-
-
 def _still_rows(session: str, asked: Sequence[Answer]) -> list[Row]:
     bars = STILL_BARS.get(session, {})
     prefix = f"dataset.{session}"
-    world = _mean(asked, lambda answer: answer.error.world_cm if answer.error else UNFOUND_CM)
-    yaw = _mean(asked, lambda answer: answer.error.yaw_deg if answer.error else UNFOUND_DEG)
-    flips = sum(answer.error is None or answer.error.yaw_deg > FLIP_DEG for answer in asked)
     return [
         Row(f"{prefix}.right", float(sum(map(is_right, asked))), ""),
         Row(f"{prefix}.of", float(len(asked)), ""),
-        at_most(f"{prefix}.world_cm.mean", world, "cm", bar=bars.get("world_cm.mean")),
-        at_most(f"{prefix}.yaw_deg.mean", yaw, "deg", bar=bars.get("yaw_deg.mean")),
-        at_most(f"{prefix}.flips", float(flips), "", bar=bars.get("flips")),
+        at_most(
+            f"{prefix}.world_cm.mean", mean_world_cm(asked), "cm", bar=bars.get("world_cm.mean")
+        ),
+        at_most(f"{prefix}.yaw_deg.mean", mean_yaw_deg(asked), "deg", bar=bars.get("yaw_deg.mean")),
+        at_most(f"{prefix}.flips", float(flips(asked)), "", bar=bars.get("flips")),
     ]
 
 
@@ -117,17 +82,13 @@ def _sequence_rows(asked: Sequence[Answer]) -> list[Row]:
     """Of the objects that move in it, where they are seen: frames lost, and the error."""
     seen = [answer for answer in asked if answer.seen.fraction >= LEAST_VISIBLE]
     lost = sum(answer.state in (None, TrackState.LOST) for answer in seen)
-    world = _mean(seen, lambda answer: answer.error.world_cm if answer.error else UNFOUND_CM)
     return [
         at_most("dataset.sequence.lost_frames", float(lost), "", bar=3.0),
-        at_most("dataset.sequence.world_cm.mean", world, "cm", bar=1.5),
+        at_most("dataset.sequence.world_cm.mean", mean_world_cm(seen), "cm", bar=1.5),
         *(
             Row(
                 f"dataset.sequence.{name}.world_cm.mean",
-                _mean(
-                    [answer for answer in seen if answer.object_id == name],
-                    lambda answer: answer.error.world_cm if answer.error else UNFOUND_CM,
-                ),
+                mean_world_cm([answer for answer in seen if answer.object_id == name]),
                 "cm",
             )
             for name in sorted({answer.object_id for answer in seen})
@@ -137,16 +98,9 @@ def _sequence_rows(asked: Sequence[Answer]) -> list[Row]:
 
 def _cold_rows(answers: Sequence[Answer]) -> list[Row]:
     """Every object that a still shows well enough, each still a session of its own."""
-    asked = [
-        answer
-        for answer in answers
-        if answer.session in STILL_BARS
-        and answer.seen.fraction >= LEAST_VISIBLE
-        and answer.seen.width_px >= LEAST_WIDTH_PX
-    ]
+    asked = [a for a in answers if a.session in STILL_BARS and is_asked(a)]
     right = 100.0 * sum(map(is_right, asked)) / max(len(asked), 1)
-    wrong = [answer for answer in asked if not is_right(answer)]
-    unflagged = sum(a.confidence >= FLAGGED and a.state is not TrackState.LOST for a in wrong)
+    unflagged = sum(is_unflagged(answer) and not is_right(answer) for answer in asked)
     ece = calibration_error(asked)
     return [
         at_least("dataset.cold.right_percent", right, "%", bar=95.0),
@@ -158,11 +112,10 @@ def _cold_rows(answers: Sequence[Answer]) -> list[Row]:
 
 def _whole_rows(tracked: Tracked) -> list[Row]:
     """Rest, camera and durations, over all sessions."""
-    rest = [a for a in tracked.answers if not a.is_moved and a.error is not None]
-    moved = max((answer.moved_cm for answer in rest), default=0.0)
+    moved, too_far = rest_moved_cm(tracked.answers)
     rows = [
         at_most("dataset.rest.moved_cm.max", moved, "cm", bar=REST_BAR_CM),
-        Row("dataset.rest.moved", float(sum(a.moved_cm > REST_BAR_CM for a in rest)), ""),
+        Row("dataset.rest.moved", float(too_far), ""),
     ]
     if tracked.cameras:
         degrees = float(np.median([left.degrees for left in tracked.cameras]))
@@ -174,7 +127,3 @@ def _whole_rows(tracked: Tracked) -> list[Row]:
         rows.append(at_most(f"dataset.step_ms.p{percent}", value, "ms", bar=bar))
     first = float(np.median(tracked.first_ms or [0.0]))
     return [*rows, Row("dataset.first_step_ms.p50", first, "ms")]
-
-
-def _mean(answers: Sequence[Answer], value: Callable[[Answer], float]) -> float:
-    return float(np.mean([value(answer) for answer in answers])) if answers else 0.0

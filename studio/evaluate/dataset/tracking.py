@@ -16,18 +16,18 @@ from numpy.typing import NDArray
 from devices.messages import Frame
 from scenes.cameras import Rig
 from scenes.pose import Pose, rotation_angle
-from scenes.state import TrackedObject, TrackState
+from scenes.state import TrackedObject
 from sim.rehearsal import off_by
+from studio.evaluate.answers import Answer
 from studio.evaluate.dataset.layout import (
     Dataset,
     Still,
     StillSet,
-    Visibility,
     read_labels,
     read_rgb,
 )
 from studio.evaluate.dataset.preparing import PreparedDataset
-from studio.evaluate.metrics import PoseError, pose_error
+from studio.evaluate.metrics import pose_error
 from tracking.output import TrackingMethod
 
 STREAM = "dataset"
@@ -37,33 +37,6 @@ resting object has its turn to be measured. The last one is judged."""
 
 CHAINED_FRAME_NS = 100_000_000
 """Time between those."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Answer:
-    """What a method reported of one object in one picture.
-
-    Attributes:
-        session: "room", "room_chained", "sequence", ...
-        still: name of the picture.
-        object_id: of the dataset.
-        error: of the reported pose, the object's symmetry aside; None where it was never cut out.
-        moved_cm: how far the reported pose is from where the object stood in the capture.
-        confidence: as reported, 0..1.
-        state: as reported; None where it was never cut out.
-        is_moved: whether it truly stands elsewhere than in the capture.
-        seen: what the picture shows of it.
-    """
-
-    session: str
-    still: str
-    object_id: str
-    error: PoseError | None
-    moved_cm: float
-    confidence: float
-    state: TrackState | None
-    is_moved: bool
-    seen: Visibility
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,9 +3,10 @@
 import pytest
 
 from scenes.state import TrackState
-from studio.evaluate.dataset.layout import Visibility, read_dataset
-from studio.evaluate.dataset.scoring import calibration_error, is_right, tracking_rows
-from studio.evaluate.dataset.tracking import Answer, CameraLeft, Tracked
+from studio.evaluate.answers import Answer, Visibility, calibration_error, is_right
+from studio.evaluate.dataset.layout import read_dataset
+from studio.evaluate.dataset.scoring import tracking_rows
+from studio.evaluate.dataset.tracking import CameraLeft, Tracked
 from studio.evaluate.metrics import PoseError
 
 
