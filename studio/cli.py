@@ -80,6 +80,12 @@ VERBS = (
         "nexus evaluate dataset room_c --out out/room_c",
     ),
     Verb(
+        "evaluate random-rooms",
+        "studio.verbs.evaluate_random_rooms",
+        "track objects of many kinds in rooms by seed, and say where it fails",
+        "nexus evaluate random-rooms --seeds 100-107",
+    ),
+    Verb(
         "track",
         "studio.verbs.track",
         "follow a scene's objects in recorded footage and write their poses",

@@ -36,6 +36,10 @@ ACROSS = 3
 BOUNCED = 0.55
 """Light from all around against the mean light of lamps and window; rooms are mostly pale."""
 
+BRIGHTEST = 1.15
+"""A tenth of all texels may be brighter than this factor on their albedo; a camera that exposes for
+the whole room clips no more."""
+
 OFF_SURFACE_M = 3e-3
 """Rays begin this far in front of a surface."""
 
@@ -112,8 +116,10 @@ def room_light(
     sources = np.stack([around, *direct]).astype(np.float32)
     white = sources[:, floor].sum(axis=0).mean(axis=0)
     balanced = WHITE_BALANCE * white + (1 - WHITE_BALANCE) * white.mean()
-    wanted = linear_light(np.array([255.0 * level]))
-    return RoomLight(tuple(surfaces), texels, sources, (wanted / balanced).astype(np.float32))
+    wanted = float(linear_light(np.array([255.0 * level]))[0])
+    brightest = float(np.percentile(sources.sum(axis=0).mean(axis=1) / white.mean(), 90))
+    exposure = min(wanted, BRIGHTEST / brightest) / balanced
+    return RoomLight(tuple(surfaces), texels, sources, exposure.astype(np.float32))
 
 
 def _triangles(surfaces: Sequence[Surface]) -> FloatArray:

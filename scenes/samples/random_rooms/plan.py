@@ -1,4 +1,4 @@
-"""The plan of a random room: its size, which furniture stands where, and what hangs on its walls."""
+"""The plan of a random room: its size, what furniture stands where, what hangs on the walls."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def random_plan(rng: np.random.Generator) -> Plan:
 
 def _shell(room: RoomSet, inside: Shell, rng: np.random.Generator) -> None:
     """Floor, ceiling, four walls, one of them in another paper, skirting, and the walls' solids."""
-    (x0, y0, _), (x1, y1, z1) = inside.low, inside.high
+    (x0, y0, _), (_, y1, z1) = inside.low, inside.high
     w, d, h = (float(v) for v in inside.high - inside.low)
     ceiling = plaster(rng, (244, 244, 240), mm_per_px=8.0)
     floor = random_floor(rng, inside)

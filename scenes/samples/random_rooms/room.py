@@ -1,4 +1,4 @@
-"""A random room, all of it: plan, objects, camera, and the light of the scan and of the live day."""
+"""A whole random room: plan, objects, camera, and the light of the scan and of the live day."""
 
 from __future__ import annotations
 
