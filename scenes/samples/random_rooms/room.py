@@ -42,6 +42,10 @@ CAMERA_PLACES = 4
 stand on tables, and are judged only where the camera sees 24 px of them."""
 
 
+CAMERA_MARGIN = 0.22
+"""Share of the room's sides that the camera keeps from the walls: people put it in the middle."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class RandomRoom:
     """A room by seed.
@@ -212,7 +216,9 @@ def _main_light(plan: Plan) -> FloatArray:
 def _camera(plan: Plan, rng: np.random.Generator) -> FloatArray:
     """(3,) a free place for the camera's stand, among a few the one nearest to a table."""
     solids = [outline_of(box, Pose.identity()) for box in plan.parts.solids]
-    low, high = plan.inside.low[:2] + 0.6, plan.inside.high[:2] - 0.6
+    size = (plan.inside.high - plan.inside.low)[:2]
+    margin = np.maximum(CAMERA_MARGIN * size, 0.6)
+    low, high = plan.inside.low[:2] + margin, plan.inside.high[:2] - margin
     tops = [np.add(s.low, s.high) / 2 for s in plan.stands if s.kind in (TOP, UNDER)]
     found: list[FloatArray] = []
     height = float(rng.uniform(0.85, 1.7))
