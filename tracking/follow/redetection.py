@@ -18,6 +18,7 @@ from tracking.hypotheses.prior import stayed_log_prior
 from tracking.hypotheses.refinement import placed
 from tracking.hypotheses.search import search
 from tracking.likelihood.pose_likelihood import pose_support
+from tracking.model.support_planes import EVERYWHERE_M
 from tracking.solve.covariance import uncertainty
 from tracking.solve.motion import Motion
 
@@ -173,7 +174,8 @@ def _still_free(task: Task) -> tuple[Hypothesis, ...]:
 def _heights(task: Task) -> tuple[float, ...]:
     """Heights in m of the support planes of an object."""
     source = task.model.source
-    is_heavy = source.box_m[2] >= HEAVY_HEIGHT_M
+    # What stood on furniture can be lifted onto other furniture.
+    is_heavy = source.box_m[2] >= HEAVY_HEIGHT_M and source.support_z_m < EVERYWHERE_M
     return (source.support_z_m,) if is_heavy else task.scene.support_planes.heights_m
 
 

@@ -41,12 +41,18 @@ SCREENED_AT_ONCE = 6
 """Proposals screened in one step."""
 
 ALIGNED = 12
-"""Proposals that are aligned, the best by their rough likelihood: on foreign stills the right one
-was among the first three wherever it had been proposed."""
+"""Proposals that are aligned, the best by their rough likelihood."""
+
+ALIGNED_AT_A_PLACE = 3
+"""Of those at one place: a rough likelihood ranks places worse than poses at a place, as it grows
+with the silhouette, right or wrong."""
+
+COMPARED = 6
+"""Places compared by the likelihood itself, the best by their rough one."""
 
 HOPELESS_NATS = 8.0
-"""A rough pose that is so much less likely than the best is not followed: odds of 3000 to one, more
-than an alignment was seen to make up."""
+"""A pose that is so much less likely than the best is not followed: odds of 3000 to one, more than
+an alignment was seen to make up."""
 
 TURNED = 3
 """Places at which all yaws are compared."""
@@ -122,12 +128,20 @@ def search(
         some = starts[first : first + SCREENED_AT_ONCE]
         rough += budget.do(Step.SCREEN, _screened, scene, model, looks, some)
     rough.sort(key=lambda item: -item[0])
-    rough = [budget.do(Step.ALIGN, _aligned, scene, model, looks, item) for item in rough[:ALIGNED]]
+    some_rough = _of_all_places(model, rough)
+    rough = [budget.do(Step.ALIGN, _aligned, scene, model, looks, item) for item in some_rough]
     rough.sort(key=lambda item: -item[0])
-    turned: list[Turned] = []
-    for _, pose, _ in _best_places(model, rough):
+    compared: list[Turned] = []
+    for pose in _best_places(model, rough):
         window = budget.do(Step.GATHER, _window, scene, model, neighbours, pose)
+        compared.append(budget.do(Step.ALIGN, _turned, scene, model, window, pose))
+    compared.sort(key=lambda item: -item[0])
+    turned: list[Turned] = []
+    for nats, pose, window in compared[:TURNED]:
+        if nats < compared[0][0] - HOPELESS_NATS:
+            break
         likeliest = budget.do(Step.TURN, _likeliest_yaws, scene, model, window, pose)
+        turned.append((nats, pose, window))
         for start in [*_aligned_here(model, rough, pose), *likeliest]:
             turned.append(budget.do(Step.ALIGN, _turned, scene, model, window, start))
     found = _refined(scene, model, turned, budget)
@@ -201,14 +215,22 @@ def _aligned(scene: Scene, model: TrackModel, looks: Sequence[LensLook], rough: 
     return max(rough, _rough(scene, model, looks, moved, lens), key=lambda item: item[0])
 
 
-def _best_places(model: TrackModel, rough: Sequence[Rough]) -> list[Rough]:
-    """The best pose of each of the best places."""
-    best: list[Rough] = []
+def _of_all_places(model: TrackModel, rough: Sequence[Rough]) -> list[Rough]:
+    """The best rough poses, no more of one place than another could need."""
+    chosen: list[Rough] = []
     for item in rough:
-        if item[0] < rough[0][0] - HOPELESS_NATS:
-            break
-        if len(best) < TURNED and not any(_is_beside(model, item[1], pose) for _, pose, _ in best):
-            best.append(item)
+        beside = sum(_is_beside(model, item[1], pose) for _, pose, _ in chosen)
+        if len(chosen) < ALIGNED and beside < ALIGNED_AT_A_PLACE:
+            chosen.append(item)
+    return chosen
+
+
+def _best_places(model: TrackModel, rough: Sequence[Rough]) -> list[Pose]:
+    """The best pose of each of the best places."""
+    best: list[Pose] = []
+    for _, pose, _ in rough:
+        if len(best) < COMPARED and not any(_is_beside(model, pose, other) for other in best):
+            best.append(pose)
     return best
 
 
