@@ -174,7 +174,11 @@ class Tracker:
         search = state.search
         if self._options.recover and schedule.is_first:
             # At first there is nothing to be late for.
-            tracks |= redetect_all(self._lost(tasks, tracks))
+            found = redetect_all(self._lost(tasks, tracks))
+            tracks |= found
+            if any(track.state is not TrackState.LOST for track in found.values()):
+                # Once more, what was found now accounting for its part of the picture.
+                tracks |= redetect_all(self._lost(tasks, tracks))
         elif self._options.recover and not searched:
             interval_ms = (frame.t_ns - state.t_ns) / schedule.pictures / 1e6
             budget_ms = min(SEARCH_SHARE * interval_ms, SEARCH_MS)

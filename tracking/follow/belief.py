@@ -32,6 +32,9 @@ LEAST_SAMPLES = 3.0
 """Independent samples of a silhouette below which the picture cannot decide: one says at most
 `tracking.evidence.observation.MOST_MISFIT` nats, and usually one."""
 
+CERTAIN_NATS = 60.0
+"""Nats beyond which odds are no longer told apart: 1e26 to one."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Belief:
@@ -155,8 +158,12 @@ def confidence_of(support: PoseSupport, rival_nats: float) -> float:
         support: of the pose.
         rival_nats: log odds of the pose against its rival when they were last compared.
     """
-    against = math.exp(-min(support.nats + STAYS_NATS, 60.0)) + math.exp(-min(rival_nats, 60.0))
-    return 1.0 / (1.0 + against)
+    return 1.0 / (1.0 + _odds_against(support.nats + STAYS_NATS) + _odds_against(rival_nats))
+
+
+def _odds_against(nats: float) -> float:
+    """Odds against what some nats speak for, certain beyond `CERTAIN_NATS` either way."""
+    return math.exp(-min(max(nats, -CERTAIN_NATS), CERTAIN_NATS))
 
 
 def hypothesis_of(belief: Belief) -> Hypothesis:

@@ -1,7 +1,7 @@
 """Support planes of a scanned room: where its splats lie flat at a height.
 
-Objects stand on the floor or on a surface in the scan; at a table's height but beside the table,
-nothing stands.
+Objects stand on the floor or on a level surface in the scan, whether something stood there before
+or not; at a table's height but beside the table, nothing stands.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from scenes.pose import rotation_from_quaternion
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel
 
@@ -42,6 +43,19 @@ EVERYWHERE_M = 0.1
 SAME_HEIGHT_M = 0.01
 """Supports nearer to each other than this are one."""
 
+LEVEL = 0.95
+"""Least vertical part of the normal of a splat that lies on a level surface: 18° off, what splats
+of a trained scan scatter about their surface."""
+
+HIGHEST_M = 1.6
+"""Highest surface in m that people put things on within sight: shoulder height."""
+
+LEAST_SURFACE_M2 = 0.08
+"""Smallest surface in m² that is a support plane of its own: a stool's seat."""
+
+MOST_SURFACES = 8
+"""Level surfaces looked at, those with most splats; a board has two, the lower of which is none."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SupportPlanes:
@@ -70,16 +84,18 @@ class SupportPlanes:
 
 
 def support_planes_in(room: SplatCloud, objects: Sequence[ObjectModel]) -> SupportPlanes:
-    """Support planes at the floor and at the heights at which objects were scanned.
+    """Support planes: the floor, where objects were scanned, and the room's level surfaces.
 
     Args:
         room: its splats without the movable objects.
         objects: each stood on a support plane where it was scanned.
     """
-    heights = _distinct([FLOOR_M, *(item.support_z_m for item in objects)])
     widest = np.sort(room.scales, axis=1)[:, 2]
     is_solid = (room.opacities > SOLID_OPACITY) & (widest < WIDEST_M)
-    means, reach = room.means[is_solid].astype(np.float64), widest[is_solid]
+    solid = room.select(is_solid)
+    means, reach = solid.means.astype(np.float64), widest[is_solid]
+    stood_on = [FLOOR_M, *(item.support_z_m for item in objects)]
+    heights = _distinct([*stood_on, *_level_surfaces(solid, reach, stood_on)])
     stood = np.array([item.world_from_object.translation[:2] for item in objects]).reshape(-1, 2)
     known = np.concatenate([stood, means[:, :2]])
     if len(known) == 0:
@@ -99,6 +115,51 @@ def support_planes_in(room: SplatCloud, objects: Sequence[ObjectModel]) -> Suppo
         radii = np.array([0.5 * max(item.box_m[:2]) for item in objects])
         _paint(maps[level], stood[here] - corner, radii[here])
     return SupportPlanes(heights, corner, maps.astype(np.bool_))
+
+
+def _level_surfaces(
+    solid: SplatCloud, reach: NDArray[np.floating], known: Sequence[float]
+) -> list[float]:
+    """Heights of level surfaces that are not among the known ones, the largest first.
+
+    Args:
+        solid: the room's splats that belong to surfaces.
+        reach: (N,) largest standard deviation of each, m.
+        known: heights that are support planes anyway, m.
+    """
+    rotations = rotation_from_quaternion(solid.rotations.astype(np.float64))
+    upright = np.abs(rotations[np.arange(len(solid)), 2, solid.scales.argmin(axis=1)])
+    z = solid.means[:, 2].astype(np.float64)
+    is_level = (upright > LEVEL) & (z > EVERYWHERE_M) & (z < HIGHEST_M)
+    places, reach, z = solid.means[is_level, :2].astype(np.float64), reach[is_level], z[is_level]
+    is_free = np.all([np.abs(z - height) > 2 * SURFACE_M for height in known], axis=0)
+    found: list[float] = []
+    while len(found) < MOST_SURFACES and is_free.any():
+        here = np.sort(z[is_free])
+        # The sheet that holds most of what is left.
+        count = np.searchsorted(here, here + SAME_HEIGHT_M, side="right") - np.arange(len(here))
+        first = int(count.argmax())
+        height = float(np.median(here[first : first + count[first]]))
+        at_height = is_free & (np.abs(z - height) < SAME_HEIGHT_M)
+        is_free &= ~at_height
+        area_m2 = CELL_M**2 * float(_surface(places[at_height], reach[at_height]).sum())
+        if area_m2 >= LEAST_SURFACE_M2:
+            found.append(height)
+        elif count[first] * CELL_M**2 < LEAST_SURFACE_M2:
+            break
+    # The lower side of a board is no support: nothing fits between it and the upper side.
+    return [z for z in found if not any(z < other < z + 2 * SURFACE_M for other in found)]
+
+
+def _surface(places: Points, reach: NDArray[np.floating]) -> NDArray[np.uint8]:
+    """Cells of a surface of its own, without edges and walls seen from above."""
+    corner = places.min(axis=0) - GAP_M
+    width, height = np.ceil((places.max(axis=0) + GAP_M - corner) / CELL_M).astype(int)
+    cells = np.zeros((int(height), int(width)), np.uint8)
+    _paint(cells, places - corner, reach)
+    # Between splats that are as far apart as they may be wide, there is surface.
+    cells = cv2.morphologyEx(cells, cv2.MORPH_CLOSE, _disc(WIDEST_M))
+    return np.asarray(cv2.morphologyEx(cells, cv2.MORPH_OPEN, _disc(NARROW_M)), dtype=np.uint8)
 
 
 def _paint(cells: NDArray[np.uint8], places: Points, radii: NDArray[np.floating]) -> None:

@@ -1,3 +1,4 @@
+# pyright: standard
 """What a random object is covered with: plain, patterned, dark or shiny."""
 
 from __future__ import annotations

@@ -14,7 +14,8 @@ from scenes.samples.shapes import Surface
 FloatArray = NDArray[np.float64]
 
 SHARP = 40.0
-"""Exponent of the highlight that one camera sees (Blinn 1977); lacquer and glazes have 20 to 100."""
+"""Exponent of the highlight that one camera sees (Blinn 1977); lacquer and glazes have 20 to
+100."""
 
 BLURRED = 9.0
 """The same in a scan, which averages the highlights of views from all around."""

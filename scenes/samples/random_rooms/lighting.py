@@ -80,7 +80,7 @@ class RoomLight:
                 for field, shape in zip(self._fields(light), fine.shapes, strict=True)
             ]
         )
-        return mesh_from_surfaces(lit(self.surfaces, finer), width_px=4096)
+        return mesh_from_surfaces(lit(self.surfaces, finer.astype(np.float32)), width_px=4096)
 
     def _fields(self, light: Float32Array) -> list[Float32Array]:
         fields: list[Float32Array] = []

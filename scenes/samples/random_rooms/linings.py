@@ -1,3 +1,4 @@
+# pyright: standard
 """What floors and walls are covered with."""
 
 from __future__ import annotations

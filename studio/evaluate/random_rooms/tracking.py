@@ -215,4 +215,5 @@ def who_is_who(
     )
     # Where it makes no difference, each track keeps its name.
     apart -= np.array([[1e-6 * (t == o) for t in tracks] for o in twins])
-    return {twins[i]: tracks[j] for i, j in zip(*linear_sum_assignment(apart), strict=True)}
+    rows, columns = linear_sum_assignment(apart)
+    return {twins[int(i)]: tracks[int(j)] for i, j in zip(rows, columns, strict=True)}

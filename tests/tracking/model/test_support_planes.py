@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scenes.pose import Pose
-from scenes.splats import SplatCloud
+from scenes.splats import SplatCloud, concatenate
 from tracking.model.support_planes import support_planes_in
 
 TABLE_M = 0.7
@@ -83,3 +83,27 @@ def test_where_a_thing_was_scanned_it_can_stand_whatever_the_room_shows():
     stands = support_planes_in(flat((0, 1), (0, 1), 0.0), [a_thing(2.0, 2.0, TABLE_M)])
     assert contains(stands, 2.05, 1.95, TABLE_M)
     assert not contains(stands, 2.5, 2.0, TABLE_M)
+
+
+def test_a_level_surface_is_a_support_plane_though_nothing_stood_on_it():
+    stands = support_planes_in(flat((0, 1.2), (0, 0.8), TABLE_M), [a_thing(2, 0, 0.0)])
+    assert stands.heights_m == pytest.approx((0.0, TABLE_M), abs=0.001)
+    assert contains(stands, 0.6, 0.4, TABLE_M)
+    assert not contains(stands, 1.6, 0.4, TABLE_M)
+
+
+def test_the_lower_side_of_a_board_is_no_support_plane():
+    board = concatenate([flat((0, 1.2), (0, 0.8), z) for z in (TABLE_M - 0.03, TABLE_M)])
+    stands = support_planes_in(board, [a_thing(2, 0, 0.0)])
+    assert stands.heights_m == pytest.approx((0.0, TABLE_M), abs=0.001)
+
+
+def test_what_is_narrow_steep_or_out_of_reach_is_no_support_plane():
+    narrow = flat((0, 1.2), (0, 0.05), 0.5)
+    steep = flat((0, 1.2), (0, 0.8), 0.9)
+    steep = SplatCloud(
+        steep.means, steep.scales[:, ::-1].copy(), steep.rotations, steep.opacities, steep.sh
+    )
+    ceiling = flat((0, 1.2), (0, 0.8), 2.4)
+    room = concatenate([narrow, steep, ceiling])
+    assert support_planes_in(room, [a_thing(2, 0, 0.0)]).heights_m == (0.0,)

@@ -25,7 +25,7 @@ def test_a_member_stands_on_the_plane_and_fills_its_box(family, k):
     low, high = item.mesh().bounds()
     assert low[2] == pytest.approx(0.0, abs=1e-9)
     assert high[2] == pytest.approx(item.box_m[2])
-    assert 0.015 <= min(item.box_m)
+    assert min(item.box_m) >= 0.015
     assert max(item.box_m) <= 1.7
     half = np.array(item.box_m[:2]) / 2
     assert (np.maximum(high[:2], -low[:2]) == pytest.approx(half, abs=1e-9)) or item.symmetry != 1
@@ -44,6 +44,20 @@ def test_parts_are_within_the_box(family, k):
         assert (np.abs(part.object_from_box.translation) <= limit).all()
 
 
+def leaves(family, k, triangles):
+    """(T,) whether a triangle belongs to a surface that is there from both sides."""
+    surfaces = [s.points for s in member(family, k).surfaces]
+    both = [
+        points.reshape(-1, 3)
+        for points in surfaces
+        if any(np.array_equal(points, other[:, ::-1]) for other in surfaces if other is not points)
+    ]
+    if not both:
+        return np.zeros(len(triangles), bool)
+    apart, _ = KDTree(np.concatenate(both)).query(triangles.reshape(-1, 3))
+    return (apart < 1e-6).reshape(-1, 3).all(axis=1)
+
+
 @pytest.mark.parametrize(("family", "k"), MEMBERS)
 def test_most_rays_from_outside_meet_the_front_of_a_surface(family, k):
     """Watertight enough: what is seen from outside is the outer side of some face."""
@@ -57,7 +71,9 @@ def test_most_rays_from_outside_meet_the_front_of_a_surface(family, k):
     met = hits.triangle >= 0
     facing = (hits.normals[met] * towards[met]).sum(axis=1)
     assert met.mean() > 0.9
-    assert (facing > -1e-6).mean() > 0.95
+    # A leaf is two sides in one place: a ray meets either.
+    is_leaf = leaves(family, k, triangles)[hits.triangle[met]]
+    assert ((facing > -1e-6) | is_leaf).mean() > 0.95
 
 
 @pytest.mark.parametrize("family", list(FAMILIES))

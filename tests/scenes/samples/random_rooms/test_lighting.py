@@ -24,7 +24,9 @@ def light():
 
 
 def at(light, x, y):
-    near = np.linalg.norm(light.texels.centres[: np.prod(light.texels.shapes[0])] - (x, y, 0), axis=1)
+    near = np.linalg.norm(
+        light.texels.centres[: np.prod(light.texels.shapes[0])] - (x, y, 0), axis=1
+    )
     total = light.sources.sum(axis=0) * light.exposure
     return float(total[near.argmin()].mean())
 

@@ -33,9 +33,7 @@ def test_the_same_seed_gives_the_same_room(room):
         for one, other in zip(a.objects, b.objects, strict=True):
             assert one.object_id == other.object_id
             assert np.array_equal(one.meshes[0].texture, other.meshes[0].texture)
-            assert np.array_equal(
-                one.world_from_object.matrix(), other.world_from_object.matrix()
-            )
+            assert np.array_equal(one.world_from_object.matrix(), other.world_from_object.matrix())
     assert room.lens_px == again.lens_px
 
 
