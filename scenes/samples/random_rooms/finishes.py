@@ -1,4 +1,3 @@
-# pyright: standard
 """What a random object is covered with: plain, patterned, dark or shiny."""
 
 from __future__ import annotations
@@ -130,4 +129,4 @@ def _count(picture: Picture, pitch_px: float) -> int:
 
 
 def _point(picture: Picture, rng: np.random.Generator) -> tuple[int, int]:
-    return int(rng.integers(picture.shape[1])), int(rng.integers(picture.shape[0]))
+    return int(rng.integers(int(picture.shape[1]))), int(rng.integers(int(picture.shape[0])))

@@ -1,10 +1,10 @@
-# pyright: standard
 """What floors and walls are covered with."""
 
 from __future__ import annotations
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from scenes.samples.random_rooms.finishes import COLOURS
 from scenes.samples.shapes import Material, Picture
@@ -60,7 +60,8 @@ def random_wallpaper(rng: np.random.Generator) -> Material:
         else:
             shift = np.floor(y) % 2 * 0.5
             ink = (np.hypot((x + shift) % 1.0 - 0.5, y % 1.0 - 0.5) < 0.22).astype(np.float32)
-        share = strength * cv2.GaussianBlur(ink, (0, 0), 0.8)[..., None]
+        soft: NDArray[np.float32] = np.asarray(cv2.GaussianBlur(ink, (0, 0), 0.8), dtype=np.float32)
+        share = strength * soft[..., None]
         mixed_in = ground * (1 - share) + share * np.array(accent, np.float32)
         return mixed_in.clip(0, 255).astype(np.uint8)
 
@@ -103,13 +104,14 @@ def _concrete(rng: np.random.Generator, rgb: Rgb) -> Material:
 
 def _rug(floor: Picture, rng: np.random.Generator, size_m: tuple[float, float]) -> None:
     """A rug of 1.4 to 2.4 m somewhere on the floor, in colours of its own."""
-    per_m = floor.shape[1] / size_m[0]
+    per_m = int(floor.shape[1]) / size_m[0]
     h, w = (
         round(float(rng.uniform(1.0, 1.6)) * per_m),
         round(float(rng.uniform(1.4, 2.4)) * per_m),
     )
-    h, w = min(h, floor.shape[0] - 8), min(w, floor.shape[1] - 8)
-    y, x = int(rng.integers(4, floor.shape[0] - h)), int(rng.integers(4, floor.shape[1] - w))
+    long, wide = int(floor.shape[0]), int(floor.shape[1])
+    h, w = min(h, long - 8), min(w, wide - 8)
+    y, x = int(rng.integers(4, long - h)), int(rng.integers(4, wide - w))
     tint = rng.uniform(0.75, 1.2, 3)
     channels = rng.permutation(3)
     rug = np.clip(woven(rng, h, w)[..., channels] * tint, 0, 255)

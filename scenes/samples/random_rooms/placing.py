@@ -84,7 +84,7 @@ def place(
     taken: Sequence[Outline],
     rng: np.random.Generator,
     *,
-    near: Pose | None = None,
+    world_from_near: Pose | None = None,
 ) -> Pose | None:
     """Somewhere an object can stand without touching anything, or None.
 
@@ -93,7 +93,7 @@ def place(
         ground: of the room.
         taken: outlines of the objects that stand already.
         rng: decides.
-        near: within `NEARBY_M` of here if given, at the same height.
+        world_from_near: within `NEARBY_M` of here if given, at the same height.
     """
     on = item.on[int(rng.integers(len(item.on)))]
     way = float(rng.random())
@@ -101,9 +101,9 @@ def place(
         if attempt == TRIES // 2:
             on, way = item.on[int(rng.integers(len(item.on)))], 1.0
         yaw = float(rng.uniform(-math.pi, math.pi))
-        if near is not None:
+        if world_from_near is not None:
             shift = rng.uniform(-NEARBY_M, NEARBY_M, 2)
-            pose = Pose.from_yaw(yaw, near.translation + np.array([*shift, 0.0]))
+            pose = Pose.from_yaw(yaw, world_from_near.translation + np.array([*shift, 0.0]))
         else:
             pose = _somewhere(item, ground, taken, on=on, way=way, yaw=yaw, rng=rng)
         if pose is not None and is_free(item, pose, ground, taken):
@@ -111,14 +111,16 @@ def place(
     return None
 
 
-def is_free(item: Movable, pose: Pose, ground: Ground, taken: Sequence[Outline]) -> bool:
+def is_free(
+    item: Movable, world_from_object: Pose, ground: Ground, taken: Sequence[Outline]
+) -> bool:
     """Whether an object can stand here: carried, inside, and clear of everything."""
-    outline = upright(item.box_m, pose)
+    outline = upright(item.box_m, world_from_object)
     if not outline.is_inside(ground.inside_low, ground.inside_high):
         return False
-    if float(np.linalg.norm(pose.translation[:2] - ground.camera[:2])) < LEAST_RANGE_M:
+    if float(np.linalg.norm(world_from_object.translation[:2] - ground.camera[:2])) < LEAST_RANGE_M:
         return False
-    if pose.translation[2] > 0.0 and not _is_carried(outline, ground.stands):
+    if world_from_object.translation[2] > 0.0 and not _is_carried(outline, ground.stands):
         return False
     return not any(overlaps(outline, other, GAP_M) for other in (*ground.solids, *taken))
 
@@ -161,7 +163,7 @@ def rearranged(
     for name in movers:
         taken = [upright(items[n].box_m, poses[n]) for n in names if n != name]
         near = before[name] if rng.random() < NEARBY_SHARE else None
-        found = place(items[name], ground, taken, rng, near=near)
+        found = place(items[name], ground, taken, rng, world_from_near=near)
         if found is not None:
             poses[name] = found
     return poses

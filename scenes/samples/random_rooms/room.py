@@ -70,22 +70,22 @@ class RandomRoom:
         """What an object shares with its twins."""
         return self.scanned.object_by_id(object_id).kind
 
-    def seen_at(self, object_id: str, new_id: str, pose: Pose) -> PhysicalObject:
+    def seen_at(self, object_id: str, new_id: str, world_from_object: Pose) -> PhysicalObject:
         """An object as the camera sees it at a place: a shiny one with its highlight there.
 
         Args:
             object_id: of the room.
             new_id: what the result is called.
-            pose: where it stands.
+            world_from_object: where it stands.
         """
         item = self.movables[object_id]
         surfaces = item.surfaces
         if item.gloss > 0:
-            middle = pose.translation + np.array([0.0, 0.0, 0.5 * item.box_m[2]])
+            middle = world_from_object.translation + np.array([0.0, 0.0, 0.5 * item.box_m[2]])
             halfway = _halfway(self.live.light_direction, self.ground.camera - middle)
-            surfaces = gloss.seen_from(surfaces, pose.rotation.T @ halfway, item.gloss)
+            surfaces = gloss.seen_from(surfaces, world_from_object.rotation.T @ halfway, item.gloss)
         mesh = mesh_from_surfaces(surfaces, width_px=ATLAS_PX)
-        return item.physical(new_id, self.kind(object_id), pose, mesh)
+        return item.physical(new_id, self.kind(object_id), world_from_object, mesh)
 
 
 def random_room(seed: int) -> RandomRoom:

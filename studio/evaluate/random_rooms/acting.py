@@ -192,10 +192,12 @@ def _carry(
         return Pose.from_yaw(start.yaw() + yaw - facing[0], (*front, held_z))
 
     def show(
-        position: Vector, yaw: float, pose: Pose, grasp: float, walked_m: float = -1.0
+        position: Vector, yaw: float, world_from_object: Pose, grasp: float, walked_m: float = -1.0
     ) -> None:
-        poses.append(pose)
-        people.append(_limbs(position, yaw, item, pose, grasp=grasp, walked_m=walked_m))
+        poses.append(world_from_object)
+        people.append(
+            _limbs(position, yaw, item, world_from_object, grasp=grasp, walked_m=walked_m)
+        )
 
     for s in _eased(REACH_FRAMES):
         show(feet[0], facing[0], start, s)

@@ -122,10 +122,10 @@ class RoomFilm:
             yield Picture(moment, message.frame, visible, masks)
 
 
-def width_px(item: PhysicalObject, pose: Pose, rig: Rig, room: RandomRoom) -> float:
+def width_px(item: PhysicalObject, world_from_object: Pose, rig: Rig, room: RandomRoom) -> float:
     """Width of an object alone in the lens that sees it best; 0 where none does."""
     world_from_rig = room.live.world_from_rig
-    points = np.concatenate([pose @ mesh.vertices for mesh in item.meshes])
+    points = np.concatenate([world_from_object @ mesh.vertices for mesh in item.meshes])
     widths: list[tuple[int, float]] = []
     for lens, rig_from_lens in zip(rig.lenses, rig.rig_from_lens, strict=True):
         pixels, valid = lens.project((world_from_rig @ rig_from_lens).inverse() @ points)
