@@ -33,7 +33,7 @@ LEAST_SAMPLES = 3.0
 `tracking.evidence.observation.MOST_MISFIT` nats, and usually one."""
 
 CERTAIN_NATS = 60.0
-"""Nats beyond which odds are no longer told apart: 1e26 to one."""
+"""Nats beyond which odds make no difference: 1e26 to one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

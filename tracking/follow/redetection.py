@@ -144,7 +144,7 @@ def _hypotheses(task: Task, budget: FrameBudget | None = None) -> list[Hypothesi
         task.scene,
         task.model,
         task.neighbours,
-        support_heights_m=_heights(task),
+        support_heights_m=heights_of(task),
         world_from_last=task.track.world_from_object,
         budget=budget or FrameBudget(costs=task.costs),
     )
@@ -171,7 +171,7 @@ def _still_free(task: Task) -> tuple[Hypothesis, ...]:
     )
 
 
-def _heights(task: Task) -> tuple[float, ...]:
+def heights_of(task: Task) -> tuple[float, ...]:
     """Heights in m of the support planes of an object."""
     source = task.model.source
     # What stood on furniture can be lifted onto other furniture.

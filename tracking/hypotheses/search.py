@@ -128,11 +128,11 @@ def search(
         some = starts[first : first + SCREENED_AT_ONCE]
         rough += budget.do(Step.SCREEN, _screened, scene, model, looks, some)
     rough.sort(key=lambda item: -item[0])
-    some_rough = _of_all_places(model, rough)
+    some_rough = of_all_places(model, rough)
     rough = [budget.do(Step.ALIGN, _aligned, scene, model, looks, item) for item in some_rough]
     rough.sort(key=lambda item: -item[0])
     compared: list[Turned] = []
-    for pose in _best_places(model, rough):
+    for pose in best_places(model, rough):
         window = budget.do(Step.GATHER, _window, scene, model, neighbours, pose)
         compared.append(budget.do(Step.ALIGN, _turned, scene, model, window, pose))
     compared.sort(key=lambda item: -item[0])
@@ -215,7 +215,7 @@ def _aligned(scene: Scene, model: TrackModel, looks: Sequence[LensLook], rough: 
     return max(rough, _rough(scene, model, looks, moved, lens), key=lambda item: item[0])
 
 
-def _of_all_places(model: TrackModel, rough: Sequence[Rough]) -> list[Rough]:
+def of_all_places(model: TrackModel, rough: Sequence[Rough]) -> list[Rough]:
     """The best rough poses, no more of one place than another could need."""
     chosen: list[Rough] = []
     for item in rough:
@@ -225,7 +225,7 @@ def _of_all_places(model: TrackModel, rough: Sequence[Rough]) -> list[Rough]:
     return chosen
 
 
-def _best_places(model: TrackModel, rough: Sequence[Rough]) -> list[Pose]:
+def best_places(model: TrackModel, rough: Sequence[Rough]) -> list[Pose]:
     """The best pose of each of the best places."""
     best: list[Pose] = []
     for _, pose, _ in rough:

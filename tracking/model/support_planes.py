@@ -48,7 +48,7 @@ LEVEL = 0.95
 of a trained scan scatter about their surface."""
 
 HIGHEST_M = 1.6
-"""Highest surface in m that people put things on within sight: shoulder height."""
+"""Highest surface in m that people put objects on: shoulder height."""
 
 LEAST_SURFACE_M2 = 0.08
 """Smallest surface in m² that is a support plane of its own: a stool's seat."""

@@ -81,7 +81,7 @@ def carton(rng: np.random.Generator) -> Movable:
     lid = (-width / 2, -0.025, 2 * float(half[2])), (width / 2, 0.025, 2 * float(half[2]) + 0.001)
     surfaces += box(*lid, material=tape, faces="+z", cell_m=OBJECT_CELL_M)
     return _box_movable(
-        "carton", rng, surfaces, half, Finish(name, base, tape), mass_kg=2.5, on=(FLOOR, TOP)
+        "carton", surfaces, half, Finish(name, base, tape), mass_kg=2.5, on=(FLOOR, TOP)
     )
 
 
@@ -91,7 +91,7 @@ def cereal_box(rng: np.random.Generator) -> Movable:
     half = np.array([rng.uniform(0.08, 0.11), rng.uniform(0.022, 0.035), rng.uniform(0.12, 0.16)])
     surfaces = _printed_box(rng, half, base, is_printed=True)
     finish = Finish(PATTERNED, base, plain(base))
-    return _box_movable("cereal-box", rng, surfaces, half, finish, mass_kg=0.5, on=(TOP, FLOOR))
+    return _box_movable("cereal-box", surfaces, half, finish, mass_kg=0.5, on=(TOP, FLOOR))
 
 
 def book(rng: np.random.Generator) -> Movable:
@@ -166,7 +166,6 @@ def _printed_box(
 
 def _box_movable(
     family: str,
-    rng: np.random.Generator,
     surfaces: list[Surface],
     half: np.ndarray,
     finish: Finish,
@@ -174,7 +173,6 @@ def _box_movable(
     mass_kg: float,
     on: tuple[str, ...],
 ) -> Movable:
-    del rng
     x, y, z = (float(v) for v in half)
     return movable(
         family, surfaces, [part((0.0, 0.0, z), (x, y, z))], finish=finish, mass_kg=mass_kg,

@@ -51,7 +51,7 @@ class Plan:
 
 
 def random_plan(rng: np.random.Generator) -> Plan:
-    """A room of 3.4 to 6.6 m with a window, a door, furniture, pictures and lamps."""
+    """A room of 3.6 to 6.6 m by 3.3 to 5.4 m: window, door, furniture, pictures and lamps."""
     w, d = float(rng.uniform(3.6, 6.6)), float(rng.uniform(3.3, 5.4))
     half = np.array([w / 2, d / 2])
     inside = Shell(np.array([*-half, 0.0]), np.array([*half, float(rng.uniform(2.4, 3.0))]))

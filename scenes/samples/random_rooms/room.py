@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -109,14 +109,16 @@ def random_room(seed: int) -> RandomRoom:
     view = Pose.from_yaw(float(of_places.uniform(-math.pi, math.pi))).rotation[:, 0]
     rig = look_at(camera, camera + view)
     scanned = _lit(seed, plan, light, np.ones((len(plan.lights), 3)), rig, towards, level)
-    objects = [
+    every = tuple(
         _as_scanned(item, name, poses[name], _kind(name, items), towards)
         for name, item in items.items()
-    ]
+    )
     lamps, share, turned = _other_day(len(plan.lights), towards, of_light)
     live = _lit(seed, plan, light, lamps, rig, turned, level * share)
     lens_px = int(of_places.choice(LENS_SIZES_PX))
-    return RandomRoom(seed, _with(scanned, objects), _with(live, objects), items, ground, lens_px)
+    return RandomRoom(
+        seed, replace(scanned, objects=every), replace(live, objects=every), items, ground, lens_px
+    )
 
 
 def random_items(rng: np.random.Generator) -> dict[str, Movable]:
@@ -176,13 +178,6 @@ def _lit(
         key=KEY * level,
         footprint_m=np.stack([plan.inside.low[:2], plan.inside.high[:2]]),
     )
-
-
-def _with(room: PhysicalRoom, objects: list[PhysicalObject]) -> PhysicalRoom:
-    return PhysicalRoom(
-        room.name, room.static, tuple(objects), room.solids, room.light_direction,
-        room.world_from_rig, room.ambient, room.key, room.codes, room.footprint_m,
-    )  # fmt: skip
 
 
 def _other_day(

@@ -25,7 +25,7 @@ Profile = list[tuple[float, float]]
 
 
 def plant_pot(rng: np.random.Generator) -> Movable:
-    """A potted plant with bent leaves; no two sides alike."""
+    """A potted plant with bent leaves, different on every side."""
     finish = random_finish(rng)
     r, h = float(rng.uniform(0.07, 0.17)), float(rng.uniform(0.12, 0.3))
     foot = float(rng.uniform(0.6, 0.95)) * r

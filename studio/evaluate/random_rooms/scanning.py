@@ -69,7 +69,7 @@ def scan_of(room: RandomRoom, *, folder: Path | None = None) -> ScenePackage:
 def _baked(room: RandomRoom) -> ScenePackage:
     physical = room.scanned
     cloud, objects = bake(
-        replace(physical, objects=tuple(map(_without_hidden_faces, physical.objects))),
+        replace(physical, objects=tuple(map(without_hidden_faces, physical.objects))),
         rng=np.random.default_rng([room.seed, 1]),
     )
     return ScenePackage(
@@ -84,7 +84,7 @@ def _baked(room: RandomRoom) -> ScenePackage:
     )
 
 
-def _without_hidden_faces(item: PhysicalObject) -> PhysicalObject:
+def without_hidden_faces(item: PhysicalObject) -> PhysicalObject:
     """An object without what no camera can see: faces inside other parts."""
     scene = RayScene(np.concatenate([_triangles(mesh) for mesh in item.meshes]))
     return replace(item, meshes=tuple(_seen_from_outside(mesh, scene) for mesh in item.meshes))

@@ -26,7 +26,7 @@ Shown = Callable[[Frame, Mapping[str, tuple[NDArray[np.bool_], ...]]], None]
 """Hands a detector without errors the frame and each object's mask per lens before it is asked."""
 
 FARTHEST_CM = 500.0
-"""Errors beyond this count the same where twins are told apart: a room's size."""
+"""Errors beyond this count the same where twins are matched: a room's size."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -124,3 +124,11 @@ def test_a_belief_can_be_put_back_to_another_pose(table, as_scanned):
     right = at_pose(task, evidence, wrong, true)
     np.testing.assert_array_equal(right.fit.world_from_object.matrix(), true.matrix())
     assert right.found.nats > wrong.found.nats
+
+
+def test_a_pose_that_is_out_of_the_question_has_no_confidence_and_breaks_nothing():
+    impossible = PoseSupport(-5000.0, 600.0, 1.0, 0.0, 50000.0)
+    certain = PoseSupport(5000.0, 600.0, 1.0, 1.0, 50000.0)
+    assert confidence_of(impossible, math.inf) < 1e-9
+    assert confidence_of(certain, -5000.0) < 1e-9
+    assert confidence_of(certain, math.inf) > 1.0 - 1e-9

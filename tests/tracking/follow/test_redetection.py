@@ -7,7 +7,13 @@ import pytest
 
 from scenes.pose import Pose, wrap_angle
 from scenes.state import TrackState
-from tracking.follow.redetection import HIDDEN_FRAMES, is_missing, redetect, redetect_all
+from tracking.follow.redetection import (
+    HIDDEN_FRAMES,
+    heights_of,
+    is_missing,
+    redetect,
+    redetect_all,
+)
 from tracking.follow.track import SEARCH_PERIOD_NS
 from tracking.hypotheses.budget import Step
 from tracking.hypotheses.hypothesis import CLEAR_NATS
@@ -120,3 +126,17 @@ def test_what_is_hidden_for_long_is_looked_for_if_it_was_ever_seen(table, no_mug
     assert not is_missing(hidden(HIDDEN_FRAMES - 1, 2 * CLEAR_NATS))
     # What the lens never resolved cannot be recognised elsewhere.
     assert not is_missing(hidden(HIDDEN_FRAMES, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("height_m", "stood_at_m", "is_anywhere"),
+    [(0.1, 0.0, True), (0.9, 0.0, False), (0.44, 0.74, True)],
+)
+def test_only_what_is_tall_and_stood_on_the_floor_stays_at_its_height(
+    table, mug_elsewhere, height_m, stood_at_m, is_anywhere
+):
+    scene, _ = mug_elsewhere
+    task = table.task(scene, "mug-1", **LOST)
+    source = replace(task.model.source, box_m=(0.2, 0.2, height_m), support_z_m=stood_at_m)
+    heights = heights_of(replace(task, model=replace(task.model, source=source)))
+    assert heights == (scene.support_planes.heights_m if is_anywhere else (stood_at_m,))

@@ -21,7 +21,7 @@ from tracking.hypotheses.proposals import (
     proposed,
 )
 from tracking.hypotheses.refinement import aligned, coarse, refined
-from tracking.hypotheses.search import search
+from tracking.hypotheses.search import ALIGNED_AT_A_PLACE, best_places, of_all_places, search
 from tracking.hypotheses.yaws import likeliest_yaws
 from tracking.model.templates import Cuts
 
@@ -145,3 +145,16 @@ def test_the_prior_shares_what_moved_among_all_places(table, as_scanned):
         moved_log_prior(as_scanned, book, heights, world_from_last=here, world_from_now=far) < near
     )
     assert stayed_log_prior() > 0.0
+
+
+def test_many_good_poses_of_one_place_do_not_crowd_out_another(table):
+    model = table.models["mug-1"]
+    # A wrong place with a large silhouette has many rough poses, all likelier than the right one.
+    crowd = [(50.0 - k, Pose.from_yaw(0.3 * k, (0.0, 0.0, 0.74)), 0) for k in range(20)]
+    right = (20.0, Pose.from_yaw(0.0, (1.0, 0.0, 0.74)), 0)
+    chosen = of_all_places(model, [*crowd, right])
+    assert right in chosen
+    assert len(chosen) == ALIGNED_AT_A_PLACE + 1
+    assert chosen[0] == crowd[0]
+    # However unlikely it roughly is, its place is compared by the likelihood itself.
+    assert best_places(model, chosen) == [crowd[0][1], right[1]]
