@@ -26,8 +26,9 @@ from tracking.camera.calibration import Calibration, calibrate
 from tracking.camera.rig_state import RigState, looked_through
 from tracking.camera.watch import watched
 from tracking.evidence.evidence import Neighbour, Scene
+from tracking.follow.first_frame import settled
 from tracking.follow.follow import first_look, follow
-from tracking.follow.redetection import Search, is_missing, redetect, redetect_all
+from tracking.follow.redetection import Search, is_missing, redetect
 from tracking.follow.track import Task, Track, new_track, report
 from tracking.follow.yaw_review import is_under_review, was_reviewed
 from tracking.hypotheses.budget import NOMINAL_COSTS, StepCosts
@@ -174,11 +175,7 @@ class Tracker:
         search = state.search
         if self._options.recover and schedule.is_first:
             # At first there is nothing to be late for.
-            found = redetect_all(self._lost(tasks, tracks))
-            tracks |= found
-            if any(track.state is not TrackState.LOST for track in found.values()):
-                # Once more, what was found now accounting for its part of the picture.
-                tracks |= redetect_all(self._lost(tasks, tracks))
+            tracks = settled(list(tasks.values()), tracks)
         elif self._options.recover and not searched:
             interval_ms = (frame.t_ns - state.t_ns) / schedule.pictures / 1e6
             budget_ms = min(SEARCH_SHARE * interval_ms, SEARCH_MS)

@@ -7,7 +7,6 @@ once per window; `tracking.likelihood.pose_likelihood` adds the third.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -18,19 +17,12 @@ from scenes.cameras import Fisheye
 from scenes.pose import Pose
 from tracking.background.images import expose
 from tracking.evidence.evidence import Evidence, Scene
+from tracking.model.misfit import MOST_MISFIT, misfit
 from tracking.window.filters import blurred, resized
 from tracking.window.window import Layer
 
 FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]
-
-RESIDUAL_SIGMA = 0.07
-"""Standard deviation, channels of 0..1, of a live pixel about the composite of a scanned object in
-fitted light. Measured at true poses of foreign scans: half of the pixels are within it."""
-
-MOST_MISFIT = -1.5 * math.log(2 * math.pi) - 3 * math.log(RESIDUAL_SIGMA)
-"""Largest misfit of a pixel, nats: there the Gaussian of `RESIDUAL_SIGMA` meets the density of a
-colour that may be any of the unit cube."""
 
 SURROUNDINGS_PX = 2.5
 """Gaussian blur, px, that predicts a pixel of an unknown object from those around it: about twice
@@ -50,7 +42,8 @@ class Observation:
 
     Attributes:
         live: (H, W, 3) float32 0..1.
-        empty: (H, W, 3) float32, the window without the object.
+        empty: (H, W, 3) float32, the window without the object; the live picture where others are.
+        expected: (H, W, 3) float32, the room and the others in it as scanned, without the object.
         changed: (H, W) float32 0..1, probability that a pixel does not show the empty room.
         room_misfit: (H, W) float32 nats of the live picture as the empty room.
         foreign_misfit: (H, W) float32 nats of the live picture as something that is in no scan: how
@@ -64,6 +57,7 @@ class Observation:
 
     live: FloatArray
     empty: FloatArray
+    expected: FloatArray
     changed: FloatArray
     room_misfit: FloatArray
     foreign_misfit: FloatArray
@@ -95,6 +89,7 @@ class Observation:
         return observation_of(
             smaller(self.live),
             smaller(self.empty),
+            smaller(self.expected),
             smaller(self.changed),
             hidden=smaller(self.hidden),
             range_m=smaller(self.range_m),
@@ -122,15 +117,16 @@ def observe(scene: Scene, evidence: Evidence) -> Observation:
     x = (view.left + columns * view.shrink) * 2 / lens.width_px - 1
     y = (view.top + rows * view.shrink) * 2 / lens.height_px - 1
     radius2 = (x[None, :] ** 2 + y[:, None] ** 2).astype(np.float32)
-    room = expose(
-        small(scene.background.images[view.lens][cut]),
-        scene.exposures[view.lens],
-        radius2=radius2,
-    )
-    others = small(alpha_of(evidence.layers, cut))[..., None]
+    plain = scene.background.images[view.lens][cut]
+    laid, alpha = with_layers(plain, evidence.layers, cut)
+    exposure = scene.exposures[view.lens]
+    room = expose(small(plain), exposure, radius2=radius2)
+    expected = expose(small(laid), exposure, radius2=radius2)
+    others = small(alpha)[..., None]
     return observation_of(
         live,
         np.asarray(others * live + (1.0 - others) * room, dtype=np.float32),
+        expected,
         evidence.foreground,
         hidden=evidence.hidden,
         range_m=small(scene.background.ranges_m[view.lens][cut]),
@@ -143,6 +139,7 @@ def observe(scene: Scene, evidence: Evidence) -> Observation:
 def observation_of(
     live: FloatArray,
     empty: FloatArray,
+    expected: FloatArray,
     changed: FloatArray,
     *,
     hidden: FloatArray,
@@ -156,6 +153,7 @@ def observation_of(
     Args:
         live: (H, W, 3) 0..1.
         empty: (H, W, 3) the same without the object.
+        expected: (H, W, 3) the room and other objects as scanned.
         changed: (H, W) probability that a pixel does not show the empty room.
         hidden: (H, W) 0..1, behind a nearer tracked object.
         range_m: (H, W) distance of what stands still; 0 where unknown.
@@ -168,6 +166,7 @@ def observation_of(
     return Observation(
         live=live,
         empty=empty,
+        expected=expected,
         changed=changed,
         room_misfit=room_misfit.astype(np.float32),
         foreign_misfit=misfit(live - blurred(live, SURROUNDINGS_PX)),
@@ -179,24 +178,34 @@ def observation_of(
     )
 
 
-def misfit(residual: FloatArray, sigma: float = RESIDUAL_SIGMA) -> FloatArray:
-    """(H, W) nats of (H, W, 3) residuals about a standard deviation, at most `MOST_MISFIT`."""
-    squared = np.einsum("hwc,hwc->hw", residual, residual)
-    return np.minimum(squared / (2 * sigma**2), MOST_MISFIT).astype(np.float32)
+def with_layers(
+    room: FloatArray, layers: Sequence[Layer], cut: tuple[slice, slice]
+) -> tuple[FloatArray, FloatArray]:
+    """(H, W, 3) a part of an empty lens with objects laid over it; (H, W) how much they cover.
 
-
-def alpha_of(layers: Sequence[Layer], cut: tuple[slice, slice]) -> FloatArray:
-    """(H, W) 0..1: how much of a part of a lens other objects cover, before or behind."""
+    Args:
+        room: the part, before exposure.
+        layers: objects, the farthest first.
+        cut: rows and columns of the part.
+    """
     rows, columns = cut
-    others = np.zeros((rows.stop - rows.start, columns.stop - columns.start), np.float32)
+    laid = room.copy()
+    others = np.zeros(room.shape[:2], np.float32)
     for layer in layers:
         height, width = layer.alpha.shape
         top, bottom = max(layer.top, rows.start), min(layer.top + height, rows.stop)
         left, right = max(layer.left, columns.start), min(layer.left + width, columns.stop)
-        if top < bottom and left < right:
-            drawn = layer.alpha[top - layer.top : bottom - layer.top]
-            drawn = drawn[:, left - layer.left : right - layer.left]
-            part = others[top - rows.start : bottom - rows.start]
-            part = part[:, left - columns.start : right - columns.start]
-            np.maximum(part, drawn, out=part)
-    return others
+        if top >= bottom or left >= right:
+            continue
+        here = (
+            slice(top - layer.top, bottom - layer.top),
+            slice(left - layer.left, right - layer.left),
+        )
+        there = (
+            slice(top - rows.start, bottom - rows.start),
+            slice(left - columns.start, right - columns.start),
+        )
+        alpha = layer.alpha[here]
+        laid[there] = layer.rgb[here] + (1.0 - alpha)[..., None] * laid[there]
+        np.maximum(others[there], alpha, out=others[there])
+    return laid, others

@@ -112,7 +112,13 @@ class Surroundings:
             for options in (ROUGHLY, CLOSELY)
         )
         view = LitView(live, empty, free, camera, self.world_from_camera, self.renderer)
-        relightable = self.model.relightable
+        range_m = float(
+            np.linalg.norm(
+                self.model.centre_at(world_from_object) - self.world_from_camera.translation
+            )
+        )
+        radius_px = camera.f_px * self.model.radius_m / max(range_m, self.model.radius_m)
+        relightable = self.model.level_for(radius_px).relightable
         scanned, compass = (
             self.renderer.alone(splats, camera, self.world_from_camera, RENDER_OPTIONS)
             for splats in (relightable.splats, relightable.compass)

@@ -59,8 +59,7 @@ class PendingReview:
         observation: of the same window.
         fit: the reviewed fit there.
         support: of that fit's pose.
-        starts: poses still to be refined.
-        hypotheses: results of the refined ones.
+        done: results of its steps so far, see `tracking.hypotheses.budget`.
     """
 
     scene: Scene
@@ -68,8 +67,7 @@ class PendingReview:
     observation: Observation
     fit: Fit
     support: PoseSupport
-    starts: tuple[Pose, ...]
-    hypotheses: tuple[Hypothesis, ...]
+    done: tuple[object, ...]
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,15 +7,15 @@ frame-to-frame solve corrects such an error.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 
 from scenes.state import TrackState
 from tracking.evidence.evidence import Evidence
 from tracking.follow.belief import MOVED_NATS, Belief, hypothesis_of
 from tracking.follow.posterior import shows_pattern
 from tracking.follow.track import PendingReview, Review, Task, Track
-from tracking.hypotheses.budget import Step, steps_within
+from tracking.hypotheses.budget import BudgetExhausted, FrameBudget, Step
 from tracking.hypotheses.hypothesis import APART_RAD, Hypothesis, distinct, is_other
 from tracking.hypotheses.refinement import refined
 from tracking.hypotheses.yaws import likeliest_yaws
@@ -35,6 +35,10 @@ REVIEW_PART = 2
 """One of so many parts of the time since the last measurement goes into a review. Chosen on the
 rooms lab and desk."""
 
+REVIEW_MS = 30.0
+"""Most time in ms that a review takes of one frame, however slow the stream: half of the promised
+latency of 60 ms."""
+
 PERIOD_NS = 180_000_000
 """Least time in ns between two reviews. Chosen on the rooms lab and desk."""
 
@@ -51,8 +55,8 @@ def reviewed(
 ) -> tuple[Task, Fit]:
     """The task with its review recorded, and the fit or a clearly likelier one at another yaw.
 
-    A review is spread over frames: each refines as many yaws as fit into its time, all in the frame
-    in which the review began.
+    A review is spread over frames, each of which does some of its steps, all in the frame in which
+    the review began.
 
     Args:
         task: an object that may have turned.
@@ -67,24 +71,21 @@ def reviewed(
         review = replace(review, pending=None)
         task = replace(task, track=replace(task.track, review=review))
     pending = None if review is None else review.pending
-    budget_ns = (now - task.track.looked_ns) // REVIEW_PART
-    count = max(steps_within(task.costs, Step.REVIEW_YAW, budget_ns), 1)
     if pending is None:
         if not ((is_shaken or _is_wanted(task, fit)) and _is_due(review, now)):
             return task, fit
-        starts = likeliest_yaws(task.model, evidence, fit.world_from_object)
-        pending = PendingReview(
-            task.scene, evidence, belief.observation, fit, belief.found, tuple(starts), ()
-        )
-        if count == 1:
-            count = 0  # To compare all yaws from afar took about as long.
-    pending = _advanced(task, pending, count)
-    if pending.starts:
+        pending = PendingReview(task.scene, evidence, belief.observation, fit, belief.found, ())
+    part_ms = (now - task.track.looked_ns) / REVIEW_PART / 1e6
+    budget = FrameBudget(min(part_ms, REVIEW_MS), pending.done, task.costs)
+    try:
+        others = _others(task, pending, budget)
+    except BudgetExhausted:
         # Until they are compared, another yaw is as likely.
         in_vain = 0 if review is None else review.in_vain
+        pending = replace(pending, done=budget.done())
         review = Review(now, in_vain, 0.0, task.track.known_nats, pending)
         return replace(task, track=replace(task.track, review=review)), fit
-    return _concluded(task, evidence, belief, pending)
+    return _concluded(task, evidence, belief, pending, others)
 
 
 def _is_outdated(pending: PendingReview, task: Task) -> bool:
@@ -92,34 +93,39 @@ def _is_outdated(pending: PendingReview, task: Task) -> bool:
     return pending.scene.world_from_rig is not task.scene.world_from_rig
 
 
-def _advanced(task: Task, pending: PendingReview, count: int) -> PendingReview:
-    """A review after some more poses were refined."""
-    scene, quickly = pending.scene, task.track.moves_on
-    more = tuple(
-        task.costs.timed(
-            Step.REVIEW_YAW,
-            partial(
-                refined,
-                scene,
-                task.model,
-                start,
-                pending.evidence,
-                pending.observation,
-                quickly=quickly,
-            ),
-        )[0]
-        for start in pending.starts[:count]
-    )
-    return replace(pending, starts=pending.starts[count:], hypotheses=pending.hypotheses + more)
+def _others(task: Task, pending: PendingReview, budget: FrameBudget) -> list[Hypothesis]:
+    """Other yaws, refined in the frame in which the review began.
+
+    Raises:
+        BudgetExhausted: the rest is for the next frame.
+    """
+    evidence, pose = pending.evidence, pending.fit.world_from_object
+    starts = budget.do(Step.YAWS, likeliest_yaws, task.model, evidence, pose)
+    return [
+        refined(
+            pending.scene,
+            task.model,
+            start,
+            evidence,
+            pending.observation,
+            quickly=task.track.moves_on,
+            budget=budget,
+        )
+        for start in starts
+    ]
 
 
 def _concluded(
-    task: Task, evidence: Evidence, belief: Belief, pending: PendingReview
+    task: Task,
+    evidence: Evidence,
+    belief: Belief,
+    pending: PendingReview,
+    others: Sequence[Hypothesis],
 ) -> tuple[Task, Fit]:
     """The task and the fit once all yaws are compared."""
     review, reviewed_pose = task.track.review, pending.fit.world_from_object
     found = Hypothesis(pending.fit, pending.support)
-    inside = [g for g in pending.hypotheses if pending.scene.contains(g.world_from_object)]
+    inside = [g for g in others if pending.scene.contains(g.world_from_object)]
     rivals = [
         other
         for other in distinct(task.model, inside)
@@ -128,8 +134,8 @@ def _concluded(
     known = task.track.known_nats
     found = replace(found, log_prior=min(max(known, 0.0), TURNED_NATS))
     is_wrong = bool(rivals) and rivals[0].is_clearly_better(found)
-    best, others = (rivals[0], [found, *rivals[1:]]) if is_wrong else (found, rivals)
-    rival_nats = min((best.log_odds - other.log_odds for other in others), default=math.inf)
+    best, less = (rivals[0], [found, *rivals[1:]]) if is_wrong else (found, rivals)
+    rival_nats = min((best.log_odds - other.log_odds for other in less), default=math.inf)
     in_vain = 0 if is_wrong or review is None else min(review.in_vain + 1, MOST_IN_VAIN)
     review = Review(task.scene.frame.t_ns, in_vain, rival_nats, rival_nats)
     task = replace(task, track=replace(task.track, review=review))

@@ -21,8 +21,8 @@ ESTIMATE_SHARE = 0.2
 class Step(Enum):
     """A step of a search with its nominal cost in ms: about what it takes on one core of a laptop.
 
-    Those of `LOCAL_HYPOTHESIS` and `REVIEW_YAW` were not measured: with the parts of the frame
-    interval that these searches get, they give one step per 15 and 20 ms.
+    That of `LOCAL_HYPOTHESIS` was not measured: with the part of the frame interval that it gets,
+    it gives one step per 15 ms.
     """
 
     LOOK = ("compare a whole lens with what is known", 40.0)
@@ -33,9 +33,12 @@ class Step(Enum):
     ALIGN = ("align a pose", 9.0)
     GATHER = ("gather the evidence of a window", 7.0)
     TURN = ("compare all yaws at a place", 30.0)
-    REFINE = ("refine a pose", 20.0)
+    SOLVE = ("solve a pose by its outline", 9.0)
+    SUPPORT = ("compare some poses by the likelihood", 8.0)
+    PATCH = ("fit a pose by its colours", 20.0)
+    CLIMB = ("climb the likelihood", 30.0)
     LOCAL_HYPOTHESIS = ("evaluate a hypothesis beside the prediction", 5.0)
-    REVIEW_YAW = ("refine another yaw of a tracked object", 10.0)
+    YAWS = ("propose other yaws of a tracked object", 7.0)
 
     def __init__(self, what: str, nominal_ms: float) -> None:
         self.what = what

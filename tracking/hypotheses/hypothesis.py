@@ -85,7 +85,7 @@ def are_other_turns(model: TrackModel, apart_rad: Points, *, least: float) -> ND
         return np.zeros(len(apart_rad), np.bool_)
     turns = (apart_rad * model.symmetry + math.pi) % (2 * math.pi) - math.pi
     turns = np.abs(turns) / model.symmetry
-    return (turns > least) & np.logical_not(model.templates.are_indistinguishable(turns))
+    return (turns > least) & np.logical_not(model.are_same(turns))
 
 
 def apart(world_from_a: Pose, world_from_b: Pose) -> float:

@@ -21,7 +21,7 @@ from scenes.cameras import Fisheye
 from scenes.pose import Pose
 from tracking.background.images import expose
 from tracking.evidence.evidence import Neighbour, Scene
-from tracking.evidence.observation import Observation, observation_of
+from tracking.evidence.observation import Observation, observation_of, with_layers
 from tracking.kernels.native import KERNELS
 from tracking.model.object_model import TrackModel
 from tracking.model.templates import ELEVATIONS_RAD, YAWS, Cuts, compare, cut_out
@@ -169,15 +169,15 @@ def look_through(
     seen = x[None, :] ** 2 + y[:, None] ** 2 <= (lens.circle_px / lens.width_px) ** 2
     colours = live.reshape(height, width, 3)
     changed = foreground.reshape(height, width) * seen
-    whole = _without_object(scene, lens_index, part, layers)
-    size = (width, height)
-    others = resized(whole.alpha, size)[..., None]
+    whole = _without_object(scene, lens_index, part, layers, (width, height))
+    others = whole.alpha[..., None]
     level = observation_of(
         colours,
-        np.asarray(others * colours + (1.0 - others) * resized(whole.room, size), np.float32),
+        np.asarray(others * colours + (1.0 - others) * whole.room, np.float32),
+        whole.expected,
         changed,
         hidden=np.zeros_like(changed),
-        range_m=resized(whole.range_m, size),
+        range_m=whole.range_m,
         camera=camera,
         world_from_camera=scene.world_from_rig @ scene.frame.rig.rig_from_lens[lens_index],
         lens_px=shrink,
@@ -192,35 +192,47 @@ def look_through(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Whole:
-    """A lens without the object: the room exposed, alpha of the neighbours, distance of both."""
+    """A lens without the object: the room, with neighbours, their alpha, how far both are."""
 
     room: FloatArray
+    expected: FloatArray
     alpha: FloatArray
     range_m: FloatArray
 
 
 def _without_object(
-    scene: Scene, lens_index: int, part: tuple[slice, slice], layers: Sequence[Layer]
+    scene: Scene,
+    lens_index: int,
+    part: tuple[slice, slice],
+    layers: Sequence[Layer],
+    size: tuple[int, int],
 ) -> _Whole:
     lens = scene.frame.rig.lenses[lens_index]
-    columns: Points = np.arange(int(part[1].stop), dtype=np.float64) + 0.5
-    rows: Points = np.arange(int(part[0].stop), dtype=np.float64) + 0.5
+    width, height = size
+    columns: Points = (np.arange(width, dtype=np.float64) + 0.5) * (part[1].stop / width)
+    rows: Points = (np.arange(height, dtype=np.float64) + 0.5) * (part[0].stop / height)
     x, y = columns * 2 / lens.width_px - 1, rows * 2 / lens.height_px - 1
-    room = expose(
-        scene.background.images[lens_index][part],
-        scene.exposures[lens_index],
-        radius2=(x[None, :] ** 2 + y[:, None] ** 2).astype(np.float32),
-    )
+    radius2 = (x[None, :] ** 2 + y[:, None] ** 2).astype(np.float32)
+    plain, exposure = scene.background.images[lens_index][part], scene.exposures[lens_index]
+    laid, alpha = with_layers(plain, _farthest_first(layers), part)
+    room = expose(resized(plain, size), exposure, radius2=radius2)
+    expected = expose(resized(laid, size), exposure, radius2=radius2)
     range_m = scene.background.ranges_m[lens_index].copy()
-    alpha = np.zeros_like(range_m)
     for layer in layers:
         height, width = layer.alpha.shape
         here = slice(layer.top, layer.top + height), slice(layer.left, layer.left + width)
         drawn = layer.alpha > KNOWN_ALPHA
         nearer = drawn & ((range_m[here] == 0) | (layer.range_m < range_m[here]))
         range_m[here] = np.where(nearer, layer.range_m, range_m[here])
-        alpha[here] = np.maximum(alpha[here], layer.alpha)
-    return _Whole(room, alpha[part], range_m[part])
+    return _Whole(room, expected, resized(alpha, size), resized(range_m[part], size))
+
+
+def _farthest_first(layers: Sequence[Layer]) -> list[Layer]:
+    def nearest_m(layer: Layer) -> float:
+        seen = layer.range_m[layer.range_m > 0]
+        return float(seen.min()) if len(seen) else math.inf
+
+    return sorted(layers, key=nearest_m, reverse=True)
 
 
 KNOWN_ALPHA = 0.5

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -11,10 +12,12 @@ from tracking.evidence.evidence import Evidence, Scene
 from tracking.evidence.observation import Observation
 from tracking.evidence.rendering import RenderingCache, reduced_rendering
 from tracking.evidence.surroundings import surroundings_in
+from tracking.hypotheses.budget import FrameBudget, Step
 from tracking.hypotheses.hypothesis import Hypothesis
 from tracking.likelihood.patch_fit import fit_patch_closely, fit_patch_roughly
-from tracking.likelihood.pose_likelihood import pose_support
+from tracking.likelihood.pose_likelihood import pose_support, radius_px
 from tracking.model.object_model import TrackModel
+from tracking.model.symmetry import ROUND
 from tracking.solve.gauss_newton import Fit, Prior, judge, solve
 from tracking.solve.motion import pose_vector
 
@@ -31,6 +34,16 @@ OUTLINED_PX = 40.0
 """Radius in px below which a pose is refined by its colours too: an outline of fewer pixels is its
 contact shadow's as much as its own."""
 
+CLIMBED_PX = 34.0
+"""Radius in px at which the likelihood is climbed: at 18 it led four half-hidden or glossy objects
+of random rooms astray, at 36 it brought three of them closer."""
+
+CLIMB_STEP = 0.15
+"""First step of a climb, in radii of the object and rad: what an alignment leaves."""
+
+CLIMB_RESOLVED = 0.02
+"""Step below which a climb ends: half a pixel at `CLIMBED_PX`."""
+
 ALIGNED_PX = 18.0
 """Radius in px at which a rough pose is aligned: a place of the search's grid, off by an eighth of
 the object, is then off by two pixels, what the lens blurs."""
@@ -41,7 +54,7 @@ def aligned(
 ) -> Pose:
     """A rough pose laid on the picture by the object's colours at a coarse scale."""
     around = surroundings_in(observation, model, scene.renderer)
-    return fit_patch_roughly(around, world_from_rough)[0]
+    return fit_patch_roughly(around, world_from_rough)
 
 
 def refined(
@@ -53,6 +66,7 @@ def refined(
     *,
     sigma: tuple[float, float, float, float] = START_SIGMA,
     quickly: bool = False,
+    budget: FrameBudget | None = None,
 ) -> Hypothesis:
     """What a rough pose comes to: the likeliest of the solved, the colour-fitted and the start.
 
@@ -67,28 +81,105 @@ def refined(
         observation: of the same window.
         sigma: how far off the start may be, m and rad.
         quickly: draw it no finer than what it is compared with, an object that moves.
+        budget: of this frame; none is no limit.
+
+    Raises:
+        BudgetExhausted: the rest is for the next frame.
     """
-    coarsely = coarse(observation, model, world_from_start)
-    starts = (world_from_start, aligned(coarsely, model, world_from_start, scene))
-    solved = [
-        _solved(scene, model, start, evidence, sigma=sigma, quickly=quickly) for start in starts
+    do = (budget or FrameBudget()).do
+    from_colours = do(Step.ALIGN, aligned_coarsely, observation, model, world_from_start, scene)
+    fits = [
+        do(Step.SOLVE, _solved, scene, model, start, evidence, sigma=sigma, quickly=quickly)
+        for start in (world_from_start, from_colours)
     ]
-    best = max(
-        (
-            Hypothesis(fit, pose_support(observation, model, fit.world_from_object, scene.renderer))
-            for fit in solved
-        ),
-        key=lambda hypothesis: hypothesis.support.nats,
-    )
-    others = [world_from_start, Pose(world_from_start.rotation, starts[1].translation)]
+    best = do(Step.SUPPORT, _likelier, scene, model, observation, fits)
+    poses = [world_from_start, Pose(world_from_start.rotation, from_colours.translation)]
     if radius_px(observation, model, world_from_start) < OUTLINED_PX:
         around = surroundings_in(observation, model, scene.renderer)
-        others.append(fit_patch_closely(around, world_from_start)[0])
-    for pose in others:
+        poses.append(do(Step.PATCH, fit_patch_closely, around, world_from_start)[0])
+    return do(Step.SUPPORT, _likeliest, scene, model, evidence, observation, best, poses)
+
+
+def aligned_coarsely(
+    observation: Observation, model: TrackModel, world_from_rough: Pose, scene: Scene
+) -> Pose:
+    """A rough pose laid on an observation of any scale."""
+    return aligned(coarse(observation, model, world_from_rough), model, world_from_rough, scene)
+
+
+def _likelier(
+    scene: Scene, model: TrackModel, observation: Observation, fits: Sequence[Fit]
+) -> Hypothesis:
+    """The fit that the picture speaks for most."""
+    supported = [
+        Hypothesis(fit, pose_support(observation, model, fit.world_from_object, scene.renderer))
+        for fit in fits
+    ]
+    return max(supported, key=lambda hypothesis: hypothesis.support.nats)
+
+
+def _likeliest(
+    scene: Scene,
+    model: TrackModel,
+    evidence: Evidence,
+    observation: Observation,
+    best: Hypothesis,
+    poses: Sequence[Pose],
+) -> Hypothesis:
+    """A hypothesis, or a pose that the picture speaks for more."""
+    for pose in poses:
         support = pose_support(observation, model, pose, scene.renderer)
         if support.nats > best.support.nats:
             best = Hypothesis(placed(scene, model, evidence, pose), support)
     return best
+
+
+def climbed(
+    observation: Observation, model: TrackModel, world_from_start: Pose, scene: Scene
+) -> Pose:
+    """The pose near a start at which the likelihood itself is highest, at a middling scale.
+
+    A solver follows the outline, of which a half-hidden or badly lit object shows a part; this
+    follows everything (pattern search over the line of sight, across it, and yaw).
+
+    Args:
+        observation: of a window around the start.
+        model: the object.
+        world_from_start: where to begin.
+        scene: the frame.
+    """
+    times = radius_px(observation, model, world_from_start) / CLIMBED_PX
+    seen = observation.shrunk(max(math.floor(times), 1))
+
+    def nats(pose: Pose) -> float:
+        return pose_support(seen, model, pose, scene.renderer).nats
+
+    pose, best = world_from_start, nats(world_from_start)
+    step = CLIMB_STEP
+    while step >= CLIMB_RESOLVED:
+        beside = ((nats(other), other) for other in _beside(observation, model, pose, step))
+        higher = next((found for found in beside if found[0] > best), None)
+        if higher is None:
+            step /= 2.0
+        else:
+            best, pose = higher
+    return pose
+
+
+def _beside(
+    observation: Observation, model: TrackModel, world_from_object: Pose, step: float
+) -> Iterator[Pose]:
+    """Poses a step away along the line of sight, across it, and turned; both ways."""
+    away = model.centre_at(world_from_object) - observation.world_from_camera.translation
+    ahead = np.array([away[0], away[1], 0.0]) / max(float(np.hypot(away[0], away[1])), 1e-9)
+    across = np.array([-ahead[1], ahead[0], 0.0])
+    length_m = step * model.radius_m
+    for direction in (ahead, -ahead, across, -across):
+        place = world_from_object.translation + length_m * direction
+        yield Pose(world_from_object.rotation, place)
+    if model.symmetry != ROUND:
+        for turn in (step, -step):
+            yield Pose.from_yaw(world_from_object.yaw() + turn, world_from_object.translation)
 
 
 def _solved(
@@ -117,13 +208,6 @@ def placed(scene: Scene, model: TrackModel, evidence: Evidence, world_from_objec
     prior = Prior(pose_vector(world_from_object), np.array(START_SIGMA))
     information = np.diag(1.0 / Prior(prior.mean, np.array(PLACED_SIGMA)).seven() ** 2)
     return judge(evidence, model, world_from_object, information, prior, reduced)
-
-
-def radius_px(observation: Observation, model: TrackModel, world_from_object: Pose) -> float:
-    """Radius of an object in an observation's pixels."""
-    eye = observation.world_from_camera.translation
-    range_m = float(np.linalg.norm(model.centre_at(world_from_object) - eye))
-    return observation.camera.f_px * model.radius_m / max(range_m, model.radius_m)
 
 
 def coarse(observation: Observation, model: TrackModel, world_from_object: Pose) -> Observation:

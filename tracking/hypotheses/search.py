@@ -26,7 +26,7 @@ from tracking.hypotheses.proposals import (
     places_on,
     proposed,
 )
-from tracking.hypotheses.refinement import ALIGNED_PX, aligned, coarse, refined
+from tracking.hypotheses.refinement import ALIGNED_PX, aligned, aligned_coarsely, climbed, refined
 from tracking.likelihood.pose_likelihood import ROUGHLY, pose_support
 from tracking.model.object_model import TrackModel
 from tracking.model.symmetry import ROUND
@@ -40,7 +40,7 @@ CUT_AT_ONCE = 400
 SCREENED_AT_ONCE = 6
 """Proposals screened in one step."""
 
-ALIGNED = 12
+ALIGNED = 24
 """Proposals that are aligned, the best by their rough likelihood."""
 
 ALIGNED_AT_A_PLACE = 3
@@ -270,7 +270,7 @@ def _likeliest_yaws(scene: Scene, model: TrackModel, window: _Window, pose: Pose
 def _turned(scene: Scene, model: TrackModel, window: _Window, start: Pose) -> Turned:
     """A pose aligned at the window's own resolution, or the start if that is likelier."""
     observation = window.observation
-    moved = aligned(coarse(observation, model, start), model, start, scene)
+    moved = aligned_coarsely(observation, model, start, scene)
     tried = [
         (pose_support(observation, model, pose, scene.renderer).nats, pose, window)
         for pose in (start, moved)
@@ -293,9 +293,7 @@ def _refined(
             chosen.append(item)
     found = [
         (
-            budget.do(
-                Step.REFINE, refined, scene, model, pose, window.evidence, window.observation
-            ),
+            refined(scene, model, pose, window.evidence, window.observation, budget=budget),
             window,
         )
         for _, pose, window in chosen
@@ -304,21 +302,26 @@ def _refined(
     final: list[Hypothesis] = []
     for rank, (hypothesis, window) in enumerate(found):
         for _ in range(MOST_ROUNDS if rank < REFINED_AGAIN else 0):
-            again = budget.do(
-                Step.REFINE,
-                refined,
-                scene,
-                model,
-                hypothesis.world_from_object,
-                window.evidence,
-                window.observation,
-            )
+            start, evidence = hypothesis.world_from_object, window.evidence
+            again = refined(scene, model, start, evidence, window.observation, budget=budget)
             gained = again.support.nats - hypothesis.support.nats
             hypothesis = again if gained > 0.0 else hypothesis
             if gained < RESOLVED_NATS:
                 break
+        if rank < REFINED_AGAIN:
+            hypothesis = _climbed(scene, model, window, hypothesis, budget)
         final.append(hypothesis)
     return final
+
+
+def _climbed(
+    scene: Scene, model: TrackModel, window: _Window, hypothesis: Hypothesis, budget: FrameBudget
+) -> Hypothesis:
+    """What the likelihood itself leads to from a refined pose, refined once more, if likelier."""
+    observation, pose = window.observation, hypothesis.world_from_object
+    start = budget.do(Step.CLIMB, climbed, observation, model, pose, scene)
+    other = refined(scene, model, start, window.evidence, observation, budget=budget)
+    return max(hypothesis, other, key=lambda found: found.support.nats)
 
 
 def _can_be(scene: Scene, world_from_object: Pose) -> bool:

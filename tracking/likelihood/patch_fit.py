@@ -52,11 +52,11 @@ BEHIND = 0.2
 """Similarity below the best rival's from which no further round is begun."""
 
 
-def fit_patch_roughly(around: Surroundings, world_from_start: Pose) -> tuple[Pose, float]:
-    """The same with less effort and a pull to the start; `fit_patch_closely` goes on from there."""
+def fit_patch_roughly(around: Surroundings, world_from_start: Pose) -> Pose:
+    """The pose near a rough one at which an object's colours fit, pulled to the start."""
     place = around.at(world_from_start)
     if place is None:
-        return world_from_start, 0.0
+        return world_from_start
     start = upright_of(world_from_start)
     lit = place.lit(start)
 
@@ -65,8 +65,7 @@ def fit_patch_roughly(around: Surroundings, world_from_start: Pose) -> tuple[Pos
         return robust_residual_px + STEP_PRICE * float(steps @ steps)
 
     steps, _ = _least(cost, TRIED_ROUGHLY, resolved=0.1)
-    found = _stepped(start, steps, STEP_M, STEP_RAD)
-    return pose_of(found), place.close_similarity(place.lit(found, finer=FINER), found)
+    return pose_of(_stepped(start, steps, STEP_M, STEP_RAD))
 
 
 def fit_patch_closely(

@@ -25,9 +25,10 @@ from numpy.typing import NDArray
 from scenes.cameras import Fisheye
 from scenes.pose import Pose
 from scenes.render.renderer import PosedSplats, Renderer
-from tracking.evidence.observation import MOST_MISFIT, RESIDUAL_SIGMA, Observation, misfit
+from tracking.evidence.observation import Observation
+from tracking.model.misfit import MOST_MISFIT, RESIDUAL_SIGMA, misfit
 from tracking.model.object_model import RENDER_OPTIONS, TrackModel
-from tracking.model.relighting import RELIGHTING, LightPrior, fit_light
+from tracking.model.relighting import LIGHT_SIGMA, RELIGHTING, LightPrior, fit_light
 from tracking.model.similarity import LENS_BLUR_PX, LENS_REACH_PX
 from tracking.window.extent import part_of
 from tracking.window.filters import bell_blurred, resized
@@ -56,12 +57,12 @@ scan's depth on a surface seen face on."""
 BEHIND_SHARE = 0.02
 """The same as a share of the distance, for surfaces seen at a slant."""
 
-LIGHT_SIGMA = (0.35, 0.3, 0.1)
-"""Standard deviations of an object's light relative to its scan: overall gain, gain of a side over
-the opposite one, tint of a channel."""
-
 MARGIN_PX = 4
 """Margin around an object's box that is drawn, px: the reach of the lens's blur and of splats."""
+
+RING = 0.25
+"""Width of the surroundings in which another light would show, too, in radii of the object: they
+are then about as large as the silhouette."""
 
 FINE_PX = 80
 """Objects drawn smaller than this, px, are drawn at twice the size and averaged: at few pixels the
@@ -160,7 +161,7 @@ def pose_support(
     reach_m = range_m * (1.0 + BEHIND_SHARE) + BEHIND_M
     is_behind = (range_m > 0) & (drawn.range_m > reach_m)
     free = (1.0 - observation.hidden[part]) * ~is_behind
-    silhouette = drawn.alpha * free
+    silhouette = np.asarray(drawn.alpha * free, dtype=np.float32)
     area_px, open_px = float(drawn.alpha.sum()), float(silhouette.sum())
     if open_px < LEAST_PX:
         return PoseSupport(0.0, 0.0, open_px / max(area_px, LEAST_PX), 0.0, area_px)
@@ -168,7 +169,8 @@ def pose_support(
         picture[part] for picture in (observation.live, observation.empty, observation.changed)
     )
     behind = np.asarray((1.0 - drawn.alpha)[..., None] * empty, dtype=np.float32)
-    shared_px2 = _shared_px2(observation, model, world_from_object)
+    radius = radius_px(observation, model, world_from_object)
+    shared_px2 = _shared_px2(observation, model, radius)
     weight = (silhouette * np.maximum(changed, LEAST_CHANGED)).astype(np.float32)
     gains, light_nats = _light(drawn, (live - behind).astype(np.float32), weight, shared_px2)
     most = tolerance.most_misfit
@@ -182,9 +184,12 @@ def pose_support(
     as_occluder = changed * as_foreign + (1.0 - changed) * math.exp(-most)
     absent = (1.0 - FOREIGN) * as_room + FOREIGN * as_foreign
     present = (1.0 - tolerance.occluded) * as_object + tolerance.occluded * as_occluder
-    ratio = float((silhouette * np.log(present / absent)).sum())
+    present_nats = float((silhouette * np.log(present)).sum()) / shared_px2 + light_nats
+    absent_nats = float((silhouette * np.log(absent)).sum()) / shared_px2
+    ring = np.asarray(_ring(drawn.alpha, radius) * (1.0 - observation.hidden[part]), np.float32)
+    relit_nats = _relit_nats(observation, part, silhouette, ring, tolerance, shared_px2)
     return PoseSupport(
-        nats=ratio / shared_px2 + light_nats,
+        nats=present_nats - max(absent_nats, absent_nats + relit_nats),
         samples=open_px / shared_px2,
         open_fraction=open_px / area_px,
         matched_fraction=float((silhouette * as_object).sum()) / open_px,
@@ -192,11 +197,16 @@ def pose_support(
     )
 
 
-def _shared_px2(observation: Observation, model: TrackModel, world_from_object: Pose) -> float:
-    """Pixels that share one error: of the lens, and of the object's scan."""
+def radius_px(observation: Observation, model: TrackModel, world_from_object: Pose) -> float:
+    """Radius of an object's sphere in an observation's pixels."""
     eye = observation.world_from_camera.translation
     range_m = float(np.linalg.norm(model.centre_at(world_from_object) - eye))
-    scan_px = observation.camera.f_px * SHARED_M / max(range_m, model.radius_m)
+    return observation.camera.f_px * model.radius_m / max(range_m, model.radius_m)
+
+
+def _shared_px2(observation: Observation, model: TrackModel, radius: float) -> float:
+    """Pixels that share one error: of the lens, and of the object's scan."""
+    scan_px = radius * SHARED_M / model.radius_m
     return (SHARED_PX / observation.lens_px) ** 2 + scan_px**2
 
 
@@ -208,8 +218,9 @@ def _part(
     corners = observation.world_from_camera.inverse() @ model.box_at(world_from_object)
     pixels, seen = camera.project(corners)
     size = np.array([camera.width_px, camera.height_px])
-    low = np.maximum(np.floor(pixels.min(axis=0)) - MARGIN_PX, 0).astype(int)
-    high = np.minimum(np.ceil(pixels.max(axis=0)) + MARGIN_PX, size).astype(int)
+    margin = MARGIN_PX + RING * radius_px(observation, model, world_from_object)
+    low = np.maximum(np.floor(pixels.min(axis=0) - margin), 0).astype(int)
+    high = np.minimum(np.ceil(pixels.max(axis=0) + margin), size).astype(int)
     if not seen.any() or (low >= high).any():
         return None
     return slice(int(low[1]), int(high[1])), slice(int(low[0]), int(high[0]))
@@ -227,11 +238,12 @@ def _draw(
     finer = 2 if max(size) < FINE_PX else 1
     fine = camera.resized(finer * size[0], finer * size[1]) if finer > 1 else camera
     world_from_camera = observation.world_from_camera
+    level = model.level_for(radius_px(observation, model, world_from_object))
     colours, compass = (
         renderer.render(
             (PosedSplats(cloud, world_from_object),), fine, world_from_camera, RENDER_OPTIONS
         )
-        for cloud in (model.source.splats, model.relightable.compass)
+        for cloud in (level.splats, level.relightable.compass)
     )
     pictures = colours.rgb, colours.alpha, compass.rgb, compass.alpha
     range_m = colours.depth
@@ -249,6 +261,45 @@ def _draw(
         range_m,
         facing.astype(np.float32),
     )
+
+
+def _ring(alpha: FloatArray, radius: float) -> FloatArray:
+    """(H, W) 0..1: the surroundings of a silhouette, without it."""
+    side = 2 * max(round(RING * radius), 1) + 1
+    reached = cv2.dilate(alpha, np.ones((side, side), np.uint8))
+    return np.asarray(np.clip(reached, 0.0, 1.0) * (1.0 - np.clip(alpha, 0.0, 1.0)), np.float32)
+
+
+def _relit_nats(
+    observation: Observation,
+    part: tuple[slice, slice],
+    silhouette: FloatArray,
+    ring: FloatArray,
+    tolerance: Tolerance,
+    shared_px2: float,
+) -> float:
+    """Nats by which the room in another light accounts better for a place than the room as it was.
+
+    Light does not change in the shape of one object: what surrounds the silhouette is in it, too.
+    """
+    live, expected = observation.live[part], observation.expected[part]
+    here = silhouette + ring
+    height, width = here.shape
+    y, x = np.mgrid[-1 : 1 : height * 1j, -1 : 1 : width * 1j]
+    across = np.stack([x, y, np.zeros_like(x)], axis=2).astype(np.float32)
+    room = _Drawn(expected, here, np.zeros_like(here), across)
+    gains, light_nats = _light(room, live, here, shared_px2)
+    # A pose that is off makes no room lighter: no tolerance here.
+    relit_misfit = misfit((live - expected * gains).astype(np.float32))
+    most, wider2 = tolerance.most_misfit, (RESIDUAL_SIGMA / tolerance.sigma) ** 2
+    as_foreign = np.exp(-np.minimum(wider2 * observation.foreign_misfit[part], most))
+    relit, same = (
+        np.log((1.0 - FOREIGN) * np.exp(-np.minimum(apart, most)) + FOREIGN * as_foreign)
+        for apart in (relit_misfit, observation.room_misfit[part])
+    )
+    inside, around = (float((area * (relit - same)).sum()) for area in (silhouette, ring))
+    # Around an object that is there, the light may have changed as well.
+    return (inside + min(around, 0.0)) / shared_px2 + light_nats
 
 
 def _light(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -13,9 +14,16 @@ from scenes.pose import Pose
 from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
 from scenes.state import ObjectModel
 from tracking.model.colours import ANY_LIGHT_FACTORS, ColourModel
-from tracking.model.relighting import RelightableModel, relightable_of
-from tracking.model.symmetry import ROUND
-from tracking.model.templates import ELEVATIONS_RAD, YAWS, Templates, drawn_around, templates_of
+from tracking.model.detail import DetailLevel, detail_levels_of
+from tracking.model.relighting import RELIGHTING
+from tracking.model.symmetry import are_same, nats_of_turns, symmetry_of
+from tracking.model.templates import (
+    ELEVATIONS_RAD,
+    HALF_WIDTH,
+    Templates,
+    drawn_around,
+    templates_of,
+)
 
 RENDER_OPTIONS = RenderOptions(threads=1, antialias=True)
 """How model pictures are drawn: one thread, since a crop is small."""
@@ -23,8 +31,12 @@ RENDER_OPTIONS = RenderOptions(threads=1, antialias=True)
 TEXTURED_VARIATION = 0.1
 """Standard deviation of fine inner colour structure, 0..1, above which an object is textured."""
 
-ROUND_DIFFERENCE = 0.04
-"""Mean picture difference between yaws below which an object counts as round, of its silhouette."""
+TURN_SIDE_PX = 48
+"""Side, px, of the pictures in which an object is compared with itself turned: about as large as it
+is aligned at in a search."""
+
+TURN_ELEVATIONS_RAD = (0.25, 0.75)
+"""Above the horizon, rad: a chair across the room, and a book on a table."""
 
 CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 """(8, 3) of a box from its middle, in halves of its sides."""
@@ -41,9 +53,10 @@ class TrackModel:
         centre_m: (3,) centre of its box in its own frame.
         radius_m: of the sphere around that centre which holds it.
         symmetry: number of indistinguishable yaws in a turn: 1 none, n-fold, or `ROUND`.
+        turn_nats: (Y,) nats a pixel by which it looks different after each step of a turn.
         textured: whether its inner picture is rich enough to identify it.
         templates: what it looks like from afar.
-        relightable: its splats for any light.
+        levels: its splats for pictures of it, small ones first.
     """
 
     source: ObjectModel
@@ -52,9 +65,10 @@ class TrackModel:
     centre_m: NDArray[np.float64]
     radius_m: float
     symmetry: int
+    turn_nats: NDArray[np.float64]
     textured: bool
     templates: Templates
-    relightable: RelightableModel
+    levels: tuple[DetailLevel, ...]
 
     @property
     def object_id(self) -> str:
@@ -68,6 +82,14 @@ class TrackModel:
     def box_at(self, world_from_object: Pose) -> NDArray[np.float64]:
         """(8, 3) corners of the object's box in the world at a pose."""
         return world_from_object @ (self.centre_m + 0.5 * CORNERS * np.array(self.source.box_m))
+
+    def are_same(self, turn_rad: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """(N,) whether turns about up (rad) leave it looking the same."""
+        return are_same(self.turn_nats, turn_rad)
+
+    def level_for(self, radius_px: float) -> DetailLevel:
+        """Its splats for a picture in which its sphere has a radius in px."""
+        return next(level for level in self.levels if radius_px <= level.most_radius_px)
 
     def splats_at(self, world_from_object: Pose) -> PosedSplats:
         """What to hand to a renderer."""
@@ -84,16 +106,19 @@ def make_model(source: ObjectModel, renderer: Renderer) -> TrackModel:
     ]
     pictures = around[1]
     shown = shown_colours(pictures)
+    levels = detail_levels_of(source, radius)
+    turn_nats = _turn_nats(levels, renderer, centre, radius)
     return TrackModel(
         source=source,
         colours=ColourModel.of_pixels(shown),
         colours_in_any_light=ColourModel.of_pixels(shown, ANY_LIGHT_FACTORS),
         centre_m=centre,
         radius_m=radius,
-        symmetry=_symmetry(pictures),
+        symmetry=symmetry_of(turn_nats),
+        turn_nats=turn_nats,
         textured=_is_textured(pictures),
         templates=templates_of(around),
-        relightable=relightable_of(source),
+        levels=levels,
     )
 
 
@@ -115,14 +140,21 @@ def _is_textured(pictures: NDArray[np.float32]) -> bool:
     return bool(variations) and float(np.mean(variations)) > TEXTURED_VARIATION
 
 
-def _symmetry(pictures: NDArray[np.float32]) -> int:
-    """How often an object repeats in a turn."""
-    area = max(float(pictures[..., 3].mean()), 1e-6)
-
-    def difference(shift: int) -> float:
-        return float(np.abs(pictures - np.roll(pictures, shift, axis=0)).mean() / area)
-
-    if max(difference(shift) for shift in range(1, YAWS // 2 + 1)) < ROUND_DIFFERENCE:
-        return ROUND
-    folds = [n for n in (12, 8, 6, 4, 3, 2) if YAWS % n == 0]
-    return next((n for n in folds if difference(YAWS // n) < ROUND_DIFFERENCE), 1)
+def _turn_nats(
+    levels: Sequence[DetailLevel], renderer: Renderer, centre: NDArray[np.float64], radius_m: float
+) -> NDArray[np.float64]:
+    """`nats_of_turns` of an object seen from low and from high."""
+    radius_px = 0.5 * TURN_SIDE_PX / HALF_WIDTH
+    level = next(level for level in levels if radius_px <= level.most_radius_px)
+    drawn = [
+        np.stack(
+            [
+                drawn_around(splats, renderer, centre, radius_m, elevation, side_px=TURN_SIDE_PX)
+                for elevation in TURN_ELEVATIONS_RAD
+            ]
+        )
+        for splats in (level.splats, level.relightable.compass)
+    ]
+    known = drawn[1][..., 3:]
+    facing = (2.0 * drawn[1][..., :3] / np.maximum(known, 1e-3) - 1.0) * (known > RELIGHTING.seen)
+    return nats_of_turns(drawn[0], facing.astype(np.float32), radius_px=radius_px)

@@ -36,6 +36,10 @@ NEIGHBOURS = 6
 """Nearest splats, the splat included, from which a normal is estimated."""
 
 
+LIGHT_SIGMA = (0.35, 0.3, 0.1)
+"""Standard deviations of an object's light relative to its scan: overall gain, gain of a side over
+the opposite one, tint of a channel."""
+
 OPTIONS = RenderOptions(threads=1, antialias=True)
 
 RELIGHTER = Relighter(RELIGHTING.for_native())

@@ -40,18 +40,6 @@ FIELD_RAD = math.radians(30)
 HALF_WIDTH = DISTANCE * math.tan(0.5 * FIELD_RAD)
 """Half a picture's width in radii of the object."""
 
-SAME_LEVEL = 1
-"""Index of the elevation at which indistinguishable yaws are found."""
-
-SAME_SILHOUETTE = 0.9
-"""Intersection over union from which two silhouettes are indistinguishable. Chosen on the rooms lab
-and desk."""
-
-SAME_COLOURS = 0.11
-"""Mean colour difference (0..1) below which two such yaws are indistinguishable. Chosen on the
-rooms lab and desk."""
-
-
 LEAST_SHOWN_PX = 12.0
 COLOUR_SPREAD = 1e-4
 
@@ -63,16 +51,10 @@ class Templates:
     Attributes:
         alpha: (E, Y, N) float32 by elevation, yaw and pixel.
         colours: (E, Y, N, 3) float32, not premultiplied.
-        indistinguishable: (Y,) bool, whether a turn by so many steps of yaw can hardly be seen.
     """
 
     alpha: FloatArray
     colours: FloatArray
-    indistinguishable: NDArray[np.bool_]
-
-    def are_indistinguishable(self, turn_rad: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """(N,) whether a turn by so much (rad) can hardly be seen."""
-        return self.indistinguishable[np.rint(turn_rad * YAWS / (2 * math.pi)).astype(int) % YAWS]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -116,10 +98,16 @@ class Cuts:
 
 
 def drawn_around(
-    splats: SplatCloud, renderer: Renderer, centre_m: Points, radius_m: float, elevation_rad: float
+    splats: SplatCloud,
+    renderer: Renderer,
+    centre_m: Points,
+    radius_m: float,
+    elevation_rad: float,
+    *,
+    side_px: int = SIDE_PX,
 ) -> FloatArray:
     """(Y, H, W, 4) RGBA pictures of an object at evenly spaced yaws, seen from +x."""
-    camera = Pinhole.from_fov(SIDE_PX, SIDE_PX, FIELD_RAD)
+    camera = Pinhole.from_fov(side_px, side_px, FIELD_RAD)
     towards = np.array([math.cos(elevation_rad), 0.0, math.sin(elevation_rad)])
     world_from_camera = look_at(centre_m + DISTANCE * radius_m * towards, centre_m)
     options = RenderOptions(threads=1, antialias=True)
@@ -139,19 +127,7 @@ def templates_of(pictures: list[FloatArray]) -> Templates:
     alpha = np.ascontiguousarray(small[..., 3])
     colours = small[..., :3] / np.maximum(alpha, 0.05)[..., None]
     colours = np.ascontiguousarray(colours.astype(np.float32))
-    level = alpha[SAME_LEVEL], colours[SAME_LEVEL]
-    return Templates(
-        alpha, colours, np.array([_is_indistinguishable(*level, step) for step in range(YAWS)])
-    )
-
-
-def _is_indistinguishable(alpha: FloatArray, colours: FloatArray, step: int) -> bool:
-    """Whether pictures by yaw, (Y, N) and (Y, N, 3), hardly change when turned by a step."""
-    shared = np.minimum(alpha, np.roll(alpha, step, axis=0))
-    either = np.maximum(alpha, np.roll(alpha, step, axis=0))
-    apart = np.abs(colours - np.roll(colours, step, axis=0)).mean(axis=-1)
-    same_outline = shared.sum() > SAME_SILHOUETTE * either.sum()
-    return bool(same_outline and (shared * apart).sum() < SAME_COLOURS * shared.sum())
+    return Templates(alpha, colours)
 
 
 def cut_out(

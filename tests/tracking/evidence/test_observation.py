@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from tracking.evidence.observation import MOST_MISFIT, RESIDUAL_SIGMA, misfit, observe
+from tracking.evidence.observation import observe
+from tracking.model.misfit import MOST_MISFIT, RESIDUAL_SIGMA, misfit
 
 
 def test_a_misfit_is_half_the_squared_residual_up_to_any_colour():

@@ -10,23 +10,15 @@ from scenes.pose import Pose
 from tracking.hypotheses.assignment import AssignmentCandidates, assign, is_same_spot
 from tracking.hypotheses.hypothesis import CLEAR_NATS, Hypothesis, distinct
 from tracking.likelihood.pose_likelihood import PoseSupport
-from tracking.model.templates import SMALL_PX, YAWS, Templates
-
-PIXELS = SMALL_PX * SMALL_PX
 
 
 def a_model(name, *, radius_m=0.5, narrow_m=0.3):
     """A model whose yaws all look different."""
-    alpha = np.zeros((4, YAWS, PIXELS), np.float32)
-    for yaw in range(YAWS):
-        alpha[:, yaw, yaw * 40 : yaw * 40 + 40] = 1.0
-    indistinguishable = np.arange(YAWS) == 0
-    templates = Templates(alpha, np.zeros((*alpha.shape, 3), np.float32), indistinguishable)
     return SimpleNamespace(
         object_id=name,
         radius_m=radius_m,
         symmetry=1,
-        templates=templates,
+        are_same=lambda turns: np.abs(turns) < math.radians(7),
         source=SimpleNamespace(box_m=(narrow_m, 0.6, 0.6)),
     )
 

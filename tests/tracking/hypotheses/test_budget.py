@@ -87,12 +87,12 @@ class Watch:
 def test_measured_costs_approach_what_a_step_takes_on_this_machine(ms, steps):
     watch = Watch()
     costs = MeasuredCosts(watch)
-    assert costs.cost_ms(Step.REFINE) == Step.REFINE.nominal_ms
+    assert costs.cost_ms(Step.ALIGN) == Step.ALIGN.nominal_ms
     for _ in range(60):
-        assert costs.timed(Step.REFINE, lambda: watch.work(ms)) == (ms, pytest.approx(ms))
-    assert costs.cost_ms(Step.REFINE) == pytest.approx(ms, rel=1e-3)
+        assert costs.timed(Step.ALIGN, lambda: watch.work(ms)) == (ms, pytest.approx(ms))
+    assert costs.cost_ms(Step.ALIGN) == pytest.approx(ms, rel=1e-3)
     assert costs.cost_ms(Step.GATHER) == Step.GATHER.nominal_ms
-    assert steps_within(costs, Step.REFINE, 30_500_000) == steps
+    assert steps_within(costs, Step.ALIGN, 30_500_000) == steps
 
 
 def test_a_slow_machine_does_fewer_steps_in_a_frame():
@@ -100,12 +100,12 @@ def test_a_slow_machine_does_fewer_steps_in_a_frame():
         watch, log = Watch(), []
         costs = MeasuredCosts(watch)
         for _ in range(60):
-            costs.timed(Step.REFINE, lambda: watch.work(ms))
+            costs.timed(Step.ALIGN, lambda: watch.work(ms))
         budget = FrameBudget(50.0, costs=costs)
 
         def many():
             for _ in range(100):
-                log.append(budget.do(Step.REFINE, watch.work, ms))
+                log.append(budget.do(Step.ALIGN, watch.work, ms))
 
         with pytest.raises(BudgetExhausted):
             many()

@@ -12,7 +12,13 @@ from scenes.state import TrackState
 from tracking.evidence.observation import observe
 from tracking.hypotheses.budget import BudgetExhausted, FrameBudget
 from tracking.hypotheses.hypothesis import apart
-from tracking.hypotheses.prior import distinguishable_places, moved_log_prior, stayed_log_prior
+from tracking.hypotheses.prior import (
+    MOVED,
+    UNSEEN,
+    distinguishable_places,
+    moved_log_prior,
+    stayed_log_prior,
+)
 from tracking.hypotheses.proposals import (
     LEAST_RADIUS_PX,
     cuts_at,
@@ -139,7 +145,7 @@ def test_the_prior_shares_what_moved_among_all_places(table, as_scanned):
     ratio = (book.radius_m / mug.radius_m) ** 2
     assert many == pytest.approx(ratio * few, rel=1e-6)
     near = moved_log_prior(as_scanned, book, heights, world_from_last=here, world_from_now=here)
-    assert near == pytest.approx(-math.log(few))
+    assert near == pytest.approx(math.log(MOVED / UNSEEN) - math.log(few))
     far = Pose(here.rotation, here.translation + np.array([2.0, 0.0, 0.0]))
     assert (
         moved_log_prior(as_scanned, book, heights, world_from_last=here, world_from_now=far) < near

@@ -75,7 +75,7 @@ def test_a_book_two_metres_away_is_put_right_by_its_colours(seen, x_m, y_m, turn
     shift = np.array([x_m, y_m, 0.0])
     start = Pose.from_yaw(TRUE.yaw() + math.radians(turn_deg), TRUE.translation + shift)
     around = around_of(scene, model, evidence)
-    rough, _ = fit_patch_roughly(around, start)
+    rough = fit_patch_roughly(around, start)
     found, share = fit_patch_closely(around, rough)
     assert np.linalg.norm(found.translation - TRUE.translation) < 0.015
     assert abs(math.degrees(wrap_angle(found.yaw() - TRUE.yaw()))) < 3.0

@@ -7,16 +7,19 @@ import numpy as np
 import pytest
 
 from scenes.pose import Pose
-from tracking.evidence.observation import MOST_MISFIT, observe
+from scenes.render.renderer import PosedSplats
+from tracking.evidence.observation import observation_of, observe
 from tracking.likelihood import pose_likelihood
 from tracking.likelihood.pose_likelihood import (
     EXACTLY,
     FOREIGN,
-    LIGHT_SIGMA,
     NOT_IN_VIEW,
     ROUGHLY,
     pose_support,
 )
+from tracking.model.misfit import MOST_MISFIT
+from tracking.model.object_model import RENDER_OPTIONS
+from tracking.model.relighting import LIGHT_SIGMA
 
 
 def support(table, scene, name, pose, **changed):
@@ -85,6 +88,38 @@ def test_a_flat_patch_of_something_unknown_is_little_evidence(table, no_mug):
         foreign_misfit=smooth,
     )
     assert passer_by.nats < -math.log(FOREIGN) * passer_by.samples
+
+
+def in_shade(observation, shade):
+    """An observation whose live picture is darker by (H, W) factors, which nobody expected."""
+    live = (observation.live * shade[..., None]).astype(np.float32)
+    return observation_of(
+        live,
+        observation.empty,
+        observation.expected,
+        np.clip(observation.changed + (shade < 0.9), 0.0, 1.0).astype(np.float32),
+        hidden=observation.hidden,
+        range_m=observation.range_m,
+        camera=observation.camera,
+        world_from_camera=observation.world_from_camera,
+        lens_px=observation.lens_px,
+    )
+
+
+@pytest.mark.parametrize(("is_everywhere", "is_likely"), [(True, False), (False, True)])
+def test_a_shade_is_no_object_unless_it_has_its_shape(table, no_mug, is_everywhere, is_likely):
+    """A plain object may be in any light, so it fits any shade; but so does the room."""
+    model, true = table.models["mug-1"], table.poses["mug-1"]
+    observation = observe(no_mug, table.evidence(no_mug, "mug-1", true))
+    drawn = table.renderer.render(
+        (PosedSplats(model.source.splats, true),),
+        observation.camera,
+        observation.world_from_camera,
+        RENDER_OPTIONS,
+    )
+    shade = np.full(drawn.alpha.shape, 0.55) if is_everywhere else 1.0 - 0.45 * drawn.alpha
+    nats = pose_support(in_shade(observation, shade), model, true, table.renderer).nats
+    assert (nats > 1.5) == is_likely
 
 
 def test_nats_are_those_of_independent_samples(table, as_scanned, monkeypatch):

@@ -1,0 +1,82 @@
+"""Splats that share a small cube merged into one: the same object for pictures of few pixels.
+
+Each group keeps the sum of what its splats cover, their mean colour, and their second moments
+(moment matching; Salmond 1990, "Mixture reduction algorithms for target tracking"). Merging takes
+milliseconds where pruning and refitting (`scenes.render.levels.levels`) takes a second.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from scenes.splats import SplatCloud
+
+Points = NDArray[np.float64]
+
+MOST_OPAQUE = 0.999
+"""Opacity of a merged splat at most: what a scan's training allows."""
+
+LEAST_SCALE = 1e-3
+"""Thinnest side of a merged splat, in cells: keeps its covariance invertible."""
+
+
+def merged(cloud: SplatCloud, cell_m: float) -> SplatCloud:
+    """One splat for all whose means share a cube of a side.
+
+    Args:
+        cloud: sound splats (finite, scales above 0).
+        cell_m: side of a cube in metres.
+
+    Raises:
+        ValueError: the side is not above 0.
+    """
+    if not cell_m > 0.0:
+        raise ValueError(f"merged: cell_m: got {cell_m}, wanted a side above 0 m")
+    if len(cloud) == 0:
+        return cloud
+    means = cloud.means.astype(np.float64)
+    group, count = _groups(means, cell_m)
+    covered = cloud.opacities.astype(np.float64) * _area(cloud.scales.astype(np.float64))
+    weight = covered / np.maximum(_sums(covered, group, count), 1e-30)[group]
+    centres = _sums(weight[:, None] * means, group, count)
+    apart = means - centres[group]
+    spread = cloud.covariances() + apart[:, :, None] * apart[:, None, :]
+    covariances = _sums(weight[:, None, None] * spread, group, count)
+    variances, axes = np.linalg.eigh(covariances)
+    scales = np.sqrt(np.maximum(variances, (LEAST_SCALE * cell_m) ** 2))
+    axes[np.linalg.det(axes) < 0.0, :, 0] *= -1.0
+    opacities = _sums(covered, group, count) / _area(scales)
+    sh = _sums(weight[:, None, None] * cloud.sh.astype(np.float64), group, count)
+    return SplatCloud(
+        centres.astype(np.float32),
+        scales.astype(np.float32),
+        Rotation.from_matrix(axes).as_quat(scalar_first=True).astype(np.float32),
+        np.minimum(opacities, MOST_OPAQUE).astype(np.float32),
+        sh.astype(np.float32),
+    )
+
+
+def _groups(means: Points, cell_m: float) -> tuple[NDArray[np.intp], int]:
+    """(N,) index of each mean's cube among those that hold any, and their number."""
+    cells = np.floor((means - means.min(axis=0)) / cell_m).astype(np.int64)
+    sides = cells.max(axis=0) + 1
+    flat = (cells[:, 0] * sides[1] + cells[:, 1]) * sides[2] + cells[:, 2]
+    _, group = np.unique(flat, return_inverse=True)
+    return group, int(group.max()) + 1
+
+
+def _sums(values: Points, group: NDArray[np.intp], count: int) -> Points:
+    """(count, ...) sums of the values of each group."""
+    flat = values.reshape(len(values), -1)
+    sums = [np.bincount(group, weights=column, minlength=count) for column in flat.T]
+    return np.stack(sums, axis=1).reshape(count, *values.shape[1:])
+
+
+def _area(scales: Points) -> Points:
+    """(N,) what a splat covers seen along its thinnest axis, square metres."""
+    longest = np.sort(scales, axis=1)[:, 1:]
+    return 2.0 * math.pi * longest.prod(axis=1)
