@@ -64,4 +64,4 @@ def test_a_pose_from_which_the_room_looks_otherwise_is_refused_with_the_reason(t
     assert not found.trusted
     assert found.world_from_rig is turned
     assert "NOT refined" in found.described()
-    assert "correlate" in found.refusal or "limit" in found.refusal
+    assert "details" in found.refusal or "limit" in found.refusal
