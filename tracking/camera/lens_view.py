@@ -107,7 +107,7 @@ def lens_view(
     live = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY).astype(np.float32) / np.float32(255)
     facing = _facing(range_m, camera.f_px)
     usable = (alpha > LEAST_COVERAGE) & (range_m > RANGE_M[0]) & (range_m < RANGE_M[1])
-    usable &= facing > LEAST_FACING
+    usable &= (facing > LEAST_FACING) & _continuous(range_m)
     border = margin_px + math.ceil(DETAIL_RATIO * blur_px)
     x = np.arange(width, dtype=np.float32) + np.float32(0.5 - camera.cx)
     y = np.arange(height, dtype=np.float32) + np.float32(0.5 - camera.cy)
@@ -133,6 +133,12 @@ def _facing(range_m: FloatArray, f_px: float) -> FloatArray:
     gx, gy = slopes(smooth)
     slant = f_px * np.hypot(gx, gy) / np.maximum(smooth, 0.1)
     return (1.0 / np.sqrt(1.0 + slant * slant)).astype(np.float32)
+
+
+def _continuous(range_m: FloatArray) -> NDArray[np.bool_]:
+    """Where neighbouring ranges agree to 10 %: drawn range means nothing across an edge."""
+    kernel = np.ones((5, 5), np.uint8)
+    return cv2.dilate(range_m, kernel) - cv2.erode(range_m, kernel) < 0.1 * np.maximum(range_m, 0.1)
 
 
 def _detail(picture: FloatArray, blur_px: float) -> FloatArray:

@@ -21,11 +21,6 @@ EDGE_SIGMA_M = 0.0005
 its orientation (rad) and scale. Chosen on the rooms lab and desk."""
 
 
-CAMERA_TRUST = 1.5
-"""Ratio of the camera's true error to its reported standard deviation: residuals of neighbouring
-pixels are correlated."""
-
-
 def uncertainty(scene: Scene, model: TrackModel, fit: Fit) -> NDArray[np.float64]:
     """(4, 4) covariance of x, y, z (metres) and yaw (radians) of a measured pose.
 
@@ -39,8 +34,7 @@ def uncertainty(scene: Scene, model: TrackModel, fit: Fit) -> NDArray[np.float64
     along = response[:, :3] @ apart
     by_camera = response @ _moved_by_camera(apart)
     rotation = np.kron(np.eye(2), scene.world_from_rig.rotation)
-    variance = (CAMERA_TRUST * scene.camera_sigma) ** 2
-    camera = rotation @ np.diag(variance) @ rotation.T
+    camera = rotation @ np.diag(scene.camera_sigma**2) @ rotation.T
     share = EDGE_SIGMA_M / model.radius_m
     edges = np.diag(np.repeat((EDGE_SIGMA_M, share), 3) ** 2)
     by_scan = response @ edges @ response.T + share**2 * np.outer(along, along)

@@ -53,7 +53,7 @@ class Tracked:
 
     Attributes:
         answers: per session, picture and object.
-        cameras: per picture in which the method had a camera pose.
+        cameras: at the first picture of every session in which the method had a camera pose.
         step_ms: duration of each step after a session's first.
         first_ms: duration of each session's first step.
         camera_lines: what the method said of the camera's pose, once for each set of pictures.
@@ -96,7 +96,7 @@ def track_dataset(
         prepared: the product's copy of the room, which the method tracks in.
         method: the tracker.
         camera_error: of the camera pose that the method is given.
-        seed: decides that error's direction.
+        seed: decides that error's direction, another one in every session.
         stopwatch_ns: nanoseconds from any origin.
         begin: is called with the name of each session that begins.
         shown: for methods with a perfect detector; None for all others.
@@ -151,30 +151,33 @@ class _Run:
     def cold(self, pictures: StillSet) -> Iterator[Answer]:
         """Every still as a session of its own."""
         for still in pictures.stills:
-            state, tracks = self._step(self._method.start(), pictures, still, 0, 0)
+            session = f"{pictures.name}/{still.name}"
+            state, tracks = self._step(session, self._method.start(), pictures, still, 0, 0)
             del state
             yield from self._answers(pictures.name, still, tracks)
 
     def chained(self, pictures: StillSet) -> Iterator[Answer]:
         """All stills in one session, each shown for a second."""
-        state, seq = self._method.start(), 0
+        session, state, seq = f"{pictures.name}_chained", self._method.start(), 0
         for still in pictures.stills:
             tracks: Mapping[str, TrackedObject] = {}
             for _ in range(CHAINED_FRAMES):
-                state, tracks = self._step(state, pictures, still, seq, seq * CHAINED_FRAME_NS)
+                t_ns = seq * CHAINED_FRAME_NS
+                state, tracks = self._step(session, state, pictures, still, seq, t_ns)
                 seq += 1
-            yield from self._answers(f"{pictures.name}_chained", still, tracks)
+            yield from self._answers(session, still, tracks)
 
     def sequence(self, pictures: StillSet) -> Iterator[Answer]:
         """A video."""
         state = self._method.start()
         for seq, still in enumerate(pictures.stills):
-            state, tracks = self._step(state, pictures, still, seq, still.t_ns)
+            state, tracks = self._step(pictures.name, state, pictures, still, seq, still.t_ns)
             yield from self._answers(pictures.name, still, tracks)
 
     def _step(
-        self, state: Any, pictures: StillSet, still: Still, seq: int, t_ns: int
+        self, session: str, state: Any, pictures: StillSet, still: Still, seq: int, t_ns: int
     ) -> tuple[Any, Mapping[str, TrackedObject]]:
+        """One picture; the camera's known pose is off in the same direction all session long."""
         package_from_true = self._prepared.true_from_package.inverse()
         true_rig = package_from_true @ pictures.world_from_camera
         image = read_rgb(still.picture)
@@ -186,7 +189,7 @@ class _Run:
             )
         known = off_by(
             true_rig,
-            np.random.default_rng([self._seed, 360]),
+            np.random.default_rng([self._seed, 360, *session.encode()]),
             self._camera_error.degrees,
             self._camera_error.centimetres,
         )
@@ -200,7 +203,7 @@ class _Run:
         durations.append((self._stopwatch_ns() - began) / 1e6)
         if output.camera:
             self.camera_lines[pictures.name] = output.camera
-        if output.world_from_rig is not None:
+        if seq == 0 and output.world_from_rig is not None:
             apart = true_rig.inverse() @ output.world_from_rig
             self.cameras.append(
                 CameraLeft(

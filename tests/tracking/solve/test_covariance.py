@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scenes.pose import Pose, rotation_from_vector
-from tracking.solve.covariance import CAMERA_TRUST, EDGE_SIGMA_M, uncertainty
+from tracking.solve.covariance import EDGE_SIGMA_M, uncertainty
 
 FREE = np.eye(6)[[0, 1, 2, 5]]
 """A pose that follows whatever is seen."""
@@ -28,16 +28,16 @@ def known(place, camera_sigma, *, response=FREE, world_from_rig=None, radius_m=0
 
 def test_a_camera_turned_about_up_moves_what_is_far_sideways_and_turns_it():
     x, y, z, yaw = known((4.0, 0.0, 0.0), (0, 0, 1e-3, 0, 0, 0))
-    assert y == pytest.approx(np.hypot(CAMERA_TRUST * 4e-3, EDGE_SIGMA_M))
+    assert y == pytest.approx(np.hypot(4e-3, EDGE_SIGMA_M))
     assert x == pytest.approx(np.hypot(EDGE_SIGMA_M / 0.5 * 4.0, EDGE_SIGMA_M))
     assert z == pytest.approx(EDGE_SIGMA_M)
-    assert yaw == pytest.approx(np.hypot(CAMERA_TRUST * 1e-3, EDGE_SIGMA_M / 0.5))
+    assert yaw == pytest.approx(np.hypot(1e-3, EDGE_SIGMA_M / 0.5))
 
 
 def test_an_error_of_the_camera_equals_the_move_of_what_is_seen():
     # The covariance of a tiny turn about one axis is the outer product of the true displacement.
     axis, place = np.array([1e-3, 0.0, 0.0]), np.array([0.5, 1.5, -1.2])
-    moved = rotation_from_vector(CAMERA_TRUST * axis) @ place - place
+    moved = rotation_from_vector(axis) @ place - place
     sigma = known(place, (1e-3, 0, 0, 0, 0, 0))
     along = EDGE_SIGMA_M / 0.5 * np.abs(place)
     wanted = np.sqrt(moved**2 + along**2 + EDGE_SIGMA_M**2)
@@ -48,7 +48,7 @@ def test_the_camera_s_doubts_are_told_in_its_own_axes():
     turned = Pose.from_yaw(np.pi / 2)
     x, y, _, _ = known((0.0, 0.0, 0.0), (0, 0, 0, 0.01, 0, 0), world_from_rig=turned)
     assert x == pytest.approx(EDGE_SIGMA_M)
-    assert y == pytest.approx(np.hypot(CAMERA_TRUST * 0.01, EDGE_SIGMA_M))
+    assert y == pytest.approx(np.hypot(0.01, EDGE_SIGMA_M))
 
 
 def test_what_stands_does_not_follow_the_camera_upwards():

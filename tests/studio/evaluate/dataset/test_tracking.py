@@ -87,6 +87,17 @@ def test_the_camera_pose_is_off_by_what_was_asked(folder):
     assert left.millimetres == pytest.approx(10.0)
 
 
+def test_every_session_begins_with_an_error_in_a_direction_of_its_own_and_keeps_it(folder):
+    method = AlwaysThere(Pose.identity())
+    tracked = run(folder, method, CameraError(0.5, 1.0))
+    known = [frame.world_from_rig.translation for _, frame in method.frames]
+    first, second, *chained = known
+    assert np.linalg.norm(first - second) > 1e-3
+    assert min(np.linalg.norm(chained[0] - still) for still in (first, second)) > 1e-3
+    np.testing.assert_array_equal(chained, [chained[0]] * len(chained))
+    assert len(tracked.cameras) == 3
+
+
 def test_a_picture_of_another_size_is_named(folder):
     path = folder / "fisheye/room/truth.json"
     path.write_text(path.read_text().replace('"width": 64', '"width": 60'))
