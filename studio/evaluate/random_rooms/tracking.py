@@ -116,9 +116,7 @@ class RoomTrial:
         """All stills, each a session of its own, then the sequence."""
         judged: list[Judged] = []
         for number in range(len(staged.stills)):
-            picture = film.still(number)
-            _, tracks = self._step(self._method.start(), picture, 0)
-            judged += self._judged(COLD, picture, tracks)
+            judged += self.still(film, number)
         state = self._method.start()
         for seq, picture in enumerate(film.sequence()):
             state, tracks = self._step(state, picture, seq)
@@ -126,6 +124,12 @@ class RoomTrial:
         return TrackedRoom(
             tuple(judged), staged.moving, tuple(self._step_ms), tuple(self._first_ms)
         )
+
+    def still(self, film: RoomFilm, number: int) -> list[Judged]:
+        """One still, as a session of its own."""
+        picture = film.still(number)
+        _, tracks = self._step(self._method.start(), picture, 0)
+        return self._judged(COLD, picture, tracks)
 
     def _step(
         self, state: Any, picture: Picture, seq: int
