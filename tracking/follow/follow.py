@@ -168,10 +168,18 @@ def follow(task: Task, unchanged: bool) -> Track:
     belief = _again(task, evidence, belief)
     task, fit = reviewed(task, evidence, belief)
     if fit is not belief.fit:
+        task = _corrected(task, belief.fit, fit)
         belief = believed(task, belief.observation, fit)
     if is_followed(task.track, belief):
         return _accept(task, evidence, belief, rests=False, unchanged=unchanged)
     return _miss(task, belief)
+
+
+def _corrected(task: Task, before: Fit, after: Fit) -> Task:
+    """The task with its last pose corrected as its pose now: an error found is no motion."""
+    correction = before.world_from_object.inverse() @ after.world_from_object
+    track = replace(task.track, world_from_object=task.track.world_from_object @ correction)
+    return replace(task, track=track)
 
 
 def _at_rest(task: Task, evidence: Evidence, belief: Belief, *, unchanged: bool) -> Track:
