@@ -12,6 +12,7 @@ from scenes.prepare.progress import Cancelled, Progress
 from scenes.prepare.reconstruction import Reconstruction
 from scenes.prepare.train import checkpoint, schedule
 from scenes.prepare.train.checkpoint import Checkpoint
+from scenes.prepare.train.coverage import LONGEST_PX, uncovered_splats
 from scenes.prepare.train.densify import densify, morton_order
 from scenes.prepare.train.exposure import Exposures, fitted
 from scenes.prepare.train.held_out import draw_photo, psnr_db, score_photo
@@ -26,14 +27,14 @@ from scenes.prepare.train.trainer import (
     TrainingOptions,
     TrainingResult,
 )
-from scenes.prepare.train.training_photos import Photos, typical_distance
-from scenes.prepare.train.training_rows import MEAN, SH, TrainingRows
+from scenes.prepare.train.training_photos import Photos, read_photo, typical_distance
+from scenes.prepare.train.training_rows import MEAN, SH, TrainingRows, joined, rows_of_cloud
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import RenderOptions
 from scenes.render.training import Exposure, Trainee
 from scenes.splats import SplatCloud
 
-BUILT_IN_VERSION = "built-in 4"
+BUILT_IN_VERSION = "built-in 5"
 """Counted up with every change to what it makes of the same photos."""
 REPORT_EVERY = 20
 LOSS_MEMORY = 0.99
@@ -122,15 +123,7 @@ class _Run:
         shown = replace(reconstruction, views=self._photos.training)
         self._surfaces = surfaces_of(seen_depths(shown, longest_px=options.stereo_px))
         self._photos.surfaces = {surface.view: surface for surface in self._surfaces}
-        rows = seed_rows(
-            reconstruction, self._surfaces, (options.sh_degree + 1) ** 2, options.budget, rng
-        )
-        self._first_splats = len(rows)
-        self._take(rows)
-        self._exposures = Exposures(len(self._photos.training))
-        self._queue: list[int] = []
-        self._history: list[Moment] = []
-        self._loss = float("nan")
+        self._small = [read_photo(view, LONGEST_PX) for view in self._photos.training]
         self._renderer = NativeRenderer()
         self._drawing = RenderOptions(
             background=options.background,
@@ -138,6 +131,17 @@ class _Run:
             near_m=0.01 * self._distance,
             threads=options.threads,
         )
+        rows = self._covering(
+            seed_rows(
+                reconstruction, self._surfaces, (options.sh_degree + 1) ** 2, options.budget, rng
+            )
+        )
+        self._first_splats = len(rows)
+        self._take(rows)
+        self._exposures = Exposures(len(self._photos.training))
+        self._queue: list[int] = []
+        self._history: list[Moment] = []
+        self._loss = float("nan")
 
     @property
     def seconds(self) -> float:
@@ -194,8 +198,23 @@ class _Run:
             verdict = judge(rows.values[:, MEAN], self._surfaces)
             rows.values[:, MEAN] += verdict.offset
             rows = rows.select(~verdict.is_stray)
+            rows = self._covering(rows)
         rows = densify(rows, wanted, self._rng)
         self._take(rows.select(morton_order(rows.values[:, :3])))
+
+    def _covering(self, rows: TrainingRows) -> TrainingRows:
+        """The splats, and as many as the budget allows where photos show what none of them does."""
+        added = uncovered_splats(
+            rows.to_cloud(),
+            self._small,
+            self._renderer,
+            self._drawing,
+            typical_distance=self._distance,
+        )
+        room = max(self._options.budget - len(rows), 0)
+        if len(added) > room:
+            added = added.select(np.sort(self._rng.choice(len(added), room, replace=False)))
+        return joined([rows, rows_of_cloud(added, rows.sh_count)])
 
     def preview(self, show: ShowPreview | None) -> None:
         """Draw a view that is not trained on, note how good it is, and show it."""
