@@ -100,9 +100,7 @@ def test_half_of_a_ball_without_points_is_trained_all_the_same(filmed_ball, tmp_
         filmed_ball.colours[shown],
         filmed_ball.errors_px[shown],
     )
-    options = TrainingOptions(
-        seconds=None, iterations=300, budget=900, stereo_px=8, exposure=False, previews=0
-    )
+    options = TrainingOptions(iterations=300, budget=900, stereo_px=8, exposure=False, previews=0)
     trainer = BuiltInTrainer(options, rng=lambda: np.random.default_rng(4), stopwatch=lambda: 0.0)
     trained = trainer.train(half, tmp_path, progress=silent)
     assert min(score.psnr_db for score in trained.held_out) > 15
