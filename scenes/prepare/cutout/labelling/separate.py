@@ -357,7 +357,7 @@ def _main_body(
     main = int(np.argmax(np.bincount(body, weights=inside[found], minlength=count)))
     points = np.concatenate([_clicked(view, vote) for view, vote in zip(views, votes, strict=True)])
     if len(points):
-        distance, nearest = KDTree(positions).query(points)
+        distance, nearest = KDTree(positions).query(points, workers=-1)
         hit = np.atleast_1d(nearest)[np.atleast_1d(distance) < LINK_REACH_M]
         if len(hit):
             main = int(np.bincount(body[hit]).argmax())

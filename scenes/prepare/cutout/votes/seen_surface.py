@@ -18,8 +18,10 @@ from scipy.spatial import KDTree
 
 from scenes.cameras import pixel_centres
 from scenes.package.records import ViewPoint
+from scenes.prepare.cells import cells_of
 from scenes.prepare.cutout.structure.connected_bodies import bodies
 from scenes.prepare.cutout.votes.cropped_views import CloseView, close_views, evenly
+from scenes.prepare.cutout.votes.framed import framed
 from scenes.prepare.cutout.votes.lifting import share
 from scenes.prepare.cutout.votes.seen_from import SeenFrom
 from scenes.prepare.surface_depth import surface_depth
@@ -119,7 +121,7 @@ def _by_view(sights: Sequence[_Sight], own: FloatArray) -> tuple[SeenFrom, ...]:
     tree = KDTree(own)
     seen = []
     for sight in sights:
-        apart, _ = tree.query(sight.whole) if len(sight.whole) else (np.zeros(0), None)
+        apart, _ = tree.query(sight.whole, workers=-1) if len(sight.whole) else (np.zeros(0), None)
         eye = sight.view.world_from_camera.translation
         seen.append(SeenFrom(eye, sight.whole[apart < BEHIND_M], 1.0 / sight.view.camera.fx))
     return tuple(seen)
@@ -169,6 +171,8 @@ def _sight(
     cloud: SplatCloud, labels: BoolArray, view: CloseView, renderer: NativeRenderer
 ) -> _Sight:
     camera, world_from_camera = view.camera, view.world_from_camera
+    shown = framed(cloud, camera, world_from_camera)
+    cloud, labels = cloud.select(shown), labels[shown]
     light = share(cloud, labels, camera, world_from_camera, renderer=renderer)
     outline = light > MAJORITY
     depth = surface_depth(cloud, camera, world_from_camera, renderer=renderer)
@@ -211,7 +215,6 @@ def _agreed(by_view: Sequence[FloatArray], cell_m: float) -> FloatArray:
     if not len(points):
         return points
     view = np.repeat(np.arange(len(by_view)), [len(there) for there in by_view])
-    _, cell = np.unique(np.floor(points / cell_m).astype(np.int64), axis=0, return_inverse=True)
-    cell = cell.ravel()
-    pairs = np.unique(np.stack([cell, view], axis=1), axis=0)
-    return points[np.bincount(pairs[:, 0])[cell] >= AGREEING]
+    _, cell = cells_of(points, cell_m)
+    cell_of_pair = np.unique(cell * len(by_view) + view) // len(by_view)
+    return points[np.bincount(cell_of_pair)[cell] >= AGREEING]
