@@ -25,6 +25,9 @@ SOLID = 0.3
 """Opacity from which on a splat of a trained room holds others together."""
 SOLID_REACH_M = 0.03
 """Solid splats farther apart belong to different bodies."""
+CLEARLY = float(np.log(2.0))
+"""Log likelihood ratio of colours from which on they are the object's and no longer either's: twice
+as near to its colours as to the ground's."""
 FREE_SHARE = 0.9
 """Of a body: what must lie inside all boxes for it to be free-standing."""
 
@@ -63,6 +66,26 @@ def above_and_ground(
     around = ((positions > low) & (positions < high)).all(axis=1)
     above = standing(cloud, around)
     return above, around & ~above & ~in_boxes
+
+
+def unlike_ground(
+    cloud: SplatCloud, asked: BoolArray, *, like: BoolArray, within: BoolArray, in_boxes: BoolArray
+) -> BoolArray:
+    """(N,) those of the splats asked about whose colours are an object's rather than the ground's.
+
+    Args:
+        cloud: the whole room, metres.
+        asked: (N,) splats in question.
+        like: (N,) a part of the object that stands above the ground.
+        within: (N,) where the object may be.
+        in_boxes: (N,) what lies in all boxes that were drawn.
+    """
+    _, ground = above_and_ground(cloud, within, in_boxes)
+    near = np.flatnonzero(asked | like | ground)
+    ratio = log_likelihood_ratio(cloud.colours()[near], like=like[near], unlike=ground[near])
+    found = np.zeros_like(asked)
+    found[near[ratio > CLEARLY]] = True
+    return found & asked
 
 
 def hanging_on(

@@ -27,7 +27,9 @@ def framed(cloud: SplatCloud, camera: Pinhole, world_from_camera: Pose) -> NDArr
     """
     turn = world_from_camera.rotation.astype(np.float32)
     x, y, z = turn.T @ (cloud.means - world_from_camera.translation.astype(np.float32)).T
-    reach = np.float32(REACH) * cloud.scales.max(axis=1, initial=0.0)
+    first, second, third = cloud.scales.T
+    # Of three columns; a row at a time takes ten times as long.
+    reach = np.float32(REACH) * np.maximum(np.maximum(first, second), third)
     is_in = z > -reach
     for along, focal, middle, size in (
         (x, camera.fx, camera.cx, camera.width_px),

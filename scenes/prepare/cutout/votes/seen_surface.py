@@ -152,9 +152,12 @@ class _Sight:
         apart = self.own - self.view.world_from_camera.translation
         return np.linalg.norm(apart, axis=1) / self.view.camera.fx
 
-    def outside(self, points: FloatArray) -> tuple[BoolArray, BoolArray]:
+    def outside(self, points: NDArray[np.float32]) -> tuple[BoolArray, BoolArray]:
         """(N,) whether world points are framed and not hidden, and whether outside the outline."""
-        in_camera = self.view.world_from_camera.inverse() @ points
+        pose = self.view.world_from_camera
+        in_camera = (points - pose.translation.astype(np.float32)) @ pose.rotation.astype(
+            np.float32
+        )
         pixels, framed = self.view.camera.project(in_camera)
         height, width = self.outline.shape
         row = np.clip(pixels[:, 1].astype(np.intp), 0, height - 1)
@@ -195,12 +198,14 @@ def _sight(
     return _Sight(view, outline, depth, whole[apart[reached] <= RIM_PX], whole, around)
 
 
-def _in_outlines(points: FloatArray, sights: Sequence[_Sight]) -> BoolArray:
+def _in_outlines(points: NDArray[np.floating], sights: Sequence[_Sight]) -> BoolArray:
     """(N,) the points that lie inside the outlines of nearly all views that they could be seen in.
 
     Depth carried past an edge by one view is found outside by those that look along the surface.
     """
     framing, outside = np.zeros((2, len(points)))
+    # To a hundredth of a pixel: a crop has a few hundred of them.
+    points = points.astype(np.float32)
     for sight in sights:
         if sight.outline.sum() >= LEAST_PX:
             seen, beside = sight.outside(points)
