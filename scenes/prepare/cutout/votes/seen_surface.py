@@ -121,7 +121,11 @@ def _by_view(sights: Sequence[_Sight], own: FloatArray) -> tuple[SeenFrom, ...]:
     tree = KDTree(own)
     seen = []
     for sight in sights:
-        apart, _ = tree.query(sight.whole, workers=-1) if len(sight.whole) else (np.zeros(0), None)
+        apart, _ = (
+            tree.query(sight.whole, distance_upper_bound=BEHIND_M, workers=-1)
+            if len(sight.whole)
+            else (np.zeros(0), None)
+        )
         eye = sight.view.world_from_camera.translation
         seen.append(SeenFrom(eye, sight.whole[apart < BEHIND_M], 1.0 / sight.view.camera.fx))
     return tuple(seen)
