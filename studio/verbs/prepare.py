@@ -111,7 +111,7 @@ def _splats(group: argparse._ArgumentGroup) -> None:
         "--quality",
         choices=QUALITIES,
         default="default",
-        help="training steps: 600, 3,000 or 6,000 of larger pictures, which two idle cores take in "
+        help="training steps: 900, 3,000 or 6,000 of larger pictures, which two idle cores take in "
         "half a minute, two and eight; a busy machine takes longer",
     )
     group.add_argument(

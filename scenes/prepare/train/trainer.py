@@ -80,7 +80,7 @@ class TrainingOptions:
 
 PRESETS = {
     "preview": TrainingOptions(
-        iterations=600,
+        iterations=900,
         budget=50_000,
         longest_px=480,
         stereo_px=240,
