@@ -55,7 +55,7 @@ class PrepareOptions:
 
     Attributes:
         quality: one of `scenes.prepare.train.trainer.PRESETS`.
-        steps: training ends after so many, instead of by the quality's time: alike everywhere.
+        steps: training ends after so many, instead of the quality's own number.
         poses: a COLMAP model or a transforms.json to take the photos' poses from.
         metric_poses: whether those poses are in metres, as augmented-reality apps write them.
         splats: a file that was trained on the photos, in the frame of `poses`, instead of training.

@@ -15,6 +15,7 @@ from scenes.prepare.options import BUILT_IN, PrepareOptions
 from scenes.prepare.progress import Progress
 from scenes.prepare.reconstruction import Reconstruction
 from scenes.prepare.train.external_trainers import (
+    ITERATIONS,
     ExternalProgram,
     ExternalTrainer,
     brush,
@@ -44,14 +45,16 @@ PREVIEWS = "previews"
 
 def trainer_of(options: PrepareOptions, stopwatch: Stopwatch) -> Trainer:
     """What trains: the built-in trainer, or the program that was asked for."""
-    preset = PRESETS[options.quality]
+    preset, program = PRESETS[options.quality], options.program
     if options.steps is not None:
-        preset = replace(preset, seconds=None, iterations=options.steps)
+        preset = replace(preset, iterations=options.steps)
     if options.trainer == BUILT_IN:
         return BuiltInTrainer(
             preset, rng=lambda: np.random.default_rng(options.seed), stopwatch=stopwatch
         )
-    return ExternalTrainer(_program(options.trainer, options.program), preset, stopwatch=stopwatch)
+    # The quality's own steps are this trainer's; others have a length of their own.
+    preset = replace(preset, iterations=options.steps or ITERATIONS)
+    return ExternalTrainer(_program(options.trainer, program), preset, stopwatch=stopwatch)
 
 
 def _program(name: str, path: Path | None) -> ExternalProgram:

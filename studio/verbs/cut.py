@@ -25,9 +25,9 @@ from scenes.prepare.cutout.marks.sam_masks import SamMasks
 from scenes.prepare.cutout.proposals import Proposal, propose
 from scenes.prepare.cutout.remainder.floaters import remove_floaters
 from scenes.prepare.cutout.votes.lifting import share
-from scenes.prepare.reconstruction import View, read_picture
 from scenes.render.native import NativeRenderer
 from studio.verbs import cut_add
+from studio.verbs.own_photos import own_photo
 
 OUTLINE_RGB = (255, 64, 32)
 
@@ -63,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--photos",
         type=Path,
         metavar="DIR",
-        help="photos named as the views; else splats are drawn",
+        help="your photos, named as the views, with marks in their pixels; else splats are drawn",
     )
     parser.add_argument(
         "--masks-model",
@@ -337,7 +337,7 @@ def prompted_views(
     """The package's views that are marked, with their photos if a folder of them is given.
 
     Raises:
-        ValueError: there is no such view, or its photo is missing or of another size.
+        ValueError: there is no such view, or its photo is missing or of another shape.
     """
     known: dict[str, ViewPoint] = {view.name: view for view in package.views}
     result = []
@@ -351,7 +351,7 @@ def prompted_views(
         view = known[name]
         picture = None
         if photos is not None:
-            picture = read_picture(View(name, photos / name, view.camera, view.world_from_camera))
+            picture, prompt = own_photo(view, photos / name, prompt)
         result.append(PromptedView(name, view.camera, view.world_from_camera, prompt, picture))
     return result
 

@@ -79,7 +79,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--quality",
         choices=tuple(PRESETS),
         default="default",
-        help="training time: half a minute, two, eight",
+        help="training steps, which two idle cores take in half a minute, two, eight",
     )
     group.add_argument("--steps", type=int, metavar="N", help="end the training after so many")
     group.add_argument(

@@ -31,9 +31,7 @@ from tests.conftest import raycast_picture
 WANTED = tomllib.loads((Path(__file__).parent / "ceilings.toml").read_text(encoding="utf-8"))
 CAMERA = Pinhole.from_fov(200, 150, 1.1)
 VIEWS, POINTS_A_VIEW = 16, 120
-OPTIONS = TrainingOptions(
-    seconds=None, iterations=400, budget=4000, held_out_every=8, exposure=False, previews=1
-)
+OPTIONS = TrainingOptions(iterations=400, budget=4000, held_out_every=8, exposure=False, previews=1)
 SIZE_M = (0.5, 0.4, 0.6)
 WORLD_FROM_CRATE = Pose.from_yaw(0.4, (0.1, 0.0, 0.0))
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.cameras import pixel_centres
+from scenes.prepare.cells import cells_of
 from scenes.prepare.train.seen_surfaces import Surface, judge
 
 LEAST_PIXELS = 10
@@ -43,9 +44,9 @@ def dense_points(surfaces: Sequence[Surface], spacing: float) -> DensePoints:
         points.append(surface.world_from_camera @ places)
         colours.append(surface.picture.reshape(-1, 3)[seen].astype(np.float64))
     every = np.hstack([np.concatenate(points), np.concatenate(colours)])
-    cells = np.floor(every[:, :3] / spacing).astype(np.int64)
-    _, cell, count = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
-    sums = [np.bincount(cell.ravel(), column, len(count)) for column in every.T]
+    cells, cell = cells_of(every[:, :3], spacing)
+    count = np.bincount(cell, minlength=len(cells))
+    sums = [np.bincount(cell, column, len(count)) for column in every.T]
     means = (np.stack(sums, axis=1) / count[:, None])[count >= LEAST_PIXELS]
     verdict = judge(means[:, :3], surfaces)
     kept = ~verdict.is_stray

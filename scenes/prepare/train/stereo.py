@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 import cv2
 import numpy as np
@@ -17,11 +18,13 @@ from numpy.typing import NDArray
 
 from scenes.cameras import Pinhole, pixel_centres
 from scenes.pose import Pose
+from scenes.prepare.progress import Progress, silent
 from scenes.prepare.reconstruction import Reconstruction, View, read_picture
 
 DepthMap = NDArray[np.float32]
 
 PARTNERS = 4
+"""Views that each view is matched with: two that agree are needed, and each costs time."""
 BEST_ANGLE_RAD = 0.15
 """Between the rays of two photos to the same point: less is uncertain, more looks different."""
 LEAST_ANGLE_RAD, MOST_ANGLE_RAD = 0.03, 0.45
@@ -32,6 +35,11 @@ MOST_ALONG = 0.75
 the same rows."""
 NEAREST, FARTHEST = 0.6, 1.6
 """Depths are looked for from this share of the nearest known point's to that of the farthest's."""
+LEAST_FORWARD = 0.3
+"""Cosine-like: z of a corner's ray, of z = 1 in its own view, once it is turned to the common rows;
+less is stretched more than threefold."""
+MOST_STRETCHED = 8
+"""Pixels of the common picture over those of a view, at most: more is stretched beyond use."""
 MOST_SHIFT_PX = 256
 BLOCK_PX = 5
 AGREEMENT = 0.015
@@ -72,12 +80,18 @@ class _Small:
         return self.view.world_from_camera
 
 
-def seen_depths(reconstruction: Reconstruction, *, longest_px: int) -> list[SeenDepth]:
+def seen_depths(
+    reconstruction: Reconstruction, *, longest_px: int, progress: Progress = silent
+) -> list[SeenDepth]:
     """Depth of every view through a pinhole, in the order of the views; 0 of all without partners.
 
     Args:
         reconstruction: photos, and points that show which of them see the same.
         longest_px: longer side of the pictures that are matched.
+        progress: called with the share done.
+
+    Raises:
+        Cancelled: as raised by `progress`.
     """
     small = [
         _read(view, reconstruction.points, longest_px)
@@ -85,11 +99,15 @@ def seen_depths(reconstruction: Reconstruction, *, longest_px: int) -> list[Seen
         if isinstance(view.camera, Pinhole)
     ]
     out = []
-    for own in small:
-        depths = [
-            pair_depth(own, other, _range_of(own))
+    for number, own in enumerate(small):
+        progress(number / len(small), "depth from pairs of photos")
+        pairs = (
+            _rectified(own, other, _range_of(own))
             for other in _partners(own, small, reconstruction.points)
-        ]
+        )
+        # What cannot be rectified must not take the place of a partner that can.
+        usable = islice((pair for pair in pairs if pair is not None), PARTNERS)
+        depths = [_pair_depth(pair) for pair in usable]
         nothing = np.zeros(own.grey.shape, dtype=np.float32)
         depth = consistent_depth(depths) if len(depths) >= LEAST_AGREEING else nothing
         out.append(SeenDepth(own.view, own.camera, own.picture, depth))
@@ -111,8 +129,33 @@ def consistent_depth(depths: Sequence[DepthMap]) -> DepthMap:
     return np.where(votes >= LEAST_AGREEING, best, 0.0).astype(np.float32)
 
 
-def pair_depth(own: _Small, other: _Small, depths: tuple[float, float]) -> DepthMap:
-    """(H, W) z of `own`'s pixels as the pair sees it; 0 where it does not match."""
+@dataclass(frozen=True, slots=True, eq=False)
+class _Rectified:
+    """Two views turned to the same rows.
+
+    Attributes:
+        own, other: the views.
+        turned_from_own, turned_from_other: (3, 3) rotations into the common orientation.
+        low: (2,) x and y of the common picture's first pixel, px from the axis.
+        size: its width and height, px.
+        least: shift of the farthest depth looked for, px.
+        count: shifts looked for beyond that, px.
+        baseline: between the cameras, in the world's unit.
+    """
+
+    own: _Small
+    other: _Small
+    turned_from_own: NDArray[np.float64]
+    turned_from_other: NDArray[np.float64]
+    low: NDArray[np.float64]
+    size: tuple[int, int]
+    least: float
+    count: int
+    baseline: float
+
+
+def _rectified(own: _Small, other: _Small, depths: tuple[float, float]) -> _Rectified | None:
+    """The pair on the same rows; None where the common picture would be all but endless."""
     line = other.pose.translation - own.pose.translation
     baseline = float(np.linalg.norm(line))
     world_from_turned = _turned(own.pose, other.pose, line / baseline)
@@ -123,24 +166,32 @@ def pair_depth(own: _Small, other: _Small, depths: tuple[float, float]) -> Depth
     count = int(16 * np.ceil(max(count, 16) / 16))
     turned_from_own = world_from_turned.T @ own.pose.rotation
     corners = _directions(own.camera, np.array(_corners(own.camera))) @ turned_from_own.T
-    if (corners[:, 2] < 0.3).any():
-        return np.zeros(own.grey.shape, dtype=np.float32)
+    if (corners[:, 2] < LEAST_FORWARD).any():
+        return None
     flat = focal * corners[:, :2] / corners[:, 2:]
     low, high = np.floor(flat.min(axis=0)), np.ceil(flat.max(axis=0))
     low[0] -= count
     size = int(high[0] - low[0]), int(high[1] - low[1])
-    if size[0] * size[1] > 8 * own.grey.size:
-        return np.zeros(own.grey.shape, dtype=np.float32)
-    left = _lens(focal, -low[0], -low[1])
-    right = _lens(focal, -low[0] + least, -low[1])
+    if size[0] * size[1] > MOST_STRETCHED * own.grey.size:
+        return None
     turned_from_other = world_from_turned.T @ other.pose.rotation
+    return _Rectified(
+        own, other, turned_from_own, turned_from_other, low, size, least, count, baseline
+    )
+
+
+def _pair_depth(pair: _Rectified) -> DepthMap:
+    """(H, W) z of the pixels of the pair's own view as the pair sees it; 0 without a match."""
+    own, low, focal = pair.own, pair.low, pair.own.camera.fx
+    left = _lens(focal, -low[0], -low[1])
+    right = _lens(focal, -low[0] + pair.least, -low[1])
     pictures = [
-        _redrawn(own, left, turned_from_own, size),
-        _redrawn(other, right, turned_from_other, size),
+        _redrawn(own, left, pair.turned_from_own, pair.size),
+        _redrawn(pair.other, right, pair.turned_from_other, pair.size),
     ]
     matcher = cv2.StereoSGBM.create(
         minDisparity=0,
-        numDisparities=count,
+        numDisparities=pair.count,
         blockSize=BLOCK_PX,
         P1=8 * BLOCK_PX**2,
         P2=32 * BLOCK_PX**2,
@@ -153,12 +204,12 @@ def pair_depth(own: _Small, other: _Small, depths: tuple[float, float]) -> Depth
     )
     shift = matcher.compute(*pictures).astype(np.float32) / 16
     shift[shift < 0] = -1e6
-    rays = _directions(own.camera, pixel_centres(own.camera)) @ turned_from_own.T
+    rays = _directions(own.camera, pixel_centres(own.camera)) @ pair.turned_from_own.T
     place = focal * rays[:, :2] / rays[:, 2:] - low
-    column = np.clip(np.floor(place[:, 0]).astype(int), 0, size[0] - 1)
-    row = np.clip(np.floor(place[:, 1]).astype(int), 0, size[1] - 1)
+    column = np.clip(np.floor(place[:, 0]).astype(int), 0, pair.size[0] - 1)
+    row = np.clip(np.floor(place[:, 1]).astype(int), 0, pair.size[1] - 1)
     found = shift[row, column]
-    depth = focal * baseline / np.maximum(found + least, 1e-6) / rays[:, 2]
+    depth = focal * pair.baseline / np.maximum(found + pair.least, 1e-6) / rays[:, 2]
     return np.where(found >= 0, depth, 0.0).reshape(own.grey.shape).astype(np.float32)
 
 
@@ -187,7 +238,7 @@ def _range_of(own: _Small) -> tuple[float, float]:
 
 
 def _partners(own: _Small, views: Sequence[_Small], points: NDArray[np.float64]) -> list[_Small]:
-    """The views that see the same from a little aside, the best first."""
+    """All views that see the same from a little aside, the best first."""
     mine = own.known > 0
     if mine.sum() < 20:
         return []
@@ -209,7 +260,7 @@ def _partners(own: _Small, views: Sequence[_Small], points: NDArray[np.float64])
         if LEAST_ANGLE_RAD < angle < MOST_ANGLE_RAD:
             ranked.append((abs(np.log(angle / BEST_ANGLE_RAD)), other))
     ranked.sort(key=lambda entry: entry[0])
-    return [other for _, other in ranked[:PARTNERS]]
+    return [other for _, other in ranked]
 
 
 def _turned(own: Pose, other: Pose, along: NDArray[np.float64]) -> NDArray[np.float64]:

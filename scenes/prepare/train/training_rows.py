@@ -93,7 +93,7 @@ def rows_of_cloud(cloud: SplatCloud, sh_count: int) -> TrainingRows:
     opacities = np.clip(cloud.opacities.astype(np.float64), 1e-4, 1 - 1e-4)
     logits = np.log(opacities / (1 - opacities))
     columns = (cloud.means, np.log(cloud.scales), cloud.rotations, logits[:, None])
-    return fresh_rows(np.hstack([*columns, sh.reshape(n, -1)]).astype(np.float32))
+    return fresh_rows(np.hstack([*columns, sh.reshape(n, 3 * sh_count)]).astype(np.float32))
 
 
 def joined(parts: list[TrainingRows]) -> TrainingRows:

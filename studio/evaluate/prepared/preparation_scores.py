@@ -175,7 +175,7 @@ def _probes(prepared: Prepared, rng: np.random.Generator) -> FloatArray:
 def training_rows(
     room: PhysicalRoom, folder: Path, seed: int, progress: Progress, clock: Callable[[], float]
 ) -> list[Row]:
-    """PSNR of held-out views after half a minute and after two, from true poses."""
+    """PSNR of held-out views after the preview and the default training, from true poses."""
     truth = _filmed(room, folder, "training set", seed, progress, options=TRAINING_SET)
     reconstruction = posed_photos(room, truth, folder, np.random.default_rng(seed))
     rows = []

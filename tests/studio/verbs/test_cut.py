@@ -130,6 +130,45 @@ def test_photos_are_looked_at_if_given(nexus, scene, tmp_path):
     assert (code, "60×50 px, but its camera has 240×180" in err) == (3, True)
 
 
+def photographed(scene, folder, size):
+    """The folder of the views' photos as a person has them: of another size, not of the splats."""
+    folder.mkdir()
+    for view in load_package(scene).views:
+        corners = np.array(np.meshgrid(*np.stack([LOW, HIGH], axis=1))).reshape(3, -1).T
+        pixels, _ = view.camera.project(view.world_from_camera.inverse() @ corners)
+        pixels *= np.array(size) / (CAMERA.width_px, CAMERA.height_px)
+        photo = np.full((size[1], size[0], 3), (140, 170, 190), np.uint8)
+        hull = cv2.convexHull(pixels.astype(np.float32)).round().astype(np.int32)
+        cv2.fillConvexPoly(photo, hull, (130, 70, 40))
+        cv2.imwrite(str(folder / view.name), photo)
+    return folder
+
+
+@pytest.mark.parametrize("size", [(241, 181), (239, 180), (480, 360), (601, 450)])
+def test_own_photos_may_be_of_the_size_they_were_taken_in(nexus, scene, tmp_path, size):
+    """The preparation shrinks photos and crops what the lens bends; marks are in the photos."""
+    photos = photographed(scene, tmp_path / "photos", size)
+    ratio = np.array([*size, *size]) / (240, 180, 240, 180)
+    words = boxes(scene)
+    for start in range(2, len(words), 6):
+        edges = np.array(words[start : start + 4], dtype=float) * ratio
+        words[start : start + 4] = [f"{edge:.1f}" for edge in edges]
+    code, out, err = nexus(scene, "--name", "crate", *words, "--photos", photos, "--json")
+    assert (code, err) == (0, "")
+    assert all(view["used"] for view in json.loads(out)["views"])
+    item = load_package(scene).object_by_id("crate")
+    assert 0.95 * 1800 < len(item.splats) < 1.05 * 1800
+    np.testing.assert_allclose(sorted(item.box_m), [0.2, 0.25, 0.3], atol=0.02)
+
+
+def test_a_photo_on_its_side_is_refused(nexus, scene, tmp_path):
+    photos = photographed(scene, tmp_path / "photos", (180, 240))
+    code, _, err = nexus(scene, "--name", "crate", *boxes(scene), "--photos", photos)
+    assert code == 3
+    assert "180×240 px, but its camera has 240×180" in err
+    assert "whole and upright" in err
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

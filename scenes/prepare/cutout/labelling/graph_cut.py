@@ -26,7 +26,7 @@ def neighbour_links(positions: NDArray[np.floating], colours: NDArray[np.floatin
     colour.
     """
     count = min(NEIGHBOURS + 1, len(positions))
-    distances, others = KDTree(positions).query(positions, k=count)
+    distances, others = KDTree(positions).query(positions, k=count, workers=-1)
     distances, others = np.atleast_2d(distances)[:, 1:], np.atleast_2d(others)[:, 1:]
     first = np.repeat(np.arange(len(positions)), count - 1)
     second = others.ravel()

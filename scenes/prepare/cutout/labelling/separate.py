@@ -26,6 +26,7 @@ from scenes.prepare.cutout.labelling.above_ground import (
     hanging_on,
     planes_around,
     standing,
+    unlike_ground,
 )
 from scenes.prepare.cutout.labelling.graph_cut import Links, cut, neighbour_links
 from scenes.prepare.cutout.labelling.outliers import outliers
@@ -79,6 +80,10 @@ TRAINED_REACH_M = 0.12
 TALL = 10.0
 """How many times as high as half of a floor's thickness an object is to be found without its
 foot."""
+FOOT_SHARE = 0.1
+"""Of the light that masks mean: where more falls onto splats that lie as low as the floor is thick,
+and are not of its colours, these are a part of the object (an open laptop's keyboard: 0.41), and no
+foot (of chairs, a table and a suitcase: at most 0.014)."""
 BEYOND_FOUND = 0.3
 """Of the size of what the masks found: how far around it the rest of the object may lie."""
 BESIDE_M = 0.05
@@ -184,14 +189,16 @@ def _held(
     # What the boxes hold above the plane is the object, but for what a mask took in behind it.
     above = standing(cloud, within)
     upper = marked & above
-    solid = upper & (cloud.opacities >= SOLID)
+    low_part = unlike_ground(cloud, guess & ~above, like=upper, within=within, in_boxes=in_boxes)
+    is_foot = inside[low_part].sum() < FOOT_SHARE * inside[guess].sum()
+    solid = (upper if is_foot else guess) & (cloud.opacities >= SOLID)
     if len(views) > 1 and solid.any():
         low, high = _reach_of_main(cloud.select(solid), inside[solid])
         within &= ((positions > low) & (positions < high))[:, :2].all(axis=1)
         # Place does not separate an object's foot from what it stands on. A tall object's foot is
-        # found again by its light; of a low object too much would be missing, and the masks are
-        # heeded.
-        tall = (high - low)[2] > TALL * TRAINED_PLANE_M + 2 * BESIDE_M
+        # found again by its light; of one that is low, or much of which is, too much would be
+        # missing, and the masks are heeded.
+        tall = is_foot and (high - low)[2] > TALL * TRAINED_PLANE_M + 2 * BESIDE_M
         meant = inside_share(votes) > CORE
         if tall:
             upper |= hanging_on(cloud, upper, within, in_boxes=in_boxes, weights=inside)
@@ -357,7 +364,7 @@ def _main_body(
     main = int(np.argmax(np.bincount(body, weights=inside[found], minlength=count)))
     points = np.concatenate([_clicked(view, vote) for view, vote in zip(views, votes, strict=True)])
     if len(points):
-        distance, nearest = KDTree(positions).query(points)
+        distance, nearest = KDTree(positions).query(points, workers=-1)
         hit = np.atleast_1d(nearest)[np.atleast_1d(distance) < LINK_REACH_M]
         if len(hit):
             main = int(np.bincount(body[hit]).argmax())

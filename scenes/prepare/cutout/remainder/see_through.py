@@ -20,6 +20,7 @@ from scenes.prepare.cutout.votes.cropped_views import (
     evenly,
     light_in_masks,
 )
+from scenes.prepare.cutout.votes.framed import framed
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats
 from scenes.splats import SplatCloud
@@ -57,11 +58,15 @@ def shows_background(
     framing = close_views(viewpoints, cloud.means[labels].astype(np.float64))
     if len(framing) < LEAST_VIEWS:
         return none
-    without = cloud.select(~labels)
 
     def changes() -> Iterator[tuple[CloseView, BoolArray]]:
         for view in evenly(framing, MOST_VIEWS):
-            change = np.abs(_drawn(cloud, view, renderer) - _drawn(without, view, renderer))
+            shown = framed(cloud, view.camera, view.world_from_camera)
+            rest = shown[~labels[shown]]
+            change = np.abs(
+                _drawn(cloud.select(shown), view, renderer)
+                - _drawn(cloud.select(rest), view, renderer)
+            )
             yield view, change.max(axis=2) > CHANGED
 
     changing, seen = light_in_masks(cloud, changes(), renderer=renderer)

@@ -50,5 +50,5 @@ def _distance_to_nearest(
     colours: NDArray[np.float32], among: NDArray[np.float32]
 ) -> NDArray[np.float64]:
     """(K,) how far the fifth-nearest of the colours is: a few wrong ones do not count."""
-    distances, _ = KDTree(among).query(colours, k=NEAREST_COLOURS)
+    distances, _ = KDTree(among).query(colours, k=NEAREST_COLOURS, workers=-1)
     return np.asarray(distances, dtype=np.float64)[:, -1] + COLOUR_NOISE

@@ -10,6 +10,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from scenes.pose import rotation_from_quaternion
+from scenes.prepare.cells import cells_of
 from scenes.splats import SplatCloud
 
 FAINT = 0.05
@@ -22,13 +23,12 @@ def bodies(positions: NDArray[np.floating], reach_m: float) -> tuple[int, NDArra
     Points hang together if their cells touch; cells are half of `reach_m` wide, so that gaps up to
     half of `reach_m` never part a body and gaps above twice of it always do.
     """
-    cells = np.floor(np.asarray(positions, dtype=np.float64) / (0.5 * reach_m)).astype(np.int64)
-    places, cell_of = np.unique(cells, axis=0, return_inverse=True)
+    places, cell_of = cells_of(positions, 0.5 * reach_m)
     pairs = KDTree(places).query_pairs(1.8, output_type="ndarray")
     n = len(places)
     graph = csr_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
     count, body = connected_components(graph, directed=False)
-    return int(count), body[cell_of.ravel()].astype(np.intp)
+    return int(count), body[cell_of].astype(np.intp)
 
 
 def bodies_of_splats(cloud: SplatCloud, reach_m: float) -> tuple[int, NDArray[np.intp]]:

@@ -13,6 +13,7 @@ from scenes.cameras import Pinhole
 from scenes.package.records import ViewPoint
 from scenes.pose import Pose
 from scenes.prepare.cutout.marks.masked_view import MaskedView
+from scenes.prepare.cutout.votes.framed import framed
 from scenes.prepare.cutout.votes.lifting import lift
 from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud
@@ -108,7 +109,8 @@ def light_in_masks(
     inside, seen = np.zeros((2, len(cloud)))
     for view, mask in masks:
         masked = MaskedView(view.name, view.camera, view.world_from_camera, mask)
-        vote = lift(cloud, masked, renderer=renderer)
-        inside += vote.inside / view.zoom**2
-        seen += vote.seen / view.zoom**2
+        shown = framed(cloud, view.camera, view.world_from_camera)
+        vote = lift(cloud.select(shown), masked, renderer=renderer)
+        inside[shown] += vote.inside / view.zoom**2
+        seen[shown] += vote.seen / view.zoom**2
     return inside, seen

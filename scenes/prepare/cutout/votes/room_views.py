@@ -23,6 +23,7 @@ from scenes.prepare.cutout.votes.cropped_views import (
     evenly,
     light_in_masks,
 )
+from scenes.prepare.cutout.votes.framed import framed
 from scenes.prepare.cutout.votes.lifting import share
 from scenes.prepare.cutout.votes.seen_surface import seen_surface
 from scenes.render.native import NativeRenderer
@@ -89,8 +90,8 @@ def held_against_views(
     if not len(surface.own) or not len(surface.around):
         return labels
     at = cloud.means[follows].astype(np.float64)
-    to_object, _ = KDTree(surface.own).query(at)
-    to_rest, _ = KDTree(surface.around).query(at)
+    to_object, _ = KDTree(surface.own).query(at, workers=-1)
+    to_rest, _ = KDTree(surface.around).query(at, workers=-1)
     labels[follows] = (to_object < to_rest) & (to_object < BESIDE_M)
     return labels
 
@@ -118,7 +119,14 @@ def _light(
 
     def silhouettes() -> Iterator[tuple[CloseView, BoolArray]]:
         for view in views:
-            drawn = share(cloud, labels, view.camera, view.world_from_camera, renderer=renderer)
+            shown = framed(cloud, view.camera, view.world_from_camera)
+            drawn = share(
+                cloud.select(shown),
+                labels[shown],
+                view.camera,
+                view.world_from_camera,
+                renderer=renderer,
+            )
             mask = drawn > MAJORITY
             if mask.sum() >= LEAST_PX:
                 yield view, mask

@@ -18,8 +18,10 @@ from scipy.spatial import KDTree
 
 from scenes.cameras import pixel_centres
 from scenes.package.records import ViewPoint
+from scenes.prepare.cells import cells_of
 from scenes.prepare.cutout.structure.connected_bodies import bodies
 from scenes.prepare.cutout.votes.cropped_views import CloseView, close_views, evenly
+from scenes.prepare.cutout.votes.framed import framed
 from scenes.prepare.cutout.votes.lifting import share
 from scenes.prepare.cutout.votes.seen_from import SeenFrom
 from scenes.prepare.surface_depth import surface_depth
@@ -119,7 +121,11 @@ def _by_view(sights: Sequence[_Sight], own: FloatArray) -> tuple[SeenFrom, ...]:
     tree = KDTree(own)
     seen = []
     for sight in sights:
-        apart, _ = tree.query(sight.whole) if len(sight.whole) else (np.zeros(0), None)
+        apart, _ = (
+            tree.query(sight.whole, distance_upper_bound=BEHIND_M, workers=-1)
+            if len(sight.whole)
+            else (np.zeros(0), None)
+        )
         eye = sight.view.world_from_camera.translation
         seen.append(SeenFrom(eye, sight.whole[apart < BEHIND_M], 1.0 / sight.view.camera.fx))
     return tuple(seen)
@@ -150,9 +156,12 @@ class _Sight:
         apart = self.own - self.view.world_from_camera.translation
         return np.linalg.norm(apart, axis=1) / self.view.camera.fx
 
-    def outside(self, points: FloatArray) -> tuple[BoolArray, BoolArray]:
+    def outside(self, points: NDArray[np.float32]) -> tuple[BoolArray, BoolArray]:
         """(N,) whether world points are framed and not hidden, and whether outside the outline."""
-        in_camera = self.view.world_from_camera.inverse() @ points
+        pose = self.view.world_from_camera
+        in_camera = (points - pose.translation.astype(np.float32)) @ pose.rotation.astype(
+            np.float32
+        )
         pixels, framed = self.view.camera.project(in_camera)
         height, width = self.outline.shape
         row = np.clip(pixels[:, 1].astype(np.intp), 0, height - 1)
@@ -169,6 +178,8 @@ def _sight(
     cloud: SplatCloud, labels: BoolArray, view: CloseView, renderer: NativeRenderer
 ) -> _Sight:
     camera, world_from_camera = view.camera, view.world_from_camera
+    shown = framed(cloud, camera, world_from_camera)
+    cloud, labels = cloud.select(shown), labels[shown]
     light = share(cloud, labels, camera, world_from_camera, renderer=renderer)
     outline = light > MAJORITY
     depth = surface_depth(cloud, camera, world_from_camera, renderer=renderer)
@@ -191,12 +202,14 @@ def _sight(
     return _Sight(view, outline, depth, whole[apart[reached] <= RIM_PX], whole, around)
 
 
-def _in_outlines(points: FloatArray, sights: Sequence[_Sight]) -> BoolArray:
+def _in_outlines(points: NDArray[np.floating], sights: Sequence[_Sight]) -> BoolArray:
     """(N,) the points that lie inside the outlines of nearly all views that they could be seen in.
 
     Depth carried past an edge by one view is found outside by those that look along the surface.
     """
     framing, outside = np.zeros((2, len(points)))
+    # To a hundredth of a pixel: a crop has a few hundred of them.
+    points = points.astype(np.float32)
     for sight in sights:
         if sight.outline.sum() >= LEAST_PX:
             seen, beside = sight.outside(points)
@@ -211,7 +224,6 @@ def _agreed(by_view: Sequence[FloatArray], cell_m: float) -> FloatArray:
     if not len(points):
         return points
     view = np.repeat(np.arange(len(by_view)), [len(there) for there in by_view])
-    _, cell = np.unique(np.floor(points / cell_m).astype(np.int64), axis=0, return_inverse=True)
-    cell = cell.ravel()
-    pairs = np.unique(np.stack([cell, view], axis=1), axis=0)
-    return points[np.bincount(pairs[:, 0])[cell] >= AGREEING]
+    _, cell = cells_of(points, cell_m)
+    cell_of_pair = np.unique(cell * len(by_view) + view) // len(by_view)
+    return points[np.bincount(cell_of_pair)[cell] >= AGREEING]

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from scenes.cameras import pixel_centres
+from scenes.pose import Pose
 from scenes.prepare.reconstruction import Reconstruction, View
 from scenes.prepare.train.stereo import consistent_depth, seen_depths
 
@@ -39,6 +40,24 @@ def test_depth_is_that_of_the_planes(corner):
     assert np.mean(shares) > 0.5
     assert np.median(np.concatenate(off)) < 0.02
     assert np.quantile(np.concatenate(off), 0.9) < 0.08
+
+
+def test_partners_that_cannot_be_rectified_take_no_place(corner):
+    """Views ahead, turned so that the line to them lies in the picture, are of no use for rows."""
+    own = corner.views[0]
+    rotation = own.world_from_camera.rotation
+    ahead = []
+    for k in range(4):
+        # At the best angle for a partner, but so far ahead that no rows run through both.
+        step = 0.5 * rotation[:, 2] + (0.46 + 0.01 * k) * rotation[:, 0]
+        pose = Pose(rotation, own.world_from_camera.translation + step)
+        ahead.append(View(f"ahead-{k}.png", own.image, own.camera, pose))
+    alone = seen_depths(corner, longest_px=320)[0].depth
+    views = (own, *ahead, *corner.views[1:])
+    crowded = Reconstruction(views, corner.points, corner.colours, corner.errors_px)
+    found = seen_depths(crowded, longest_px=320)[0].depth
+    assert (alone > 0).mean() > 0.4
+    assert (found > 0).mean() > 0.9 * (alone > 0).mean()
 
 
 def test_a_view_alone_says_nothing(corner):

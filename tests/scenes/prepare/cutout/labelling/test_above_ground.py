@@ -1,5 +1,7 @@
 """A stool on a carpet whose legs the masks lost."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -52,3 +54,30 @@ def test_what_goes_on_outside_the_boxes_says_nothing(room):
     assert not hanging_on(
         cloud, kind == 2, in_boxes, in_boxes=in_boxes, weights=np.ones(len(cloud))
     ).any()
+
+
+def test_a_back_of_the_carpets_colour_hangs_on_the_seat(room):
+    cloud, kind = room
+    rng = np.random.default_rng(2)
+    back = splats(rng.uniform((-0.18, 0.16, 0.45), (0.18, 0.18, 0.8), (1500, 3)), CARPET, rng)
+    whole = concatenate([cloud.select(kind < 4), back])
+    kind = np.append(kind[kind < 4], np.full(len(back), 5))
+    in_boxes = (np.abs(whole.means[:, :2]) < 0.25).all(axis=1)
+    hanging = hanging_on(whole, kind == 2, in_boxes, in_boxes=in_boxes, weights=np.ones(len(whole)))
+    assert hanging[kind == 5].mean() > 0.8
+    assert hanging[kind == 3].mean() < 0.05
+
+
+def test_a_few_long_splats_do_not_tie_it_to_what_stands_beside(room):
+    cloud, kind = room
+    rng = np.random.default_rng(3)
+    beside = splats(rng.uniform((0.27, -0.1, 0.42), (0.9, 0.1, 0.45), (3000, 3)), WOOD, rng)
+    middle = np.array([[0.225, y, 0.43] for y in (-0.05, 0.0, 0.05)])
+    bridge = splats(middle, WOOD, rng)
+    bridge = replace(bridge, scales=np.full((3, 3), 0.004) + np.array([0.03, 0, 0]))
+    whole = concatenate([cloud.select(kind < 4), beside, bridge])
+    kind = np.concatenate([kind[kind < 4], np.full(len(beside), 4), np.full(3, 5)])
+    in_boxes = (np.abs(whole.means[:, :2]) < 0.25).all(axis=1)
+    hanging = hanging_on(whole, kind == 2, in_boxes, in_boxes=in_boxes, weights=np.ones(len(whole)))
+    assert hanging[(kind == 1) & standing(whole, in_boxes)].mean() > 0.95
+    assert not hanging[kind == 4].any()

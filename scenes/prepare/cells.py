@@ -1,0 +1,35 @@
+"""Which cell of space each of many points lies in, without sorting their coordinates by rows."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+MOST_CELLS = 2**62
+"""Cells of the box around all points that a number can count; more are told apart by rows."""
+
+
+def cells_of(
+    points: NDArray[np.floating], side: float
+) -> tuple[NDArray[np.int64], NDArray[np.intp]]:
+    """The cells of a grid that hold points, and each point's.
+
+    Args:
+        points: (N, 3).
+        side: of a cell, in the points' unit.
+
+    Returns:
+        (K, 3) cells in the order of their coordinates, and (N,) the number of each point's cell.
+    """
+    cells = np.floor(np.asarray(points, dtype=np.float64) / side).astype(np.int64).reshape(-1, 3)
+    if not len(cells):
+        return cells, np.zeros(0, dtype=np.intp)
+    low = cells.min(axis=0)
+    across = [int(count) for count in cells.max(axis=0) - low + 1]
+    if across[0] * across[1] * across[2] > MOST_CELLS:
+        places, cell = np.unique(cells, axis=0, return_inverse=True)
+        return places, cell.ravel()
+    x, y, z = (cells - low).T
+    code, cell = np.unique((x * across[1] + y) * across[2] + z, return_inverse=True)
+    rows, z = np.divmod(code, across[2])
+    return low + np.stack([*np.divmod(rows, across[1]), z], axis=1), cell

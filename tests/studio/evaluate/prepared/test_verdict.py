@@ -1,0 +1,79 @@
+"""When a room is called good, and what is said when it is not."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from scenes.prepare.train.trainer import PRESETS, Moment, TrainingResult, ViewScore
+from studio.evaluate.prepared.verdict import verdict_of
+
+ENOUGH = PRESETS["default"].iterations
+
+
+def prepared(psnrs, *, steps=ENOUGH, placed=40, failed=0, sigma=0.001):
+    """What the verdict looks at of a preparation."""
+    scores = tuple(ViewScore(f"{k:03d}.jpg", psnr, 0.9) for k, psnr in enumerate(psnrs))
+    history = (Moment(steps, 100.0, 1000, 0.02, None),)
+    return SimpleNamespace(
+        training=TrainingResult(None, scores, history, "a test"),
+        sfm=SimpleNamespace(placed=range(placed), failed=range(failed), advice=()),
+        alignment=SimpleNamespace(metres_per_unit=lambda: (1.0, sigma), warnings=()),
+    )
+
+
+def test_sharp_views_of_a_whole_room_are_good():
+    verdict = verdict_of(prepared([33.0] * 10))
+    assert verdict.good
+    assert verdict.headline == "The room is ready"
+    assert not verdict.notes
+
+
+def test_a_blurred_room_is_not_called_ready():
+    verdict = verdict_of(prepared([24.5] * 10))
+    assert not verdict.good
+    assert "ready" not in verdict.headline
+    assert "24.5 dB" in verdict.headline
+    assert "good is 28 or more" in verdict.notes[0]
+
+
+def test_few_steps_are_named():
+    verdict = verdict_of(prepared([24.5] * 10, steps=640))
+    assert not verdict.good
+    assert "hardly trained (24.5 dB after 640 steps)" in verdict.headline
+    assert f"--steps {ENOUGH}" in verdict.notes[0]
+
+
+def test_few_steps_that_were_enough_are_no_fault():
+    assert verdict_of(prepared([33.0] * 10, steps=640)).good
+
+
+def test_a_missing_part_is_not_hidden_by_the_mean():
+    psnrs = [34.0] * 9 + [14.0, 15.0, 17.0]
+    assert np.mean(psnrs) > 28
+    verdict = verdict_of(prepared(psnrs))
+    assert not verdict.good
+    assert "wrong from 3 of 12 new places" in verdict.headline
+    assert "009.jpg, 010.jpg, 011.jpg" in verdict.notes[0]
+
+
+def test_one_poor_view_of_many_is_none():
+    assert verdict_of(prepared([34.0] * 11 + [17.0])).good
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"placed": 40, "failed": 20}, "only 40 of 60 pictures"),
+        ({"placed": 12}, "12 pictures only"),
+        ({"sigma": 0.2}, "its scale is uncertain"),
+    ],
+)
+def test_other_faults_are_named_too(change, words):
+    verdict = verdict_of(prepared([33.0] * 10, **change))
+    assert not verdict.good
+    assert words in verdict.headline
+
+
+def test_no_view_kept_aside_is_no_fault():
+    assert verdict_of(prepared([])).good
