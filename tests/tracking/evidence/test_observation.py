@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
-from tracking.evidence.observation import observe
+from scenes.pose import Pose
+from tracking.evidence.observation import observe, with_layers
 from tracking.model.misfit import MOST_MISFIT, RESIDUAL_SIGMA, misfit
+from tracking.window.filters import resized
 
 
 def test_a_misfit_is_half_the_squared_residual_up_to_any_colour():
@@ -35,3 +37,24 @@ def test_a_shrunk_observation_shows_the_same_with_fewer_pixels(table, as_scanned
     assert half.live.mean() == pytest.approx(observation.live.mean(), abs=0.01)
     assert observation.shrunk(1) is observation
     assert observation.shrunk(10_000) is observation
+
+
+def test_what_is_expected_shows_the_neighbours_as_they_were_scanned(table, as_scanned):
+    """Where another object stands, the live picture says nothing about what is expected there."""
+    pose = table.poses["mug-1"]
+    near = Pose(pose.rotation, pose.translation + np.array([0.08, 0.05, 0.0]))
+    neighbours = ((table.models["book-1"], near),)
+    beside = table.evidence(as_scanned, "mug-1", pose, neighbours=neighbours)
+    alone = table.evidence(as_scanned, "mug-1", pose, neighbours=())
+    with_others, without = (observe(as_scanned, evidence) for evidence in (beside, alone))
+    rows, columns = beside.view.part
+    laid, alpha = with_layers(
+        as_scanned.background.images[beside.view.lens][rows, columns],
+        beside.layers,
+        (rows, columns),
+    )
+    assert laid.shape[:2] == alpha.shape
+    changed = np.abs(with_others.expected - without.expected).max(axis=2) > 0.05
+    covered = resized(alpha, changed.shape[::-1]) > 0.0
+    assert changed.any()
+    assert not (changed & ~covered).any()

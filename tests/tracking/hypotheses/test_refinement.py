@@ -1,0 +1,63 @@
+"""Refining a pose: by outline, by colours, and by climbing the likelihood itself."""
+
+import math
+
+import numpy as np
+import pytest
+
+from scenes.pose import Pose, wrap_angle
+from tracking.evidence.observation import observe
+from tracking.hypotheses.budget import BudgetExhausted, FrameBudget, Step
+from tracking.hypotheses.refinement import CLIMB_STEP, climbed, refined
+from tracking.likelihood.pose_likelihood import pose_support
+
+
+@pytest.fixture
+def seen(table, as_scanned):
+    """A book's evidence, observation, model and true pose."""
+    model, true = table.models["book-1"], table.poses["book-1"]
+    evidence = table.evidence(as_scanned, "book-1", true)
+    return as_scanned, evidence, observe(as_scanned, evidence), model, true
+
+
+def beside(pose, model, steps, turn_rad):
+    place = pose.translation + model.radius_m * np.array([*steps, 0.0])
+    return Pose.from_yaw(pose.yaw() + turn_rad, place)
+
+
+@pytest.mark.parametrize(("steps", "turn_rad"), [((0.2, 0.1), 0.1), ((-0.1, 0.2), -0.2)])
+def test_a_climb_comes_near_from_where_a_refinement_may_start(seen, steps, turn_rad):
+    scene, _, observation, model, true = seen
+    start = beside(true, model, steps, turn_rad)
+    found = climbed(observation, model, start, scene)
+    nats = [pose_support(observation, model, pose, scene.renderer).nats for pose in (start, found)]
+    assert nats[1] > nats[0]
+    assert np.linalg.norm(found.translation - true.translation) < 0.5 * np.linalg.norm(
+        start.translation - true.translation
+    )
+    assert abs(wrap_angle(found.yaw() - true.yaw())) < abs(turn_rad)
+
+
+def test_a_climb_stays_at_the_top(seen):
+    scene, _, observation, model, true = seen
+    top = climbed(observation, model, true, scene)
+    again = climbed(observation, model, top, scene)
+    assert np.linalg.norm(again.translation - top.translation) < CLIMB_STEP * model.radius_m / 4
+
+
+def test_a_refinement_spread_over_frames_comes_to_the_same(seen):
+    scene, evidence, observation, model, true = seen
+    start = beside(true, model, (0.1, 0.0), math.radians(6))
+    at_once = refined(scene, model, start, evidence, observation)
+    done, frames = (), 0
+    while True:
+        budget, frames = FrameBudget(Step.SOLVE.nominal_ms, done), frames + 1
+        try:
+            found = refined(scene, model, start, evidence, observation, budget=budget)
+            break
+        except BudgetExhausted:
+            done = budget.done()
+    assert frames >= 3
+    np.testing.assert_array_equal(
+        found.world_from_object.matrix(), at_once.world_from_object.matrix()
+    )
