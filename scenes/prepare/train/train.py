@@ -12,7 +12,7 @@ from scenes.prepare.progress import Cancelled, Progress
 from scenes.prepare.reconstruction import Reconstruction
 from scenes.prepare.train import checkpoint, schedule
 from scenes.prepare.train.checkpoint import Checkpoint
-from scenes.prepare.train.coverage import LONGEST_PX, uncovered_splats
+from scenes.prepare.train.coverage import LONGEST_PX, box_around, uncovered_splats
 from scenes.prepare.train.densify import densify, morton_order
 from scenes.prepare.train.exposure import Exposures, fitted
 from scenes.prepare.train.held_out import draw_photo, psnr_db, score_photo
@@ -34,7 +34,7 @@ from scenes.render.renderer import RenderOptions
 from scenes.render.training import Exposure, Trainee
 from scenes.splats import SplatCloud
 
-BUILT_IN_VERSION = "built-in 5"
+BUILT_IN_VERSION = "built-in 6"
 """Counted up with every change to what it makes of the same photos."""
 REPORT_EVERY = 20
 LOSS_MEMORY = 0.99
@@ -139,11 +139,11 @@ class _Run:
             near_m=0.01 * self._distance,
             threads=options.threads,
         )
-        rows = self._covering(
-            seed_rows(
-                reconstruction, self._surfaces, (options.sh_degree + 1) ** 2, options.budget, rng
-            )
+        rows = seed_rows(
+            reconstruction, self._surfaces, (options.sh_degree + 1) ** 2, options.budget, rng
         )
+        self._box = box_around(rows.values[:, MEAN])
+        rows = self._covering(rows)
         self._first_splats = len(rows)
         self._take(rows)
         self._exposures = Exposures(len(self._photos.training))
@@ -220,6 +220,7 @@ class _Run:
             self._small,
             self._renderer,
             self._drawing,
+            box=self._box,
             typical_distance=self._distance,
         )
         room = max(self._options.budget - len(rows), 0)

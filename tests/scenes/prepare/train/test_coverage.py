@@ -8,7 +8,7 @@ from scenes.harmonics import SH_C0
 from scenes.pose import Pose
 from scenes.prepare.progress import silent
 from scenes.prepare.reconstruction import Reconstruction
-from scenes.prepare.train.coverage import uncovered_splats
+from scenes.prepare.train.coverage import box_around, uncovered_splats
 from scenes.prepare.train.train import BuiltInTrainer
 from scenes.prepare.train.trainer import TrainingOptions
 from scenes.prepare.train.training_photos import Photo
@@ -47,7 +47,12 @@ def photo(camera, colour=WALL):
 
 def added_to(cloud, *photos):
     return uncovered_splats(
-        cloud, photos, NativeRenderer(), RenderOptions(sh_degree=0), typical_distance=AWAY_M
+        cloud,
+        photos,
+        NativeRenderer(),
+        RenderOptions(sh_degree=0),
+        box=box_around(cloud.means),
+        typical_distance=AWAY_M,
     )
 
 
@@ -104,3 +109,38 @@ def test_half_of_a_ball_without_points_is_trained_all_the_same(filmed_ball, tmp_
     trainer = BuiltInTrainer(options, rng=lambda: np.random.default_rng(4), stopwatch=lambda: 0.0)
     trained = trainer.train(half, tmp_path, progress=silent)
     assert min(score.psnr_db for score in trained.held_out) > 15
+
+
+def test_a_box_ends_where_the_room_does():
+    """Rays from inside leave it where its walls, floor and ceiling are; from outside it says nothing."""
+    rng = np.random.default_rng(2)
+    box = np.array([4.0, 5.0, 2.5])
+    places = rng.uniform(-0.5, 0.5, (4000, 3))
+    side = rng.integers(0, 3, 4000)
+    places[np.arange(4000), side] = np.sign(places[np.arange(4000), side]) * 0.5
+    known = places * box
+    known = known[known[:, 2] < 1.24]
+    n = len(known)
+    cloud = SplatCloud(
+        known.astype(np.float32),
+        np.full((n, 3), 0.02, np.float32),
+        np.tile(np.array([1, 0, 0, 0], np.float32), (n, 1)),
+        np.full(n, 0.9, np.float32),
+        np.zeros((n, 1, 3), np.float32),
+    )
+    around = box_around(cloud.means)
+    eye = np.array([0.5, 0.3, 0.0])
+    rays = rng.normal(size=(200, 3))
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    ends = eye + around.exits(eye, rays)[:, None] * rays
+    np.testing.assert_allclose(np.abs(ends / box).max(axis=1), 0.5, atol=0.03)
+    assert np.isnan(around.exits(np.array([9.0, 0.0, 0.0]), rays)).all()
+
+
+def test_a_box_is_turned_with_its_room():
+    rng = np.random.default_rng(3)
+    flat = rng.uniform(-0.5, 0.5, (3000, 3)) * np.array([6.0, 3.0, 2.5])
+    turned = flat @ Pose.from_yaw(0.4).rotation.T
+    around = box_around(turned)
+    sides = np.sort((around.high - around.low)[:2])
+    np.testing.assert_allclose(sides, [3.0, 6.0], atol=0.15)
