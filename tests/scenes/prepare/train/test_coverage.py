@@ -112,7 +112,7 @@ def test_half_of_a_ball_without_points_is_trained_all_the_same(filmed_ball, tmp_
 
 
 def test_a_box_ends_where_the_room_does():
-    """Rays from inside leave it where its walls, floor and ceiling are; from outside it says nothing."""
+    """Rays from inside leave it where its sides are; of a place outside it says nothing."""
     rng = np.random.default_rng(2)
     box = np.array([4.0, 5.0, 2.5])
     places = rng.uniform(-0.5, 0.5, (4000, 3))
