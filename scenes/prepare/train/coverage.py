@@ -1,4 +1,3 @@
-# pyright: standard
 """Splats where the photos show something and nothing is drawn yet.
 
 A plain wall gives structure from motion no point and stereo no match. Where nothing is drawn there

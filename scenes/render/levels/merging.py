@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
+from scipy.spatial.transform import Rotation  # pyright: ignore[reportMissingTypeStubs]
 
 from scenes.splats import SplatCloud
 
@@ -73,7 +73,7 @@ def _sums(values: Points, group: NDArray[np.intp], count: int) -> Points:
     """(count, ...) sums of the values of each group."""
     flat = values.reshape(len(values), -1)
     sums = [np.bincount(group, weights=column, minlength=count) for column in flat.T]
-    return np.stack(sums, axis=1).reshape(count, *values.shape[1:])
+    return np.asarray(np.stack(sums, axis=1), dtype=np.float64).reshape(count, *values.shape[1:])
 
 
 def _area(scales: Points) -> Points:
