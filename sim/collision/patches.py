@@ -1,0 +1,242 @@
+"""A scanned surface as boxes: one flat patch per cell and direction, finer where it is not flat.
+
+A patch's face lies in the surface, its body behind it, away from the free side. The body is as
+thick as `DEPTH_M`, less where another surface looks the other way closer behind.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from sim.collision.grid import Array, Grid, area_vectors, cells_of, cut_at_grid
+
+CELL_M = 0.25
+"""Side of a cell. Of 0.15, 0.25 and 0.5 m the middle one keeps furniture's shape at a speed that
+the physics affords."""
+FINEST_LEVEL = 2
+"""How often a cell is halved where its surface is not one flat piece: down to 6 cm."""
+ROUGHNESS_M = 0.006
+"""Spread (standard deviation) of a surface about its patch, above which the cell is halved: a
+headset's mesh has 4 mm of noise."""
+FILL = 0.7
+"""Share of a patch's rectangle that the surface has to cover, or the cell is halved."""
+LEAST_FILL = 0.3
+"""Share at the finest level below which a patch is a stray shred."""
+LEAST_AREA_M2 = 3e-4
+"""Smallest surface in a cell that becomes a patch: a third of the finest cell's side."""
+DEPTH_M = 0.10
+"""Thickness behind the surface: at 8 m/s and 2 ms a step an object enters by up to 4 cm."""
+LEAST_DEPTH_M = 0.006
+"""Thickness of a sheet that was scanned from both sides."""
+OPPOSITE = -0.3
+"""Cosine between two normals below which one surface is the back of the other."""
+SIZE_SHARES = np.array([0.1, 0.2, 0.4])
+"""Half diagonals between patches of a size, in cells: neighbours of small ones are near."""
+OVERLAP_M = 0.002
+"""How far two patches have to cover each other, seen along the normal, to be front and back."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Patches:
+    """Flat rectangles with a body behind them.
+
+    Attributes:
+        centre: (N, 3) centre of the face, world metres.
+        world_from_patch: (N, 3, 3) rotations; the third column looks to the free side.
+        half_m: (N, 2) half sides of the face along the first two columns.
+        depth_m: (N,) thickness behind the face.
+        cell: (N, 3) int64, cell of the grid that the patch was fitted in.
+    """
+
+    centre: Array
+    world_from_patch: Array
+    half_m: Array
+    depth_m: Array
+    cell: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        """How many patches there are."""
+        return len(self.centre)
+
+    @property
+    def normal(self) -> Array:
+        """(N, 3) unit vectors to the free side."""
+        return self.world_from_patch[:, :, 2]
+
+    @property
+    def area_m2(self) -> Array:
+        """(N,) of the faces."""
+        return 4.0 * self.half_m[:, 0] * self.half_m[:, 1]
+
+    def chosen(self, which: NDArray[np.bool_] | NDArray[np.int64]) -> Patches:
+        """Some of them."""
+        return Patches(
+            self.centre[which],
+            self.world_from_patch[which],
+            self.half_m[which],
+            self.depth_m[which],
+            self.cell[which],
+        )
+
+
+def joined(*parts: Patches) -> Patches:
+    """All patches of several sets, in order."""
+    return Patches(
+        np.concatenate([part.centre for part in parts]),
+        np.concatenate([part.world_from_patch for part in parts]),
+        np.concatenate([part.half_m for part in parts]),
+        np.concatenate([part.depth_m for part in parts]),
+        np.concatenate([part.cell for part in parts]),
+    )
+
+
+def fit_patches(pieces: Array, grid: Grid) -> Patches:
+    """Patches of a surface, `DEPTH_M` thick (`with_depths` makes thin things thin).
+
+    Args:
+        pieces: (T, 3, 3) triangles of the grid's frame, each in one cell (`cut_at_grid`).
+        grid: its cells.
+    """
+    found: list[tuple[Array, Array, Array]] = []
+    for level in range(FINEST_LEVEL + 1):
+        if not len(pieces):
+            break
+        fitted, is_good, group = _fit_level(pieces, grid.cell_m / 2**level, level)
+        found.append(tuple(part[is_good] for part in fitted))  # type: ignore[arg-type]
+        # A negative group has too little surface to matter.
+        again = np.where(group >= 0, ~is_good[group], False)
+        pieces = cut_at_grid(pieces[again], grid.cell_m / 2 ** (level + 1))
+    centre = np.concatenate([f[0] for f in found]) if found else np.zeros((0, 3))
+    rotation = np.concatenate([f[1] for f in found]) if found else np.zeros((0, 3, 3))
+    half = np.concatenate([f[2] for f in found]) if found else np.zeros((0, 2))
+    # A step into the body: a face may lie in the boundary of two cells.
+    inside = centre - 1e-6 * rotation[:, :, 2]
+    return Patches(
+        grid.to_world(centre),
+        grid.turn() @ rotation,
+        half,
+        np.full(len(centre), DEPTH_M),
+        np.floor(inside / grid.cell_m).astype(np.int64),
+    )
+
+
+def with_depths(patches: Patches, others: Patches) -> Patches:
+    """The patches, no thicker than to the surface behind them that looks the other way.
+
+    Args:
+        patches: to be given their thickness.
+        others: all surfaces there are, `patches` included.
+    """
+    depth = np.full(len(patches), DEPTH_M)
+    if len(patches) and len(others):
+        mine, theirs = _near(patches, others)
+        normal = patches.normal[mine]
+        to_other = others.centre[theirs] - patches.centre[mine]
+        behind = -np.sum(normal * to_other, axis=1)
+        is_back = np.sum(normal * others.normal[theirs], axis=1) < OPPOSITE
+        is_back &= (behind > -LEAST_DEPTH_M) & (behind < DEPTH_M)
+        for axis in range(2):
+            along = patches.world_from_patch[mine, :, axis]
+            reach = np.abs(np.einsum("nk,nka->na", along, others.world_from_patch[theirs, :, :2]))
+            half = patches.half_m[mine, axis] + np.sum(reach * others.half_m[theirs], axis=1)
+            is_back &= np.abs(np.sum(along * to_other, axis=1)) < half - OVERLAP_M
+        np.minimum.at(depth, mine[is_back], np.maximum(behind[is_back], LEAST_DEPTH_M))
+    return Patches(
+        patches.centre, patches.world_from_patch, patches.half_m, depth, patches.cell
+    )
+
+
+def _near(patches: Patches, others: Patches) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Pairs (patch, other) that may be front and back."""
+    pairs: list[tuple[NDArray[np.int64], NDArray[np.int64]]] = []
+    for mine, mine_m in _by_size(patches):
+        tree = cKDTree(patches.centre[mine])
+        for theirs, theirs_m in _by_size(others):
+            reach_m = mine_m + theirs_m + DEPTH_M
+            found = tree.sparse_distance_matrix(
+                cKDTree(others.centre[theirs]), reach_m, output_type="ndarray"
+            )
+            pairs.append((mine[found["i"]], theirs[found["j"]]))
+    return np.concatenate([a for a, _ in pairs]), np.concatenate([b for _, b in pairs])
+
+
+def _by_size(patches: Patches) -> list[tuple[NDArray[np.int64], float]]:
+    """Indices of patches of like size, each with the half diagonal of the largest, metres."""
+    radius = np.linalg.norm(patches.half_m, axis=1)
+    limits = [0.0, *(SIZE_SHARES * CELL_M), np.inf]
+    classes = [
+        np.flatnonzero((radius > low) & (radius <= high))
+        for low, high in zip(limits[:-1], limits[1:], strict=True)
+    ]
+    return [(which, float(radius[which].max())) for which in classes if len(which)]
+
+
+def _fit_level(
+    pieces: Array, cell_m: float, level: int
+) -> tuple[tuple[Array, Array, Array], NDArray[np.bool_], NDArray[np.int64]]:
+    """One patch per cell and direction.
+
+    Returns:
+        (centre (G, 3), rotation (G, 3, 3), half sides (G, 2)); whether each is good (G,); the
+        group of each piece (T,), negative for none.
+    """
+    vectors = area_vectors(pieces)
+    group, area = _groups(pieces, vectors, cell_m)
+    kept = group >= 0
+    pieces, vectors, index = pieces[kept], vectors[kept], group[kept]
+    weight = np.linalg.norm(vectors, axis=1)
+    count = len(area)
+    total = _sums(index, vectors, count)
+    flat_area = np.linalg.norm(total, axis=1)
+    normal = total / np.maximum(flat_area, 1e-12)[:, None]
+    centre = _sums(index, weight[:, None] * pieces.mean(axis=1), count) / area[:, None]
+    corners = pieces - centre[index][:, None]
+    rotation = _rotations(normal)
+    local = np.einsum("tck,tka->tca", corners, rotation[index])
+    square = np.mean(local[:, :, 2] ** 2, axis=1)
+    rough = np.sqrt(_sums(index, (weight * square)[:, None], count)[:, 0] / area)
+    low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
+    np.minimum.at(low, index, local[:, :, :2].min(axis=1))
+    np.maximum.at(high, index, local[:, :, :2].max(axis=1))
+    half = 0.5 * (high - low)
+    middle = 0.5 * (high + low)
+    centre = centre + np.einsum("gka,ga->gk", rotation[:, :, :2], middle)
+    fill = flat_area / np.maximum(4.0 * half[:, 0] * half[:, 1], 1e-12)
+    is_last = level == FINEST_LEVEL
+    is_good = (fill > LEAST_FILL) if is_last else (fill > FILL) & (rough < ROUGHNESS_M)
+    return (centre, rotation, half), is_good, group
+
+
+def _groups(pieces: Array, vectors: Array, cell_m: float) -> tuple[NDArray[np.int64], Array]:
+    """Group of each piece by cell and the axis it faces (negative: too small), areas of groups."""
+    axis = np.argmax(np.abs(vectors), axis=1)
+    side = np.take_along_axis(vectors, axis[:, None], axis=1)[:, 0] > 0.0
+    key = np.column_stack([cells_of(pieces, cell_m), 2 * axis + side])
+    key -= key.min(axis=0)
+    spans = key.max(axis=0) + 1
+    flat = np.ravel_multi_index(tuple(key.T), tuple(spans.tolist()))
+    _, group = np.unique(flat, return_inverse=True)
+    area = np.bincount(group, weights=np.linalg.norm(vectors, axis=1))
+    is_kept = area >= LEAST_AREA_M2
+    renumbered = np.where(is_kept, np.cumsum(is_kept) - 1, -1)
+    return renumbered[group], area[is_kept]
+
+
+def _sums(index: NDArray[np.int64], values: Array, count: int) -> Array:
+    """(count, K) sums of values (T, K) by index."""
+    return np.column_stack(
+        [np.bincount(index, weights=column, minlength=count) for column in values.T]
+    )
+
+
+def _rotations(normal: Array) -> Array:
+    """(G, 3, 3) with the normal as third column and the first along the grid where it can be."""
+    axis = np.argmax(np.abs(normal), axis=1)
+    along = np.eye(3)[(axis + 1) % 3]
+    first = along - normal * np.sum(along * normal, axis=1)[:, None]
+    first /= np.maximum(np.linalg.norm(first, axis=1), 1e-12)[:, None]
+    return np.stack([first, np.cross(normal, first), normal], axis=2)
