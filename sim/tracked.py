@@ -50,18 +50,14 @@ class TrackedBodies:
             name: np.flatnonzero(model.geom_bodyid == model.body(name).id) for name in object_ids
         }
         self._free = free
-        self._motions = {
-            name: _Motion(np.zeros(3), np.zeros(3), 0.0) for name in object_ids
-        }
+        self._motions = {name: _Motion(np.zeros(3), np.zeros(3), 0.0) for name in object_ids}
 
     @property
     def is_moving(self) -> bool:
         """Whether any is under way or not yet solid."""
         return any(motion.left_s > 0.0 or motion.is_ghost for motion in self._motions.values())
 
-    def aim(
-        self, poses: Mapping[str, Pose], model: Any, data: Any, *, within_s: float
-    ) -> None:
+    def aim(self, poses: Mapping[str, Pose], model: Any, data: Any, *, within_s: float) -> None:
         """Let some be at given poses `within_s` seconds from now.
 
         One that would have to move faster than `FASTEST_M_PER_S` is put there at once, and is
@@ -101,9 +97,9 @@ class TrackedBodies:
                 continue
             mocap, share_s = self._mocap[name], min(dt_s, motion.left_s)
             data.mocap_pos[mocap] += share_s * motion.linear
-            mujoco.mju_quatIntegrate(data.mocap_quat[mocap], _in_body(
-                motion.angular, data.mocap_quat[mocap]
-            ), share_s)
+            mujoco.mju_quatIntegrate(
+                data.mocap_quat[mocap], _in_body(motion.angular, data.mocap_quat[mocap]), share_s
+            )
             motion.left_s -= share_s
             if motion.left_s <= 1e-9:
                 motion.left_s, motion.linear, motion.angular = 0.0, np.zeros(3), np.zeros(3)

@@ -142,6 +142,11 @@ class Twin:
         """`world_from_object` of everything, by id."""
         return {name: self.object_pose(name) for name in self.object_ids}
 
+    def size_m(self, object_id: str) -> tuple[float, float, float]:
+        """Sides of the box around an object, in its own frame."""
+        item = self._movables.get(object_id)
+        return self._primitives[object_id].size_m if item is None else item.box_m
+
     def speed(self, object_id: str) -> float:
         """How fast a free object's origin moves, m/s."""
         return float(np.linalg.norm(self._free_joint(object_id).qvel[:3]))
@@ -264,9 +269,7 @@ class Twin:
     def _state(self) -> tuple[dict[str, Pose], dict[str, Array]]:
         """Poses of everything, and the speeds (6,) of what is free."""
         poses = {
-            name: self.object_pose(name)
-            for name in self.object_ids
-            if self._is_compiled(name)
+            name: self.object_pose(name) for name in self.object_ids if self._is_compiled(name)
         }
         free = [name for name in poses if self._is_compiled(f"{name}:free", joint=True)]
         return poses, {name: self._data.joint(f"{name}:free").qvel.copy() for name in free}

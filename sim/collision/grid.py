@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 LEAST_PIECE_M2 = 1e-9
-"""Area below which a piece of a triangle is left out, m²: far below what a vote of a plane needs."""
+"""Area below which a piece of a triangle is left out, m²: far too little to fit a plane."""
 SNAP = 1e-7
 """Share of a cell within which a corner counts as lying on a plane of the grid."""
 PHASES = 16

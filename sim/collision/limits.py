@@ -81,7 +81,7 @@ def _plane(patches: Patches, axis: Array) -> Plane:
     if area[facing].sum() > LEAST_PLANE_M2:
         start_m = _quantile(height[facing], area[facing], 0.02)
         near = facing & (np.abs(height - start_m) < 2.0 * ON_PLANE_M)
-        normal = _unit(np.sum(area[near, None] * patches.normal[near], axis=0))
+        normal = _flattest(patches.centre[near], area[near], axis)
         heights = patches.centre @ normal
         offset_m = _quantile(heights[near], area[near], 0.5)
         on_plane = near & (np.abs(heights - offset_m) < ON_PLANE_M)
@@ -98,8 +98,11 @@ def _quantile(values: Array, weights: Array, share: float) -> float:
     return float(values[order][np.searchsorted(reached, share * reached[-1])])
 
 
-def _unit(vector: Array) -> Array:
-    return vector / np.linalg.norm(vector)
+def _flattest(points: Array, weights: Array, axis: Array) -> Array:
+    """Normal of the plane through points (N, 3), on the side of `axis`."""
+    offset = points - np.average(points, axis=0, weights=weights)
+    _, vectors = np.linalg.eigh((offset * weights[:, None]).T @ offset)
+    return vectors[:, 0] * np.copysign(1.0, vectors[:, 0] @ axis)
 
 
 def _tuple(vector: Array) -> tuple[float, float, float]:

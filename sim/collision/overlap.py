@@ -12,7 +12,6 @@ from sim.collision.grid import Array
 from sim.collision.patches import Patches
 from sim.engine import mujoco
 
-
 ONE_WAY = 0.7
 """Cosine within which patches push the same way: 45 degrees."""
 
@@ -46,13 +45,22 @@ def way_out(
     lowered, is_waiting = np.zeros(len(patches)), np.zeros(len(patches), dtype=np.bool_)
     if not len(patches) or not len(geoms):
         return WayOut(lowered, is_waiting)
-    depths = depths_in_patches(patches, model, data, geoms)
+    depths, backs = depths_in_patches(patches, model, data, geoms)
+    depths = np.where(backs > tolerated_m, depths, 0.0)
     bodies = model.geom_bodyid[geoms]
     for body in np.unique(bodies[(depths > tolerated_m).any(axis=0)]).tolist():
         depth = depths[:, bodies == body].max(axis=1)
+        back = backs[:, bodies == body].max(axis=1)
         inside = np.flatnonzero(depth > tolerated_m)
         same_way = patches.normal[inside] @ patches.normal[inside].T > ONE_WAY
         needed = np.where(same_way, depth[inside], 0.0).max(axis=1)
+        # What reaches in from behind is nearer to the back's way out.
+        from_behind = back[inside] < depth[inside]
+        if from_behind.all():
+            is_waiting[inside] = True
+            continue
+        needed[from_behind] = np.inf
+        same_way &= ~from_behind[None]
         chosen = same_way[np.argmin(needed)]
         pushing = inside[chosen]
         lowered[pushing] = np.maximum(lowered[pushing], depth[pushing])
@@ -62,10 +70,10 @@ def way_out(
 
 def depths_in_patches(
     patches: Patches, model: Any, data: Any, geoms: NDArray[np.int64]
-) -> Array:
-    """(N, G) how far behind a patch's face a geom in its body reaches, metres; 0 outside.
+) -> tuple[Array, Array]:
+    """(N, G) how far geoms reach into patches from their faces, and from their backs; 0 outside.
 
-    A geom counts by the box around it.
+    A geom counts by the box around it. Metres.
     """
     half = half_sizes(model, geoms)
     patch_from_world = patches.world_from_patch.transpose(0, 2, 1)
@@ -77,7 +85,8 @@ def depths_in_patches(
     beside = (np.abs(local[:, :, :2]) < reach[:, :, :2] + patches.half_m[:, None]).all(axis=2)
     lowest, highest = local[:, :, 2] - reach[:, :, 2], local[:, :, 2] + reach[:, :, 2]
     is_in = beside & (lowest < 0.0) & (highest > -patches.depth_m[:, None])
-    return np.where(is_in, -lowest, 0.0)
+    from_back = highest + patches.depth_m[:, None]
+    return np.where(is_in, -lowest, 0.0), np.where(is_in, from_back, 0.0)
 
 
 def half_sizes(model: Any, geoms: NDArray[np.int64]) -> Array:

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from sim.collision.grid import Array, Grid, area_vectors, cells_of, cut_at_grid
 
@@ -28,16 +27,12 @@ LEAST_FILL = 0.3
 """Share at the finest level below which a patch is a stray shred."""
 LEAST_AREA_M2 = 3e-4
 """Smallest surface in a cell that becomes a patch: a third of the finest cell's side."""
+STRAY_SHARE = 0.25
+"""Share of a cell's main surface below which pieces of another direction may be its noise."""
+STRAY_FACING = 0.25
+"""Cosine to the main surface's axis above which they are: an edge at a right angle stays one."""
 DEPTH_M = 0.10
 """Thickness behind the surface: at 8 m/s and 2 ms a step an object enters by up to 4 cm."""
-LEAST_DEPTH_M = 0.006
-"""Thickness of a sheet that was scanned from both sides."""
-OPPOSITE = -0.3
-"""Cosine between two normals below which one surface is the back of the other."""
-SIZE_SHARES = np.array([0.1, 0.2, 0.4])
-"""Half diagonals between patches of a size, in cells: neighbours of small ones are near."""
-OVERLAP_M = 0.002
-"""How far two patches have to cover each other, seen along the normal, to be front and back."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,7 +90,7 @@ def joined(*parts: Patches) -> Patches:
 
 
 def fit_patches(pieces: Array, grid: Grid) -> Patches:
-    """Patches of a surface, `DEPTH_M` thick (`with_depths` makes thin things thin).
+    """Patches of a surface, `DEPTH_M` thick (`sim/collision/depths.py` makes thin things thin).
 
     Args:
         pieces: (T, 3, 3) triangles of the grid's frame, each in one cell (`cut_at_grid`).
@@ -124,60 +119,9 @@ def fit_patches(pieces: Array, grid: Grid) -> Patches:
     )
 
 
-def with_depths(patches: Patches, others: Patches) -> Patches:
-    """The patches, no thicker than to the surface behind them that looks the other way.
-
-    Args:
-        patches: to be given their thickness.
-        others: all surfaces there are, `patches` included.
-    """
-    depth = np.full(len(patches), DEPTH_M)
-    if len(patches) and len(others):
-        mine, theirs = _near(patches, others)
-        normal = patches.normal[mine]
-        to_other = others.centre[theirs] - patches.centre[mine]
-        behind = -np.sum(normal * to_other, axis=1)
-        is_back = np.sum(normal * others.normal[theirs], axis=1) < OPPOSITE
-        is_back &= (behind > -LEAST_DEPTH_M) & (behind < DEPTH_M)
-        for axis in range(2):
-            along = patches.world_from_patch[mine, :, axis]
-            reach = np.abs(np.einsum("nk,nka->na", along, others.world_from_patch[theirs, :, :2]))
-            half = patches.half_m[mine, axis] + np.sum(reach * others.half_m[theirs], axis=1)
-            is_back &= np.abs(np.sum(along * to_other, axis=1)) < half - OVERLAP_M
-        np.minimum.at(depth, mine[is_back], np.maximum(behind[is_back], LEAST_DEPTH_M))
-    return Patches(
-        patches.centre, patches.world_from_patch, patches.half_m, depth, patches.cell
-    )
-
-
-def _near(patches: Patches, others: Patches) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Pairs (patch, other) that may be front and back."""
-    pairs: list[tuple[NDArray[np.int64], NDArray[np.int64]]] = []
-    for mine, mine_m in _by_size(patches):
-        tree = cKDTree(patches.centre[mine])
-        for theirs, theirs_m in _by_size(others):
-            reach_m = mine_m + theirs_m + DEPTH_M
-            found = tree.sparse_distance_matrix(
-                cKDTree(others.centre[theirs]), reach_m, output_type="ndarray"
-            )
-            pairs.append((mine[found["i"]], theirs[found["j"]]))
-    return np.concatenate([a for a, _ in pairs]), np.concatenate([b for _, b in pairs])
-
-
-def _by_size(patches: Patches) -> list[tuple[NDArray[np.int64], float]]:
-    """Indices of patches of like size, each with the half diagonal of the largest, metres."""
-    radius = np.linalg.norm(patches.half_m, axis=1)
-    limits = [0.0, *(SIZE_SHARES * CELL_M), np.inf]
-    classes = [
-        np.flatnonzero((radius > low) & (radius <= high))
-        for low, high in zip(limits[:-1], limits[1:], strict=True)
-    ]
-    return [(which, float(radius[which].max())) for which in classes if len(which)]
-
-
 def _fit_level(
     pieces: Array, cell_m: float, level: int
-) -> tuple[tuple[Array, Array, Array], NDArray[np.bool_], NDArray[np.int64]]:
+) -> tuple[tuple[Array, Array, Array], NDArray[np.bool_], NDArray[np.intp]]:
     """One patch per cell and direction.
 
     Returns:
@@ -211,22 +155,38 @@ def _fit_level(
     return (centre, rotation, half), is_good, group
 
 
-def _groups(pieces: Array, vectors: Array, cell_m: float) -> tuple[NDArray[np.int64], Array]:
+def _groups(pieces: Array, vectors: Array, cell_m: float) -> tuple[NDArray[np.intp], Array]:
     """Group of each piece by cell and the axis it faces (negative: too small), areas of groups."""
-    axis = np.argmax(np.abs(vectors), axis=1)
-    side = np.take_along_axis(vectors, axis[:, None], axis=1)[:, 0] > 0.0
-    key = np.column_stack([cells_of(pieces, cell_m), 2 * axis + side])
+    key = cells_of(pieces, cell_m)
     key -= key.min(axis=0)
     spans = key.max(axis=0) + 1
-    flat = np.ravel_multi_index(tuple(key.T), tuple(spans.tolist()))
-    _, group = np.unique(flat, return_inverse=True)
+    _, cell = np.unique(np.ravel_multi_index(tuple(key.T), tuple(spans)), return_inverse=True)
+    side = _sides(vectors, cell)
+    _, group = np.unique(6 * cell + side, return_inverse=True)
     area = np.bincount(group, weights=np.linalg.norm(vectors, axis=1))
     is_kept = area >= LEAST_AREA_M2
     renumbered = np.where(is_kept, np.cumsum(is_kept) - 1, -1)
     return renumbered[group], area[is_kept]
 
 
-def _sums(index: NDArray[np.int64], values: Array, count: int) -> Array:
+def _sides(vectors: Array, cell: NDArray[np.intp]) -> NDArray[np.intp]:
+    """(T,) which of six directions each piece faces.
+
+    A stray piece, tilted by the scan's noise, goes with the surface that fills its cell.
+    """
+    size = np.linalg.norm(vectors, axis=1)
+    axis = np.argmax(np.abs(vectors), axis=1)
+    rows = np.arange(len(vectors))
+    side = 2 * axis + (vectors[rows, axis] > 0.0)
+    area = np.bincount(6 * cell + side, weights=size, minlength=6 * (int(cell.max()) + 1))
+    area = area.reshape(-1, 6)
+    main = np.argmax(area, axis=1)[cell]
+    is_small = area[cell, side] < STRAY_SHARE * area[cell, main]
+    with_main = vectors[rows, main // 2] * np.where(main % 2 == 1, 1.0, -1.0)
+    return np.where(is_small & (with_main > STRAY_FACING * size), main, side)
+
+
+def _sums(index: NDArray[np.intp], values: Array, count: int) -> Array:
     """(count, K) sums of values (T, K) by index."""
     return np.column_stack(
         [np.bincount(index, weights=column, minlength=count) for column in values.T]

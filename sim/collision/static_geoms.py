@@ -144,8 +144,8 @@ class StaticGeoms:
         left = np.maximum(left - RISE_M_PER_S * dt_s, 0.0)
         self._write(model, data, moving, patches, lowered_m=left)
         self._lowered = {s: m for s, m in zip(moving.tolist(), left.tolist(), strict=True) if m}
-        depths = depths_in_patches(patches, model, data, self._movable)
-        is_in = (depths > TOLERATED_M).any(axis=1)
+        depths, backs = depths_in_patches(patches, model, data, self._movable)
+        is_in = (np.minimum(depths, backs) > TOLERATED_M).any(axis=1)
         self._waiting &= set(moving[is_in].tolist())
         waiting = np.array(sorted(self._waiting), dtype=np.int64)
         model.geom_contype[self._first + waiting] = 0

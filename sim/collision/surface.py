@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scenes.mesh import CollisionMesh
+from sim.collision.depths import with_depths
 from sim.collision.grid import Array, Grid, cells_of, cut_at_grid, grid_along_walls
 from sim.collision.limits import Plane, off_planes, planes_of
-from sim.collision.patches import CELL_M, DEPTH_M, Patches, fit_patches, joined, with_depths
+from sim.collision.patches import CELL_M, DEPTH_M, Patches, fit_patches, joined
 
 Cell = tuple[int, int, int]
 
@@ -138,7 +140,12 @@ def _without_region(pieces: dict[Cell, Array], grid: Grid, region: Array) -> set
     local = grid.from_world(corners) / grid.cell_m
     low, high = np.floor(local.min(axis=0)), np.floor(local.max(axis=0))
     touched: set[Cell] = set()
-    for cell in [c for c in pieces if all(low[k] <= c[k] <= high[k] for k in range(3))]:
+    if np.prod(high - low + 1.0) <= len(pieces):
+        spans = [range(int(a), int(b) + 1) for a, b in zip(low, high, strict=True)]
+        cells = [cell for cell in product(*spans) if cell in pieces]
+    else:
+        cells = [c for c in pieces if all(low[k] <= c[k] <= high[k] for k in range(3))]
+    for cell in cells:
         centre = grid.to_world(pieces[cell].mean(axis=1))
         stays = ~((centre >= region[0]) & (centre <= region[1])).all(axis=1)
         if stays.all():
