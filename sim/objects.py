@@ -26,16 +26,27 @@ TOUCHED_BY_OBJECTS = STATIC_BIT | OBJECT_BIT | HAND_BIT | TORSO_BIT | TRACKED_BI
 """What a free object collides with: everything."""
 
 DAMPING_PER_KG = 0.4
-"""Resistance to motion in the air and in joints that squeak, N·s/m per kg."""
+"""Resistance to motion in the air and in joints that squeak, per kg: N·s/m of the speed, and as
+much of its square and its cube (SI). What is pushed on foot hardly feels the latter."""
 
 
 def add_object(
-    spec: Spec, item: PhysicalObject, world_from_object: Pose, *, is_tracked: bool = False
+    spec: Spec,
+    item: PhysicalObject,
+    world_from_object: Pose,
+    *,
+    is_tracked: bool = False,
+    is_damped: bool = True,
 ) -> None:
     """Add an object as a body named by its id, with its origin as the object's frame.
 
-    It is free, or, where it is tracked, moved from outside (a mocap body): it pushes free objects
-    and is stopped by nothing.
+    Args:
+        spec: the model.
+        item: what is added.
+        world_from_object: where it begins.
+        is_tracked: moved from outside (a mocap body): it pushes free objects and is stopped by
+            nothing.
+        is_damped: whether motion is resisted by `DAMPING_PER_KG`; never if tracked.
     """
     centre, inertia = mass_properties(item)
     body = spec.worldbody.add_body(
@@ -55,7 +66,7 @@ def add_object(
         body.add_joint(
             name=f"{item.object_id}:free",
             type=mujoco.mjtJoint.mjJNT_FREE,
-            damping=[DAMPING_PER_KG * item.mass_kg] * 3,
+            damping=[DAMPING_PER_KG * item.mass_kg if is_damped else 0.0] * 3,
         )
     # The frame's origin lies on the support plane, so the lowest box has to reach it.
     drop = lowest_point(item)

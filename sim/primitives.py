@@ -9,7 +9,7 @@ from enum import Enum
 from scenes.pose import Pose
 from sim.collision.contact import CONTACT_TIME_S, OBJECT_BIT, ROOM_FRICTION, STATIC_BIT
 from sim.engine import Spec, mujoco
-from sim.objects import DAMPING_PER_KG, TOUCHED_BY_OBJECTS
+from sim.objects import TOUCHED_BY_OBJECTS
 
 LEAST_SIZE_M = 0.01
 """Smallest side: what is smaller passes a contact within a few steps."""
@@ -76,7 +76,6 @@ def add_primitive(spec: Spec, item: Primitive, world_from_object: Pose) -> None:
         body.add_joint(
             name=f"{item.object_id}:free",
             type=mujoco.mjtJoint.mjJNT_FREE,
-            damping=[DAMPING_PER_KG * item.mass_kg] * 3,
         )
     x, y, z = (0.5 * side for side in item.size_m)
     kinds = {

@@ -10,12 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.mesh import CollisionMesh
-from sim.collision.depths import with_depths
+from sim.collision.depths import smoothed, with_depths
 from sim.collision.grid import Array, Grid, cells_of, cut_at_grid, grid_along_walls
 from sim.collision.limits import Plane, off_planes, planes_of
-from sim.collision.patches import CELL_M, DEPTH_M, Patches, fit_patches, joined
+from sim.collision.patches import CELL_M, Patches, fit_patches, joined
 
 Cell = tuple[int, int, int]
+
+REACH_CELLS = 1
+"""How far a change is felt: a patch and its body behind it end in the next cell."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,6 +78,7 @@ def surface_of(triangles: Array) -> Surface:
         raise ValueError(f"surface: {len(triangles)} triangles, but none covers 3 cm²")
     planes = planes_of(patches, grid)
     patches = patches.chosen(off_planes(patches, planes))
+    patches = smoothed(patches, patches)
     return Surface(grid, _by_cell(pieces, grid), with_depths(patches, patches), planes)
 
 
@@ -115,18 +119,19 @@ def _rethought(
     kept: Patches, fresh: Patches, touched: set[Cell], grid: Grid
 ) -> tuple[Patches, NDArray[np.bool_]]:
     """Patches with their thickness, and which of the kept ones got another one."""
-    both = joined(kept, fresh)
-    changed = np.zeros(len(kept), dtype=np.bool_)
-    if not touched or not len(both):
-        return both, changed
+    if not touched or not len(kept) + len(fresh):
+        return joined(kept, fresh), np.zeros(len(kept), dtype=np.bool_)
     cells = np.array(sorted(touched))
-    reach = 1 + int(np.ceil(DEPTH_M / grid.cell_m))
     low, high = cells.min(axis=0), cells.max(axis=0)
-    near = np.flatnonzero(((both.cell >= low - reach) & (both.cell <= high + reach)).all(axis=1))
-    around = 2 * reach
-    seen = ((both.cell >= low - around) & (both.cell <= high + around)).all(axis=1)
+
+    def within(patches: Patches, reach: int) -> NDArray[np.bool_]:
+        return ((patches.cell >= low - reach) & (patches.cell <= high + reach)).all(axis=1)
+
+    around = kept.chosen(within(kept, 2 * REACH_CELLS))
+    both = joined(kept, smoothed(fresh, joined(around, fresh)))
+    near = np.flatnonzero(within(both, REACH_CELLS))
     depth = both.depth_m.copy()
-    depth[near] = with_depths(both.chosen(near), both.chosen(seen)).depth_m
+    depth[near] = with_depths(both.chosen(near), both.chosen(within(both, 2 * REACH_CELLS))).depth_m
     changed = np.abs(depth - both.depth_m)[: len(kept)] > 1e-9
     return (
         Patches(both.centre, both.world_from_patch, both.half_m, depth, both.cell),

@@ -26,6 +26,7 @@ from studio.bench.physics_room import (
     SHELF_X_M,
     TABLE_TOP_M,
     cartons,
+    furniture,
     scanned_room,
 )
 from studio.console.rows import Row, as_json, as_table, at_least, at_most, exit_code
@@ -49,7 +50,7 @@ class Thrown:
 
     Attributes:
         escaped: how many ended or were seen outside the room.
-        sunk_mm: of each thing at rest, how far below what it lies on, or in a wall.
+        sunk_mm: of each thing at rest, how deep it is in the exact room.
         jitter_mm: of each thing, how far it still moves in a tenth of a second at the end.
     """
 
@@ -159,7 +160,7 @@ def throw_many(twin: Twin, throws: int, rng: np.random.Generator) -> Thrown:
         twin.step(SECOND_NS // 10)
         escaped += len(gone)
         jitter += [_distance_mm(before[n], twin.object_pose(n)) for n in names]
-        sunk += [max(0.0, _outside_mm(twin, n)) for n in names]
+        sunk += [_sunk_mm(twin, n) for n in names]
     return Thrown(escaped, np.array(sunk), np.array(jitter))
 
 
@@ -200,11 +201,25 @@ def _free_place(rng: np.random.Generator, taken: list[NDArray[np.float64]]) -> N
     return place
 
 
+def _sunk_mm(twin: Twin, name: str) -> float:
+    """How deep the deepest corner of a carton is in the exact room's walls or furniture."""
+    corners = _corners(twin, name)
+    depths = [max(0.0, 1e-3 * _outside_mm(twin, name))]
+    for low, high in furniture():
+        depths += np.minimum(corners - low, high - corners).min(axis=1).tolist()
+    return 1e3 * max(depths)
+
+
 def _outside_mm(twin: Twin, name: str) -> float:
     """How far the outermost corner of a carton is outside the exact room; negative inside."""
-    half = 0.5 * np.asarray(twin.size_m(name))
-    corners = twin.object_pose(name) @ (UNIT_BOX_CORNERS * half + (0.0, 0.0, half[2]))
+    corners = _corners(twin, name)
     return 1e3 * float(max((LOW_M - corners).max(), (corners - HIGH_M).max()))
+
+
+def _corners(twin: Twin, name: str) -> NDArray[np.float64]:
+    """(8, 3) of a carton, world metres."""
+    half = 0.5 * np.asarray(twin.size_m(name))
+    return twin.object_pose(name) @ (UNIT_BOX_CORNERS * half + (0.0, 0.0, half[2]))
 
 
 def _distance_mm(first: Pose, second: Pose) -> float:

@@ -9,6 +9,8 @@ from scenes.mesh import BoxPart, PhysicalObject
 from scenes.pose import Pose
 from sim.scan_like import block, scan_like
 
+Block = tuple[tuple[float, float, float], tuple[float, float, float]]
+
 LOW_M, HIGH_M = (0.0, 0.0, 0.0), (6.0, 5.0, 2.8)
 """Inside of the walls."""
 SCAN_EDGE_M = 0.066
@@ -24,32 +26,29 @@ DENSITY_KG_PER_M3 = 300.0
 SMALLEST_M, LARGEST_M = 0.06, 0.3
 
 
-def exact_room() -> NDArray[np.float64]:
-    """(T, 3, 3) triangles of the room, a table, a sofa, a cupboard and open shelves."""
+def furniture() -> tuple[Block, ...]:
+    """Lowest and highest corners of the shelves, a table, a sofa and a cupboard, metres."""
     x0, x1 = SHELF_X_M
-    depth = SHELF_DEPTH_M
-    boards = [block((x0, 0.0, z), (x1, depth, z + BOARD_M)) for z in BOARD_HEIGHTS_M]
-    sides = [
-        block((x, 0.0, 0.0), (x + BOARD_M, depth, BOARD_HEIGHTS_M[-1] + BOARD_M))
-        for x in (x0 - BOARD_M, x1)
-    ]
-    legs = [
-        block((x, y, 0.0), (x + 0.05, y + 0.05, TABLE_TOP_M - 0.03))
-        for x in (2.5, 3.75)
-        for y in (2.1, 2.75)
-    ]
-    return np.concatenate(
-        [
-            block(LOW_M, HIGH_M, is_room=True),
-            *boards,
-            *sides,
-            *legs,
-            block((2.4, 2.0, TABLE_TOP_M - 0.03), (3.9, 2.9, TABLE_TOP_M)),
-            block((0.6, 4.0, 0.0), (2.6, 4.9, 0.42)),
-            block((0.6, 4.7, 0.42), (2.6, 4.9, 0.85)),
-            block((5.4, 1.0, 0.0), (6.0, 2.2, 1.9)),
-        ]
+    depth, top = SHELF_DEPTH_M, BOARD_HEIGHTS_M[-1] + BOARD_M
+    return (
+        *(((x0, 0.0, z), (x1, depth, z + BOARD_M)) for z in BOARD_HEIGHTS_M),
+        *(((x, 0.0, 0.0), (x + BOARD_M, depth, top)) for x in (x0 - BOARD_M, x1)),
+        *(
+            ((x, y, 0.0), (x + 0.05, y + 0.05, TABLE_TOP_M - 0.03))
+            for x in (2.5, 3.75)
+            for y in (2.1, 2.75)
+        ),
+        ((2.4, 2.0, TABLE_TOP_M - 0.03), (3.9, 2.9, TABLE_TOP_M)),
+        ((0.6, 4.0, 0.0), (2.6, 5.0, 0.42)),
+        ((0.6, 4.8, 0.42), (2.6, 5.0, 0.85)),
+        ((5.4, 1.0, 0.0), (6.0, 2.2, 1.9)),
     )
+
+
+def exact_room() -> NDArray[np.float64]:
+    """(T, 3, 3) triangles of the room and its furniture."""
+    blocks = [block(low, high) for low, high in furniture()]
+    return np.concatenate([block(LOW_M, HIGH_M, is_room=True), *blocks])
 
 
 def scanned_room(seed: int) -> NDArray[np.float64]:
