@@ -18,6 +18,8 @@ from sim.engine import mujoco
 FASTEST_M_PER_S = 4.0
 """What a tracker says moves faster was found again elsewhere, not carried there."""
 FASTEST_RAD_PER_S = 4.0 * math.pi
+LEAST_S = 1e-9
+"""Time below which a motion is over; rounding leaves as much."""
 CLEAR_M = 0.002
 """Distance from free objects at which something found again becomes solid."""
 
@@ -29,6 +31,7 @@ class _Motion:
     linear: Array
     angular: Array
     left_s: float
+    is_under_way: bool = False
     is_ghost: bool = False
 
 
@@ -55,7 +58,7 @@ class TrackedBodies:
     @property
     def is_moving(self) -> bool:
         """Whether any is under way or not yet solid."""
-        return any(motion.left_s > 0.0 or motion.is_ghost for motion in self._motions.values())
+        return any(motion.is_under_way or motion.is_ghost for motion in self._motions.values())
 
     def aim(self, poses: Mapping[str, Pose], model: Any, data: Any, *, within_s: float) -> None:
         """Let some be at given poses `within_s` seconds from now.
@@ -83,6 +86,7 @@ class TrackedBodies:
                 linear = angular = np.zeros(3)
             motion.linear, motion.angular = linear, angular
             motion.left_s = 0.0 if is_found_again else within_s
+            motion.is_under_way = True
             motion.is_ghost = motion.is_ghost or is_found_again
             self._set_surface(name, model, data)
         mujoco.mj_kinematics(model, data)
@@ -93,16 +97,20 @@ class TrackedBodies:
             if motion.is_ghost and not self._overlaps(name, model, data):
                 motion.is_ghost = False
                 model.geom_contype[self._geoms[name]] = TRACKED_BIT
-            if motion.left_s <= 0.0:
+            if not motion.is_under_way:
                 continue
-            mocap, share_s = self._mocap[name], min(dt_s, motion.left_s)
+            if motion.left_s <= 0.0:
+                # A step later: until the next pose is due, what it carries goes on with it.
+                motion.linear, motion.angular = np.zeros(3), np.zeros(3)
+                motion.is_under_way = False
+            share_s = min(dt_s, motion.left_s)
+            mocap = self._mocap[name]
             data.mocap_pos[mocap] += share_s * motion.linear
-            mujoco.mju_quatIntegrate(
-                data.mocap_quat[mocap], _in_body(motion.angular, data.mocap_quat[mocap]), share_s
-            )
-            motion.left_s -= share_s
-            if motion.left_s <= 1e-9:
-                motion.left_s, motion.linear, motion.angular = 0.0, np.zeros(3), np.zeros(3)
+            spin = _in_body(motion.angular, data.mocap_quat[mocap])
+            mujoco.mju_quatIntegrate(data.mocap_quat[mocap], spin, share_s)
+            motion.left_s = max(0.0, motion.left_s - share_s)
+            if motion.left_s < LEAST_S:
+                motion.left_s = 0.0
             self._set_surface(name, model, data)
 
     def _set_surface(self, name: str, model: Any, data: Any) -> None:

@@ -17,7 +17,7 @@ from scenes.mesh import PhysicalObject
 from scenes.package import ScenePackage
 from scenes.pose import Pose
 from sim.collision.contact import OBJECT_BIT
-from sim.collision.grid import Array
+from sim.collision.grid import Array, area_vectors
 from sim.collision.static_geoms import OutOfSpares, StaticGeoms
 from sim.collision.surface import Surface, rescanned, surface_of, triangles_of
 from sim.engine import mujoco
@@ -33,6 +33,8 @@ OBJECT_MARGIN_M = 0.02
 SUPPORT_M = 0.01
 """Height above an object's own support below which a level surface is what it stands on."""
 
+LEVEL = 0.7
+"""Cosine to up above which a surface can carry: 45 degrees."""
 WAKING_SPEED = 1e-9
 """Velocity that wakes a sleeping object, m/s and rad/s."""
 AIR_PER_S = 0.1
@@ -59,13 +61,15 @@ def twin_of_package(scene: ScenePackage, *, tracked: Collection[str] = ()) -> Tw
 
 def without_objects(triangles: Array, movables: Sequence[PhysicalObject]) -> Array:
     """The triangles (T, 3, 3) that are no movable object's, as some were scanned before the cut."""
-    centre = triangles.mean(axis=1)
+    centre, vectors = triangles.mean(axis=1), area_vectors(triangles)
+    is_level = vectors[:, 2] > LEVEL * np.linalg.norm(vectors, axis=1)
     stays = np.ones(len(triangles), dtype=np.bool_)
     for item in movables:
         local = item.world_from_object.inverse() @ centre
         beside = np.abs(local[:, :2]) < 0.5 * np.asarray(item.box_m[:2]) + OBJECT_MARGIN_M
-        within = (local[:, 2] > SUPPORT_M) & (local[:, 2] < item.box_m[2] + OBJECT_MARGIN_M)
-        stays &= ~(beside.all(axis=1) & within)
+        within = np.abs(local[:, 2] - 0.5 * item.box_m[2]) < 0.5 * item.box_m[2] + OBJECT_MARGIN_M
+        is_support = is_level & (local[:, 2] < SUPPORT_M)
+        stays &= ~(beside.all(axis=1) & within & ~is_support)
     return triangles[stays]
 
 

@@ -21,10 +21,12 @@ SEAM_M = 0.02
 """How far a patch goes on into its neighbour: more than anything enters a face."""
 BACK_GAP_M = 0.003
 """How far before the back's face a body ends: neither noise nor a slant makes it stick out."""
-OPPOSITE = -0.5
+OPPOSITE = -0.8
 """Cosine between two normals below which one surface is the back of the other."""
 SIZE_SHARES = np.array([0.1, 0.2, 0.4])
 """Half diagonals between patches of a size, in cells: neighbours of small ones are near."""
+END_SHARE = 0.3
+"""Share of a patch below which what touches it from behind is the end of another solid."""
 OVERLAP_M = 0.002
 """How far two patches have to cover each other, seen along the normal, to be front and back."""
 
@@ -47,7 +49,10 @@ def with_depths(patches: Patches, others: Patches) -> Patches:
         local = np.clip(local, -patches.half_m[mine], patches.half_m[mine])
         to_other -= np.einsum("nka,na->nk", patches.world_from_patch[mine, :, :2], local)
         behind = -np.einsum("nk,nk->n", others.normal[theirs], to_other) / cosine[is_back]
-        is_near = (behind > -LEAST_DEPTH_M) & (behind < DEPTH_M + BACK_GAP_M)
+        # A board's end in the middle of a panel is no back of the panel.
+        is_end = others.area_m2[theirs] < END_SHARE * patches.area_m2[mine]
+        is_near = ~(is_end & (np.abs(behind) < LEAST_DEPTH_M))
+        is_near &= (behind > -LEAST_DEPTH_M) & (behind < DEPTH_M + BACK_GAP_M)
         mine, theirs = mine[is_near], theirs[is_near]
         to_other = others.centre[theirs] - patches.centre[mine]
         behind = behind[is_near]

@@ -15,6 +15,10 @@ from sim.engine import mujoco
 ONE_WAY = 0.7
 """Cosine within which patches push the same way: 45 degrees."""
 
+FROM_BEHIND_M = 0.02
+"""How far something may reach in from behind and still belong there: a table's top lies on the
+body of its underside."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WayOut:
@@ -55,7 +59,7 @@ def way_out(
         same_way = patches.normal[inside] @ patches.normal[inside].T > ONE_WAY
         needed = np.where(same_way, depth[inside], 0.0).max(axis=1)
         # What reaches in from behind is nearer to the back's way out.
-        from_behind = back[inside] < depth[inside]
+        from_behind = back[inside] < np.minimum(depth[inside], FROM_BEHIND_M)
         if from_behind.all():
             is_waiting[inside] = True
             continue

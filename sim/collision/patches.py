@@ -103,7 +103,7 @@ def fit_patches(pieces: Array, grid: Grid) -> Patches:
         fitted, is_good, group = _fit_level(pieces, grid.cell_m / 2**level, level)
         found.append(tuple(part[is_good] for part in fitted))  # type: ignore[arg-type]
         # A negative group has too little surface to matter.
-        again = np.where(group >= 0, ~is_good[group], False)
+        again = np.isin(group, np.flatnonzero(~is_good))
         pieces = cut_at_grid(pieces[again], grid.cell_m / 2 ** (level + 1))
     centre = np.concatenate([f[0] for f in found]) if found else np.zeros((0, 3))
     rotation = np.concatenate([f[1] for f in found]) if found else np.zeros((0, 3, 3))
