@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from sim.collision.patches import CELL_M, DEPTH_M, Patches
 
@@ -140,11 +140,11 @@ def _near(patches: Patches, others: Patches) -> tuple[NDArray[np.int64], NDArray
     """Pairs (patch, other) that may be front and back."""
     pairs: list[tuple[NDArray[np.int64], NDArray[np.int64]]] = []
     for mine, mine_m in _by_size(patches):
-        tree = cKDTree(patches.centre[mine])
+        tree = KDTree(patches.centre[mine])
         for theirs, theirs_m in _by_size(others):
             reach_m = mine_m + theirs_m + DEPTH_M
             found = tree.sparse_distance_matrix(
-                cKDTree(others.centre[theirs]), reach_m, output_type="ndarray"
+                KDTree(others.centre[theirs]), reach_m, output_type="ndarray"
             )
             pairs.append((mine[found["i"]], theirs[found["j"]]))
     return np.concatenate([a for a, _ in pairs]), np.concatenate([b for _, b in pairs])

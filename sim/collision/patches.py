@@ -163,9 +163,10 @@ def _groups(pieces: Array, vectors: Array, cell_m: float) -> tuple[NDArray[np.in
     _, cell = np.unique(np.ravel_multi_index(tuple(key.T), tuple(spans)), return_inverse=True)
     side = _sides(vectors, cell)
     _, group = np.unique(6 * cell + side, return_inverse=True)
-    area = np.bincount(group, weights=np.linalg.norm(vectors, axis=1))
+    size = np.linalg.norm(vectors, axis=1)
+    area = np.asarray(np.bincount(group, weights=size), dtype=np.float64)
     is_kept = area >= LEAST_AREA_M2
-    renumbered = np.where(is_kept, np.cumsum(is_kept) - 1, -1)
+    renumbered: NDArray[np.intp] = np.where(is_kept, np.cumsum(is_kept) - 1, -1)
     return renumbered[group], area[is_kept]
 
 
@@ -177,10 +178,10 @@ def _sides(vectors: Array, cell: NDArray[np.intp]) -> NDArray[np.intp]:
     size = np.linalg.norm(vectors, axis=1)
     axis = np.argmax(np.abs(vectors), axis=1)
     rows = np.arange(len(vectors))
-    side = 2 * axis + (vectors[rows, axis] > 0.0)
+    side = np.asarray(2 * axis + (vectors[rows, axis] > 0.0), dtype=np.intp)
     area = np.bincount(6 * cell + side, weights=size, minlength=6 * (int(cell.max()) + 1))
     area = area.reshape(-1, 6)
-    main = np.argmax(area, axis=1)[cell]
+    main: NDArray[np.intp] = np.argmax(area, axis=1)[cell]
     is_small = area[cell, side] < STRAY_SHARE * area[cell, main]
     with_main = vectors[rows, main // 2] * np.where(main % 2 == 1, 1.0, -1.0)
     return np.where(is_small & (with_main > STRAY_FACING * size), main, side)
@@ -188,9 +189,8 @@ def _sides(vectors: Array, cell: NDArray[np.intp]) -> NDArray[np.intp]:
 
 def _sums(index: NDArray[np.intp], values: Array, count: int) -> Array:
     """(count, K) sums of values (T, K) by index."""
-    return np.column_stack(
-        [np.bincount(index, weights=column, minlength=count) for column in values.T]
-    )
+    sums = [np.bincount(index, weights=column, minlength=count) for column in values.T]
+    return np.asarray(np.column_stack(sums), dtype=np.float64)
 
 
 def _rotations(normal: Array) -> Array:
@@ -199,4 +199,4 @@ def _rotations(normal: Array) -> Array:
     along = np.eye(3)[(axis + 1) % 3]
     first = along - normal * np.sum(along * normal, axis=1)[:, None]
     first /= np.maximum(np.linalg.norm(first, axis=1), 1e-12)[:, None]
-    return np.stack([first, np.cross(normal, first), normal], axis=2)
+    return np.asarray(np.stack([first, np.cross(normal, first), normal], axis=2), np.float64)

@@ -146,8 +146,8 @@ def _without_region(pieces: dict[Cell, Array], grid: Grid, region: Array) -> set
     low, high = np.floor(local.min(axis=0)), np.floor(local.max(axis=0))
     touched: set[Cell] = set()
     if np.prod(high - low + 1.0) <= len(pieces):
-        spans = [range(int(a), int(b) + 1) for a, b in zip(low, high, strict=True)]
-        cells = [cell for cell in product(*spans) if cell in pieces]
+        x, y, z = (range(int(a), int(b) + 1) for a, b in zip(low, high, strict=True))
+        cells = [cell for cell in product(x, y, z) if cell in pieces]
     else:
         cells = [c for c in pieces if all(low[k] <= c[k] <= high[k] for k in range(3))]
     for cell in cells:
