@@ -19,7 +19,7 @@ from scenes.pose import Pose
 from sim.collision.contact import OBJECT_BIT
 from sim.collision.grid import Array, area_vectors
 from sim.collision.static_geoms import OutOfSpares, StaticGeoms
-from sim.collision.surface import Surface, rescanned, surface_of, triangles_of
+from sim.collision.surface import Change, Surface, rescanned, surface_of, triangles_of
 from sim.engine import mujoco
 from sim.objects import add_object
 from sim.primitives import Primitive, add_primitive
@@ -242,7 +242,16 @@ class Twin:
 
         What stands on it stays; what a new surface appears in is moved out gently.
         """
-        change = rescanned(self.surface, region_m, triangles)
+        self.apply(rescanned(self.surface, region_m, triangles))
+
+    def apply(self, change: Change) -> None:
+        """Exchange the surface; `rescanned` may have worked the change out on another thread.
+
+        Raises:
+            ValueError: the surface has changed since.
+        """
+        if change.before is not self.surface:
+            raise ValueError("change of a surface that is no longer there; work it out anew")
         try:
             self._static.apply(change, self._model, self._data, movable=self._free_geoms)
         except OutOfSpares:

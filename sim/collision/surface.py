@@ -43,11 +43,13 @@ class Change:
     """From one surface to the next.
 
     Attributes:
+        before: the surface it changes.
         surface: as it is now; its patches are those kept, in order, and then the new ones.
         kept: (K,) int64, which patches of the surface before stay.
         rethought: (K,) whether one that stays has got another thickness.
     """
 
+    before: Surface
     surface: Surface
     kept: NDArray[np.int64]
     rethought: NDArray[np.bool_]
@@ -112,7 +114,7 @@ def rescanned(surface: Surface, region_m: Array, triangles: Array) -> Change:
     old = surface.patches
     kept = np.flatnonzero(~_is_among(old.cell, touched))
     patches, rethought = _rethought(old.chosen(kept), fresh, touched, grid)
-    return Change(Surface(grid, pieces, patches, surface.planes), kept, rethought)
+    return Change(surface, Surface(grid, pieces, patches, surface.planes), kept, rethought)
 
 
 def _rethought(

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from scenes.pose import Pose
 from sim.bodies import UNIT_BOX_CORNERS
-from sim.collision.surface import surface_of
+from sim.collision.surface import rescanned, surface_of
 from sim.scan_like import block, scan_like
 from sim.twin import STEP_NS, Twin
 from studio.bench.physics_room import (
@@ -118,7 +118,7 @@ def edit_rows(twin: Twin, rng: np.random.Generator) -> list[Row]:
         twin.place(name, Pose.from_yaw(0.3 * k, (2.7 + 0.4 * k, 2.45, TABLE_TOP_M + 0.02)))
     twin.step(3 * SECOND_NS)
     top = block((2.4, 2.0, TABLE_TOP_M - 0.03), (3.9, 2.9, TABLE_TOP_M))
-    times, jumps = [], []
+    times, stops, jumps = [], [], []
     for k in range(EDITS):
         x, y = rng.uniform((2.4, 2.0), (3.4, 2.4))
         z = TABLE_TOP_M - 0.1
@@ -128,7 +128,10 @@ def edit_rows(twin: Twin, rng: np.random.Generator) -> list[Row]:
         again = again[((centre > region[0]) & (centre < region[1])).all(axis=1)]
         before = twin.object_poses()
         begun = time.perf_counter()
-        twin.rescan(region, again)
+        change = rescanned(twin.surface, region, again)
+        fitted = time.perf_counter()
+        twin.apply(change)
+        stops.append(1e3 * (time.perf_counter() - fitted))
         times.append(1e3 * (time.perf_counter() - begun))
         moved = 0.0
         for _ in range(20):
@@ -141,6 +144,7 @@ def edit_rows(twin: Twin, rng: np.random.Generator) -> list[Row]:
             "physics.rescan.ms", np.median(times), "ms", bar=EDIT_BAR_MS, spread=high_ms - low_ms
         ),
         at_most("physics.rescan.max.ms", max(times), "ms", bar=EDIT_BAR_MS),
+        at_most("physics.rescan.stop.ms", np.median(stops), "ms"),
         at_most("physics.rescan.jump.mm", max(jumps), "mm", bar=JUMP_BAR_MM),
     ]
 
@@ -186,6 +190,8 @@ def throw_rows(thrown: Thrown) -> list[Row]:
         at_most("physics.throws", len(thrown.sunk_mm), ""),
         at_most("physics.escaped", thrown.escaped, "", bar=0.0),
         at_most("physics.sunk.max.mm", thrown.sunk_mm.max(), "mm", bar=SUNK_BAR_MM),
+        at_most("physics.sunk.over", int(np.sum(thrown.sunk_mm > SUNK_BAR_MM)), ""),
+        at_most("physics.sunk.p99.mm", np.quantile(thrown.sunk_mm, 0.99), "mm"),
         at_most("physics.jitter.max.mm", thrown.jitter_mm.max(), "mm", bar=JITTER_BAR_MM),
         at_most("physics.moving", int(np.sum(thrown.jitter_mm > JITTER_BAR_MM)), ""),
     ]

@@ -11,7 +11,7 @@ from scenes.pose import Pose
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel
 from sim.collision.static_geoms import StaticGeoms
-from sim.collision.surface import surface_of
+from sim.collision.surface import rescanned, surface_of
 from sim.primitives import Primitive, Shape
 from sim.scan_like import block, scan_like
 from sim.twin import STEP_NS, Twin, twin_of_package, without_objects
@@ -74,6 +74,21 @@ def test_nothing_thrown_gets_out(surface):
             assert (centres < (4.0, 3.0, 2.6)).all()
 
 
+@pytest.mark.parametrize("side_m", [0.02, 0.05])
+def test_something_small_and_fast_does_not_pass_a_thin_table(surface, side_m):
+    twin = Twin(surface, (carton("c", (1.6, 1.5, 1.1), side_m),))
+    for yaw in (0.0, 0.4, 0.8):
+        twin.place("c", Pose.from_yaw(yaw, (1.6, 1.5, 1.1)))
+        twin.throw("c", np.array([0.0, 0.0, -8.0]), spin=np.array([3.0, 5.0, 0.0]))
+        twin.step(SECOND_NS // 10)
+        assert twin.object_pose("c").translation[2] > TABLE_TOP_M - side_m
+    twin.rescan(AROUND_TABLE, NOTHING)
+    twin.place("c", Pose.from_yaw(0.0, (1.6, 1.5, 1.1)))
+    twin.throw("c", np.array([0.0, 0.0, -8.0]))
+    twin.step(SECOND_NS // 10)
+    assert twin.object_pose("c").translation[2] < 0.7
+
+
 def test_a_throw_flies_a_parabola():
     twin = Twin(surface_of(ROOM), (carton("c", (0.5, 1.5, 1.5)),))
     twin.throw("c", np.array([4.0, 0.0, 2.0]))
@@ -131,6 +146,16 @@ def test_more_new_patches_than_spares_go_on_with_a_new_model(surface, monkeypatc
     twin.place("c", Pose.from_yaw(0.0, (1.6, 1.5, 1.0)))
     twin.step(2 * SECOND_NS)
     assert heights(twin)["c"] == pytest.approx(TABLE_TOP_M, abs=0.003)
+
+
+def test_a_change_of_an_older_surface_is_refused(surface):
+    twin = Twin(surface, ())
+    old = rescanned(twin.surface, AROUND_TABLE, NOTHING)
+    twin.rescan(AROUND_TABLE, TABLE)
+    with pytest.raises(ValueError, match="no longer there"):
+        twin.apply(old)
+    twin.apply(rescanned(twin.surface, AROUND_TABLE, NOTHING))
+    assert len(twin.surface.patches) == len(old.surface.patches)
 
 
 def test_a_freed_box_is_used_again(surface):
