@@ -11,7 +11,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.collision.grid import Array, Grid, area_vectors, cells_of, cut_at_grid
+from sim.collision.grid import (
+    Array,
+    Grid,
+    area_vectors,
+    cells_of,
+    centres,
+    cut_at_grid,
+    highest,
+    lowest,
+)
 
 CELL_M = 0.25
 """Side of a cell. Of 0.15, 0.25 and 0.5 m the middle one keeps furniture's shape at a speed that
@@ -137,15 +146,15 @@ def _fit_level(
     total = _sums(index, vectors, count)
     flat_area = np.linalg.norm(total, axis=1)
     normal = total / np.maximum(flat_area, 1e-12)[:, None]
-    centre = _sums(index, weight[:, None] * pieces.mean(axis=1), count) / area[:, None]
+    centre = _sums(index, weight[:, None] * centres(pieces), count) / area[:, None]
     corners = pieces - centre[index][:, None]
     rotation = _rotations(normal)
     local = np.einsum("tck,tka->tca", corners, rotation[index])
-    square = np.mean(local[:, :, 2] ** 2, axis=1)
+    square = centres(local[:, :, 2] ** 2)
     rough = np.sqrt(_sums(index, (weight * square)[:, None], count)[:, 0] / area)
     low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
-    np.minimum.at(low, index, local[:, :, :2].min(axis=1))
-    np.maximum.at(high, index, local[:, :, :2].max(axis=1))
+    np.minimum.at(low, index, lowest(local[:, :, :2]))
+    np.maximum.at(high, index, highest(local[:, :, :2]))
     half = 0.5 * (high - low)
     middle = 0.5 * (high + low)
     centre = centre + np.einsum("gka,ga->gk", rotation[:, :, :2], middle)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from scenes.mesh import CollisionMesh
 from sim.collision.depths import smoothed, with_depths
-from sim.collision.grid import Array, Grid, cells_of, cut_at_grid, grid_along_walls
+from sim.collision.grid import Array, Grid, cells_of, centres, cut_at_grid, grid_along_walls
 from sim.collision.limits import Plane, off_planes, planes_of
 from sim.collision.patches import CELL_M, Patches, fit_patches, joined
 
@@ -153,7 +153,7 @@ def _without_region(pieces: dict[Cell, Array], grid: Grid, region: Array) -> set
     else:
         cells = [c for c in pieces if all(low[k] <= c[k] <= high[k] for k in range(3))]
     for cell in cells:
-        centre = grid.to_world(pieces[cell].mean(axis=1))
+        centre = grid.to_world(centres(pieces[cell]))
         stays = ~((centre >= region[0]) & (centre <= region[1])).all(axis=1)
         if stays.all():
             continue
