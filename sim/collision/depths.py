@@ -1,15 +1,18 @@
-# pyright: standard
 """What patches learn from those around them: how they are tilted, and how thick they are."""
 
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
+from scipy import spatial  # pyright: ignore[reportMissingTypeStubs]
 
 from sim.collision.patches import CELL_M, DEPTH_M, Patches
+
+_KDTree: Any = cast(Any, spatial).KDTree
+"""SciPy has no types; its trees find neighbours."""
 
 LEAST_DEPTH_M = 0.006
 """Thickness of a sheet that was scanned from both sides."""
@@ -140,11 +143,11 @@ def _near(patches: Patches, others: Patches) -> tuple[NDArray[np.int64], NDArray
     """Pairs (patch, other) that may be front and back."""
     pairs: list[tuple[NDArray[np.int64], NDArray[np.int64]]] = []
     for mine, mine_m in _by_size(patches):
-        tree = KDTree(patches.centre[mine])
+        tree = _KDTree(patches.centre[mine])
         for theirs, theirs_m in _by_size(others):
             reach_m = mine_m + theirs_m + DEPTH_M
             found = tree.sparse_distance_matrix(
-                KDTree(others.centre[theirs]), reach_m, output_type="ndarray"
+                _KDTree(others.centre[theirs]), reach_m, output_type="ndarray"
             )
             pairs.append((mine[found["i"]], theirs[found["j"]]))
     return np.concatenate([a for a, _ in pairs]), np.concatenate([b for _, b in pairs])
