@@ -8,22 +8,50 @@ from numpy.typing import NDArray
 from scenes.mesh import PhysicalObject
 from scenes.pose import Pose
 from sim.bodies import UNIT_BOX_CORNERS
-from sim.collision import CONTACT_TIME_S, HAND_BIT, OBJECT_BIT, STATIC_BIT, TORSO_BIT
+from sim.collision.contact import (
+    CONTACT_TIME_S,
+    HAND_BIT,
+    OBJECT_BIT,
+    STATIC_BIT,
+    TORSO_BIT,
+    TRACKED_BIT,
+)
 from sim.engine import Spec, mujoco
 
 LOW_MASS_SHARE = 0.5
 """Share of the height of the boxes' common centre at which the centre of mass is put: legs of real
 chairs are heavier than their thin backs, which boxes of one density overstate."""
 
+TOUCHED_BY_OBJECTS = STATIC_BIT | OBJECT_BIT | HAND_BIT | TORSO_BIT | TRACKED_BIT
+"""What a free object collides with: everything."""
+
 DAMPING_PER_KG = 0.4
-"""Resistance to motion in the air and in joints that squeak, N·s/m per kg."""
+"""Resistance to motion in the air and in joints that squeak, per kg: N·s/m of the speed, and as
+much of its square and its cube (SI). What is pushed on foot hardly feels the latter."""
 
 
-def add_object(spec: Spec, item: PhysicalObject, world_from_object: Pose) -> None:
-    """Add an object as a free body named by its id, with its origin as the object's frame."""
+def add_object(
+    spec: Spec,
+    item: PhysicalObject,
+    world_from_object: Pose,
+    *,
+    is_tracked: bool = False,
+    is_damped: bool = True,
+) -> None:
+    """Add an object as a body named by its id, with its origin as the object's frame.
+
+    Args:
+        spec: the model.
+        item: what is added.
+        world_from_object: where it begins.
+        is_tracked: moved from outside (a mocap body): it pushes free objects and is stopped by
+            nothing.
+        is_damped: whether motion is resisted by `DAMPING_PER_KG`; never if tracked.
+    """
     centre, inertia = mass_properties(item)
     body = spec.worldbody.add_body(
         name=item.object_id,
+        mocap=is_tracked,
         pos=world_from_object.translation.tolist(),
         quat=world_from_object.quaternion().tolist(),
         mass=item.mass_kg,
@@ -34,11 +62,12 @@ def add_object(spec: Spec, item: PhysicalObject, world_from_object: Pose) -> Non
         ],
         explicitinertial=True,
     )  # fmt: skip
-    body.add_joint(
-        name=f"{item.object_id}:free",
-        type=mujoco.mjtJoint.mjJNT_FREE,
-        damping=[DAMPING_PER_KG * item.mass_kg] * 3,
-    )
+    if not is_tracked:
+        body.add_joint(
+            name=f"{item.object_id}:free",
+            type=mujoco.mjtJoint.mjJNT_FREE,
+            damping=[DAMPING_PER_KG * item.mass_kg if is_damped else 0.0] * 3,
+        )
     # The frame's origin lies on the support plane, so the lowest box has to reach it.
     drop = lowest_point(item)
     for index, part in enumerate(item.parts):
@@ -51,8 +80,8 @@ def add_object(spec: Spec, item: PhysicalObject, world_from_object: Pose) -> Non
             quat=pose.quaternion().tolist(),
             friction=[item.friction, 0.002, 0.0001],
             solref=[CONTACT_TIME_S, 1.0],
-            contype=OBJECT_BIT,
-            conaffinity=STATIC_BIT | OBJECT_BIT | HAND_BIT | TORSO_BIT,
+            contype=TRACKED_BIT if is_tracked else OBJECT_BIT,
+            conaffinity=0 if is_tracked else TOUCHED_BY_OBJECTS,
             mass=0.0,
         )
 

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from scenes.mesh import PhysicalObject, PhysicalRoom
 from scenes.pose import Pose
-from sim.collision import CONTACT_TIME_S, HAND_BIT, STATIC_BIT, TORSO_BIT, add_room
+from sim.collision.contact import CONTACT_TIME_S, HAND_BIT, STATIC_BIT, TORSO_BIT
+from sim.collision.solids import add_room
 from sim.engine import Spec, mujoco
 from sim.objects import add_object
 

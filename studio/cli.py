@@ -116,6 +116,12 @@ VERBS = (
         "nexus bench raster --json",
     ),
     Verb(
+        "bench physics",
+        "studio.bench.physics",
+        "measure the physics of a scanned room",
+        "nexus bench physics --quick",
+    ),
+    Verb(
         "doctor",
         "studio.verbs.doctor",
         "say what is installed, missing, and what to do",

@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 from scenes.mesh import PhysicalRoom
+from sim.collision.contact import (
+    CONTACT_TIME_S,
+    FLOOR_HALF_SIZE_M,
+    ROOM_FRICTION,
+    STATIC_BIT,
+)
 from sim.engine import Spec, mujoco
-
-STATIC_BIT = 1
-OBJECT_BIT = 2
-HAND_BIT = 4
-TORSO_BIT = 8
-
-# MuJoCo takes the larger friction of two surfaces, so the room leaves the choice to the object.
-ROOM_FRICTION = (0.05, 0.001, 0.0001)
-FLOOR_HALF_SIZE_M = 20.0
-CONTACT_TIME_S = 0.008
-"""Time constant of a contact (four steps): a book sinks by well under a millimetre."""
 
 
 def add_room(spec: Spec, room: PhysicalRoom) -> None:

@@ -1,0 +1,333 @@
+"""Physics of a prepared room: its scanned surface stands still, its movable objects move.
+
+The other world, `sim/world.py`, is the physical room of a rehearsal, with people and their hands.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.mesh import PhysicalObject
+from scenes.package import ScenePackage
+from scenes.pose import Pose
+from sim.collision.contact import OBJECT_BIT
+from sim.collision.grid import Array, area_vectors
+from sim.collision.static_geoms import OutOfSpares, StaticGeoms
+from sim.collision.surface import Change, Surface, rescanned, surface_of, triangles_of
+from sim.engine import mujoco
+from sim.objects import add_object
+from sim.primitives import Primitive, add_primitive
+from sim.scanned import scanned_object
+from sim.tracked import TrackedBodies
+
+STEP_NS = 2_000_000
+STEP_S = STEP_NS * 1e-9
+OBJECT_MARGIN_M = 0.02
+"""What of a scan lies so near to a movable object is the object, not the room."""
+SUPPORT_M = 0.01
+"""Height above an object's own support below which a level surface is what it stands on."""
+
+LEVEL = 0.7
+"""Cosine to up above which a surface can carry: 45 degrees."""
+WAKING_SPEED = 1e-9
+"""Velocity that wakes a sleeping object, m/s and rad/s."""
+AIR_PER_S = 0.1
+"""Share of its speed and spin that a thrown object loses to the air in a second: of a carton of
+20 cm at 5 m/s (drag coefficient 1, 300 kg/m³)."""
+
+
+def twin_of_package(scene: ScenePackage, *, tracked: Collection[str] = ()) -> Twin:
+    """The physics of a prepared room.
+
+    Args:
+        scene: with a collision mesh.
+        tracked: ids of objects that a tracker moves; the others are free.
+
+    Raises:
+        ValueError: nobody has measured what objects collide with.
+    """
+    if scene.collision is None:
+        raise ValueError(f"scene {scene.name!r} has no collision mesh; prepare it with one")
+    movables = tuple(scanned_object(item) for item in scene.objects)
+    triangles = without_objects(triangles_of(scene.collision), movables)
+    return Twin(surface_of(triangles), movables, tracked=tracked)
+
+
+def without_objects(triangles: Array, movables: Sequence[PhysicalObject]) -> Array:
+    """The triangles (T, 3, 3) that are no movable object's, as some were scanned before the cut."""
+    centre, vectors = triangles.mean(axis=1), area_vectors(triangles)
+    is_level = vectors[:, 2] > LEVEL * np.linalg.norm(vectors, axis=1)
+    stays = np.ones(len(triangles), dtype=np.bool_)
+    for item in movables:
+        local = item.world_from_object.inverse() @ centre
+        beside = np.abs(local[:, :2]) < 0.5 * np.asarray(item.box_m[:2]) + OBJECT_MARGIN_M
+        within = np.abs(local[:, 2] - 0.5 * item.box_m[2]) < 0.5 * item.box_m[2] + OBJECT_MARGIN_M
+        is_support = is_level & (local[:, 2] < SUPPORT_M)
+        stays &= ~(beside.all(axis=1) & within & ~is_support)
+    return triangles[stays]
+
+
+class Twin:
+    """A MuJoCo model of a scanned room, its movable objects and virtual solids.
+
+    Args:
+        surface: what stands still.
+        movables: objects, each where it is when physics begins.
+        primitives: virtual solids.
+        tracked: ids of movables that a tracker moves; the others are free.
+
+    Raises:
+        ValueError: an id appears twice, or a tracked one is no movable's.
+    """
+
+    def __init__(
+        self,
+        surface: Surface,
+        movables: Sequence[PhysicalObject],
+        *,
+        primitives: Sequence[Primitive] = (),
+        tracked: Collection[str] = (),
+    ) -> None:
+        self._movables = {item.object_id: item for item in movables}
+        self._primitives = {item.object_id: item for item in primitives}
+        if len({*self._movables, *self._primitives}) < len(movables) + len(primitives):
+            raise ValueError(f"ids {sorted([*self._movables, *self._primitives])}: one is double")
+        unknown = set(tracked) - set(self._movables)
+        if unknown:
+            raise ValueError(f"tracked {sorted(unknown)}: known are {sorted(self._movables)}")
+        self._tracked_ids = tuple(name for name in self._movables if name in tracked)
+        self._time_ns = 0
+        self._compile(surface, {}, {})
+
+    @property
+    def t_ns(self) -> int:
+        """Simulated time since the start."""
+        return self._time_ns
+
+    @property
+    def surface(self) -> Surface:
+        """What stands still, as it is now."""
+        return self._static.surface
+
+    @property
+    def object_ids(self) -> tuple[str, ...]:
+        """Everything that can move, and the virtual solids that cannot."""
+        return (*self._movables, *self._primitives)
+
+    def step(self, duration_ns: int) -> None:
+        """Let `duration_ns` pass, in steps of 2 ms (a remainder is left out).
+
+        Raises:
+            ValueError: the state is no longer finite.
+        """
+        count = duration_ns // STEP_NS
+        self._time_ns += count * STEP_NS
+        while count > 0 and (self._static.is_rising or self._tracked.is_moving):
+            if self._static.is_rising:
+                self._static.rise(self._model, self._data, dt_s=STEP_S)
+                self._wake()
+            self._tracked.advance(self._model, self._data, dt_s=STEP_S)
+            mujoco.mj_step(self._model, self._data)
+            count -= 1
+        if count > 0:
+            mujoco.mj_step(self._model, self._data, nstep=count)
+        if not (np.isfinite(self._data.qpos).all() and np.isfinite(self._data.qvel).all()):
+            raise ValueError(f"physics at {self._time_ns * 1e-9:.3f} s: a pose is not finite")
+
+    def object_pose(self, object_id: str) -> Pose:
+        """`world_from_object`; a primitive's origin is its centre."""
+        body = self._model.body(object_id).id
+        return Pose.from_quaternion(self._data.xquat[body], self._data.xpos[body])
+
+    def object_poses(self) -> dict[str, Pose]:
+        """`world_from_object` of everything, by id."""
+        return {name: self.object_pose(name) for name in self.object_ids}
+
+    def size_m(self, object_id: str) -> tuple[float, float, float]:
+        """Sides of the box around an object, in its own frame."""
+        item = self._movables.get(object_id)
+        return self._primitives[object_id].size_m if item is None else item.box_m
+
+    def speed(self, object_id: str) -> float:
+        """How fast a free object's origin moves, m/s."""
+        return float(np.linalg.norm(self._free_joint(object_id).qvel[:3]))
+
+    def place(self, object_id: str, world_from_object: Pose) -> None:
+        """Put a free object somewhere, at rest."""
+        joint = self._free_joint(object_id)
+        joint.qpos[:3] = world_from_object.translation
+        joint.qpos[3:] = world_from_object.quaternion()
+        joint.qvel[:] = 0.0
+        self._wake()
+        mujoco.mj_kinematics(self._model, self._data)
+
+    def throw(self, object_id: str, velocity: Array, *, spin: Array | None = None) -> None:
+        """Give a free object a velocity (3,), m/s, and a spin (3,) in its own frame, rad/s."""
+        joint = self._free_joint(object_id)
+        joint.qvel[:3] = velocity
+        joint.qvel[3:] = 0.0 if spin is None else spin
+        self._wake()
+
+    def follow(self, poses: Mapping[str, Pose], *, within_ns: int) -> None:
+        """Let tracked objects be at given poses `within_ns` from now (one frame of the tracker).
+
+        Raises:
+            KeyError: one isn't tracked.
+            ValueError: no time is left.
+        """
+        self._tracked.aim(poses, self._model, self._data, within_s=within_ns * 1e-9)
+        self._wake()
+
+    def set_friction(self, object_id: str, friction: float) -> None:
+        """Change an object's sliding friction while it runs."""
+        _check_positive(object_id, "friction", friction)
+        item = self._movables.get(object_id)
+        if item is not None:
+            self._movables[object_id] = replace(item, friction=friction)
+        else:
+            solid = self._primitives[object_id]
+            self._primitives[object_id] = replace(solid, friction=friction)
+        body = self._model.body(object_id).id
+        self._model.geom_friction[self._model.geom_bodyid == body, 0] = friction
+        self._wake()
+
+    def set_mass(self, object_id: str, mass_kg: float) -> None:
+        """Change a free object's mass while it runs; its inertia goes with it."""
+        _check_positive(object_id, "mass", mass_kg)
+        self._free_joint(object_id)
+        body = int(self._model.body(object_id).id)
+        share = mass_kg / float(self._model.body_mass[body])
+        item = self._movables.get(object_id)
+        if item is not None:
+            self._movables[object_id] = replace(item, mass_kg=mass_kg)
+        else:
+            solid = self._primitives[object_id]
+            self._primitives[object_id] = replace(solid, mass_kg=mass_kg)
+        self._model.body_mass[body] = mass_kg
+        self._model.body_inertia[body] *= share
+        self._set_drag(body)
+        mujoco.mj_setConst(self._model, mujoco.MjData(self._model))
+        self._wake()
+
+    def add_primitive(self, item: Primitive) -> None:
+        """Add a virtual solid; the model is compiled anew, and everything else goes on as it was.
+
+        Raises:
+            ValueError: its id is taken.
+        """
+        if item.object_id in self.object_ids:
+            raise ValueError(f"primitive {item.object_id!r}: the id is taken")
+        poses, speeds = self._state()
+        self._primitives[item.object_id] = item
+        self._compile(self.surface, poses, speeds)
+
+    def remove_primitive(self, object_id: str) -> None:
+        """Take a virtual solid away.
+
+        Raises:
+            KeyError: no such primitive.
+        """
+        del self._primitives[object_id]
+        poses, speeds = self._state()
+        self._compile(self.surface, poses, speeds)
+
+    def rescan(self, region_m: Array, triangles: Array) -> None:
+        """Replace the surface in a box (2, 3) of the world by triangles (T, 3, 3), while it runs.
+
+        What stands on it stays; what a new surface appears in is moved out gently.
+        """
+        self.apply(rescanned(self.surface, region_m, triangles))
+
+    def apply(self, change: Change) -> None:
+        """Exchange the surface; `rescanned` may have worked the change out on another thread.
+
+        Raises:
+            ValueError: the surface has changed since.
+        """
+        if change.before is not self.surface:
+            raise ValueError("change of a surface that is no longer there; work it out anew")
+        try:
+            self._static.apply(change, self._model, self._data, movable=self._free_geoms)
+        except OutOfSpares:
+            poses, speeds = self._state()
+            self._compile(change.surface, poses, speeds)
+        self._wake()
+
+    def _compile(
+        self, surface: Surface, poses: Mapping[str, Pose], speeds: Mapping[str, Array]
+    ) -> None:
+        """Build the model; what has a pose begins there, what has a speed with it."""
+        spec = mujoco.MjSpec()
+        _set_options(spec)
+        self._static = StaticGeoms(spec, surface)
+        for name, item in self._movables.items():
+            pose = poses.get(name, item.world_from_object)
+            add_object(spec, item, pose, is_tracked=name in self._tracked_ids, is_damped=False)
+        for name, solid in self._primitives.items():
+            add_primitive(spec, solid, poses.get(name, solid.world_from_object))
+        self._model: Any = spec.compile()
+        self._data: Any = mujoco.MjData(self._model)
+        self._static.bind(self._model)
+        is_free = self._model.geom_contype == OBJECT_BIT
+        self._free_geoms: NDArray[np.int64] = np.flatnonzero(is_free)
+        self._tracked = TrackedBodies(self._tracked_ids, self._model, self._free_geoms)
+        for body in range(self._model.nbody):
+            self._set_drag(body)
+        for name, speed in speeds.items():
+            if name in self.object_ids:
+                self._data.joint(f"{name}:free").qvel[:] = speed
+        mujoco.mj_forward(self._model, self._data)
+
+    def _set_drag(self, body: int) -> None:
+        """Let the air take `AIR_PER_S` of a free body's momentum and spin a second."""
+        first = int(self._model.body_dofadr[body])
+        if first >= 0:
+            self._model.dof_damping[first : first + 3] = AIR_PER_S * self._model.body_mass[body]
+            self._model.dof_damping[first + 3 : first + 6] = (
+                AIR_PER_S * self._model.body_inertia[body].mean()
+            )
+
+    def _state(self) -> tuple[dict[str, Pose], dict[str, Array]]:
+        """Poses of everything, and the speeds (6,) of what is free."""
+        poses = {
+            name: self.object_pose(name) for name in self.object_ids if self._is_compiled(name)
+        }
+        free = [name for name in poses if self._is_compiled(f"{name}:free", joint=True)]
+        return poses, {name: self._data.joint(f"{name}:free").qvel.copy() for name in free}
+
+    def _is_compiled(self, name: str, *, joint: bool = False) -> bool:
+        kind = mujoco.mjtObj.mjOBJ_JOINT if joint else mujoco.mjtObj.mjOBJ_BODY
+        return int(mujoco.mj_name2id(self._model, int(kind), name)) >= 0
+
+    def _free_joint(self, object_id: str) -> Any:
+        if not self._is_compiled(f"{object_id}:free", joint=True):
+            raise KeyError(f"{object_id!r} is not free; ids are {sorted(self.object_ids)}")
+        return self._data.joint(f"{object_id}:free")
+
+    def _wake(self) -> None:
+        """Let everything that sleeps be looked at again."""
+        # MuJoCo wakes what has got a velocity; this one moves nothing by a micrometre a minute.
+        self._data.qvel[self._data.qvel == 0.0] = WAKING_SPEED
+
+
+def _set_options(spec: Any) -> None:
+    """As in `sim/world.py`, and what rests is left out until something touches it."""
+    spec.option.timestep = STEP_S
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    spec.option.impratio = 10.0
+    spec.option.noslip_iterations = 3
+    # A reset would put everything back to its start without a word; `Twin.step` says so instead.
+    spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+    spec.option.enableflags |= int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+
+
+def _check_positive(object_id: str, name: str, value: float) -> None:
+    if not (math.isfinite(value) and value > 0.0):
+        raise ValueError(f"{object_id}: {name} {value}, wanted a positive number")
