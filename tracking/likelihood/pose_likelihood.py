@@ -39,10 +39,10 @@ OCCLUDED = 0.3
 """Prior probability that a pixel of a silhouette is hidden by something in no scan."""
 
 FOREIGN = 0.3
-"""Prior probability that a pixel shows something in no scan, if not the object. With 0.3, 0.5, 0.6
-and 0.85, of 93 objects in three random rooms 68, 67, 70 and 54 were right and 24, 16, 10 and 4
-wrong unnoticed; of 198 in a foreign room 194, 194, 188 and 167, and 4, 2, 1 and none. At 0.5 a
-plain mug on a table is found 20 cm off."""
+"""Prior probability that a pixel shows something in no scan, if not the object. Before absence was
+judged in another light, with 0.3, 0.5, 0.6 and 0.85, of 93 objects in three random rooms 68, 67, 70
+and 54 were right and 24, 16, 10 and 4 wrong unnoticed; of 198 in a foreign room 194, 194, 188 and
+167, and 4, 2, 1 and none. At 0.5 a plain mug on a table was found 20 cm off."""
 
 SHARED_PX = 9.0
 """Side, px, of the square of pixels that share one error of lens, codec and exposure."""
