@@ -153,7 +153,7 @@ class Tracker:
         )
         layers = LayerCache(state.layers)
         rig = self._locate(state, frame, frame.world_from_rig, schedule, layers)
-        scene = self._scene(frame, rig, layers)
+        scene = self._scene(frame, rig, layers, is_first=schedule.is_first)
         rectified = self._stopwatch()
         tracks = dict(state.tracks)
         tasks = {m.object_id: self._task(scene, m, tracks, schedule) for m in self._models}
@@ -273,7 +273,9 @@ class Tracker:
                 taken.append(layer)
         return learn(background, frame, exposure, taken, band, care=care)
 
-    def _scene(self, frame: Frame, rig: RigState, layers: LayerCache) -> Scene:
+    def _scene(
+        self, frame: Frame, rig: RigState, layers: LayerCache, *, is_first: bool = False
+    ) -> Scene:
         return Scene(
             frame,
             rig.calibration.world_from_rig,
@@ -284,6 +286,7 @@ class Tracker:
             self._bounds_m,
             self._support_planes,
             layers,
+            is_first,
         )
 
     def _task(

@@ -72,6 +72,8 @@ class Scene:
         bounds_m: (2, 3) lowest and highest corner of the room, m.
         support_planes: of the room.
         layers: cache of objects rendered into the lens pictures.
+        is_first: whether the room may be in another light than it was scanned in: later its live
+            light has been learned.
     """
 
     frame: Frame
@@ -83,6 +85,7 @@ class Scene:
     bounds_m: NDArray[np.float64]
     support_planes: SupportPlanes
     layers: LayerCache
+    is_first: bool = False
 
     def contains(self, world_from_object: Pose) -> bool:
         """Whether an object at a pose is inside the room."""

@@ -53,6 +53,7 @@ class Observation:
         camera: of the window.
         world_from_camera: its pose.
         lens_px: pixels of the lens, each way, that one pixel is the mean of.
+        is_first: whether the room may be in another light than it was scanned in.
     """
 
     live: FloatArray
@@ -66,6 +67,7 @@ class Observation:
     camera: Fisheye
     world_from_camera: Pose
     lens_px: int
+    is_first: bool
 
     def shrunk(self, times: int) -> Observation:
         """The same seen with so many times fewer pixels each way."""
@@ -96,6 +98,7 @@ class Observation:
             camera=camera,
             world_from_camera=self.world_from_camera,
             lens_px=self.lens_px * times,
+            is_first=self.is_first,
         )
 
 
@@ -133,6 +136,7 @@ def observe(scene: Scene, evidence: Evidence) -> Observation:
         camera=view.camera,
         world_from_camera=view.world_from_camera,
         lens_px=view.shrink,
+        is_first=scene.is_first,
     )
 
 
@@ -147,6 +151,7 @@ def observation_of(
     camera: Fisheye,
     world_from_camera: Pose,
     lens_px: int,
+    is_first: bool = False,
 ) -> Observation:
     """An observation of pictures of one size.
 
@@ -160,6 +165,7 @@ def observation_of(
         camera: of the pictures.
         world_from_camera: its pose.
         lens_px: pixels of the lens, each way, that one pixel is the mean of.
+        is_first: whether the room may be in another light than it was scanned in.
     """
     sure = np.minimum(changed, SURE_FOREGROUND)
     room_misfit = np.minimum(-FOREGROUND_VARIANCE * np.log1p(-sure), MOST_MISFIT)
@@ -175,6 +181,7 @@ def observation_of(
         camera=camera,
         world_from_camera=world_from_camera,
         lens_px=lens_px,
+        is_first=is_first,
     )
 
 

@@ -45,10 +45,6 @@ SEARCH_PART = 3
 object. Chosen on the rooms lab and desk."""
 
 
-MOST_SEARCH_NS = 30_000_000
-"""Most time in ns that it takes of one frame, however slow the stream: half of the promised latency
-of 60 ms."""
-
 NEAR_TURN_RAD = 0.17
 """Turn in rad of a local hypothesis where the fit at the prediction is accepted. Chosen on the
 rooms lab and desk."""
@@ -153,8 +149,7 @@ def _hypotheses(
     steps = [(prior, 0.0, yaw) for prior in priors_here for yaw in yaws]
     steps += [(b, z, 0.0) for b in priors_here if b.sigma[2] > CONTACT_SIGMA_M for z in LIFTS_M]
     elapsed_ns = task.scene.frame.t_ns - task.track.looked_ns
-    budget_ns = min(elapsed_ns // SEARCH_PART, MOST_SEARCH_NS)
-    within = steps_within(task.costs, Step.LOCAL_HYPOTHESIS, budget_ns)
+    within = steps_within(task.costs, Step.LOCAL_HYPOTHESIS, elapsed_ns // SEARCH_PART)
     count = min(max(LEAST_HYPOTHESES, within), len(steps))
     # The likeliest is tried in every frame, the others in turn.
     others = steps[1:]

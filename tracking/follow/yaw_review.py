@@ -35,10 +35,6 @@ REVIEW_PART = 2
 """One of so many parts of the time since the last measurement goes into a review. Chosen on the
 rooms lab and desk."""
 
-REVIEW_MS = 30.0
-"""Most time in ms that a review takes of one frame, however slow the stream: half of the promised
-latency of 60 ms."""
-
 PERIOD_NS = 180_000_000
 """Least time in ns between two reviews. Chosen on the rooms lab and desk."""
 
@@ -76,7 +72,7 @@ def reviewed(
             return task, fit
         pending = PendingReview(task.scene, evidence, belief.observation, fit, belief.found, ())
     part_ms = (now - task.track.looked_ns) / REVIEW_PART / 1e6
-    budget = FrameBudget(min(part_ms, REVIEW_MS), pending.done, task.costs)
+    budget = FrameBudget(part_ms, pending.done, task.costs)
     try:
         others = _others(task, pending, budget)
     except BudgetExhausted:

@@ -181,6 +181,7 @@ def look_through(
         camera=camera,
         world_from_camera=scene.world_from_rig @ scene.frame.rig.rig_from_lens[lens_index],
         lens_px=shrink,
+        is_first=scene.is_first,
     )
     picture = np.dstack([colours, own.reshape(height, width) * seen, changed])
     return LensLook(

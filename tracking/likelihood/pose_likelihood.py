@@ -187,9 +187,14 @@ def pose_support(
     present_nats = float((silhouette * np.log(present)).sum()) / shared_px2 + light_nats
     absent_nats = float((silhouette * np.log(absent)).sum()) / shared_px2
     ring = np.asarray(_ring(drawn.alpha, radius) * (1.0 - observation.hidden[part]), np.float32)
+    ratio = present_nats - absent_nats
     relit_nats = _relit_nats(observation, part, silhouette, ring, tolerance, shared_px2)
+    relit_ratio = min(ratio, ratio - relit_nats)
+    # Once the room's light has been learned, a shade is sooner a passer-by's: it takes evidence for
+    # the object away, and is none that the object has left.
+    least = -math.inf if observation.is_first else min(ratio, 0.0)
     return PoseSupport(
-        nats=present_nats - max(absent_nats, absent_nats + relit_nats),
+        nats=max(relit_ratio, least),
         samples=open_px / shared_px2,
         open_fraction=open_px / area_px,
         matched_fraction=float((silhouette * as_object).sum()) / open_px,
