@@ -1,7 +1,7 @@
 """A golden capture: a crate in a corner, photographed, trained for fixed steps, and cut out.
 
-The photos are cast ray by ray; training and cut are scored by the product's own scores, which
-`ceilings.toml` bounds.
+The photos are cast ray by ray; training and cut are scored by the product's own scores, the medians
+of which over some seeds `ceilings.toml` bounds.
 """
 
 from __future__ import annotations
@@ -30,6 +30,8 @@ from tests.conftest import raycast_picture
 
 WANTED = tomllib.loads((Path(__file__).parent / "ceilings.toml").read_text(encoding="utf-8"))
 CAMERA = Pinhole.from_fov(200, 150, 1.1)
+SEEDS = (0, 1, 2, 3, 4, 5)
+"""Of trainings: from one to the next a box's error changes by a factor of three."""
 VIEWS, POINTS_A_VIEW = 16, 120
 OPTIONS = TrainingOptions(iterations=400, budget=4000, held_out_every=8, exposure=False, previews=1)
 SIZE_M = (0.5, 0.4, 0.6)
@@ -80,9 +82,18 @@ def corner_with_crate():
 
 
 @pytest.fixture(scope="module")
-def capture(tmp_path_factory):
-    """The room trained from its photos, and the scores of the crate's cut."""
-    folder, room = tmp_path_factory.mktemp("capture"), corner_with_crate()
+def captures(tmp_path_factory):
+    """The room trained from its photos, and the scores of the crate's cut, once a seed."""
+    room, reconstruction = photographed(tmp_path_factory.mktemp("capture"))
+    return [
+        trained_and_cut(room, reconstruction, tmp_path_factory.mktemp("training"), seed)
+        for seed in SEEDS
+    ]
+
+
+def photographed(folder):
+    """The physical room and its photos, with true poses and some true points."""
+    room = corner_with_crate()
     meshes = [(mesh, Pose.identity()) for mesh in room.static]
     meshes += [(mesh, WORLD_FROM_CRATE) for mesh in room.objects[0].meshes]
     rng, views, points, colours = np.random.default_rng(2), [], [], []
@@ -101,15 +112,20 @@ def capture(tmp_path_factory):
         points.append(pose @ (rays * reach[rows, columns][:, None]))
         colours.append(rgb[rows, columns])
     count = VIEWS * POINTS_A_VIEW
-    reconstruction = Reconstruction(
+    return room, Reconstruction(
         tuple(views),
         np.concatenate(points),
         np.concatenate(colours),
         np.zeros(count, dtype=np.float32),
     )
-    work = tmp_path_factory.mktemp("training")
+
+
+def trained_and_cut(room, reconstruction, work, seed):
+    """One training, and the scores of the cut."""
     trainer = BuiltInTrainer(
-        OPTIONS, rng=lambda: np.random.default_rng(0), stopwatch=iter(np.arange(1e6) / 1e6).__next__
+        OPTIONS,
+        rng=lambda: np.random.default_rng(seed),
+        stopwatch=iter(np.arange(1e6) / 1e6).__next__,
     )
     trained = trainer.train(reconstruction, work, progress=silent)
     package = ScenePackage(
@@ -126,16 +142,22 @@ def capture(tmp_path_factory):
     return trained, score
 
 
-def test_photos_that_the_training_never_saw_are_drawn_as_well_as_ever(capture):
-    trained, _score = capture
-    print(f"psnr_db {trained.psnr_db:.3f}, ssim {trained.ssim:.4f}")
-    assert trained.psnr_db >= WANTED["capture"]["psnr_db"]["floor"]
-    assert trained.ssim >= WANTED["capture"]["ssim"]["floor"]
+def test_photos_that_the_training_never_saw_are_drawn_as_well_as_ever(captures):
+    psnr_db, ssim = (
+        float(np.median([getattr(trained, name) for trained, _ in captures]))
+        for name in ("psnr_db", "ssim")
+    )
+    print(f"psnr_db {psnr_db:.3f}, ssim {ssim:.4f}")
+    assert psnr_db >= WANTED["capture"]["psnr_db"]["floor"]
+    assert ssim >= WANTED["capture"]["ssim"]["floor"]
 
 
-def test_the_crate_is_cut_out_as_well_as_ever_and_leaves_the_room_whole(capture):
-    _trained, score = capture
-    print(f"iou {score.iou:.4f}, box_error_cm {score.box_error_cm:.3f}")
-    assert score.iou >= WANTED["capture"]["iou"]["floor"]
-    assert score.box_error_cm <= WANTED["capture"]["box_error_cm"]["ceiling"]
-    assert score.exact
+def test_the_crate_is_cut_out_as_well_as_ever_and_leaves_the_room_whole(captures):
+    iou, box_error_cm = (
+        float(np.median([getattr(score, name) for _, score in captures]))
+        for name in ("iou", "box_error_cm")
+    )
+    print(f"iou {iou:.4f}, box_error_cm {box_error_cm:.3f}")
+    assert iou >= WANTED["capture"]["iou"]["floor"]
+    assert box_error_cm <= WANTED["capture"]["box_error_cm"]["ceiling"]
+    assert all(score.exact for _, score in captures)

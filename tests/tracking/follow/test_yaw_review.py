@@ -30,7 +30,7 @@ SHARP = Pose.from_yaw(0.0)
 FLIPPED = Pose.from_yaw(3.1)
 RIG = Pose.identity()
 PROPOSED_NS = round(REVIEW_PART * Step.YAWS.nominal_ms * 1e6)
-LONG_NS = 20 * PROPOSED_NS
+LONG_NS = 100 * PROPOSED_NS
 
 
 def a_fit(pose):

@@ -51,6 +51,7 @@ def seen(raycast):
         ),
         exposures=(Exposure(np.ones(3), np.zeros(3), np.zeros(3)),),
         renderer=renderer,
+        is_first=False,
     )
     evidence = SimpleNamespace(
         view=view,
