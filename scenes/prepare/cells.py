@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 MOST_CELLS = 2**62
-"""Cells of the box around all points that a number can count; more are told apart by rows."""
+"""Cells of the box around all points that a number can count; more are distinguished by rows."""
 
 
 def cells_of(

@@ -99,7 +99,7 @@ def joined(*parts: Patches) -> Patches:
 
 
 def fit_patches(pieces: Array, grid: Grid) -> Patches:
-    """Patches of a surface, `DEPTH_M` thick (`sim/collision/depths.py` makes thin things thin).
+    """Patches of a surface, `DEPTH_M` thick (`sim/collision/depths.py` makes thin solids thin).
 
     Args:
         pieces: (T, 3, 3) triangles of the grid's frame, each in one cell (`cut_at_grid`).

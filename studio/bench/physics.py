@@ -185,7 +185,7 @@ def throw_all(twin: Twin, rng: np.random.Generator) -> None:
 
 
 def throw_rows(thrown: Thrown) -> list[Row]:
-    """Escapes, and how things come to rest."""
+    """Escapes, and how objects come to rest."""
     return [
         at_most("physics.throws", len(thrown.sunk_mm), ""),
         at_most("physics.escaped", thrown.escaped, "", bar=0.0),

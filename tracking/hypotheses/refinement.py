@@ -151,8 +151,8 @@ def climbed(
     times = radius_px(observation, model, world_from_start) / CLIMBED_PX
     seen = observation.shrunk(max(math.floor(times), 1))
 
-    def nats(pose: Pose) -> float:
-        return pose_support(seen, model, pose, scene.renderer).nats
+    def nats(world_from_object: Pose) -> float:
+        return pose_support(seen, model, world_from_object, scene.renderer).nats
 
     pose, best = world_from_start, nats(world_from_start)
     step = CLIMB_STEP
