@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.pose import Pose
+from scenes.splats import SplatCloud
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -124,6 +125,8 @@ class PhysicalObject:
         mass_kg: total mass.
         friction: sliding friction against the floor.
         world_from_object: where it stands when the room is scanned.
+        splats: its surface where it was scanned, in the object's frame, from photos that the scan
+            did not train on; `meshes` are then only what a picture without splats shows.
     """
 
     object_id: str
@@ -134,6 +137,7 @@ class PhysicalObject:
     mass_kg: float
     friction: float
     world_from_object: Pose
+    splats: SplatCloud | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,7 +151,10 @@ class QrCode:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PhysicalRoom:
-    """The physical world of a built-in room: what exists, before any scan.
+    """The physical world of a room: what exists, before any scan of it.
+
+    A built-in room is made of meshes and boxes. Of a room that was scanned, a second reconstruction
+    from other photos stands for what exists (`splats`), and its mesh for what stops things.
 
     Textures of `static` meshes already contain the room's light without the objects (window, lamps,
     ambient occlusion). Objects carry albedo and are lit as `albedo · (ambient + key · max(0, n·l))`
@@ -164,6 +171,8 @@ class PhysicalRoom:
         world_from_rig: where the 360° camera stands by default.
         codes: printed QR codes on the walls.
         footprint_m: (2, 2) lowest and highest floor corner (x, y).
+        splats: everything that never moves, of a scanned room; `static` is then empty.
+        collision: what stops objects and people in a scanned room; `solids` is then empty.
     """
 
     name: str
@@ -176,6 +185,8 @@ class PhysicalRoom:
     key: float = 0.5
     codes: tuple[QrCode, ...] = ()
     footprint_m: NDArray[np.float64] = field(default_factory=lambda: np.zeros((2, 2)))
+    splats: SplatCloud | None = None
+    collision: CollisionMesh | None = None
 
     def object_by_id(self, object_id: str) -> PhysicalObject:
         """The object with this id.
