@@ -6,12 +6,15 @@ The meshes are the *physical world* of a simulated room; the splats are the *sca
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scenes.pose import Pose
-from scenes.splats import SplatCloud
+
+if TYPE_CHECKING:
+    from scenes.splats import SplatCloud
 
 
 @dataclass(frozen=True, slots=True, eq=False)
