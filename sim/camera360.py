@@ -1,6 +1,8 @@
 """The simulated 360° camera: two fisheye lenses on a stand, drawn from the meshes of the room.
 
-What it never draws is a splat: the tracker's models are made of splats, and its pictures are not.
+What it never draws by itself is a splat: the tracker's models are made of splats, and its pictures
+are not. What exists only as a scan is drawn by a `ScannedLook` that it is given, which shows another
+reconstruction than the tracker's.
 """
 
 from __future__ import annotations
@@ -8,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import cv2
 import numpy as np
@@ -19,13 +22,17 @@ from scenes.mesh import PhysicalRoom, TexturedMesh
 from scenes.pose import Pose
 from sim.bodies import Body, Placement, solids_in_world
 from sim.lens_picture import (
+    DrawAlone,
+    Drawn,
     DrawnBody,
     Layer,
+    Tolerances,
     clusters,
     compose,
     draw_body,
     draw_room,
     fine_lens,
+    laid_over,
 )
 from sim.lens_raster import FisheyeRasteriser, Light, PixelRect
 from sim.shadows import ShadowMap, shadow_map
@@ -65,6 +72,29 @@ class CameraOptions:
     supersampling: int = 2
     blur_px: float = 0.6
     stand: bool = True
+
+
+class ScannedLook(Protocol):
+    """Draws what is known only from photos: a scanned room and its objects."""
+
+    @property
+    def tolerances(self) -> Tolerances:
+        """How exactly its depths are known."""
+        ...
+
+    def draws(self, body_id: str) -> bool:
+        """Whether a body has to be drawn by it."""
+        ...
+
+    def room(self, lens: Fisheye, world_from_lens: Pose) -> Layer:
+        """The room without anything movable, over the whole lens."""
+        ...
+
+    def body(
+        self, body_id: str, lens: Fisheye, lens_from_world: Pose, placement: Placement, rect: PixelRect
+    ) -> Drawn:
+        """One body alone in a rectangle of the lens, in the light where it stands."""
+        ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -125,6 +155,7 @@ class Camera360:
         world_from_rig: where the camera stands.
         bodies: everything that may move, at most 255.
         options: see `CameraOptions`.
+        look: draws what has no meshes; needed for scanned rooms only.
 
     Raises:
         ValueError: too many bodies, or two with the same id.
@@ -138,6 +169,7 @@ class Camera360:
         bodies: Sequence[Body],
         *,
         options: CameraOptions = CameraOptions(),
+        look: ScannedLook | None = None,
     ) -> None:
         names = [body.body_id for body in bodies]
         if len(bodies) > 255 or len(set(names)) != len(names):
@@ -147,6 +179,8 @@ class Camera360:
         self.body_ids = tuple(names)
         self._room = room
         self._options = options
+        self._look = look
+        self._tolerances = Tolerances() if look is None else look.tolerances
         self._bodies = {body.body_id: body for body in bodies}
         self._rasteriser = FisheyeRasteriser()
         self._meshes = {body.body_id: self._upload(body) for body in bodies}
@@ -222,29 +256,33 @@ class Camera360:
                 )
             ]
         )
-        drawn: list[DrawnBody] = []
-        for lens in self._lenses:
-            parts = [
-                (number, lens.lens_from_world @ world_from_part)
-                for numbers, world_from_part in zip(
-                    self._meshes[name], placement.world_from_part, strict=True
-                )
-                for number in numbers
-            ]
-            direction = lens.lens_from_world.rotation @ room.light_direction
-            drawn.append(
-                draw_body(
-                    self._rasteriser,
-                    parts,
-                    lens.lens_from_world @ outline,
-                    lens.fine,
-                    number=1 + self.body_ids.index(name),
-                    light=Light(direction, room.ambient, room.key),
-                    shadow=shadow,
-                    lens_from_world=lens.lens_from_world,
-                )
+        return tuple(
+            draw_body(
+                self._alone(name, placement, lens),
+                lens.lens_from_world @ outline,
+                lens.fine,
+                number=1 + self.body_ids.index(name),
+                shadow=shadow,
+                lens_from_world=lens.lens_from_world,
             )
-        return tuple(drawn)
+            for lens in self._lenses
+        )
+
+    def _alone(self, name: str, placement: Placement, lens: _Lens) -> DrawAlone:
+        """What draws a body alone through a lens."""
+        look = self._look
+        if look is not None and look.draws(name):
+            return lambda rect: look.body(name, lens.fine, lens.lens_from_world, placement, rect)
+        parts = [
+            (number, lens.lens_from_world @ world_from_part)
+            for numbers, world_from_part in zip(
+                self._meshes[name], placement.world_from_part, strict=True
+            )
+            for number in numbers
+        ]
+        direction = lens.lens_from_world.rotation @ self._room.light_direction
+        light = Light(direction, self._room.ambient, self._room.key)
+        return lambda rect: self._rasteriser.draw(parts, lens.fine, rect, light=light)
 
     def _lens_view(
         self, lens: _Lens, moving: Sequence[DrawnBody]
@@ -258,7 +296,12 @@ class Camera360:
             # The blur at the border of the rectangle needs what lies beyond.
             grown = _grown(rect, s * BLUR_MARGIN_PX, whole)
             layer = compose(
-                lens.rest, grown, moving, lens=lens.fine, lens_from_world=lens.lens_from_world
+                lens.rest,
+                grown,
+                moving,
+                lens=lens.fine,
+                lens_from_world=lens.lens_from_world,
+                tolerances=self._tolerances,
             )
             inner = PixelRect(
                 rect.x0 - grown.x0, rect.y0 - grown.y0, rect.x1 - grown.x0, rect.y1 - grown.y0
@@ -276,7 +319,12 @@ class Camera360:
         rects = [rect for body in dirty for rect in body.touched]
         for rect in clusters(rects, self._options.supersampling):
             layer = compose(
-                lens.room, rect, resting, lens=lens.fine, lens_from_world=lens.lens_from_world
+                lens.room,
+                rect,
+                resting,
+                lens=lens.fine,
+                lens_from_world=lens.lens_from_world,
+                tolerances=self._tolerances,
             )
             target = lens.rest.part(rect)
             target.rgb[:], target.range_m[:] = layer.rgb, layer.range_m
@@ -325,6 +373,8 @@ class Camera360:
         for fine, world_from_lens in lenses:
             lens_from_world = world_from_lens.inverse()
             room = draw_room(rasteriser, numbers, fine, lens_from_world)
+            if self._look is not None:
+                room = laid_over(self._look.room(fine, world_from_lens), room)
             drawn.append(
                 _Lens(
                     fine,

@@ -7,7 +7,7 @@ only rectangles around what moves; the depth test against the layer below decide
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -17,16 +17,34 @@ from numpy.typing import NDArray
 
 from scenes.cameras import Fisheye, pixel_centres
 from scenes.pose import Pose
-from sim.lens_raster import UNLIT, FisheyeRasteriser, Light, PixelRect
+from sim.lens_raster import UNLIT, FisheyeRasteriser, PixelRect
 from sim.shadows import ShadowMap
 
 ROOM_ID = 0
-CONTACT_BIAS_M = 0.002
-SHADOW_TOLERANCE_M = 0.025
 SHADOW_STEP = 8
 SHADOW_LEVELS = 255.0
 RECT_PAD = 6
 ROOM_SHIFTS = ((0.0, 0.0), (-0.375, -0.125), (0.125, -0.375), (0.375, 0.125), (-0.125, 0.375))
+
+
+Drawn = tuple[NDArray[np.uint8], NDArray[np.float32]]
+"""(h, w, 3) RGB and (h, w) range in metres, inf where nothing is."""
+
+DrawAlone = Callable[[PixelRect], Drawn]
+"""Draws one body with nothing else in a rectangle of the fine grid."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerances:
+    """How exactly the depth of what lies below is known.
+
+    Attributes:
+        contact_m: a body hides what is less than so much nearer: what it stands on.
+        shadow_m: a shadow falls on what is at most so far from the plane that takes it.
+    """
+
+    contact_m: float = 0.002
+    shadow_m: float = 0.025
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,26 +119,29 @@ def draw_room(
     return Layer(mean, range_m, np.full(range_m.shape, ROOM_ID, np.uint8))
 
 
+def laid_over(below: Layer, above: Layer) -> Layer:
+    """What is nearer of two layers of the same lens."""
+    nearer = above.range_m < below.range_m
+    rgb = np.where(nearer[..., None], above.rgb, below.rgb)
+    return Layer(rgb, np.where(nearer, above.range_m, below.range_m), below.ids)
+
+
 def draw_body(
-    rasteriser: FisheyeRasteriser,
-    parts: Sequence[tuple[int, Pose]],
+    draw: DrawAlone,
     outline_in_lens: NDArray[np.float64],
     lens: Fisheye,
     *,
     number: int,
-    light: Light,
     shadow: ShadowMap,
     lens_from_world: Pose,
 ) -> DrawnBody:
     """Draw one body alone and find where its shadow can be seen.
 
     Args:
-        rasteriser: holds the meshes.
-        parts: mesh numbers with their `lens_from_mesh`.
+        draw: draws the body's surfaces in a rectangle of the fine grid.
         outline_in_lens: (N, 3) points whose picture spans the body's.
         lens: on the fine grid.
         number: the body's number in the layers, 1..255.
-        light: in the frame of the lens.
         shadow: on the surface it stands on.
         lens_from_world: to place the shadow.
     """
@@ -129,7 +150,7 @@ def draw_body(
         rgb = np.zeros((0, 0, 3), np.uint8)
         range_m = np.zeros((0, 0), np.float32)
     else:
-        rgb, range_m = rasteriser.draw(parts, lens, rect, light=light)
+        rgb, range_m = draw(rect)
     return DrawnBody(
         number,
         rect,
@@ -148,13 +169,15 @@ def compose(
     *,
     lens: Fisheye,
     lens_from_world: Pose,
+    tolerances: Tolerances,
 ) -> Layer:
     """Put bodies and their shadows over a rectangle of a whole-lens layer, which stays as it is."""
     layer = below.part(rect).copy()
     for body in bodies:
         overlap = _overlap(rect, body.shadow_rect)
         if overlap is not None:
-            _darken(_within(layer, rect, overlap), overlap, body.shadow, lens, lens_from_world)
+            target = _within(layer, rect, overlap)
+            _darken(target, overlap, body.shadow, lens, lens_from_world, tolerances.shadow_m)
     for body in bodies:
         overlap = _overlap(rect, body.rect)
         if overlap is None or body.rect is None:
@@ -167,7 +190,7 @@ def compose(
         ).rows_columns
         target = _within(layer, rect, overlap)
         range_m = body.range_m[inner]
-        nearer = (range_m < target.range_m + CONTACT_BIAS_M).view(np.uint8)
+        nearer = (range_m < target.range_m + np.float32(tolerances.contact_m)).view(np.uint8)
         cv2.copyTo(np.ascontiguousarray(body.rgb[inner]), nearer, target.rgb)
         np.copyto(target.range_m, range_m, where=nearer.view(np.bool_))
         target.ids[nearer.view(np.bool_)] = body.number
@@ -242,7 +265,12 @@ def _dark_points(shadow: ShadowMap) -> NDArray[np.float64]:
 
 
 def _darken(
-    layer: Layer, rect: PixelRect, shadow: ShadowMap, lens: Fisheye, lens_from_world: Pose
+    layer: Layer,
+    rect: PixelRect,
+    shadow: ShadowMap,
+    lens: Fisheye,
+    lens_from_world: Pose,
+    tolerance_m: float,
 ) -> None:
     """Multiply the surface under a body by the light its shadow leaves, in place."""
     rays, shape = _node_rays(rect, lens)
@@ -262,7 +290,7 @@ def _darken(
     )
     factor = _between_nodes(light, rect)
     distance = _between_nodes(plane_range.reshape(shape).astype(np.float32), rect)
-    off_plane = cv2.absdiff(distance, layer.range_m) > SHADOW_TOLERANCE_M
+    off_plane = cv2.absdiff(distance, layer.range_m) > tolerance_m
     off_plane |= layer.ids != ROOM_ID
     factor[off_plane] = SHADOW_LEVELS
     factor8 = cv2.convertScaleAbs(factor)

@@ -21,9 +21,10 @@ from scenes.pose import Pose, rotation_from_vector
 from scenes.state import Avatar
 from sim.actors import TICK_NS, Actor
 from sim.bodies import Placement, body_of_object
-from sim.camera360 import Camera360, CameraView, default_rig
+from sim.camera360 import Camera360, CameraView, ScannedLook, default_rig
 from sim.figure import person_body
 from sim.posture import PART_NAMES, part_poses
+from sim.reality.world_error import drawn_error
 from sim.remote import remote_avatar
 from sim.scenario import Scenario, validate_scenario
 from sim.sensor import Sensor
@@ -57,32 +58,56 @@ class SimulatedStep:
     events: tuple[Event, ...]
 
 
-def simulate(room: PhysicalRoom, scenario: Scenario, *, seed: int) -> Iterator[SimulatedStep]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Scanned:
+    """What a rehearsal needs where only a scan of the room exists.
+
+    Attributes:
+        look: draws the room.
+        covariance: (7, 7) of the scan's metric world: how far the real one may be from it.
+    """
+
+    look: ScannedLook
+    covariance: NDArray[np.float64]
+
+
+def simulate(
+    room: PhysicalRoom, scenario: Scenario, *, seed: int, scanned: Scanned | None = None
+) -> Iterator[SimulatedStep]:
     """Play a scenario. Frames come in time order; those lost on the way don't come.
 
     Args:
         room: the physical room.
         scenario: what happens.
         seed: decides everything random; the same one gives the same bytes.
+        scanned: needed for a room that is made of splats.
 
     Raises:
         ScenarioError: the scenario doesn't fit the room.
     """
     validate_scenario(scenario, room)
-    return _Session(room, scenario, seed).steps()
+    return _Session(room, scenario, seed, scanned).steps()
 
 
 class _Session:
-    def __init__(self, room: PhysicalRoom, scenario: Scenario, seed: int) -> None:
-        streams = np.random.default_rng(seed).spawn(4)
-        pose_rng, sensor_rng, self._fault_rng, people_rng = streams
+    def __init__(
+        self, room: PhysicalRoom, scenario: Scenario, seed: int, scanned: Scanned | None
+    ) -> None:
+        # More streams may be added at the end: those before keep theirs.
+        streams = np.random.default_rng(seed).spawn(5)
+        pose_rng, sensor_rng, self._fault_rng, people_rng, world_rng = streams
+        self._look = None if scanned is None else scanned.look
+        self._error = None if scanned is None else drawn_error(scanned.covariance, world_rng)
         self._room = room
         self._scenario = scenario
         settings = scenario.camera
         self._rig: Rig = default_rig(settings.lens_size_px)
         self._true_rig = room.world_from_rig
         self._known_rig = off_by(
-            self._true_rig, pose_rng, settings.pose_error_deg, settings.pose_error_cm
+            self._in_reality(self._true_rig),
+            pose_rng,
+            settings.pose_error_deg,
+            settings.pose_error_cm,
         )
         camera_xy = room.world_from_rig.translation[:2]
         self._actors = [
@@ -100,7 +125,7 @@ class _Session:
         figures = [person_body(actor.person_id, people_rng) for actor in self._actors]
         bodies = [*(body_of_object(item) for item in room.objects), *figures]
         self._bodies = bodies
-        self._camera = Camera360(room, self._rig, self._true_rig, bodies)
+        self._camera = Camera360(room, self._rig, self._true_rig, bodies, look=self._look)
         self._sensor = Sensor(self._rig, sensor_rng)
         self._encoder = H264Encoder(
             2 * settings.lens_size_px,
@@ -150,9 +175,15 @@ class _Session:
         self._is_bumped = True
         self._true_rig = off_by(self._true_rig, self._fault_rng, faults.bump_deg, faults.bump_cm)
         self._camera.close()
-        self._camera = Camera360(self._room, self._rig, self._true_rig, self._bodies)
+        self._camera = Camera360(
+            self._room, self._rig, self._true_rig, self._bodies, look=self._look
+        )
         text = f"camera bumped: turned by {faults.bump_deg:g}°, shifted by {faults.bump_cm:g} cm"
         return [Event(t_ns, STREAM_ID, "bumped", text)]
+
+    def _in_reality(self, pose: Pose) -> Pose:
+        """A pose of the simulation, which runs in the scan's world, where it really is."""
+        return pose if self._error is None else self._error.moved(pose)
 
     def _frame_count(self) -> int:
         return math.floor(self._scenario.duration_s * self._scenario.camera.fps + 1e-9)
@@ -228,10 +259,10 @@ class _Session:
         recorded = RecordedTruth(
             seq,
             t_ns,
-            poses,
+            {object_id: self._in_reality(pose) for object_id, pose in poses.items()},
             {object_id: view.visible_fraction[object_id] for object_id in poses},
             frozenset(n for n, pose in poses.items() if _has_moved(self._first_poses[n], pose)),
-            self._true_rig,
+            self._in_reality(self._true_rig),
         )
         return GroundTruth(recorded, IdMasks([lens.ids for lens in view.lenses], numbers))
 

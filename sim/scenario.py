@@ -5,6 +5,7 @@ Everything wrong with a file is one `ScenarioError` line: file, key, value, what
 
 from __future__ import annotations
 
+import math
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -13,7 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from scenes.frames import look_at
 from scenes.mesh import PhysicalRoom
+from scenes.pose import Pose
 from scenes.quad import quad_of
 from sim.actions import Action, Carry, Hide, Push, Stand, Turn, Walk
 from sim.tables import ScenarioError, Table
@@ -35,6 +38,8 @@ class CameraSettings:
         pose_error_deg: size of the error of the known camera pose, about a random axis.
         pose_error_cm: size of its error in position, in a random direction.
         bitrate_mbps: of the H.264 stream of both lenses.
+        position: (x, y, z) of the front lens, metres; None leaves it where the scene has it.
+        facing_deg: where the front lens looks, from world x, anticlockwise.
     """
 
     fps: float = 10.0
@@ -42,6 +47,16 @@ class CameraSettings:
     pose_error_deg: float = 0.2
     pose_error_cm: float = 0.5
     bitrate_mbps: float = 24.0
+    position: tuple[float, float, float] | None = None
+    facing_deg: float = 90.0
+
+    @property
+    def world_from_rig(self) -> Pose | None:
+        """Where the scenario puts the camera, or None."""
+        if self.position is None:
+            return None
+        eye, turn = np.array(self.position), math.radians(self.facing_deg)
+        return look_at(eye, eye + np.array([math.cos(turn), math.sin(turn), 0.0]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -236,6 +251,8 @@ def validate_scenario(scenario: Scenario, room: PhysicalRoom) -> None:
         if object_id not in known:
             raise ScenarioError(f"{where}: {key} = {object_id!r}, wanted one of {', '.join(known)}")
 
+    if scenario.camera.position is not None:
+        check_point("camera.position", scenario.camera.position)
     for i, person in enumerate(scenario.people):
         check_point(f"people[{i}].start", person.start)
         for k, action in enumerate(person.actions):
@@ -259,6 +276,8 @@ def _camera(table: Table) -> CameraSettings:
         pose_error_deg=table.number("pose_error_deg", default.pose_error_deg, low=0.0, high=45.0),
         pose_error_cm=table.number("pose_error_cm", default.pose_error_cm, low=0.0, high=100.0),
         bitrate_mbps=table.number("bitrate_mbps", default.bitrate_mbps, low=0.1, high=400.0),
+        position=table.optional_point3("position"),
+        facing_deg=table.number("facing_deg", default.facing_deg, low=-360.0, high=360.0),
     )
     if camera.lens_size_px % 2:
         raise table.error("lens_size_px", camera.lens_size_px, "an even number of pixels")

@@ -9,8 +9,9 @@ Layout, format version 3 (lengths in metres, world right-handed and Z up):
     cameras.json         where the 360° camera stands, and from where the room was photographed
     collision/room.glb   what objects collide with, if it is known
     cuts.json, cuts/     what was taken out of the room, in order, so that it can be put back
+    reality/             a second reconstruction of the room, if it can be rehearsed in
 In a compact package splats are .spz instead of .ply, a tenth of the size and slightly rounded, and
-there are no cuts. Version 1 had no views, no collision mesh and no cuts; version 2 was not compact.
+there are no cuts and no second reconstruction. Version 1 had no views, no collision mesh and no cuts; version 2 was not compact.
 """
 
 from __future__ import annotations
@@ -45,6 +46,7 @@ from scenes.package.files import (
     write_items,
     write_json,
 )
+from scenes.package.reality import REALITY, Reality, reality_of, write_reality
 from scenes.package.records import (
     OBJECT_ID,
     Stage,
@@ -90,6 +92,7 @@ class ScenePackage:
         views: where it was photographed from.
         collision: what objects collide with, or None where nobody has measured it.
         cuts: what was taken out of the room, oldest first.
+        reality: what stands for the real room in rehearsals, or None; never read by a tracker.
 
     Raises:
         ValueError: an object id is unfit for a file name or appears twice, or the footprint is
@@ -107,6 +110,7 @@ class ScenePackage:
     views: tuple[ViewPoint, ...] = ()
     collision: CollisionMesh | None = None
     cuts: tuple[Cut, ...] = ()
+    reality: Reality | None = None
 
     def __post_init__(self) -> None:
         footprint = np.array(self.footprint_m, dtype=np.float64)
@@ -194,6 +198,7 @@ def load_package(folder: str | Path) -> ScenePackage:
             views=tuple(view_from_json(view) for view in cameras.get("views", [])),
             collision=_read_collision(source) if _COLLISION in scene["files"] else None,
             cuts=read_cuts(source, scene["files"]) if CUTS in scene["files"] else (),
+            reality=reality_of(source) if REALITY in scene["files"] else None,
         )
     except PackageError:
         raise
@@ -250,6 +255,8 @@ def _fill(part: Path, package: ScenePackage, compact: bool) -> None:
         write_mesh(part / _COLLISION, package.collision)
     if package.cuts and not compact:
         write_cuts(part, package.cuts)
+    if package.reality is not None and not compact:
+        write_reality(part, package.reality)
     files = sorted(path for path in part.rglob("*") if path.is_file())
     write_json(
         part / _SCENE,

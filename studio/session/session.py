@@ -340,35 +340,17 @@ Made = tuple[ScenePackage, SessionInfo, Callable[[], Iterator[SessionMessage]], 
 
 
 def _simulated(plan: SessionPlan) -> Made:
-    from scenes.opening import open_scene
-    from scenes.samples import SAMPLE_NAMES, sample_room
     from sim.camera360 import default_rig
-    from sim.rehearsal import simulate
-    from sim.scanned import missing, only_scanned, with_scanned
-    from sim.scenario import DEFAULT_SCENARIOS, load_scenario, validate_scenario
     from studio.session.provenance import library_versions
+    from studio.session.staging import staging_of
 
-    # The first opening of a built-in scene takes a minute; a bad scenario is reported before it.
-    scene = None if plan.scene in SAMPLE_NAMES else open_scene(plan.scene)
-    physical = plan.scene if scene is None else scene.physical
-    if physical is None:
-        raise ValueError(
-            f"{plan.scene}: a scan of a real room, which cannot be simulated; "
-            f"rehearse a built-in scene ({', '.join(SAMPLE_NAMES)})"
-        )
-    room = sample_room(physical)
-    added = () if scene is None else only_scanned(room, scene)
-    for item in added:
-        log.warning(missing(item))
-    room = with_scanned(room, added)
-    scenario = load_scenario(plan.scenario or DEFAULT_SCENARIOS[room.name])
-    validate_scenario(scenario, room)
-    scene = scene or open_scene(plan.scene)
+    staging = staging_of(plan.scene, plan.scenario)
+    scene, scenario = staging.scene, staging.scenario
     info = SessionInfo(
         scene=plan.scene,
         scene_hash=scene_hash(scene),
         seed=plan.seed,
-        scenario=Path(scenario.source).read_text(encoding="utf-8"),
+        scenario=staging.scenario_text,
         scenario_name=scenario.name,
         mode=str(plan.pace),
         methods=plan.methods,
@@ -376,7 +358,7 @@ def _simulated(plan: SessionPlan) -> Made:
         rig=default_rig(scenario.camera.lens_size_px),
         fps=scenario.camera.fps,
     )
-    steps = partial(simulate, room, scenario, seed=plan.seed)
+    steps = staging.steps(plan.seed)
     corners = {item.surface_id: np.array(item.corners_in_world) for item in scenario.surfaces}
     duration_ns = round(scenario.duration_s * 1e9)
     return scene, info, lambda: simulated_messages(steps(), corners), duration_ns

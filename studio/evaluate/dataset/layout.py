@@ -63,6 +63,7 @@ class Still:
         t_ns: capture time from the first picture of the set.
         world_from_object: true poses by object.
         visible: by object.
+        world_from_person: where somebody stands, origin between the feet, X ahead; None if nobody.
     """
 
     name: str
@@ -71,6 +72,7 @@ class Still:
     t_ns: int
     world_from_object: Mapping[str, Pose]
     visible: Mapping[str, Visibility]
+    world_from_person: Pose | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -346,6 +348,11 @@ def _still_set(folder: Path, name: str, truth: _Field) -> StillSet:
                 visible={
                     object_id: _visibility(value) for object_id, value in frame.get("visible")
                 },
+                world_from_person=(
+                    frame.get("world_from_person").pose()
+                    if frame.optional("world_from_person") is not None
+                    else None
+                ),
             )
         )
     moving = tuple(item.text() for item in truth.get("moving").items() if item.text() != "person")

@@ -39,6 +39,25 @@ CHAINED_FRAME_NS = 100_000_000
 """Time between those."""
 
 
+Pictures = Callable[[StillSet, Still], NDArray[np.uint8]]
+"""The picture that a still of a set shows, (H, W, 3) RGB."""
+
+
+def filmed(pictures: StillSet, still: Still) -> NDArray[np.uint8]:
+    """The picture that was taken.
+
+    Raises:
+        ValueError: it is missing, or of another size than the set's lens.
+    """
+    image, lens = read_rgb(still.picture), pictures.lens
+    if image.shape[:2] != (lens.height_px, lens.width_px):
+        raise ValueError(
+            f"{still.picture}: {image.shape[1]} × {image.shape[0]} pixels, but the set's "
+            f"truth.json says {lens.width_px} × {lens.height_px}"
+        )
+    return image
+
+
 @dataclass(frozen=True, slots=True)
 class CameraLeft:
     """What is left of the camera pose's error after the method's own refinement."""
@@ -88,6 +107,8 @@ def track_dataset(
     stopwatch_ns: Callable[[], int],
     begin: Callable[[str], None],
     shown: Shown | None = None,
+    picture_of: Pictures = filmed,
+    chained: bool = True,
 ) -> Tracked:
     """Track every set of a dataset.
 
@@ -100,11 +121,13 @@ def track_dataset(
         stopwatch_ns: nanoseconds from any origin.
         begin: is called with the name of each session that begins.
         shown: for methods with a perfect detector; None for all others.
+        picture_of: what the method sees of a still.
+        chained: whether stills are also tracked in one session.
 
     Raises:
         ValueError: a picture is missing or of another size than its lens.
     """
-    run = _Run(dataset, prepared, method, camera_error, seed, stopwatch_ns, shown)
+    run = _Run(dataset, prepared, method, camera_error, seed, stopwatch_ns, shown, picture_of)
     answers: list[Answer] = []
     for name, pictures in dataset.sets.items():
         begin(name)
@@ -112,6 +135,8 @@ def track_dataset(
             answers += run.sequence(pictures)
         else:
             answers += run.cold(pictures)
+            if not chained:
+                continue
             begin(f"{name}, chained")
             answers += run.chained(pictures)
     lines = tuple(f"{name}: {line}" for name, line in run.camera_lines.items())
@@ -132,6 +157,7 @@ class _Run:
         seed: int,
         stopwatch_ns: Callable[[], int],
         shown: Shown | None,
+        picture_of: Pictures,
     ) -> None:
         self._dataset = dataset
         self._prepared = prepared
@@ -140,6 +166,7 @@ class _Run:
         self._seed = seed
         self._stopwatch_ns = stopwatch_ns
         self._shown = shown
+        self._picture_of = picture_of
         self._initial = {
             item.object_id: item.world_from_object for item in prepared.package.objects
         }
@@ -180,13 +207,7 @@ class _Run:
         """One picture; the camera's known pose is off in the same direction all session long."""
         package_from_true = self._prepared.true_from_package.inverse()
         true_rig = package_from_true @ pictures.world_from_camera
-        image = read_rgb(still.picture)
-        lens = pictures.lens
-        if image.shape[:2] != (lens.height_px, lens.width_px):
-            raise ValueError(
-                f"{still.picture}: {image.shape[1]} × {image.shape[0]} pixels, but the set's "
-                f"truth.json says {lens.width_px} × {lens.height_px}"
-            )
+        image, lens = self._picture_of(pictures, still), pictures.lens
         known = off_by(
             true_rig,
             np.random.default_rng([self._seed, 360, *session.encode()]),

@@ -1,0 +1,96 @@
+"""What stands for the real room in rehearsals of a scan: another reconstruction, kept with it.
+
+Its splats are only named when a package is opened: trackers and viewers never read them.
+"""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.formats.ply import read_ply
+from scenes.package.files import PackageError, numbers, read_json, text, write_json
+from scenes.splats import SplatCloud
+
+REALITY, REALITY_ABOUT = "reality/room.ply", "reality/reality.json"
+WORLD_NUMBERS = 7
+"""A small change of the metric world: rotation vector, translation, logarithm of the scale."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reality:
+    """A second reconstruction of a scanned room.
+
+    Attributes:
+        splats: a PLY file of it, in the scan's world, metres; movable objects are a part of it.
+        trainer: name and version of what trained it.
+        photos: how many it was trained on.
+        shared: how many of those the scan was trained on, too.
+        covariance: (7, 7) of the scan's metric world, see `WORLD_NUMBERS`: how far the real room
+            may be from where the scan says.
+
+    Raises:
+        ValueError: the covariance is not finite (7, 7).
+    """
+
+    splats: Path
+    trainer: str
+    photos: int
+    shared: int
+    covariance: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        covariance = np.array(self.covariance, dtype=np.float64)
+        if covariance.shape != (WORLD_NUMBERS,) * 2 or not np.isfinite(covariance).all():
+            raise ValueError(f"Reality.covariance: shape {covariance.shape}, wanted finite (7, 7)")
+        covariance.setflags(write=False)
+        object.__setattr__(self, "covariance", covariance)
+
+    def read(self) -> SplatCloud:
+        """Its splats.
+
+        Raises:
+            FormatError: the file is damaged.
+            OSError: it is gone.
+        """
+        return read_ply(self.splats)
+
+
+def write_reality(folder: Path, reality: Reality) -> None:
+    """Copy a second reconstruction into a package's folder."""
+    target = folder / REALITY
+    target.parent.mkdir()
+    shutil.copyfile(reality.splats, target)
+    write_json(
+        folder / REALITY_ABOUT,
+        {
+            "trainer": reality.trainer,
+            "photos": reality.photos,
+            "shared": reality.shared,
+            "covariance": reality.covariance.tolist(),
+        },
+    )
+
+
+def reality_of(folder: Path) -> Reality:
+    """What a package's folder says of its second reconstruction.
+
+    Raises:
+        PackageError: the description is damaged.
+        KeyError, TypeError, ValueError: a field is missing or wrong.
+    """
+    about = read_json(folder / REALITY_ABOUT)
+    rows = about["covariance"]
+    if not isinstance(rows, list) or len(rows) != WORLD_NUMBERS:
+        raise PackageError(f"{folder / REALITY_ABOUT}: covariance is not 7 × 7; make it anew")
+    return Reality(
+        splats=folder / REALITY,
+        trainer=text(about["trainer"], "trainer"),
+        photos=int(about["photos"]),
+        shared=int(about["shared"]),
+        covariance=np.array([numbers(row, WORLD_NUMBERS, "covariance") for row in rows]),
+    )

@@ -1,0 +1,117 @@
+"""A second reconstruction of a prepared room, to stand for the real one in rehearsals.
+
+It is trained from another random start, longer, on larger pictures and on the photos that the scan
+kept aside as well, so its splats are others and its pictures sharper. Photos, their poses and the
+metric world are the scan's: what is wrong with those is wrong with both, and a rehearsal does not
+see it. How optimistic that makes it is measured in docs/twin.md.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from scenes.formats.ply import WORLD_COMMENT, write_ply
+from scenes.package import ScenePackage
+from scenes.package.reality import Reality
+from scenes.prepare.align.saved_alignment import load_alignment
+from scenes.prepare.pipeline import POINTS_FOLDER, TRAINING
+from scenes.prepare.progress import Progress
+from scenes.prepare.reconstruction import Reconstruction
+from scenes.prepare.saved_reconstruction import load_reconstruction
+from scenes.prepare.stages import open_work_folder
+from scenes.prepare.train import checkpoint
+from scenes.prepare.train.train import BUILT_IN_VERSION, BuiltInTrainer
+from scenes.prepare.train.trained_file import load_training
+from scenes.prepare.train.trainer import PRESETS
+
+QUALITY = "fine"
+"""Preset of the second training: one step finer than what rooms are prepared with by default."""
+STREAM = 1
+"""Child of the seed that it draws from; the scan draws from the seed itself."""
+SPLATS = "splats.ply"
+STRETCHED = "scale per axis"
+
+
+def with_reality(
+    package: ScenePackage,
+    work_folder: Path,
+    *,
+    seed: int,
+    seconds: Callable[[], float],
+    progress: Progress,
+) -> ScenePackage:
+    """The package with a second reconstruction of its room.
+
+    Args:
+        package: a prepared room, with or without objects cut out.
+        work_folder: of its preparation; keeps the second training, too.
+        seed: decides everything random.
+        seconds: a stopwatch.
+        progress: called with the share done.
+
+    Raises:
+        ValueError: the folder holds no preparation of this room.
+        OSError, Cancelled: the training stopped; it goes on from there when called again.
+    """
+    metric = _photos_of(package, work_folder)
+    scan = load_training(work_folder / TRAINING)
+    alignment = load_alignment(work_folder / "alignment")
+    work = open_work_folder(work_folder, seconds=seconds, progress=progress)
+    options = replace(PRESETS[QUALITY], held_out_every=0)
+
+    def make(folder: Path, progress: Progress) -> Path:
+        trainer = BuiltInTrainer(
+            options, rng=lambda: np.random.default_rng([seed, STREAM]), stopwatch=seconds
+        )
+        result = trainer.train(metric, folder, progress=progress)
+        write_ply(folder / SPLATS, result.cloud, comments=[WORLD_COMMENT])
+        checkpoint.remove(folder)
+        return folder / SPLATS
+
+    points_stage = json.loads((work_folder / "outdoor points" / "stage.json").read_text())
+    splats = work.run(
+        "reality",
+        {"trainer": BUILT_IN_VERSION, "seed": seed, "quality": QUALITY, "of": points_stage["key"]},
+        make=make,
+        load=lambda folder, progress: folder / SPLATS,
+        detail=lambda path: f"second reconstruction, {QUALITY}",
+    )
+    reality = Reality(
+        splats=splats,
+        trainer=f"{BUILT_IN_VERSION}, {QUALITY}",
+        photos=len(metric.views),
+        shared=len(metric.views) - len(scan.held_out),
+        covariance=alignment.covariance,
+    )
+    return replace(package, reality=reality, stages=(*package.stages, work.log[-1]))
+
+
+def _photos_of(package: ScenePackage, work_folder: Path) -> Reconstruction:
+    """The photos that a package was made of, in its metric world.
+
+    Raises:
+        ValueError: the folder holds no preparation of this room.
+    """
+    points = work_folder / "outdoor points" / POINTS_FOLDER
+    if not points.is_dir() or not (work_folder / TRAINING).is_dir():
+        raise ValueError(
+            f"{work_folder}: no finished preparation of {package.name!r}; to rehearse in it, prepare "
+            "it again with --rehearsable, or name its work folder with --work"
+        )
+    if any(stage.name == STRETCHED for stage in package.stages):
+        raise ValueError(
+            f"scene {package.name!r} was stretched per axis, which its photos were not: it cannot be "
+            "rehearsed in; prepare it again without --per-axis"
+        )
+    metric = load_reconstruction(points)
+    if {view.name for view in metric.views} != {view.name for view in package.views}:
+        raise ValueError(
+            f"{work_folder}: a preparation of other photos than those of {package.name!r}; name its "
+            "own work folder with --work"
+        )
+    return metric

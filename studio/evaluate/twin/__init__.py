@@ -1,0 +1,1 @@
+"""How well a rehearsal in a scan predicts what happens in the real room."""

@@ -1,0 +1,127 @@
+"""What a simulated session takes place in: a built-in room, or what stands for a scanned one."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scenes.mesh import PhysicalRoom
+from scenes.package import ScenePackage
+from sim.scenario import Scenario
+
+if TYPE_CHECKING:
+    from sim.rehearsal import Scanned, SimulatedStep
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Staging:
+    """A room, its scan, and what happens in it.
+
+    Attributes:
+        scene: what the tracker models the room with.
+        room: what exists.
+        scenario: what happens.
+        scenario_text: the same as a file.
+        scanned: how the room is drawn where only a scan exists; else None.
+        reality: in words, what stands for the real room and what that leaves out; empty of a
+            built-in room, which is known.
+    """
+
+    scene: ScenePackage
+    room: PhysicalRoom
+    scenario: Scenario
+    scenario_text: str
+    scanned: Scanned | None = None
+    reality: str = ""
+
+    def steps(self, seed: int) -> Callable[[], Iterator[SimulatedStep]]:
+        """The simulation, to be started."""
+        from sim.rehearsal import simulate
+
+        return partial(simulate, self.room, self.scenario, seed=seed, scanned=self.scanned)
+
+
+def staging_of(scene_name: str, scenario_name: str | None) -> Staging:
+    """Open what a session takes place in.
+
+    Args:
+        scene_name: a built-in room, or the path of a scene package.
+        scenario_name: a built-in scenario or a file; None for the room's own.
+
+    Raises:
+        ValueError: scene or scenario are bad, they do not fit, or the scan cannot be rehearsed in.
+        OSError: a file cannot be opened.
+    """
+    from scenes.opening import open_scene
+    from scenes.samples import SAMPLE_NAMES
+
+    if scene_name in SAMPLE_NAMES:
+        return _built_in(scene_name, None, scenario_name)
+    scene = open_scene(scene_name)
+    if scene.physical is not None:
+        return _built_in(scene.physical, scene, scenario_name)
+    return _scan(scene_name, scene, scenario_name)
+
+
+def _built_in(room_name: str, scene: ScenePackage | None, scenario_name: str | None) -> Staging:
+    from scenes.opening import open_scene
+    from scenes.samples import sample_room
+    from sim.scanned import missing, only_scanned, with_scanned
+    from sim.scenario import DEFAULT_SCENARIOS, load_scenario, validate_scenario
+
+    room = sample_room(room_name)
+    added = () if scene is None else only_scanned(room, scene)
+    for item in added:
+        log.warning(missing(item))
+    room = with_scanned(room, added)
+    scenario = load_scenario(scenario_name or DEFAULT_SCENARIOS[room.name])
+    # The first opening of a built-in scene takes a minute; a bad scenario is reported before it.
+    validate_scenario(scenario, room)
+    text = Path(scenario.source).read_text(encoding="utf-8")
+    return Staging(scene or open_scene(room_name), room, scenario, text)
+
+
+def _scan(path: str, scene: ScenePackage, scenario_name: str | None) -> Staging:
+    from scenes.render.native import NativeRenderer
+    from sim.first_scenario import first_scenario
+    from sim.reality.look import SplatLook
+    from sim.reality.parts import parts_of
+    from sim.reality.room import scanned_room
+    from sim.rehearsal import Scanned
+    from sim.scanned import missing
+    from sim.scenario import load_scenario, parse_scenario, validate_scenario
+
+    reality = scene.reality
+    if reality is None:
+        raise ValueError(
+            f"{path}: a scan of a real room that nothing stands for yet; make that with "
+            "`nexus rehearse`, or with `nexus prepare --rehearsable`"
+        )
+    renderer = NativeRenderer()
+    parts = parts_of(scene, reality, renderer)
+    for object_id, why in parts.missing.items():
+        log.warning("%s stands still in this rehearsal: %s", object_id, why)
+    for item in scene.objects:
+        if item.object_id not in parts.objects and item.object_id not in parts.missing:
+            log.warning(missing(item))
+    room = scanned_room(scene, parts, renderer)
+    if scenario_name is None:
+        text = first_scenario(room)
+        scenario = parse_scenario(text, source=f"first scenario of {scene.name}")
+    else:
+        scenario = load_scenario(scenario_name)
+        text = Path(scenario.source).read_text(encoding="utf-8")
+    room = replace(room, world_from_rig=scenario.camera.world_from_rig or room.world_from_rig)
+    validate_scenario(scenario, room)
+    words = (
+        f"a second reconstruction ({reality.trainer}) from {reality.photos} photos, "
+        f"{reality.shared} of which the scan knows, too: errors of photos, poses and light are in both"
+    )
+    scanned = Scanned(SplatLook(room, renderer), reality.covariance)
+    return Staging(scene, room, scenario, text, scanned, words)
