@@ -23,7 +23,8 @@ from sim.posture import (
     bend_to_reach,
     resting_hand,
 )
-from sim.world import HAND_RADIUS_M, HandTarget, PersonTarget, World
+from sim.people.embodiment import HAND_RADIUS_M, HandTarget, PersonTarget
+from sim.world import World
 
 Vector = NDArray[np.float64]
 Script = Iterator[str | None]

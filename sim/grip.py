@@ -11,7 +11,7 @@ from scenes.mesh import PhysicalObject
 from scenes.pose import Pose, wrap_angle
 from sim.bodies import UNIT_BOX_CORNERS
 from sim.planar import Vector, bearing, direction
-from sim.world import HAND_RADIUS_M
+from sim.people.embodiment import HAND_RADIUS_M
 
 HAND_HEIGHT_M = 0.455
 SEAT_SHARE = 0.965
