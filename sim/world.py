@@ -50,6 +50,11 @@ class World:
         """Simulated time since the start."""
         return round(self._data.time / (STEP_NS * 1e-9)) * STEP_NS
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What had to be assumed or changed at the start: nothing, all of the room is known."""
+        return ()
+
     def step(self, duration_ns: int) -> None:
         """Let `duration_ns` pass, in steps of 2 ms (a remainder is left out)."""
         for _ in range(duration_ns // STEP_NS):
