@@ -20,9 +20,7 @@ TALLEST_SHARE = 0.5
 """Height of a foot as a share of the box's: a foot that stands alone carries as well."""
 
 
-def with_feet(
-    parts: Sequence[BoxPart], box_m: tuple[float, float, float]
-) -> tuple[BoxPart, ...]:
+def with_feet(parts: Sequence[BoxPart], box_m: tuple[float, float, float]) -> tuple[BoxPart, ...]:
     """The parts, and a foot in each corner in which none of them reaches the ground.
 
     Args:

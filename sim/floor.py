@@ -172,4 +172,3 @@ def _rooms_only(free: Mask) -> Mask:
     labels, count = _NDIMAGE.label(free, structure=NEIGHBOURS)
     sizes = np.bincount(labels.ravel(), minlength=count + 1) * CELL_M**2
     return free & (sizes >= LEAST_REGION_M2)[labels]
-

@@ -27,12 +27,14 @@ class Grip:
         depth_m: from the centre back to the surface the hands touch.
         half_spread_m: half the distance between the hands.
         height_m: of the hands above the floor.
+        above_base_m: of the hands above the object's base.
     """
 
     object_yaw: float
     depth_m: float
     half_spread_m: float
     height_m: float
+    above_base_m: float
 
 
 def side_to_push(item: PhysicalObject, world_from_object: Pose, goal: Vector) -> Grip:
@@ -40,23 +42,47 @@ def side_to_push(item: PhysicalObject, world_from_object: Pose, goal: Vector) ->
     ahead = bearing(world_from_object.translation[:2], goal)
     quarter = 0.5 * math.pi
     object_yaw = quarter * round((ahead - world_from_object.yaw()) / quarter)
-    height = min(HAND_HEIGHT_M, SEAT_SHARE * item.box_m[2])
+    height = _touchable(item, min(HAND_HEIGHT_M, SEAT_SHARE * item.box_m[2]))
     width = item.box_m[1] if round(object_yaw / quarter) % 2 == 0 else item.box_m[0]
     return Grip(
         wrap_angle(object_yaw),
         side_extent(item, object_yaw + math.pi, height),
         HAND_SPREAD_SHARE * width,
         float(world_from_object.translation[2]) + height,
+        height,
     )
 
 
 def side_extent(item: PhysicalObject, object_yaw: float, height_m: float) -> float:
     """How far the boxes at hand height reach from the centre in a direction, metres."""
     axis = direction(object_yaw)
-    reaches: list[float] = []
-    for part in item.parts:
-        corners = part.object_from_box @ (UNIT_BOX_CORNERS * np.asarray(part.half_size_m))
-        low, high = corners[:, 2].min(), corners[:, 2].max()
-        if low < height_m + 0.7 * HAND_RADIUS_M and high > height_m - 0.7 * HAND_RADIUS_M:
-            reaches.append(float((corners[:, :2] @ axis).max()))
+    reaches = [
+        float((corners[:, :2] @ axis).max())
+        for corners in _corners(item)
+        if _is_at(corners, height_m)
+    ]
     return max(reaches) if reaches else 0.5 * max(item.box_m[:2])
+
+
+def _touchable(item: PhysicalObject, height_m: float) -> float:
+    """A height at which there is something to push: as given, or the middle of the nearest part."""
+    boxes = _corners(item)
+    if not boxes or any(_is_at(corners, height_m) for corners in boxes):
+        return height_m
+    middles = [0.5 * float(c[:, 2].min() + c[:, 2].max()) for c in boxes]
+    return min(middles, key=lambda middle: abs(middle - height_m))
+
+
+def _corners(item: PhysicalObject) -> list[Vector]:
+    """(8, 3) corners of each solid part, in the object's frame."""
+    return [
+        part.object_from_box @ (UNIT_BOX_CORNERS * np.asarray(part.half_size_m))
+        for part in item.parts
+    ]
+
+
+def _is_at(corners: Vector, height_m: float) -> bool:
+    """Whether a hand at a height touches the part with these corners."""
+    low, high = corners[:, 2].min(), corners[:, 2].max()
+    reach = 0.7 * HAND_RADIUS_M
+    return bool(low < height_m + reach and high > height_m - reach)

@@ -28,9 +28,7 @@ def free_floor(
     return FloorMap(room).around(obstacles)
 
 
-def has_way(
-    floor: FreeFloor, start: NDArray[np.float64], goal: NDArray[np.float64]
-) -> bool:
+def has_way(floor: FreeFloor, start: NDArray[np.float64], goal: NDArray[np.float64]) -> bool:
     """Whether free floor near `start` and free floor near `goal` hang together."""
     if not floor.free.any():
         return False

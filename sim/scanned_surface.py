@@ -148,9 +148,7 @@ def _above_floor(item: PhysicalObject, planes: Sequence[Plane]) -> PhysicalObjec
 def _floor_m(place: Array, planes: Sequence[Plane]) -> float:
     """Height of the floor under a place."""
     ups = [plane for plane in planes if plane.normal[2] > LEVEL]
-    return max(
-        (p.offset_m - float(np.dot(p.normal[:2], place[:2]))) / p.normal[2] for p in ups
-    )
+    return max((p.offset_m - float(np.dot(p.normal[:2], place[:2]))) / p.normal[2] for p in ups)
 
 
 def _clear_of(surface: Surface, movables: Sequence[PhysicalObject]) -> Surface:
@@ -166,7 +164,8 @@ def _clear_of(surface: Surface, movables: Sequence[PhysicalObject]) -> Surface:
         patches = joined(patches, support)
         corners = support.centre[0] + np.array(
             [
-                support.world_from_patch[0] @ (x * support.half_m[0, 0], y * support.half_m[0, 1], 0)
+                support.world_from_patch[0]
+                @ (x * support.half_m[0, 0], y * support.half_m[0, 1], 0)
                 for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))
             ]
         )
