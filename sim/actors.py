@@ -109,11 +109,12 @@ class Actor:
         return said
 
     def _run(self) -> Script:
-        for self._index, action in enumerate(self._actions):
+        for index, action in enumerate(self._actions):
+            self._index = index
             try:
                 yield from _done(self.person, action)
             except NoWayError as error:
-                where = f"{self.person_id}: actions[{self._index}] ({name_of(action)})"
+                where = f"{self.person_id}: actions[{index}] ({name_of(action)})"
                 raise ScenarioError(f"{where}: {error}") from None
         self._index = len(self._actions)
 

@@ -50,8 +50,10 @@ class FreeFloor:
     def centres(self) -> Array:
         """(cells, 2) world positions of all cell centres, row by row."""
         rows, columns = self.free.shape
-        x, y = np.meshgrid(np.arange(columns) + 0.5, np.arange(rows) + 0.5)
-        return self.low_xy + CELL_M * np.stack([x.ravel(), y.ravel()], axis=1)
+        across: Array = np.arange(columns, dtype=np.float64) + 0.5
+        along: Array = np.arange(rows, dtype=np.float64) + 0.5
+        cells = np.stack([np.tile(across, rows), np.repeat(along, columns)], axis=1)
+        return self.low_xy + CELL_M * cells
 
     def nearest_free(self, point: Array) -> Array:
         """(2,) centre of the free cell nearest to a point; the point itself if all is blocked."""

@@ -10,12 +10,14 @@ import numpy as np
 from scenes.mesh import PhysicalObject
 from scenes.pose import Pose, wrap_angle
 from sim.bodies import UNIT_BOX_CORNERS
-from sim.planar import Vector, bearing, direction
 from sim.people.embodiment import HAND_RADIUS_M
+from sim.planar import Vector, bearing, direction
 
 HAND_HEIGHT_M = 0.455
 SEAT_SHARE = 0.965
 HAND_SPREAD_SHARE = 0.28
+FLAT_M = 0.06
+"""Difference in depth up to which a side counts as flat: of a round seat."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +30,8 @@ class Grip:
         half_spread_m: half the distance between the hands.
         height_m: of the hands above the floor.
         above_base_m: of the hands above the object's base.
+        further_m: how much further in than the others the left and the right hand reach, where the
+            object's side is not flat.
     """
 
     object_yaw: float
@@ -35,6 +39,7 @@ class Grip:
     half_spread_m: float
     height_m: float
     above_base_m: float
+    further_m: tuple[float, float] = (0.0, 0.0)
 
 
 def side_to_push(item: PhysicalObject, world_from_object: Pose, goal: Vector) -> Grip:
@@ -44,12 +49,19 @@ def side_to_push(item: PhysicalObject, world_from_object: Pose, goal: Vector) ->
     object_yaw = quarter * round((ahead - world_from_object.yaw()) / quarter)
     height = _touchable(item, min(HAND_HEIGHT_M, SEAT_SHARE * item.box_m[2]))
     width = item.box_m[1] if round(object_yaw / quarter) % 2 == 0 else item.box_m[0]
+    depth = side_extent(item, object_yaw + math.pi, height)
+    half_spread = HAND_SPREAD_SHARE * width
+    left, right = (
+        _recess(item, object_yaw + math.pi, depth_m=depth, aside_m=aside, height_m=height)
+        for aside in (-half_spread, half_spread)
+    )
     return Grip(
         wrap_angle(object_yaw),
-        side_extent(item, object_yaw + math.pi, height),
-        HAND_SPREAD_SHARE * width,
+        depth,
+        half_spread,
         float(world_from_object.translation[2]) + height,
         height,
+        (left, right),
     )
 
 
@@ -62,6 +74,29 @@ def side_extent(item: PhysicalObject, object_yaw: float, height_m: float) -> flo
         if _is_at(corners, height_m)
     ]
     return max(reaches) if reaches else 0.5 * max(item.box_m[:2])
+
+
+def _recess(
+    item: PhysicalObject, object_yaw: float, *, depth_m: float, aside_m: float, height_m: float
+) -> float:
+    """How far behind the outermost point of a side its surface lies at one hand, metres.
+
+    Args:
+        item: what is pushed.
+        object_yaw: of the side, in the object's frame.
+        depth_m: of its outermost point.
+        aside_m: of the hand, to the left of the side's direction.
+        height_m: of the hand above the base.
+    """
+    out, left = direction(object_yaw), direction(object_yaw + 0.5 * math.pi)
+    reaches = [
+        float((corners[:, :2] @ out).max())
+        for corners in _corners(item)
+        if _is_at(corners, height_m)
+        and (corners[:, :2] @ left).min() < aside_m < (corners[:, :2] @ left).max()
+    ]
+    recess = depth_m - max(reaches, default=depth_m)
+    return recess if recess > FLAT_M else 0.0
 
 
 def _touchable(item: PhysicalObject, height_m: float) -> float:

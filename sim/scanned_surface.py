@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from scenes.mesh import CollisionMesh, PhysicalObject
 from scenes.pose import Pose
@@ -180,7 +181,7 @@ def _clear_of(surface: Surface, movables: Sequence[PhysicalObject]) -> Surface:
 def _thinned(patches: Patches, movables: Sequence[PhysicalObject]) -> Patches:
     """The patches, each only as thick as it is outside the objects; gone where that is nothing."""
     model, data = _model_of(movables)
-    geoms = np.arange(model.ngeom)
+    geoms: NDArray[np.int64] = np.arange(int(model.ngeom), dtype=np.int64)
     gap = np.linalg.norm(patches.centre[:, None] - data.geom_xpos[None], axis=2)
     reach = np.linalg.norm(patches.half_m, axis=1) + patches.depth_m
     near = np.flatnonzero((gap < reach[:, None] + model.geom_rbound[None]).any(axis=1))

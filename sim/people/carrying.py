@@ -11,7 +11,7 @@ from scenes.pose import Pose, wrap_angle
 from sim.actions import Carry, Put
 from sim.people.person import TICK_S, Hand, Person, Script, Vector
 from sim.people.reaching import reach
-from sim.people.supports import support_at
+from sim.people.supports import HIGHEST_M, support_at
 from sim.people.walking import face, stand, walk_to
 from sim.planar import bearing
 
@@ -21,19 +21,19 @@ GRASP_HEIGHT_M = 0.02
 RELEASE_GAP_M = 0.004
 SAME_HEIGHT_M = 0.03
 """Difference in height within which a goal is on the surface that the object stands on."""
+HEADROOM_M = 0.3
+"""Height above an object that a hand needs to put it below something."""
+NEXT_LEVEL_M = 0.03
+"""Step down to look for the surface below a surface: a board's thickness, and the scan's noise."""
 
 
 def carry(person: Person, action: Carry) -> Script:
     """Take an object and put it down elsewhere, at the same height if something is there."""
-    height = person.physics.object_pose(action.object).translation[2]
+    height = float(person.physics.object_pose(action.object).translation[2])
     hand = person.held_hand(action.object)
-    if hand is None:
-        near = np.array([*action.to, height])
-        if abs(person.physics.support_height(near) - height) > SAME_HEIGHT_M:
-            height = support_at(person, action.to, without=action.object)
-        hand = yield from take(person, action.object)
-    else:
+    if hand is not None or not _is_on_same_level(person, action, height):
         height = support_at(person, action.to, without=action.object)
+    hand = hand or (yield from take(person, action.object))
     goal = np.array([*action.to, height])
     yield from _put_down(person, hand, goal=goal, turn_rad=math.radians(action.turn_deg))
 
@@ -80,6 +80,19 @@ def bring(person: Person, hand: Hand, *, place: Vector, facing: float) -> Script
         yield said
 
 
+def _is_on_same_level(person: Person, action: Carry, height_m: float) -> bool:
+    """Whether the surface that an object stands on goes on at the goal, with room above it."""
+    needed = person.room.object_by_id(action.object).box_m[2] + HEADROOM_M
+    above, level = math.inf, HIGHEST_M
+    while True:
+        found = person.physics.support_height(np.array([*action.to, level]))
+        if abs(found - height_m) < SAME_HEIGHT_M:
+            return above - found > needed
+        if found < height_m or found >= above:
+            return False
+        above, level = found, found - NEXT_LEVEL_M
+
+
 def _put_down(person: Person, hand: Hand, *, goal: Vector, turn_rad: float) -> Script:
     """Put what a hand holds down at `goal` (3,), and let go."""
     object_id = hand.holds
@@ -89,6 +102,9 @@ def _put_down(person: Person, hand: Hand, *, goal: Vector, turn_rad: float) -> S
     over = goal + hold + lift
     if not person.floor().is_clear(person.body.position, place):
         yield from bring(person, hand, place=place, facing=bearing(place, goal[:2]))
+    elif over[2] > hand.position[2] + SAME_HEIGHT_M:
+        # Straight on it would run into the side of what it is put on.
+        yield from reach(hand, np.array([*hand.position[:2], over[2]]))
     yield from _sidestep(person, hand, over=over, place=place, turn_rad=turn_rad)
     yield from reach(hand, goal + hold + (0.0, 0.0, RELEASE_GAP_M), speed_m_s=0.35)
     yield from stand(0.1)

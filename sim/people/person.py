@@ -177,7 +177,7 @@ class Person:
         )
 
     def floor(self, *, ignore: str | None = None) -> FreeFloor:
-        """Where the person may walk now; of an object that is ignored only the core is in the way."""
+        """Where the person may walk now; only the core of an ignored object is in the way."""
         obstacles = [(self.camera_xy, CAMERA_MARGIN_M)]
         for item in self.room.objects:
             position = self.physics.object_pose(item.object_id).translation

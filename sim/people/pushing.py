@@ -144,6 +144,6 @@ def _place_hands(
     behind_m: float,
     press_m: float = 0.0,
 ) -> None:
-    for hand, side in zip(person.body.hands, SIDES, strict=True):
-        local = np.array([-behind_m, side * grip.half_spread_m])
+    for hand, side, further in zip(person.body.hands, SIDES, grip.further_m, strict=True):
+        local = np.array([further - behind_m, side * grip.half_spread_m])
         hand.wanted = level(centre + turned(local, heading), grip.height_m - press_m)
