@@ -18,7 +18,7 @@ import numpy as np
 from devices.messages import EncodedFrame, Event
 from scenes.cameras import Fisheye, Rig, camera_from_json, camera_to_json
 from scenes.pose import Pose
-from scenes.state import Avatar, LiveSurface, TrackedObject, TrackState
+from scenes.state import Annotation, Avatar, LiveSurface, TrackedObject, TrackState
 
 FORMAT_VERSION = 1
 
@@ -87,6 +87,14 @@ class RecordedSurface:
     surface: LiveSurface
 
 
+@dataclass(frozen=True, slots=True)
+class RecordedAnnotation:
+    """A line as it was drawn by `t_ns`; one with the same id replaces it."""
+
+    t_ns: int
+    annotation: Annotation
+
+
 RecordedValue = (
     EncodedFrame
     | FrameStamp
@@ -94,6 +102,7 @@ RecordedValue = (
     | RecordedTruth
     | RecordedAvatar
     | RecordedSurface
+    | RecordedAnnotation
     | Event
 )
 """What a recording holds."""
@@ -176,6 +185,12 @@ SCHEMAS: Mapping[str, Mapping[str, str]] = {
         "size_px": "array",
         "stream_id": "string",
     },
+    "gaussiannexus.Annotation": {
+        "annotation_id": "string",
+        "user_id": "string",
+        "points_in_world": "array",
+        "colour": "array",
+    },
     "gaussiannexus.Event": {"source": "string", "kind": "string", "text": "string"},
 }
 """Fields of every schema and their JSON types."""
@@ -253,6 +268,15 @@ def encode_message(value: RecordedValue) -> Encoded:
             "stream_id": surface.stream_id,
         }
         head = ("/surfaces", "gaussiannexus.LiveSurface", value.t_ns, 0)
+    elif isinstance(value, RecordedAnnotation):
+        line = value.annotation
+        fields = {
+            "annotation_id": line.annotation_id,
+            "user_id": line.user_id,
+            "points_in_world": np.asarray(line.points_in_world, dtype=np.float64).tolist(),
+            "colour": list(line.colour),
+        }
+        head = ("/annotations", "gaussiannexus.Annotation", value.t_ns, 0)
     else:
         fields = {"source": value.source, "kind": value.kind, "text": value.text}
         head = ("/events", "gaussiannexus.Event", value.t_ns, 0)
@@ -276,6 +300,7 @@ def decode_message(encoded: Encoded) -> RecordedValue:
         "gaussiannexus.Truth": _truth,
         "gaussiannexus.Avatar": _avatar,
         "gaussiannexus.LiveSurface": _surface,
+        "gaussiannexus.Annotation": _annotation,
         "gaussiannexus.Event": _event,
     }
     decoder = decoders.get(encoded.schema)
@@ -418,6 +443,13 @@ def _surface(encoded: Encoded, fields: dict[str, Any]) -> RecordedSurface:
     corners = np.array(fields["corners_in_world"], dtype=np.float64)
     surface = LiveSurface(fields["surface_id"], corners, (width, height), fields["stream_id"])
     return RecordedSurface(encoded.t_ns, surface)
+
+
+def _annotation(encoded: Encoded, fields: dict[str, Any]) -> RecordedAnnotation:
+    red, green, blue = (float(value) for value in fields["colour"])
+    points = np.array(fields["points_in_world"], dtype=np.float64).reshape(-1, 3)
+    line = Annotation(fields["annotation_id"], fields["user_id"], points, (red, green, blue))
+    return RecordedAnnotation(encoded.t_ns, line)
 
 
 def _event(encoded: Encoded, fields: dict[str, Any]) -> Event:

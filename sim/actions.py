@@ -1,10 +1,11 @@
-"""The actions of a scripted person. Positions are (x, y) on the floor in world metres."""
+"""The actions of a scripted person. Places are (x, y) on the floor or (x, y, z), world metres."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-Point = tuple[float, float]
+Place = tuple[float, float]
+Place3 = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,7 +17,7 @@ class Walk:
         face_deg: direction to face on arrival, degrees from world x; None keeps the walking one.
     """
 
-    to: Point
+    to: Place
     face_deg: float | None = None
 
 
@@ -38,7 +39,7 @@ class Push:
     """
 
     object: str
-    to: Point
+    to: Place
     speed_m_s: float = 0.45
 
 
@@ -57,7 +58,9 @@ class Turn:
 
 @dataclass(frozen=True, slots=True)
 class Carry:
-    """Grasp an object, lift it, put it down elsewhere at the same height and let go.
+    """Grasp an object, lift it, put it down elsewhere and let go.
+
+    It ends at the height it was at if something is there to carry it, or else on what is.
 
     Attributes:
         object: its id.
@@ -66,7 +69,7 @@ class Carry:
     """
 
     object: str
-    to: Point
+    to: Place
     turn_deg: float = 0.0
 
 
@@ -78,5 +81,116 @@ class Hide:
     seconds: float
 
 
-Action = Walk | Stand | Push | Turn | Carry | Hide
+@dataclass(frozen=True, slots=True)
+class Put:
+    """Like `Carry`, but onto the highest thing at the goal, the room's or another object.
+
+    Attributes:
+        object: its id.
+        to: where it should lie.
+        height_m: of what it is put on; None finds the highest below the shoulders.
+        turn_deg: how far it is turned on the way, anticlockwise seen from above.
+    """
+
+    object: str
+    to: Place
+    height_m: float | None = None
+    turn_deg: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Sit:
+    """Sit down on an object, or at a place, and stand up again.
+
+    Attributes:
+        seconds: time on the seat.
+        object: what is sat on, or None.
+        to: the seat's middle if it is no object.
+        seat_height_m: above the base of what is sat on; None finds it.
+        face_deg: where to look from there, degrees from world x; None looks away from the back.
+    """
+
+    seconds: float
+    object: str | None = None
+    to: Place | None = None
+    seat_height_m: float | None = None
+    face_deg: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class HandOver:
+    """Bring an object to another person and hold it out until they `Receive` it.
+
+    Attributes:
+        object: its id.
+        to: the other person's id.
+    """
+
+    object: str
+    to: str
+
+
+@dataclass(frozen=True, slots=True)
+class Receive:
+    """Wait until another person holds an object out, and take it; `Carry` or `Put` come next.
+
+    Attributes:
+        object: its id.
+    """
+
+    object: str
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """Stretch an arm towards an object, or a place, for `seconds`.
+
+    Attributes:
+        seconds: how long.
+        object: what is pointed at, or None.
+        at: the place if it is no object.
+    """
+
+    seconds: float
+    object: str | None = None
+    at: Place3 | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Draw:
+    """Draw a line in the air or on a surface, which stays.
+
+    Attributes:
+        points: its corners, at least two.
+        speed_m_s: of the pen.
+        colour: red, green, blue, 0..1.
+    """
+
+    points: tuple[Place3, ...]
+    speed_m_s: float = 0.4
+    colour: tuple[float, float, float] = (1.0, 0.45, 0.1)
+
+
+Action = Walk | Stand | Push | Turn | Carry | Put | Hide | Sit | HandOver | Receive | Point | Draw
 """Any action of a person."""
+
+ACTION_NAMES: dict[type[Action], str] = {
+    Walk: "walk",
+    Stand: "stand",
+    Push: "push",
+    Turn: "turn",
+    Carry: "carry",
+    Put: "put",
+    Hide: "hide",
+    Sit: "sit",
+    HandOver: "hand_over",
+    Receive: "receive",
+    Point: "point",
+    Draw: "draw",
+}
+"""What a scenario file calls each action."""
+
+
+def name_of(action: Action) -> str:
+    """What a scenario file calls an action."""
+    return ACTION_NAMES[type(action)]

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,74 +11,29 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from scenes.mesh import PhysicalRoom
+from sim.floor import FloorMap, FreeFloor
 
-CELL_M = 0.08
-BODY_RADIUS_M = 0.24
-OBJECT_MARGIN_M = 0.20
-LOW_M, HIGH_M = 0.10, 1.80
 NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class FreeFloor:
-    """Where a person may stand.
-
-    Attributes:
-        free: (rows, columns) bool; row is y, column is x.
-        low_xy: (2,) world position of the corner of cell (0, 0), metres.
-    """
-
-    free: NDArray[np.bool_]
-    low_xy: NDArray[np.float64]
-
-    def centres(self) -> NDArray[np.float64]:
-        """(cells, 2) world positions of all cell centres, row by row."""
-        rows, columns = self.free.shape
-        x, y = np.meshgrid(np.arange(columns) + 0.5, np.arange(rows) + 0.5)
-        return self.low_xy + CELL_M * np.stack([x.ravel(), y.ravel()], axis=1)
-
-    def nearest_free(self, point: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(2,) centre of the free cell nearest to a point; the point itself if all is blocked."""
-        centres = self.centres()[self.free.ravel()]
-        if len(centres) == 0:
-            return point
-        return centres[int(np.argmin(np.linalg.norm(centres - point, axis=1)))]
-
-    def is_clear(self, a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
-        """Whether the straight way from `a` to `b` stays on free floor."""
-        count = max(2, int(np.linalg.norm(b - a) / (0.5 * CELL_M)))
-        points = a + np.linspace(0.0, 1.0, count)[:, None] * (b - a)
-        cells = np.floor((points - self.low_xy) / CELL_M).astype(int)
-        cells = np.clip(cells, 0, np.array(self.free.shape[::-1]) - 1)
-        return bool(self.free[cells[:, 1], cells[:, 0]].all())
 
 
 def free_floor(
     room: PhysicalRoom, obstacles: Sequence[tuple[NDArray[np.float64], float]]
 ) -> FreeFloor:
-    """Floor that is neither under a solid nor near an obstacle.
+    """Floor that is neither near what stands still nor near an obstacle.
 
     Args:
-        room: for the footprint and the solids.
+        room: for the footprint, and the solids or the scanned mesh.
         obstacles: (x, y) and radius of each obstacle on the floor, metres.
     """
-    low = np.asarray(room.footprint_m[0], dtype=np.float64)
-    columns, rows = np.maximum(1, np.ceil((room.footprint_m[1] - low) / CELL_M).astype(int))
-    floor = FreeFloor(np.ones((rows, columns), np.bool_), low)
-    centres = floor.centres()
-    free = np.ones(len(centres), np.bool_)
-    for solid in room.solids:
-        bottom = solid.object_from_box.translation[2] - solid.half_size_m[2]
-        top = solid.object_from_box.translation[2] + solid.half_size_m[2]
-        if bottom > HIGH_M or top < LOW_M:
-            continue
-        points = np.hstack([centres, np.full((len(centres), 1), 0.5 * (bottom + top))])
-        local = solid.object_from_box.inverse() @ points
-        outside = np.maximum(np.abs(local[:, :2]) - np.asarray(solid.half_size_m[:2]), 0.0)
-        free &= np.linalg.norm(outside, axis=1) > BODY_RADIUS_M
-    for position, radius in obstacles:
-        free &= np.linalg.norm(centres - position, axis=1) > radius + OBJECT_MARGIN_M
-    return FreeFloor(free.reshape(rows, columns), low)
+    return FloorMap(room).around(obstacles)
+
+
+def has_way(floor: FreeFloor, start: NDArray[np.float64], goal: NDArray[np.float64]) -> bool:
+    """Whether free floor near `start` and free floor near `goal` hang together."""
+    if not floor.free.any():
+        return False
+    reachable = floor.reachable(start)
+    return bool(reachable.free[floor.cell(floor.nearest_free(goal))])
 
 
 def walking_path(
@@ -133,6 +87,5 @@ def _pulled_straight(
 
 
 def _cell(floor: FreeFloor, point: NDArray[np.float64]) -> int:
-    column, row = np.floor((point - floor.low_xy) / CELL_M).astype(int)
-    rows, columns = floor.free.shape
-    return int(np.clip(row, 0, rows - 1) * columns + np.clip(column, 0, columns - 1))
+    row, column = floor.cell(point)
+    return row * floor.free.shape[1] + column

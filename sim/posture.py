@@ -27,6 +27,10 @@ WRIST_GAP_M = 0.07
 FULL_STRIDE_M = 1.30
 WALKING_SPEED_M_S = 1.15
 STANCE = 0.6
+SEAT_BACK_M = 0.42
+"""How far behind the feet somebody sits: a thigh's length."""
+PELVIS_ON_SEAT_M = 0.10
+"""Height of the hips above what is sat on."""
 MAX_LEAN_RAD = 1.15
 MAX_CROUCH_M = 0.30
 SIDES = (1.0, -1.0)
@@ -54,6 +58,8 @@ class Posture:
         crouch_m: how far the hips are lowered.
         left_hand: (3,) world metres.
         right_hand: (3,) world metres.
+        seated: 0 on the feet, 1 on a seat behind them; in between on the way.
+        seat_height_m: of the seat above the floor.
     """
 
     position: Vector
@@ -64,6 +70,8 @@ class Posture:
     crouch_m: float
     left_hand: Vector
     right_hand: Vector
+    seated: float = 0.0
+    seat_height_m: float = 0.45
 
 
 def part_poses(posture: Posture) -> tuple[Pose, ...]:
@@ -77,6 +85,9 @@ def part_poses(posture: Posture) -> tuple[Pose, ...]:
     bob = 0.018 * posture.stride_m * math.cos(4.0 * math.pi * posture.stride_phase)
     hips = np.array([0.0, 0.0, PELVIS_M - posture.crouch_m - 0.02 * posture.stride_m + bob])
     hips[0] -= 0.12 * math.sin(posture.lean_rad)
+    if posture.seated > 0.0:
+        down = posture.seat_height_m + PELVIS_ON_SEAT_M - hips[2]
+        hips += posture.seated * np.array([-SEAT_BACK_M, 0.0, down])
     sway = 0.12 * posture.stride_m * math.sin(2.0 * math.pi * posture.stride_phase)
     pelvis = Pose.from_yaw(0.5 * sway, hips)
     torso = Pose(_pitched(posture.lean_rad) @ Pose.from_yaw(-0.5 * sway).rotation, hips)
@@ -93,6 +104,9 @@ def part_poses(posture: Posture) -> tuple[Pose, ...]:
 def resting_hand(posture: Posture, side: float) -> Vector:
     """(3,) world point where a hanging hand swings: `side` +1 left, -1 right."""
     swing = -side * math.cos(2.0 * math.pi * posture.stride_phase)
+    if posture.seated > 0.5:
+        knee = (0.12 - SEAT_BACK_M * posture.seated, side * 0.16, posture.seat_height_m + 0.20)
+        return Pose.from_yaw(posture.yaw, (*posture.position, 0.0)) @ np.array(knee)
     local = np.array(
         [
             0.03 + 0.24 * posture.stride_m * swing,

@@ -18,18 +18,18 @@ from scenes.cameras import Rig
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA
 from scenes.mesh import PhysicalRoom
 from scenes.pose import Pose, rotation_from_vector
-from scenes.state import Avatar
-from sim.actors import TICK_NS, Actor
+from scenes.state import Annotation, Avatar
+from sim.actors import TICK_NS, Actor, introduce
 from sim.bodies import Placement, body_of_object
 from sim.camera360 import Camera360, CameraView, ScannedLook, default_rig
 from sim.figure import person_body
+from sim.physics import physics_of
 from sim.posture import PART_NAMES, part_poses
 from sim.reality.world_error import drawn_error
-from sim.remote import remote_avatar
+from sim.remote import remote_annotations, remote_avatar
 from sim.scenario import Scenario, validate_scenario
 from sim.sensor import Sensor
 from sim.truth import GroundTruth, IdMasks
-from sim.world import World
 
 STREAM_ID = "camera-360"
 MOVED_M = 0.01
@@ -49,6 +49,7 @@ class SimulatedStep:
         truth: what no device would deliver.
         avatars: local and remote people.
         events: what has happened since the frame before.
+        annotations: lines that have been drawn or have grown since the frame before.
     """
 
     frame: Frame
@@ -56,6 +57,7 @@ class SimulatedStep:
     truth: GroundTruth
     avatars: tuple[Avatar, ...]
     events: tuple[Event, ...]
+    annotations: tuple[Annotation, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -121,7 +123,8 @@ class _Session:
             )
             for person in scenario.people
         ]
-        self._world = World(room, {actor.person_id: actor.target() for actor in self._actors})
+        introduce(self._actors)
+        self._world = physics_of(room, {a.person_id: a.target() for a in self._actors})
         figures = [person_body(actor.person_id, people_rng) for actor in self._actors]
         bodies = [*(body_of_object(item) for item in room.objects), *figures]
         self._bodies = bodies
@@ -136,6 +139,7 @@ class _Session:
         self._decoder = H264Decoder()
         self._first_poses = self._world.object_poses()
         self._is_bumped = False
+        self._drawn_s = -1.0
 
     def steps(self) -> Iterator[SimulatedStep]:
         """Frame by frame; one is in the encoder while the next one is drawn."""
@@ -212,11 +216,12 @@ class _Session:
         """Everything of a frame as it is now; call the result when its pictures are wanted."""
         seq, t_ns = stamp
         truth, avatars = self._truth(seq, t_ns, view), self._avatars(t_ns)
+        annotations = self._annotations(t_ns)
 
         def finish() -> SimulatedStep:
             packet, images = sent.result()
             frame = Frame(STREAM_ID, seq, t_ns, received_ns, images, self._rig, self._known_rig)
-            return SimulatedStep(frame, packet, truth, avatars, events)
+            return SimulatedStep(frame, packet, truth, avatars, events, annotations)
 
         return finish
 
@@ -272,12 +277,26 @@ class _Session:
             posture = actor.posture(self._world)
             head = part_poses(posture)[HEAD]
             hands = (posture.left_hand[None, :], posture.right_hand[None, :])
-            avatars.append(Avatar(actor.person_id, "local", _head_camera(head), hands))
+            head_pose = _head_camera(head)
+            avatars.append(Avatar(actor.person_id, "local", head_pose, hands, actor.ray))
         fraction = t_ns / (self._scenario.duration_s * NANOSECONDS)
         poses = self._world.object_poses()
         for remote in self._scenario.remote:
-            avatars.append(remote_avatar(remote, fraction, poses, self._true_rig))
+            now_s = t_ns / NANOSECONDS
+            avatars.append(remote_avatar(remote, fraction, poses, self._true_rig, t_s=now_s))
         return tuple(avatars)
+
+    def _annotations(self, t_ns: int) -> tuple[Annotation, ...]:
+        """What was drawn since this was asked last."""
+        since_s, now_s = self._drawn_s, t_ns / NANOSECONDS
+        self._drawn_s = now_s
+        local = (line for actor in self._actors for line in actor.new_annotations())
+        remote = (
+            line
+            for settings in self._scenario.remote
+            for line in remote_annotations(settings, since_s=since_s, t_s=now_s)
+        )
+        return (*local, *remote)
 
 
 def _head_camera(world_from_head: Pose) -> Pose:

@@ -1,15 +1,17 @@
-"""A remote user's avatar: a head that strolls along a path and points at objects."""
+"""A remote user's avatar: a head that strolls along a path, points at objects and draws."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from scenes.frames import look_at
 from scenes.pose import Pose
-from scenes.state import Avatar
-from sim.scenario import RemoteSettings
+from scenes.state import Annotation, Avatar
+from sim.polyline import drawn_part
+from sim.scenario import RemoteDrawing, RemoteSettings
 
 POINTING_SHARE = 0.6
 HAND_OFFSET_M = (0.22, 0.35, 0.25)
@@ -23,6 +25,8 @@ def remote_avatar(
     fraction: float,
     objects: Mapping[str, Pose],
     world_from_default_look: Pose,
+    *,
+    t_s: float = 0.0,
 ) -> Avatar:
     """The avatar at one moment.
 
@@ -31,6 +35,7 @@ def remote_avatar(
         fraction: 0..1 of the scenario.
         objects: `world_from_object` by id, to look and point at.
         world_from_default_look: looked at when there is nothing to point at.
+        t_s: time since the scenario began, for what is drawn.
     """
     path = np.array(settings.path)
     along = np.clip(fraction, 0.0, 1.0) * (len(path) - 1)
@@ -45,4 +50,27 @@ def remote_avatar(
         if turn % 1.0 < POINTING_SHARE:
             hand = head @ np.array([HAND_OFFSET_M])
             ray = np.concatenate([hand, [target]])
+    pen = next((line[-1] for d in settings.draws if (line := _line(d, t_s)) is not None), None)
+    if pen is not None:
+        target = pen
+        ray = np.concatenate([look_at(eye, pen) @ np.array([HAND_OFFSET_M]), [pen]])
     return Avatar(settings.user_id, "remote", look_at(eye, target), ray=ray)
+
+
+def remote_annotations(
+    settings: RemoteSettings, *, since_s: float, t_s: float
+) -> tuple[Annotation, ...]:
+    """What a remote user's lines look like now, of those that have grown since some time."""
+    found: list[Annotation] = []
+    for k, drawing in enumerate(settings.draws):
+        if drawing.from_s < t_s and since_s < drawing.from_s + drawing.seconds:
+            line = drawn_part(np.array(drawing.points), (t_s - drawing.from_s) / drawing.seconds)
+            name = f"{settings.user_id}-{1 + k}"
+            found.append(Annotation(name, settings.user_id, line, drawing.colour))
+    return tuple(found)
+
+
+def _line(drawing: RemoteDrawing, t_s: float) -> NDArray[np.float64] | None:
+    """A line as it is while it is drawn, or None before and after."""
+    share = (t_s - drawing.from_s) / drawing.seconds
+    return drawn_part(np.array(drawing.points), share) if 0.0 <= share <= 1.0 else None

@@ -20,6 +20,7 @@ from scenes.samples.atlas import mesh_from_surfaces
 from scenes.samples.shapes import OBJECT_CELL_M, box, placed
 from scenes.samples.textures import plain
 from scenes.state import ObjectModel
+from sim.feet import with_feet
 
 FRICTION = 0.45
 """Of wood, felt and plastic on a floor; no picture shows it."""
@@ -48,7 +49,10 @@ def with_scanned(room: PhysicalRoom, added: Sequence[ObjectModel]) -> PhysicalRo
 
 
 def scanned_object(item: ObjectModel) -> PhysicalObject:
-    """An object as far as a scan shows it; its box where nobody has made parts of it."""
+    """An object as far as a scan shows it; its box where nobody has made parts of it.
+
+    It stands on feet where the scan has missed its own; nobody sees those.
+    """
     parts = item.parts or (_whole(item.box_m),)
     mass_kg = item.guessed_mass_kg or guessed_mass_kg(parts, item.box_m)
     return PhysicalObject(
@@ -56,7 +60,7 @@ def scanned_object(item: ObjectModel) -> PhysicalObject:
         kind=item.kind,
         meshes=(_mesh(parts),),
         box_m=item.box_m,
-        parts=parts,
+        parts=with_feet(parts, item.box_m),
         mass_kg=mass_kg,
         friction=FRICTION,
         world_from_object=item.world_from_object,

@@ -18,7 +18,9 @@ from scenes.frames import look_at
 from scenes.mesh import PhysicalRoom
 from scenes.pose import Pose
 from scenes.quad import quad_of
-from sim.actions import Action, Carry, Hide, Push, Stand, Turn, Walk
+from sim.action_checks import Checks, check_people
+from sim.action_tables import read_action, read_colour, read_line
+from sim.actions import Action
 from sim.tables import ScenarioError, Table
 
 SCENARIO_FOLDER = Path(__file__).parent / "scenarios"
@@ -77,6 +79,23 @@ class PersonSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class RemoteDrawing:
+    """A line that a remote user draws.
+
+    Attributes:
+        points: its corners (x, y, z), metres, at least two.
+        from_s: when it begins.
+        seconds: how long it takes.
+        colour: red, green, blue, 0..1.
+    """
+
+    points: tuple[tuple[float, float, float], ...]
+    from_s: float
+    seconds: float
+    colour: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
 class RemoteSettings:
     """A remote user's avatar.
 
@@ -84,11 +103,13 @@ class RemoteSettings:
         user_id: unique.
         path: (x, y, z) of the head, metres, passed at a steady pace over the scenario.
         points_at: ids of objects pointed at, one after the other, for equal times.
+        draws: lines drawn meanwhile.
     """
 
     user_id: str
     path: tuple[tuple[float, float, float], ...]
     points_at: tuple[str, ...] = ()
+    draws: tuple[RemoteDrawing, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -217,7 +238,7 @@ def validate_scenario(scenario: Scenario, room: PhysicalRoom) -> None:
 
     Raises:
         ScenarioError: it is written for another room, names an object that isn't there, or sends
-            someone or something out of the room.
+            someone or something out of the room, into furniture or where nobody gets.
     """
     where = scenario.source
     if scenario.room != room.name:
@@ -253,14 +274,7 @@ def validate_scenario(scenario: Scenario, room: PhysicalRoom) -> None:
 
     if scenario.camera.position is not None:
         check_point("camera.position", scenario.camera.position)
-    for i, person in enumerate(scenario.people):
-        check_point(f"people[{i}].start", person.start)
-        for k, action in enumerate(person.actions):
-            key = f"people[{i}].actions[{k}]"
-            if not isinstance(action, Walk | Stand):
-                check_object(f"{key}.object", action.object)
-            if isinstance(action, Walk | Push | Carry):
-                check_point(f"{key}.to", action.to)
+    check_people(scenario.people, room, Checks(check_point, check_object, where))
     for i, surface in enumerate(scenario.surfaces):
         check_corners(f"surfaces[{i}].corners", surface.corners_in_world)
     for i, remote in enumerate(scenario.remote):
@@ -290,40 +304,10 @@ def _person(table: Table) -> PersonSettings:
         person_id=table.text("id"),
         start=table.point("start"),
         facing_deg=table.number("facing_deg", 0.0, low=-360.0, high=360.0),
-        actions=tuple(_action(action) for action in table.tables("actions")),
+        actions=tuple(read_action(action) for action in table.tables("actions")),
     )
     table.done()
     return person
-
-
-def _action(table: Table) -> Action:
-    kind = table.text("do")
-    action: Action
-    match kind:
-        case "walk":
-            action = Walk(table.point("to"), table.optional_number("face_deg", -360.0, 360.0))
-        case "stand":
-            action = Stand(table.number("seconds", low=0.0, high=600.0))
-        case "push":
-            action = Push(
-                table.text("object"),
-                table.point("to"),
-                table.number("speed_m_s", Push("", (0.0, 0.0)).speed_m_s, low=0.05, high=1.5),
-            )
-        case "turn":
-            action = Turn(table.text("object"), table.number("by_deg", low=-180.0, high=180.0))
-        case "carry":
-            action = Carry(
-                table.text("object"),
-                table.point("to"),
-                table.number("turn_deg", 0.0, low=-180.0, high=180.0),
-            )
-        case "hide":
-            action = Hide(table.text("object"), table.number("seconds", low=0.0, high=600.0))
-        case _:
-            raise table.error("do", kind, "walk, stand, push, turn, carry or hide")
-    table.done()
-    return action
 
 
 def _remote(table: Table) -> RemoteSettings:
@@ -331,9 +315,21 @@ def _remote(table: Table) -> RemoteSettings:
         user_id=table.text("id"),
         path=table.points("path"),
         points_at=table.texts("points_at"),
+        draws=tuple(_drawing(drawing) for drawing in table.tables("draws")),
     )
     table.done()
     return remote
+
+
+def _drawing(table: Table) -> RemoteDrawing:
+    drawing = RemoteDrawing(
+        points=read_line(table),
+        from_s=table.number("from_s", low=0.0, high=3600.0),
+        seconds=table.number("seconds", low=0.1, high=600.0),
+        colour=read_colour(table),
+    )
+    table.done()
+    return drawing
 
 
 def _surface(table: Table) -> SurfaceSettings:

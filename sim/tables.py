@@ -95,6 +95,26 @@ class Table:
             raise self.error(key, value, "[x, y] in metres")
         return float(value[0]), float(value[1])
 
+    def optional_text(self, key: str) -> str | None:
+        """A non-empty string, or None where there is none."""
+        self._asked.append(key)
+        return self.text(key) if key in self._values else None
+
+    def optional_point(self, key: str) -> tuple[float, float] | None:
+        """A place (x, y) in metres, or None where there is none."""
+        self._asked.append(key)
+        return self.point(key) if key in self._values else None
+
+    def optional_point3(self, key: str) -> tuple[float, float, float] | None:
+        """Three numbers, such as a place (x, y, z) in metres, or None where there are none."""
+        self._asked.append(key)
+        value = self._values.get(key)
+        if value is None:
+            return None
+        if not _are_numbers(value, 3):
+            raise self.error(key, value, "three numbers")
+        return float(value[0]), float(value[1]), float(value[2])
+
     def points(self, key: str) -> tuple[tuple[float, float, float], ...]:
         """At least one place (x, y, z) in metres."""
         items = self._list(key)

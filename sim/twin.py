@@ -1,6 +1,6 @@
-"""Physics of a prepared room: its scanned surface stands still, its movable objects move.
+"""Physics of a scanned room: its surface stands still, objects and people move.
 
-The other world, `sim/world.py`, is the physical room of a rehearsal, with people and their hands.
+The other world, `sim/world.py`, is a room of boxes.
 """
 
 from __future__ import annotations
@@ -14,63 +14,35 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.mesh import PhysicalObject
-from scenes.package import ScenePackage
 from scenes.pose import Pose
 from sim.collision.contact import OBJECT_BIT
-from sim.collision.grid import Array, area_vectors
+from sim.collision.grid import Array
+from sim.collision.heights import height_below
 from sim.collision.static_geoms import OutOfSpares, StaticGeoms
-from sim.collision.surface import Change, Surface, rescanned, surface_of, triangles_of
+from sim.collision.surface import Change, Surface, rescanned
 from sim.engine import mujoco
 from sim.objects import add_object
+from sim.people.embodiment import People, PersonTarget
 from sim.primitives import Primitive, add_primitive
-from sim.scanned import scanned_object
 from sim.tracked import TrackedBodies
 
 STEP_NS = 2_000_000
 STEP_S = STEP_NS * 1e-9
-OBJECT_MARGIN_M = 0.02
-"""What of a scan lies so near to a movable object is the object, not the room."""
-SUPPORT_M = 0.01
-"""Height above an object's own support below which a level surface is what it stands on."""
-
-LEVEL = 0.7
-"""Cosine to up above which a surface can carry: 45 degrees."""
+SUPPORT_GAP_M = 0.015
+"""How far above an object's origin a surface may lie and still carry it: noise of a scan."""
 WAKING_SPEED = 1e-9
 """Velocity that wakes a sleeping object, m/s and rad/s."""
+DEEP_M = 0.005
+"""Overlap of two objects at the start above which they are moved apart."""
+PARTING_M_PER_S = 0.1
+"""Speed at which they are."""
+PARTING_STEPS = 500
+"""Steps after which what still overlaps is left to physics."""
+PARTED_M = 0.01
+"""Way above which it is reported."""
 AIR_PER_S = 0.1
 """Share of its speed and spin that a thrown object loses to the air in a second: of a carton of
 20 cm at 5 m/s (drag coefficient 1, 300 kg/m³)."""
-
-
-def twin_of_package(scene: ScenePackage, *, tracked: Collection[str] = ()) -> Twin:
-    """The physics of a prepared room.
-
-    Args:
-        scene: with a collision mesh.
-        tracked: ids of objects that a tracker moves; the others are free.
-
-    Raises:
-        ValueError: nobody has measured what objects collide with.
-    """
-    if scene.collision is None:
-        raise ValueError(f"scene {scene.name!r} has no collision mesh; prepare it with one")
-    movables = tuple(scanned_object(item) for item in scene.objects)
-    triangles = without_objects(triangles_of(scene.collision), movables)
-    return Twin(surface_of(triangles), movables, tracked=tracked)
-
-
-def without_objects(triangles: Array, movables: Sequence[PhysicalObject]) -> Array:
-    """The triangles (T, 3, 3) that are no movable object's, as some were scanned before the cut."""
-    centre, vectors = triangles.mean(axis=1), area_vectors(triangles)
-    is_level = vectors[:, 2] > LEVEL * np.linalg.norm(vectors, axis=1)
-    stays = np.ones(len(triangles), dtype=np.bool_)
-    for item in movables:
-        local = item.world_from_object.inverse() @ centre
-        beside = np.abs(local[:, :2]) < 0.5 * np.asarray(item.box_m[:2]) + OBJECT_MARGIN_M
-        within = np.abs(local[:, 2] - 0.5 * item.box_m[2]) < 0.5 * item.box_m[2] + OBJECT_MARGIN_M
-        is_support = is_level & (local[:, 2] < SUPPORT_M)
-        stays &= ~(beside.all(axis=1) & within & ~is_support)
-    return triangles[stays]
 
 
 class Twin:
@@ -81,6 +53,8 @@ class Twin:
         movables: objects, each where it is when physics begins.
         primitives: virtual solids.
         tracked: ids of movables that a tracker moves; the others are free.
+        people: where each person starts, by person id; their hands hold what is free.
+        notes: what had to be assumed to make the surface.
 
     Raises:
         ValueError: an id appears twice, or a tracked one is no movable's.
@@ -93,6 +67,8 @@ class Twin:
         *,
         primitives: Sequence[Primitive] = (),
         tracked: Collection[str] = (),
+        people: Mapping[str, PersonTarget] | None = None,
+        notes: Sequence[str] = (),
     ) -> None:
         self._movables = {item.object_id: item for item in movables}
         self._primitives = {item.object_id: item for item in primitives}
@@ -102,13 +78,21 @@ class Twin:
         if unknown:
             raise ValueError(f"tracked {sorted(unknown)}: known are {sorted(self._movables)}")
         self._tracked_ids = tuple(name for name in self._movables if name in tracked)
+        self._people = People(people or {})
+        self._notes = tuple(notes)
         self._time_ns = 0
+        self._is_begun = False
         self._compile(surface, {}, {})
 
     @property
     def t_ns(self) -> int:
         """Simulated time since the start."""
         return self._time_ns
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What had to be assumed or changed at the start, a sentence each."""
+        return self._notes
 
     @property
     def surface(self) -> Surface:
@@ -139,6 +123,41 @@ class Twin:
             mujoco.mj_step(self._model, self._data, nstep=count)
         if not (np.isfinite(self._data.qpos).all() and np.isfinite(self._data.qvel).all()):
             raise ValueError(f"physics at {self._time_ns * 1e-9:.3f} s: a pose is not finite")
+
+    def part_overlaps(self) -> None:
+        """Before the start, move objects gently apart that overlap; `notes` then say which."""
+        before = self.object_poses()
+        for _ in range(PARTING_STEPS):
+            if float(min(self._data.contact.dist, default=0.0)) > -DEEP_M:
+                break
+            self._wake()
+            mujoco.mj_step(self._model, self._data)
+            fast = np.maximum(np.abs(self._data.qvel) / PARTING_M_PER_S, 1.0)
+            self._data.qvel[:] /= fast
+        self._data.qvel[:] = 0.0
+        mujoco.mj_forward(self._model, self._data)
+        for name, pose in self.object_poses().items():
+            way = float(np.linalg.norm(pose.translation - before[name].translation))
+            if way > PARTED_M:
+                text = f"{name}: moved by {100 * way:.0f} cm, it overlapped what stands beside it"
+                self._notes = (*self._notes, text)
+
+    def move_people(self, targets: Mapping[str, PersonTarget]) -> None:
+        """Set what every named person wants from now on.
+
+        Raises:
+            KeyError: no such person, or a hand holds an object that isn't there or isn't free.
+        """
+        if self._people.move(targets):
+            self._wake()
+
+    def hand_position(self, person_id: str, hand: str) -> Array:
+        """(3,) world metres: where a hand has really got to."""
+        return self._people.hand_position(person_id, hand)
+
+    def support_height(self, position: Array) -> float:
+        """Height of the highest level surface of the room at or below a point (3,), metres."""
+        return height_below(self.surface, position, gap_m=SUPPORT_GAP_M)
 
     def object_pose(self, object_id: str) -> Pose:
         """`world_from_object`; a primitive's origin is its centre."""
@@ -271,6 +290,9 @@ class Twin:
             add_object(spec, item, pose, is_tracked=name in self._tracked_ids, is_damped=False)
         for name, solid in self._primitives.items():
             add_primitive(spec, solid, poses.get(name, solid.world_from_object))
+        is_held = [name for name in self._movables if name not in self._tracked_ids]
+        is_held += [name for name, solid in self._primitives.items() if solid.mass_kg is not None]
+        self._people.add_to(spec, is_held)
         self._model: Any = spec.compile()
         self._data: Any = mujoco.MjData(self._model)
         self._static.bind(self._model)
@@ -282,6 +304,11 @@ class Twin:
         for name, speed in speeds.items():
             if name in self.object_ids:
                 self._data.joint(f"{name}:free").qvel[:] = speed
+        if self._is_begun:
+            self._people.resume(self._model, self._data)
+        else:
+            self._people.begin(self._model, self._data)
+        self._is_begun = True
         mujoco.mj_forward(self._model, self._data)
 
     def _set_drag(self, body: int) -> None:

@@ -21,6 +21,7 @@ from devices.clock import Clock, ManualClock, WallClock
 from devices.recording import Recorder, read_session
 from devices.recording_codec import (
     FrameStamp,
+    RecordedAnnotation,
     RecordedAvatar,
     RecordedSurface,
     RecordedTrack,
@@ -29,7 +30,7 @@ from devices.recording_codec import (
 )
 from devices.streams import BoundedQueue
 from scenes.package import ScenePackage
-from scenes.state import LiveSurface, SceneState, reduce_state
+from scenes.state import Annotation, LiveSurface, SceneState, reduce_state
 from studio.session.latency import Latencies
 from studio.session.live_surfaces import LiveSurfaces
 from studio.session.methods import METHODS, TruthDetector, make_method
@@ -48,6 +49,8 @@ log = logging.getLogger(__name__)
 
 COMMANDS = 64
 """What users may have asked for and a session has not yet done."""
+LINES = 1024
+"""What may have been drawn while a frame is tracked: a line that grows comes once a frame."""
 
 
 class Pace(StrEnum):
@@ -160,6 +163,7 @@ class Session:
         self._scene_state = SceneState()
         self._live_surfaces = LiveSurfaces(scene)
         self._made_live: BoundedQueue[LiveSurface] = BoundedQueue(COMMANDS, name="commands")
+        self._drawn: BoundedQueue[Annotation] = BoundedQueue(LINES, name="annotations")
         self._frames = self._lost = 0
         self._next_seq = 0
         self._write: Callable[[RecordedValue], None] = _discard
@@ -234,11 +238,18 @@ class Session:
         self._record_tracks(outputs)
         shown = outputs[self.plan.methods[0]]
         live = message.input
-        for change in chain(shown.objects, live.avatars, self._new_surfaces(live)):
+        for change in chain(
+            shown.objects, live.avatars, self._new_lines(), self._new_surfaces(live)
+        ):
             self._scene_state = reduce_state(self._scene_state, change, live.frame.t_ns)
         surfaces = self._seen_surfaces(live, shown)
         self._frames += 1
         return SessionOutput(message, outputs, self._scene_state, surfaces, self._clock.now_ns())
+
+    def _new_lines(self) -> Iterator[Annotation]:
+        """What has been drawn since the last frame that was tracked."""
+        while (line := self._drawn.take()) is not None:
+            yield line
 
     def _new_surfaces(self, live: SessionInput) -> list[LiveSurface]:
         """What has become live since the last frame, recorded."""
@@ -270,9 +281,13 @@ class Session:
         self._write(live.packet)
         for avatar in live.avatars:
             self._write(RecordedAvatar(frame.t_ns, avatar))
+        for line in live.annotations:
+            self._write(RecordedAnnotation(frame.t_ns, line))
         if message.truth is not None:
             self._write(message.truth.recorded)
-        # A frame may be dropped on its way to the stages, what became live with it may not.
+        # A frame may be dropped on its way to the stages, what came with it once may not.
+        for line in live.annotations:
+            self._drawn.put(line)
         for surface in live.surfaces:
             self.make_live(surface)
 

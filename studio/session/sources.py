@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from devices.messages import EncodedFrame, Event, Frame
 from devices.recording import read_recording
 from devices.recording_codec import (
+    RecordedAnnotation,
     RecordedAvatar,
     RecordedSurface,
     RecordedTrack,
@@ -20,13 +21,16 @@ from devices.recording_codec import (
     SessionInfo,
 )
 from devices.replay import FrameAssembler
-from scenes.state import Avatar, LiveSurface, TrackedObject
+from scenes.state import Annotation, Avatar, LiveSurface, TrackedObject
 from sim.truth import GroundTruth
 from studio.session.live_surfaces import live_surface
 
 if TYPE_CHECKING:
     from sim.rehearsal import SimulatedStep
 
+
+Waiting = Event | RecordedSurface | RecordedAnnotation
+"""What comes between frames of a recording, and enters with the next one."""
 
 Corners = Mapping[str, ArrayLike]
 """(4, 3) corners in the world by surface id."""
@@ -42,6 +46,7 @@ class SessionInput:
         avatars: people at that time.
         events: what happened since the frame before.
         surfaces: what has become live since the frame before.
+        annotations: lines that have been drawn or have grown since the frame before.
     """
 
     frame: Frame
@@ -49,6 +54,7 @@ class SessionInput:
     avatars: tuple[Avatar, ...] = ()
     events: tuple[Event, ...] = ()
     surfaces: tuple[LiveSurface, ...] = ()
+    annotations: tuple[Annotation, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,7 +99,9 @@ def simulated_messages(
     for step in steps:
         surfaces = tuple(live_surface(key, at, step.frame) for key, at in waiting.items())
         waiting.clear()
-        live = SessionInput(step.frame, step.packet, step.avatars, step.events, surfaces)
+        live = SessionInput(
+            step.frame, step.packet, step.avatars, step.events, surfaces, step.annotations
+        )
         yield SessionMessage(live, step.truth)
 
 
@@ -106,7 +114,7 @@ def recorded_messages(path: Path, session: SessionInfo) -> Iterator[SessionMessa
     """
     assembler = FrameAssembler(session.rig)
     same_time: list[RecordedValue] = []
-    waiting: list[Event | RecordedSurface] = []
+    waiting: list[Waiting] = []
     for value in read_recording(path):
         if same_time and _time(value) != _time(same_time[0]):
             yield from _grouped(same_time, assembler, waiting)
@@ -122,10 +130,10 @@ def _time(value: RecordedValue) -> int:
 def _grouped(
     values: list[RecordedValue],
     assembler: FrameAssembler,
-    waiting: list[Event | RecordedSurface],
+    waiting: list[Waiting],
 ) -> Iterator[SessionMessage]:
     """The message that these values of one time make; what comes between frames is `waiting`."""
-    waiting += [v for v in values if isinstance(v, Event | RecordedSurface)]
+    waiting += [v for v in values if isinstance(v, Waiting)]
     for value in values:
         frame = assembler.feed(value)
         if frame is None or not isinstance(value, EncodedFrame):
@@ -136,6 +144,7 @@ def _grouped(
             avatars=tuple(v.avatar for v in values if isinstance(v, RecordedAvatar)),
             events=tuple(v for v in waiting if isinstance(v, Event)),
             surfaces=tuple(v.surface for v in waiting if isinstance(v, RecordedSurface)),
+            annotations=tuple(v.annotation for v in waiting if isinstance(v, RecordedAnnotation)),
         )
         truth = next((GroundTruth(v) for v in values if isinstance(v, RecordedTruth)), None)
         tracks = tuple((v.method, v.track) for v in values if isinstance(v, RecordedTrack))

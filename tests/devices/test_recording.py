@@ -10,6 +10,7 @@ from devices.messages import EncodedFrame, Event
 from devices.recording import Recorder, RecordingError, read_recording, read_session
 from devices.recording_codec import (
     FrameStamp,
+    RecordedAnnotation,
     RecordedAvatar,
     RecordedSurface,
     RecordedTrack,
@@ -22,7 +23,7 @@ from devices.video import H264Decoder, H264Encoder
 from scenes.cameras import Fisheye, Rig
 from scenes.frames import FRONT_FROM_BACK_LENS
 from scenes.pose import Pose, rotation_from_vector
-from scenes.state import Avatar, LiveSurface, TrackedObject, TrackState
+from scenes.state import Annotation, Avatar, LiveSurface, TrackedObject, TrackState
 
 SIZE, FRAMES = 96, 6
 LENS = Fisheye.from_fov(SIZE, np.radians(200))
@@ -54,6 +55,9 @@ def messages(seed=0):
         pose = random_pose(rng)
         picture = rng.integers(0, 256, (SIZE, 2 * SIZE, 3)).astype(np.uint8)
         out += [
+            RecordedAnnotation(
+                t_ns, Annotation("maya-1", "maya", rng.normal(size=(3, 3)), (1.0, 0.25, 1 / 3))
+            ),
             RecordedAvatar(
                 t_ns, Avatar("maya", "remote", pose, (rng.normal(size=(5, 3)),), np.eye(3)[:2])
             ),

@@ -4,7 +4,8 @@ import itertools
 
 import numpy as np
 
-from sim.paths import BODY_RADIUS_M, free_floor, walking_path
+from sim.floor import BODY_RADIUS_M
+from sim.paths import free_floor, walking_path
 
 
 def _distance_to_segment(point, a, b):

@@ -14,8 +14,9 @@ from scenes.splats import SplatCloud
 from scenes.state import ObjectModel
 from sim.actions import Push
 from sim.actors import TICK_NS, Actor
+from sim.people.embodiment import HandTarget, PersonTarget
 from sim.scanned import missing, only_scanned, scanned_object, with_scanned
-from sim.world import HandTarget, PersonTarget, World
+from sim.world import World
 
 SECOND_NS = 1_000_000_000
 ASIDE = HandTarget(np.array([-1.8, -1.8, 1.0]))

@@ -14,7 +14,9 @@ from sim.collision.static_geoms import StaticGeoms
 from sim.collision.surface import rescanned, surface_of
 from sim.primitives import Primitive, Shape
 from sim.scan_like import block, scan_like
-from sim.twin import STEP_NS, Twin, twin_of_package, without_objects
+from sim.scanned_surface import without_objects
+from sim.scanned_twin import twin_of_package
+from sim.twin import STEP_NS, Twin
 
 SECOND_NS = 1_000_000_000
 ROOM = block((0, 0, 0), (4, 3, 2.5), is_room=True)

@@ -9,7 +9,8 @@ import pytest
 
 from sim.actions import Carry, Hide, Push, Stand, Turn, Walk
 from sim.actors import TICK_NS, Actor
-from sim.world import HAND_RADIUS_M, HandTarget, PersonTarget, World
+from sim.people.embodiment import HAND_RADIUS_M, HandTarget, PersonTarget
+from sim.world import World
 
 SECOND_NS = 1_000_000_000
 TABLE_TOP_M = 0.72

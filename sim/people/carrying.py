@@ -1,0 +1,143 @@
+"""To take an object, bring it somewhere and put it down: on what is under the goal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator
+
+import numpy as np
+
+from scenes.pose import Pose, wrap_angle
+from sim.actions import Carry, Put
+from sim.people.person import TICK_S, Hand, Person, Script, Vector
+from sim.people.reaching import reach
+from sim.people.supports import HIGHEST_M, support_at
+from sim.people.walking import face, stand, walk_to
+from sim.planar import bearing
+
+LIFT_M = 0.14
+CARRIED_AT_M = np.array([0.36, -0.08, 1.08])
+GRASP_HEIGHT_M = 0.02
+RELEASE_GAP_M = 0.004
+SAME_HEIGHT_M = 0.03
+"""Difference in height within which a goal is on the surface that the object stands on."""
+HEADROOM_M = 0.3
+"""Height above an object that a hand needs to put it below something."""
+NEXT_LEVEL_M = 0.03
+"""Step down to look for the surface below a surface: a board's thickness, and the scan's noise."""
+
+
+def carry(person: Person, action: Carry) -> Script:
+    """Take an object and put it down elsewhere, at the same height if something is there."""
+    height = float(person.physics.object_pose(action.object).translation[2])
+    hand = person.held_hand(action.object)
+    if hand is not None or not _is_on_same_level(person, action, height):
+        height = support_at(person, action.to, without=action.object)
+    hand = hand or (yield from take(person, action.object))
+    goal = np.array([*action.to, height])
+    yield from _put_down(person, hand, goal=goal, turn_rad=math.radians(action.turn_deg))
+
+
+def put(person: Person, action: Put) -> Script:
+    """Take an object and put it on top of whatever is at the goal."""
+    hand = person.held_hand(action.object)
+    if hand is None:
+        hand = yield from take(person, action.object)
+    height = action.height_m
+    if height is None:
+        height = support_at(person, action.to, without=action.object)
+    goal = np.array([*action.to, height])
+    yield from _put_down(person, hand, goal=goal, turn_rad=math.radians(action.turn_deg))
+
+
+def take(person: Person, object_id: str) -> Generator[str | None, None, Hand]:
+    """Go to an object, grasp it with the right hand and lift it; gives that hand."""
+    pose = person.physics.object_pose(object_id)
+    yield from walk_to(person, person.beside(pose.translation[:2]))
+    yield from face(person, bearing(person.body.position, pose.translation[:2]))
+    hand = person.body.hands[1]
+    hold, lift = _hold(person, object_id), np.array([0.0, 0.0, LIFT_M])
+    yield from reach(hand, pose.translation + hold + lift)
+    yield from reach(hand, pose.translation + hold)
+    hand.holds = object_id
+    yield f"takes {object_id}"
+    yield from reach(hand, pose.translation + hold + lift)
+    return hand
+
+
+def bring(person: Person, hand: Hand, *, place: Vector, facing: float) -> Script:
+    """Walk to a place with what is held in front of the chest, and face somewhere (radians)."""
+    b = person.body
+    turned_at_start = b.yaw - hand.yaw
+
+    def way() -> Script:
+        yield from walk_to(person, place)
+        yield from face(person, math.radians(math.degrees(facing)))
+
+    for said in way():
+        hand.wanted = Pose.from_yaw(b.yaw, (*b.position, 0.0)) @ CARRIED_AT_M
+        hand.yaw = b.yaw - turned_at_start
+        yield said
+
+
+def _is_on_same_level(person: Person, action: Carry, height_m: float) -> bool:
+    """Whether the surface that an object stands on goes on at the goal, with room above it."""
+    needed = person.room.object_by_id(action.object).box_m[2] + HEADROOM_M
+    above, level = math.inf, HIGHEST_M
+    while True:
+        found = person.physics.support_height(np.array([*action.to, level]))
+        if abs(found - height_m) < SAME_HEIGHT_M:
+            return above - found > needed
+        if found < height_m or found >= above:
+            return False
+        above, level = found, found - NEXT_LEVEL_M
+
+
+def _put_down(person: Person, hand: Hand, *, goal: Vector, turn_rad: float) -> Script:
+    """Put what a hand holds down at `goal` (3,), and let go."""
+    object_id = hand.holds
+    assert object_id is not None
+    hold, lift = _hold(person, object_id), np.array([0.0, 0.0, LIFT_M])
+    place = person.beside(goal[:2])
+    over = goal + hold + lift
+    if not person.floor().is_clear(person.body.position, place):
+        yield from bring(person, hand, place=place, facing=bearing(place, goal[:2]))
+    elif over[2] > hand.position[2] + SAME_HEIGHT_M:
+        # Straight on it would run into the side of what it is put on.
+        yield from reach(hand, np.array([*hand.position[:2], over[2]]))
+    yield from _sidestep(person, hand, over=over, place=place, turn_rad=turn_rad)
+    yield from reach(hand, goal + hold + (0.0, 0.0, RELEASE_GAP_M), speed_m_s=0.35)
+    yield from stand(0.1)
+    hand.holds = None
+    yield f"puts down {object_id}"
+    yield from reach(hand, goal + hold + lift)
+    hand.wanted = None
+    hand.yaw = 0.0
+    yield from stand(0.3)
+
+
+def _hold(person: Person, object_id: str) -> Vector:
+    """Where the hand is above the origin of what it holds."""
+    return np.array([0.0, 0.0, person.room.object_by_id(object_id).box_m[2] + GRASP_HEIGHT_M])
+
+
+def _sidestep(
+    person: Person, hand: Hand, *, over: Vector, place: Vector, turn_rad: float
+) -> Script:
+    """Move what is held straight to `over` while the feet go straight to `place`."""
+    b = person.body
+    from_hand, from_feet, from_yaw, from_turn = hand.position, b.position, b.yaw, hand.yaw
+    facing = wrap_angle(bearing(place, over[:2]) - from_yaw)
+    seconds = max(
+        float(np.linalg.norm(place - from_feet)) / 0.8,
+        float(np.linalg.norm(over - from_hand)) / 0.6,
+    )
+    ticks = max(1, round(seconds / TICK_S))
+    for k in range(1, ticks + 1):
+        t = k / ticks
+        eased = t * t * (3.0 - 2.0 * t)
+        hand.wanted = from_hand + eased * (over - from_hand)
+        hand.yaw = from_turn + eased * (turn_rad - from_turn)
+        b.position = from_feet + eased * (place - from_feet)
+        b.yaw = from_yaw + eased * facing
+        yield None
