@@ -91,7 +91,12 @@ class ScannedLook(Protocol):
         ...
 
     def body(
-        self, body_id: str, lens: Fisheye, lens_from_world: Pose, placement: Placement, rect: PixelRect
+        self,
+        body_id: str,
+        lens: Fisheye,
+        lens_from_world: Pose,
+        placement: Placement,
+        rect: PixelRect,
     ) -> Drawn:
         """One body alone in a rectangle of the lens, in the light where it stands."""
         ...

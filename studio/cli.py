@@ -80,6 +80,12 @@ VERBS = (
         "nexus evaluate dataset room_c --out out/room_c",
     ),
     Verb(
+        "evaluate twin",
+        "studio.verbs.evaluate_twin",
+        "rehearse a dataset's courses in its own scan, and compare with what was measured there",
+        "nexus evaluate twin room_c --out out/room_c",
+    ),
+    Verb(
         "evaluate random-rooms",
         "studio.verbs.evaluate_random_rooms",
         "track objects of many kinds in rooms by seed, and say where it fails",

@@ -11,7 +11,8 @@ Layout, format version 3 (lengths in metres, world right-handed and Z up):
     cuts.json, cuts/     what was taken out of the room, in order, so that it can be put back
     reality/             a second reconstruction of the room, if it can be rehearsed in
 In a compact package splats are .spz instead of .ply, a tenth of the size and slightly rounded, and
-there are no cuts and no second reconstruction. Version 1 had no views, no collision mesh and no cuts; version 2 was not compact.
+there are no cuts and no second reconstruction. Version 1 had no views, no collision mesh and no
+cuts; version 2 was not compact.
 """
 
 from __future__ import annotations

@@ -150,6 +150,11 @@ def _splats(group: argparse._ArgumentGroup) -> None:
     group.add_argument(
         "--keep-floaters", action="store_true", help="leave stray splats where they are"
     )
+    group.add_argument(
+        "--rehearsable",
+        action="store_true",
+        help="also train what stands for the real room in rehearsals (otherwise done by the first)",
+    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -165,6 +170,7 @@ def run(args: argparse.Namespace) -> int:
     from scenes.render.native import NativeRenderer
     from studio.console.progress import StageProgress, text_progress
     from studio.reports.preparation_report import render_report
+    from studio.verbs.rehearsable import make_rehearsable
 
     options = _options(args)
     stages = StageProgress(text_progress())
@@ -176,6 +182,8 @@ def run(args: argparse.Namespace) -> int:
     renderer = NativeRenderer()
     prepared = prepare(args.source, args.out, work=work, options=options, renderer=renderer)
     stages.finish()
+    if args.rehearsable:
+        make_rehearsable(args.out, work.path, seed=args.seed)
     rows = rows_of(prepared)
     report = work.path / REPORT
     write_file(report, [render_report(prepared, work, rows, renderer).encode()])

@@ -30,6 +30,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--no-paper", action="store_true", help="leave out the paper's method on the same frames"
     )
+    parser.add_argument(
+        "--work",
+        type=Path,
+        metavar="DIR",
+        help="of a scan's preparation, where what stands for the real room is trained the first "
+        "time (SCENE.prepare)",
+    )
     pace = parser.add_mutually_exclusive_group()
     pace.add_argument(
         "--exact", action="store_true", help="nothing dropped, the same every time (default)"
@@ -48,8 +55,10 @@ def run(args: argparse.Namespace) -> int:
     from studio.rehearsal import perform
     from studio.session.outputs import check_target
     from studio.session.session import Pace, SessionPlan
+    from studio.verbs.rehearsable import make_rehearsable
 
     check_target(args.out)
+    make_rehearsable(Path(args.scene), args.work)
     plan = SessionPlan(
         scene=args.scene,
         scenario=args.scenario,

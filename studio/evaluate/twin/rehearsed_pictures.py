@@ -55,8 +55,8 @@ class RehearsedPictures:
         self._cut_from_true: dict[str, Pose] = {}
         for item in prepared.package.objects:
             start = dataset.objects[item.object_id].world_from_object
-            self._cut_from_true[item.object_id] = (
-                item.world_from_object.inverse() @ self._in_scan(start)
+            self._cut_from_true[item.object_id] = item.world_from_object.inverse() @ self._in_scan(
+                start
             )
         self._cameras: dict[str, Camera360] = {}
         self._last: tuple[str, NDArray[np.uint8]] | None = None
