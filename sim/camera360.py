@@ -1,8 +1,8 @@
 """The simulated 360° camera: two fisheye lenses on a stand, drawn from the meshes of the room.
 
 What it never draws by itself is a splat: the tracker's models are made of splats, and its pictures
-are not. What exists only as a scan is drawn by a `ScannedLook` that it is given, which shows another
-reconstruction than the tracker's.
+are not. What exists only as a scan is drawn by a `ScannedLook` that it is given, which shows
+another reconstruction than the tracker's.
 """
 
 from __future__ import annotations

@@ -46,8 +46,8 @@ def first_scenario(room: PhysicalRoom) -> str:
     floor = FloorMap(room)
     if not floor.bare.free.any():
         raise ValueError(
-            f"room {room.name!r}: no free floor in it for anybody to stand on; is its mesh a room's, "
-            "with the floor at z = 0?"
+            f"room {room.name!r}: no free floor in it for anybody to stand on; is its mesh a "
+            "room's, with the floor at z = 0?"
         )
     camera = _camera_place(room, floor)
     stands = [(item.world_from_object.translation[:2], _radius(item)) for item in room.objects]
@@ -61,7 +61,7 @@ def first_scenario(room: PhysicalRoom) -> str:
     turn = math.degrees(math.atan2(*(middle - camera)[::-1]))
     return "\n".join(
         [
-            "# A first scenario of this room, to be changed: docs/scenarios.md says what else there is.",
+            "# A first scenario of this room, to be changed: see docs/scenarios.md",
             f'room = "{room.name}"',
             f"duration_s = {duration_s:.1f}",
             "",

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.formats.ply import read_ply
-from scenes.package.files import PackageError, numbers, read_json, text, write_json
+from scenes.package.files import numbers, read_json, text, write_json
 from scenes.splats import SplatCloud
 
 REALITY, REALITY_ABOUT = "reality/room.ply", "reality/reality.json"
@@ -71,7 +71,7 @@ def write_reality(folder: Path, reality: Reality) -> None:
             "trainer": reality.trainer,
             "photos": reality.photos,
             "shared": reality.shared,
-            "covariance": reality.covariance.tolist(),
+            "covariance": reality.covariance.ravel().tolist(),
         },
     )
 
@@ -80,17 +80,15 @@ def reality_of(folder: Path) -> Reality:
     """What a package's folder says of its second reconstruction.
 
     Raises:
-        PackageError: the description is damaged.
-        KeyError, TypeError, ValueError: a field is missing or wrong.
+        PackageError, KeyError, TypeError, ValueError: a field is missing or wrong.
     """
     about = read_json(folder / REALITY_ABOUT)
-    rows = about["covariance"]
-    if not isinstance(rows, list) or len(rows) != WORLD_NUMBERS:
-        raise PackageError(f"{folder / REALITY_ABOUT}: covariance is not 7 × 7; make it anew")
     return Reality(
         splats=folder / REALITY,
         trainer=text(about["trainer"], "trainer"),
         photos=int(about["photos"]),
         shared=int(about["shared"]),
-        covariance=np.array([numbers(row, WORLD_NUMBERS, "covariance") for row in rows]),
+        covariance=np.array(numbers(about["covariance"], WORLD_NUMBERS**2, "covariance")).reshape(
+            WORLD_NUMBERS, WORLD_NUMBERS
+        ),
     )

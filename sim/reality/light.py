@@ -131,7 +131,7 @@ def main_light(irradiance: Irradiance) -> tuple[Array, float, float]:
 
 
 def _normals(cloud: SplatCloud) -> tuple[Array, Array]:
-    """(N, 3) shortest axes that face away from the object's middle, and (N,) how flat splats are."""
+    """(N, 3) shortest axes, facing away from the object's middle, and (N,) how flat splats are."""
     scales = np.sort(cloud.scales.astype(np.float64), axis=1)
     flatness = 1.0 - scales[:, 0] / np.maximum(scales[:, 1], 1e-12)
     rotations = rotation_from_quaternion(cloud.rotations).astype(np.float64)

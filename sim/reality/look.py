@@ -123,9 +123,9 @@ def _within(drawn: Rendering, rect: PixelRect) -> Drawn:
     """Colour and range of what is solid in a rectangle of a picture."""
     where = rect.rows_columns
     alpha, depth = drawn.alpha[where], drawn.depth[where]
-    colour = drawn.rgb[where] / np.maximum(alpha, SOLID)[..., None]
+    colour = drawn.rgb[where] / np.maximum(alpha, np.float32(SOLID))[..., None]
     return _bytes(colour), np.where(alpha > SOLID, depth, np.float32(np.inf))
 
 
-def _bytes(rgb: NDArray[np.float32]) -> NDArray[np.uint8]:
+def _bytes(rgb: NDArray[np.floating]) -> NDArray[np.uint8]:
     return np.round(255.0 * np.clip(rgb, 0.0, 1.0)).astype(np.uint8)

@@ -30,8 +30,9 @@ def scanned_room(scene: ScenePackage, parts: TakenApart, renderer: Renderer) -> 
     """
     if scene.collision is None:
         raise ValueError(
-            f"scene {scene.name!r} has no collision mesh, so nothing would stop people and objects: "
-            "its splats show no surface that photos agree about; film it again with more overlap"
+            f"scene {scene.name!r} has no collision mesh, so nothing would stop people and "
+            "objects: its splats show no surface that photos agree about; film it again with more "
+            "overlap"
         )
     objects = tuple(
         replace(scanned_object(item), splats=parts.objects.get(item.object_id))

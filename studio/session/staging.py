@@ -121,7 +121,8 @@ def _scan(path: str, scene: ScenePackage, scenario_name: str | None) -> Staging:
     validate_scenario(scenario, room)
     words = (
         f"a second reconstruction ({reality.trainer}) from {reality.photos} photos, "
-        f"{reality.shared} of which the scan knows, too: errors of photos, poses and light are in both"
+        f"{reality.shared} of which the scan knows, too; what is wrong with photos and poses is "
+        "wrong with both"
     )
     scanned = Scanned(SplatLook(room, renderer), reality.covariance)
     return Staging(scene, room, scenario, text, scanned, words)

@@ -80,7 +80,11 @@ def run(args: argparse.Namespace) -> int:
         progress.begin("taking the second reconstruction apart")
         renderer = NativeRenderer()
         parts = parts_of(
-            scene, scene.reality, renderer, folder=folder / "parts", progress=progress.advance
+            scene,
+            scene.reality,
+            renderer,
+            folder=folder / "parts",
+            progress=lambda done, note: progress.advance(done, note),
         )
         room = scanned_room(scene, parts, renderer)
         progress.finish(f"{len(parts.objects)} objects")

@@ -123,7 +123,7 @@ def masks_of(
 
 def _framing(views: Sequence[ViewPoint], item: ObjectModel) -> list[tuple[ViewPoint, float]]:
     """The pinhole views in whose picture an object's box lies whole, and its area there, px²."""
-    found = []
+    found: list[tuple[ViewPoint, float]] = []
     for view in views:
         if not isinstance(view.camera, Pinhole):
             continue
@@ -134,7 +134,8 @@ def _framing(views: Sequence[ViewPoint], item: ObjectModel) -> list[tuple[ViewPo
         low, high = pixels.min(axis=0), pixels.max(axis=0)
         limit = np.array([view.camera.width_px, view.camera.height_px])
         if (low > EDGE_PX).all() and (high < limit - EDGE_PX).all():
-            found.append((view, float(np.prod(high - low))))
+            width, height = (high - low).tolist()
+            found.append((view, width * height))
     return found
 
 

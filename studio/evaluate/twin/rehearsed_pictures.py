@@ -24,8 +24,8 @@ FIGURE_SEED = 0
 class RehearsedPictures:
     """Draws the stills of a dataset; see `studio.evaluate.dataset.tracking.Pictures`.
 
-    Camera and objects stand where they truly stood, as far as the scan is right. The room of a dataset has no sensor noise, so
-    none is added.
+    Camera and objects stand where they truly stood, as far as the scan is right. A dataset's
+    pictures may have no noise; none is added.
 
     Args:
         dataset: whose courses are played.
