@@ -52,7 +52,7 @@ def test_a_changed_reconstruction_is_noticed(package, tmp_path):
     save_package(package, folder)
     with (folder / REALITY).open("ab") as file:
         file.write(b"x")
-    with pytest.raises(PackageError, match="room.ply"):
+    with pytest.raises(PackageError, match=r"room\.ply"):
         load_package(folder)
 
 
