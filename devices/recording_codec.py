@@ -10,7 +10,7 @@ from __future__ import annotations
 import base64
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -100,6 +100,36 @@ RecordedValue = (
 
 
 @dataclass(frozen=True, slots=True)
+class ScenarioChange:
+    """From `t_ns` on, the session followed another scenario.
+
+    Attributes:
+        t_ns: the first frame at or after it is the first that could differ.
+        scenario: text of that scenario's file.
+        scenario_name: its name.
+    """
+
+    t_ns: int
+    scenario: str
+    scenario_name: str
+
+
+@dataclass(frozen=True, slots=True)
+class ForkOrigin:
+    """Which recording a session goes on from.
+
+    Attributes:
+        recording: file name of the recording, without its folder.
+        sha256: of the file's content, hexadecimal.
+        t_ns: from there on the session is its own.
+    """
+
+    recording: str
+    sha256: str
+    t_ns: int
+
+
+@dataclass(frozen=True, slots=True)
 class SessionInfo:
     """How the session was made: enough to play it again.
 
@@ -107,13 +137,15 @@ class SessionInfo:
         scene: name or path of the scene package.
         scene_hash: digest of the package, to notice another one of the same name.
         seed: of everything random, or None for real devices.
-        scenario: text of the scenario file, or empty.
+        scenario: text of the scenario file it began with, or empty.
         scenario_name: its name, or empty.
         mode: "exact" or "paced".
         methods: trackers that ran, the first is the one shown.
         versions: program and library versions by name.
         rig: the camera's lenses.
         fps: nominal frames per second.
+        changes: scenarios that were followed later, in order of time.
+        fork: the recording that it goes on from, or None.
     """
 
     scene: str
@@ -126,6 +158,8 @@ class SessionInfo:
     versions: Mapping[str, str]
     rig: Rig
     fps: float
+    changes: tuple[ScenarioChange, ...] = ()
+    fork: ForkOrigin | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -314,6 +348,8 @@ def session_to_json(session: SessionInfo) -> str:
             "fps": session.fps,
             "lenses": [camera_to_json(lens) for lens in rig.lenses],
             "rig_from_lens": [_pose_to_json(pose) for pose in rig.rig_from_lens],
+            "changes": [asdict(change) for change in session.changes],
+            "fork": None if session.fork is None else asdict(session.fork),
         }
     )
 
@@ -343,7 +379,19 @@ def session_from_json(text: str) -> SessionInfo:
         versions=dict(fields["versions"]),
         rig=Rig(fisheyes, tuple(Pose.from_matrix(m) for m in fields["rig_from_lens"])),
         fps=float(fields["fps"]),
+        changes=tuple(_change(change) for change in fields.get("changes", ())),
+        fork=_fork(fields.get("fork")),
     )
+
+
+def _change(fields: Mapping[str, Any]) -> ScenarioChange:
+    return ScenarioChange(int(fields["t_ns"]), fields["scenario"], fields["scenario_name"])
+
+
+def _fork(fields: Mapping[str, Any] | None) -> ForkOrigin | None:
+    if fields is None:
+        return None
+    return ForkOrigin(fields["recording"], fields["sha256"], int(fields["t_ns"]))
 
 
 def _pose_to_json(pose: Pose) -> list[list[float]]:

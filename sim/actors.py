@@ -103,6 +103,7 @@ class Actor:
         self._body = _Body(np.array(start, dtype=np.float64), yaw)
         self._body.hands = [_Hand(resting_hand(self.posture_at_rest(), side)) for side in SIDES]
         self._actions = tuple(actions)
+        self._begun = 0
         self._script: Script | None = None
 
     def posture_at_rest(self) -> Posture:
@@ -143,8 +144,29 @@ class Actor:
         self._settle(float(np.linalg.norm(self._body.position - walked_from)))
         return said
 
+    def go_on_with(self, actions: Sequence[Action]) -> str | None:
+        """Do other actions from now on; returns what ends with that, in words, or None.
+
+        If what was begun so far begins the new list, the rest of it follows; otherwise the person
+        lets go, stops, and begins the new list here.
+        """
+        begun, self._actions = self._actions[: self._begun], tuple(actions)
+        if self._actions[: len(begun)] == begun:
+            return None
+        held = [hand.holds for hand in self._body.hands if hand.holds is not None]
+        for hand in self._body.hands:
+            hand.wanted, hand.yaw, hand.solid, hand.holds = None, 0.0, False, None
+        self._body.speed_m_s = 0.0
+        self._begun, self._script = 0, None
+        return f"stops, lets go of {held[0]}" if held else "stops"
+
     def _run(self, world: World) -> Script:
-        for action in self._actions:
+        while True:
+            if self._begun == len(self._actions):
+                yield None
+                continue
+            action = self._actions[self._begun]
+            self._begun += 1
             match action:
                 case Walk():
                     yield from self._walk(world, np.array(action.to), action.face_deg)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass, replace
@@ -27,6 +28,7 @@ from sim.posture import PART_NAMES, part_poses
 from sim.remote import remote_avatar
 from sim.scenario import Scenario, validate_scenario
 from sim.sensor import Sensor
+from sim.switch import Switch, validate_switches
 from sim.truth import GroundTruth, IdMasks
 from sim.world import World
 
@@ -57,27 +59,36 @@ class SimulatedStep:
     events: tuple[Event, ...]
 
 
-def simulate(room: PhysicalRoom, scenario: Scenario, *, seed: int) -> Iterator[SimulatedStep]:
+def simulate(
+    room: PhysicalRoom, scenario: Scenario, *, seed: int, then: Sequence[Switch] = ()
+) -> Iterator[SimulatedStep]:
     """Play a scenario. Frames come in time order; those lost on the way don't come.
 
     Args:
         room: the physical room.
         scenario: what happens.
         seed: decides everything random; the same one gives the same bytes.
+        then: other scenarios that the session goes on with, in order of time. Frames before an
+            instant are the same bytes as without its switch.
 
     Raises:
-        ScenarioError: the scenario doesn't fit the room.
+        ScenarioError: a scenario doesn't fit the room, or cannot go on from the one before.
     """
     validate_scenario(scenario, room)
-    return _Session(room, scenario, seed).steps()
+    validate_switches(scenario, then, room)
+    return _Session(room, scenario, seed, then).steps()
 
 
 class _Session:
-    def __init__(self, room: PhysicalRoom, scenario: Scenario, seed: int) -> None:
+    def __init__(
+        self, room: PhysicalRoom, scenario: Scenario, seed: int, then: Sequence[Switch]
+    ) -> None:
         streams = np.random.default_rng(seed).spawn(4)
         pose_rng, sensor_rng, self._fault_rng, people_rng = streams
         self._room = room
         self._scenario = scenario
+        self._then = deque(then)
+        self._last_duration_s = then[-1].scenario.duration_s if then else scenario.duration_s
         settings = scenario.camera
         self._rig: Rig = default_rig(settings.lens_size_px)
         self._true_rig = room.world_from_rig
@@ -111,6 +122,7 @@ class _Session:
         self._decoder = H264Decoder()
         self._first_poses = self._world.object_poses()
         self._is_bumped = False
+        self._pictured_ns = -1
 
     def steps(self) -> Iterator[SimulatedStep]:
         """Frame by frame; one is in the encoder while the next one is drawn."""
@@ -120,7 +132,8 @@ class _Session:
         with closing(self), ThreadPoolExecutor(max_workers=1) as codec:
             for seq in range(self._frame_count()):
                 t_ns = round(seq * NANOSECONDS / self._scenario.camera.fps)
-                events += self._advance(t_ns) + self._bump(t_ns)
+                events += self._advance(t_ns) + self._go_on(t_ns) + self._bump(t_ns)
+                self._pictured_ns = t_ns
                 images, view = self._picture()
                 delay_ns, lost = self._fate(seq)
                 if lost:
@@ -154,8 +167,24 @@ class _Session:
         text = f"camera bumped: turned by {faults.bump_deg:g}°, shifted by {faults.bump_cm:g} cm"
         return [Event(t_ns, STREAM_ID, "bumped", text)]
 
+    def _go_on(self, now_ns: int) -> list[Event]:
+        """Follow the next scenario, if its instant has come."""
+        events: list[Event] = []
+        while self._then and self._then[0].t_ns <= now_ns:
+            scenario = self._scenario = self._then.popleft().scenario
+            # A bump that was due by the frame before is past, whether it took place or not.
+            bump_s = scenario.faults.bump_s
+            self._is_bumped = bump_s is not None and self._pictured_ns >= bump_s * NANOSECONDS
+            events.append(Event(now_ns, "session", "switched", f"goes on as {scenario.name}"))
+            actions = {person.person_id: person.actions for person in scenario.people}
+            for actor in self._actors:
+                said = actor.go_on_with(actions.get(actor.person_id, ()))
+                if said is not None:
+                    events.append(Event(now_ns, actor.person_id, "action", said))
+        return events
+
     def _frame_count(self) -> int:
-        return math.floor(self._scenario.duration_s * self._scenario.camera.fps + 1e-9)
+        return math.floor(self._last_duration_s * self._scenario.camera.fps + 1e-9)
 
     def _picture(self) -> tuple[tuple[NDArray[np.uint8], ...], CameraView]:
         """What the camera delivers now, and what it would without a sensor."""
@@ -193,6 +222,7 @@ class _Session:
         """Let people and physics go on until `t_ns`."""
         events: list[Event] = []
         while self._world.t_ns < t_ns:
+            events += self._go_on(self._world.t_ns)
             for actor in self._actors:
                 said = actor.tick(self._world)
                 if said is not None:
