@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from devices.recording_codec import SessionInfo, track_to_json
+from devices.recording_codec import track_to_json
+from devices.session_info import SessionInfo
 from scenes.render.native import NativeRenderer
 from scenes.state import TrackedObject
 from studio.console.progress import Progress

@@ -25,8 +25,8 @@ from devices.recording_codec import (
     RecordedSurface,
     RecordedTrack,
     RecordedValue,
-    SessionInfo,
 )
+from devices.session_info import SessionInfo
 from devices.streams import BoundedQueue
 from scenes.package import ScenePackage
 from scenes.state import LiveSurface, SceneState, reduce_state

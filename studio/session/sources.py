@@ -17,9 +17,9 @@ from devices.recording_codec import (
     RecordedTrack,
     RecordedTruth,
     RecordedValue,
-    SessionInfo,
 )
 from devices.replay import FrameAssembler
+from devices.session_info import SessionInfo
 from scenes.state import Avatar, LiveSurface, TrackedObject
 from sim.truth import GroundTruth
 from studio.session.live_surfaces import live_surface
