@@ -88,7 +88,7 @@ class _Session:
         self._room = room
         self._scenario = scenario
         self._then = deque(then)
-        self._last_duration_s = then[-1].scenario.duration_s if then else scenario.duration_s
+        self._frame_count = (then[-1].scenario if then else scenario).frame_count
         settings = scenario.camera
         self._rig: Rig = default_rig(settings.lens_size_px)
         self._true_rig = room.world_from_rig
@@ -130,7 +130,7 @@ class _Session:
         events: list[Event] = []
         # The window must go on the thread that drew in it, and a session may run on any.
         with closing(self), ThreadPoolExecutor(max_workers=1) as codec:
-            for seq in range(self._frame_count()):
+            for seq in range(self._frame_count):
                 t_ns = round(seq * NANOSECONDS / self._scenario.camera.fps)
                 events += self._advance(t_ns) + self._go_on(t_ns) + self._bump(t_ns)
                 self._pictured_ns = t_ns
@@ -182,9 +182,6 @@ class _Session:
                 if said is not None:
                     events.append(Event(now_ns, actor.person_id, "action", said))
         return events
-
-    def _frame_count(self) -> int:
-        return math.floor(self._last_duration_s * self._scenario.camera.fps + 1e-9)
 
     def _picture(self) -> tuple[tuple[NDArray[np.uint8], ...], CameraView]:
         """What the camera delivers now, and what it would without a sensor."""

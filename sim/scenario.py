@@ -5,6 +5,7 @@ Everything wrong with a file is one `ScenarioError` line: file, key, value, what
 
 from __future__ import annotations
 
+import math
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -137,6 +138,11 @@ class Scenario:
     remote: tuple[RemoteSettings, ...] = ()
     surfaces: tuple[SurfaceSettings, ...] = ()
     faults: Faults = field(default_factory=Faults)
+
+    @property
+    def frame_count(self) -> int:
+        """How many frames the camera takes, those that are lost included."""
+        return math.floor(self.duration_s * self.camera.fps + 1e-9)
 
 
 def scenario_names() -> tuple[str, ...]:

@@ -101,8 +101,13 @@ def floor_plan(
         return as_svg(figure, "Floor plan with true and tracked paths")
 
 
-def errors_over_time(boards: Mapping[str, ScoreBoard]) -> str:
-    """Position and yaw error of every moved object; spans in which it was hidden are shaded."""
+def errors_over_time(boards: Mapping[str, ScoreBoard], *, mark_s: float | None = None) -> str:
+    """Position and yaw error of every moved object; spans in which it was hidden are shaded.
+
+    Args:
+        boards: scores by method.
+        mark_s: an instant to mark, or None.
+    """
     first = next(iter(boards.values()))
     models = first.moved()
     with figure_style():
@@ -115,6 +120,8 @@ def errors_over_time(boards: Mapping[str, ScoreBoard]) -> str:
                     _say(axes, "round: its yaw cannot be seen")
                     continue
                 _draw_errors(axes, boards, model, column=column, bar=bar)
+                if mark_s is not None:
+                    axes.axvline(mark_s, color=INK, linewidth=1.0, linestyle=":")
                 axes.set_ylabel(unit, rotation=0, labelpad=10)
             row[0].set_title(model.name, loc="left", fontsize=10, fontweight="bold")
         grid[0][1].set_title("yaw error", loc="right", fontsize=9)

@@ -30,6 +30,7 @@ from devices.session_info import SessionInfo
 from devices.streams import BoundedQueue
 from scenes.package import ScenePackage
 from scenes.state import LiveSurface, SceneState, reduce_state
+from studio.session.fork import Fork
 from studio.session.latency import Latencies
 from studio.session.live_surfaces import LiveSurfaces
 from studio.session.methods import METHODS, TruthDetector, make_method
@@ -71,6 +72,7 @@ class SessionPlan:
         methods: trackers to run, of `METHODS`; the first is shown.
         pace: how time passes.
         record_to: where to write the recording, or None.
+        fork: a recorded simulation to go on with; its scene, seed and methods are given above.
     """
 
     scene: str = "lab"
@@ -80,6 +82,7 @@ class SessionPlan:
     methods: tuple[str, ...] = METHODS
     pace: Pace = Pace.EXACT
     record_to: Path | None = None
+    fork: Fork | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -231,6 +234,8 @@ class Session:
             whole = {"track": time.perf_counter_ns() - started}
             self._latencies.add({**output.stage_ns, **whole}, prefix=name if place else "")
             outputs[name] = output
+        if self.plan.fork is not None:
+            self.plan.fork.check_tracks(message, outputs)
         self._record_tracks(outputs)
         shown = outputs[self.plan.methods[0]]
         live = message.input
@@ -346,6 +351,7 @@ def _simulated(plan: SessionPlan) -> Made:
     from sim.rehearsal import simulate
     from sim.scanned import missing, only_scanned, with_scanned
     from sim.scenario import DEFAULT_SCENARIOS, load_scenario, validate_scenario
+    from sim.switch import validate_switches
     from studio.session.provenance import library_versions
 
     # The first opening of a built-in scene takes a minute; a bad scenario is reported before it.
@@ -361,25 +367,40 @@ def _simulated(plan: SessionPlan) -> Made:
     for item in added:
         log.warning(missing(item))
     room = with_scanned(room, added)
-    scenario = load_scenario(plan.scenario or DEFAULT_SCENARIOS[room.name])
+    fork = plan.fork
+    if fork is None:
+        scenario = load_scenario(plan.scenario or DEFAULT_SCENARIOS[room.name])
+        text, then = Path(scenario.source).read_text(encoding="utf-8"), ()
+    else:
+        scenario, text, then = fork.scenario, fork.info.scenario, fork.then
     validate_scenario(scenario, room)
+    validate_switches(scenario, then, room)
     scene = scene or open_scene(plan.scene)
     info = SessionInfo(
         scene=plan.scene,
         scene_hash=scene_hash(scene),
         seed=plan.seed,
-        scenario=Path(scenario.source).read_text(encoding="utf-8"),
+        scenario=text,
         scenario_name=scenario.name,
         mode=str(plan.pace),
         methods=plan.methods,
         versions=library_versions(),
         rig=default_rig(scenario.camera.lens_size_px),
         fps=scenario.camera.fps,
+        changes=() if fork is None else fork.changes,
+        fork=None if fork is None else fork.origin,
     )
-    steps = partial(simulate, room, scenario, seed=plan.seed)
+    if fork is not None:
+        fork.check_scene(info.scene_hash)
+    steps = partial(simulate, room, scenario, seed=plan.seed, then=then)
     corners = {item.surface_id: np.array(item.corners_in_world) for item in scenario.surfaces}
-    duration_ns = round(scenario.duration_s * 1e9)
-    return scene, info, lambda: simulated_messages(steps(), corners), duration_ns
+    duration_ns = round((then[-1].scenario if then else scenario).duration_s * 1e9)
+
+    def messages() -> Iterator[SessionMessage]:
+        simulated = simulated_messages(steps(), corners)
+        return simulated if fork is None else fork.proven(simulated)
+
+    return scene, info, messages, duration_ns
 
 
 def _recorded(plan: SessionPlan) -> Made:
