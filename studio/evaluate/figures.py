@@ -80,7 +80,7 @@ def floor_plan(
         )
         axes.add_patch(outline)
         for colour, model in zip(_cycle(COLOURS), board.moved(), strict=False):
-            _draw_object(axes, model, board.samples(model.object_id), colour)
+            draw_paths(axes, model, board.samples(model.object_id), colour)
         eye = world_from_rig.translation
         axes.plot(eye[0], eye[1], marker="^", markersize=9, color=INK, linestyle="none")
         axes.annotate("360° camera", (eye[0], eye[1]), (7, 5), textcoords="offset points")
@@ -151,7 +151,8 @@ def visibility(board: ScoreBoard) -> str:
         return as_svg(figure, "Share of every moved object in sight")
 
 
-def _draw_object(axes: Axes, model: ObjectModel, samples: Sequence[Sample], colour: str) -> None:
+def draw_paths(axes: Axes, model: ObjectModel, samples: Sequence[Sample], colour: str) -> None:
+    """One object's true path, wide and pale, and its tracked one; where they start and end."""
     true = np.array([s.true_world_from_object.translation[:2] for s in samples])
     tracked = np.array([s.estimated_world_from_object.translation[:2] for s in samples])
     axes.plot(*true.T, color=colour, linewidth=5, alpha=0.35, solid_capstyle="round")
