@@ -17,6 +17,10 @@ COLUMNS = (
     ("yaw_deg", ROOM_BAR_DEG, "°", "yaw error"),
 )
 
+NUMBER_WIDTH = 0.025
+"""Share of the time axis that an event's number covers, by its size in print; the numbers of
+events that come sooner after one are left out."""
+
 
 def error_curves(a: Run, b: Run) -> str:
     """Position and yaw error of every object that moved in either run; empty if none did."""
@@ -36,7 +40,9 @@ def error_curves(a: Run, b: Run) -> str:
                 _draw_errors(axes, (a, b), model, column=column, bar=bar)
                 axes.set_ylabel(unit, rotation=0, labelpad=10)
             row[0].set_title(model.name, loc="left", fontsize=10, fontweight="bold")
+        end_s = max((t for run in (a, b) for t in run.frames_s), default=0.0)
         for axes in grid.flat:
+            axes.set_xlim(0.0, max(end_s, 0.1))
             for run in (a, b):
                 if run.fork_s is not None:
                     axes.axvline(run.fork_s, color=INK, linewidth=1.0, linestyle=":")
@@ -46,13 +52,17 @@ def error_curves(a: Run, b: Run) -> str:
 
 
 def _draw_events(axes: Axes, a: Run, b: Run) -> None:
-    """A tick with its number for every event: A above, B below."""
+    """The number of every event at its time, A above and B below; one number for a crowd."""
+    end_s = max((t for run in (a, b) for t in run.frames_s), default=0.0)
     for run, y, colour in ((a, 1.0, OWN), (b, 0.0, OTHER)):
+        free_from_s = 0.0
         for number, (t_ns, _text) in enumerate(run.events, start=1):
-            axes.text(
-                t_ns / 1e9, y, str(number), color=colour, fontsize=7, ha="center", va="center"
-            )
-    axes.set_ylim(-0.6, 1.6)
+            t_s = t_ns / 1e9
+            axes.plot(t_s, y - 0.45, marker="|", markersize=4, color=colour)
+            if t_s >= free_from_s:
+                axes.text(t_s, y, str(number), color=colour, fontsize=7, ha="center", va="center")
+                free_from_s = t_s + NUMBER_WIDTH * end_s
+    axes.set_ylim(-0.8, 1.6)
     axes.set_yticks([1.0, 0.0], ["A", "B"])
     axes.tick_params(left=False)
     axes.set_ylabel("events", rotation=0, ha="right", va="center", labelpad=12, fontsize=8)
@@ -78,4 +88,3 @@ def _draw_errors(
     axes.yaxis.set_major_formatter("{x:g}")
     axes.minorticks_off()
     axes.grid(visible=True, axis="y")
-    axes.margins(x=0)
