@@ -137,4 +137,5 @@ def _true_paths(axes: Axes, run: Run, models: Sequence[ObjectModel], colour: str
         if path:
             axes.plot(*np.array(path).T, color=colour, linewidth=1.6, label=label)
             label = None
-    axes.legend(fontsize=8, loc="upper right")
+    if label is None:
+        axes.legend(fontsize=8, loc="upper right")

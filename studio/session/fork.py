@@ -26,6 +26,7 @@ from devices.session_info import ForkOrigin, ScenarioChange, SessionInfo
 from scenes.state import LiveSurface, TrackedObject
 from sim.scenario import Scenario, load_scenario, parse_scenario
 from sim.switch import Switch
+from sim.tables import ScenarioError
 from studio.session.provenance import library_versions
 from studio.session.sources import SessionMessage, time_ns_of
 from tracking.output import TrackOutput
@@ -157,13 +158,12 @@ def open_fork(recording: Path, *, at_s: float, scenario: str | None = None) -> F
         OSError: a file cannot be read.
     """
     info = _forkable(recording)
-    first = parse_scenario(info.scenario, source=f"{info.scenario_name}.toml")
+    first = _recorded_scenario(recording, info.scenario, info.scenario_name)
     t_ns = _instant(recording, info, at_s)
     # A scenario given here replaces what came later in the recording.
     changes = tuple(c for c in info.changes if scenario is None or c.t_ns < t_ns)
     then = [
-        Switch(c.t_ns, parse_scenario(c.scenario, source=f"{c.scenario_name}.toml"))
-        for c in changes
+        Switch(c.t_ns, _recorded_scenario(recording, c.scenario, c.scenario_name)) for c in changes
     ]
     if scenario is not None:
         new = load_scenario(scenario)
@@ -196,11 +196,21 @@ def _forkable(recording: Path) -> SessionInfo:
     return info
 
 
+def _recorded_scenario(recording: Path, text: str, name: str) -> Scenario:
+    try:
+        return parse_scenario(text, source=f"{name}.toml")
+    except ScenarioError as error:
+        raise ScenarioError(
+            f"{recording}: this version of the program cannot read its scenario: {error}; "
+            "rehearse again with this program and fork that recording"
+        ) from None
+
+
 def _instant(recording: Path, info: SessionInfo, at_s: float) -> int:
     last_text, last_name = info.scenario, info.scenario_name
     if info.changes:
         last_text, last_name = info.changes[-1].scenario, info.changes[-1].scenario_name
-    last = parse_scenario(last_text, source=f"{last_name}.toml")
+    last = _recorded_scenario(recording, last_text, last_name)
     last_frame_s = (last.frame_count - 1) / last.camera.fps
     if not 0.0 <= at_s <= last_frame_s:
         raise ValueError(

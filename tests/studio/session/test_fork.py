@@ -118,6 +118,7 @@ def recording(tmp_path, tiny, **changes):
         ({"mode": "paced"}, 0.5, "recorded in real time"),
         ({"seed": None}, 0.5, "of a real camera"),
         ({"scenario": ""}, 0.5, "no seed or scenario"),
+        ({"scenario": "room = 3"}, 0.5, "cannot read its scenario: tiny-push.toml: room = 3"),
         ({}, 1.2, "--at 1.2, wanted seconds from 0 to 1.1, its last frame"),
         ({}, -0.1, "wanted seconds from 0 to 1.1"),
         ({}, float("nan"), "--at nan, wanted seconds"),
