@@ -30,7 +30,7 @@ facing_deg = -40.0
 actions = [{ do = "push", object = "chair-1", to = [-0.45, 0.4] }]
 [[people]]
 id = "carrier"
-start = [1.55, 0.5]
+start = [1.85, 0.3]
 facing_deg = 0.0
 actions = [{ do = "carry", object = "book-1", to = [2.4, 0.74] }]
 [[remote]]
