@@ -96,6 +96,8 @@ def _verdict(a: Row, b: Row, was: float, difference: float, tolerance: float) ->
     loss = difference if less else -difference
     if loss < 0.0:
         return "better", False
-    if loss <= max(tolerance * abs(was), FLOOR_BY_UNIT.get(a.unit, 0.0)):
+    if loss <= tolerance * abs(was):
         return "worse, within the tolerance", False
+    if loss <= FLOOR_BY_UNIT.get(a.unit, 0.0):
+        return "worse, too little to count", False
     return "worse", True

@@ -18,7 +18,7 @@ def verdict(a, b, tolerance=0.1):
         (5.0, 4.0, ("better", False)),
         (5.0, 5.49, ("worse, within the tolerance", False)),
         (5.0, 5.51, ("worse", True)),
-        (0.2, 0.29, ("worse, within the tolerance", False)),
+        (0.2, 0.29, ("worse, too little to count", False)),
         (0.2, 0.31, ("worse", True)),
         (0.0, 0.11, ("worse", True)),
     ],
