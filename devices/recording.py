@@ -26,13 +26,11 @@ from devices.messages import EncodedFrame, Event
 from devices.recording_codec import (
     Encoded,
     RecordedValue,
-    SessionInfo,
     decode_message,
     encode_message,
     json_schema,
-    session_from_json,
-    session_to_json,
 )
+from devices.session_info import SessionInfo, session_from_json, session_to_json
 from devices.streams import ByteQuota
 
 MAGIC = b"\x89MCAP0\r\n"

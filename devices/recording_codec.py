@@ -16,11 +16,8 @@ from typing import Any
 import numpy as np
 
 from devices.messages import EncodedFrame, Event
-from scenes.cameras import Fisheye, Rig, camera_from_json, camera_to_json
 from scenes.pose import Pose
 from scenes.state import Annotation, Avatar, LiveSurface, TrackedObject, TrackState
-
-FORMAT_VERSION = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,35 +103,6 @@ RecordedValue = (
     | Event
 )
 """What a recording holds."""
-
-
-@dataclass(frozen=True, slots=True)
-class SessionInfo:
-    """How the session was made: enough to play it again.
-
-    Attributes:
-        scene: name or path of the scene package.
-        scene_hash: digest of the package, to notice another one of the same name.
-        seed: of everything random, or None for real devices.
-        scenario: text of the scenario file, or empty.
-        scenario_name: its name, or empty.
-        mode: "exact" or "paced".
-        methods: trackers that ran, the first is the one shown.
-        versions: program and library versions by name.
-        rig: the camera's lenses.
-        fps: nominal frames per second.
-    """
-
-    scene: str
-    scene_hash: str
-    seed: int | None
-    scenario: str
-    scenario_name: str
-    mode: str
-    methods: tuple[str, ...]
-    versions: Mapping[str, str]
-    rig: Rig
-    fps: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -320,55 +288,6 @@ def track_to_json(track: TrackedObject) -> dict[str, Any]:
         "confidence": float(track.confidence),
         "source_seq": int(track.source_seq),
     }
-
-
-def session_to_json(session: SessionInfo) -> str:
-    """The session's description as one JSON text."""
-    rig = session.rig
-    return json.dumps(
-        {
-            "format_version": FORMAT_VERSION,
-            "scene": session.scene,
-            "scene_hash": session.scene_hash,
-            "seed": session.seed,
-            "scenario": session.scenario,
-            "scenario_name": session.scenario_name,
-            "mode": session.mode,
-            "methods": list(session.methods),
-            "versions": dict(session.versions),
-            "fps": session.fps,
-            "lenses": [camera_to_json(lens) for lens in rig.lenses],
-            "rig_from_lens": [_pose_to_json(pose) for pose in rig.rig_from_lens],
-        }
-    )
-
-
-def session_from_json(text: str) -> SessionInfo:
-    """Inverse of `session_to_json`.
-
-    Raises:
-        ValueError, KeyError, TypeError: a field is missing or wrong, or the version is newer.
-    """
-    fields = json.loads(text)
-    version = fields["format_version"]
-    if version != FORMAT_VERSION:
-        raise ValueError(f"recording format version {version}, this program reads {FORMAT_VERSION}")
-    lenses = tuple(camera_from_json(lens) for lens in fields["lenses"])
-    fisheyes = tuple(lens for lens in lenses if isinstance(lens, Fisheye))
-    if len(fisheyes) != len(lenses):
-        raise ValueError("rig: every lens must be a fisheye")
-    return SessionInfo(
-        scene=fields["scene"],
-        scene_hash=fields["scene_hash"],
-        seed=fields["seed"],
-        scenario=fields["scenario"],
-        scenario_name=fields["scenario_name"],
-        mode=fields["mode"],
-        methods=tuple(fields["methods"]),
-        versions=dict(fields["versions"]),
-        rig=Rig(fisheyes, tuple(Pose.from_matrix(m) for m in fields["rig_from_lens"])),
-        fps=float(fields["fps"]),
-    )
 
 
 def _pose_to_json(pose: Pose) -> list[list[float]]:

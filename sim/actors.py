@@ -65,14 +65,9 @@ class Actor:
         self.person_id = person_id
         self.person = Person(person_id, room, start=start, yaw=yaw, camera_xy=camera_xy)
         self._actions = tuple(actions)
-        self._index = 0
+        self._begun = 0
         self._script: Script | None = None
         self._shown: dict[str, Annotation] = {}
-
-    @property
-    def action_index(self) -> int:
-        """Which action is under way, counted from 0; their number when all are done."""
-        return self._index
 
     @property
     def ray(self) -> NDArray[np.float64] | None:
@@ -108,15 +103,31 @@ class Actor:
         self.person.settle(float(np.linalg.norm(self.person.body.position - walked_from)))
         return said
 
+    def go_on_with(self, actions: Sequence[Action]) -> str | None:
+        """Do other actions from now on; returns what ends with that, in words, or None.
+
+        If what was begun so far begins the new list, the rest of it follows; otherwise the person
+        lets go, stops, and begins the new list here.
+        """
+        begun, self._actions = self._actions[: self._begun], tuple(actions)
+        if self._actions[: len(begun)] == begun:
+            return None
+        held = self.person.let_go()
+        self._begun, self._script = 0, None
+        return f"stops, lets go of {held}" if held is not None else "stops"
+
     def _run(self) -> Script:
-        for index, action in enumerate(self._actions):
-            self._index = index
+        while True:
+            if self._begun == len(self._actions):
+                yield None
+                continue
+            index, action = self._begun, self._actions[self._begun]
+            self._begun += 1
             try:
                 yield from _done(self.person, action)
             except NoWayError as error:
                 where = f"{self.person_id}: actions[{index}] ({name_of(action)})"
                 raise ScenarioError(f"{where}: {error}") from None
-        self._index = len(self._actions)
 
 
 def introduce(actors: Sequence[Actor]) -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass, replace
@@ -29,6 +30,7 @@ from sim.reality.world_error import drawn_error
 from sim.remote import remote_annotations, remote_avatar
 from sim.scenario import Scenario, validate_scenario
 from sim.sensor import Sensor
+from sim.switch import Switch, validate_switches
 from sim.truth import GroundTruth, IdMasks
 
 STREAM_ID = "camera-360"
@@ -74,7 +76,12 @@ class Scanned:
 
 
 def simulate(
-    room: PhysicalRoom, scenario: Scenario, *, seed: int, scanned: Scanned | None = None
+    room: PhysicalRoom,
+    scenario: Scenario,
+    *,
+    seed: int,
+    scanned: Scanned | None = None,
+    then: Sequence[Switch] = (),
 ) -> Iterator[SimulatedStep]:
     """Play a scenario. Frames come in time order; those lost on the way don't come.
 
@@ -83,17 +90,25 @@ def simulate(
         scenario: what happens.
         seed: decides everything random; the same one gives the same bytes.
         scanned: needed for a room that is made of splats.
+        then: other scenarios that the session goes on with, in order of time. Frames before an
+            instant are the same bytes as without its switch.
 
     Raises:
-        ScenarioError: the scenario doesn't fit the room.
+        ScenarioError: a scenario doesn't fit the room, or cannot go on from the one before.
     """
     validate_scenario(scenario, room)
-    return _Session(room, scenario, seed, scanned).steps()
+    validate_switches(scenario, then, room)
+    return _Session(room, scenario, seed, scanned, then).steps()
 
 
 class _Session:
     def __init__(
-        self, room: PhysicalRoom, scenario: Scenario, seed: int, scanned: Scanned | None
+        self,
+        room: PhysicalRoom,
+        scenario: Scenario,
+        seed: int,
+        scanned: Scanned | None,
+        then: Sequence[Switch],
     ) -> None:
         # More streams may be added at the end: those before keep theirs.
         streams = np.random.default_rng(seed).spawn(5)
@@ -102,6 +117,8 @@ class _Session:
         self._error = None if scanned is None else drawn_error(scanned.covariance, world_rng)
         self._room = room
         self._scenario = scenario
+        self._then = deque(then)
+        self._frame_count = (then[-1].scenario if then else scenario).frame_count
         settings = scenario.camera
         self._rig: Rig = default_rig(settings.lens_size_px)
         self._true_rig = room.world_from_rig
@@ -140,6 +157,7 @@ class _Session:
         self._first_poses = self._world.object_poses()
         self._is_bumped = False
         self._drawn_s = -1.0
+        self._pictured_ns = -1
 
     def steps(self) -> Iterator[SimulatedStep]:
         """Frame by frame; one is in the encoder while the next one is drawn."""
@@ -147,9 +165,10 @@ class _Session:
         events: list[Event] = []
         # The window must go on the thread that drew in it, and a session may run on any.
         with closing(self), ThreadPoolExecutor(max_workers=1) as codec:
-            for seq in range(self._frame_count()):
+            for seq in range(self._frame_count):
                 t_ns = round(seq * NANOSECONDS / self._scenario.camera.fps)
-                events += self._advance(t_ns) + self._bump(t_ns)
+                events += self._advance(t_ns) + self._go_on(t_ns) + self._bump(t_ns)
+                self._pictured_ns = t_ns
                 images, view = self._picture()
                 delay_ns, lost = self._fate(seq)
                 if lost:
@@ -189,8 +208,21 @@ class _Session:
         """A pose of the simulation, which runs in the scan's world, where it really is."""
         return pose if self._error is None else self._error.moved(pose)
 
-    def _frame_count(self) -> int:
-        return math.floor(self._scenario.duration_s * self._scenario.camera.fps + 1e-9)
+    def _go_on(self, now_ns: int) -> list[Event]:
+        """Follow the next scenario, if its instant has come."""
+        events: list[Event] = []
+        while self._then and self._then[0].t_ns <= now_ns:
+            scenario = self._scenario = self._then.popleft().scenario
+            # A bump that was due by the frame before is past, whether it took place or not.
+            bump_s = scenario.faults.bump_s
+            self._is_bumped = bump_s is not None and self._pictured_ns >= bump_s * NANOSECONDS
+            events.append(Event(now_ns, "session", "switched", f"goes on as {scenario.name}"))
+            actions = {person.person_id: person.actions for person in scenario.people}
+            for actor in self._actors:
+                said = actor.go_on_with(actions.get(actor.person_id, ()))
+                if said is not None:
+                    events.append(Event(now_ns, actor.person_id, "action", said))
+        return events
 
     def _picture(self) -> tuple[tuple[NDArray[np.uint8], ...], CameraView]:
         """What the camera delivers now, and what it would without a sensor."""
@@ -229,6 +261,7 @@ class _Session:
         """Let people and physics go on until `t_ns`."""
         events: list[Event] = []
         while self._world.t_ns < t_ns:
+            events += self._go_on(self._world.t_ns)
             for actor in self._actors:
                 said = actor.tick(self._world)
                 if said is not None:

@@ -174,6 +174,11 @@ class Scenario:
     surfaces: tuple[SurfaceSettings, ...] = ()
     faults: Faults = field(default_factory=Faults)
 
+    @property
+    def frame_count(self) -> int:
+        """How many frames the camera takes, those that are lost included."""
+        return math.floor(self.duration_s * self.camera.fps + 1e-9)
+
 
 def scenario_names() -> tuple[str, ...]:
     """Names of the built-in scenarios."""

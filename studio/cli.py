@@ -55,6 +55,18 @@ VERBS = (
         "nexus replay out/demo/recording.mcap --headless",
     ),
     Verb(
+        "fork",
+        "studio.verbs.fork",
+        "go on from an instant of a recorded rehearsal, as it was or with another scenario",
+        "nexus fork out/demo/recording.mcap --at 12.4 --scenario other.toml --out out/run-b",
+    ),
+    Verb(
+        "compare",
+        "studio.verbs.compare",
+        "hold one rehearsal or fork against another on one page; exit 1 if a figure got worse",
+        "nexus compare out/demo out/run-b --out out/compare.html",
+    ),
+    Verb(
         "prepare",
         "studio.verbs.prepare",
         "make a metric scene package of photos or a video",

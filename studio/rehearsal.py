@@ -7,11 +7,12 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from devices.recording_codec import SessionInfo, track_to_json
+from devices.recording_codec import track_to_json
+from devices.session_info import SessionInfo
 from scenes.render.native import NativeRenderer
 from scenes.state import TrackedObject
 from studio.console.progress import Progress
@@ -73,7 +74,7 @@ def perform(
     opened: Callable[[Session], None] | None = None,
     watch: Watch | None = None,
     cancelled: threading.Event | None = None,
-    verb: str = "rehearse",
+    verb: str | None = None,
 ) -> Performance:
     """Play a session and leave its results in a folder.
 
@@ -84,13 +85,14 @@ def perform(
         opened: sees the session before it plays.
         watch: sees every result as it comes.
         cancelled: set it from another thread to stop.
-        verb: written into the report.
+        verb: written into the report; "fork" or "rehearse" if None.
 
     Raises:
         CancelledError: it was cancelled; nothing is left behind.
         ValueError, OSError: an input is bad, the target is not ours, or the disk is full.
     """
     cancelled = cancelled or threading.Event()
+    verb = verb or ("rehearse" if plan.fork is None else "fork")
     with output_folder(target) as part:
         progress.begin("opening the scene (a built-in one is scanned the first time)")
         if plan.recording is None:
@@ -109,13 +111,15 @@ def perform(
             verb=verb,
             session=session,
             boards=notes.boards,
-            events=tuple(notes.events),
+            events=_events(session.info, notes),
             result=result,
             rows=rows,
             stills=stills,
         )
         (part / REPORT_HTML).write_text(render_report(report), encoding="utf-8")
         values = as_json(verb, rows, session.info.seed)
+        if session.info.fork is not None:
+            values["fork"] = asdict(session.info.fork)
         (part / REPORT_JSON).write_text(json.dumps(values, indent=2) + "\n", encoding="utf-8")
     return Performance(rows, target)
 
@@ -149,7 +153,9 @@ def _play(
     started = time.monotonic()
     info = session.info
     maker = FilmMaker(
-        session.scene, Twin(session.scene, NativeRenderer()), FilmTitle(info.scene, _story(info))
+        session.scene,
+        Twin(session.scene, NativeRenderer()),
+        FilmTitle(info.scene, _story(info), None if info.fork is None else info.fork.t_ns),
     )
     film = FilmFile(film_path, maker, info.fps, stills=STILLS)
     thread = FilmThread(film) if session.plan.pace is Pace.PACED else None
@@ -174,7 +180,16 @@ def _play(
 
 def _story(info: SessionInfo) -> str:
     seed = "" if info.seed is None else f" · seed {info.seed}"
-    return f"{info.scenario_name}{seed} · tracker: {info.methods[0]}"
+    names = " → ".join((info.scenario_name, *(change.scenario_name for change in info.changes)))
+    return f"{names}{seed} · tracker: {info.methods[0]}"
+
+
+def _events(info: SessionInfo, notes: Notes) -> tuple[tuple[int, str], ...]:
+    """What happened, in order of time, and where the fork begins."""
+    if info.fork is None:
+        return tuple(notes.events)
+    mark = (info.fork.t_ns, f"the fork of {info.fork.recording} begins")
+    return tuple(sorted([mark, *notes.events], key=lambda event: event[0]))
 
 
 def _write_tracks(path: Path, info: SessionInfo, notes: Notes) -> None:

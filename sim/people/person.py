@@ -108,6 +108,15 @@ class Person:
     def physics(self, physics: Physics) -> None:
         self._physics = physics
 
+    def let_go(self) -> str | None:
+        """Stop in the middle of anything: hands hang; returns what was held, or None."""
+        held = next((hand.holds for hand in self.body.hands if hand.holds is not None), None)
+        for hand in self.body.hands:
+            hand.wanted, hand.yaw, hand.solid, hand.holds = None, 0.0, False, None
+        self.body.speed_m_s, self.body.seated = 0.0, 0.0
+        self.offers, self.ray = None, None
+        return held
+
     def posture_at_rest(self) -> Posture:
         """The shape with hanging arms, wherever the person is now."""
         nowhere = np.zeros(3)

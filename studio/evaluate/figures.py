@@ -80,7 +80,7 @@ def floor_plan(
         )
         axes.add_patch(outline)
         for colour, model in zip(_cycle(COLOURS), board.moved(), strict=False):
-            _draw_object(axes, model, board.samples(model.object_id), colour)
+            draw_paths(axes, model, board.samples(model.object_id), colour)
         eye = world_from_rig.translation
         axes.plot(eye[0], eye[1], marker="^", markersize=9, color=INK, linestyle="none")
         axes.annotate("360° camera", (eye[0], eye[1]), (7, 5), textcoords="offset points")
@@ -101,8 +101,13 @@ def floor_plan(
         return as_svg(figure, "Floor plan with true and tracked paths")
 
 
-def errors_over_time(boards: Mapping[str, ScoreBoard]) -> str:
-    """Position and yaw error of every moved object; spans in which it was hidden are shaded."""
+def errors_over_time(boards: Mapping[str, ScoreBoard], *, mark_s: float | None = None) -> str:
+    """Position and yaw error of every moved object; spans in which it was hidden are shaded.
+
+    Args:
+        boards: scores by method.
+        mark_s: an instant to mark, or None.
+    """
     first = next(iter(boards.values()))
     models = first.moved()
     with figure_style():
@@ -115,6 +120,8 @@ def errors_over_time(boards: Mapping[str, ScoreBoard]) -> str:
                     _say(axes, "round: its yaw cannot be seen")
                     continue
                 _draw_errors(axes, boards, model, column=column, bar=bar)
+                if mark_s is not None:
+                    axes.axvline(mark_s, color=INK, linewidth=1.0, linestyle=":")
                 axes.set_ylabel(unit, rotation=0, labelpad=10)
             row[0].set_title(model.name, loc="left", fontsize=10, fontweight="bold")
         grid[0][1].set_title("yaw error", loc="right", fontsize=9)
@@ -144,7 +151,8 @@ def visibility(board: ScoreBoard) -> str:
         return as_svg(figure, "Share of every moved object in sight")
 
 
-def _draw_object(axes: Axes, model: ObjectModel, samples: Sequence[Sample], colour: str) -> None:
+def draw_paths(axes: Axes, model: ObjectModel, samples: Sequence[Sample], colour: str) -> None:
+    """One object's true path, wide and pale, and its tracked one; where they start and end."""
     true = np.array([s.true_world_from_object.translation[:2] for s in samples])
     tracked = np.array([s.estimated_world_from_object.translation[:2] for s in samples])
     axes.plot(*true.T, color=colour, linewidth=5, alpha=0.35, solid_capstyle="round")

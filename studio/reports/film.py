@@ -55,10 +55,11 @@ Words = list[tuple[tuple[float, float], str, Colour, int, bool]]
 
 @dataclass(frozen=True, slots=True)
 class FilmTitle:
-    """What the header says: the scene, and how the session came about."""
+    """What the header says: the scene, how the session came about, and where a fork begins."""
 
     scene: str
     detail: str
+    fork_ns: int | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -180,7 +181,7 @@ class FilmMaker:
             ((left, 24.0), self._title.scene, INK, 18, True),
             (
                 (left + 14 + width_of(self._title.scene, 18, bold=True), 24.0),
-                self._title.detail,
+                self._title.detail + _since_fork(frame.t_ns, self._title.fork_ns),
                 FAINT,
                 13,
                 False,
@@ -220,6 +221,14 @@ class FilmMaker:
             text = f"off by {error.world_cm:4.1f} cm {turn} · {seen:.0%} in sight"
             words.append(((x, top + 48.0), text, FAINT, 13, False))
         return words
+
+
+def _since_fork(t_ns: int, fork_ns: int | None) -> str:
+    if fork_ns is None:
+        return ""
+    if t_ns < fork_ns:
+        return f" · as recorded until {fork_ns / 1e9:g} s"
+    return f" · FORK since {fork_ns / 1e9:g} s"
 
 
 def _poses(tracks: Mapping[str, TrackedObject]) -> dict[str, Pose]:

@@ -6,9 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from scenes.render.native import NativeRenderer
 from scenes.state import ObjectModel
 from studio.console.machine import describe_machine
 from studio.console.rows import Row
@@ -16,11 +13,10 @@ from studio.evaluate import figures
 from studio.evaluate.metrics import PAPER_ROOM, PAPER_TABLE
 from studio.evaluate.scores import ROOM_BAR_CM, ROOM_BAR_DEG, VISIBLE_FRACTION, Score, ScoreBoard
 from studio.reports.film import Picture
+from studio.reports.floor_picture import floor_picture
 from studio.reports.page import embedded_jpeg, page
 from studio.session.session import Session, SessionResult
-from studio.view.twin import Twin
 
-PLAN_PX = 900
 METHOD_NAMES = {"own": "this tracker", "paper": "the paper's method"}
 
 
@@ -69,8 +65,8 @@ def render_report(report: Report) -> str:
         comparison=_comparison(report),
         objects=_objects(report),
         latencies=report.result.latencies.stages(),
-        plan=figures.floor_plan(scene, shown, scene.world_from_rig, _background(report.session)),
-        errors=figures.errors_over_time(report.boards) if moved else "",
+        plan=figures.floor_plan(scene, shown, scene.world_from_rig, floor_picture(scene)),
+        errors=figures.errors_over_time(report.boards, mark_s=_fork_s(report)) if moved else "",
         visibility=figures.visibility(shown) if moved else "",
         stills=[(f"{t:.1f} s", embedded_jpeg(picture)) for t, picture in report.stills],
         machine=describe_machine(),
@@ -103,6 +99,11 @@ def verdict(report: Report) -> Verdict:
         headline = "One figure misses its bar" if one else f"{len(missed)} figures miss their bars"
         return Verdict("fail", headline, f"{detail} Missed: {names}.")
     return Verdict("pass", "The rehearsal went well", detail)
+
+
+def _fork_s(report: Report) -> float | None:
+    fork = report.session.info.fork
+    return None if fork is None else fork.t_ns / 1e9
 
 
 def _worst(board: ScoreBoard) -> str:
@@ -246,14 +247,3 @@ def _score_cells(label: str, score: Score) -> dict[str, str]:
         "yaw_p95": f"{yaw.p95:.1f}" if yaw else "",
         "count": f"{world.count}",
     }
-
-
-def _background(session: Session) -> figures.Background:
-    twin = Twin(session.scene, NativeRenderer())
-    picture = twin.picture_from_above({}, PLAN_PX)
-    camera, world_from_camera = twin.above(PLAN_PX)
-    corners = camera.unproject(np.array([[0.0, 0.0], [PLAN_PX, PLAN_PX]]))
-    height = world_from_camera.translation[2]
-    floor = world_from_camera @ (corners * (height / corners[:, 2:3]))
-    (left, top), (right, bottom) = floor[0, :2], floor[1, :2]
-    return picture, (float(left), float(right), float(bottom), float(top))

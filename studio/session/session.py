@@ -26,11 +26,12 @@ from devices.recording_codec import (
     RecordedSurface,
     RecordedTrack,
     RecordedValue,
-    SessionInfo,
 )
+from devices.session_info import SessionInfo
 from devices.streams import BoundedQueue
 from scenes.package import ScenePackage
 from scenes.state import Annotation, LiveSurface, SceneState, reduce_state
+from studio.session.fork import Fork
 from studio.session.latency import Latencies
 from studio.session.live_surfaces import LiveSurfaces
 from studio.session.methods import METHODS, TruthDetector, make_method
@@ -74,6 +75,7 @@ class SessionPlan:
         methods: trackers to run, of `METHODS`; the first is shown.
         pace: how time passes.
         record_to: where to write the recording, or None.
+        fork: a recorded simulation to go on with; its scene, seed and methods are given above.
     """
 
     scene: str = "lab"
@@ -83,6 +85,7 @@ class SessionPlan:
     methods: tuple[str, ...] = METHODS
     pace: Pace = Pace.EXACT
     record_to: Path | None = None
+    fork: Fork | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -235,6 +238,8 @@ class Session:
             whole = {"track": time.perf_counter_ns() - started}
             self._latencies.add({**output.stage_ns, **whole}, prefix=name if place else "")
             outputs[name] = output
+        if self.plan.fork is not None:
+            self.plan.fork.check_tracks(message, outputs)
         self._record_tracks(outputs)
         shown = outputs[self.plan.methods[0]]
         live = message.input
@@ -359,8 +364,10 @@ def _simulated(plan: SessionPlan) -> Made:
     from studio.session.provenance import library_versions
     from studio.session.staging import staging_of
 
-    staging = staging_of(plan.scene, plan.scenario)
+    fork = plan.fork
+    staging = staging_of(plan.scene, plan.scenario, fork)
     scene, scenario = staging.scene, staging.scenario
+    then = () if fork is None else fork.then
     info = SessionInfo(
         scene=plan.scene,
         scene_hash=scene_hash(scene),
@@ -372,11 +379,20 @@ def _simulated(plan: SessionPlan) -> Made:
         versions=library_versions(),
         rig=default_rig(scenario.camera.lens_size_px),
         fps=scenario.camera.fps,
+        changes=() if fork is None else fork.changes,
+        fork=None if fork is None else fork.origin,
     )
-    steps = staging.steps(plan.seed)
+    if fork is not None:
+        fork.check_scene(info.scene_hash)
+    steps = staging.steps(plan.seed, then)
     corners = {item.surface_id: np.array(item.corners_in_world) for item in scenario.surfaces}
-    duration_ns = round(scenario.duration_s * 1e9)
-    return scene, info, lambda: simulated_messages(steps(), corners), duration_ns
+    duration_ns = round((then[-1].scenario if then else scenario).duration_s * 1e9)
+
+    def messages() -> Iterator[SessionMessage]:
+        simulated = simulated_messages(steps(), corners)
+        return simulated if fork is None else fork.proven(simulated)
+
+    return scene, info, messages, duration_ns
 
 
 def _recorded(plan: SessionPlan) -> Made:

@@ -18,9 +18,9 @@ from devices.recording_codec import (
     RecordedTrack,
     RecordedTruth,
     RecordedValue,
-    SessionInfo,
 )
 from devices.replay import FrameAssembler
+from devices.session_info import SessionInfo
 from scenes.state import Annotation, Avatar, LiveSurface, TrackedObject
 from sim.truth import GroundTruth
 from studio.session.live_surfaces import live_surface
@@ -116,14 +116,15 @@ def recorded_messages(path: Path, session: SessionInfo) -> Iterator[SessionMessa
     same_time: list[RecordedValue] = []
     waiting: list[Waiting] = []
     for value in read_recording(path):
-        if same_time and _time(value) != _time(same_time[0]):
+        if same_time and time_ns_of(value) != time_ns_of(same_time[0]):
             yield from _grouped(same_time, assembler, waiting)
             same_time = []
         same_time.append(value)
     yield from _grouped(same_time, assembler, waiting)
 
 
-def _time(value: RecordedValue) -> int:
+def time_ns_of(value: RecordedValue) -> int:
+    """The session time of anything recorded."""
     return value.track.t_ns if isinstance(value, RecordedTrack) else value.t_ns
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 from scenes.mesh import PhysicalRoom
 from scenes.package import ScenePackage
 from sim.scenario import Scenario
+from sim.switch import Switch, validate_switches
+from studio.session.fork import Fork
 
 if TYPE_CHECKING:
     from sim.rehearsal import Scanned, SimulatedStep
@@ -40,19 +42,24 @@ class Staging:
     scanned: Scanned | None = None
     reality: str = ""
 
-    def steps(self, seed: int) -> Callable[[], Iterator[SimulatedStep]]:
-        """The simulation, to be started."""
+    def steps(
+        self, seed: int, then: Sequence[Switch] = ()
+    ) -> Callable[[], Iterator[SimulatedStep]]:
+        """The simulation, to be started; `then` as `sim.rehearsal.simulate` has it."""
         from sim.rehearsal import simulate
 
-        return partial(simulate, self.room, self.scenario, seed=seed, scanned=self.scanned)
+        return partial(
+            simulate, self.room, self.scenario, seed=seed, scanned=self.scanned, then=then
+        )
 
 
-def staging_of(scene_name: str, scenario_name: str | None) -> Staging:
+def staging_of(scene_name: str, scenario_name: str | None, fork: Fork | None = None) -> Staging:
     """Open what a session takes place in.
 
     Args:
         scene_name: a built-in room, or the path of a scene package.
         scenario_name: a built-in scenario or a file; None for the room's own.
+        fork: the session goes on from a recorded one, whose scenario it is.
 
     Raises:
         ValueError: scene or scenario are bad, they do not fit, or the scan cannot be rehearsed in.
@@ -62,32 +69,37 @@ def staging_of(scene_name: str, scenario_name: str | None) -> Staging:
     from scenes.samples import SAMPLE_NAMES
 
     if scene_name in SAMPLE_NAMES:
-        return _built_in(scene_name, None, scenario_name)
+        return _built_in(scene_name, None, scenario_name, fork)
     scene = open_scene(scene_name)
     if scene.physical is not None:
-        return _built_in(scene.physical, scene, scenario_name)
-    return _scan(scene_name, scene, scenario_name)
+        return _built_in(scene.physical, scene, scenario_name, fork)
+    return _scan(scene_name, scene, scenario_name, fork)
 
 
-def _built_in(room_name: str, scene: ScenePackage | None, scenario_name: str | None) -> Staging:
+def _built_in(
+    room_name: str, scene: ScenePackage | None, scenario_name: str | None, fork: Fork | None
+) -> Staging:
     from scenes.opening import open_scene
     from scenes.samples import sample_room
     from sim.scanned import missing, only_scanned, with_scanned
-    from sim.scenario import DEFAULT_SCENARIOS, load_scenario, validate_scenario
+    from sim.scenario import DEFAULT_SCENARIOS
 
     room = sample_room(room_name)
     added = () if scene is None else only_scanned(room, scene)
     for item in added:
         log.warning(missing(item))
     room = with_scanned(room, added)
-    scenario = load_scenario(scenario_name or DEFAULT_SCENARIOS[room.name])
+    if fork is None:
+        scenario, text = _read(scenario_name or DEFAULT_SCENARIOS[room.name])
+    else:
+        scenario, text = fork.scenario, fork.info.scenario
+    room = _with_camera(room, scenario)
     # The first opening of a built-in scene takes a minute; a bad scenario is reported before it.
-    validate_scenario(scenario, room)
-    text = Path(scenario.source).read_text(encoding="utf-8")
+    _check(scenario, room, fork)
     return Staging(scene or open_scene(room_name), room, scenario, text)
 
 
-def _scan(path: str, scene: ScenePackage, scenario_name: str | None) -> Staging:
+def _scan(path: str, scene: ScenePackage, scenario_name: str | None, fork: Fork | None) -> Staging:
     from scenes.render.native import NativeRenderer
     from sim.first_scenario import first_scenario
     from sim.reality.look import SplatLook
@@ -95,7 +107,7 @@ def _scan(path: str, scene: ScenePackage, scenario_name: str | None) -> Staging:
     from sim.reality.room import scanned_room
     from sim.rehearsal import Scanned
     from sim.scanned import missing
-    from sim.scenario import load_scenario, parse_scenario, validate_scenario
+    from sim.scenario import parse_scenario
 
     reality = scene.reality
     if reality is None:
@@ -111,14 +123,15 @@ def _scan(path: str, scene: ScenePackage, scenario_name: str | None) -> Staging:
         if item.object_id not in parts.objects and item.object_id not in parts.missing:
             log.warning(missing(item))
     room = scanned_room(scene, parts, renderer)
-    if scenario_name is None:
+    if fork is not None:
+        scenario, text = fork.scenario, fork.info.scenario
+    elif scenario_name is not None:
+        scenario, text = _read(scenario_name)
+    else:
         text = first_scenario(room)
         scenario = parse_scenario(text, source=f"first scenario of {scene.name}")
-    else:
-        scenario = load_scenario(scenario_name)
-        text = Path(scenario.source).read_text(encoding="utf-8")
-    room = replace(room, world_from_rig=scenario.camera.world_from_rig or room.world_from_rig)
-    validate_scenario(scenario, room)
+    room = _with_camera(room, scenario)
+    _check(scenario, room, fork)
     words = (
         f"a second reconstruction ({reality.trainer}) from {reality.photos} photos, "
         f"{reality.shared} of which the scan knows, too; what is wrong with photos and poses is "
@@ -126,3 +139,24 @@ def _scan(path: str, scene: ScenePackage, scenario_name: str | None) -> Staging:
     )
     scanned = Scanned(SplatLook(room, renderer), reality.covariance)
     return Staging(scene, room, scenario, text, scanned, words)
+
+
+def _read(scenario_name: str) -> tuple[Scenario, str]:
+    from sim.scenario import load_scenario
+
+    scenario = load_scenario(scenario_name)
+    return scenario, Path(scenario.source).read_text(encoding="utf-8")
+
+
+def _with_camera(room: PhysicalRoom, scenario: Scenario) -> PhysicalRoom:
+    """The room with its camera where the scenario puts it."""
+    placed = scenario.camera.world_from_rig
+    return room if placed is None else replace(room, world_from_rig=placed)
+
+
+def _check(scenario: Scenario, room: PhysicalRoom, fork: Fork | None) -> None:
+    from sim.scenario import validate_scenario
+
+    validate_scenario(scenario, room)
+    if fork is not None:
+        validate_switches(scenario, fork.then, room)

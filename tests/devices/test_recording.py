@@ -1,4 +1,6 @@
 import errno
+import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,9 +17,15 @@ from devices.recording_codec import (
     RecordedSurface,
     RecordedTrack,
     RecordedTruth,
-    SessionInfo,
 )
 from devices.replay import ReplayCamera
+from devices.session_info import (
+    ForkOrigin,
+    ScenarioChange,
+    SessionInfo,
+    session_from_json,
+    session_to_json,
+)
 from devices.streams import BoundedQueue, ByteQuota
 from devices.video import H264Decoder, H264Encoder
 from scenes.cameras import Fisheye, Rig
@@ -40,6 +48,23 @@ SESSION = SessionInfo(
     rig=RIG,
     fps=10.0,
 )
+
+
+FORKED = replace(
+    SESSION,
+    changes=(ScenarioChange(1_200_000_000, "room = 'lab'\n", "calm"),),
+    fork=ForkOrigin("recording.mcap", 64 * "a", 1_200_000_000),
+)
+
+
+def test_where_a_fork_comes_from_is_written_and_read():
+    assert plain(session_from_json(session_to_json(FORKED))) == plain(FORKED)
+
+
+def test_a_session_written_before_there_were_forks_is_read():
+    fields = json.loads(session_to_json(FORKED))
+    del fields["changes"], fields["fork"]
+    assert plain(session_from_json(json.dumps(fields))) == plain(SESSION)
 
 
 def random_pose(rng):

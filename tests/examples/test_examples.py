@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from devices.recording import Recorder
-from devices.recording_codec import FrameStamp, SessionInfo
+from devices.recording_codec import FrameStamp
+from devices.session_info import SessionInfo
 from scenes.formats.registry import read_splats
 from scenes.samples import sample_room
 from sim.rehearsal import simulate

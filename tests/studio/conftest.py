@@ -8,7 +8,8 @@ import pytest
 
 from devices.clock import ManualClock, WallClock
 from devices.messages import Event, Frame
-from devices.recording_codec import RecordedTruth, SessionInfo
+from devices.recording_codec import RecordedTruth
+from devices.session_info import SessionInfo
 from devices.video import H264Decoder, H264Encoder, side_by_side, split_lenses
 from scenes.cameras import Fisheye, Rig
 from scenes.frames import FRONT_FROM_BACK_LENS, look_at

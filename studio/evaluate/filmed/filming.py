@@ -12,7 +12,8 @@ import cv2
 import numpy as np
 
 from devices.recording import Recorder
-from devices.recording_codec import FrameStamp, RecordedTruth, SessionInfo
+from devices.recording_codec import FrameStamp, RecordedTruth
+from devices.session_info import SessionInfo
 from devices.video import H264Encoder
 from scenes.cameras import Rig
 from scenes.mesh import PhysicalRoom

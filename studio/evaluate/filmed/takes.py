@@ -21,7 +21,7 @@ import numpy as np
 import platformdirs
 
 from devices.recording import read_session
-from devices.recording_codec import SessionInfo
+from devices.session_info import SessionInfo
 from scenes.package import DISTRIBUTION
 from scenes.pose import Pose
 from sim.truth import GroundTruth, IdMasks

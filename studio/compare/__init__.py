@@ -1,0 +1,1 @@
+"""One rehearsal held against another: figures, floor plans, films."""

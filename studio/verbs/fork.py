@@ -1,0 +1,69 @@
+"""`nexus fork`: a recorded rehearsal goes on from an instant, as it was or with another scenario.
+
+The simulation runs again from its start and proves, frame by frame, that it is the recorded one.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+DEFAULT_OUT = Path("out/fork")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's flags."""
+    parser.add_argument("recording", type=Path, help="recording.mcap of a rehearsal or a fork")
+    parser.add_argument(
+        "--at",
+        type=float,
+        required=True,
+        metavar="SECONDS",
+        help="the instant: the first frame at or after it is the first that can differ",
+    )
+    parser.add_argument(
+        "--scenario",
+        metavar="F",
+        help="go on with this one, name or TOML file (default: unchanged)",
+    )
+    parser.add_argument(
+        "--out", type=Path, default=DEFAULT_OUT, metavar="DIR", help=f"results ({DEFAULT_OUT})"
+    )
+    parser.add_argument("--headless", action="store_true", help="without a window")
+    parser.add_argument("--json", action="store_true", help="print the figures as JSON")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Fork; exit 1 if a figure misses its bar."""
+    from studio.console.display import why_no_window
+    from studio.console.progress import text_progress
+    from studio.console.rows import as_json, as_table, exit_code
+    from studio.rehearsal import perform
+    from studio.session.fork import open_fork
+    from studio.session.outputs import check_target
+    from studio.session.session import SessionPlan
+
+    check_target(args.out)
+    if args.recording.resolve().parent == args.out.resolve():
+        raise ValueError(f"{args.out}: holds the recording that is forked; choose another --out")
+    fork = open_fork(args.recording, at_s=args.at, scenario=args.scenario)
+    info = fork.info
+    assert info.seed is not None
+    plan = SessionPlan(scene=info.scene, seed=info.seed, methods=info.methods, fork=fork)
+    no_window = "" if args.headless else why_no_window()
+    if no_window is None:
+        from studio.app.window import rehearse_in_window
+
+        performance = rehearse_in_window(plan, args.out)
+    else:
+        if no_window:
+            print(f"{no_window}: forking without a window", file=sys.stderr)
+        performance = perform(plan, args.out, progress=text_progress())
+    if args.json:
+        print(json.dumps(as_json("fork", performance.rows, info.seed), indent=2))
+    else:
+        print(as_table(performance.rows))
+    print(f"report: {performance.folder / 'report.html'}", file=sys.stderr)
+    return exit_code(performance.rows)
