@@ -31,7 +31,7 @@ from sim.people.handing_over import hand_over, receive
 from sim.people.person import TICK_NS, Person, Script
 from sim.people.pointing import draw, point
 from sim.people.pushing import push, turn
-from sim.people.sitting import sit
+from sim.people.sitting import sit, stand_up
 from sim.people.walking import NoWayError, hide, stand, walk
 from sim.physics import Physics
 from sim.posture import Posture
@@ -65,9 +65,14 @@ class Actor:
         self.person_id = person_id
         self.person = Person(person_id, room, start=start, yaw=yaw, camera_xy=camera_xy)
         self._actions = tuple(actions)
-        self._begun = 0
+        self._index = 0
         self._script: Script | None = None
         self._shown: dict[str, Annotation] = {}
+
+    @property
+    def action_index(self) -> int:
+        """Which action is under way, counted from 0; their number when all are done."""
+        return self._index
 
     @property
     def ray(self) -> NDArray[np.float64] | None:
@@ -107,27 +112,32 @@ class Actor:
         """Do other actions from now on; returns what ends with that, in words, or None.
 
         If what was begun so far begins the new list, the rest of it follows; otherwise the person
-        lets go, stops, and begins the new list here.
+        lets go, stops, stands up, and begins the new list here.
         """
-        begun, self._actions = self._actions[: self._begun], tuple(actions)
+        begun = () if self._script is None else self._actions[: self._index + 1]
+        self._actions = tuple(actions)
         if self._actions[: len(begun)] == begun:
             return None
+        self._index, self._script = 0, self._stand_up_and_run()
         held = self.person.let_go()
-        self._begun, self._script = 0, None
-        return f"stops, lets go of {held}" if held is not None else "stops"
+        return f"stops, lets go of {held}" if held else "stops"
+
+    def _stand_up_and_run(self) -> Script:
+        yield from stand_up(self.person)
+        yield from self._run()
 
     def _run(self) -> Script:
         while True:
-            if self._begun == len(self._actions):
+            if self._index == len(self._actions):
                 yield None
                 continue
-            index, action = self._begun, self._actions[self._begun]
-            self._begun += 1
+            action = self._actions[self._index]
             try:
                 yield from _done(self.person, action)
             except NoWayError as error:
-                where = f"{self.person_id}: actions[{index}] ({name_of(action)})"
+                where = f"{self.person_id}: actions[{self._index}] ({name_of(action)})"
                 raise ScenarioError(f"{where}: {error}") from None
+            self._index += 1
 
 
 def introduce(actors: Sequence[Actor]) -> None:

@@ -108,15 +108,6 @@ class Person:
     def physics(self, physics: Physics) -> None:
         self._physics = physics
 
-    def let_go(self) -> str | None:
-        """Stop in the middle of anything: hands hang; returns what was held, or None."""
-        held = next((hand.holds for hand in self.body.hands if hand.holds is not None), None)
-        for hand in self.body.hands:
-            hand.wanted, hand.yaw, hand.solid, hand.holds = None, 0.0, False, None
-        self.body.speed_m_s, self.body.seated = 0.0, 0.0
-        self.offers, self.ray = None, None
-        return held
-
     def posture_at_rest(self) -> Posture:
         """The shape with hanging arms, wherever the person is now."""
         nowhere = np.zeros(3)
@@ -176,6 +167,14 @@ class Person:
     def held_hand(self, object_id: str) -> Hand | None:
         """The hand that holds an object, or None."""
         return next((hand for hand in self.body.hands if hand.holds == object_id), None)
+
+    def let_go(self) -> str | None:
+        """Stop with everything at once, hands hanging; returns the id of what was held, or None."""
+        held = next((hand.holds for hand in self.body.hands if hand.holds is not None), None)
+        for hand in self.body.hands:
+            hand.wanted, hand.yaw, hand.solid, hand.holds = None, 0.0, False, None
+        self.body.speed_m_s, self.offers, self.ray = 0.0, None, None
+        return held
 
     def is_stuck(self) -> bool:
         """Whether a hand has been held back by something that does not give way."""

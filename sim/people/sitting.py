@@ -38,6 +38,12 @@ def sit(person: Person, action: Sit) -> Script:
     yield from _lowered(person, begin=1.0, end=0.0)
 
 
+def stand_up(person: Person) -> Script:
+    """From a seat onto the feet; nothing where the person stands."""
+    if person.body.seated > 0.0:
+        yield from _lowered(person, begin=person.body.seated, end=0.0)
+
+
 def _lowered(person: Person, *, begin: float, end: float) -> Script:
     ticks = round(SITTING_DOWN_S / TICK_S)
     for k in range(1, ticks + 1):
