@@ -123,5 +123,5 @@ def scanned_small_room(small_room) -> PhysicalRoom:
     """The small room as a headset scans it, without its objects."""
     walls = block((-2, -2, 0), (2, 2, 2.5), is_room=True)
     table = block((1.1, 0.2, 0), (1.7, 1.2, TABLE_TOP_M))
-    triangles = scan_like(np.concatenate([walls, table]), edge_m=0.06, noise_m=0.002, seed=3)
+    triangles = scan_like(np.concatenate([walls, table]), edge_m=0.1, noise_m=0.002, seed=3)
     return scanned(small_room, triangles)

@@ -16,7 +16,7 @@ from sim.world import World
 SECOND_NS = 1_000_000_000
 ROOM = block((-2, -2, 0), (2, 2, 2.5), is_room=True)
 TABLE = block((1.1, 0.2, 0), (1.7, 1.2, 0.72))
-HOUSE = scan_like(np.concatenate([ROOM, TABLE]), edge_m=0.06, noise_m=0.002, seed=3)
+HOUSE = scan_like(np.concatenate([ROOM, TABLE]), edge_m=0.12, noise_m=0.002, seed=3)
 
 
 def mesh(triangles):
@@ -82,7 +82,7 @@ def test_an_object_below_the_floor_is_lifted():
 def test_faulty_triangles_carry_like_good_ones(fault):
     rng = np.random.default_rng(5)
     # Corners that neighbours share, as in any mesh of a scan.
-    triangles = scan_like(np.concatenate([ROOM, TABLE]), edge_m=0.06, noise_m=0.0, seed=3)
+    triangles = scan_like(np.concatenate([ROOM, TABLE]), edge_m=0.12, noise_m=0.0, seed=3)
     if fault == "turned":
         some = rng.random(len(triangles)) < 0.2
         triangles = np.where(some[:, None, None], triangles[:, ::-1], triangles)
