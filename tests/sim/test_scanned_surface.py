@@ -1,4 +1,4 @@
-"""A scan with faults becomes a surface, or one clear line; objects begin where they were scanned."""
+"""A scan with faults becomes a surface, or one line; objects begin where they were scanned."""
 
 import numpy as np
 import pytest
@@ -35,7 +35,7 @@ def cube(object_id, place, side_m=0.3):
 def shell(item, gap_m):
     """What a scan that saw the object shows of it: its surface, a little too large."""
     half = 0.5 * np.asarray(item.box_m) + gap_m
-    middle = item.world_from_object.translation + (0.0, 0.0, 0.5 * item.box_m[2])
+    middle = np.add(item.world_from_object.translation, (0, 0, 0.5 * item.box_m[2]))
     return scan_like(block(middle - half, middle + half), edge_m=0.05, noise_m=0.001, seed=1)
 
 
@@ -115,7 +115,7 @@ def test_what_is_no_room_is_one_line():
         scanned_surface(mesh(np.zeros((0, 3, 3))), (), name="attic")
     with pytest.raises(ValueError, match=r"spans 4000 m, limit 200 m; is it in millimetres"):
         scanned_surface(mesh(1000.0 * ROOM), (), name="attic")
-    with pytest.raises(ValueError, match="not finite|finite"):
+    with pytest.raises(ValueError, match="finite"):
         mesh(np.full((1, 3, 3), np.nan))
 
 

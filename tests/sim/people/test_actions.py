@@ -157,7 +157,7 @@ def test_an_arm_points_at_an_object_and_at_a_place(small_room):
     played = Played(small_room, {"ann": [Point(1.0, "chair-1"), Point(0.5, at=(2.0, 0.0, 1.5))]})
     rays = [ray for ray in played.rays if ray is not None]
     assert len(rays) == 150
-    assert rays[50][1] == pytest.approx(played.place("chair-1") + (0.0, 0.0, 0.45), abs=0.01)
+    assert rays[50][1] == pytest.approx(np.add(played.place("chair-1"), (0, 0, 0.45)), abs=0.01)
     assert rays[-1][1] == pytest.approx((2.0, 0.0, 1.5))
     # The arm is stretched towards it once it is up.
     at_shoulder = shoulder(played.actors[0].person, -1.0)

@@ -29,7 +29,7 @@ def box(place):
 def sample(body, k, place, yaw=0.0, at_ns=None):
     pose = Pose.from_yaw(yaw, place)
     if body == "head":
-        pose = look_at(np.array(place), np.array(place) + (math.cos(yaw), math.sin(yaw), 0.0))
+        pose = look_at(np.array(place), np.add(place, (math.cos(yaw), math.sin(yaw), 0)))
     return PoseSample("headset", body, k, k * TICK_NS if at_ns is None else at_ns, pose)
 
 
