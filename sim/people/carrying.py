@@ -9,7 +9,7 @@ import numpy as np
 
 from scenes.pose import Pose, wrap_angle
 from sim.actions import Carry, Put
-from sim.people.person import TICK_S, Hand, Person, Script, Vector
+from sim.people.person import ON_FLOOR_M, TICK_S, Hand, Person, Script, Vector
 from sim.people.reaching import reach
 from sim.people.supports import HIGHEST_M, support_at
 from sim.people.walking import face, stand, walk_to
@@ -21,6 +21,10 @@ GRASP_HEIGHT_M = 0.02
 RELEASE_GAP_M = 0.004
 SAME_HEIGHT_M = 0.03
 """Difference in height within which a goal is on the surface that the object stands on."""
+APART_M = 0.08
+"""Distance that somebody who leans over an object keeps from it beyond the usual one."""
+BEFORE_GOAL_M = 0.5
+"""Distance from the goal at which somebody stands who puts something down in front of them."""
 HEADROOM_M = 0.3
 """Height above an object that a hand needs to put it below something."""
 NEXT_LEVEL_M = 0.03
@@ -31,11 +35,13 @@ def carry(person: Person, action: Carry) -> Script:
     """Take an object and put it down elsewhere, at the same height if something is there."""
     height = float(person.physics.object_pose(action.object).translation[2])
     hand = person.held_hand(action.object)
-    if hand is not None or not _is_on_same_level(person, action, height):
+    is_level = hand is None and _is_on_same_level(person, action, height)
+    if not is_level:
         height = support_at(person, action.to, without=action.object)
     hand = hand or (yield from take(person, action.object))
     goal = np.array([*action.to, height])
-    yield from _put_down(person, hand, goal=goal, turn_rad=math.radians(action.turn_deg))
+    turn_rad = math.radians(action.turn_deg)
+    yield from _put_down(person, hand, goal=goal, turn_rad=turn_rad, from_above=not is_level)
 
 
 def put(person: Person, action: Put) -> Script:
@@ -47,7 +53,8 @@ def put(person: Person, action: Put) -> Script:
     if height is None:
         height = support_at(person, action.to, without=action.object)
     goal = np.array([*action.to, height])
-    yield from _put_down(person, hand, goal=goal, turn_rad=math.radians(action.turn_deg))
+    turn_rad = math.radians(action.turn_deg)
+    yield from _put_down(person, hand, goal=goal, turn_rad=turn_rad, from_above=True)
 
 
 def take(person: Person, object_id: str) -> Generator[str | None, None, Hand]:
@@ -88,22 +95,28 @@ def _is_on_same_level(person: Person, action: Carry, height_m: float) -> bool:
         found = person.physics.support_height(np.array([*action.to, level]))
         if abs(found - height_m) < SAME_HEIGHT_M:
             return above - found > needed
-        if found < height_m or found >= above:
+        # Nobody puts what stands on the floor below a table: it goes onto it.
+        if height_m < ON_FLOOR_M or found < height_m or found >= above:
             return False
         above, level = found, found - NEXT_LEVEL_M
 
 
-def _put_down(person: Person, hand: Hand, *, goal: Vector, turn_rad: float) -> Script:
+def _put_down(
+    person: Person, hand: Hand, *, goal: Vector, turn_rad: float, from_above: bool
+) -> Script:
     """Put what a hand holds down at `goal` (3,), and let go."""
     object_id = hand.holds
     assert object_id is not None
     hold, lift = _hold(person, object_id), np.array([0.0, 0.0, LIFT_M])
     place = person.beside(goal[:2])
+    if from_above:
+        place = person.beside(goal[:2], least_m=BEFORE_GOAL_M, apart_m=APART_M)
     over = goal + hold + lift
-    if not person.floor().is_clear(person.body.position, place):
+    if from_above or not person.floor().is_clear(person.body.position, place):
         yield from bring(person, hand, place=place, facing=bearing(place, goal[:2]))
-    elif over[2] > hand.position[2] + SAME_HEIGHT_M:
-        # Straight on it would run into the side of what it is put on.
+    if from_above:
+        # Straight on it would run into the side or the back of what it is put on.
+        over[2] = max(over[2], CARRIED_AT_M[2])
         yield from reach(hand, np.array([*hand.position[:2], over[2]]))
     yield from _sidestep(person, hand, over=over, place=place, turn_rad=turn_rad)
     yield from reach(hand, goal + hold + (0.0, 0.0, RELEASE_GAP_M), speed_m_s=0.35)

@@ -184,22 +184,33 @@ class Person:
             for name, hand in zip(HANDS, self.body.hands, strict=True)
         )
 
-    def floor(self, *, ignore: str | None = None) -> FreeFloor:
-        """Where the person may walk now; only the core of an ignored object is in the way."""
+    def floor(self, *, ignore: str | None = None, apart_m: float = 0.0) -> FreeFloor:
+        """Where the person may walk now.
+
+        Args:
+            ignore: an object of which only the core is in the way.
+            apart_m: distance kept from objects beyond the usual one.
+        """
         obstacles = [(self.camera_xy, CAMERA_MARGIN_M)]
         for item in self.room.objects:
             position = self.physics.object_pose(item.object_id).translation
             if position[2] < ON_FLOOR_M and item.object_id != ignore:
-                obstacles.append((position[:2], 0.5 * max(item.box_m[:2])))
+                obstacles.append((position[:2], 0.5 * max(item.box_m[:2]) + apart_m))
         if ignore is not None:
             item = self.room.object_by_id(ignore)
             radius = 0.5 * min(item.box_m[:2])
             obstacles.append((self.physics.object_pose(ignore).translation[:2], radius))
         return self.floor_map.around(obstacles)
 
-    def beside(self, point: Vector) -> Vector:
-        """Free floor near `point`, and near where the person already is if that is in reach."""
-        floor = self.floor()
+    def beside(self, point: Vector, *, least_m: float = 0.0, apart_m: float = 0.0) -> Vector:
+        """Free floor near `point`, and near where the person already is if that is in reach.
+
+        Args:
+            point: (x, y).
+            least_m: distance to keep from it, if it can be kept.
+            apart_m: distance kept from objects beyond the usual one.
+        """
+        floor = self.floor(apart_m=apart_m)
         near = floor.reachable(self.body.position) if floor.free.any() else floor
         centres = near.centres()[near.free.ravel()]
         if not len(centres):
@@ -207,6 +218,8 @@ class Person:
         away = np.linalg.norm(centres - point, axis=1)
         way = np.linalg.norm(centres - self.body.position, axis=1)
         cost = away + 0.5 * way + 10.0 * np.maximum(away - COMFORTABLE_REACH_M, 0.0)
+        if least_m > 0.0:
+            cost = cost + 10.0 * np.maximum(least_m - away, 0.0)
         return centres[int(np.argmin(cost))]
 
     def eye_height_m(self) -> float:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from scenes.frames import look_at
-from scenes.mesh import BoxPart, PhysicalObject, PhysicalRoom, TexturedMesh
+from scenes.mesh import BoxPart, CollisionMesh, PhysicalObject, PhysicalRoom, TexturedMesh
 from scenes.pose import Pose
+from sim.scan_like import block, scan_like
 
 RIG_POSITION = np.array([0.0, -0.5, 1.2])
 TABLE_TOP_M = 0.72
@@ -100,3 +103,25 @@ def small_room() -> PhysicalRoom:
         world_from_rig=look_at(RIG_POSITION, RIG_POSITION + np.array([0.0, 1.0, 0.0])),
         footprint_m=np.array([[-2.0, -2.0], [2.0, 2.0]]),
     )
+
+
+def scanned(room: PhysicalRoom, triangles) -> PhysicalRoom:
+    """The same objects in a room that is a mesh."""
+    vertices = np.asarray(triangles, dtype=np.float32).reshape(-1, 3)
+    faces = np.arange(len(vertices), dtype=np.int32).reshape(-1, 3)
+    return replace(room, static=(), solids=(), collision=CollisionMesh(vertices, faces))
+
+
+@pytest.fixture(scope="session")
+def scanned_as():
+    """The function `scanned(room, triangles)`."""
+    return scanned
+
+
+@pytest.fixture(scope="session")
+def scanned_small_room(small_room) -> PhysicalRoom:
+    """The small room as a headset scans it, without its objects."""
+    walls = block((-2, -2, 0), (2, 2, 2.5), is_room=True)
+    table = block((1.1, 0.2, 0), (1.7, 1.2, TABLE_TOP_M))
+    triangles = scan_like(np.concatenate([walls, table]), edge_m=0.1, noise_m=0.002, seed=3)
+    return scanned(small_room, triangles)

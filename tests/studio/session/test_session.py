@@ -6,6 +6,7 @@ import pytest
 
 from devices.recording import read_recording
 from devices.recording_codec import RecordedTrack
+from scenes.state import Annotation
 from studio.session.live_surfaces import live_surface
 from studio.session.methods import METHODS
 from studio.session.pipeline import CancelledError
@@ -54,6 +55,28 @@ def test_what_is_recorded_comes_back(tiny, tmp_path, pace):
     assert all(i.truth is not None and len(i.input.avatars) == 1 for i in inputs)
     tracks = [v for v in read_recording(path) if isinstance(v, RecordedTrack)]
     assert len(tracks) == 2 * 2 * result.frames
+
+
+@pytest.mark.parametrize("pace", list(Pace))
+def test_what_is_drawn_is_recorded_and_stays_in_the_state(tiny, tmp_path, pace):
+    def drawn(message):
+        seq = message.frame.seq
+        line = Annotation(
+            "ana-1", "ana", np.arange(3.0 * (seq + 2)).reshape(-1, 3), (1.0, 0.0, 0.0)
+        )
+        lines = (line,) if seq < 3 else ()
+        return replace(message, input=replace(message.input, annotations=lines))
+
+    path = tmp_path / "recording.mcap"
+    session = tiny.session(
+        SessionPlan(pace=pace, record_to=path), inputs=lambda: map(drawn, tiny.inputs())
+    )
+    outputs = []
+    session.run(outputs.append)
+    # Frames may be dropped on the way, the line's last corner may not.
+    assert len(outputs[-1].state.annotations["ana-1"].points_in_world) == 4
+    again = [line for m in recorded_messages(path, session.info) for line in m.input.annotations]
+    assert [len(line.points_in_world) for line in again] == [2, 3, 4]
 
 
 def test_replay_of_an_exact_recording_gives_the_same_tracks(tiny, tmp_path):
