@@ -27,7 +27,7 @@ from sim.posture import PART_NAMES, part_poses
 from sim.remote import remote_avatar
 from sim.scenario import Scenario, validate_scenario
 from sim.sensor import Sensor
-from sim.truth import GroundTruth, IdMasks
+from sim.truth import GroundTruth, IdMasks, PersonTruth
 from sim.world import World
 
 STREAM_ID = "camera-360"
@@ -98,6 +98,7 @@ class _Session:
         ]
         self._world = World(room, {actor.person_id: actor.target() for actor in self._actors})
         figures = [person_body(actor.person_id, people_rng) for actor in self._actors]
+        self._figures = dict(zip((a.person_id for a in self._actors), figures, strict=True))
         bodies = [*(body_of_object(item) for item in room.objects), *figures]
         self._bodies = bodies
         self._camera = Camera360(room, self._rig, self._true_rig, bodies)
@@ -233,7 +234,14 @@ class _Session:
             frozenset(n for n, pose in poses.items() if _has_moved(self._first_poses[n], pose)),
             self._true_rig,
         )
-        return GroundTruth(recorded, IdMasks([lens.ids for lens in view.lenses], numbers))
+        people = {
+            actor.person_id: PersonTruth(
+                self._figures[actor.person_id], part_poses(actor.posture(self._world))
+            )
+            for actor in self._actors
+        }
+        masks = IdMasks([lens.ids for lens in view.lenses], numbers)
+        return GroundTruth(recorded, masks, people)
 
     def _avatars(self, t_ns: int) -> tuple[Avatar, ...]:
         avatars: list[Avatar] = []
