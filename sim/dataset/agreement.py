@@ -69,10 +69,12 @@ def agreement(
     outside = int(np.count_nonzero(visible & ~alone))
     if box is None:
         return Agreement(0, 1.0, float("nan"), outside)
-    height, width = alone.shape
-    columns = np.arange(max(0, box[0] - MARGIN_PX), min(width, box[2] + MARGIN_PX))
-    rows = np.arange(max(0, box[1] - MARGIN_PX), min(height, box[3] + MARGIN_PX))
-    x, y = (grid.ravel() for grid in np.meshgrid(columns, rows))
+    part = np.zeros_like(alone)
+    part[
+        max(0, box[1] - MARGIN_PX) : box[3] + MARGIN_PX,
+        max(0, box[0] - MARGIN_PX) : box[2] + MARGIN_PX,
+    ] = True
+    y, x = np.nonzero(part)
     rays = looked.camera.unproject(np.stack([x + 0.5, y + 0.5], axis=1))
     object_from_camera = world_from_object.inverse() @ looked.world_from_camera
     start = np.broadcast_to(object_from_camera.translation, rays.shape)

@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull, QhullError
-from scipy.spatial.distance import pdist
+from scipy.spatial import ConvexHull, QhullError  # pyright: ignore[reportMissingTypeStubs]
 
 from scenes.mesh import PhysicalObject
 from scenes.pose import Pose
@@ -52,7 +51,9 @@ def write_models(
         write_model_ply(folder / f"obj_{number:06d}.ply", surface)
         infos[str(number)] = _info(MILLIMETRES * surface.vertices, yaw_symmetry(meshes))
     write_json(folder / "models_info.json", infos)
-    names = [{"object": i.object_id, "kind": i.kind, "obj_id": model_of[i.object_id]} for i in objects]
+    names = [
+        {"object": i.object_id, "kind": i.kind, "obj_id": model_of[i.object_id]} for i in objects
+    ]
     write_json(folder / "names.json", names)
 
 
@@ -74,7 +75,8 @@ def _info(vertices_mm: NDArray[np.float64], symmetry: int) -> dict[str, Any]:
 def _diameter(points: NDArray[np.float64]) -> float:
     """Largest distance between two points, in their unit."""
     try:
-        points = points[ConvexHull(points).vertices]
+        hull: Any = ConvexHull(points)
+        points = points[hull.vertices]
     except QhullError:  # a flat object has no hull
         points = np.unique(points, axis=0)
-    return float(pdist(points).max()) if len(points) > 1 else 0.0
+    return max(float(np.linalg.norm(points - point, axis=1).max()) for point in points)

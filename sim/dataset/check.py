@@ -78,7 +78,7 @@ class Checked:
         )  # fmt: skip
         for what, value, is_right, limit in limits:
             if not is_right:
-                raise ValueError(f"{folder}: {what} {value:.4g}, limit {limit:g}: not to be trusted")
+                raise ValueError(f"{folder}: {what} {value:.4g}, limit {limit:g}; do not use it")
 
     def line(self) -> str:
         """The figures in one line."""

@@ -11,7 +11,7 @@ import numpy as np
 from scenes.cameras import Pinhole
 from scenes.pose import Pose
 from scenes.rays import RayScene
-from sim.dataset.agreement import Agreement, Looked, agreement, rigid_error
+from sim.dataset.agreement import RIGID, Agreement, Looked, agreement, rigid_error
 from sim.dataset.check import Checked, sampled, summed_up
 from sim.dataset.pictures import read_picture
 from sim.dataset.surfaces import MILLIMETRES, read_model_ply
@@ -41,10 +41,11 @@ def check_bop(folder: Path) -> Checked:
             for image, camera in cameras.items():
                 for values in (camera["cam_R_w2c"], *(item["cam_R_m2c"] for item in poses[image])):
                     rigid = max(rigid, rigid_error(np.array(values).reshape(3, 3)))
-            for image in sampled(list(cameras)):
+            for image in sampled(list(cameras)) if rigid <= RIGID else ():
                 _require_rgb(scene, int(image))
                 looked = _looked(scene, int(image), cameras[image], size)
-                for index, (item, info) in enumerate(zip(poses[image], gt_infos[image], strict=True)):
+                instances = zip(poses[image], gt_infos[image], strict=True)
+                for index, (item, info) in enumerate(instances):
                     file = f"{int(image):06d}_{index:06d}.png"
                     alone = read_picture(scene / "mask" / file).astype(np.bool_)
                     visible = read_picture(scene / "mask_visib" / file).astype(np.bool_)

@@ -20,13 +20,22 @@ class JsonList:
     Args:
         path: the file; its folder is there.
         head: what comes before the list.
-        key: name of the list; None writes the items as the file's own list or object.
+        key: name of the list; without one the items are the file's own list or object.
         keyed: whether items have names, so that the list is an object.
+
+    Attributes:
+        tail: what is written behind the list at the end, as only its items tell it.
     """
 
     def __init__(
-        self, path: Path, *, head: Mapping[str, Any] | None = None, key: str = "", keyed: bool = False
+        self,
+        path: Path,
+        *,
+        head: Mapping[str, Any] | None = None,
+        key: str = "",
+        keyed: bool = False,
     ) -> None:
+        self.tail: Mapping[str, Any] = {}
         self._file = path.open("w", encoding="utf-8", newline="\n")
         self._keyed, self._first, self._nested = keyed, True, bool(key)
         if key:
@@ -57,6 +66,8 @@ class JsonList:
         with self._file:
             if kind is None:
                 self._file.write("\n}" if self._keyed else "\n]")
+                for name, value in self.tail.items():
+                    self._file.write(f",\n{json.dumps(name)}: {json.dumps(value)}")
                 self._file.write("\n}\n" if self._nested else "\n")
         return False
 

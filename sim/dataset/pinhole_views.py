@@ -102,7 +102,7 @@ class ViewSampler:
         return np.asarray(cv2.remap(rgb, self._x, self._y, cv2.INTER_LINEAR), np.uint8)
 
     def truth(self, truth: LensTruth) -> ViewTruth:
-        """Ids and silhouettes of the nearest pixel; depth is range · cos, interpolated on surfaces."""
+        """Ids and silhouettes of the nearest pixel; depth = range · cos, smooth on surfaces."""
         silhouettes: dict[str, NDArray[np.bool_]] = {}
         for name, alone in truth.silhouettes.items():
             mask = self._nearest(
@@ -129,9 +129,7 @@ class ViewSampler:
         inverse = np.where(is_smooth, between, nearest)
         return np.where(inverse > 0, 1.0 / np.maximum(inverse, 1e-6), 0.0).astype(np.float32)
 
-    def _nearest(
-        self, values: NDArray[Any], *, shift: tuple[int, int] = (0, 0)
-    ) -> NDArray[Any]:
+    def _nearest(self, values: NDArray[Any], *, shift: tuple[int, int] = (0, 0)) -> NDArray[Any]:
         x, y = np.rint(self._x).astype(np.int64) - shift[0], np.rint(self._y).astype(np.int64)
         y = y - shift[1]
         height, width = values.shape

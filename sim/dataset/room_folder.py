@@ -32,7 +32,7 @@ RANGE_UNIT_M = 0.0005
 reach through a hall."""
 
 CODE_CORNERS = np.array([[-0.5, 0.5, 0.0], [0.5, 0.5, 0.0], [0.5, -0.5, 0.0], [-0.5, -0.5, 0.0]])
-"""(4, 3) in sides of a code: top left, top right, bottom right, bottom left, as a reader sees it."""
+"""(4, 3) in sides of a code: top left, top right, bottom right, bottom left to its reader."""
 
 PERSON = "person"
 """What every person is labelled with."""
@@ -74,13 +74,15 @@ def write_sequences(
             (folder / "fisheye").mkdir(parents=True)
             video = stack.enter_context(PacketFile(folder / "fisheye" / "video.mp4"))
         lists: tuple[JsonList, ...] = ()
-        written = 0
+        written, moved = 0, frozenset[str]()
         for index, step in enumerate(steps):
             if video is not None:
                 video.add(step.packet)
             if index % options.every:
                 continue
             recorded = step.truth.recorded
+            moved |= recorded.moved
+            moving = [*sorted(moved), *([PERSON] if step.truth.people else [])]
             truths = truth_pass.frame(
                 recorded.world_from_rig, recorded.world_from_object, step.truth.people
             )
@@ -91,6 +93,7 @@ def write_sequences(
                 )
             for number, target in enumerate(lists):
                 target.add(_frame(folder, room, step, truths[number], number, index, options))
+                target.tail = {"moving": moving}
             written += 1
             yield written
 
@@ -100,7 +103,6 @@ def _truth_list(
 ) -> JsonList:
     for name in ("images", "masks", "silhouettes", "range"):
         (folder / name).mkdir(parents=True)
-    moving = [item.object_id for item in room.objects]
     return JsonList(
         folder / "truth.json",
         head={
@@ -111,7 +113,6 @@ def _truth_list(
             "labels": labels_of(room),
             "range_unit_m": RANGE_UNIT_M,
             "first_t_ns": step.frame.t_ns,
-            "moving": [*moving, *([PERSON] if step.truth.people else [])],
         },
         key="frames",
     )
@@ -232,8 +233,9 @@ def codes_to_json(room: PhysicalRoom) -> dict[str, Any]:
     for number, code in enumerate(room.codes):
         corners = (code.world_from_code @ (code.side_m * CODE_CORNERS)).round(DECIMALS).tolist()
         is_check = 1 < len(room.codes) == number + 1
-        codes[code.payload] = {"role": "check" if is_check else "alignment", "corners_world": corners}
+        codes[code.payload] = {
+            "role": "check" if is_check else "alignment",
+            "corners_world": corners,
+        }
     sides = sorted({code.side_m for code in room.codes})
     return {"side_m": sides[0] if sides else 0.0, "codes": codes}
-
-

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -63,18 +64,14 @@ def meshes_of_room(room: PhysicalRoom) -> tuple[TexturedMesh, ...]:
 
 def joined(meshes: Sequence[TexturedMesh]) -> Surface:
     """One surface of several meshes; a vertex has the colour of the texture where it lies."""
-    vertices, faces, colours, count = [], [], [], 0
-    for mesh in meshes:
-        vertices.append(mesh.vertices)
-        faces.append(mesh.faces + count)
-        colours.append(_vertex_colours(mesh))
-        count += len(mesh.vertices)
-    if not vertices:
+    if not meshes:
         return Surface(np.zeros((0, 3)), np.zeros((0, 3), np.int32), np.zeros((0, 3), np.uint8))
+    before = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
+    faces = [mesh.faces + start for mesh, start in zip(meshes, before, strict=False)]
     return Surface(
-        np.concatenate(vertices),
+        np.concatenate([mesh.vertices for mesh in meshes]),
         np.concatenate(faces).astype(np.int32),
-        np.concatenate(colours),
+        np.concatenate([_vertex_colours(mesh) for mesh in meshes]),
     )
 
 
@@ -128,7 +125,7 @@ def read_obj(path: Path) -> NDArray[np.float64]:
                 vertices.append([float(word) for word in words[1:4]])
             elif words[:1] == ["f"]:
                 corners = [int(word.split("/")[0]) - 1 for word in words[1:]]
-                faces += [[corners[0], *pair] for pair in zip(corners[1:], corners[2:])]
+                faces += [[corners[0], *pair] for pair in pairwise(corners[1:])]
         except ValueError:
             raise ValueError(f"{path}: line {number}: {line!r}, wanted numbers") from None
     if not faces or min(map(min, faces)) < 0 or max(map(max, faces)) >= len(vertices):

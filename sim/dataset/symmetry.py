@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree  # pyright: ignore[reportMissingTypeStubs]
 
 from scenes.mesh import TexturedMesh
 from scenes.pose import Pose
@@ -50,7 +51,7 @@ def yaw_symmetry(meshes: Sequence[TexturedMesh]) -> int:
     points, colours = _spread(meshes)
     extent_m = float(np.ptp(points, axis=0).max())
     within_m = max(LEAST_TOLERANCE_M, TOLERANCE_SHARE * extent_m) + _spacing(points)
-    tree = cKDTree(points)
+    tree: Any = KDTree(points)
 
     def is_alike(share: float) -> bool:
         turned = Pose.from_yaw(2 * math.pi * share) @ points
@@ -68,7 +69,8 @@ def yaw_symmetry(meshes: Sequence[TexturedMesh]) -> int:
 
 def _spacing(points: NDArray[np.float64]) -> float:
     """Usual distance from a point of the surface to its nearest neighbour, metres."""
-    distance, _ = cKDTree(points).query(points, k=2, workers=1)
+    tree: Any = KDTree(points)
+    distance, _ = tree.query(points, k=2, workers=1)
     return float(np.quantile(distance[:, 1], 0.9))
 
 
@@ -87,9 +89,10 @@ def _spread(
     colours: list[NDArray[np.float64]] = []
     for mesh, triangles, area in zip(meshes, corners, areas, strict=True):
         count = round(SAMPLES * float(area.sum()) / total)
-        chosen = rng.choice(len(triangles), size=count, p=area / area.sum()) if count else []
+        if not count:
+            continue
+        chosen = rng.choice(len(triangles), size=count, p=area / area.sum())
         weights = rng.dirichlet((1.0, 1.0, 1.0), size=count)
-        chosen = np.asarray(chosen, dtype=np.int64)
         points.append(np.einsum("nk,nkd->nd", weights, triangles[chosen]))
         uv = np.einsum("nk,nkd->nd", weights, mesh.uv[mesh.faces][chosen].astype(np.float64))
         height, width = mesh.texture.shape[:2]

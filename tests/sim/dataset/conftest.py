@@ -22,7 +22,7 @@ facing_deg = -60.0
 actions = [{ do = "push", object = "chair-1", to = [-0.3, 0.2] }]
 """
 
-PHOTOS = PhoneOptions(frames=3, width_px=240, height_px=180, samples=1)
+PHOTOS = PhoneOptions(frames=6, width_px=240, height_px=180, samples=1)
 
 
 @pytest.fixture(scope="session")
