@@ -64,7 +64,7 @@ def foreign_scene(
     renderer: NativeRenderer,
     progress: Progress = silent,
 ) -> ScenePackage:
-    """A scene of a splat file: upright, in metres, with its floor at z = 0 and a collision mesh.
+    """A scene of a splat file as `upright_scene` makes it, with a collision mesh.
 
     Its stages say in words how up was found and what is not known of it.
 
@@ -78,6 +78,24 @@ def foreign_scene(
     Raises:
         FormatError: the file is damaged.
         ValueError: nobody says how long its unit is, or it shows no room; one line.
+    """
+    package, ceiling_m = upright_scene(path, unit=unit, up=up)
+    return with_collision(package, ceiling_m=ceiling_m, renderer=renderer, progress=progress)
+
+
+def upright_scene(
+    path: Path, *, unit: Unit = Unit(), up: Up | None = None
+) -> tuple[ScenePackage, float]:
+    """A scene of a splat file, upright, in metres, its floor at z = 0; and its ceiling's height.
+
+    Args:
+        path: a splat file of any format.
+        unit: how long its unit is.
+        up: which axis of the file is up; None to look for it.
+
+    Raises:
+        FormatError: the file is damaged.
+        ValueError: nobody says how long its unit is, or it has no opaque splat; one line.
     """
     cloud = read_splats(path)
     in_world = is_in_world_frame(path)
@@ -103,7 +121,7 @@ def foreign_scene(
             Stage("upright", f"{level.evidence}; {floor}"),
         ),
     )
-    return with_collision(package, ceiling_m=metres * height, renderer=renderer, progress=progress)
+    return package, metres * height
 
 
 def with_collision(

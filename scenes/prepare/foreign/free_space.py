@@ -22,6 +22,9 @@ image_filters: Any = _ndimage
 CELL_M = 0.1
 """Side of a voxel, metres: less than a person's arm, more than most gaps between splats."""
 
+LEAST_WIDTH_M = 1.0
+"""Of a room, metres."""
+
 MOST_CELLS = 20_000_000
 """Voxels at most; cells grow in what is larger than a hall."""
 
@@ -78,6 +81,12 @@ def find_free_space(room: SplatCloud, *, ceiling_m: float) -> FreeSpace:
     """
     points = _surface_points(room)
     low, high = np.quantile(points, (0.01, 0.99), axis=0)
+    wide_m = float((high - low)[:2].max())
+    if wide_m < LEAST_WIDTH_M:
+        raise ValueError(
+            f"{wide_m:.2g} m wide, limit {LEAST_WIDTH_M:g} m: no room that one can stand in; "
+            "is the unit right?"
+        )
     low, high = low - 0.5, high + 0.5
     low[2] = min(low[2], -0.5)
     x, y, z = (high - low).tolist()

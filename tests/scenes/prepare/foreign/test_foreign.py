@@ -14,7 +14,12 @@ from scenes.formats.storage.blocks import in_blocks
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA
 from scenes.harmonics import turned
 from scenes.package import load_package, save_package
-from scenes.prepare.foreign.foreign import Unit, foreign_scene, no_movable_object
+from scenes.prepare.foreign.foreign import (
+    Unit,
+    foreign_scene,
+    no_movable_object,
+    upright_scene,
+)
 from scenes.prepare.foreign.free_space import find_free_space, views_from
 from scenes.rays import RayScene
 from scenes.render.native import NativeRenderer
@@ -69,17 +74,17 @@ def test_the_scene_is_a_package_that_reopens(scene, tmp_path):
     assert len(back.views) == len(scene.views)
 
 
-@pytest.mark.parametrize("ending", [".spz", ".splat", ".sog"])
+@pytest.mark.parametrize("ending", [".spz", ".splat", ".glb"])
 def test_every_format_gives_the_same_floor(flat_room, ending, tmp_path):
     cloud = turned(flat_room, WORLD_FROM_FORWARD_CAMERA.inverse())
     path = tmp_path / f"room{ending}"
     _, write = require_writer(path)
     write(path, in_blocks(cloud))
-    scene = foreign_scene(path, unit=Unit(height_m=2.6), renderer=NativeRenderer())
-    floor = scene.room.means[flat_room.means[:, 2] == 0] if ending == ".splat" else None
-    heights = scene.room.means[:, 2] if floor is None else floor[:, 2]
-    lowest = np.quantile(heights, 0.1)
-    assert abs(lowest) < 0.03
+    scene, ceiling_m = upright_scene(path, unit=Unit(height_m=2.6))
+    assert ceiling_m == pytest.approx(2.6)
+    low, high = np.quantile(scene.room.means[:, 2], (0.05, 0.95))
+    assert abs(low) < 0.03
+    assert abs(high - 2.6) < 0.03
 
 
 def test_what_is_not_known_is_asked_for_in_one_line(file):
@@ -94,7 +99,7 @@ def test_what_is_not_known_is_asked_for_in_one_line(file):
 
 def test_a_file_in_the_world_frame_states_its_unit(flat_room, tmp_path):
     write_ply(tmp_path / "own.ply", flat_room, comments=[WORLD_COMMENT])
-    scene = foreign_scene(tmp_path / "own.ply", renderer=NativeRenderer())
+    scene, _ = upright_scene(tmp_path / "own.ply")
     assert "1 m per unit" in scene.stages[0].detail
 
 
