@@ -134,7 +134,7 @@ def _scene_of_splats(args: argparse.Namespace) -> int:
         unit=Unit(args.metres_per_unit, args.height),
         up=args.up,
         renderer=NativeRenderer(),
-        progress=progress.advance,
+        progress=lambda done, note: progress.advance(done, note),
     )
     save_package(package, args.target)
     progress.finish(f"{len(package.room):,} splats")
