@@ -77,6 +77,6 @@ def write_json(path: Path, values: Any) -> None:
     path.write_text(json.dumps(values, indent=1) + "\n", encoding="utf-8", newline="\n")
 
 
-def matrix(pose: Pose) -> list[list[float]]:
+def matrix(a_from_b: Pose) -> list[list[float]]:
     """4 × 4 row-major rows of a pose, metres."""
-    return [[round(float(v), DECIMALS) + 0.0 for v in row] for row in pose.matrix()]
+    return [[round(float(v), DECIMALS) + 0.0 for v in row] for row in a_from_b.matrix()]

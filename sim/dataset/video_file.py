@@ -1,4 +1,3 @@
-# pyright: standard
 """The camera's own packets as one MP4 file, frame by frame as they come."""
 
 from __future__ import annotations
@@ -6,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from pathlib import Path
 from types import TracebackType
-from typing import Literal
+from typing import Any, Literal
 
 import av
 
@@ -54,9 +53,10 @@ class PacketFile:
         return False
 
     def _mux(self) -> None:
+        containers: Any = av
         with (
-            av.open(str(self._raw), "r", format="h264") as source,
-            av.open(str(self._path), "w") as target,
+            containers.open(str(self._raw), "r", format="h264") as source,
+            containers.open(str(self._path), "w") as target,
         ):
             track = target.add_stream_from_template(source.streams.video[0])
             packets = (packet for packet in source.demux(video=0) if packet.size)

@@ -140,7 +140,8 @@ def upright(level: Level) -> Pose:
     axis = np.cross(level.up, z)
     sine, cosine = float(np.linalg.norm(axis)), float(level.up @ z)
     if sine < 1e-9:
-        rotation = np.eye(3) if cosine > 0 else np.diag([1.0, -1.0, -1.0])
+        # Upside down there are many smallest turns; half a turn about x is one.
+        rotation = rotation_from_vector(np.array([0.0 if cosine > 0 else math.pi, 0.0, 0.0]))
     else:
         rotation = rotation_from_vector(axis / sine * math.atan2(sine, cosine))
     return Pose(rotation, np.array([0.0, 0.0, -level.floor]))
