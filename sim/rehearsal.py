@@ -31,7 +31,7 @@ from sim.remote import remote_annotations, remote_avatar
 from sim.scenario import Scenario, validate_scenario
 from sim.sensor import Sensor
 from sim.switch import Switch, validate_switches
-from sim.truth import GroundTruth, IdMasks
+from sim.truth import GroundTruth, IdMasks, PersonTruth
 
 STREAM_ID = "camera-360"
 MOVED_M = 0.01
@@ -143,6 +143,7 @@ class _Session:
         introduce(self._actors)
         self._world = physics_of(room, {a.person_id: a.target() for a in self._actors})
         figures = [person_body(actor.person_id, people_rng) for actor in self._actors]
+        self._figures = dict(zip((a.person_id for a in self._actors), figures, strict=True))
         bodies = [*(body_of_object(item) for item in room.objects), *figures]
         self._bodies = bodies
         self._camera = Camera360(room, self._rig, self._true_rig, bodies, look=self._look)
@@ -302,7 +303,14 @@ class _Session:
             frozenset(n for n, pose in poses.items() if _has_moved(self._first_poses[n], pose)),
             self._in_reality(self._true_rig),
         )
-        return GroundTruth(recorded, IdMasks([lens.ids for lens in view.lenses], numbers))
+        people = {
+            actor.person_id: PersonTruth(
+                self._figures[actor.person_id], part_poses(actor.posture(self._world))
+            )
+            for actor in self._actors
+        }
+        masks = IdMasks([lens.ids for lens in view.lenses], numbers)
+        return GroundTruth(recorded, masks, people)
 
     def _avatars(self, t_ns: int) -> tuple[Avatar, ...]:
         avatars: list[Avatar] = []

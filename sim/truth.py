@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from devices.recording_codec import RecordedTruth
+from scenes.pose import Pose
+from sim.bodies import Body
 
 Masks = Mapping[str, tuple[NDArray[np.bool_], ...]]
 """Per body id one (H, W) bool mask per lens: the pixels in which the lens sees the body."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PersonTruth:
+    """A person as drawn: the body, and `world_from_part` of each of its parts."""
+
+    body: Body
+    world_from_part: tuple[Pose, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -23,10 +33,12 @@ class GroundTruth:
     Attributes:
         recorded: true poses and visible fractions, as a recording keeps them.
         masks: where the lenses see each body; None where that was not kept, as in a recording.
+        people: every person in the room, by id; empty in a recording.
     """
 
     recorded: RecordedTruth
     masks: Masks | None = None
+    people: Mapping[str, PersonTruth] = field(default_factory=dict[str, PersonTruth])
 
 
 class IdMasks(Mapping[str, tuple[NDArray[np.bool_], ...]]):

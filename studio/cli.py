@@ -98,6 +98,12 @@ VERBS = (
         "nexus evaluate twin room_c --out out/room_c",
     ),
     Verb(
+        "simulate dataset",
+        "studio.verbs.simulate_dataset",
+        "write a scenario's 360° pictures with exact truth per frame, for other people's trackers",
+        "nexus simulate dataset lab --form bop --out out/lab-bop",
+    ),
+    Verb(
         "evaluate random-rooms",
         "studio.verbs.evaluate_random_rooms",
         "track objects of many kinds in rooms by seed, and say where it fails",

@@ -33,6 +33,7 @@ FARTHEST_SHARE = 4.0
 """How far the fused surface reaches, in typical distances."""
 LEAST_VIEWS = 1.5
 """A surface that fewer views have seen is left out."""
+NO_SURFACE = "the splats show no surface that two views agree about; train longer"
 PICTURE_PX = (320, 240)
 MOST_FACES = 60_000
 SMALLEST_BODY_FACES = 60
@@ -95,7 +96,11 @@ def mesh_of_splats(
         camera_from_world = tensor(world_from_camera.inverse().matrix())
         blocks = volume.compute_unique_block_coordinates(picture, lens, camera_from_world, *limits)
         volume.integrate(blocks, picture, lens, camera_from_world, *limits)
-    return _tidied(volume.extract_triangle_mesh(LEAST_VIEWS).to_legacy())
+    try:
+        surface = volume.extract_triangle_mesh(LEAST_VIEWS)
+    except RuntimeError:  # Open3D gives an empty mesh no colours, and stumbles over that
+        raise ValueError(NO_SURFACE) from None
+    return _tidied(surface.to_legacy())
 
 
 def typical_depth(depth: NDArray[np.float32]) -> float:
@@ -128,7 +133,7 @@ def _tidied(mesh: Any) -> CollisionMesh:
     mesh.remove_unreferenced_vertices()
     faces = np.asarray(mesh.triangles)
     if not len(faces):
-        raise ValueError("the splats show no surface that two views agree about; train longer")
+        raise ValueError(NO_SURFACE)
     if len(faces) > MOST_FACES:
         mesh = mesh.simplify_quadric_decimation(MOST_FACES)
     return CollisionMesh(

@@ -22,10 +22,14 @@ from scenes.formats.storage.error import refusal
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA
 from scenes.harmonics import turned
 from scenes.opening import open_scene
-from scenes.package import is_package
+from scenes.package import is_package, save_package
+from scenes.prepare.foreign.level import AXES
 from scenes.samples import SAMPLE_NAMES
 from scenes.splats import SplatCloud, concatenate
 from studio.console.progress import Progress, text_progress
+
+PACKAGE_SUFFIX = ".gnx"
+"""Of a scene package's folder."""
 
 SHOWN_FROM = 8 * ROWS_PER_BLOCK
 """Splats from which on a conversion takes long enough to say how far it is."""
@@ -46,6 +50,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"the file to write or replace; its ending decides the format ({WRITABLE}; "
         "the last three need the package usd-core)",
     )
+    parser.add_argument(
+        "--metres-per-unit", type=float, metavar="N", help="of A, to make a scene of it (B.gnx)"
+    )
+    parser.add_argument(
+        "--height", type=float, metavar="M", help="or metres from the room's floor to its ceiling"
+    )
+    parser.add_argument(
+        "--up", choices=tuple(AXES), help="which axis of A is up (default: it is looked for)"
+    )
     parser.add_argument("--json", action="store_true", help="report as one JSON object")
 
 
@@ -55,6 +68,8 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         FormatError, PackageError, WriteError: as `convert`.
     """
+    if args.target.suffix == PACKAGE_SUFFIX:
+        return _scene_of_splats(args)
     report = convert(args.source, args.target, progress=text_progress())
     print(json.dumps(report) if args.json else _line(report))
     return 0
@@ -100,6 +115,37 @@ def convert(source: Path, target: Path, *, progress: Progress) -> dict[str, obje
         "source_bytes": _bytes(source),
         "target_bytes": size,
     }
+
+
+def _scene_of_splats(args: argparse.Namespace) -> int:
+    """Make a scene package of a splat file of elsewhere; returns 0.
+
+    Raises:
+        ValueError, FormatError: the file is damaged, states no unit, or shows no room.
+        WriteError: the package could not be written.
+    """
+    from scenes.prepare.foreign.foreign import Unit, foreign_scene, no_movable_object
+    from scenes.render.native import NativeRenderer
+
+    progress = text_progress()
+    progress.begin(f"looking at {args.source}")
+    package = foreign_scene(
+        args.source,
+        unit=Unit(args.metres_per_unit, args.height),
+        up=args.up,
+        renderer=NativeRenderer(),
+        progress=lambda done, note: progress.advance(done, note),
+    )
+    save_package(package, args.target)
+    progress.finish(f"{len(package.room):,} splats")
+    stages = {stage.name: stage.detail for stage in package.stages}
+    if args.json:
+        report = {"verb": "convert", "source": str(args.source), "target": str(args.target)}
+        print(json.dumps({**report, "splats": len(package.room), "stages": stages}))
+    else:
+        print(f"{args.source} → {args.target}: {'; '.join(stages.values())}")
+        print(no_movable_object(str(args.target)))
+    return 0
 
 
 def _read(source: Path) -> tuple[SplatBlocks, bool]:

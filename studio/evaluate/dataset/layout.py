@@ -100,7 +100,8 @@ class Dataset:
 
     Attributes:
         folder: where it lies.
-        camera: of the capture's photos.
+        camera: of the capture's photos; None in a data set that has pictures of the 360° camera
+            only.
         world_from_camera: true pose of each photo, by file name.
         photo_visible: by photo and object.
         label_of: label value of each object.
@@ -114,7 +115,7 @@ class Dataset:
     """
 
     folder: Path
-    camera: Pinhole
+    camera: Pinhole | None
     world_from_camera: Mapping[str, Pose]
     photo_visible: Mapping[str, Mapping[str, Visibility]]
     label_of: Mapping[str, int]
@@ -131,6 +132,19 @@ class Dataset:
         """Folder of the capture's photos."""
         return self.folder / "capture" / "images"
 
+    def photo_camera(self) -> Pinhole:
+        """Camera of the photos.
+
+        Raises:
+            ValueError: the data set has none, so that nothing can be prepared from it.
+        """
+        if self.camera is None:
+            raise ValueError(
+                f"{self.folder / 'capture'}: no photos of the room, so it cannot be prepared; "
+                "only the 360° camera's pictures and their truth are there"
+            )
+        return self.camera
+
     def photo_labels(self, photo: str) -> NDArray[np.uint8]:
         """(H, W) label picture of a photo, `label_scale` times smaller.
 
@@ -146,9 +160,7 @@ def read_dataset(folder: Path) -> Dataset:
     Raises:
         ValueError: a file or a field is missing or damaged; names both.
     """
-    capture, objects = _read(folder / "capture/cameras.json"), _read(folder / "objects.json")
-    seen, codes = _read(folder / "capture/visible.json"), _read(folder / "qr.json")
-    labels = seen.get("labels")
+    objects, codes = _read(folder / "objects.json"), _read(folder / "qr.json")
     corners = {name: code.get("corners_world").array(4, 3) for name, code in codes.get("codes")}
     checks = [name for name, code in codes.get("codes") if code.optional("role") == "check"]
     items = {name: _object(folder, name, item) for name, item in objects.get("objects")}
@@ -159,19 +171,16 @@ def read_dataset(folder: Path) -> Dataset:
     }
     if not sets:
         raise ValueError(f"{folder / 'fisheye'}: no set with a truth.json; wanted room, table, …")
+    captured = (folder / "capture").is_dir()
+    camera, poses = _captured(folder) if captured else (None, {})
+    seen, labels, scale = _labelled(folder) if captured else _labelled_in(folder, next(iter(sets)))
     return Dataset(
         folder=folder,
-        camera=_pinhole(capture),
-        world_from_camera={
-            Path(frame.get("file").text()).name: frame.get("world_from_camera").pose()
-            for frame in capture.get("frames").items()
-        },
-        photo_visible={
-            Path(photo).name: {name: _visibility(value) for name, value in objects_seen}
-            for photo, objects_seen in seen.get("frames")
-        },
-        label_of={name: int(value.number()) for name, value in labels.get("ids")},
-        label_scale=int(labels.get("scale").number()),
+        camera=camera,
+        world_from_camera=poses,
+        photo_visible=seen,
+        label_of=labels,
+        label_scale=scale,
         objects=items,
         code_side_m=codes.get("side_m").number(),
         code_corners_m=corners,
@@ -179,6 +188,37 @@ def read_dataset(folder: Path) -> Dataset:
         room_mesh=_existing(folder / "room.obj"),
         sets=sets,
     )
+
+
+def _captured(folder: Path) -> tuple[Pinhole, Mapping[str, Pose]]:
+    """The photos' camera, and where each was taken."""
+    capture = _read(folder / "capture/cameras.json")
+    poses = {
+        Path(frame.get("file").text()).name: frame.get("world_from_camera").pose()
+        for frame in capture.get("frames").items()
+    }
+    return _pinhole(capture), poses
+
+
+Labelled = tuple[Mapping[str, Mapping[str, Visibility]], Mapping[str, int], int]
+
+
+def _labelled(folder: Path) -> Labelled:
+    """What each photo shows, the objects' labels, and photo pixels per label pixel."""
+    seen = _read(folder / "capture/visible.json")
+    visible = {
+        Path(photo).name: {name: _visibility(value) for name, value in objects_seen}
+        for photo, objects_seen in seen.get("frames")
+    }
+    labels = seen.get("labels")
+    ids = {name: int(value.number()) for name, value in labels.get("ids")}
+    return visible, ids, int(labels.get("scale").number())
+
+
+def _labelled_in(folder: Path, name: str) -> Labelled:
+    """The labels of a data set without photos, as a set of its own states them."""
+    labels = _read(folder / "fisheye" / name / "truth.json").get("labels")
+    return {}, {name: int(value.number()) for name, value in labels}, 1
 
 
 def read_labels(path: Path) -> NDArray[np.uint8]:
@@ -336,6 +376,8 @@ def _still_set(folder: Path, name: str, truth: _Field) -> StillSet:
         seconds = frame.optional("time_s")
         t_ns = index * DEFAULT_STILL_NS if seconds is None else round(1e9 * float(seconds))
         file = folder / "fisheye" / name / frame.get("file").text()
+        if file.suffix == ".mp4":
+            raise frame.get("file").wrong(f"{file.name} is a video; write it with --pictures png")
         stills.append(
             Still(
                 name=frame.get("name").text(),

@@ -106,6 +106,7 @@ def prepare_dataset(
     Raises:
         ValueError: the photos cannot become a room; says why.
     """
+    dataset.photo_camera()  # says so where there are no photos
     renderer = NativeRenderer()
     stages = StageProgress(progress)
     work = open_work_folder(folder / "room.gnx.prepare", seconds=clock, progress=stages)
@@ -324,6 +325,6 @@ def _box(dataset: Dataset, view: View, object_id: str) -> tuple[float, float, fl
         [[columns.min(), rows.min()], [columns.max() + 1, rows.max() + 1]], dtype=np.float64
     )
     # The preparation rectifies photos with the lens it estimated.
-    pixels, _ = view.camera.project(dataset.camera.unproject(corners))
+    pixels, _ = view.camera.project(dataset.photo_camera().unproject(corners))
     low, high = pixels[0] - PADDING_PX, pixels[1] + PADDING_PX
     return float(low[0]), float(low[1]), float(high[0]), float(high[1])
