@@ -19,7 +19,7 @@ from scenes.pose import Pose
 from sim.bodies import Body, BodyPart
 from sim.camera360 import BODY_EDGE_M, ROOM_EDGE_M, ROOM_EDGE_RAD
 from sim.dataset.surfaces import meshes_of_object, meshes_of_room
-from sim.lens_picture import CONTACT_BIAS_M
+from sim.lens_picture import Tolerances
 from sim.lens_raster import UNLIT, FisheyeRasteriser, PixelRect
 from sim.stand import camera_stand
 from sim.tessellate import refine_mesh
@@ -96,7 +96,7 @@ class LensTruthPass:
         self._room, self._rig, self._stand = room, rig, stand
         self._rooms: tuple[FisheyeRasteriser, list[int]] | None = None
         self._camera_moves = camera_moves
-        self._bias_m = CONTACT_BIAS_M if room.static else SCAN_BIAS_M
+        self._bias_m = Tolerances().contact_m if room.static else SCAN_BIAS_M
         self._rasteriser = FisheyeRasteriser(min(BODY_TILE_PX, _largest(rig)))
         self._bodies: dict[str, list[list[int]]] = {}
         self._outlines: dict[str, list[NDArray[np.float64]]] = {}
