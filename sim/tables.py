@@ -95,6 +95,11 @@ class Table:
             raise self.error(key, value, "[x, y] in metres")
         return float(value[0]), float(value[1])
 
+    def optional_point(self, key: str) -> tuple[float, float] | None:
+        """A place (x, y) in metres, or None where there is none."""
+        self._asked.append(key)
+        return self.point(key) if key in self._values else None
+
     def points(self, key: str) -> tuple[tuple[float, float, float], ...]:
         """At least one place (x, y, z) in metres."""
         items = self._list(key)
@@ -121,6 +126,13 @@ class Table:
             values = cast(dict[str, Any], item)
             tables.append(Table(values, self._source, f"{self._key(key)}[{index}]"))
         return tables
+
+    def table_or_tables(self, key: str) -> list[Table]:
+        """A table or a list of tables; empty where there is neither."""
+        self._asked.append(key)
+        if isinstance(self._values.get(key), dict):
+            return [self.table(key)]
+        return self.tables(key)
 
     def _get(self, key: str, default: Any, wanted: str) -> Any:
         self._asked.append(key)
