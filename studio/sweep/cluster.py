@@ -70,7 +70,7 @@ def play_on_cluster(
             ): run
             for run in runs
         }
-        for future in as_completed(list(begun)):
+        for future in as_completed(list(begun), loop=client.loop):
             run = begun.pop(future)
             try:
                 found = future.result()
