@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
@@ -13,6 +14,15 @@ from studio.sweep.results import run_hash
 
 CONNECT_S = 10.0
 """How long the scheduler may take to answer, seconds: it is up, or it is not there."""
+
+POLL_S = 0.1
+"""Between two looks at which runs have ended, seconds: nothing beside a run's duration."""
+
+LOOK_EVERY_S = 5.0
+"""Between two looks at whether there are workers, seconds."""
+
+WORKERLESS_S = 120.0
+"""How long workers may all be gone, seconds: a nanny starts one again within some ten."""
 
 
 def play_values(values: Mapping[str, Any]) -> dict[str, Any]:
@@ -47,7 +57,7 @@ def play_on_cluster(
         OSError: a run's process or its workers died again and again.
     """
     try:
-        from distributed import Client, as_completed
+        from distributed import Client
         from distributed.scheduler import KilledWorker
     except ImportError:
         raise ValueError(
@@ -70,7 +80,7 @@ def play_on_cluster(
             ): run
             for run in runs
         }
-        for future in as_completed(list(begun), loop=client.loop):
+        for future in _as_they_end(client, list(begun)):
             run = begun.pop(future)
             try:
                 found = future.result()
@@ -80,3 +90,28 @@ def play_on_cluster(
             if "refused" in found:
                 raise RunRefusedError(found["refused"])
             yield run, found
+
+
+def _as_they_end(client: Any, waiting: list[Any]) -> Iterator[Any]:
+    """The futures as they end.
+
+    Raises:
+        OSError: there has been no worker for `WORKERLESS_S`.
+    """
+    seen = time.monotonic()
+    while waiting:
+        ended = [future for future in waiting if future.done()]
+        waiting = [future for future in waiting if future not in ended]
+        yield from ended
+        if ended:
+            continue
+        time.sleep(POLL_S)
+        if time.monotonic() - seen < LOOK_EVERY_S:
+            continue
+        if client.nthreads():
+            seen = time.monotonic()
+        elif time.monotonic() - seen > WORKERLESS_S:
+            raise OSError(
+                f"{len(waiting)} runs left and no worker at the scheduler for {WORKERLESS_S:g} s; "
+                "start one (dask worker ADDRESS) and the same sweep again: it goes on from here"
+            )

@@ -18,7 +18,11 @@ distributed = pytest.importorskip("distributed")
 @pytest.fixture(scope="module")
 def cluster():
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, host="127.0.0.1"
+        n_workers=2,
+        threads_per_worker=1,
+        processes=True,
+        dashboard_address="127.0.0.1:0",
+        host="127.0.0.1",
     ) as made:
         yield made
 
@@ -78,9 +82,23 @@ def die(values):
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-def test_a_run_that_kills_every_worker_ends_the_sweep(fake, cluster, by_value):
-    with pytest.raises(OSError, match=r"run none-seed-0: its workers died"):
+def test_a_run_that_kills_every_worker_ends_the_sweep(fake, cluster, by_value, monkeypatch):
+    monkeypatch.setattr("studio.sweep.cluster.WORKERLESS_S", 30.0)
+    # On a busy machine the workers are given up before the run is.
+    with pytest.raises(OSError, match=r"run none-seed-0: its workers died|no worker"):
         list(play_on_cluster(fake.plan.runs[:1], cluster.scheduler_address, play=die))
+
+
+def test_a_cluster_without_workers_is_not_waited_for_forever(fake, by_value, monkeypatch):
+    for name, seconds in (("LOOK_EVERY_S", 0.1), ("WORKERLESS_S", 0.3)):
+        monkeypatch.setattr(f"studio.sweep.cluster.{name}", seconds)
+    with (
+        distributed.LocalCluster(
+            n_workers=0, processes=True, dashboard_address="127.0.0.1:0", host="127.0.0.1"
+        ) as empty,
+        pytest.raises(OSError, match=r"2 runs left and no worker .* same sweep again"),
+    ):
+        list(play_on_cluster(fake.plan.runs[:2], empty.scheduler_address, play=refuse))
 
 
 def test_nobody_at_the_address_is_one_clear_line(fake, monkeypatch):
