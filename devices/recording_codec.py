@@ -10,7 +10,8 @@ from __future__ import annotations
 import base64
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -53,11 +54,14 @@ class RecordedTruth:
 
     Attributes:
         seq: frame counter.
-        t_ns: capture time.
+        t_ns: capture time, as the camera reported it.
         world_from_object: true pose by object id.
         visible_fraction: 0..1 by object id.
         moved: ids of objects that are not where the scan saw them.
         world_from_rig: true pose of the camera.
+        faults: how large every fault of this frame is, by its name in the scenario; only those that
+            are there.
+        captured_ns: true capture time on the session's clock; None where `t_ns` is it.
     """
 
     seq: int
@@ -66,6 +70,8 @@ class RecordedTruth:
     visible_fraction: Mapping[str, float]
     moved: frozenset[str]
     world_from_rig: Pose
+    faults: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    captured_ns: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,6 +145,8 @@ SCHEMAS: Mapping[str, Mapping[str, str]] = {
         "visible_fraction": "object",
         "moved": "array",
         "world_from_rig": "array",
+        "faults": "object",
+        "captured_ns": "integer",
     },
     "gaussiannexus.Avatar": {
         "user_id": "string",
@@ -216,6 +224,11 @@ def encode_message(value: RecordedValue) -> Encoded:
             "moved": sorted(value.moved),
             "world_from_rig": _pose_to_json(value.world_from_rig),
         }
+        # Left out where there is nothing to say: most frames of most recordings.
+        if value.faults:
+            fields["faults"] = dict(value.faults)
+        if value.captured_ns is not None:
+            fields["captured_ns"] = value.captured_ns
         head = ("/truth", "gaussiannexus.Truth", value.t_ns, value.seq)
     elif isinstance(value, RecordedAvatar):
         avatar = value.avatar
@@ -342,6 +355,8 @@ def _truth(encoded: Encoded, fields: dict[str, Any]) -> RecordedTruth:
         {k: float(v) for k, v in fields["visible_fraction"].items()},
         frozenset(fields["moved"]),
         Pose.from_matrix(fields["world_from_rig"]),
+        {str(k): float(v) for k, v in fields.get("faults", {}).items()},
+        None if fields.get("captured_ns") is None else int(fields["captured_ns"]),
     )
 
 

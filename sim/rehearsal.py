@@ -23,6 +23,12 @@ from scenes.state import Annotation, Avatar
 from sim.actors import TICK_NS, Actor, introduce
 from sim.bodies import Placement, body_of_object
 from sim.camera360 import Camera360, CameraView, ScannedLook, default_rig
+from sim.faults.bump import Bump
+from sim.faults.fault import LightFault, Passage, WayFault
+from sim.faults.freeze import Freeze
+from sim.faults.headset_off import HeadsetOff
+from sim.faults.occluder import Occluder, panel_body, panel_placement
+from sim.faults.twins import Twins, with_twins
 from sim.figure import person_body
 from sim.physics import physics_of
 from sim.posture import PART_NAMES, part_poses
@@ -37,6 +43,9 @@ STREAM_ID = "camera-360"
 MOVED_M = 0.01
 MOVED_RAD = math.radians(2.0)
 NANOSECONDS = 1_000_000_000
+Delivered = tuple[tuple[NDArray[np.uint8], ...], CameraView]
+"""The pictures of one frame, one a lens, and what they show."""
+
 HEAD = PART_NAMES.index("head")
 FACE_IN_HEAD = np.array([0.06, 0.0, 0.13])
 
@@ -67,11 +76,11 @@ class Scanned:
     """What a rehearsal needs where only a scan of the room exists.
 
     Attributes:
-        look: draws the room.
+        look: makes what draws the room and its objects.
         covariance: (7, 7) of the scan's metric world: how far the real one may be from it.
     """
 
-    look: ScannedLook
+    look: Callable[[PhysicalRoom], ScannedLook]
     covariance: NDArray[np.float64]
 
 
@@ -98,6 +107,7 @@ def simulate(
     """
     validate_scenario(scenario, room)
     validate_switches(scenario, then, room)
+    room = with_twins(room, scenario.faults.of(Twins))
     return _Session(room, scenario, seed, scanned, then).steps()
 
 
@@ -113,7 +123,7 @@ class _Session:
         # More streams may be added at the end: those before keep theirs.
         streams = np.random.default_rng(seed).spawn(5)
         pose_rng, sensor_rng, self._fault_rng, people_rng, world_rng = streams
-        self._look = None if scanned is None else scanned.look
+        self._look = None if scanned is None else scanned.look(room)
         self._error = None if scanned is None else drawn_error(scanned.covariance, world_rng)
         self._room = room
         self._scenario = scenario
@@ -144,7 +154,10 @@ class _Session:
         self._world = physics_of(room, {a.person_id: a.target() for a in self._actors})
         figures = [person_body(actor.person_id, people_rng) for actor in self._actors]
         self._figures = dict(zip((a.person_id for a in self._actors), figures, strict=True))
-        bodies = [*(body_of_object(item) for item in room.objects), *figures]
+        scenarios = (scenario, *(switch.scenario for switch in then))
+        hidden = {f.object: None for each in scenarios for f in each.faults.of(Occluder)}
+        panels = [panel_body(_panel_of(name), room.object_by_id(name)) for name in hidden]
+        bodies = [*(body_of_object(item) for item in room.objects), *figures, *panels]
         self._bodies = bodies
         self._camera = Camera360(room, self._rig, self._true_rig, bodies, look=self._look)
         self._sensor = Sensor(self._rig, sensor_rng)
@@ -156,7 +169,9 @@ class _Session:
         )
         self._decoder = H264Decoder()
         self._first_poses = self._world.object_poses()
-        self._is_bumped = False
+        self._bumps = _in_order(scenario.faults.of(Bump))
+        self._last_delivered: Delivered | None = None
+        self._known_faults: Mapping[str, None] = {}
         self._drawn_s = -1.0
         self._pictured_ns = -1
 
@@ -168,19 +183,17 @@ class _Session:
         with closing(self), ThreadPoolExecutor(max_workers=1) as codec:
             for seq in range(self._frame_count):
                 t_ns = round(seq * NANOSECONDS / self._scenario.camera.fps)
-                events += self._advance(t_ns) + self._go_on(t_ns) + self._bump(t_ns)
+                events += self._advance(t_ns) + self._go_on(t_ns)
+                events += self._bump(t_ns) + self._announced(t_ns)
                 self._pictured_ns = t_ns
-                images, view = self._picture()
-                delay_ns, lost = self._fate(seq)
-                if lost:
+                images, view = self._picture(t_ns)
+                passage = self._fate(seq, t_ns)
+                if passage.is_lost:
                     text = f"frame {seq} lost on the way"
                     events.append(Event(t_ns, STREAM_ID, "dropped", text))
                     continue
-                sent = codec.submit(self._transmit, images, seq, t_ns)
-                ready, waiting = (
-                    waiting,
-                    self._step(sent, t_ns + delay_ns, view, (seq, t_ns), tuple(events)),
-                )
+                sent = codec.submit(self._transmit, images, seq, passage.stamp_ns)
+                ready, waiting = waiting, self._step(sent, passage, view, tuple(events))
                 events = []
                 if ready is not None:
                     yield ready()
@@ -192,18 +205,30 @@ class _Session:
         self._camera.close()
 
     def _bump(self, t_ns: int) -> list[Event]:
-        """Put the camera where it stands after the bump, once, if it is time."""
-        faults = self._scenario.faults
-        if self._is_bumped or faults.bump_s is None or t_ns < faults.bump_s * NANOSECONDS:
-            return []
-        self._is_bumped = True
-        self._true_rig = off_by(self._true_rig, self._fault_rng, faults.bump_deg, faults.bump_cm)
-        self._camera.close()
-        self._camera = Camera360(
-            self._room, self._rig, self._true_rig, self._bodies, look=self._look
-        )
-        text = f"camera bumped: turned by {faults.bump_deg:g}°, shifted by {faults.bump_cm:g} cm"
-        return [Event(t_ns, STREAM_ID, "bumped", text)]
+        """Put the camera where it stands after every bump whose time has come."""
+        events: list[Event] = []
+        while self._bumps and t_ns >= self._bumps[0].at_s * NANOSECONDS:
+            bump = self._bumps.pop(0)
+            self._true_rig = off_by(self._true_rig, self._fault_rng, bump.deg, bump.cm)
+            self._camera.close()
+            self._camera = Camera360(
+                self._room, self._rig, self._true_rig, self._bodies, look=self._look
+            )
+            text = f"camera bumped: turned by {bump.deg:g}°, shifted by {bump.cm:g} cm"
+            events.append(Event(t_ns, STREAM_ID, "bumped", text))
+        return events
+
+    def _announced(self, t_ns: int) -> list[Event]:
+        """Which faults have come and which have gone since the frame before."""
+        now = self._scenario.faults.described(t_ns / NANOSECONDS)
+        begun = [Event(t_ns, STREAM_ID, "fault", w) for w in now if w not in self._known_faults]
+        ended = [
+            Event(t_ns, STREAM_ID, "fault", f"no more: {words}")
+            for words in self._known_faults
+            if words not in now
+        ]
+        self._known_faults = now
+        return begun + ended
 
     def _in_reality(self, pose: Pose) -> Pose:
         """A pose of the simulation, which runs in the scan's world, where it really is."""
@@ -215,8 +240,10 @@ class _Session:
         while self._then and self._then[0].t_ns <= now_ns:
             scenario = self._scenario = self._then.popleft().scenario
             # A bump that was due by the frame before is past, whether it took place or not.
-            bump_s = scenario.faults.bump_s
-            self._is_bumped = bump_s is not None and self._pictured_ns >= bump_s * NANOSECONDS
+            due = scenario.faults.of(Bump)
+            self._bumps = _in_order(
+                [bump for bump in due if bump.at_s * NANOSECONDS > self._pictured_ns]
+            )
             events.append(Event(now_ns, "session", "switched", f"goes on as {scenario.name}"))
             actions = {person.person_id: person.actions for person in scenario.people}
             for actor in self._actors:
@@ -225,35 +252,44 @@ class _Session:
                     events.append(Event(now_ns, actor.person_id, "action", said))
         return events
 
-    def _picture(self) -> tuple[tuple[NDArray[np.uint8], ...], CameraView]:
+    def _picture(self, t_ns: int) -> Delivered:
         """What the camera delivers now, and what it would without a sensor."""
-        view = self._camera.view(self._placements())
+        faults, t_s = self._scenario.faults, t_ns / NANOSECONDS
+        view = self._camera.view(self._placements(t_s))
+        pictures: tuple[NDArray[np.uint8], ...] = tuple(lens.rgb for lens in view.lenses)
+        for fault in faults.at(LightFault, t_s):
+            pictures = fault.seen(pictures, t_s)
         dt_s = 1.0 / self._scenario.camera.fps
-        return self._sensor.expose([lens.rgb for lens in view.lenses], dt_s), view
+        delivered = self._sensor.expose(pictures, dt_s), view
+        if faults.at(Freeze, t_s) and self._last_delivered is not None:
+            return self._last_delivered
+        self._last_delivered = delivered
+        return delivered
 
-    def _fate(self, seq: int) -> tuple[int, bool]:
-        """How long a frame is under way (ns), and whether it is lost there."""
-        faults = self._scenario.faults
-        lost = bool(self._fault_rng.random() < faults.drop_share) or seq in faults.dropped_frames
-        delay_ms = max(0.0, self._fault_rng.normal(faults.delay_ms, faults.jitter_ms))
-        return round(delay_ms * 1e6), lost
+    def _fate(self, seq: int, t_ns: int) -> Passage:
+        """When and how a frame arrives, if it does."""
+        passage = Passage(seq, t_ns, t_ns)
+        for fault in self._scenario.faults.of(WayFault):
+            passage = fault.passed(passage, self._fault_rng)
+        return passage
 
     def _step(
         self,
         sent: Future[tuple[EncodedFrame, tuple[NDArray[np.uint8], ...]]],
-        received_ns: int,
+        passage: Passage,
         view: CameraView,
-        stamp: tuple[int, int],
         events: tuple[Event, ...],
     ) -> Callable[[], SimulatedStep]:
         """Everything of a frame as it is now; call the result when its pictures are wanted."""
-        seq, t_ns = stamp
-        truth, avatars = self._truth(seq, t_ns, view), self._avatars(t_ns)
-        annotations = self._annotations(t_ns)
+        truth, avatars = self._truth(passage, view), self._avatars(passage.t_ns)
+        annotations = self._annotations(passage.t_ns)
+        received_ns = passage.t_ns + passage.delay_ns
+        known = self._known_rig if passage.is_posed else None
 
         def finish() -> SimulatedStep:
             packet, images = sent.result()
-            frame = Frame(STREAM_ID, seq, t_ns, received_ns, images, self._rig, self._known_rig)
+            stamp = passage.seq, passage.stamp_ns, received_ns
+            frame = Frame(STREAM_ID, *stamp, images, self._rig, known)
             return SimulatedStep(frame, packet, truth, avatars, events, annotations)
 
         return finish
@@ -271,7 +307,7 @@ class _Session:
             self._world.step(TICK_NS)
         return events
 
-    def _placements(self) -> Mapping[str, Placement]:
+    def _placements(self, t_s: float) -> Mapping[str, Placement]:
         placements = {
             object_id: Placement((pose,), self._world.support_height(pose.translation))
             for object_id, pose in self._world.object_poses().items()
@@ -279,6 +315,14 @@ class _Session:
         for actor in self._actors:
             poses = part_poses(actor.posture(self._world))
             placements[actor.person_id] = Placement(poses, 0.0)
+        shares: dict[str, float] = {}
+        for fault in self._scenario.faults.at(Occluder, t_s):
+            shares[fault.object] = max(fault.size_at(t_s), shares.get(fault.object, 0.0))
+        for object_id, share in shares.items():
+            item, pose = self._room.object_by_id(object_id), self._world.object_pose(object_id)
+            placements[_panel_of(object_id)] = panel_placement(
+                item, pose, self._rig, self._true_rig, share=share
+            )
         return placements
 
     def _transmit(
@@ -291,17 +335,19 @@ class _Session:
             raise ValueError(f"{STREAM_ID} frame {seq}: the decoder returned no picture")
         return packet, tuple(np.hsplit(picture, len(images)))
 
-    def _truth(self, seq: int, t_ns: int, view: CameraView) -> GroundTruth:
+    def _truth(self, passage: Passage, view: CameraView) -> GroundTruth:
         poses = self._world.object_poses()
         names = {name: 1 + k for k, name in enumerate(self._camera.body_ids)}
         numbers = {object_id: names[object_id] for object_id in poses}
         recorded = RecordedTruth(
-            seq,
-            t_ns,
+            passage.seq,
+            passage.stamp_ns,
             {object_id: self._in_reality(pose) for object_id, pose in poses.items()},
             {object_id: view.visible_fraction[object_id] for object_id in poses},
             frozenset(n for n, pose in poses.items() if _has_moved(self._first_poses[n], pose)),
             self._in_reality(self._true_rig),
+            self._scenario.faults.sizes(passage.t_ns / NANOSECONDS),
+            passage.t_ns if passage.stamp_ns != passage.t_ns else None,
         )
         people = {
             actor.person_id: PersonTruth(
@@ -314,7 +360,10 @@ class _Session:
 
     def _avatars(self, t_ns: int) -> tuple[Avatar, ...]:
         avatars: list[Avatar] = []
+        without = {f.person for f in self._scenario.faults.at(HeadsetOff, t_ns / NANOSECONDS)}
         for actor in self._actors:
+            if actor.person_id in without:
+                continue
             posture = actor.posture(self._world)
             head = part_poses(posture)[HEAD]
             hands = (posture.left_hand[None, :], posture.right_hand[None, :])
@@ -338,6 +387,15 @@ class _Session:
             for line in remote_annotations(settings, since_s=since_s, t_s=now_s)
         )
         return (*local, *remote)
+
+
+def _panel_of(object_id: str) -> str:
+    """What the body is called that hides an object."""
+    return f"occluder:{object_id}"
+
+
+def _in_order(bumps: Sequence[Bump]) -> list[Bump]:
+    return sorted(bumps, key=lambda bump: bump.at_s)
 
 
 def _head_camera(world_from_head: Pose) -> Pose:

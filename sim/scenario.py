@@ -21,6 +21,7 @@ from scenes.quad import quad_of
 from sim.action_checks import Checks, check_people
 from sim.action_tables import read_action, read_colour, read_line
 from sim.actions import Action
+from sim.faults.settings import Faults, read_faults
 from sim.tables import ScenarioError, Table
 
 SCENARIO_FOLDER = Path(__file__).parent / "scenarios"
@@ -126,29 +127,6 @@ class SurfaceSettings:
 
 
 @dataclass(frozen=True, slots=True)
-class Faults:
-    """What goes wrong at the camera and on the way from it.
-
-    Attributes:
-        dropped_frames: sequence numbers that never arrive.
-        drop_share: chance of any other frame not to arrive, 0..1.
-        delay_ms: from capture to arrival.
-        jitter_ms: standard deviation of the delay.
-        bump_s: when somebody bumps into the camera, which its marker does not show; None for never.
-        bump_deg: how far it is turned then, about a random axis.
-        bump_cm: how far it is shifted then, in a random direction.
-    """
-
-    dropped_frames: frozenset[int] = frozenset()
-    drop_share: float = 0.0
-    delay_ms: float = 60.0
-    jitter_ms: float = 6.0
-    bump_s: float | None = None
-    bump_deg: float = 0.6
-    bump_cm: float = 0.5
-
-
-@dataclass(frozen=True, slots=True)
 class Scenario:
     """One rehearsal.
 
@@ -229,7 +207,7 @@ def parse_scenario(text: str, *, source: str) -> Scenario:
         people=tuple(_person(person) for person in table.tables("people")),
         remote=tuple(_remote(remote) for remote in table.tables("remote")),
         surfaces=tuple(_surface(surface) for surface in table.tables("surfaces")),
-        faults=_faults(table.table("faults")),
+        faults=read_faults(table.table("faults")),
     )
     table.done()
     _check_unique([p.person_id for p in scenario.people], f"{source}: people.id")
@@ -285,6 +263,8 @@ def validate_scenario(scenario: Scenario, room: PhysicalRoom) -> None:
     for i, remote in enumerate(scenario.remote):
         for object_id in remote.points_at:
             check_object(f"remote[{i}].points_at", object_id)
+    people = tuple(person.person_id for person in scenario.people)
+    scenario.faults.check(room, people, source=where)
 
 
 def _camera(table: Table) -> CameraSettings:
@@ -343,21 +323,6 @@ def _surface(table: Table) -> SurfaceSettings:
         raise table.error("corners", surface.corners_in_world, "four [x, y, z] in metres")
     table.done()
     return surface
-
-
-def _faults(table: Table) -> Faults:
-    default = Faults()
-    faults = Faults(
-        dropped_frames=frozenset(table.integers("dropped_frames")),
-        drop_share=table.number("drop_share", default.drop_share, low=0.0, high=0.9),
-        delay_ms=table.number("delay_ms", default.delay_ms, low=0.0, high=10_000.0),
-        jitter_ms=table.number("jitter_ms", default.jitter_ms, low=0.0, high=1_000.0),
-        bump_s=table.optional_number("bump_s", 0.0, 3600.0),
-        bump_deg=table.number("bump_deg", default.bump_deg, low=0.0, high=10.0),
-        bump_cm=table.number("bump_cm", default.bump_cm, low=0.0, high=30.0),
-    )
-    table.done()
-    return faults
 
 
 def _check_unique(names: Sequence[str], key: str) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 from scenes.mesh import PhysicalRoom
+from sim.faults.twins import Twins
 from sim.scenario import Scenario, validate_scenario
 from sim.tables import ScenarioError
 
@@ -39,6 +40,7 @@ def validate_switches(scenario: Scenario, then: Sequence[Switch], room: Physical
         validate_scenario(switch.scenario, room)
         _check_instant(switch, since_ns, before)
         _check_camera(switch.scenario, scenario)
+        _check_twins(switch.scenario, scenario)
         _check_people(switch.scenario, scenario)
         before, since_ns = switch.scenario, switch.t_ns
 
@@ -69,6 +71,14 @@ def _check_camera(new: Scenario, first: Scenario) -> None:
         raise ScenarioError(
             f"{new.source}: surfaces: wanted the same as in {first.source}: what shows live video "
             "is decided when a session begins"
+        )
+
+
+def _check_twins(new: Scenario, first: Scenario) -> None:
+    if new.faults.of(Twins) != first.faults.of(Twins):
+        raise ScenarioError(
+            f"{new.source}: faults.{Twins.name}: wanted the same as in {first.source}: what stands "
+            "in the room is decided when a session begins"
         )
 
 

@@ -142,6 +142,13 @@ class Table:
             tables.append(Table(values, self._source, f"{self._key(key)}[{index}]"))
         return tables
 
+    def table_or_tables(self, key: str) -> list[Table]:
+        """A table or a list of tables; empty where there is neither."""
+        self._asked.append(key)
+        if isinstance(self._values.get(key), dict):
+            return [self.table(key)]
+        return self.tables(key)
+
     def _get(self, key: str, default: Any, wanted: str) -> Any:
         self._asked.append(key)
         if key in self._values:

@@ -141,18 +141,24 @@ class Tracker:
     ) -> tuple[TrackerState, TrackOutput]:
         """Poses of all objects at one frame.
 
+        A frame without a camera pose is taken from where the camera was last: its code is hidden,
+        and whether it moves meanwhile is seen in the pictures.
+
         Raises:
-            ValueError: the frame has no camera pose.
+            ValueError: neither the frame nor one before it has a camera pose.
         """
         del now_ns
-        if frame.world_from_rig is None:
+        marker_world_from_rig = frame.world_from_rig
+        if marker_world_from_rig is None and state.rig is not None:
+            marker_world_from_rig = state.rig.marker_world_from_rig
+        if marker_world_from_rig is None:
             raise ValueError(f"frame {frame.seq} of {frame.stream_id!r} has no camera pose")
         began = self._stopwatch()
         schedule = (
             Schedule(frame.seq) if state.schedule is None else state.schedule.following(frame.seq)
         )
         layers = LayerCache(state.layers)
-        rig = self._locate(state, frame, frame.world_from_rig, schedule, layers)
+        rig = self._locate(state, frame, marker_world_from_rig, schedule, layers)
         scene = self._scene(frame, rig, layers, is_first=schedule.is_first)
         rectified = self._stopwatch()
         tracks = dict(state.tracks)

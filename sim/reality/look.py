@@ -39,7 +39,7 @@ class SplatLook:
         ValueError: the room has no splats.
     """
 
-    def __init__(self, room: PhysicalRoom, renderer: Renderer) -> None:
+    def __init__(self, room: PhysicalRoom, *, renderer: Renderer) -> None:
         if room.splats is None:
             raise ValueError(f"room {room.name!r} is made of meshes; it needs no other look")
         self._room = room.splats

@@ -169,6 +169,7 @@ class Session:
         self._drawn: BoundedQueue[Annotation] = BoundedQueue(LINES, name="annotations")
         self._frames = self._lost = 0
         self._next_seq = 0
+        self._is_located = False
         self._write: Callable[[RecordedValue], None] = _discard
 
     @property
@@ -230,7 +231,12 @@ class Session:
         outputs: dict[str, TrackOutput] = {}
         if self._truth_detector is not None and message.truth is not None:
             self._truth_detector.see(message.frame, message.truth)
+        # Before the camera was found once, nobody can say where anything is.
+        self._is_located = self._is_located or message.frame.world_from_rig is not None
         for place, (name, method) in enumerate(self._methods.items()):
+            if not self._is_located:
+                outputs[name] = TrackOutput(())
+                continue
             started = time.perf_counter_ns()
             self._states[name], output = method.step(
                 self._states[name], message.frame, self._clock.now_ns()

@@ -93,12 +93,15 @@ def simulated_messages(
 
     Args:
         steps: of the simulator.
-        corners_of_surfaces: what is live from the first frame on, by surface id.
+        corners_of_surfaces: what is live from the first frame on whose camera pose is known, by
+            surface id.
     """
     waiting = dict(corners_of_surfaces or {})
     for step in steps:
-        surfaces = tuple(live_surface(key, at, step.frame) for key, at in waiting.items())
-        waiting.clear()
+        surfaces: tuple[LiveSurface, ...] = ()
+        if step.frame.world_from_rig is not None:
+            surfaces = tuple(live_surface(key, at, step.frame) for key, at in waiting.items())
+            waiting.clear()
         live = SessionInput(
             step.frame, step.packet, step.avatars, step.events, surfaces, step.annotations
         )

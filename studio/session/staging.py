@@ -137,7 +137,7 @@ def _scan(path: str, scene: ScenePackage, scenario_name: str | None, fork: Fork 
         f"{reality.shared} of which the scan knows, too; what is wrong with photos and poses is "
         "wrong with both"
     )
-    scanned = Scanned(SplatLook(room, renderer), reality.covariance)
+    scanned = Scanned(partial(SplatLook, renderer=renderer), reality.covariance)
     return Staging(scene, room, scenario, text, scanned, words)
 
 

@@ -109,7 +109,7 @@ def run(args: argparse.Namespace) -> int:
         error = drawn_error(scene.reality.covariance, np.random.default_rng(args.seed))
         measured = tracked(filmed, "the real")
         pictures = RehearsedPictures(
-            dataset, prepared, room, SplatLook(room, renderer), error=error
+            dataset, prepared, room, SplatLook(room, renderer=renderer), error=error
         )
         with closing(pictures):
             rehearsed = tracked(pictures, "rehearsed")

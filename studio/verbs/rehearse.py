@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 DEFAULT_OUT = Path("out/rehearsal")
+DEFAULT_SWEEP_OUT = Path("out/sweep")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -44,11 +45,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     pace.add_argument(
         "--paced", action="store_true", help="in real time: frames are dropped when it is too slow"
     )
+    parser.add_argument(
+        "--sweep",
+        metavar="F",
+        help="name or TOML file: the same rehearsal with faults of each size",
+    )
+    parser.add_argument(
+        "--cluster", metavar="ADDRESS", help="play the sweep on a Dask cluster (tcp://HOST:PORT)"
+    )
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
 
 
 def run(args: argparse.Namespace) -> int:
     """Rehearse; exit 1 if a figure misses its bar."""
+    if args.sweep is not None:
+        return run_sweep(args)
+    if args.cluster is not None:
+        raise ValueError("--cluster plays sweeps only: name one with --sweep")
     from studio.console.display import why_no_window
     from studio.console.progress import text_progress
     from studio.console.rows import as_json, as_table, exit_code
@@ -81,6 +94,33 @@ def run(args: argparse.Namespace) -> int:
         print(as_table(performance.rows))
     print(f"report: {performance.folder / 'report.html'}", file=sys.stderr)
     return exit_code(performance.rows)
+
+
+def run_sweep(args: argparse.Namespace) -> int:
+    """Play a sweep and draw its page; runs that its folder holds already are not played again."""
+    from functools import partial
+
+    from scenes.samples import SAMPLE_NAMES
+    from studio.console.progress import text_progress
+    from studio.sweep.cluster import play_on_cluster
+    from studio.sweep.local import play_here
+    from studio.sweep.plan import load_sweep
+    from studio.sweep.results import SWEEP_HTML
+    from studio.sweep.sweep import sweep
+
+    target = DEFAULT_SWEEP_OUT if args.out == DEFAULT_OUT else args.out
+    scene = args.scene if args.scene in SAMPLE_NAMES else str(Path(args.scene).resolve())
+    if args.scenario is not None or args.paced:
+        flag = "--paced" if args.scenario is None else "--scenario"
+        raise ValueError(f"{flag} does not go with --sweep: the sweep's file says what is played")
+    plan = load_sweep(args.sweep, scene)
+    on_cluster = args.cluster is not None
+    play = partial(play_on_cluster, address=args.cluster) if on_cluster else play_here
+    rows = sweep(plan, target, progress=text_progress(), play=play)
+    if args.json:
+        print(json.dumps({"verb": "rehearse --sweep", "rows": rows}, indent=2))
+    print(f"sweep: {target / SWEEP_HTML}", file=sys.stderr)
+    return 0
 
 
 def methods(chosen: str, *, without_paper: bool) -> tuple[str, ...]:

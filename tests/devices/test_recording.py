@@ -17,6 +17,7 @@ from devices.recording_codec import (
     RecordedSurface,
     RecordedTrack,
     RecordedTruth,
+    encode_message,
 )
 from devices.replay import ReplayCamera
 from devices.session_info import (
@@ -136,6 +137,18 @@ def test_everything_comes_back_exactly_and_in_order(whole):
     assert plain(list(read_recording(whole))) == plain(messages())
     assert plain(read_session(whole)) == plain(SESSION)
     assert not whole.with_name("whole.mcap.part").exists()
+
+
+def test_faults_of_a_frame_come_back_and_old_truths_have_none(tmp_path):
+    pose = Pose.identity()
+    plain_truth = RecordedTruth(0, 1, {}, {}, frozenset(), pose)
+    faulty = RecordedTruth(1, 2, {}, {}, frozenset(), pose, {"blur": 2.0, "exposure": -1.0}, 5)
+    assert b"faults" not in encode_message(plain_truth).data
+    assert b"captured_ns" not in encode_message(plain_truth).data
+    path = record(tmp_path / "faults.mcap", [plain_truth, faulty])
+    old, new = (v for v in read_recording(path) if isinstance(v, RecordedTruth))
+    assert (dict(old.faults), old.captured_ns) == ({}, None)
+    assert (dict(new.faults), new.captured_ns) == ({"blur": 2.0, "exposure": -1.0}, 5)
 
 
 def test_replayed_frames_are_the_decoded_packets(whole):

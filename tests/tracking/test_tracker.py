@@ -250,6 +250,22 @@ def test_a_frame_without_a_camera_pose_is_refused(scene, picture, renderer):
             tracker.step(tracker.start(), blind, 0)
 
 
+def test_while_the_code_is_hidden_the_camera_is_where_it_was(scene, picture, renderer):
+    _, splats, models = scene
+    moved_chair = {"chair-1": moved(models[0].world_from_object, 0.1, 0.0, 0.0)}
+    for tracker in (Tracker(splats, models, renderer), PaperTracker(splats, models, renderer)):
+        known, first = tracker.step(tracker.start(), picture({}), 0)
+        seen = picture(moved_chair, seq=10)
+        blind = Frame("camera", 10, seen.t_ns, seen.t_ns, seen.images, RIG, None)
+        _, with_code = tracker.step(known, seen, seen.t_ns)
+        _, without = tracker.step(known, blind, blind.t_ns)
+        assert first.objects
+        assert without.world_from_rig is not None
+        assert np.array_equal(without.world_from_rig.matrix(), with_code.world_from_rig.matrix())
+        for a, b in zip(without.objects, with_code.objects, strict=True):
+            assert np.array_equal(a.world_from_object.matrix(), b.world_from_object.matrix())
+
+
 def test_twice_the_same_object_is_refused(scene, renderer):
     _, splats, models = scene
     with pytest.raises(ValueError, match="each once"):

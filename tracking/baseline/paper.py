@@ -161,14 +161,19 @@ class PaperTracker:
     def step(self, state: PaperState, frame: Frame, now_ns: int) -> tuple[PaperState, TrackOutput]:
         """Detect in one frame; estimate the poses that are due.
 
+        A frame without a camera pose is taken from where the camera was last.
+
         Raises:
-            ValueError: the frame has no camera pose.
+            ValueError: neither the frame nor one before it has a camera pose.
         """
         del now_ns
-        if frame.world_from_rig is None:
+        world_from_rig = frame.world_from_rig
+        if world_from_rig is None and state.background is not None:
+            world_from_rig = state.background.world_from_rig
+        if world_from_rig is None:
             raise ValueError(f"frame {frame.seq} of {frame.stream_id!r} has no camera pose")
         began = self._stopwatch()
-        state = self._at_camera(state, frame, frame.world_from_rig)
+        state = self._at_camera(state, frame, world_from_rig)
         view = self._rectified(state, frame)
         rectified = self._stopwatch()
         tracks_2d = self._identify(state, view)
@@ -196,7 +201,7 @@ class PaperTracker:
             "pose": posed - detected,
             "smooth": ended - posed,
         }
-        return state, TrackOutput(objects, MappingProxyType(stages), frame.world_from_rig)
+        return state, TrackOutput(objects, MappingProxyType(stages), world_from_rig)
 
     def _at_camera(self, state: PaperState, frame: Frame, world_from_rig: Pose) -> PaperState:
         """Background images and table for this camera pose, kept while it stands still."""

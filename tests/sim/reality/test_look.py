@@ -22,7 +22,7 @@ def room(scan):
 
 @pytest.fixture(scope="module")
 def camera(room):
-    look = SplatLook(room, NativeRenderer())
+    look = SplatLook(room, renderer=NativeRenderer())
     bodies = [body_of_object(item) for item in room.objects]
     made = Camera360(room, default_rig(256), room.world_from_rig, bodies, look=look)
     yield made
@@ -64,7 +64,7 @@ def test_a_box_behind_the_camera_is_seen_by_the_other_lens_only(camera):
 def test_the_box_casts_a_shadow_on_the_scanned_floor(room, scan):
     bright = replace(room.splats, sh=np.zeros_like(room.splats.sh))
     room = replace(room, splats=bright)
-    look = SplatLook(room, NativeRenderer())
+    look = SplatLook(room, renderer=NativeRenderer())
     bodies = [body_of_object(item) for item in room.objects]
     camera = Camera360(room, default_rig(256), room.world_from_rig, bodies, look=look)
     empty = camera.view({}).lenses[0].rgb.astype(int)
@@ -76,4 +76,4 @@ def test_the_box_casts_a_shadow_on_the_scanned_floor(room, scan):
 
 def test_a_room_of_meshes_needs_no_look(room):
     with pytest.raises(ValueError, match="made of meshes"):
-        SplatLook(replace(room, splats=None), NativeRenderer())
+        SplatLook(replace(room, splats=None), renderer=NativeRenderer())

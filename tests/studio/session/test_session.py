@@ -32,6 +32,20 @@ def test_exact_sees_every_frame_and_reduces_the_state(tiny):
     assert last.objects["chair-1"] is shown
 
 
+def test_before_the_camera_was_found_nothing_is_tracked_and_after_it_all_is(tiny):
+    def hidden_at(seqs):
+        for message in tiny.inputs():
+            hides = message.frame.seq in seqs
+            frame = replace(message.frame, world_from_rig=None) if hides else message.frame
+            yield message.with_frame(frame)
+
+    outputs, result = run(tiny, SessionPlan(), inputs=lambda: hidden_at({0, 1, 6}))
+    tracked = [o.input.frame.seq for o in outputs if o.tracks["own"].objects]
+    assert tracked == list(range(2, tiny.frames))
+    assert outputs[1].state.objects == {}
+    assert (result.frames, result.lost) == (tiny.frames, 0)
+
+
 def test_stages_of_the_shown_tracker_have_plain_names(tiny):
     _outputs, result = run(tiny, SessionPlan())
     stages = {stage.name: stage for stage in result.latencies.stages()}

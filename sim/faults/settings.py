@@ -1,0 +1,109 @@
+"""The faults of a scenario: which there are, how they are read, and which are there when."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TypeVar
+
+from scenes.mesh import PhysicalRoom
+from sim.faults.blur import Blur
+from sim.faults.bump import Bump
+from sim.faults.clock_drift import ClockDrift
+from sim.faults.delay import Delay
+from sim.faults.exposure import Exposure
+from sim.faults.fault import Fault, Stage
+from sim.faults.freeze import Freeze
+from sim.faults.headset_off import HeadsetOff
+from sim.faults.hidden_code import HiddenCode
+from sim.faults.loss import Burst, Loss
+from sim.faults.occluder import Occluder
+from sim.faults.twins import Twins
+from sim.faults.white_balance import WhiteBalance
+from sim.tables import ScenarioError, Table
+
+NUMBERS: tuple[type[Fault], ...] = (Loss, Delay, Bump, ClockDrift)
+"""Faults whose keys stand in `[faults]` itself. Loss is drawn before delay from one generator."""
+
+LINES: tuple[type[Fault], ...] = (
+    Blur,
+    Burst,
+    Exposure,
+    Freeze,
+    HeadsetOff,
+    HiddenCode,
+    Occluder,
+    Twins,
+    WhiteBalance,
+)
+"""Faults that are a table of their own, or several, under their name in `[faults]`."""
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class Faults:
+    """Everything that goes wrong in one rehearsal.
+
+    Attributes:
+        each: the faults, those of one kind in the order of the file.
+    """
+
+    each: tuple[Fault, ...] = (Loss(), Delay())
+
+    def of(self, kind: type[T]) -> tuple[T, ...]:
+        """Those of one kind, or of one place such as `LightFault`."""
+        return tuple(fault for fault in self.each if isinstance(fault, kind))
+
+    def at(self, kind: type[T], t_s: float) -> tuple[T, ...]:
+        """The same, as far as they are there at a moment."""
+        return tuple(f for f in self.each if isinstance(f, kind) and f.size_at(t_s))
+
+    def sizes(self, t_s: float) -> Mapping[str, float]:
+        """Sizes by name of all that are there at a moment; of several of a kind, the largest."""
+        found: dict[str, float] = {}
+        for fault in self.each:
+            size = fault.size_at(t_s)
+            if size and abs(size) >= abs(found.get(fault.name, 0.0)):
+                found[fault.name] = size
+        return found
+
+    def described(self, t_s: float) -> Mapping[str, None]:
+        """The words of all that are there at a moment, in order, each once."""
+        words = (fault.described() for fault in self.each if fault.size_at(t_s))
+        return {text: None for text in words if text}
+
+    def check(self, room: PhysicalRoom, people: tuple[str, ...], *, source: str) -> None:
+        """Refuse what doesn't fit a room.
+
+        Args:
+            room: whose objects may be named.
+            people: ids of the scenario's local people.
+            source: the scenario's file, for messages.
+
+        Raises:
+            ScenarioError: a fault names an object, person or place that isn't there.
+        """
+        (low_x, low_y), (high_x, high_y) = room.footprint_m.tolist()
+        objects = tuple(item.object_id for item in room.objects)
+        stage = Stage(objects, people, (low_x, low_y), (high_x, high_y))
+        for fault in self.each:
+            wrong = fault.misfit(stage)
+            if wrong is not None:
+                key, value, wanted = wrong
+                raise ScenarioError(
+                    f"{source}: faults.{fault.name}.{key} = {value!r}, wanted {wanted}"
+                )
+
+
+def read_faults(table: Table) -> Faults:
+    """The faults of a `[faults]` table.
+
+    Raises:
+        ScenarioError: a key or value is wrong.
+    """
+    numbers = (kind.read(table) for kind in NUMBERS)
+    lines = (kind.read(line) for kind in LINES for line in table.table_or_tables(kind.name))
+    faults = Faults(tuple(fault for fault in (*numbers, *lines) if fault is not None))
+    table.done()
+    return faults
