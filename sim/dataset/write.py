@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -17,7 +17,7 @@ from sim.dataset.check import Checked, check_dataset
 from sim.dataset.photos import write_capture
 from sim.dataset.room_folder import FolderOptions, Pictures, write_room, write_sequences
 from sim.phone import SAMPLE_CAPTURE, PhoneOptions
-from sim.rehearsal import SimulatedStep, simulate
+from sim.rehearsal import Scanned, SimulatedStep, simulate
 from sim.scenario import Scenario, validate_scenario
 
 Form = Literal["room-c", "bop"]
@@ -80,6 +80,7 @@ def write_dataset(
     *,
     seed: int,
     options: DatasetOptions = DatasetOptions(),
+    scanned: Scanned | None = None,
     progress: Progress = lambda done, note: None,
 ) -> Written:
     """Play a scenario into a new folder, and read it back.
@@ -92,6 +93,8 @@ def write_dataset(
         scenario: what happens.
         seed: decides everything random.
         options: see `DatasetOptions`.
+        scanned: needed for a room that is made of splats; its world is then the data set's, and no
+            error of it is drawn.
         progress: called with the share done and a note.
 
     Raises:
@@ -108,7 +111,7 @@ def write_dataset(
     checked: list[Checked] = []
 
     def fill(part: Path) -> None:
-        steps = _played(room, scenario, seed)
+        steps = _played(room, scenario, seed, scanned)
         photos = 0
         if options.form == "bop":
             bop = BopOptions(options.every, _still(options.pictures), options.view_px)
@@ -135,9 +138,11 @@ def _still(pictures: Pictures) -> Literal["png", "jpg"]:
 
 
 def _played(
-    room: PhysicalRoom, scenario: Scenario, seed: int
+    room: PhysicalRoom, scenario: Scenario, seed: int, scanned: Scanned | None
 ) -> Generator[SimulatedStep, None, None]:
-    yield from simulate(room, scenario, seed=seed)
+    if scanned is not None:
+        scanned = replace(scanned, covariance=np.zeros_like(scanned.covariance))
+    yield from simulate(room, scenario, seed=seed, scanned=scanned)
 
 
 def _counted(

@@ -9,6 +9,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from scenes.mesh import PhysicalRoom
 from scenes.package import ScenePackage
 from sim.scenario import Scenario
@@ -100,6 +102,8 @@ def _built_in(
 
 
 def _scan(path: str, scene: ScenePackage, scenario_name: str | None, fork: Fork | None) -> Staging:
+    from scenes.package.reality import WORLD_NUMBERS
+    from scenes.prepare.cutout.likewise import TakenApart
     from scenes.render.native import NativeRenderer
     from sim.first_scenario import first_scenario
     from sim.reality.look import SplatLook
@@ -109,14 +113,23 @@ def _scan(path: str, scene: ScenePackage, scenario_name: str | None, fork: Fork 
     from sim.scanned import missing
     from sim.scenario import parse_scenario
 
-    reality = scene.reality
-    if reality is None:
-        raise ValueError(
-            f"{path}: a scan of a real room that nothing stands for yet; make that with "
-            "`nexus rehearse`, or with `nexus prepare --rehearsable`"
+    reality, renderer = scene.reality, NativeRenderer()
+    if reality is not None:
+        parts, covariance = parts_of(scene, reality, renderer), reality.covariance
+        words = (
+            f"a second reconstruction ({reality.trainer}) from {reality.photos} photos, "
+            f"{reality.shared} of which the scan knows, too; what is wrong with photos and poses "
+            "is wrong with both"
         )
-    renderer = NativeRenderer()
-    parts = parts_of(scene, reality, renderer)
+    elif not scene.objects:
+        # Nothing is tracked here, so nothing is shown to a tracker that it models.
+        parts, covariance = TakenApart(scene.room, {}, {}), np.zeros((WORLD_NUMBERS,) * 2)
+        words = "the scan itself: it has no movable object, so nothing is tracked"
+    else:
+        raise ValueError(
+            f"{path}: a scan of a real room that nothing stands for yet: the tracker would see its "
+            "own model; `nexus rehearse` makes it from the photos, or `nexus prepare --rehearsable`"
+        )
     for object_id, why in parts.missing.items():
         log.warning("%s stands still in this rehearsal: %s", object_id, why)
     for item in scene.objects:
@@ -132,12 +145,7 @@ def _scan(path: str, scene: ScenePackage, scenario_name: str | None, fork: Fork 
         scenario = parse_scenario(text, source=f"first scenario of {scene.name}")
     room = _with_camera(room, scenario)
     _check(scenario, room, fork)
-    words = (
-        f"a second reconstruction ({reality.trainer}) from {reality.photos} photos, "
-        f"{reality.shared} of which the scan knows, too; what is wrong with photos and poses is "
-        "wrong with both"
-    )
-    scanned = Scanned(partial(SplatLook, renderer=renderer), reality.covariance)
+    scanned = Scanned(partial(SplatLook, renderer=renderer), covariance)
     return Staging(scene, room, scenario, text, scanned, words)
 
 

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from scenes.mesh import QrCode
     from scenes.prepare.options import PrepareOptions
     from scenes.prepare.pipeline import Prepared
+    from scenes.prepare.stages import WorkFolder
 
 QUALITIES = ("preview", "default", "fine")
 TRAINERS = ("built-in", "gsplat", "brush", "opensplat", "inria")
@@ -170,7 +171,6 @@ def run(args: argparse.Namespace) -> int:
     from scenes.render.native import NativeRenderer
     from studio.console.progress import StageProgress, text_progress
     from studio.reports.preparation_report import render_report
-    from studio.verbs.rehearsable import make_rehearsable
 
     options = _options(args)
     stages = StageProgress(text_progress())
@@ -181,9 +181,9 @@ def run(args: argparse.Namespace) -> int:
     )
     renderer = NativeRenderer()
     prepared = prepare(args.source, args.out, work=work, options=options, renderer=renderer)
-    stages.finish()
     if args.rehearsable:
-        make_rehearsable(args.out, work.path, seed=args.seed)
+        _rehearsable(args.out, work, args.seed)
+    stages.finish()
     rows = rows_of(prepared)
     report = work.path / REPORT
     write_file(report, [render_report(prepared, work, rows, renderer).encode()])
@@ -201,6 +201,17 @@ def run(args: argparse.Namespace) -> int:
     print(f"scene: {args.out}\nreport: {report}", file=sys.stderr)
     print(f"next: nexus studio {args.out}", file=sys.stderr)
     return exit_code(rows)
+
+
+def _rehearsable(scene: Path, work: WorkFolder, seed: int) -> None:
+    """Train what stands for the real room now instead of at the first rehearsal."""
+    from scenes.package import load_package, save_package
+    from scenes.prepare.reality import with_reality
+
+    package = with_reality(
+        load_package(scene), work.path, seed=seed, seconds=work.seconds, progress=work.progress
+    )
+    save_package(package, scene)
 
 
 def _options(args: argparse.Namespace) -> PrepareOptions:

@@ -7,6 +7,8 @@ import json
 import sys
 from pathlib import Path
 
+from studio.verbs.rehearsable import add_unit_flags, scene_to_rehearse
+
 DEFAULT_OUT = Path("out/rehearsal")
 DEFAULT_SWEEP_OUT = Path("out/sweep")
 
@@ -14,7 +16,10 @@ DEFAULT_SWEEP_OUT = Path("out/sweep")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's flags."""
     parser.add_argument(
-        "scene", nargs="?", default="lab", help="built-in room or scene package (default: lab)"
+        "scene",
+        nargs="?",
+        default="lab",
+        help="built-in room, scene package or splat file (default: lab)",
     )
     parser.add_argument("--scenario", metavar="F", help="name or TOML file (default: the room's)")
     parser.add_argument("--seed", type=int, default=0, help="decides everything random")
@@ -38,6 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="of a scan's preparation, where what stands for the real room is trained the first "
         "time (SCENE.prepare)",
     )
+    add_unit_flags(parser)
     pace = parser.add_mutually_exclusive_group()
     pace.add_argument(
         "--exact", action="store_true", help="nothing dropped, the same every time (default)"
@@ -68,12 +74,10 @@ def run(args: argparse.Namespace) -> int:
     from studio.rehearsal import perform
     from studio.session.outputs import check_target
     from studio.session.session import Pace, SessionPlan
-    from studio.verbs.rehearsable import make_rehearsable
 
     check_target(args.out)
-    make_rehearsable(Path(args.scene), args.work)
     plan = SessionPlan(
-        scene=args.scene,
+        scene=scene_to_rehearse(args),
         scenario=args.scenario,
         seed=args.seed,
         methods=methods(args.method, without_paper=args.no_paper),
@@ -109,7 +113,8 @@ def run_sweep(args: argparse.Namespace) -> int:
     from studio.sweep.sweep import sweep
 
     target = DEFAULT_SWEEP_OUT if args.out == DEFAULT_OUT else args.out
-    scene = args.scene if args.scene in SAMPLE_NAMES else str(Path(args.scene).resolve())
+    scene = scene_to_rehearse(args)
+    scene = scene if scene in SAMPLE_NAMES else str(Path(scene).resolve())
     if args.scenario is not None or args.paced:
         flag = "--paced" if args.scenario is None else "--scenario"
         raise ValueError(f"{flag} does not go with --sweep: the sweep's file says what is played")

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from scenes.mesh import PhysicalRoom
+    pass
 
 DEFAULT_PHOTOS = 60
 """Photos of the capture, as somebody who wants a room prepared would take them."""
@@ -74,11 +74,11 @@ def _write(args: argparse.Namespace) -> int:
 
     from sim.dataset.write import DatasetOptions, write_dataset
     from sim.phone import SAMPLE_CAPTURE
-    from sim.scenario import DEFAULT_SCENARIOS, load_scenario
     from studio.console.progress import text_progress
+    from studio.session.staging import staging_of
 
-    room = _room(args.scene)
-    scenario = load_scenario(args.scenario or DEFAULT_SCENARIOS[room.name])
+    staging = staging_of(args.scene, args.scenario)
+    room, scenario = staging.room, staging.scenario
     photos = replace(SAMPLE_CAPTURE, frames=args.photos) if args.photos > 0 else None
     options = DatasetOptions(args.form, args.every, args.pictures, args.view_px, photos)
     progress = text_progress()
@@ -89,6 +89,7 @@ def _write(args: argparse.Namespace) -> int:
         scenario,
         seed=args.seed,
         options=options,
+        scanned=staging.scanned,
         progress=lambda done, note: progress.advance(done, note),
     )
     progress.finish(f"{written.frames} frames")
@@ -105,21 +106,3 @@ def _write(args: argparse.Namespace) -> int:
             f"{args.seed}, {written.photos} photos; {written.checked.line()}"
         )
     return 0
-
-
-def _room(name: str) -> PhysicalRoom:
-    """The physical room of a scene.
-
-    Raises:
-        ValueError: there is none.
-    """
-    from scenes.opening import open_scene
-    from scenes.samples import SAMPLE_NAMES, sample_room
-
-    physical = name if name in SAMPLE_NAMES else open_scene(name).physical
-    if physical is None:
-        raise ValueError(
-            f"{name}: a scan of a real room, which has no physical room; "
-            f"choose a built-in scene ({', '.join(SAMPLE_NAMES)})"
-        )
-    return sample_room(physical)
