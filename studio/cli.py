@@ -146,6 +146,12 @@ VERBS = (
         "nexus bench physics --quick",
     ),
     Verb(
+        "bench twin",
+        "studio.bench.twin",
+        "measure the digital twin: its camera, its physics, its forks",
+        "nexus bench twin --json",
+    ),
+    Verb(
         "doctor",
         "studio.verbs.doctor",
         "say what is installed, missing, and what to do",
