@@ -33,12 +33,33 @@ def turned_to_free_side(triangles: Array) -> Array:
     return np.ascontiguousarray(result[:, ::-1]) if _is_inside_out(result) else result
 
 
+def piece_areas_m2(triangles: Array) -> Array:
+    """(T,) area of the piece that each triangle (T, 3, 3) hangs on by a corner, m²."""
+    if not len(triangles):
+        return np.zeros(0)
+    corner = _corners(triangles)
+    count = int(corner.max()) + 1
+    ones = np.ones(2 * len(corner))
+    ends = (corner[:, [0, 0]].ravel(), corner[:, [1, 2]].ravel())
+    pieces, label = connected_components(
+        coo_matrix((ones, ends), shape=(count, count)), directed=False
+    )
+    piece = label[corner[:, 0]]
+    area = np.linalg.norm(area_vectors(triangles), axis=1)
+    return np.asarray(np.bincount(piece, weights=area, minlength=pieces)[piece], dtype=np.float64)
+
+
+def _corners(triangles: Array) -> NDArray[np.int64]:
+    """(T, 3) numbers of the corners, those in one place the same."""
+    keys = np.round(triangles.reshape(-1, 3) / SAME_M).astype(np.int64)
+    _, corner = np.unique(keys, axis=0, return_inverse=True)
+    return np.asarray(corner.reshape(-1, 3), dtype=np.int64)
+
+
 def _unlike_their_piece(triangles: Array) -> NDArray[np.bool_]:
     """(T,) which look the other way than the larger part of the piece that they hang on."""
     count = len(triangles)
-    keys = np.round(triangles.reshape(-1, 3) / SAME_M).astype(np.int64)
-    _, corner = np.unique(keys, axis=0, return_inverse=True)
-    corner = corner.reshape(-1, 3)
+    corner = _corners(triangles)
     start, end = corner.ravel(), np.roll(corner, -1, axis=1).ravel()
     owner = np.repeat(np.arange(count), 3)
     number = int(corner.max()) + 1
