@@ -13,7 +13,7 @@ from scenes.mesh import CollisionMesh, PhysicalObject
 from scenes.pose import Pose
 from sim.collision.grid import Array, area_vectors, cut_at_grid
 from sim.collision.limits import Plane
-from sim.collision.orientation import turned_to_free_side
+from sim.collision.orientation import piece_areas_m2, turned_to_free_side
 from sim.collision.overlap import depths_in_patches
 from sim.collision.patches import Patches, joined
 from sim.collision.surface import Surface, surface_of, triangles_of
@@ -28,6 +28,8 @@ OBJECT_MARGIN_M = 0.02
 """What of a scan lies so near to a movable object is the object, not the room."""
 SHELL_MARGIN_M = 0.06
 """And so near, if it looks away from the object: a mesh is fused in cells of 3 to 5 cm."""
+SHRED_M2 = 0.1
+"""Surface of a piece below which it is a shred: no wall, and what is left of an object."""
 SUPPORT_M = 0.01
 """Height above an object's own support below which a level surface is what it stands on."""
 RIM_M = 0.03
@@ -38,6 +40,8 @@ TOLERATED_M = 0.0005
 """Overlap with an object at the start that physics may resolve at once."""
 LEAST_DEPTH_M = 0.006
 """Thickness below which nothing is left of a patch that is made thinner."""
+RIPPLE_M = 0.05
+"""Height above the floor up to which a steep patch is a ripple of it, on which legs would catch."""
 SUPPORT_DEPTH_M = 0.02
 """Thickness of the level surface under an object."""
 ON_FLOOR_M = 0.01
@@ -79,6 +83,7 @@ def scanned_surface(
     triangles = turned_to_free_side(triangles_of(mesh))
     surface = surface_of(without_objects(triangles, movables))
     surface, notes = _with_floor(surface, mesh, name)
+    surface = replace(surface, patches=_without_ripples(surface.patches, surface.planes))
     lifted = tuple(_above_floor(item, surface.planes) for item in movables)
     for before, now in zip(movables, lifted, strict=True):
         rise = now.world_from_object.translation[2] - before.world_from_object.translation[2]
@@ -92,6 +97,10 @@ def without_objects(triangles: Array, movables: Sequence[PhysicalObject]) -> Arr
     centre, vectors = triangles.mean(axis=1), area_vectors(triangles)
     is_level = vectors[:, 2] > LEVEL * np.linalg.norm(vectors, axis=1)
     stays = np.ones(len(triangles), dtype=np.bool_)
+    is_in = [_is_in_box(item, centre) for item in movables]
+    left = ~np.any(is_in, axis=0) if is_in else stays
+    is_shred = np.zeros(len(triangles), dtype=np.bool_)
+    is_shred[left] = piece_areas_m2(triangles[left]) < SHRED_M2
     for item in movables:
         pose = item.world_from_object
         local = pose.inverse() @ centre
@@ -103,9 +112,20 @@ def without_objects(triangles: Array, movables: Sequence[PhysicalObject]) -> Arr
         to_middle = local - (0.0, 0.0, 0.5 * item.box_m[2])
         away = np.einsum("nk,nk->n", vectors @ pose.rotation, to_middle) > 0.0
         is_shell = (beyond < SHELL_MARGIN_M).all(axis=1) & (above < SHELL_MARGIN_M)
-        is_shell &= away & (local[:, 2] > RIM_M)
+        on_floor = abs(float(pose.translation[2])) < RIM_M
+        # The floor is level below an object; what rises there, whichever way it looks, is its feet.
+        is_foot = (local[:, 2] < RIM_M) & ~is_support & on_floor
+        is_shell &= is_foot | ((away | is_shred) & (local[:, 2] > RIM_M))
         stays &= ~((is_in & ~is_support) | is_shell)
     return triangles[stays]
+
+
+def _is_in_box(item: PhysicalObject, points: Array) -> NDArray[np.bool_]:
+    """(N,) which points (N, 3) lie in an object's box, or just beside it."""
+    local = item.world_from_object.inverse() @ points
+    beyond = np.abs(local[:, :2]) - 0.5 * np.asarray(item.box_m[:2])
+    above = np.abs(local[:, 2] - 0.5 * item.box_m[2]) - 0.5 * item.box_m[2]
+    return np.asarray((beyond < OBJECT_MARGIN_M).all(axis=1) & (above < OBJECT_MARGIN_M))
 
 
 def _check(mesh: CollisionMesh, name: str) -> None:
@@ -135,6 +155,17 @@ def _with_floor(surface: Surface, mesh: CollisionMesh, name: str) -> tuple[Surfa
     planes = (floor, *(plane for plane in surface.planes if plane not in ups))
     note = f"room {name!r}: its collision mesh has no floor; one was put at z = 0"
     return replace(surface, planes=planes), [note]
+
+
+def _without_ripples(patches: Patches, planes: Sequence[Plane]) -> Patches:
+    """The patches without those that rise from the floor by less than a scan's noise."""
+    stays = np.ones(len(patches), dtype=np.bool_)
+    for plane in planes:
+        if plane.is_surface and plane.normal[2] > LEVEL:
+            across = np.abs(np.asarray(plane.normal) @ patches.world_from_patch[:, :, :2])
+            top = plane.height(patches.centre) + np.sum(across * patches.half_m, axis=1)
+            stays &= top > RIPPLE_M
+    return patches.chosen(stays)
 
 
 def _above_floor(item: PhysicalObject, planes: Sequence[Plane]) -> PhysicalObject:

@@ -40,6 +40,8 @@ PARTING_STEPS = 500
 """Steps after which what still overlaps is left to physics."""
 PARTED_M = 0.01
 """Way above which it is reported."""
+STEPS_AWAKE = 11
+"""Steps at rest after which MuJoCo lets an object sleep (its `mjMINAWAKE`, and the first one)."""
 AIR_PER_S = 0.1
 """Share of its speed and spin that a thrown object loses to the air in a second: of a carton of
 20 cm at 5 m/s (drag coefficient 1, 300 kg/m³)."""
@@ -341,6 +343,10 @@ class Twin:
         """Let everything that sleeps be looked at again."""
         # MuJoCo wakes what has got a velocity; this one moves nothing by a micrometre a minute.
         self._data.qvel[self._data.qvel == 0.0] = WAKING_SPEED
+        # What is awake counts its steps at rest from -STEPS_AWAKE up: at -1 it would sleep before
+        # it has begun to fall.
+        is_awake = self._data.tree_asleep < 0
+        self._data.tree_asleep[is_awake] = -STEPS_AWAKE
 
 
 def _set_options(spec: Any) -> None:

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any, cast
+
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
+from scipy import sparse  # pyright: ignore[reportMissingTypeStubs]
+from scipy.sparse import csgraph  # pyright: ignore[reportMissingTypeStubs]
 
 from sim.collision.grid import Array, area_vectors
+
+_SPARSE: Any = cast(Any, sparse)
+_CSGRAPH: Any = cast(Any, csgraph)
+"""SciPy has no types; its graphs find pieces."""
 
 LEVEL = 0.9
 """Cosine to up above which a triangle is level: within 26 degrees."""
@@ -33,12 +39,38 @@ def turned_to_free_side(triangles: Array) -> Array:
     return np.ascontiguousarray(result[:, ::-1]) if _is_inside_out(result) else result
 
 
+def piece_areas_m2(triangles: Array) -> Array:
+    """(T,) area of the piece that each triangle (T, 3, 3) hangs on by a corner, m²."""
+    if not len(triangles):
+        return np.zeros(0)
+    corner = _corners(triangles)
+    count = int(corner.max()) + 1
+    ones = np.ones(2 * len(corner))
+    ends = (np.repeat(corner[:, 0], 2), corner[:, 1:].ravel())
+    graph = _SPARSE.coo_matrix((ones, ends), shape=(count, count))
+    pieces, labels = _components(graph)
+    piece = labels[corner[:, 0]]
+    area = np.linalg.norm(area_vectors(triangles), axis=1)
+    return np.asarray(np.bincount(piece, weights=area, minlength=pieces)[piece], dtype=np.float64)
+
+
+def _components(graph: Any) -> tuple[int, NDArray[np.int64]]:
+    """How many pieces a graph has, and the piece of each of its nodes."""
+    pieces, labels = _CSGRAPH.connected_components(graph, directed=False)
+    return int(pieces), np.asarray(labels, dtype=np.int64)
+
+
+def _corners(triangles: Array) -> NDArray[np.int64]:
+    """(T, 3) numbers of the corners, those in one place the same."""
+    keys = np.round(triangles.reshape(-1, 3) / SAME_M).astype(np.int64)
+    _, corner = np.unique(keys, axis=0, return_inverse=True)
+    return np.asarray(corner.reshape(-1, 3), dtype=np.int64)
+
+
 def _unlike_their_piece(triangles: Array) -> NDArray[np.bool_]:
     """(T,) which look the other way than the larger part of the piece that they hang on."""
     count = len(triangles)
-    keys = np.round(triangles.reshape(-1, 3) / SAME_M).astype(np.int64)
-    _, corner = np.unique(keys, axis=0, return_inverse=True)
-    corner = corner.reshape(-1, 3)
+    corner = _corners(triangles)
     start, end = corner.ravel(), np.roll(corner, -1, axis=1).ravel()
     owner = np.repeat(np.arange(count), 3)
     number = int(corner.max()) + 1
@@ -52,8 +84,8 @@ def _unlike_their_piece(triangles: Array) -> NDArray[np.bool_]:
     # A node for each triangle as it is, and one for it turned round.
     rows = np.concatenate([a, a + count])
     columns = np.concatenate([np.where(is_like, b, b + count), np.where(is_like, b + count, b)])
-    graph = coo_matrix((np.ones(len(rows)), (rows, columns)), shape=(2 * count, 2 * count))
-    pieces, label = connected_components(graph, directed=False)
+    graph = _SPARSE.coo_matrix((np.ones(len(rows)), (rows, columns)), shape=(2 * count, 2 * count))
+    pieces, label = _components(graph)
     area = np.linalg.norm(area_vectors(triangles), axis=1)
     as_is, turned = label[:count], label[count:]
     kept = np.bincount(as_is, weights=area, minlength=pieces)

@@ -130,3 +130,20 @@ def test_a_bump_moves_the_camera_and_not_what_its_marker_says(small_room, steps)
     assert bumped[1].packet.data == steps[1].packet.data
     then, still, moved = (s.frame.images[0].astype(float) for s in (steps[1], steps[2], bumped[2]))
     assert np.abs(moved - then).mean() > 2 * np.abs(still - then).mean()
+
+
+def test_what_is_drawn_comes_with_the_frames(small_room):
+    text = SCENARIO.replace("duration_s = 1.8", "duration_s = 1.4").replace(
+        '[{ do = "push", object = "chair-1", to = [-0.3, 0.2] }]',
+        '[{ do = "draw", points = [[0.0, 0.0, 1.2], [0.2, 0.0, 1.2]], speed_m_s = 1.0 }]',
+    )
+    text = text.replace(
+        "[faults]",
+        "draws = [{ points = [[0, 1, 1], [1, 1, 1]], from_s = 0.25, seconds = 0.5 }]\n[faults]",
+    )
+    drawn = list(simulate(small_room, parse_scenario(text, source="draw.toml"), seed=7))
+    last = {line.annotation_id: line for step in drawn for line in step.annotations}
+    assert last["ann-1"].points_in_world == pytest.approx(np.array([[0, 0, 1.2], [0.2, 0, 1.2]]))
+    assert last["ben-1"].points_in_world[-1] == pytest.approx([1, 1, 1])
+    assert sum(bool(step.annotations) for step in drawn) < len(drawn)
+    assert any(step.avatars[0].ray is not None for step in drawn)

@@ -84,7 +84,7 @@ def test_faulty_triangles_carry_like_good_ones(fault):
     # Corners that neighbours share, as in any mesh of a scan.
     triangles = scan_like(np.concatenate([ROOM, TABLE]), edge_m=0.12, noise_m=0.0, seed=3)
     if fault == "turned":
-        some = rng.random(len(triangles)) < 0.2
+        some = rng.random(len(triangles)) < 0.45
         triangles = np.where(some[:, None, None], triangles[:, ::-1], triangles)
     elif fault == "inside out":
         triangles = triangles[:, ::-1]
