@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from statistics import median
@@ -66,11 +67,11 @@ def sweep_page(plan: SweepPlan, rows: Sequence[Row]) -> str:
 def _section(rows: Sequence[Row], without: Sequence[Row], methods: Sequence[str]) -> dict[str, Any]:
     """One fault: its plots and its table."""
     name, unit = rows[0]["fault"], rows[0]["unit"]
-    label = f"{name.replace('_', ' ')} ({unit})"
+    words = _words(name)
+    label = words if unit in words.split() else f"{words} ({unit})"
     sizes = sorted({row["size"] for row in rows})
     return {
-        "name": name.replace("_", " "),
-        "unit": unit,
+        "name": words,
         "charts": [
             (f"{figure.title} ({figure.unit})", _chart(figure, rows, without, methods, label))
             for figure in FIGURES
@@ -81,6 +82,11 @@ def _section(rows: Sequence[Row], without: Sequence[Row], methods: Sequence[str]
             for method in methods
         ],
     }
+
+
+def _words(fault: str) -> str:
+    """A fault's name for people; its unit stands beside it."""
+    return re.sub("_(ms|ppm|deg|cm)$", "", fault).replace("_", " ")
 
 
 def _chart(
