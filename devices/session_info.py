@@ -61,6 +61,8 @@ class SessionInfo:
         fps: nominal frames per second.
         changes: scenarios that were followed later, in order of time.
         fork: the recording that it goes on from, or None.
+        reality: in words, what stood for the real room where only a scan of it exists, and what
+            that leaves out; empty where the room is known or real.
     """
 
     scene: str
@@ -75,6 +77,7 @@ class SessionInfo:
     fps: float
     changes: tuple[ScenarioChange, ...] = ()
     fork: ForkOrigin | None = None
+    reality: str = ""
 
 
 def session_to_json(session: SessionInfo) -> str:
@@ -96,6 +99,7 @@ def session_to_json(session: SessionInfo) -> str:
             "rig_from_lens": [pose.matrix().tolist() for pose in rig.rig_from_lens],
             "changes": [asdict(change) for change in session.changes],
             "fork": None if session.fork is None else asdict(session.fork),
+            "reality": session.reality,
         }
     )
 
@@ -127,6 +131,7 @@ def session_from_json(text: str) -> SessionInfo:
         fps=float(fields["fps"]),
         changes=tuple(_change(change) for change in fields.get("changes", ())),
         fork=_fork(fields.get("fork")),
+        reality=str(fields.get("reality", "")),
     )
 
 

@@ -178,7 +178,7 @@ class _Session:
     def steps(self) -> Iterator[SimulatedStep]:
         """Frame by frame; one is in the encoder while the next one is drawn."""
         waiting: Callable[[], SimulatedStep] | None = None
-        events: list[Event] = []
+        events = [Event(0, "physics", "note", note) for note in self._world.notes]
         # The window must go on the thread that drew in it, and a session may run on any.
         with closing(self), ThreadPoolExecutor(max_workers=1) as codec:
             for seq in range(self._frame_count):

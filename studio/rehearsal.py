@@ -22,7 +22,15 @@ from studio.evaluate.scores import ScoreBoard, accuracy_rows
 from studio.reports.film import FilmMaker, FilmTitle, Picture, film_frame
 from studio.reports.film_file import FilmFile, FilmThread
 from studio.reports.report import Report, render_report
-from studio.session.outputs import FILM, RECORDING, REPORT_HTML, REPORT_JSON, TRACKS, output_folder
+from studio.session.outputs import (
+    FILM,
+    RECORDING,
+    REPORT_HTML,
+    REPORT_JSON,
+    SCENARIO,
+    TRACKS,
+    output_folder,
+)
 from studio.session.session import (
     Pace,
     Session,
@@ -94,7 +102,7 @@ def perform(
     cancelled = cancelled or threading.Event()
     verb = verb or ("rehearse" if plan.fork is None else "fork")
     with output_folder(target) as part:
-        progress.begin("opening the scene (a built-in one is scanned the first time)")
+        progress.begin("opening the scene (the first time takes some minutes)")
         if plan.recording is None:
             plan = replace(plan, record_to=part / RECORDING)
         # The paper's trained network cannot be shipped: its best possible masks stand in for it.
@@ -106,6 +114,8 @@ def perform(
         notes = Notes(session)
         result, stills = _play(session, notes, part / FILM, progress, watch, cancelled)
         rows = result_rows(session, notes, result)
+        if session.info.scenario:
+            (part / SCENARIO).write_text(session.info.scenario, encoding="utf-8")
         _write_tracks(part / TRACKS, session.info, notes)
         report = Report(
             verb=verb,

@@ -12,7 +12,8 @@ from studio.session.pipeline import CancelledError
 
 REPORT_HTML, REPORT_JSON = "report.html", "report.json"
 TRACKS, FILM, RECORDING = "tracks.json", "rehearsal.mp4", "recording.mcap"
-OUTPUT_NAMES = frozenset({REPORT_HTML, REPORT_JSON, TRACKS, FILM, RECORDING})
+SCENARIO = "scenario.toml"
+OUTPUT_NAMES = frozenset({REPORT_HTML, REPORT_JSON, TRACKS, FILM, RECORDING, SCENARIO})
 
 
 @contextmanager

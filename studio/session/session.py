@@ -387,6 +387,7 @@ def _simulated(plan: SessionPlan) -> Made:
         fps=scenario.camera.fps,
         changes=() if fork is None else fork.changes,
         fork=None if fork is None else fork.origin,
+        reality=staging.reality,
     )
     if fork is not None:
         fork.check_scene(info.scene_hash)

@@ -84,3 +84,24 @@ def test_the_ray_caster_of_the_tests_is_independent_of_the_renderers():
     direct = imports_of(conftest)
     behind = set().union(*(reachable(m) for m in direct if source_of(m) is not None))
     assert draws_splats(direct | behind) == []
+
+
+def test_the_tracker_never_reads_what_stands_for_the_real_room():
+    """Of a scanned room a second reconstruction is drawn; a tracker that read it would cheat."""
+    for file in sorted((ROOT / "tracking").rglob("*.py")):
+        source = file.read_text(encoding="utf-8")
+        assert "reality" not in imports_of(file), file.name
+        assert not [m for m in imports_of(file) if m.endswith(".reality")], file.name
+        assert ".reality" not in source, f"{file.name} reads a package's reality"
+
+
+def test_only_the_simulator_and_the_preparation_read_it():
+    allowed = {"scenes/package", "scenes/prepare", "sim/reality", "studio"}
+    readers = [
+        file.relative_to(ROOT).as_posix()
+        for floor in ("scenes", "devices", "sim", "tracking", "studio")
+        for file in sorted((ROOT / floor).rglob("*.py"))
+        if any(m.startswith("scenes.package.reality") for m in imports_of(file))
+    ]
+    assert "sim/reality/parts.py" in readers
+    assert [r for r in readers if not r.startswith(tuple(allowed))] == []
