@@ -165,7 +165,9 @@ def _play(
     maker = FilmMaker(
         session.scene,
         Twin(session.scene, NativeRenderer()),
-        FilmTitle(info.scene, _story(info), None if info.fork is None else info.fork.t_ns),
+        FilmTitle(
+            Path(info.scene).name, _story(info), None if info.fork is None else info.fork.t_ns
+        ),
     )
     film = FilmFile(film_path, maker, info.fps, stills=STILLS)
     thread = FilmThread(film) if session.plan.pace is Pace.PACED else None

@@ -25,7 +25,6 @@ SHADOW_M = 0.06
 """A shadow falls on what is trained to within three of those."""
 LIGHT_CELL_M = 0.25
 """Side of the cells in which the light is estimated once: it changes over a window's width."""
-EXACT = RenderOptions(exact_above_rad=WIDE_RAD)
 
 
 class SplatLook:
@@ -43,6 +42,7 @@ class SplatLook:
         if room.splats is None:
             raise ValueError(f"room {room.name!r} is made of meshes; it needs no other look")
         self._room = room.splats
+        self._unseen = _mean_colour(room.splats)
         self._renderer = renderer
         self._objects: Mapping[str, SplatCloud] = {
             item.object_id: item.splats for item in room.objects if item.splats is not None
@@ -62,8 +62,10 @@ class SplatLook:
 
     def room(self, lens: Fisheye, world_from_lens: Pose) -> Layer:
         """See `sim.camera360.ScannedLook`."""
+        # A ceiling that nobody photographed is not black either.
+        options = RenderOptions(background=self._unseen, exact_above_rad=WIDE_RAD)
         drawn = self._renderer.render(
-            [PosedSplats(self._room, Pose.identity())], lens, world_from_lens, EXACT
+            [PosedSplats(self._room, Pose.identity())], lens, world_from_lens, options
         )
         range_m = np.where(drawn.alpha > SOLID, drawn.depth, np.float32(np.inf))
         ids = np.full(range_m.shape, ROOM_ID, np.uint8)
@@ -117,6 +119,14 @@ class SplatLook:
             middle = (np.array(cell) + 0.5) * LIGHT_CELL_M
             self._light[cell] = irradiance_at(middle, self._room, self._renderer)
         return self._light[cell]
+
+
+def _mean_colour(room: SplatCloud) -> tuple[float, float, float]:
+    """RGB of a room's splats, each weighed by how much it covers."""
+    sizes = np.sort(room.scales.astype(np.float64), axis=1)[:, 1:].prod(axis=1)
+    colours = np.clip(room.colours().astype(np.float64), 0.0, 1.0)
+    red, green, blue = np.average(colours, axis=0, weights=sizes * room.opacities)
+    return float(red), float(green), float(blue)
 
 
 def _within(drawn: Rendering, rect: PixelRect) -> Drawn:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import cast
 
@@ -40,6 +40,8 @@ PANEL_PX = 480
 """Side of each of the three panels in pixels, chosen: three fit a screen 1500 pixels wide."""
 
 GAP_PX, HEADER_PX, FOOTER_PX = 8, 64, 72
+COLUMN_GAP_PX = 14
+"""Between the words of two objects, pixels."""
 """Pixels around the panels, above and below them, chosen for the text's sizes."""
 
 WIDTH_PX = 3 * PANEL_PX + 4 * GAP_PX
@@ -208,7 +210,8 @@ class FilmMaker:
             model = self._models[object_id]
             words.append(((x, top + 24.0), model.name, INK, 14, True))
             after = x + width_of(model.name, 14, bold=True) + 10
-            state = f"● {STATE_WORDS[track.state]}"
+            room_px = x + column - COLUMN_GAP_PX - after
+            state = _longest((f"● {STATE_WORDS[track.state]}", "●"), room_px)
             words.append(((after, top + 24.0), state, STATE_COLOURS[track.state], 13, False))
             truth = frame.truth
             if truth is None or object_id not in truth.world_from_object:
@@ -218,9 +221,16 @@ class FilmMaker:
             error = pose_error(track.world_from_object, true, symmetry=symmetry)
             turn = f"{error.yaw_deg:5.1f}°" if symmetry else "  round"
             seen = truth.visible_fraction.get(object_id, 1.0)
-            text = f"off by {error.world_cm:4.1f} cm {turn} · {seen:.0%} in sight"
+            short = f"{error.world_cm:4.1f} cm {turn}"
+            texts = (f"off by {short} · {seen:.0%} in sight", f"{short} · {seen:.0%}", short)
+            text = _longest(texts, column - COLUMN_GAP_PX)
             words.append(((x, top + 48.0), text, FAINT, 13, False))
         return words
+
+
+def _longest(texts: Sequence[str], room_px: float) -> str:
+    """The first of some texts, the longest first, that has room; else the last."""
+    return next((text for text in texts if width_of(text, 13) <= room_px), texts[-1])
 
 
 def _since_fork(t_ns: int, fork_ns: int | None) -> str:
