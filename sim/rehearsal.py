@@ -32,7 +32,7 @@ from sim.faults.twins import Twins, with_twins
 from sim.figure import person_body
 from sim.physics import physics_of
 from sim.posture import PART_NAMES, part_poses
-from sim.reality.world_error import drawn_error
+from sim.reality.world_error import WorldError
 from sim.remote import remote_annotations, remote_avatar
 from sim.scenario import Scenario, validate_scenario
 from sim.sensor import Sensor
@@ -77,11 +77,12 @@ class Scanned:
 
     Attributes:
         look: makes what draws the room and its objects.
-        covariance: (7, 7) of the scan's metric world: how far the real one may be from it.
+        error: draws how far the real room is from the scan's metric world; None if the scan's world
+            is taken for the real one.
     """
 
     look: Callable[[PhysicalRoom], ScannedLook]
-    covariance: NDArray[np.float64]
+    error: Callable[[np.random.Generator], WorldError] | None
 
 
 def simulate(
@@ -124,7 +125,8 @@ class _Session:
         streams = np.random.default_rng(seed).spawn(5)
         pose_rng, sensor_rng, self._fault_rng, people_rng, world_rng = streams
         self._look = None if scanned is None else scanned.look(room)
-        self._error = None if scanned is None else drawn_error(scanned.covariance, world_rng)
+        error = None if scanned is None else scanned.error
+        self._error = None if error is None else error(world_rng)
         self._room = room
         self._scenario = scenario
         self._then = deque(then)

@@ -6,7 +6,7 @@ Its splats are only named when a package is opened: trackers and viewers never r
 from __future__ import annotations
 
 import shutil
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -32,9 +32,12 @@ class Reality:
         shared: how many of those the scan was trained on, too.
         covariance: (7, 7) of the scan's metric world, see `WORLD_NUMBERS`: how far the real room
             may be from where the scan says.
+        bend_per_metre: how far the reconstruction bends away besides, metres per metre from
+            `centre_m` (standard deviation).
+        centre_m: (3,) middle of where the world was measured, such as of the codes.
 
     Raises:
-        ValueError: the covariance is not finite (7, 7).
+        ValueError: the covariance is not finite (7, 7), or the centre not finite (3,).
     """
 
     splats: Path
@@ -42,8 +45,14 @@ class Reality:
     photos: int
     shared: int
     covariance: NDArray[np.float64]
+    bend_per_metre: float = 0.0
+    centre_m: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
 
     def __post_init__(self) -> None:
+        centre_m = np.array(self.centre_m, dtype=np.float64)
+        if centre_m.shape != (3,) or not np.isfinite(centre_m).all():
+            raise ValueError(f"Reality.centre_m: {centre_m.tolist()}, wanted finite (3,)")
+        object.__setattr__(self, "centre_m", centre_m)
         covariance = np.array(self.covariance, dtype=np.float64)
         if covariance.shape != (WORLD_NUMBERS,) * 2 or not np.isfinite(covariance).all():
             raise ValueError(f"Reality.covariance: shape {covariance.shape}, wanted finite (7, 7)")
@@ -72,6 +81,8 @@ def write_reality(folder: Path, reality: Reality) -> None:
             "photos": reality.photos,
             "shared": reality.shared,
             "covariance": reality.covariance.ravel().tolist(),
+            "bend_per_metre": reality.bend_per_metre,
+            "centre_m": reality.centre_m.tolist(),
         },
     )
 
@@ -91,4 +102,6 @@ def reality_of(folder: Path) -> Reality:
         covariance=np.array(numbers(about["covariance"], WORLD_NUMBERS**2, "covariance")).reshape(
             WORLD_NUMBERS, WORLD_NUMBERS
         ),
+        bend_per_metre=numbers([about["bend_per_metre"]], 1, "bend_per_metre", least=0.0)[0],
+        centre_m=np.array(numbers(about["centre_m"], 3, "centre_m")),
     )

@@ -82,12 +82,15 @@ def with_reality(
         load=lambda folder, progress: folder / SPLATS,
         detail=lambda path: f"second reconstruction, {QUALITY}",
     )
+    codes_m = alignment.references_m
     reality = Reality(
         splats=splats,
         trainer=f"{BUILT_IN_VERSION}, {QUALITY}",
         photos=len(metric.views),
         shared=len(metric.views) - len(scan.held_out),
         covariance=alignment.covariance,
+        bend_per_metre=alignment.bend_per_metre,
+        centre_m=codes_m.mean(axis=0) if len(codes_m) else np.zeros(3),
     )
     return replace(package, reality=reality, stages=(*package.stages, work.log[-1]))
 

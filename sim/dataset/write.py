@@ -141,7 +141,7 @@ def _played(
     room: PhysicalRoom, scenario: Scenario, seed: int, scanned: Scanned | None
 ) -> Generator[SimulatedStep, None, None]:
     if scanned is not None:
-        scanned = replace(scanned, covariance=np.zeros_like(scanned.covariance))
+        scanned = replace(scanned, error=None)
     yield from simulate(room, scenario, seed=seed, scanned=scanned)
 
 

@@ -9,8 +9,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from scenes.mesh import PhysicalRoom
 from scenes.package import ScenePackage
 from sim.scenario import Scenario
@@ -102,20 +100,20 @@ def _built_in(
 
 
 def _scan(path: str, scene: ScenePackage, scenario_name: str | None, fork: Fork | None) -> Staging:
-    from scenes.package.reality import WORLD_NUMBERS
     from scenes.prepare.cutout.likewise import TakenApart
     from scenes.render.native import NativeRenderer
     from sim.first_scenario import first_scenario
     from sim.reality.look import SplatLook
     from sim.reality.parts import parts_of
     from sim.reality.room import scanned_room
+    from sim.reality.world_error import drawn_error
     from sim.rehearsal import Scanned
     from sim.scanned import missing
     from sim.scenario import parse_scenario
 
     reality, renderer = scene.reality, NativeRenderer()
     if reality is not None:
-        parts, covariance = parts_of(scene, reality, renderer), reality.covariance
+        parts = parts_of(scene, reality, renderer)
         words = (
             f"a second reconstruction ({reality.trainer}) from {reality.photos} photos, "
             f"{reality.shared} of which the scan knows, too; what is wrong with photos and poses "
@@ -123,7 +121,7 @@ def _scan(path: str, scene: ScenePackage, scenario_name: str | None, fork: Fork 
         )
     elif not scene.objects:
         # Nothing is tracked here, so nothing is shown to a tracker that it models.
-        parts, covariance = TakenApart(scene.room, {}, {}), np.zeros((WORLD_NUMBERS,) * 2)
+        parts = TakenApart(scene.room, {}, {})
         words = "the scan itself: it has no movable object, so nothing is tracked"
     else:
         raise ValueError(
@@ -145,7 +143,8 @@ def _scan(path: str, scene: ScenePackage, scenario_name: str | None, fork: Fork 
         scenario = parse_scenario(text, source=f"first scenario of {scene.name}")
     room = _with_camera(room, scenario)
     _check(scenario, room, fork)
-    scanned = Scanned(partial(SplatLook, renderer=renderer), covariance)
+    error = None if reality is None else partial(drawn_error, reality)
+    scanned = Scanned(partial(SplatLook, renderer=renderer), error)
     return Staging(scene, room, scenario, text, scanned, words)
 
 

@@ -10,6 +10,10 @@ import time
 from contextlib import closing, nullcontext
 from pathlib import Path
 
+DRAWS = 3
+"""How far the real room is from the scan's metric world is drawn so often: a single draw may be near
+to nothing, or twice what is expected."""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's flags."""
@@ -19,6 +23,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--quality", choices=("preview", "default", "fine"), default="default", help="of the scan"
+    )
+    parser.add_argument(
+        "--draws",
+        type=int,
+        default=DRAWS,
+        metavar="N",
+        help=f"rehearse with N errors of the scan's metric world ({DRAWS})",
     )
     parser.add_argument("--seed", type=int, default=0, help="decides everything random")
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
@@ -40,6 +51,7 @@ def run(args: argparse.Namespace) -> int:
     from sim.reality.world_error import drawn_error
     from studio.console.progress import StageProgress, text_progress
     from studio.console.rows import as_json, as_table, exit_code
+    from studio.evaluate.answers import Answer
     from studio.evaluate.dataset.layout import read_dataset
     from studio.evaluate.dataset.preparing import prepare_dataset
     from studio.evaluate.dataset.tracking import (
@@ -106,16 +118,16 @@ def run(args: argparse.Namespace) -> int:
             progress.finish(f"{len(found.answers)} answers")
             return found
 
-        error = drawn_error(scene.reality.covariance, np.random.default_rng(args.seed))
         measured = tracked(filmed, "the real")
-        pictures = RehearsedPictures(
-            dataset, prepared, room, SplatLook(room, renderer=renderer), error=error
-        )
-        with closing(pictures):
-            rehearsed = tracked(pictures, "rehearsed")
+        rehearsed: list[Answer] = []
+        for draw in range(max(1, args.draws)):
+            error = drawn_error(scene.reality, np.random.default_rng([args.seed, draw]))
+            look = SplatLook(room, renderer=renderer)
+            with closing(RehearsedPictures(dataset, prepared, room, look, error=error)) as pictures:
+                rehearsed += tracked(pictures, f"rehearsed ({draw + 1} of {args.draws})").answers
     for object_id, why in parts.missing.items():
         print(f"{object_id} stands still in the rehearsal: {why}", file=sys.stderr)
-    rows = prediction_rows(dataset, rehearsed=rehearsed.answers, measured=measured.answers)
+    rows = prediction_rows(dataset, rehearsed=rehearsed, measured=measured.answers)
     if args.json:
         print(json.dumps(as_json("evaluate twin", rows, args.seed), indent=2))
     else:

@@ -33,7 +33,7 @@ class RehearsedPictures:
         room: what stands for the real one.
         look: draws it.
         error: of the scan's metric world. A dataset's world is laid on the prepared one by the
-            cameras' places; of an error only the scale is left by that.
+            cameras' places, so of its rigid part nothing is left.
     """
 
     def __init__(
@@ -48,9 +48,8 @@ class RehearsedPictures:
         self._room = room
         self._look = look
         self._package_from_true = prepared.true_from_package.inverse()
-        self._scale = error.scale
         views = [view.world_from_camera.translation for view in prepared.package.views]
-        self._middle = np.mean(views, axis=0)
+        self._scan_from_real = error.without_motion(np.array(views)).inverse()
         self._supports = {i.object_id: i.support_z_m for i in prepared.package.objects}
         self._cut_from_true: dict[str, Pose] = {}
         for item in prepared.package.objects:
@@ -98,10 +97,8 @@ class RehearsedPictures:
         return placements
 
     def _in_scan(self, true_from_body: Pose) -> Pose:
-        """Where the scan, which is too large or too small, has what truly is somewhere."""
-        pose = self._package_from_true @ true_from_body
-        away = pose.translation - self._middle
-        return Pose(pose.rotation, self._middle + away / self._scale)
+        """Where the scan, whose world is off, has what truly is somewhere."""
+        return self._scan_from_real.moved(self._package_from_true @ true_from_body)
 
 
 def _standing(world_from_person: Pose) -> Posture:
