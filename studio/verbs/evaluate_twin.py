@@ -11,7 +11,7 @@ from contextlib import closing, nullcontext
 from pathlib import Path
 
 DRAWS = 3
-"""How far the real room is from the scan's metric world is drawn so often: a single draw may be near
+"""So many times is drawn how far the real room is from the scan's metric world: one draw may be near
 to nothing, or twice what is expected."""
 
 
