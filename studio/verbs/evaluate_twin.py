@@ -11,8 +11,7 @@ from contextlib import closing, nullcontext
 from pathlib import Path
 
 DRAWS = 3
-"""So many times is drawn how far the real room is from the scan's metric world: one draw may be near
-to nothing, or twice what is expected."""
+"""Draws of how far the real room is from the scan's world: one alone may be near to nothing."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -11,7 +11,7 @@ from studio.evaluate.twin.rehearsed_pictures import RehearsedPictures
 
 def test_a_folder_that_is_no_dataset_is_named(tmp_path, capsys):
     assert main(["evaluate", "twin", str(tmp_path)]) == 3
-    assert "cameras.json" in capsys.readouterr().err
+    assert "docs/datasets.md" in capsys.readouterr().err
 
 
 class Pictures(RehearsedPictures):
