@@ -6,10 +6,10 @@ import difflib
 from dataclasses import dataclass
 from pathlib import Path
 
-from scenes.opening import open_scene
 from scenes.package import ScenePackage
 from studio.compare.run import Run, read_info, read_run
 from studio.compare.verdicts import Compared, compare_rows
+from studio.session.recorded_scene import recorded_scene
 from studio.session.session import scene_hash
 
 CONTEXT_LINES = 1
@@ -60,7 +60,7 @@ def read_comparison(a: Path, b: Path, *, tolerance: float) -> Comparison:
             f"{b}: of scene {infos[1].scene!r}, wanted {infos[0].scene!r} as in {a}: "
             "only runs of one scene can be compared"
         )
-    scene = open_scene(infos[0].scene)
+    scene = recorded_scene(infos[0])
     runs = [read_run(*given, scene) for given in zip("AB", (a, b), infos, strict=True)]
     rows = compare_rows(runs[0].rows, runs[1].rows, tolerance=tolerance)
     return Comparison(scene, runs[0], runs[1], tolerance, tuple(rows), _notes(scene, *runs))

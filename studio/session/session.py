@@ -36,6 +36,7 @@ from studio.session.latency import Latencies
 from studio.session.live_surfaces import LiveSurfaces
 from studio.session.methods import METHODS, TruthDetector, make_method
 from studio.session.pipeline import ExactExecutor, Executor, PacedExecutor, RecorderThread
+from studio.session.recorded_scene import recorded_scene, with_camera
 from studio.session.sources import (
     SessionInput,
     SessionMessage,
@@ -372,7 +373,8 @@ def _simulated(plan: SessionPlan) -> Made:
 
     fork = plan.fork
     staging = staging_of(plan.scene, plan.scenario, fork)
-    scene, scenario = staging.scene, staging.scenario
+    scenario = staging.scenario
+    scene = with_camera(staging.scene, scenario.camera.world_from_rig)
     then = () if fork is None else fork.then
     info = SessionInfo(
         scene=plan.scene,
@@ -403,8 +405,6 @@ def _simulated(plan: SessionPlan) -> Made:
 
 
 def _recorded(plan: SessionPlan) -> Made:
-    from scenes.opening import open_scene
-
     path = plan.recording
     assert path is not None
     if "paper" in plan.methods:
@@ -413,7 +413,7 @@ def _recorded(plan: SessionPlan) -> Made:
             "which a recording does not hold; rehearse again with the same seed"
         )
     info = read_session(path)
-    scene = open_scene(info.scene)
+    scene = recorded_scene(info)
     found = scene_hash(scene)
     if found != info.scene_hash:
         raise ValueError(
