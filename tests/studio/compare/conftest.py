@@ -47,7 +47,7 @@ def in_tiny_scene(tiny, monkeypatch):
     """The tiny room is opened, whatever the recordings name."""
     from studio.compare import comparison
 
-    monkeypatch.setattr(comparison, "open_scene", lambda _name: tiny.scene)
+    monkeypatch.setattr(comparison, "recorded_scene", lambda _info: tiny.scene)
 
 
 @pytest.fixture
