@@ -81,6 +81,9 @@ def agreement(
     distance = mesh.cast(start, rays @ object_from_camera.rotation.T).distance.astype(np.float64)
     hit = np.isfinite(distance) & _within(looked.camera, rays)
     there = alone[y, x]
+    if looked.is_depth:
+        # A view's corner that its lens does not reach holds neither length nor mask.
+        hit &= (looked.lengths_m[y, x] > 0) | there
     either = int(np.count_nonzero(hit | there))
     wanted = distance * rays[:, 2] if looked.is_depth else distance
     both = hit & visible[y, x] & (looked.lengths_m[y, x] > 0)
