@@ -17,8 +17,6 @@ POINTING_SHARE = 0.6
 HAND_OFFSET_M = (0.22, 0.35, 0.25)
 """Right of, below and in front of the head."""
 
-POINT_ON_OBJECT_M = np.array([0.0, 0.0, 0.2])
-
 
 def remote_avatar(
     settings: RemoteSettings,
@@ -45,7 +43,7 @@ def remote_avatar(
     target, ray = world_from_default_look.translation, None
     if settings.points_at:
         turn = min(fraction, 1.0 - 1e-9) * len(settings.points_at)
-        target = objects[settings.points_at[int(turn)]] @ POINT_ON_OBJECT_M
+        target = objects[settings.points_at[int(turn)]] @ np.array([0.0, 0.0, settings.aim_m])
         head = look_at(eye, target)
         if turn % 1.0 < POINTING_SHARE:
             hand = head @ np.array([HAND_OFFSET_M])

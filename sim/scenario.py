@@ -25,10 +25,13 @@ from sim.faults.settings import Faults, read_faults
 from sim.tables import ScenarioError, Table
 
 SCENARIO_FOLDER = Path(__file__).parent / "scenarios"
-DEFAULT_SCENARIOS = {"lab": "lab-rearrange", "desk": "desk-reading"}
+DEFAULT_SCENARIOS = {"lab": "lab-rearrange", "desk": "desk-reading", "tangram": "tangram-lesson"}
 """Which built-in scenario belongs to which built-in room."""
 
 ROOM_MARGIN_M = 0.05
+AIM_M = 0.2
+"""Height above an object's base where a remote user's ray ends, metres: on a chair's legs, clear of
+the floor."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,12 +107,14 @@ class RemoteSettings:
         user_id: unique.
         path: (x, y, z) of the head, metres, passed at a steady pace over the scenario.
         points_at: ids of objects pointed at, one after the other, for equal times.
+        aim_m: height above an object's base of the place that is pointed at.
         draws: lines drawn meanwhile.
     """
 
     user_id: str
     path: tuple[tuple[float, float, float], ...]
     points_at: tuple[str, ...] = ()
+    aim_m: float = AIM_M
     draws: tuple[RemoteDrawing, ...] = ()
 
 
@@ -300,6 +305,7 @@ def _remote(table: Table) -> RemoteSettings:
         user_id=table.text("id"),
         path=table.points("path"),
         points_at=table.texts("points_at"),
+        aim_m=table.number("aim_m", AIM_M, low=0.0, high=2.0),
         draws=tuple(_drawing(drawing) for drawing in table.tables("draws")),
     )
     table.done()

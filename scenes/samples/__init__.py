@@ -5,10 +5,10 @@ from __future__ import annotations
 from types import ModuleType
 
 from scenes.mesh import PhysicalRoom
-from scenes.samples import desk, lab
+from scenes.samples import desk, lab, tangram
 from scenes.samples.light import UnlitRoom
 
-_ROOMS = {"lab": lab, "desk": desk}
+_ROOMS = {"lab": lab, "desk": desk, "tangram": tangram}
 
 SAMPLE_NAMES = tuple(_ROOMS)
 """Names that `sample_room` knows."""

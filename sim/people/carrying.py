@@ -27,6 +27,12 @@ BEFORE_GOAL_M = 0.5
 """Distance from the goal at which somebody stands who puts something down in front of them."""
 HEADROOM_M = 0.3
 """Height above an object that a hand needs to put it below something."""
+LAGGING_RAD = 0.7
+"""Angle that may be missing when lowering begins, chosen: it comes round on the way down."""
+STILL_RAD_S = 0.5
+"""Turning rate below which what was lagging has come round, chosen."""
+LONGEST_TURN_S = 2.0
+"""Time after which something is put down as it hangs, seconds."""
 NEXT_LEVEL_M = 0.03
 """Step down to look for the surface below a surface: a board's thickness, and the scan's noise."""
 
@@ -108,7 +114,9 @@ def _put_down(
     object_id = hand.holds
     assert object_id is not None
     hold, lift = _hold(person, object_id), np.array([0.0, 0.0, LIFT_M])
-    place = person.beside(goal[:2])
+    is_on_floor = bool(goal[2] < ON_FLOOR_M)
+    # What goes onto the floor goes there in front of the feet, not onto them.
+    place = person.beside(goal[:2], least_m=BEFORE_GOAL_M if is_on_floor else 0.0)
     if from_above:
         place = person.beside(goal[:2], least_m=BEFORE_GOAL_M, apart_m=APART_M)
     over = goal + hold + lift
@@ -137,9 +145,17 @@ def _hold(person: Person, object_id: str) -> Vector:
 def _sidestep(
     person: Person, hand: Hand, *, over: Vector, place: Vector, turn_rad: float
 ) -> Script:
-    """Move what is held straight to `over` while the feet go straight to `place`."""
+    """Move what is held straight to `over` while the feet go straight to `place`; let it come round.
+
+    Large things turn more slowly than the hand wants.
+    """
+    assert hand.holds is not None
+    yaw_at_start = person.physics.object_pose(hand.holds).yaw()
     b = person.body
     from_hand, from_feet, from_yaw, from_turn = hand.position, b.position, b.yaw, hand.yaw
+    # The shorter way round; somebody who walked here may have turned it already.
+    turn = turn_rad - from_turn
+    turn = wrap_angle(turn) if abs(turn) > math.pi else turn
     facing = wrap_angle(bearing(place, over[:2]) - from_yaw)
     seconds = max(
         float(np.linalg.norm(place - from_feet)) / 0.8,
@@ -150,7 +166,20 @@ def _sidestep(
         t = k / ticks
         eased = t * t * (3.0 - 2.0 * t)
         hand.wanted = from_hand + eased * (over - from_hand)
-        hand.yaw = from_turn + eased * (turn_rad - from_turn)
+        hand.yaw = from_turn + eased * turn
         b.position = from_feet + eased * (place - from_feet)
         b.yaw = from_yaw + eased * facing
         yield None
+    turned = person.physics.object_pose(hand.holds).yaw() - yaw_at_start
+    if abs(wrap_angle(turn - turned)) > LAGGING_RAD:
+        yield from _until_still(person, hand.holds)
+
+
+def _until_still(person: Person, object_id: str) -> Script:
+    """Wait until what is held has stopped turning."""
+    yaw = person.physics.object_pose(object_id).yaw()
+    for _ in range(round(LONGEST_TURN_S / TICK_S)):
+        yield None
+        before, yaw = yaw, person.physics.object_pose(object_id).yaw()
+        if abs(wrap_angle(yaw - before)) < STILL_RAD_S * TICK_S:
+            return

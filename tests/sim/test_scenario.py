@@ -38,7 +38,8 @@ def test_a_good_scenario_is_read():
 
 
 def test_built_in_scenarios_are_read():
-    assert {"lab-rearrange", "lab-short", "desk-reading"} <= set(scenario_names())
+    shipped = {"lab-rearrange", "lab-layout", "lab-short", "desk-reading", "tangram-lesson"}
+    assert shipped <= set(scenario_names())
     assert set(DEFAULT_SCENARIOS) == set(SAMPLE_NAMES)
     scenario = load_scenario("lab-rearrange")
     actions = scenario.people[0].actions

@@ -101,7 +101,7 @@ def test_the_committed_light_is_the_rooms_and_believable(name):
     """It was traced for the room as it is; day comes in at the window, corners are darker."""
     room = unlit_room(name)
     texels = texels_of(room.surfaces)
-    light = load_light(DATA / f"{name}.npz", texels)
+    light = load_light(DATA / f"{room.name}.npz", texels)
     grey = light.mean(axis=1)
     up = texels.normals[:, 2] > 0.99
     near = np.linalg.norm(texels.centres - room.reference, axis=1) < 0.35
@@ -113,7 +113,7 @@ def test_the_committed_light_is_the_rooms_and_believable(name):
     assert grey[floor & (away < 1.2)].mean() > 1.1 * np.median(grey[floor & (away > 3.0)])
     hidden = np.percentile(grey[floor], 2)
     assert hidden < 0.45 * np.median(grey[floor]), "under the furniture it is dark"
-    assert (DATA / f"{name}.npz").stat().st_size < 2_000_000
+    assert (DATA / f"{room.name}.npz").stat().st_size < 2_000_000
 
 
 def test_noise_goes_and_edges_stay():

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scenes.pose import Pose
+from scenes.pose import Pose, wrap_angle
 from sim.actions import (
     Carry,
     Draw,
@@ -96,6 +96,16 @@ def test_a_book_is_carried_to_the_same_table_and_put_on_the_floor_and_back(room)
     back = Played(room, {"ann": actions}, seconds=40.0)
     assert back.place("book-1") == pytest.approx((1.4, 0.9, TABLE_TOP_M), abs=0.02)
     assert back.tilt_deg("book-1") < 2.0
+
+
+def test_a_chair_that_is_carried_comes_all_the_way_round_before_it_is_put_down(room):
+    start = room.object_by_id("chair-1").world_from_object.yaw()
+    carried = Played(room, {"ann": [Carry("chair-1", (0.2, 0.4), 150.0)]})
+    assert carried.place("chair-1") == pytest.approx((0.2, 0.4, 0.0), abs=0.02)
+    turned = carried.physics.object_pose("chair-1").yaw() - start
+    assert math.degrees(wrap_angle(turned - math.radians(150.0))) == pytest.approx(0.0, abs=4.0)
+    feet = carried.actors[0].person.body.position
+    assert np.linalg.norm(feet - (0.2, 0.4)) > 0.4, "nobody puts a chair onto their own feet"
 
 
 def test_something_is_put_on_another_object(room):
