@@ -300,9 +300,7 @@ def _darken(
         )
 
 
-def _dark_parts(
-    light: MatLike, rect: PixelRect
-) -> Iterator[tuple[PixelRect, tuple[slice, slice]]]:
+def _dark_parts(light: MatLike, rect: PixelRect) -> Iterator[tuple[PixelRect, tuple[slice, slice]]]:
     """Parts of `rect` that hold every pixel a shadow darkens, and the nodes around each of them.
 
     Args:
