@@ -305,6 +305,7 @@ def _dark_parts(light: MatLike, rect: PixelRect) -> Iterator[tuple[PixelRect, tu
 
     Args:
         light: at the nodes of `_node_rays`, of `SHADOW_LEVELS`.
+        rect: the rectangle of those nodes.
     """
     # What lies between nodes of nearly full light is rounded to full light.
     dark = light < SHADOW_LEVELS - 0.25
@@ -330,11 +331,10 @@ def _dark_parts(light: MatLike, rect: PixelRect) -> Iterator[tuple[PixelRect, tu
 
 def _darken_part(layer: Layer, factor: MatLike, distance: MatLike, tolerance_m: float) -> None:
     """Multiply what lies on the plane, at `distance`, by `factor` of `SHADOW_LEVELS`, in place."""
-    limit = float(np.float32(tolerance_m))
-    off_plane = cv2.compare(cv2.absdiff(distance, layer.range_m), limit, cv2.CMP_GT)
-    off_room = cv2.compare(layer.ids, float(ROOM_ID), cv2.CMP_NE)
-    # A mask's 255 is full light, too.
-    factor8 = cv2.bitwise_or(cv2.convertScaleAbs(factor), cv2.bitwise_or(off_plane, off_room))
+    off = cv2.absdiff(distance, layer.range_m) > tolerance_m
+    off |= layer.ids != ROOM_ID
+    # A mask of 255 is full light, too.
+    factor8 = cv2.bitwise_or(cv2.convertScaleAbs(factor), off.view(np.uint8) * np.uint8(255))
     if int(factor8.min()) < SHADOW_LEVELS:
         cv2.multiply(layer.rgb, cv2.merge([factor8] * 3), layer.rgb, 1.0 / SHADOW_LEVELS)
 

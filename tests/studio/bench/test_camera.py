@@ -16,7 +16,8 @@ def _tiny():
 def test_the_rate_of_a_tiny_lens():
     rows = {row.name: row for row in measure_camera(_tiny(), stretches=3, frames=3, warm_up=2)}
     fps, cpu_ms = rows["twin.camera_fps"], rows["twin.camera_cpu_ms"]
-    assert fps.unit == "1/s" and fps.bar == FPS_BAR
+    assert fps.unit == "1/s"
+    assert fps.bar == FPS_BAR
     assert fps.passed == (fps.value >= FPS_BAR)
     assert 0 < cpu_ms.value < 10_000
     # No frame is delivered faster than all cores together can make it.
@@ -24,5 +25,5 @@ def test_the_rate_of_a_tiny_lens():
 
 
 def test_a_scenario_that_ends_too_soon_is_refused():
-    with pytest.raises(ValueError, match="lab-short.*wanted at least 1002"):
+    with pytest.raises(ValueError, match=r"lab-short.*wanted at least 1002"):
         measure_camera(_tiny(), stretches=10, frames=100, warm_up=2)
