@@ -97,7 +97,9 @@ class H264Encoder:
                 f"{self._stream_id} frame {seq}: picture {rgb.shape} {rgb.dtype}, "
                 f"wanted {self._shape} uint8"
             )
-        picture = VideoFrame.from_ndarray(np.ascontiguousarray(rgb), format="rgb24").reformat(
+        # The frame reads the array itself; the conversion makes the copy that the encoder keeps.
+        pixels = np.ascontiguousarray(rgb)
+        picture = VideoFrame.from_numpy_buffer(pixels, format="rgb24").reformat(
             format="yuv420p",
             dst_colorspace=Colorspace.ITU709,
             dst_color_range=ColorRange.MPEG,

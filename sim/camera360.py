@@ -138,6 +138,7 @@ class _Lens:
     room: Layer
     rest: Layer
     rest_rgb: NDArray[np.uint8]
+    rest_ids: NDArray[np.uint8]
     rest_counts: NDArray[np.int64]
 
 
@@ -294,7 +295,7 @@ class Camera360:
     ) -> tuple[LensView, NDArray[np.int64]]:
         s = self._options.supersampling
         rgb = lens.rest_rgb.copy()
-        ids = lens.rest.ids[s // 2 :: s, s // 2 :: s].copy()
+        ids = lens.rest_ids.copy()
         counts = lens.rest_counts.copy()
         whole = PixelRect(0, 0, lens.fine.width_px, lens.fine.height_px)
         for rect in clusters([r for body in moving for r in body.touched], s):
@@ -308,14 +309,14 @@ class Camera360:
                 lens_from_world=lens.lens_from_world,
                 tolerances=self._tolerances,
             )
-            inner = PixelRect(
-                rect.x0 - grown.x0, rect.y0 - grown.y0, rect.x1 - grown.x0, rect.y1 - grown.y0
-            )
+            inner = _moved(rect, grown)
             changed = layer.part(inner)
-            counts += self._count(changed.ids) - self._count(lens.rest.ids[rect.rows_columns])
+            for part in _numbered_parts(moving, rect):
+                counts += self._count(layer.part(_moved(part, grown)).ids)
+                counts -= self._count(lens.rest.ids[part.rows_columns])
             target = _divided(rect, s).rows_columns
             rgb[target] = self._to_sensor(layer.rgb)[_divided(inner, s).rows_columns]
-            ids[target] = changed.ids[s // 2 :: s, s // 2 :: s]
+            ids[target] = self._at_pixels(changed.ids)
         return LensView(rgb, ids), counts
 
     def _rebuild_rest(self, index: int, lens: _Lens, dirty: Sequence[DrawnBody]) -> None:
@@ -335,6 +336,7 @@ class Camera360:
             target.rgb[:], target.range_m[:] = layer.rgb, layer.range_m
             target.ids[:] = layer.ids
         lens.rest_counts = self._count(lens.rest.ids)
+        lens.rest_ids = self._at_pixels(lens.rest.ids).copy()
         lens.rest_rgb = self._to_sensor(lens.rest.rgb)
 
     def _to_sensor(self, fine_rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -345,6 +347,11 @@ class Camera360:
         if self._options.blur_px > 0:
             rgb = cv2.GaussianBlur(rgb, (0, 0), self._options.blur_px)
         return np.asarray(rgb, dtype=np.uint8)
+
+    def _at_pixels(self, fine_ids: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """A view of the numbers at one grid point of each pixel."""
+        s = self._options.supersampling
+        return fine_ids[s // 2 :: s, s // 2 :: s]
 
     def _count(self, ids: NDArray[np.uint8]) -> NDArray[np.int64]:
         levels = len(self.body_ids) + 1
@@ -387,6 +394,7 @@ class Camera360:
                     room,
                     room.copy(),
                     self._to_sensor(room.rgb),
+                    self._at_pixels(room.ids).copy(),
                     self._count(room.ids),
                 )
             )
@@ -408,6 +416,18 @@ def _is_still(a: Placement, b: Placement) -> bool:
         and float(np.abs(p.rotation - q.rotation).max()) < STILL_RAD
         for p, q in zip(a.world_from_part, b.world_from_part, strict=True)
     )
+
+
+def _numbered_parts(bodies: Sequence[DrawnBody], rect: PixelRect) -> list[PixelRect]:
+    """Rectangles, none over another, that hold all that bodies cover within one of `clusters`."""
+    rects = [body.rect for body in bodies if body.rect is not None]
+    inside = [r for r in rects if rect.x0 <= r.x0 < rect.x1 and rect.y0 <= r.y0 < rect.y1]
+    return clusters(inside, 1)
+
+
+def _moved(rect: PixelRect, onto: PixelRect) -> PixelRect:
+    """The same rectangle, counted from the corner of another."""
+    return PixelRect(rect.x0 - onto.x0, rect.y0 - onto.y0, rect.x1 - onto.x0, rect.y1 - onto.y0)
 
 
 def _divided(rect: PixelRect, by: int) -> PixelRect:

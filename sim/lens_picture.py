@@ -7,7 +7,7 @@ only rectangles around what moves; the depth test against the layer below decide
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -23,6 +23,8 @@ from sim.shadows import ShadowMap
 ROOM_ID = 0
 SHADOW_STEP = 8
 SHADOW_LEVELS = 255.0
+SHADOW_BAND = 8
+"""Rows of blocks of `SHADOW_STEP` pixels that are darkened at a time."""
 RECT_PAD = 6
 ROOM_SHIFTS = ((0.0, 0.0), (-0.375, -0.125), (0.125, -0.375), (0.375, 0.125), (-0.125, 0.375))
 
@@ -288,15 +290,53 @@ def _darken(
         borderMode=cv2.BORDER_CONSTANT,
         borderValue=SHADOW_LEVELS,
     )
-    factor = _between_nodes(light, rect)
-    distance = _between_nodes(plane_range.reshape(shape).astype(np.float32), rect)
-    off_plane = cv2.absdiff(distance, layer.range_m) > tolerance_m
-    off_plane |= layer.ids != ROOM_ID
-    factor[off_plane] = SHADOW_LEVELS
-    factor8 = cv2.convertScaleAbs(factor)
-    cv2.multiply(
-        np.ascontiguousarray(layer.rgb), cv2.merge([factor8] * 3), layer.rgb, 1.0 / SHADOW_LEVELS
-    )
+    distance = plane_range.reshape(shape).astype(np.float32)
+    for part, nodes in _dark_parts(light, rect):
+        _darken_part(
+            _within(layer, rect, part),
+            _between_nodes(np.ascontiguousarray(light[nodes]), part),
+            _between_nodes(np.ascontiguousarray(distance[nodes]), part),
+            tolerance_m,
+        )
+
+
+def _dark_parts(light: MatLike, rect: PixelRect) -> Iterator[tuple[PixelRect, tuple[slice, slice]]]:
+    """Parts of `rect` that hold every pixel a shadow darkens, and the nodes around each of them.
+
+    Args:
+        light: at the nodes of `_node_rays`, of `SHADOW_LEVELS`.
+        rect: the rectangle of those nodes.
+    """
+    # What lies between nodes of nearly full light is rounded to full light.
+    dark = light < SHADOW_LEVELS - 0.25
+    block_rows, block_columns = dark.shape[0] - 2, dark.shape[1] - 2
+    for top in range(0, block_rows, SHADOW_BAND):
+        bottom = min(top + SHADOW_BAND, block_rows)
+        columns = np.flatnonzero(dark[top : bottom + 2].any(axis=0))
+        if len(columns) == 0:
+            continue
+        # The node in the middle of block b has the number b + 1, and reaches the blocks beside.
+        left = max(0, int(columns[0]) - 2)
+        right = min(block_columns, int(columns[-1]) + 1)
+        if left >= right:
+            continue
+        part = PixelRect(
+            rect.x0 + SHADOW_STEP * left,
+            rect.y0 + SHADOW_STEP * top,
+            min(rect.x1, rect.x0 + SHADOW_STEP * right),
+            min(rect.y1, rect.y0 + SHADOW_STEP * bottom),
+        )
+        yield part, (slice(top, bottom + 2), slice(left, right + 2))
+
+
+def _darken_part(layer: Layer, factor: MatLike, distance: MatLike, tolerance_m: float) -> None:
+    """Multiply what lies on the plane, at `distance`, by `factor` of `SHADOW_LEVELS`, in place."""
+    off = cv2.absdiff(distance, layer.range_m) > tolerance_m
+    off |= layer.ids != ROOM_ID
+    # A mask of 255 is full light, too.
+    factor8 = cv2.bitwise_or(cv2.convertScaleAbs(factor), off.view(np.uint8) * np.uint8(255))
+    if int(factor8.min()) < SHADOW_LEVELS:
+        cv2.multiply(layer.rgb, cv2.merge([factor8] * 3), layer.rgb, 1.0 / SHADOW_LEVELS)
 
 
 def _node_rays(rect: PixelRect, lens: Fisheye) -> tuple[NDArray[np.float64], tuple[int, int]]:
@@ -315,7 +355,7 @@ def _between_nodes(nodes: MatLike, rect: PixelRect) -> MatLike:
     size = (columns * SHADOW_STEP, rows * SHADOW_STEP)
     fine = cv2.resize(nodes, size, interpolation=cv2.INTER_LINEAR)
     inner = slice(SHADOW_STEP, SHADOW_STEP + rect.height_px)
-    return np.ascontiguousarray(fine[inner, SHADOW_STEP : SHADOW_STEP + rect.width_px])
+    return fine[inner, SHADOW_STEP : SHADOW_STEP + rect.width_px]
 
 
 def lens_circle(lens: Fisheye) -> NDArray[np.bool_]:

@@ -152,6 +152,8 @@ class FisheyeRasteriser:
         self._window: Any = offscreen_window()
         self._window.SetOffScreenRendering(1)
         self._window.SetMultiSamples(0)
+        # Pictures are read back from the buffer that they are drawn in; nobody looks at the other.
+        self._window.SwapBuffersOff()
         self._window.SetSize(tile_px, tile_px)
         self._renderer = vtkRenderer()
         # The shader places vertices itself, so VTK's frustum says nothing about visibility.

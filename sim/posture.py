@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,6 +34,10 @@ PELVIS_ON_SEAT_M = 0.10
 """Height of the hips above what is sat on."""
 MAX_LEAN_RAD = 1.15
 MAX_CROUCH_M = 0.30
+HAND_REACH_M = 0.94 * (UPPER_ARM_M + FOREARM_M) + WRIST_GAP_M
+"""How far from the shoulder a hand still gets, metres: an arm that is nearly straight."""
+ESTIMATE_ERROR_M = 1e-9
+"""Far more than an estimated distance between a shoulder and a hand is off by rounding, metres."""
 SIDES = (1.0, -1.0)
 """Left, right: signs of the person's y axis (x forward, y left, z up)."""
 
@@ -43,6 +48,36 @@ PART_NAMES: tuple[str, ...] = (
     "left-thigh", "left-shin", "left-shoe",
     "right-thigh", "right-shin", "right-shoe",
 )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Bend:
+    """One of the ways to bend down, from upright to as far as it goes.
+
+    Attributes:
+        lean_rad: how far the back is bent forward.
+        crouch_m: how far the hips are lowered.
+        shoulder_x_m: of the shoulders, forward of the feet.
+        shoulder_z_m: height of the shoulders above the floor.
+    """
+
+    lean_rad: float
+    crouch_m: float
+    shoulder_x_m: float
+    shoulder_z_m: float
+
+    @staticmethod
+    def of_effort(effort: float) -> Bend:
+        """With an effort from 0 to 1: the back first, then the knees, too."""
+        lean = MAX_LEAN_RAD * effort
+        crouch = MAX_CROUCH_M * (max(0.0, effort - 0.35) / 0.65)
+        sine, cosine = math.sin(lean), math.cos(lean)
+        height = SPINE_M - SHOULDER_DROP_M
+        return Bend(lean, crouch, (height - 0.12) * sine, height * cosine + PELVIS_M - crouch)
+
+
+BENDS = tuple(Bend.of_effort(float(effort)) for effort in np.linspace(0.0, 1.0, 33))
+"""The bends that are tried for a reach, the least effort first; 33 are closer than can be seen."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -121,19 +156,28 @@ def bend_to_reach(position: Vector, yaw: float, left: Vector, right: Vector) -> 
     """Lean and crouch (radians, metres) with which both hands are within reach."""
     person_from_world = Pose.from_yaw(yaw, (*position, 0.0)).inverse()
     hands = [person_from_world @ left, person_from_world @ right]
-    reach = 0.94 * (UPPER_ARM_M + FOREARM_M) + WRIST_GAP_M
-    for effort in np.linspace(0.0, 1.0, 33):
-        lean = MAX_LEAN_RAD * float(effort)
-        crouch = MAX_CROUCH_M * float(max(0.0, effort - 0.35) / 0.65)
-        hips = np.array([-0.12 * math.sin(lean), 0.0, PELVIS_M - crouch])
-        bent = Pose(_pitched(lean), hips)
-        distances = [
-            np.linalg.norm(bent @ _shoulder_on_spine(side) - hand)
-            for side, hand in zip(SIDES, hands, strict=True)
-        ]
-        if max(distances) <= reach:
-            return lean, crouch
+    places = [hand.tolist() for hand in hands]
+    for bend in BENDS:
+        # A quick estimate settles nearly all of them; what it leaves open is computed in full.
+        farthest = max(
+            math.dist((bend.shoulder_x_m, side * SHOULDER_HALF_M, bend.shoulder_z_m), place)
+            for side, place in zip(SIDES, places, strict=True)
+        )
+        if farthest > HAND_REACH_M + ESTIMATE_ERROR_M:
+            continue
+        if farthest < HAND_REACH_M - ESTIMATE_ERROR_M or _is_in_reach(bend, hands):
+            return bend.lean_rad, bend.crouch_m
     return MAX_LEAN_RAD, MAX_CROUCH_M
+
+
+def _is_in_reach(bend: Bend, hands: Sequence[Vector]) -> bool:
+    hips = np.array([-0.12 * math.sin(bend.lean_rad), 0.0, PELVIS_M - bend.crouch_m])
+    bent = Pose(_pitched(bend.lean_rad), hips)
+    distances = [
+        np.linalg.norm(bent @ _shoulder_on_spine(side) - hand)
+        for side, hand in zip(SIDES, hands, strict=True)
+    ]
+    return bool(max(distances) <= HAND_REACH_M)
 
 
 def _shoulder_on_spine(side: float) -> Vector:

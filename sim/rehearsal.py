@@ -178,11 +178,15 @@ class _Session:
         self._pictured_ns = -1
 
     def steps(self) -> Iterator[SimulatedStep]:
-        """Frame by frame; one is in the encoder while the next one is drawn."""
+        """Frame by frame; while one is drawn, that before is encoded and the one before decoded."""
         waiting: Callable[[], SimulatedStep] | None = None
         events = [Event(0, "physics", "note", note) for note in self._world.notes]
         # The window must go on the thread that drew in it, and a session may run on any.
-        with closing(self), ThreadPoolExecutor(max_workers=1) as codec:
+        with (
+            closing(self),
+            ThreadPoolExecutor(max_workers=1) as sender,
+            ThreadPoolExecutor(max_workers=1) as receiver,
+        ):
             for seq in range(self._frame_count):
                 t_ns = round(seq * NANOSECONDS / self._scenario.camera.fps)
                 events += self._advance(t_ns) + self._go_on(t_ns)
@@ -194,7 +198,8 @@ class _Session:
                     text = f"frame {seq} lost on the way"
                     events.append(Event(t_ns, STREAM_ID, "dropped", text))
                     continue
-                sent = codec.submit(self._transmit, images, seq, passage.stamp_ns)
+                packed = sender.submit(self._send, images, seq, passage.stamp_ns)
+                sent = receiver.submit(self._receive, packed, len(images))
                 ready, waiting = waiting, self._step(sent, passage, view, tuple(events))
                 events = []
                 if ready is not None:
@@ -327,15 +332,18 @@ class _Session:
             )
         return placements
 
-    def _transmit(
-        self, images: tuple[NDArray[np.uint8], ...], seq: int, t_ns: int
-    ) -> tuple[EncodedFrame, tuple[NDArray[np.uint8], ...]]:
+    def _send(self, images: tuple[NDArray[np.uint8], ...], seq: int, t_ns: int) -> EncodedFrame:
         packet = self._encoder.encode(np.hstack(images), seq, t_ns)[0]
-        packet = replace(packet, stream_id=STREAM_ID)
+        return replace(packet, stream_id=STREAM_ID)
+
+    def _receive(
+        self, packed: Future[EncodedFrame], lenses: int
+    ) -> tuple[EncodedFrame, tuple[NDArray[np.uint8], ...]]:
+        packet = packed.result()
         picture = self._decoder.decode(packet)
         if picture is None:
-            raise ValueError(f"{STREAM_ID} frame {seq}: the decoder returned no picture")
-        return packet, tuple(np.hsplit(picture, len(images)))
+            raise ValueError(f"{STREAM_ID} frame {packet.seq}: the decoder returned no picture")
+        return packet, tuple(np.hsplit(picture, lenses))
 
     def _truth(self, passage: Passage, view: CameraView) -> GroundTruth:
         poses = self._world.object_poses()

@@ -89,14 +89,17 @@ def _hidden_share(
     hidden = np.zeros((MAP_CELLS, MAP_CELLS), np.float32)
     outline = np.zeros((MAP_CELLS, MAP_CELLS), np.uint8)
     scale = (1 << SUBCELL_BITS) / cell_m
-    ends = np.cumsum([len(solid) for solid in solids])[:-1]
+    ends = np.cumsum([len(solid) for solid in solids]).tolist()
+    parts = [slice(end - len(solid), end) for end, solid in zip(ends, solids, strict=True)]
     points = np.concatenate(solids)
     above = np.maximum(points[:, 2:] - plane_z_m, 0.0)
     for ray in rays:
         outline[:] = 0
         cells = (points[:, :2] - above * _slope(ray) - low_xy) * scale - (1 << SUBCELL_BITS) / 2
-        for corners in np.split(np.round(cells).astype(np.int32), ends):
-            cv2.fillConvexPoly(outline, cv2.convexHull(corners), 1, cv2.LINE_8, SUBCELL_BITS)
+        corners = np.round(cells).astype(np.int32)
+        for part in parts:
+            hull = cv2.convexHull(corners[part])
+            cv2.fillConvexPoly(outline, hull, 1, cv2.LINE_8, SUBCELL_BITS)
         hidden += outline
     return hidden / np.float32(len(rays))
 

@@ -6,6 +6,8 @@ import pytest
 from sim.figure import person_body
 from sim.posture import (
     FOREARM_M,
+    MAX_CROUCH_M,
+    MAX_LEAN_RAD,
     PART_NAMES,
     SHIN_M,
     THIGH_M,
@@ -91,3 +93,29 @@ def test_a_figure_has_the_parts_that_are_posed_and_is_as_tall_as_a_person():
     assert 1.6 < points[:, 2].max() < 1.9
     for a, b in zip(body.parts, again.parts, strict=True):
         assert np.array_equal(a.meshes[0].texture, b.meshes[0].texture)
+
+
+def test_the_estimate_of_a_reach_decides_as_the_posture_does():
+    rng = np.random.default_rng(2)
+    bent = 0
+    for _ in range(300):
+        here, yaw = rng.uniform(-3.0, 3.0, 2), rng.uniform(-3.0, 3.0)
+        low, high = (*(here - 0.5), 0.0), (*(here + 0.5), 1.6)
+        left, right = rng.uniform(low, high), rng.uniform(low, high)
+        chosen = bend_to_reach(here, yaw, left, right)
+        for effort in np.linspace(0.0, 1.0, 33):
+            lean = MAX_LEAN_RAD * float(effort)
+            crouch = MAX_CROUCH_M * float(max(0.0, effort - 0.35) / 0.65)
+            parts = _named(Posture(here, yaw, 0.0, 0.0, lean, crouch, left, right))
+            shoulders = [parts[f"{side}-upper-arm"].translation for side in ("left", "right")]
+            far = max(
+                np.linalg.norm(shoulder - hand)
+                for shoulder, hand in zip(shoulders, (left, right), strict=True)
+            )
+            if far <= 0.94 * (UPPER_ARM_M + FOREARM_M) + WRIST_GAP_M:
+                assert chosen == (lean, crouch)
+                bent += lean > 0.0
+                break
+        else:
+            assert chosen == (MAX_LEAN_RAD, MAX_CROUCH_M)
+    assert bent > 20
