@@ -1,4 +1,4 @@
-"""The seven pieces of a tangram as wooden blocks, each with its own print. Origin on the support."""
+"""The seven pieces of a tangram: wooden blocks, each with a print of its own."""
 
 from __future__ import annotations
 
@@ -167,7 +167,7 @@ def _print(design: Design, corners: FloatArray) -> tuple[Picture, FloatArray]:
         x, y = at(*(share * corners[1] + (1 - share) * middle))
         r = radius * PX_PER_M * UNIT_M
         draw.ellipse((x - r, y - r, x + r, y + r), fill=(30, 32, 38))
-    size = round(0.62 * PX_PER_M * float(np.ptp(corners, axis=0).min()) * 0.6)
+    size = round(0.37 * PX_PER_M * float(np.ptp(corners, axis=0).min()))
     draw.text(at(*(0.86 * middle + 0.14 * corners[-1])), design.mark, font=font(size, bold=True),
               fill=pale, anchor="mm")  # fmt: skip
     return np.asarray(image), low
@@ -178,7 +178,7 @@ def _parts(corners: FloatArray) -> Iterator[BoxPart]:
     if len(corners) == 3:
         yield from _in_triangle(corners[2], corners[0] - corners[2], corners[1] - corners[2])
         return
-    a, b, c, d = corners
+    a, b, _, d = corners
     foot = float((d - a) @ (b - a)) / float(np.linalg.norm(b - a)) ** 2 * (b - a)
     if float(np.linalg.norm(foot)) < 1e-9:
         yield _part(a, b - a, d - a)

@@ -145,9 +145,9 @@ def _hold(person: Person, object_id: str) -> Vector:
 def _sidestep(
     person: Person, hand: Hand, *, over: Vector, place: Vector, turn_rad: float
 ) -> Script:
-    """Move what is held straight to `over` while the feet go straight to `place`; let it come round.
+    """Move what is held straight to `over` while the feet go straight to `place`.
 
-    Large things turn more slowly than the hand wants.
+    Large things turn more slowly than the hand wants: they are waited for.
     """
     assert hand.holds is not None
     yaw_at_start = person.physics.object_pose(hand.holds).yaw()
