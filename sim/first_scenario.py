@@ -85,22 +85,27 @@ def _actions(
 ) -> list[str]:
     lowest = min((i.world_from_object.translation[2] for i in room.objects), default=0.0)
     by_size = sorted(room.objects, key=lambda item: -float(np.prod(item.box_m)))
+    low = [o for o in by_size if o.world_from_object.translation[2] < lowest + ON_FLOOR_M]
+    # What is flat for its height does not topple where it is put down.
+    flattest = sorted(
+        (o for o in by_size if o not in low and o.mass_kg < HEAVIEST_KG),
+        key=lambda item: -min(item.box_m[:2]) / item.box_m[2],
+    )
     pushed: list[str] = []
     carried: list[str] = []
-    for item in by_size:
-        is_low = item.world_from_object.translation[2] < lowest + ON_FLOOR_M
-        if is_low and len(pushed) < MOST_PUSHED:
+    for item in low:
+        if len(pushed) < MOST_PUSHED:
             goal = _push_goal(item, room.objects, floor, walkable, camera)
             if goal is not None:
                 place = f"[{goal[0]:.2f}, {goal[1]:.2f}]"
                 pushed.append(f'{{ do = "push", object = "{item.object_id}", to = {place} }}')
-        elif not is_low and item.mass_kg < HEAVIEST_KG and len(carried) < MOST_CARRIED:
-            at = item.world_from_object.translation[:2]
-            goal = at + CARRIED_M * direction(_open_side(item, room.objects))
-            place = f"[{goal[0]:.2f}, {goal[1]:.2f}]"
-            carried.append(
-                f'{{ do = "carry", object = "{item.object_id}", to = {place}, turn_deg = 40.0 }}'
-            )
+    for item in flattest[:MOST_CARRIED]:
+        at = item.world_from_object.translation[:2]
+        goal = at + CARRIED_M * direction(_open_side(item, room.objects))
+        place = f"[{goal[0]:.2f}, {goal[1]:.2f}]"
+        carried.append(
+            f'{{ do = "carry", object = "{item.object_id}", to = {place}, turn_deg = 40.0 }}'
+        )
     back = f'{{ do = "walk", to = [{start[0]:.2f}, {start[1]:.2f}] }}'
     if not (pushed or carried):
         there = _far_from(walkable, start)
