@@ -15,7 +15,7 @@ from devices.recording_codec import RecordedTruth
 from scenes.cameras import Rig
 from scenes.package import ScenePackage
 from scenes.pose import Pose
-from scenes.state import Avatar, TrackedObject, TrackState
+from scenes.state import Annotation, Avatar, TrackedObject, TrackState
 from studio.evaluate.metrics import pose_error
 from studio.evaluate.scores import SYMMETRY_OF_KIND
 from studio.session.session import SessionOutput
@@ -30,6 +30,7 @@ from studio.view.overlay import (
     Colour,
     draw_avatar,
     draw_footprint,
+    draw_line,
     width_of,
     write_words,
 )
@@ -77,6 +78,7 @@ class FilmFrame:
         live: surfaces that show live video.
         avatars: people at that time.
         truth: the ground truth, or None.
+        lines: what people have drawn until then.
     """
 
     t_ns: int
@@ -87,6 +89,7 @@ class FilmFrame:
     live: tuple[LivePicture, ...]
     avatars: tuple[Avatar, ...]
     truth: RecordedTruth | None
+    lines: tuple[Annotation, ...] = ()
 
 
 def film_frame(output: SessionOutput) -> FilmFrame:
@@ -101,6 +104,7 @@ def film_frame(output: SessionOutput) -> FilmFrame:
         live=output.surfaces,
         avatars=output.input.avatars,
         truth=None if truth is None else truth.recorded,
+        lines=tuple(output.state.annotations.values()),
     )
 
 
@@ -149,6 +153,8 @@ class FilmMaker:
                     colour=STATE_COLOURS[track.state],
                     dashed=track.state is TrackState.OCCLUDED,
                 )
+        for line in frame.lines:
+            draw_line(drawn, camera, world_from_camera, line)
         return drawn
 
     def _from_above(self, frame: FilmFrame) -> Picture:
@@ -173,6 +179,8 @@ class FilmMaker:
             )
         for avatar in frame.avatars:
             draw_avatar(drawn, camera, world_from_camera, avatar)
+        for line in frame.lines:
+            draw_line(drawn, camera, world_from_camera, line)
         return drawn
 
     def _header(self, frame: FilmFrame) -> Words:

@@ -14,7 +14,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from scenes.cameras import Camera
 from scenes.pose import Pose
-from scenes.state import Avatar, TrackState
+from scenes.state import Annotation, Avatar, TrackState
 
 Colour = tuple[int, int, int]
 Picture = NDArray[np.uint8]
@@ -117,6 +117,15 @@ def draw_avatar(picture: Picture, camera: Camera, world_from_camera: Pose, avata
             x, y = np.round(pixels[0]).astype(int).tolist()
             cv2.circle(picture, (x, y), radius, colour, -1, cv2.LINE_AA)
             cv2.circle(picture, (x, y), radius, (20, 22, 26), 1, cv2.LINE_AA)
+
+
+def draw_line(picture: Picture, camera: Camera, world_from_camera: Pose, line: Annotation) -> None:
+    """What somebody has drawn, in its own colour, as a curve: lenses bend straight lines."""
+    points = line.points_in_world
+    steps = np.linspace(0.0, 1.0, 9)[:-1, None]
+    curve = np.concatenate([*(a + steps * (b - a) for a, b in pairwise(points)), points[-1:]])
+    red, green, blue = (round(255 * value) for value in line.colour)
+    draw_path(picture, camera, world_from_camera, curve, colour=(red, green, blue))
 
 
 def write_words(
