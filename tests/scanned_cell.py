@@ -75,8 +75,8 @@ class Scan:
     box: SplatCloud
 
 
-@pytest.fixture(scope="session")
-def scan() -> Scan:
+def make_scan() -> Scan:
+    """A new one."""
     box = ObjectModel(
         "box", "Box", "box", box_splats(), (0.3, 0.3, 0.3), 0.0, Pose.from_yaw(0.0, (0.0, 0.6, 0.0))
     )
@@ -92,3 +92,8 @@ def scan() -> Scan:
         collision=box_mesh(),
     )
     return Scan(scene, room_splats(), box_splats())
+
+
+@pytest.fixture(scope="session")
+def scan() -> Scan:
+    return make_scan()

@@ -6,10 +6,10 @@ import json
 
 import pytest
 
-from scenes.mesh import PhysicalRoom
+from scenes.package import save_package
 from studio.cli import EXIT_DONE, EXIT_INPUT, main
 from studio.evaluate.dataset.layout import read_dataset
-from studio.verbs import simulate_dataset
+from tests.scanned_cell import make_scan
 
 SCENARIO = """
 room = "desk"
@@ -77,5 +77,9 @@ def test_a_video_cannot_be_evaluated(scenario, tmp_path):
         read_dataset(tmp_path / "v")
 
 
-def test_the_built_in_rooms_are_rooms():
-    assert isinstance(simulate_dataset._room("desk"), PhysicalRoom)
+def test_a_scan_that_nothing_stands_for_is_refused(tmp_path, capsys):
+    save_package(make_scan().scene, tmp_path / "cell.gnx")
+    command = ["simulate", "dataset", str(tmp_path / "cell.gnx"), "--out", str(tmp_path / "d")]
+    assert main(command) == EXIT_INPUT
+    assert "nothing stands for yet" in capsys.readouterr().err
+    assert not (tmp_path / "d").exists()
