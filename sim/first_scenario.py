@@ -44,7 +44,7 @@ def first_scenario(room: PhysicalRoom) -> str:
         ValueError: there is no free floor to stand on.
     """
     floor = FloorMap(room)
-    if not floor.bare.free.any():
+    if not _inside(floor.bare).free.any():
         raise ValueError(
             f"room {room.name!r}: no free floor in it for anybody to stand on; is its mesh a "
             "room's, with the floor at z = 0?"
@@ -52,8 +52,9 @@ def first_scenario(room: PhysicalRoom) -> str:
     camera = _camera_place(room, floor)
     stands = [(item.world_from_object.translation[:2], _radius(item)) for item in room.objects]
     free = floor.around([*stands, (camera, 0.1)])
-    start = _far_from(free if free.free.any() else floor.bare, camera)
-    walkable = floor.bare.reachable(start)
+    free = _inside(free)
+    start = _far_from(free if free.free.any() else _inside(floor.bare), camera)
+    walkable = _inside(floor.bare.reachable(start))
     lines = [f"  {action}," for action in _actions(room, floor, walkable, start, camera)]
     count = len(lines)
     duration_s = max(BARE_S, ACTION_S * count)
@@ -166,13 +167,21 @@ def _camera_place(room: PhysicalRoom, floor: FloorMap) -> Vector:
     own = room.world_from_rig.translation[:2]
     places = [item.world_from_object.translation[:2] for item in room.objects]
     radii = [_radius(item) for item in room.objects]
-    centres = floor.bare.centres()[floor.bare.free.ravel()]
+    bare = _inside(floor.bare)
+    centres = bare.centres()[bare.free.ravel()]
     if not places:
-        return floor.bare.nearest_free(own)
+        return bare.nearest_free(own)
     away = np.linalg.norm(centres[:, None] - np.stack(places)[None], axis=2)
     clear = (away - np.array(radii)).min(axis=1)
     cost = away.max(axis=1) + 10.0 * np.maximum(CAMERA_GAP_M - clear, 0.0)
     return centres[int(np.argmin(cost))]
+
+
+def _inside(floor: FreeFloor) -> FreeFloor:
+    """Without its outermost cells: nobody starts within a wall's thickness of the room's edge."""
+    free = floor.free.copy()
+    free[[0, -1], :] = free[:, [0, -1]] = False
+    return FreeFloor(free, floor.low_xy)
 
 
 def _far_from(floor: FreeFloor, place: Vector) -> Vector:

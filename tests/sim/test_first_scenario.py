@@ -45,3 +45,12 @@ def test_a_room_without_floor_is_refused(small_room):
     tiny = replace(small_room, footprint_m=np.array([[1.9, 1.9], [1.95, 1.95]]))
     with pytest.raises(ValueError, match="no free floor"):
         first_scenario(tiny)
+
+
+def test_nobody_starts_at_the_very_edge_of_a_room_whose_walls_were_not_scanned(small_room):
+    open_room = replace(small_room, solids=(), objects=())
+    scenario = made(open_room)
+    validate_scenario(scenario, open_room)
+    low, high = open_room.footprint_m
+    assert (np.array(scenario.people[0].start) > low + 0.1).all()
+    assert (np.array(scenario.people[0].start) < high - 0.1).all()
