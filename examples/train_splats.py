@@ -25,7 +25,7 @@ from scenes.prepare.train.trainer import TrainingOptions
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats
 from scenes.samples import sample_room
-from sim.phone import PhoneOptions, film
+from sim.phone.phone import PhoneOptions, film
 
 
 def main() -> None:

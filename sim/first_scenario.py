@@ -11,8 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from scenes.mesh import PhysicalObject, PhysicalRoom
-from sim.action_checks import HEAVIEST_KG
 from sim.floor import FloorMap, FreeFloor
+from sim.people.action_checks import HEAVIEST_KG
 from sim.planar import Vector, direction
 
 ON_FLOOR_M = 0.15

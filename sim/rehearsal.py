@@ -20,22 +20,22 @@ from scenes.frames import WORLD_FROM_FORWARD_CAMERA
 from scenes.mesh import PhysicalRoom
 from scenes.pose import Pose, rotation_from_vector
 from scenes.state import Annotation, Avatar
-from sim.actors import TICK_NS, Actor, introduce
 from sim.bodies import Placement, body_of_object
-from sim.camera360 import Camera360, CameraView, ScannedLook, default_rig
+from sim.camera.camera360 import Camera360, CameraView, ScannedLook, default_rig
+from sim.camera.sensor import Sensor
 from sim.faults.bump import Bump
 from sim.faults.fault import LightFault, Passage, WayFault
 from sim.faults.freeze import Freeze
 from sim.faults.headset_off import HeadsetOff
 from sim.faults.occluder import Occluder, panel_body, panel_placement
 from sim.faults.twins import Twins, with_twins
-from sim.figure import person_body
+from sim.people.actors import TICK_NS, Actor, introduce
+from sim.people.figure import person_body
+from sim.people.posture import PART_NAMES, part_poses
 from sim.physics import physics_of
-from sim.posture import PART_NAMES, part_poses
 from sim.reality.world_error import WorldError
 from sim.remote import remote_annotations, remote_avatar
 from sim.scenario import Scenario, validate_scenario
-from sim.sensor import Sensor
 from sim.switch import Switch, validate_switches
 from sim.truth import GroundTruth, IdMasks, PersonTruth
 

@@ -18,10 +18,10 @@ from scenes.frames import look_at
 from scenes.mesh import PhysicalRoom
 from scenes.pose import Pose
 from scenes.quad import quad_of
-from sim.action_checks import Checks, check_people
-from sim.action_tables import read_action, read_colour, read_line
-from sim.actions import Action
 from sim.faults.settings import Faults, read_faults
+from sim.people.action_checks import Checks, check_people
+from sim.people.action_tables import read_action, read_colour, read_line
+from sim.people.actions import Action
 from sim.tables import ScenarioError, Table
 
 SCENARIO_FOLDER = Path(__file__).parent / "scenarios"

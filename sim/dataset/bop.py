@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scenes.cameras import Pinhole, Rig
 from scenes.mesh import PhysicalObject, PhysicalRoom
 from scenes.pose import Pose
-from sim.camera360 import default_rig
+from sim.camera.camera360 import default_rig
 from sim.dataset.bop_models import model_numbers, write_models
 from sim.dataset.json_stream import JsonList, write_json
 from sim.dataset.lens_truth import LensTruthPass

@@ -17,12 +17,12 @@ from scenes.cameras import Fisheye, Rig
 from scenes.mesh import PhysicalRoom, TexturedMesh
 from scenes.pose import Pose
 from sim.bodies import Body, BodyPart
-from sim.camera360 import BODY_EDGE_M, ROOM_EDGE_M, ROOM_EDGE_RAD
+from sim.camera.camera360 import BODY_EDGE_M, ROOM_EDGE_M, ROOM_EDGE_RAD
+from sim.camera.lens_picture import Tolerances
+from sim.camera.lens_raster import UNLIT, FisheyeRasteriser, PixelRect
+from sim.camera.stand import camera_stand
+from sim.camera.tessellate import refine_mesh
 from sim.dataset.surfaces import meshes_of_object, meshes_of_room
-from sim.lens_picture import Tolerances
-from sim.lens_raster import UNLIT, FisheyeRasteriser, PixelRect
-from sim.stand import camera_stand
-from sim.tessellate import refine_mesh
 from sim.truth import PersonTruth
 
 SCAN_BIAS_M = 0.03

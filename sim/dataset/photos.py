@@ -19,8 +19,8 @@ from sim.dataset.pictures import write_labels
 from sim.dataset.pinhole_views import PinholeView, ViewSampler
 from sim.dataset.room_folder import labels_of, seen_to_json
 from sim.dataset.visibility import OUTSIDE, seen
-from sim.phone import PhoneOptions, film
-from sim.phone_capture import TRUTH, Capture
+from sim.phone.capture import TRUTH, Capture
+from sim.phone.phone import PhoneOptions, film
 
 FINER = 1.5
 """Pixels of the fisheye from which a photo's masks are taken, per pixel of the photo."""

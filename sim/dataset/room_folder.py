@@ -13,7 +13,7 @@ import numpy as np
 
 from scenes.cameras import Fisheye
 from scenes.mesh import PhysicalRoom
-from sim.camera360 import default_rig
+from sim.camera.camera360 import default_rig
 from sim.dataset.json_stream import DECIMALS, JsonList, matrix, write_json
 from sim.dataset.lens_truth import LensTruth, LensTruthPass
 from sim.dataset.pictures import write_labels, write_lengths, write_rgb

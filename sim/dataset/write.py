@@ -16,7 +16,7 @@ from sim.dataset.bop import BopOptions, write_bop
 from sim.dataset.check import Checked, check_dataset
 from sim.dataset.photos import write_capture
 from sim.dataset.room_folder import FolderOptions, Pictures, write_room, write_sequences
-from sim.phone import SAMPLE_CAPTURE, PhoneOptions
+from sim.phone.phone import SAMPLE_CAPTURE, PhoneOptions
 from sim.rehearsal import Scanned, SimulatedStep, simulate
 from sim.scenario import Scenario, validate_scenario
 

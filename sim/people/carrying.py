@@ -8,7 +8,7 @@ from collections.abc import Generator
 import numpy as np
 
 from scenes.pose import Pose, wrap_angle
-from sim.actions import Carry, Put
+from sim.people.actions import Carry, Put
 from sim.people.person import ON_FLOOR_M, TICK_S, Hand, Person, Script, Vector
 from sim.people.reaching import reach
 from sim.people.supports import HIGHEST_M, support_at
@@ -147,7 +147,7 @@ def _sidestep(
 ) -> Script:
     """Move what is held straight to `over` while the feet go straight to `place`.
 
-    Large things turn more slowly than the hand wants: they are waited for.
+    Large objects turn more slowly than the hand wants: they are waited for.
     """
     assert hand.holds is not None
     yaw_at_start = person.physics.object_pose(hand.holds).yaw()

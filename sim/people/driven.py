@@ -12,9 +12,7 @@ from numpy.typing import NDArray
 from devices.messages import PoseSample
 from scenes.pose import Pose, wrap_angle
 from sim.people.embodiment import HAND_RADIUS_M, HANDS, HandTarget, PersonTarget
-from sim.physics import Physics
-from sim.planar import direction
-from sim.posture import (
+from sim.people.posture import (
     FULL_STRIDE_M,
     SIDES,
     WALKING_SPEED_M_S,
@@ -22,6 +20,8 @@ from sim.posture import (
     bend_to_reach,
     resting_hand,
 )
+from sim.physics import Physics
+from sim.planar import direction
 
 HEAD = "head"
 BODY_IDS = (HEAD, *HANDS)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sim.actions import HandOver, Receive
+from sim.people.actions import HandOver, Receive
 from sim.people.carrying import bring, take
 from sim.people.person import TICK_S, Hand, Person, Script, Vector
 from sim.people.reaching import reach

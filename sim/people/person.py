@@ -13,9 +13,7 @@ from scenes.mesh import PhysicalRoom
 from scenes.state import Annotation
 from sim.floor import FloorMap, FreeFloor
 from sim.people.embodiment import HANDS, HandTarget, PersonTarget
-from sim.physics import Physics
-from sim.planar import direction, towards
-from sim.posture import (
+from sim.people.posture import (
     FULL_STRIDE_M,
     SEAT_BACK_M,
     SIDES,
@@ -24,6 +22,8 @@ from sim.posture import (
     bend_to_reach,
     resting_hand,
 )
+from sim.physics import Physics
+from sim.planar import direction, towards
 
 Vector = NDArray[np.float64]
 Script = Iterator[str | None]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from scenes.state import Annotation
-from sim.actions import Draw, Point
+from sim.people.actions import Draw, Point
 from sim.people.person import TICK_S, Person, Script, Vector, shoulder
 from sim.people.reaching import let_hang
 from sim.people.walking import face

@@ -12,7 +12,7 @@ from sim.bodies import UNIT_BOX_CORNERS
 from sim.people.person import Person
 
 HIGHEST_M = 1.3
-"""Height up to which people put things: their shoulders."""
+"""Height up to which people put objects: their shoulders."""
 HIGHEST_SEAT_M = 0.65
 """Height up to which people sit on something."""
 EDGE_M = 0.005

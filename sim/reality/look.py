@@ -13,8 +13,8 @@ from scenes.pose import Pose
 from scenes.render.renderer import WIDE_RAD, PosedSplats, Renderer, Rendering, RenderOptions
 from scenes.splats import SplatCloud
 from sim.bodies import Placement
-from sim.lens_picture import ROOM_ID, Drawn, Layer, Tolerances
-from sim.lens_raster import PixelRect
+from sim.camera.lens_picture import ROOM_ID, Drawn, Layer, Tolerances
+from sim.camera.lens_raster import PixelRect
 from sim.reality.light import Irradiance, irradiance_at, relit
 
 SOLID = 0.5
@@ -28,7 +28,7 @@ LIGHT_CELL_M = 0.25
 
 
 class SplatLook:
-    """Draws a scanned room; see `sim.camera360.ScannedLook`.
+    """Draws a scanned room; see `sim.camera.camera360.ScannedLook`.
 
     Args:
         room: with splats of its own.
@@ -53,15 +53,15 @@ class SplatLook:
 
     @property
     def tolerances(self) -> Tolerances:
-        """See `sim.camera360.ScannedLook`."""
+        """See `sim.camera.camera360.ScannedLook`."""
         return Tolerances(CONTACT_M, SHADOW_M)
 
     def draws(self, body_id: str) -> bool:
-        """See `sim.camera360.ScannedLook`."""
+        """See `sim.camera.camera360.ScannedLook`."""
         return body_id in self._objects
 
     def room(self, lens: Fisheye, world_from_lens: Pose) -> Layer:
-        """See `sim.camera360.ScannedLook`."""
+        """See `sim.camera.camera360.ScannedLook`."""
         # A ceiling that nobody photographed is not black either.
         options = RenderOptions(background=self._unseen, exact_above_rad=WIDE_RAD)
         drawn = self._renderer.render(
@@ -79,7 +79,7 @@ class SplatLook:
         placement: Placement,
         rect: PixelRect,
     ) -> Drawn:
-        """See `sim.camera360.ScannedLook`."""
+        """See `sim.camera.camera360.ScannedLook`."""
         (world_from_object,) = placement.world_from_part
         cloud = self._in_its_light(body_id, world_from_object)
         region = (rect.x0, rect.y0, rect.width_px, rect.height_px)

@@ -367,7 +367,7 @@ Made = tuple[ScenePackage, SessionInfo, Callable[[], Iterator[SessionMessage]], 
 
 
 def _simulated(plan: SessionPlan) -> Made:
-    from sim.camera360 import default_rig
+    from sim.camera.camera360 import default_rig
     from studio.session.provenance import library_versions
     from studio.session.staging import staging_of
 

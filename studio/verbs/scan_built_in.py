@@ -32,8 +32,8 @@ from scenes.prepare.stages import open_work_folder
 from scenes.render.native import NativeRenderer
 from scenes.samples import SAMPLE_NAMES, sample_room
 from scenes.state import ObjectModel
-from sim.phone import PhoneOptions, film
-from sim.phone_capture import IMAGES
+from sim.phone.capture import IMAGES
+from sim.phone.phone import PhoneOptions, film
 from studio.console.progress import Progress, StageProgress, text_progress
 from studio.evaluate.prepared.cutouts import marked, photos_of
 

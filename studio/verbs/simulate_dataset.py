@@ -73,7 +73,7 @@ def _write(args: argparse.Namespace) -> int:
     from dataclasses import replace
 
     from sim.dataset.write import DatasetOptions, write_dataset
-    from sim.phone import SAMPLE_CAPTURE
+    from sim.phone.phone import SAMPLE_CAPTURE
     from studio.console.progress import text_progress
     from studio.session.staging import staging_of
 

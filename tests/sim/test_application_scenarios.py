@@ -9,8 +9,8 @@ import pytest
 from scenes.pose import Pose, wrap_angle
 from scenes.samples import sample_room
 from scenes.samples.pieces import DESIGNS, THICK_M, UNIT_M
-from sim.actions import Carry
-from sim.actors import TICK_NS, Actor, introduce
+from sim.people.actions import Carry
+from sim.people.actors import TICK_NS, Actor, introduce
 from sim.physics import physics_of
 from sim.remote import remote_annotations, remote_avatar
 from sim.scenario import load_scenario, validate_scenario

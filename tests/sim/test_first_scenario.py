@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sim.actions import Carry, Push, Walk
 from sim.first_scenario import first_scenario
+from sim.people.actions import Carry, Push, Walk
 from sim.scenario import parse_scenario, validate_scenario
 
 

@@ -12,8 +12,8 @@ from scenes.pose import Pose
 from scenes.prepare.cutout.object.added import add_object
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel
-from sim.actions import Push
-from sim.actors import TICK_NS, Actor
+from sim.people.actions import Push
+from sim.people.actors import TICK_NS, Actor
 from sim.people.embodiment import HandTarget, PersonTarget
 from sim.scanned import missing, only_scanned, scanned_object, with_scanned
 from sim.world import World

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from scenes.samples import SAMPLE_NAMES
-from sim.actions import Carry, Push
+from sim.people.actions import Carry, Push
 from sim.scenario import (
     DEFAULT_SCENARIOS,
     load_scenario,

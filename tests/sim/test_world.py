@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from sim.actions import Carry, Hide, Push, Stand, Turn, Walk
-from sim.actors import TICK_NS, Actor
+from sim.people.actions import Carry, Hide, Push, Stand, Turn, Walk
+from sim.people.actors import TICK_NS, Actor
 from sim.people.embodiment import HAND_RADIUS_M, HandTarget, PersonTarget
 from sim.world import World
 

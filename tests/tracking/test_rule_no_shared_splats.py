@@ -48,14 +48,14 @@ def draws_splats(modules):
     return sorted(m for m in modules if m.startswith(DRAWS_SPLATS))
 
 
-@pytest.mark.parametrize("module", ["sim.rehearsal", "sim.camera360", "sim.sensor"])
+@pytest.mark.parametrize("module", ["sim.rehearsal", "sim.camera.camera360", "sim.camera.sensor"])
 def test_simulated_frames_never_touch_a_splat_renderer(module):
     assert source_of(module) is not None, f"{module} has moved: this test must follow it"
     assert draws_splats(reachable(module)) == []
 
 
 def test_the_simulated_session_takes_its_frames_from_the_mesh_camera():
-    assert "sim.camera360" in reachable("sim.rehearsal")
+    assert "sim.camera.camera360" in reachable("sim.rehearsal")
 
 
 def test_the_tracker_never_sees_the_simulator_or_the_physical_meshes():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from sim.sensor import SensorOptions
+from sim.camera.sensor import SensorOptions
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,9 +19,9 @@ from scenes.cameras import Rig
 from scenes.mesh import PhysicalRoom
 from scenes.pose import Pose
 from sim.bodies import Body, Placement, body_of_object
-from sim.camera360 import Camera360, default_rig
+from sim.camera.camera360 import Camera360, default_rig
+from sim.camera.sensor import Sensor
 from sim.rehearsal import STREAM_ID
-from sim.sensor import Sensor
 from studio.evaluate.filmed.conditions import Conditions
 from studio.evaluate.filmed.takes import (
     BODY_NUMBERS,

@@ -35,12 +35,7 @@ PICTURE_SOURCES = (
     "scenes/samples/*.py",
     "scenes/samples/random_rooms/*.py",
     "scenes/samples/data/*",
-    "sim/camera360.py",
-    "sim/lens_*.py",
-    "sim/sensor.py",
-    "sim/shadows.py",
-    "sim/stand.py",
-    "sim/tessellate.py",
+    "sim/camera/*.py",
 )
 """Code and data that decide what the simulated camera sees."""
 

@@ -24,8 +24,8 @@ from scenes.prepare.train.trainer import PRESETS, TrainingResult
 from scenes.rays import RayScene
 from scenes.render.native import NativeRenderer
 from scenes.samples import sample_room
-from sim.phone import SAMPLE_CAPTURE, TRAINING_SET, PhoneOptions, film
-from sim.phone_capture import IMAGES, Capture
+from sim.phone.capture import IMAGES, Capture
+from sim.phone.phone import SAMPLE_CAPTURE, TRAINING_SET, PhoneOptions, film
 from studio.console.progress import Progress, StageProgress
 from studio.console.rows import Row, at_least, at_most
 from studio.evaluate.prepared.cutouts import CutScore, score_cutouts

@@ -13,7 +13,7 @@ from scenes.pose import Pose, wrap_angle
 from scenes.samples.random_rooms.movable import Movable
 from scenes.samples.random_rooms.outlines import overlaps, upright
 from scenes.samples.random_rooms.placing import Ground, is_free, place
-from sim.posture import (
+from sim.people.posture import (
     FULL_STRIDE_M,
     SIDES,
     Posture,
@@ -59,7 +59,7 @@ class Act:
     Attributes:
         object_id: what is moved.
         poses: of the object.
-        people: limbs of the person, in the order of `sim.posture.PART_NAMES`.
+        people: limbs of the person, in the order of `sim.people.posture.PART_NAMES`.
     """
 
     object_id: str

@@ -11,7 +11,7 @@ from scenes.pose import Pose
 from scenes.samples.random_rooms.placing import rearranged
 from scenes.samples.random_rooms.room import RandomRoom
 from sim.bodies import Body, Placement
-from sim.figure import person_body
+from sim.people.figure import person_body
 from studio.evaluate.random_rooms.acting import Act, Stage, carried, pushed
 
 STILLS = 6

@@ -17,7 +17,7 @@ from scenes.cameras import Rig
 from scenes.opening import open_scene
 from scenes.pose import Pose
 from scenes.samples import sample_room
-from sim.camera360 import default_rig
+from sim.camera.camera360 import default_rig
 from studio.console.rows import Row
 from studio.evaluate.figures import OTHER, OWN
 from studio.evaluate.filmed.asked import Asked

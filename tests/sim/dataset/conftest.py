@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from sim.dataset.write import DatasetOptions, write_dataset
-from sim.phone import PhoneOptions
+from sim.phone.phone import PhoneOptions
 from sim.scenario import parse_scenario
 
 SCENARIO = """

@@ -8,6 +8,7 @@ import pytest
 from scenes.cameras import Fisheye, pixel_centres
 from scenes.mesh import TexturedMesh
 from scenes.pose import Pose
+from sim.camera.lens_raster import PixelRect
 from sim.dataset.agreement import rigid_error
 from sim.dataset.json_stream import JsonList
 from sim.dataset.lens_truth import LensTruth, Silhouette
@@ -24,7 +25,6 @@ from sim.dataset.surfaces import (
 from sim.dataset.symmetry import ROUND, yaw_symmetry
 from sim.dataset.visibility import OUTSIDE, box_of, seen
 from sim.dataset.write import DatasetOptions
-from sim.lens_raster import PixelRect
 
 LENS = Fisheye.from_fov(400, math.radians(200))
 

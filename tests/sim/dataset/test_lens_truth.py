@@ -7,7 +7,7 @@ import pytest
 
 from scenes.cameras import pixel_centres
 from sim.bodies import Placement, body_of_object
-from sim.camera360 import Camera360, default_rig
+from sim.camera.camera360 import Camera360, default_rig
 from sim.dataset.lens_truth import ROOM, LensTruthPass
 
 RIG = default_rig(240)

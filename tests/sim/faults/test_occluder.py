@@ -6,7 +6,7 @@ import pytest
 
 from scenes.pose import Pose
 from sim.bodies import Placement, body_of_object
-from sim.camera360 import Camera360, default_rig
+from sim.camera.camera360 import Camera360, default_rig
 from sim.faults.occluder import panel_body, panel_placement
 
 

@@ -9,7 +9,7 @@ from scenes.pose import Pose
 from scenes.prepare.cutout.likewise import TakenApart
 from scenes.render.native import NativeRenderer
 from sim.bodies import Placement, body_of_object
-from sim.camera360 import Camera360, default_rig
+from sim.camera.camera360 import Camera360, default_rig
 from sim.reality.look import SplatLook
 from sim.reality.room import scanned_room
 

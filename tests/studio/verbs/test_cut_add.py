@@ -27,7 +27,7 @@ from scenes.samples.movables import mug
 from scenes.samples.shell import Shell, floor_with_rug, shell
 from scenes.samples.textures import parquet
 from scenes.splats import SplatCloud, concatenate
-from sim.phone import PhoneOptions, film
+from sim.phone.phone import PhoneOptions, film
 from studio.cli import EXIT_INPUT, EXIT_USAGE, main
 from studio.verbs import cut_add
 

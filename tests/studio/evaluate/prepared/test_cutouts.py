@@ -14,8 +14,8 @@ from scenes.prepare.reconstruction import View
 from scenes.render.native import NativeRenderer
 from scenes.samples import SAMPLE_NAMES, sample_room
 from scenes.splats import SplatCloud
-from sim.phone import SAMPLE_CAPTURE
-from sim.phone_path import HandShake, walk_around
+from sim.phone.path import HandShake, walk_around
+from sim.phone.phone import SAMPLE_CAPTURE
 from studio.console.progress import Progress
 from studio.evaluate.prepared.cutouts import photos_of, score_cutouts
 

@@ -10,9 +10,9 @@ import pytest
 
 from scenes.cameras import Fisheye
 from scenes.pose import Pose
-from sim.lens_picture import DrawnBody, Layer, Tolerances, compose
-from sim.lens_raster import PixelRect
-from sim.shadows import ShadowMap
+from sim.camera.lens_picture import DrawnBody, Layer, Tolerances, compose
+from sim.camera.lens_raster import PixelRect
+from sim.camera.shadows import ShadowMap
 
 SIZE = 512
 DOWN = Pose(np.diag([1.0, -1.0, -1.0]), np.array([0.0, 0.0, 1.6]))

@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim.figure import person_body
-from sim.posture import (
+from sim.people.figure import person_body
+from sim.people.posture import (
     FOREARM_M,
     MAX_CROUCH_M,
     MAX_LEAN_RAD,

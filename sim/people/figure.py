@@ -1,4 +1,4 @@
-"""A clothed person made of turned shapes: the meshes of the limbs that `sim.posture` places."""
+"""A clothed person of turned shapes: meshes of the limbs that `sim.people.posture` places."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from scenes.mesh import TexturedMesh
 from sim.bodies import Body, BodyPart
-from sim.posture import (
+from sim.people.posture import (
     FOREARM_M,
     PART_NAMES,
     SHIN_M,

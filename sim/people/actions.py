@@ -83,7 +83,7 @@ class Hide:
 
 @dataclass(frozen=True, slots=True)
 class Put:
-    """Like `Carry`, but onto the highest thing at the goal, the room's or another object.
+    """Like `Carry`, but onto the highest surface at the goal, the room's or another object.
 
     Attributes:
         object: its id.

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scenes.mesh import TexturedMesh
-from sim.tessellate import refine_mesh
+from sim.camera.tessellate import refine_mesh
 
 
 def _areas(vertices, faces):

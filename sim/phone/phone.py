@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from scenes.cameras import Fisheye, Pinhole, Rig
 from scenes.mesh import PhysicalRoom
 from scenes.pose import Pose
-from sim.phone_capture import (
+from sim.camera.sensor import Sensor, SensorOptions
+from sim.phone.capture import (
     NANOSECONDS,
     Capture,
     Distortion,
@@ -27,10 +28,9 @@ from sim.phone_capture import (
     write_truth,
     write_video,
 )
-from sim.phone_light import still_scene
-from sim.phone_path import HandShake, Walk, walk_around, walk_by_objects, walk_looking_up
-from sim.phone_raster import PinholeRasteriser
-from sim.sensor import Sensor, SensorOptions
+from sim.phone.light import still_scene
+from sim.phone.path import HandShake, Walk, walk_around, walk_by_objects, walk_looking_up
+from sim.phone.raster import PinholeRasteriser
 
 PATHS = {"walk": walk_around, "up": walk_looking_up, "objects": walk_by_objects}
 FINE = 2

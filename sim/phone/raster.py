@@ -23,7 +23,7 @@ from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLPolyDataMapper
 
 from scenes.cameras import Pinhole
 from scenes.pose import Pose
-from sim.lens_raster import offscreen_window, texture_of
+from sim.camera.lens_raster import offscreen_window, texture_of
 
 NEAR_M, FAR_M = 0.05, 40.0
 

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from scenes.cameras import Fisheye, pixel_centres
 from scenes.pose import Pose
-from sim.lens_raster import UNLIT, FisheyeRasteriser, PixelRect
-from sim.shadows import ShadowMap
+from sim.camera.lens_raster import UNLIT, FisheyeRasteriser, PixelRect
+from sim.camera.shadows import ShadowMap
 
 ROOM_ID = 0
 SHADOW_STEP = 8

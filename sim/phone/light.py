@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from scenes.mesh import PhysicalObject, PhysicalRoom, TexturedMesh
 from scenes.rays import RayScene
 from sim.bodies import Placement, body_of_object, solids_in_world
-from sim.phone_raster import LitMesh
-from sim.shadows import ShadowMap, shadow_map
-from sim.tessellate import refine_mesh
+from sim.camera.shadows import ShadowMap, shadow_map
+from sim.camera.tessellate import refine_mesh
+from sim.phone.raster import LitMesh
 
 OBJECT_EDGE_M = 0.02
 OFF_SURFACE_M = 2e-3

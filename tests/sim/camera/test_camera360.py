@@ -11,8 +11,8 @@ from scenes.frames import FRONT_FROM_BACK_LENS
 from scenes.mesh import TexturedMesh
 from scenes.pose import Pose
 from sim.bodies import Body, BodyPart, Placement, body_of_object
-from sim.camera360 import LENS_BASELINE_M, Camera360, CameraOptions, default_rig
-from sim.lens_picture import fine_lens
+from sim.camera.camera360 import LENS_BASELINE_M, Camera360, CameraOptions, default_rig
+from sim.camera.lens_picture import fine_lens
 
 LENS_PX = 720
 PLAIN = CameraOptions(blur_px=0.0, stand=False)

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scenes.mesh import PhysicalRoom
-from sim.actions import (
+from sim.floor import FloorMap, FreeFloor
+from sim.people.actions import (
     Action,
     Carry,
     HandOver,
@@ -22,7 +23,6 @@ from sim.actions import (
     Walk,
     name_of,
 )
-from sim.floor import FloorMap, FreeFloor
 from sim.people.embodiment import HAND_FORCE_LIMIT_N
 from sim.tables import ScenarioError
 

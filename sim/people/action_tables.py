@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sim.actions import (
+from sim.people.actions import (
     ACTION_NAMES,
     Action,
     Carry,

@@ -35,7 +35,7 @@ from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLPolyDataMapper
 
 from scenes.cameras import Fisheye
 from scenes.pose import Pose
-from sim.tessellate import FineMesh
+from sim.camera.tessellate import FineMesh
 
 TILE_PX = 1024
 FAR_M = 40.0

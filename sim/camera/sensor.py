@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.cameras import Fisheye, Rig
-from sim.lens_picture import lens_circle
+from sim.camera.lens_picture import lens_circle
 
 NOISE_MARGIN_PX = 97
 NOISE_SCALE = 32.0

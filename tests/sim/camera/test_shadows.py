@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sim.bodies import UNIT_BOX_CORNERS
-from sim.shadows import MAX_DARKNESS, shadow_map
+from sim.camera.shadows import MAX_DARKNESS, shadow_map
 
 UP = np.array([0.0, 0.0, 1.0])
 LIGHT = np.array([-0.6, 0.0, 0.8])

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from scenes.pose import Pose
-from sim.action_checks import HEAVIEST_KG
-from sim.action_tables import read_action
-from sim.actions import ACTION_NAMES, Draw, HandOver, Point, Put, Receive, Sit
+from sim.people.action_checks import HEAVIEST_KG
+from sim.people.action_tables import read_action
+from sim.people.actions import ACTION_NAMES, Draw, HandOver, Point, Put, Receive, Sit
 from sim.remote import remote_annotations, remote_avatar
 from sim.scan_like import block
 from sim.scenario import parse_scenario, validate_scenario

@@ -16,12 +16,12 @@ from scenes.cameras import Pinhole
 from scenes.frames import OPENGL_FROM_OPENCV, look_at
 from scenes.mesh import TexturedMesh
 from scenes.pose import Pose
-from sim.phone import FINE, PhoneOptions, drawn_camera, film
-from sim.phone_capture import Distortion, read_truth
-from sim.phone_light import still_scene
-from sim.phone_path import HandShake, walk_around, walk_by_objects, walk_looking_up
-from sim.phone_raster import LitMesh, PinholeRasteriser
-from sim.sensor import SensorOptions
+from sim.camera.sensor import SensorOptions
+from sim.phone.capture import Distortion, read_truth
+from sim.phone.light import still_scene
+from sim.phone.path import HandShake, walk_around, walk_by_objects, walk_looking_up
+from sim.phone.phone import FINE, PhoneOptions, drawn_camera, film
+from sim.phone.raster import LitMesh, PinholeRasteriser
 
 CLEAN = SensorOptions(0.0, 0.0, 0.0, 1.0, 0.0, 0.0)
 STEADY = HandShake(0.0, 0.0)

@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim.camera360 import default_rig
-from sim.sensor import Sensor, SensorOptions
+from sim.camera.camera360 import default_rig
+from sim.camera.sensor import Sensor, SensorOptions
 
 STEADY = SensorOptions(exposure_drift=0.0, colour_drift=0.0)
 SIZE = 200

@@ -21,7 +21,7 @@ from scenes.frames import FRONT_FROM_BACK_LENS
 from scenes.mesh import PhysicalRoom, TexturedMesh
 from scenes.pose import Pose
 from sim.bodies import Body, Placement, solids_in_world
-from sim.lens_picture import (
+from sim.camera.lens_picture import (
     DrawAlone,
     Drawn,
     DrawnBody,
@@ -34,10 +34,10 @@ from sim.lens_picture import (
     fine_lens,
     laid_over,
 )
-from sim.lens_raster import FisheyeRasteriser, Light, PixelRect
-from sim.shadows import ShadowMap, shadow_map
-from sim.stand import camera_stand
-from sim.tessellate import refine_mesh
+from sim.camera.lens_raster import FisheyeRasteriser, Light, PixelRect
+from sim.camera.shadows import ShadowMap, shadow_map
+from sim.camera.stand import camera_stand
+from sim.camera.tessellate import refine_mesh
 
 LENS_BASELINE_M = 0.03
 STILL_FRAMES = 3
