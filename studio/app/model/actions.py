@@ -1,0 +1,127 @@
+"""What can be done in the studio: one table for menus, buttons, keys, palette and scripts."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+ACTION_ID = re.compile(r"[a-z_]+(\.[a-z_0-9]+)+")
+"""`group.verb`, lower case."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Action:
+    """One action of a user.
+
+    Attributes:
+        id: `group.verb`; never changes, since scripts name it.
+        title: what menus and the palette show, imperative.
+        group: menu that it stands in.
+        run: does it; takes the named arguments.
+        hint: one sentence of what it does.
+        keys: default key sequence in Qt's portable notation, or empty.
+        arguments: names that `run` accepts; empty for what needs none.
+        available: whether it can be done now; None means always.
+        command: the command line that does the same, given the arguments; None if there is none.
+        icon: name of its icon, or empty.
+    """
+
+    id: str
+    title: str
+    group: str
+    run: Callable[..., object]
+    hint: str = ""
+    keys: str = ""
+    arguments: tuple[str, ...] = ()
+    available: Callable[[], bool] | None = None
+    command: Callable[..., str] | None = None
+    icon: str = ""
+
+    @property
+    def is_available(self) -> bool:
+        """Whether it can be done now."""
+        return self.available is None or self.available()
+
+
+class ActionError(ValueError):
+    """An action is not known, cannot be done now, or was given a wrong argument."""
+
+
+class ActionTable:
+    """All actions by id, in the order they were added."""
+
+    def __init__(self) -> None:
+        self._actions: dict[str, Action] = {}
+
+    def add(self, action: Action) -> None:
+        """Add an action.
+
+        Raises:
+            ActionError: its id is malformed or taken.
+        """
+        if ACTION_ID.fullmatch(action.id) is None:
+            raise ActionError(f"action id {action.id!r}, wanted group.verb in lower case")
+        if action.id in self._actions:
+            raise ActionError(f"action {action.id!r} exists already")
+        self._actions[action.id] = action
+
+    def remove(self, action_id: str) -> None:
+        """Forget an action, if there is one of that id: a plug-in that goes takes its own along."""
+        self._actions.pop(action_id, None)
+
+    def __iter__(self) -> Iterator[Action]:
+        return iter(tuple(self._actions.values()))
+
+    def __contains__(self, action_id: str) -> bool:
+        return action_id in self._actions
+
+    def get(self, action_id: str) -> Action:
+        """The action of an id.
+
+        Raises:
+            ActionError: there is none; the message names those that are spelled closely.
+        """
+        import difflib
+
+        action = self._actions.get(action_id)
+        if action is None:
+            near = difflib.get_close_matches(action_id, self._actions, n=3)
+            hint = f"; did you mean {', '.join(near)}?" if near else ""
+            raise ActionError(f"no action {action_id!r}{hint}")
+        return action
+
+    def check(self, action_id: str, values: dict[str, Any]) -> Action:
+        """The action, if it can be done with these arguments now.
+
+        Raises:
+            ActionError: it cannot; the message says why.
+        """
+        action = self.get(action_id)
+        unknown = sorted(set(values) - set(action.arguments))
+        if unknown:
+            wanted = ", ".join(action.arguments) or "none"
+            raise ActionError(f"{action_id}: no argument {unknown[0]!r}, wanted {wanted}")
+        if not action.is_available:
+            raise ActionError(f"{action_id}: cannot be done now ({action.hint or action.title})")
+        return action
+
+
+def matching(actions: Iterator[Action] | ActionTable, typed: str) -> list[Action]:
+    """Actions whose title, group or id contains every typed word, best first; all for ""."""
+    words = typed.lower().split()
+
+    def rank(action: Action) -> tuple[int, str] | None:
+        title = action.title.lower()
+        text = f"{action.group.lower()} {title} {action.id} {action.hint.lower()}"
+        if not all(word in text for word in words):
+            return None
+        starts = sum(any(part.startswith(word) for part in title.split()) for word in words)
+        return -starts, title
+
+    ranked = [(rank(action), action) for action in actions]
+    found = [(key, action) for key, action in ranked if key is not None]
+    if not words:
+        return [action for _, action in found]
+    return [action for _, action in sorted(found, key=lambda pair: pair[0])]

@@ -1,0 +1,237 @@
+"""Everything the window knows and does, without the window: the one object that docks share.
+
+It belongs to the main thread. Threads leave their results in slots, which `poll` empties.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import defaultdict, deque
+from collections.abc import Callable
+from dataclasses import replace
+from enum import Enum, auto
+from pathlib import Path
+from typing import Any
+
+from scenes.package import ScenePackage
+from scenes.state import SceneState
+from studio.app.model.actions import ActionError, ActionTable
+from studio.app.model.document import Document, composed
+from studio.app.model.history import Change, History
+from studio.app.model.log import Level, Log, LogLine
+from studio.app.model.script import script_line
+from studio.app.model.settings import Settings
+
+TRACE = 2000
+"""Script lines that are kept of what the user did."""
+
+
+class Topic(Enum):
+    """What listeners can be called for."""
+
+    DOCUMENT = auto()
+    """The document is another value: an edit, undo, or another project."""
+    STATE = auto()
+    """What is shown of the room has changed."""
+    SCENE = auto()
+    """A scene was opened, or is being opened."""
+    SELECTION = auto()
+    """Another item is selected."""
+    SESSION = auto()
+    """A session began, went on by a frame, or ended."""
+    RECORDING = auto()
+    """A recording was opened or closed."""
+    LOG = auto()
+    """A line was added."""
+    SETTINGS = auto()
+    """The user's settings are another value."""
+
+
+class Workbench:
+    """The document, what is shown of it, and what can be done.
+
+    Args:
+        document: what to begin with.
+        settings: the user's.
+        history: of the document's changes.
+    """
+
+    def __init__(self, document: Document, settings: Settings, history: History) -> None:
+        self.actions = ActionTable()
+        self.log = Log()
+        self.history = history
+        self.scene: ScenePackage | None = None
+        self.project: Path | None = None
+        """File of the project, or None before it was saved once."""
+        self.recording: Path | None = None
+        self.selection = ""
+        self.is_saved = True
+        self._document = document
+        self._settings = settings
+        self._base: SceneState | None = None
+        self._state = composed(None, document.twin)
+        self._listeners: defaultdict[Topic, list[Callable[[], None]]] = defaultdict(list)
+        self._trace: deque[str] = deque(maxlen=TRACE)
+        self._depth = 0
+
+    # --- the document ----------------------------------------------------------------------------
+
+    @property
+    def document(self) -> Document:
+        """What is edited."""
+        return self._document
+
+    def change(self, label: str, document: Document, *, merge: str = "") -> None:
+        """Make a change that can be undone.
+
+        Args:
+            label: what was done, such as "Move chair-1".
+            document: with the change.
+            merge: changes in a row with the same key that is not empty are one step: a drag.
+        """
+        before = self._document
+        self.show_document(document)
+        self.history.push(Change(label, before, document, merge))
+
+    def show_document(self, document: Document) -> None:
+        """Take a document without a step of undo: undo itself, and what is opened."""
+        self._document = document
+        self.is_saved = False
+        self._compose()
+        self._call(Topic.DOCUMENT)
+
+    def open_document(self, document: Document, project: Path | None) -> None:
+        """Begin with another document; what could be undone is forgotten."""
+        self.history.clear()
+        self.project = project
+        self.selection = ""
+        self._base = None
+        self.show_document(document)
+        self.is_saved = True
+        self._call(Topic.DOCUMENT)
+
+    def saved(self, project: Path) -> None:
+        """The document is in that file as it is now."""
+        self.project, self.is_saved = project, True
+        self._call(Topic.DOCUMENT)
+
+    # --- what is shown ---------------------------------------------------------------------------
+
+    @property
+    def state(self) -> SceneState:
+        """The room as it is shown: a session's or recording's, with what was added by hand."""
+        return self._state
+
+    @property
+    def is_by_hand(self) -> bool:
+        """Whether no session or recording decides where objects are."""
+        return self._base is None
+
+    def show_state(self, state: SceneState | None) -> None:
+        """Show an instant of a session or recording; None shows the room as arranged by hand."""
+        self._base = state
+        self._compose()
+
+    def show_scene(self, scene: ScenePackage | None) -> None:
+        """A scene was opened; None while another one is being opened."""
+        self.scene = scene
+        self._call(Topic.SCENE)
+        self._compose()
+
+    def open_recording(self, path: Path | None) -> None:
+        """Show a recording; None closes it."""
+        self.recording = path
+        if path is None:
+            self.show_state(None)
+        self._call(Topic.RECORDING)
+
+    def select(self, item_id: str) -> None:
+        """Select an object or whatever else has an id; "" selects nothing."""
+        if item_id != self.selection:
+            self.selection = item_id
+            self._call(Topic.SELECTION)
+
+    def _compose(self) -> None:
+        self._state = composed(self._base, self._document.twin)
+        self._call(Topic.STATE)
+
+    # --- settings --------------------------------------------------------------------------------
+
+    @property
+    def settings(self) -> Settings:
+        """The user's."""
+        return self._settings
+
+    def set(self, **values: Any) -> None:
+        """Change settings by name."""
+        self._settings = replace(self._settings, **values)
+        self._call(Topic.SETTINGS)
+
+    # --- actions ---------------------------------------------------------------------------------
+
+    def do(self, action_id: str, **values: Any) -> bool:
+        """Do what a button, a key, the palette or a line of a script asks for.
+
+        Returns:
+            Whether it was done; if not, the log says why.
+        """
+        try:
+            self.perform(action_id, **values)
+        except (ValueError, OSError) as error:
+            self.say("error", str(error))
+            return False
+        return True
+
+    def perform(self, action_id: str, **values: Any) -> None:
+        """As `do`, for scripts, which end at the first failure.
+
+        Raises:
+            ActionError: no such action, a wrong argument, or it cannot be done now.
+            ValueError, OSError: whatever the action raises.
+        """
+        action = self.actions.check(action_id, values)
+        self._depth += 1
+        try:
+            action.run(**values)
+        except TypeError as error:
+            if "argument" not in str(error):
+                raise
+            wanted = ", ".join(action.arguments)
+            raise ActionError(f"{action_id}: wanted {wanted or 'no arguments'}: {error}") from error
+        finally:
+            self._depth -= 1
+        if not self._depth:  # what an action does by other actions is in its own line already
+            self._trace.append(script_line(action_id, values))
+
+    def note(self, action_id: str, **values: Any) -> None:
+        """Write down what was done by hand, such as a drag, as the line of a script."""
+        self._trace.append(script_line(action_id, values))
+
+    def trace(self) -> list[str]:
+        """What the user has done, as lines of a script."""
+        return list(self._trace)
+
+    # --- words and listeners ---------------------------------------------------------------------
+
+    def say(self, level: Level, text: str) -> None:
+        """Add a line to the log; the window shows the last one."""
+        self.log.add(LogLine(time.time_ns(), level, " ".join(text.split())))
+        self._call(Topic.LOG)
+
+    def listen(self, topic: Topic, callback: Callable[[], None]) -> None:
+        """Call back on the main thread whenever something of that kind has changed."""
+        self._listeners[topic].append(callback)
+
+    def stop_listening(self, callback: Callable[[], None]) -> None:
+        """No longer call back, for any topic."""
+        for callbacks in self._listeners.values():
+            while callback in callbacks:
+                callbacks.remove(callback)
+
+    def announce(self, topic: Topic) -> None:
+        """Call those who listen: for parts that keep something of their own, such as a session."""
+        self._call(topic)
+
+    def _call(self, topic: Topic) -> None:
+        for callback in tuple(self._listeners[topic]):
+            callback()
