@@ -19,9 +19,10 @@ from PySide6.QtWidgets import QApplication, QLabel, QMainWindow, QSplitter, QToo
 from devices.streams import StreamFullError
 from scenes.cameras import Pinhole
 from scenes.state import SceneState
+from studio.app.model.scene_job import SceneJob
 from studio.app.orbit import home
 from studio.app.panes import CameraPane, TwinPane
-from studio.app.worker import SceneJob, TwinPainter, View
+from studio.app.worker import TwinPainter, View
 from studio.console.rows import exit_code
 from studio.rehearsal import Performance
 from studio.session.live_surfaces import clicked_surface

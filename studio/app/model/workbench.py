@@ -11,7 +11,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from enum import Enum, auto
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from scenes.package import ScenePackage
 from scenes.state import SceneState
@@ -21,6 +24,10 @@ from studio.app.model.history import Change, History
 from studio.app.model.log import Level, Log, LogLine
 from studio.app.model.script import script_line
 from studio.app.model.settings import Settings
+from studio.view.surface_drawing import LivePicture
+
+if TYPE_CHECKING:
+    from studio.app.model.session_run import SessionRun
 
 TRACE = 2000
 """Script lines that are kept of what the user did."""
@@ -66,6 +73,12 @@ class Workbench:
         self.recording: Path | None = None
         self.selection = ""
         self.is_saved = True
+        self.live: tuple[LivePicture, ...] = ()
+        """What live surfaces show in the state that is shown."""
+        self.camera_picture: NDArray[np.uint8] | None = None
+        """(H, W, 3) RGB of the 360° camera's front lens at that instant."""
+        self.session: SessionRun | None = None
+        """Opens scenes and plays sessions; there from the time the window is."""
         self._document = document
         self._settings = settings
         self._base: SceneState | None = None
@@ -127,9 +140,23 @@ class Workbench:
         """Whether no session or recording decides where objects are."""
         return self._base is None
 
-    def show_state(self, state: SceneState | None) -> None:
-        """Show an instant of a session or recording; None shows the room as arranged by hand."""
+    def show_state(
+        self,
+        state: SceneState | None,
+        *,
+        live: tuple[LivePicture, ...] = (),
+        camera_picture: NDArray[np.uint8] | None = None,
+    ) -> None:
+        """Show an instant of a session or recording; None shows the room as arranged by hand.
+
+        Args:
+            state: the room at that instant.
+            live: what its live surfaces show.
+            camera_picture: (H, W, 3) RGB of the front lens; None keeps the one that is shown.
+        """
         self._base = state
+        self.live = live
+        self.camera_picture = self.camera_picture if camera_picture is None else camera_picture
         self._compose()
 
     def show_scene(self, scene: ScenePackage | None) -> None:

@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from studio.app.worker import SceneJob
+from studio.app.model.scene_job import SceneJob
 from studio.console.display import why_no_window
 from studio.session.pipeline import CancelledError
 from studio.session.session import SessionPlan

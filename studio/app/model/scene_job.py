@@ -1,0 +1,100 @@
+"""A thread that opens a scene, and plays a session in it."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+from devices.streams import Slot
+from scenes.opening import open_scene
+from scenes.package import ScenePackage
+from studio.console.progress import Progress
+from studio.rehearsal import Performance, perform
+from studio.session.session import Session, SessionOutput, SessionPlan, open_session
+
+Watch = Callable[[SessionOutput], None]
+
+
+class SceneJob:
+    """Opens a scene, and plays a session in it if a plan is given, on a thread of its own.
+
+    The window polls; nothing here touches a widget.
+
+    Args:
+        scene: name or path.
+        plan: what to play, or None to look at the scene only.
+        out: folder for the results; None plays without leaving any.
+        watch: sees every result on the job's thread.
+    """
+
+    def __init__(
+        self,
+        scene: str,
+        plan: SessionPlan | None = None,
+        out: Path | None = None,
+        watch: Watch | None = None,
+    ) -> None:
+        self.outputs: Slot[SessionOutput] = Slot()
+        self.lines: Slot[str] = Slot()
+        self.opened: ScenePackage | None = None
+        self.session: Session | None = None
+        self.performance: Performance | None = None
+        self.failure: BaseException | None = None
+        self._plan, self._out, self._watch = plan, out, watch
+        self._scene = scene
+        self._cancelled = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="session", daemon=True)
+
+    def start(self) -> None:
+        """Begin."""
+        self._thread.start()
+
+    @property
+    def running(self) -> bool:
+        """Whether it is still at work."""
+        return self._thread.is_alive()
+
+    def ask_to_stop(self) -> None:
+        """Ask it to stop, without waiting for it."""
+        self._cancelled.set()
+
+    def cancel(self) -> None:
+        """Ask it to stop and wait until it has."""
+        self.ask_to_stop()
+        if self._thread.is_alive():
+            self._thread.join()
+
+    def _run(self) -> None:
+        progress = Progress(lambda text, _final: self.lines.put(text))
+        try:
+            if self._plan is None:
+                progress.begin("opening the scene")
+                self.opened = open_scene(self._scene)
+                progress.finish()
+            elif self._out is not None:
+                self.performance = perform(
+                    self._plan,
+                    self._out,
+                    progress=progress,
+                    opened=self._see_session,
+                    watch=self._see,
+                    cancelled=self._cancelled,
+                )
+            else:
+                progress.begin("replaying")
+                session = open_session(self._plan)
+                self._see_session(session)
+                session.run(self._see, cancelled=self._cancelled)
+                progress.finish()
+        except Exception as error:  # noqa: BLE001 - raised again where the window is closed
+            self.failure = error
+
+    def _see_session(self, session: Session) -> None:
+        self.session = session
+        self.opened = session.scene
+
+    def _see(self, output: SessionOutput) -> None:
+        self.outputs.put(output)
+        if self._watch is not None:
+            self._watch(output)

@@ -1,0 +1,194 @@
+"""Opens scenes and plays sessions for the workbench: what runs now, and what it has led to."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from studio.app.model.document import Document
+from studio.app.model.scene_job import SceneJob
+from studio.app.model.workbench import Topic, Workbench
+from studio.console.rows import exit_code
+from studio.session.live_surfaces import clicked_surface
+from studio.session.methods import METHODS
+from studio.session.outputs import RECORDING
+from studio.session.pipeline import CancelledError
+from studio.session.session import Pace, SessionOutput, SessionPlan
+
+
+class SessionRun:
+    """What is opened or played. One at a time; `poll` is called by the window's timer.
+
+    Args:
+        bench: what it reports to.
+        out: folder for rehearsals that are started here.
+        scenarios: folder where a document's scenario is written for the session to read.
+    """
+
+    def __init__(self, bench: Workbench, *, out: Path, scenarios: Path) -> None:
+        self.out = out
+        self.output: SessionOutput | None = None
+        self.line = ""
+        """How far the work is, in words."""
+        self._bench = bench
+        self._scenarios = scenarios
+        self._job: SceneJob | None = None
+        self._next: SceneJob | None = None
+        self._is_playing = self._is_open = self._next_plays = False
+
+    @property
+    def job(self) -> SceneJob | None:
+        """What runs or ran last."""
+        return self._job
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether a scene is being opened or a session is playing."""
+        return self._job is not None and self._job.running
+
+    @property
+    def is_playing(self) -> bool:
+        """Whether a session is playing."""
+        return self.is_busy and self._is_playing
+
+    @property
+    def report(self) -> Path | None:
+        """Folder of the last rehearsal that ended here, or None."""
+        performance = None if self._job is None else self._job.performance
+        return None if performance is None else performance.folder
+
+    def open_scene(self, scene: str) -> None:
+        """Open a scene; what runs is cancelled."""
+        self._bench.show_scene(None)
+        self._begin(SceneJob(scene), plays=False)
+
+    def rehearse(
+        self, *, out: Path | None = None, pace: Pace = Pace.EXACT, paper: bool = False
+    ) -> None:
+        """Play the document's scenario in its scene.
+
+        Raises:
+            ValueError: a session is playing.
+            OSError: the scenario cannot be written down.
+        """
+        if self.is_playing:
+            raise ValueError("a session is playing already: stop it first")
+        plan = SessionPlan(
+            scene=self._bench.document.scene,
+            scenario=self._scenario_file(self._bench.document),
+            seed=self._bench.document.seed,
+            methods=METHODS if paper else METHODS[:1],
+            pace=pace,
+        )
+        self.play(SceneJob(plan.scene, plan, out or self.out))
+
+    def play(self, job: SceneJob) -> None:
+        """Play a session that somebody has planned."""
+        self._bench.open_recording(None)
+        self._begin(job, plays=True)
+
+    def stop(self) -> None:
+        """Ask what runs to stop."""
+        if self._job is not None and self._job.running:
+            self.line = "stopping …"
+            self._job.ask_to_stop()
+            self._bench.announce(Topic.SESSION)
+
+    def close(self) -> None:
+        """Cancel and wait: the window closes."""
+        if self._job is not None:
+            self._job.cancel()
+
+    def make_live(self, name: str, clicks_px: object) -> None:
+        """Make what was clicked in the front lens's picture a live surface of the session.
+
+        Args:
+            name: of the surface.
+            clicks_px: (4, 2) picture pixels, top left first.
+
+        Raises:
+            ValueError: there is no session, or no flat surface where it was clicked.
+        """
+        import numpy as np
+
+        session = None if self._job is None else self._job.session
+        if session is None or self.output is None:
+            raise ValueError("a live surface needs a session: rehearse first")
+        frame, room = self.output.input.frame, session.scene.room
+        pose = self.output.shown.world_from_rig
+        surface = clicked_surface(name, np.asarray(clicks_px, dtype=float), frame, pose, room)
+        session.make_live(surface)
+
+    def poll(self) -> None:
+        """Take what the thread has left since the last time."""
+        job = self._job
+        if job is None:
+            return
+        if job.opened is not None and self._bench.scene is not job.opened:
+            self._bench.show_scene(job.opened)
+        line = job.lines.take()
+        output = job.outputs.take()
+        if output is not None:
+            self.output = output
+            picture = output.input.frame.images[0]
+            self._bench.show_state(output.state, live=output.surfaces, camera_picture=picture)
+        if line is not None:
+            self.line = line
+        if line is not None or output is not None:
+            self._bench.announce(Topic.SESSION)
+        if not job.running and self._is_open:
+            self._end(job)
+
+    def _begin(self, job: SceneJob, *, plays: bool) -> None:
+        if self.is_busy:
+            # The thread ends by itself soon; the new one begins then.
+            assert self._job is not None
+            self._job.ask_to_stop()
+            self._next = job
+            self._next_plays = plays
+            self.line = "stopping …"
+            return
+        self._job, self._is_playing, self._is_open = job, plays, True
+        self.output = None
+        self.line = "opening the scene …"
+        job.start()
+        self._bench.announce(Topic.SESSION)
+
+    def _end(self, job: SceneJob) -> None:
+        self._is_open = False
+        was_playing, self._is_playing = self._is_playing, False
+        self.line = self._last_words(job, was_playing)
+        self._bench.announce(Topic.SESSION)
+        if self._next is not None:
+            following, self._next = self._next, None
+            self._begin(following, plays=self._next_plays)
+        elif job.performance is not None:
+            self._bench.open_recording(job.performance.folder / RECORDING)
+
+    def _last_words(self, job: SceneJob, was_playing: bool) -> str:
+        if isinstance(job.failure, CancelledError):
+            self._bench.say("info", "cancelled; nothing was kept")
+            return "cancelled; nothing was kept"
+        if job.failure is not None:
+            self._bench.say("error", str(job.failure) or type(job.failure).__name__)
+            return "failed: see the log"
+        if job.performance is not None:
+            missed = exit_code(job.performance.rows)
+            verdict = "✗ a figure misses its bar" if missed else "✓ every figure meets its bar"
+            text = f"{verdict}; the report is in {job.performance.folder}"
+            self._bench.say("warning" if missed else "info", text)
+            return text
+        return "the replay has ended" if was_playing else "ready"
+
+    def _scenario_file(self, document: Document) -> str | None:
+        if not document.scenario:
+            return document.scenario_name or None
+        self._scenarios.mkdir(parents=True, exist_ok=True)
+        path = self._scenarios / f"{document.scenario_name or 'scenario'}.toml"
+        path.write_text(document.scenario, encoding="utf-8")
+        return str(path)
+
+
+def with_scene(document: Document, scene: str) -> Document:
+    """A new document for a scene; nothing of the old one's rooms fits another."""
+    return replace(Document(scene), seed=document.seed)
