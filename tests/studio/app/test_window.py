@@ -27,7 +27,7 @@ def application():
 def play(tiny, tmp_path, monkeypatch, application):
     """Opens the window on a rehearsal in the tiny room; `until` waits while Qt works."""
     from studio import rehearsal
-    from studio.app.window import StudioWindow
+    from studio.app.old_window import StudioWindow
 
     windows = []
 
@@ -155,7 +155,7 @@ def test_closing_a_rehearsal_early_is_a_cancellation(tiny, tmp_path, monkeypatch
 
 def test_a_scene_opens_and_can_be_looked_at(tiny, tmp_path, close_when):
     from scenes.package import save_package
-    from studio.app.window import open_window
+    from studio.app.old_window import open_window
 
     save_package(tiny.scene, tmp_path / "room")
     looked = []
@@ -167,7 +167,7 @@ def test_a_scene_opens_and_can_be_looked_at(tiny, tmp_path, close_when):
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_ctrl_c_in_the_terminal_closes_the_window(tiny, tmp_path, close_when, number):
     from scenes.package import save_package
-    from studio.app.window import open_window
+    from studio.app.old_window import open_window
 
     save_package(tiny.scene, tmp_path / "room")
     before = signal.getsignal(number)
@@ -178,7 +178,7 @@ def test_ctrl_c_in_the_terminal_closes_the_window(tiny, tmp_path, close_when, nu
 
 
 def test_a_missing_scene_is_an_error_of_the_caller(tmp_path, close_when):
-    from studio.app.window import open_window
+    from studio.app.old_window import open_window
 
     close_when(lambda w: w.line.startswith("✗"))
     with pytest.raises(ValueError, match="nowhere"):

@@ -1,0 +1,383 @@
+"""The main window: the view, its docks, menus, and what it says at the bottom."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import PySide6QtAds as ads
+import qtawesome
+from PySide6.QtCore import QByteArray, QTimer
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QResizeEvent
+from PySide6.QtWidgets import QApplication, QFileDialog, QLabel, QMainWindow, QVBoxLayout, QWidget
+
+from studio.app.model.autosave import Autosave, Recovered, discard, recoverable
+from studio.app.model.session_run import SessionRun
+from studio.app.model.settings import save_settings
+from studio.app.model.workbench import Topic, Workbench
+from studio.app.shell.cheat_sheet import CheatSheet
+from studio.app.shell.command_palette import CommandPalette
+from studio.app.shell.docks import CLOSED_AT_FIRST, DOCKS, Dock, make_content
+from studio.app.shell.file_actions import add_file_actions
+from studio.app.shell.first_page import FirstPage, scene_title
+from studio.app.shell.history import QtHistory
+from studio.app.shell.menus import Menus
+from studio.app.shell.notice import Notice
+from studio.app.shell.script_run import ScriptRun
+from studio.app.shell.session_actions import add_session_actions
+from studio.app.shell.shell_actions import add_shell_actions
+from studio.app.shell.theme import SHAPES, THEMES, apply_theme
+from studio.app.shell.window_film import WindowFilm
+
+POLL_MS = 15
+"""Between two looks at what the threads have left: well below a frame of a 30 Hz view."""
+
+AREAS = {
+    "left": ads.LeftDockWidgetArea,
+    "right": ads.RightDockWidgetArea,
+    "bottom": ads.BottomDockWidgetArea,
+}
+
+
+class MainWindow(QMainWindow):
+    """The studio's window. Closing it cancels what is running and waits for it.
+
+    Args:
+        bench: what it shows.
+        run: plays the bench's sessions.
+        home: folder of settings and of work in progress.
+        make_view: makes the view in the middle.
+    """
+
+    def __init__(
+        self,
+        bench: Workbench,
+        run: SessionRun,
+        *,
+        home: Path,
+        make_view: Callable[[Workbench], QWidget],
+    ) -> None:
+        super().__init__()
+        self.bench, self.run = bench, run
+        self.script: ScriptRun | None = None
+        self.after_script: Callable[[], object] | None = None
+        self._home = home
+        self._make_view = make_view
+        self._film: WindowFilm | None = None
+        self._autosave = Autosave(home)
+        self._contents: dict[str, QWidget] = {}
+        self.view: QWidget | None = None
+        self.setAcceptDrops(True)
+        self.resize(1320, 820)
+        self.setMinimumSize(860, 560)
+        self.notice = Notice()
+        middle = QWidget()
+        self._middle = QVBoxLayout(middle)
+        self._middle.setContentsMargins(0, 0, 0, 0)
+        self._middle.setSpacing(0)
+        self._middle.addWidget(self.notice)
+        self._docks, self.docks = self._make_docks(middle)
+        self._first_layout = self._docks.saveState()
+        self.menus = Menus(bench, self)
+        self.palette_bar = CommandPalette(bench, self)
+        self.cheat_sheet = CheatSheet(bench, self)
+        self._line, self._state, self._count = QLabel("opening …"), QLabel(), QLabel()
+        self.statusBar().addWidget(self._line, 1)
+        self.statusBar().addPermanentWidget(self._count)
+        self.statusBar().addPermanentWidget(self._state)
+        self.first_page: FirstPage | None = None
+        add_file_actions(bench, run, self._ask_for_file)
+        add_session_actions(bench, run)
+        add_shell_actions(bench, self)
+        self.menus.build()
+        self._listen()
+        self._restore()
+        self._timer = QTimer(self)
+        self._timer.timeout.connect(self._poll)
+        self._timer.start(POLL_MS)
+        # The window is on the screen before the view and the docks are made.
+        QTimer.singleShot(0, self._fill)
+
+    # --- construction ----------------------------------------------------------------------------
+
+    def _make_docks(self, middle: QWidget) -> tuple[Any, dict[str, Any]]:
+        flags = ads.CDockManager.eConfigFlag
+        ads.CDockManager.setConfigFlag(flags.OpaqueSplitterResize, True)
+        ads.CDockManager.setConfigFlag(flags.FocusHighlighting, False)
+        ads.CDockManager.setConfigFlag(flags.DockAreaHasTabsMenuButton, False)
+        manager = ads.CDockManager(self)
+        manager.setStyleSheet("")  # the application's theme decides
+        centre = ads.CDockWidget(manager, "View")
+        centre.setWidget(middle)
+        centre.setFeature(ads.CDockWidget.DockWidgetFeature.NoTab, True)
+        areas = {"centre": manager.setCentralWidget(centre)}
+        made: dict[str, Any] = {}
+        for dock in DOCKS:
+            widget = ads.CDockWidget(manager, dock.title)
+            widget.setObjectName(dock.id)
+            widget.setWidget(QWidget())
+            widget.setMinimumSizeHintMode(
+                ads.CDockWidget.eMinimumSizeHintMode.MinimumSizeHintFromDockWidget
+            )
+            widget.visibilityChanged.connect(lambda _=False, of=dock: self._fill_dock(of))
+            if dock.side in areas:
+                manager.addDockWidgetTabToArea(widget, areas[dock.side])
+            else:
+                areas[dock.side] = manager.addDockWidget(AREAS[dock.side], widget)
+            made[dock.id] = widget
+        for side in ("left", "right"):
+            first = next(made[dock.id] for dock in DOCKS if dock.side == side)
+            first.setAsCurrentTab()
+        for dock_id in CLOSED_AT_FIRST:
+            made[dock_id].toggleView(False)
+        manager.setSplitterSizes(areas["left"], [260, 700, 360])
+        manager.setSplitterSizes(areas["centre"], [560, 240])
+        return manager, made
+
+    def _fill(self) -> None:
+        self.view = self._make_view(self.bench)
+        self._middle.addWidget(self.view, 1)
+        self.menus.build()
+        self._recolour()
+        if not self.bench.settings.has_started:
+            self.first_page = FirstPage(self.bench, self.view)
+            self.first_page.show()
+            self.first_page.place()
+        self._offer_recovery()
+        QTimer.singleShot(0, self._fill_docks)
+
+    def _fill_docks(self) -> None:
+        """Make one dock's content at a time, those that are seen first."""
+        order = sorted(DOCKS, key=lambda dock: not self.docks[dock.id].isVisible())
+        missing = [dock for dock in order if dock.id not in self._contents]
+        if missing and self._timer.isActive():
+            self._make_content(missing[0])
+            QTimer.singleShot(30, self._fill_docks)
+
+    def _fill_dock(self, dock: Dock) -> None:
+        if self.view is not None and self.docks[dock.id].isVisible():
+            self._make_content(dock)
+
+    def _make_content(self, dock: Dock) -> None:
+        if dock.id in self._contents:
+            return
+        content = make_content(dock, self.bench)
+        self._contents[dock.id] = content
+        before = self.docks[dock.id].takeWidget()
+        self.docks[dock.id].setWidget(content)
+        before.deleteLater()
+        self.menus.build()
+        self._recolour()
+
+    def content(self, dock_id: str) -> QWidget:
+        """What a dock holds; made if it was not yet."""
+        self._make_content(next(dock for dock in DOCKS if dock.id == dock_id))
+        return self._contents[dock_id]
+
+    def _listen(self) -> None:
+        self.bench.listen(Topic.DOCUMENT, self._on_document)
+        self.bench.listen(Topic.SCENE, self._on_document)
+        self.bench.listen(Topic.SESSION, self._on_session)
+        self.bench.listen(Topic.RECORDING, self._on_session)
+        self.bench.listen(Topic.SELECTION, self.menus.refresh)
+        self.bench.listen(Topic.LOG, self._on_log)
+        self.bench.listen(Topic.SETTINGS, self._on_settings)
+        self._on_document()
+        self._on_settings()
+
+    # --- what changes ----------------------------------------------------------------------------
+
+    def _on_document(self) -> None:
+        document = self.bench.document
+        name = self.bench.project.stem if self.bench.project else scene_title(document.scene)
+        self.setWindowTitle(f"{name}{'' if self.bench.is_saved else ' •'} - GaussianNexus Studio")
+        if not self.bench.is_saved:
+            self._autosave.keep(document)
+        self.menus.refresh()
+
+    def _on_session(self) -> None:
+        self._line.setText(self.run.line)
+        session = None if self.run.job is None else self.run.job.session
+        if session is not None and self.run.output is not None:
+            frame = self.run.output.input.frame
+            self._count.setText(f"{frame.t_ns / 1e9:6.1f} s   frame {frame.seq:5d}")
+        kind = "good" if self.run.is_playing else "calm"
+        words = "playing" if self.run.is_playing else "busy" if self.run.is_busy else "idle"
+        self._state.setText(f"{SHAPES[kind]} {words}")
+        self.menus.refresh()
+
+    def _on_log(self) -> None:
+        line = self.bench.log.lines()[-1]
+        shape = {"info": "", "warning": "▲ ", "error": "✖ "}[line.level]
+        self._line.setText(shape + line.text)
+        self._line.setToolTip(line.text)
+
+    def _on_settings(self) -> None:
+        settings = self.bench.settings
+        application = QApplication.instance()
+        if isinstance(application, QApplication):
+            wanted = (settings.theme, settings.text_scale)
+            if application.property("nexus theme") != repr(wanted):
+                apply_theme(application, *wanted)
+                application.setProperty("nexus theme", repr(wanted))
+                self._recolour()
+        self.menus.refresh()
+        try:
+            save_settings(settings, self._home / "settings.json")
+        except OSError as error:
+            self._line.setText(f"▲ settings cannot be saved: {error.strerror}")
+
+    def _recolour(self) -> None:
+        theme = THEMES[self.bench.settings.theme]
+        self.menus.colour(theme.text)
+        for dock in DOCKS:
+            self.docks[dock.id].setIcon(qtawesome.icon(dock.icon, color=theme.faint))
+
+    def _poll(self) -> None:
+        self.run.poll()
+        problem = self._autosave.problem()
+        if problem is not None:
+            self.bench.say("error", problem)
+        if self.script is None:
+            return
+        if not self.script.is_done:
+            self.script.advance()
+        elif self.after_script is not None:
+            after, self.after_script = self.after_script, None
+            after()
+
+    @property
+    def is_filled(self) -> bool:
+        """Whether the view and all docks are there."""
+        return self.view is not None and len(self._contents) == len(DOCKS)
+
+    # --- what the actions ask for ----------------------------------------------------------------
+
+    def show_palette(self) -> None:
+        """See `Shell`."""
+        self.palette_bar.open()
+
+    def show_keys(self) -> None:
+        """See `Shell`."""
+        self.cheat_sheet.open()
+
+    def show_dock(self, dock_id: str) -> None:
+        """See `Shell`."""
+        self.docks[dock_id].toggleView(True)
+        self.docks[dock_id].setAsCurrentTab()
+        self.content(dock_id).setFocus()
+
+    def save_layout(self, name: str) -> None:
+        """See `Shell`."""
+        state = base64.b64encode(bytes(self._docks.saveState().data())).decode()
+        self.bench.set(layouts={**self.bench.settings.layouts, name: state})
+
+    def load_layout(self, name: str) -> None:
+        """See `Shell`."""
+        if not name:
+            self._docks.restoreState(self._first_layout)
+            return
+        state = self.bench.settings.layouts.get(name)
+        if state is None:
+            known = ", ".join(self.bench.settings.layouts) or "none"
+            raise ValueError(f"no layout {name!r}; saved are: {known}")
+        self._docks.restoreState(QByteArray(base64.b64decode(state)))
+
+    def save_picture(self, path: Path) -> None:
+        """See `Shell`."""
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if not self.grab().save(str(path)):
+            raise OSError(
+                f"{path}: the picture cannot be written; wanted a name such as studio.png"
+            )
+        self.bench.say("info", f"saved {path}")
+
+    def film_window(self, path: Path | None) -> None:
+        """See `Shell`."""
+        if self._film is not None:
+            film, self._film = self._film, None
+            film.stop()
+            self.bench.say("info", f"saved {film.path}")
+        if path is not None:
+            self._film = WindowFilm(self, path)
+
+    def resize_to(self, width_px: int, height_px: int) -> None:
+        """See `Shell`."""
+        self.resize(width_px, height_px)
+
+    def close_window(self) -> None:
+        """See `Shell`."""
+        self.close()
+
+    def _ask_for_file(self, title: str, kinds: str, writes: bool) -> str:
+        ask = QFileDialog.getSaveFileName if writes else QFileDialog.getOpenFileName
+        chosen, _ = ask(self, title, "", kinds)
+        return chosen
+
+    # --- recovery, layout, closing ---------------------------------------------------------------
+
+    def _offer_recovery(self) -> None:
+        found = recoverable(self._home)
+        if not found:
+            return
+        newest = found[0]
+        name = scene_title(newest.document.scene)
+        self.notice.offer(
+            f"Unsaved work on {name!r} was left behind when the studio ended.",
+            {
+                "Restore": lambda: self._recover(newest),
+                "Discard": lambda: discard(newest),
+            },
+        )
+
+    def _recover(self, found: Recovered) -> None:
+        self.bench.open_document(found.document, None)
+        self.bench.show_document(found.document)
+        self.run.open_scene(found.document.scene)
+        discard(found)
+        self.bench.say("info", "restored; save it to keep it")
+
+    def _restore(self) -> None:
+        settings = self.bench.settings
+        if settings.geometry:
+            self.restoreGeometry(QByteArray(base64.b64decode(settings.geometry)))
+        if settings.layout:
+            self._docks.restoreState(QByteArray(base64.b64decode(settings.layout)))
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """See Qt."""
+        super().resizeEvent(event)
+        if self.first_page is not None and self.first_page.isVisible():
+            QTimer.singleShot(0, self.first_page.place)
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        """See Qt."""
+        if event.mimeData().hasUrls():
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        """See Qt."""
+        paths = [url.toLocalFile() for url in event.mimeData().urls() if url.isLocalFile()]
+        self.bench.do("file.drop", paths=paths)
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """Remember the layout, cancel, wait for the threads, close. Unsaved work stays kept."""
+        self._timer.stop()
+        self.film_window(None)
+        layout = base64.b64encode(bytes(self._docks.saveState().data())).decode()
+        geometry = base64.b64encode(bytes(self.saveGeometry().data())).decode()
+        self.bench.set(layout=layout, geometry=geometry)
+        self.hide()  # at once, also where the session takes a while to stop
+        self.run.close()
+        for widget in (self.view, *self._contents.values()):
+            if widget is not None:
+                widget.close()
+        self._autosave.stop(keep=not self.bench.is_saved)
+        event.accept()
+
+
+def make_history(bench_document: Callable[[], Workbench]) -> QtHistory:
+    """The undo stack of a bench that is made after it."""
+    return QtHistory(lambda document: bench_document().show_document(document))

@@ -1,0 +1,50 @@
+"""A bar over the view that says something and offers what to do. It blocks nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QWidget
+
+
+class Notice(QFrame):
+    """One sentence with buttons; each closes it."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setAutoFillBackground(True)
+        self.setFrameShape(QFrame.Shape.StyledPanel)
+        self._row = QHBoxLayout(self)
+        self._row.setContentsMargins(12, 6, 8, 6)
+        self._text = QLabel()
+        self._text.setWordWrap(True)
+        self._row.addWidget(self._text, 1)
+        self._buttons: list[QPushButton] = []
+        self.hide()
+
+    @property
+    def text(self) -> str:
+        """What it says."""
+        return self._text.text()
+
+    def offer(self, text: str, ways: dict[str, Callable[[], None]]) -> None:
+        """Show a sentence, and a button for each way to go on; the first is the usual one."""
+        for button in self._buttons:
+            button.deleteLater()
+        self._buttons = []
+        self._text.setText(text)
+        for label, go_on in ways.items():
+            button = QPushButton(label)
+            button.setDefault(not self._buttons)
+            button.clicked.connect(lambda _=False, chosen=go_on: self._choose(chosen))
+            self._row.addWidget(button)
+            self._buttons.append(button)
+        self.show()
+
+    def choose(self, label: str) -> None:
+        """As if a button had been clicked."""
+        next(button for button in self._buttons if button.text() == label).click()
+
+    def _choose(self, go_on: Callable[[], None]) -> None:
+        self.hide()
+        go_on()

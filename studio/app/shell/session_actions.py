@@ -1,0 +1,78 @@
+"""Actions of sessions: rehearse, stop, live surfaces, report, sharing."""
+
+from __future__ import annotations
+
+import shlex
+from dataclasses import replace
+from pathlib import Path
+
+from studio.app.model.actions import Action
+from studio.app.model.session_run import SessionRun
+from studio.app.model.workbench import Workbench
+from studio.session.session import Pace
+
+
+def add_session_actions(bench: Workbench, run: SessionRun) -> None:
+    """Add what the Session menu holds."""
+
+    def rehearse(out: str = "", seed: int | None = None, paced: bool = False) -> None:
+        if seed is not None and seed != bench.document.seed:
+            bench.change(f"Seed {seed}", replace(bench.document, seed=int(seed)))
+        pace = Pace.PACED if paced else Pace.EXACT
+        run.rehearse(out=Path(out) if out else None, pace=pace)
+
+    def command(out: str = "", seed: int | None = None, paced: bool = False) -> str:
+        document = bench.document
+        words = ["nexus", "rehearse", document.scene]
+        if document.scenario:
+            words += ["--scenario", f"{document.scenario_name or 'scenario'}.toml"]
+        elif document.scenario_name:
+            words += ["--scenario", document.scenario_name]
+        words += ["--seed", str(document.seed if seed is None else seed)]
+        words += ["--out", out or str(run.out), "--no-paper"]
+        return shlex.join(words + (["--paced"] if paced else []))
+
+    def make_live(corners: list[list[float]], name: str = "") -> None:
+        count = len(bench.state.surfaces) + 1
+        run.make_live(name or f"surface {count}", corners)
+
+    for action in (
+        Action(
+            "session.rehearse",
+            "Rehearse",
+            "Session",
+            rehearse,
+            "play the scenario with a simulated camera, and track the objects in its video",
+            "F5",
+            ("out", "seed", "paced"),
+            available=lambda: bench.scene is not None and not run.is_playing,
+            command=command,
+            icon="mdi6.play",
+        ),
+        Action(
+            "session.stop",
+            "Stop",
+            "Session",
+            run.stop,
+            "cancel what is playing; nothing of it is kept",
+            "Shift+F5",
+            available=lambda: run.is_busy,
+            icon="mdi6.stop",
+        ),
+        Action(
+            "session.make_live",
+            "Make a live surface of four corners",
+            "Session",
+            make_live,
+            "corners are pixels of the front lens's picture, top left first",
+            arguments=("corners", "name"),
+            available=lambda: run.is_playing and run.output is not None,
+        ),
+    ):
+        bench.actions.add(action)
+
+
+def project_command(bench: Workbench) -> str:
+    """The command that opens what is open."""
+    project = bench.project
+    return shlex.join(["nexus", "studio", str(project) if project else bench.document.scene])
