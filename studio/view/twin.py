@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,19 @@ MARGIN_M = 0.15
 
 COARSE_SPLATS = 200_000
 """Splats of the room in a coarse picture."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DrawnTwin:
+    """A picture of the twin, and how far what it shows is.
+
+    Attributes:
+        picture: (H, W, 3) RGB.
+        depth: (H, W) float32 metres, z of a pinhole, range of a fisheye; 0 where nothing is.
+    """
+
+    picture: NDArray[np.uint8]
+    depth: NDArray[np.float32]
 
 
 class Twin:
@@ -69,6 +83,21 @@ class Twin:
             coarse: draw the room with fewer splats, if `make_coarse` was called.
             live: surfaces that show live video.
         """
+        return self.drawn(
+            poses, camera, world_from_camera, near_m=near_m, coarse=coarse, live=live
+        ).picture
+
+    def drawn(
+        self,
+        poses: Mapping[str, Pose],
+        camera: Pinhole | Fisheye,
+        world_from_camera: Pose,
+        *,
+        near_m: float = 0.05,
+        coarse: bool = False,
+        live: Sequence[LivePicture] = (),
+    ) -> DrawnTwin:
+        """The picture as `picture` has it, with its depth."""
         room = self._coarse_room if coarse else self._room
         posed = [
             PosedSplats(item.splats, poses.get(object_id, item.world_from_object))
@@ -80,7 +109,7 @@ class Twin:
         picture = (np.clip(drawn.rgb, 0.0, 1.0) * 255.0 + 0.5).astype(np.uint8)
         for surface in live:
             draw_surface(picture, drawn.depth, camera, world_from_camera, surface)
-        return picture
+        return DrawnTwin(picture, drawn.depth)
 
     def _behind(
         self, camera: Pinhole | Fisheye, world_from_camera: Pose

@@ -8,7 +8,7 @@ import pytest
 from scenes.cameras import Pinhole
 from scenes.frames import look_at
 from scenes.state import SceneState
-from studio.app.worker import TwinPainter, View, scaled
+from studio.app.viewport.painter import TwinPainter, View, scaled
 
 CAMERA = Pinhole.from_fov(64, 48, 1.0)
 
@@ -33,9 +33,9 @@ def view_from(x):
 
 
 def next_picture(painter):
-    picture = painter.pictures.take(timeout_s=30)
-    assert picture is not None
-    return picture
+    painted = painter.pictures.take(timeout_s=30)
+    assert painted is not None
+    return painted.picture
 
 
 @pytest.fixture

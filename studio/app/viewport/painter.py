@@ -1,10 +1,10 @@
-"""A thread that draws the twin for the window."""
+"""A thread that draws the twin for the window: splats, and meshes among them by depth."""
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,20 +16,32 @@ from scenes.package import ScenePackage
 from scenes.pose import Pose
 from scenes.render.native import NativeRenderer
 from scenes.state import SceneState, TrackState
-from studio.app.pacing import Grade, Pacing
-from studio.view.overlay import STATE_COLOURS, draw_avatar, draw_footprint
+from studio.app.viewport.composite import composite
+from studio.app.viewport.mesh_picture import MeshDrawer, NoOpenGLError
+from studio.app.viewport.pacing import FULL, Grade, Pacing
+from studio.app.viewport.shapes import Shape
+from studio.view.overlay import STATE_COLOURS, draw_avatar, draw_footprint, draw_line
 from studio.view.surface_drawing import LivePicture
 from studio.view.twin import Twin
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class View:
-    """What to draw: the state of the room and what its live surfaces show, seen from somewhere."""
+    """What to draw, seen from somewhere.
+
+    Attributes:
+        state: of the room.
+        camera: looked through.
+        world_from_camera: from where.
+        live: what live surfaces show.
+        shapes: everything but splats and live pictures.
+    """
 
     state: SceneState
     camera: Pinhole
     world_from_camera: Pose
     live: tuple[LivePicture, ...] = ()
+    shapes: tuple[Shape, ...] = ()
 
     def is_seen_from(self, other: View) -> bool:
         """Whether both are seen from the same place through the same camera."""
@@ -38,19 +50,48 @@ class View:
         )
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Painted:
+    """A picture for the window.
+
+    Attributes:
+        picture: (H, W, 3) RGB, of the grade's size.
+        depth: (H, W) float32 metres along z of splats and meshes, 0 where nothing is.
+        view: what it shows.
+        grade: how finely it is drawn.
+        took_ns: how long drawing it took.
+    """
+
+    picture: NDArray[np.uint8]
+    depth: NDArray[np.float32]
+    view: View
+    grade: Grade
+    took_ns: int
+
+    @property
+    def is_full(self) -> bool:
+        """Whether nothing was left out of it."""
+        return self.grade == FULL
+
+
 class TwinPainter:
     """Draws the twin on a thread of its own; always the latest view that was asked for.
 
     While the viewer moves the pictures are coarse if they would otherwise be slow, see
-    `studio.app.pacing`; the last one is drawn again in full.
+    `studio.app.viewport.pacing`; the last one is drawn again in full.
 
     Args:
         scene: the scan.
         clock: says what time it is.
+        with_meshes: draw the views' shapes by VTK; without, people are drawn as outlines.
     """
 
-    def __init__(self, scene: ScenePackage, clock: Clock | None = None) -> None:
-        self.pictures: Slot[NDArray[np.uint8]] = Slot()
+    def __init__(
+        self, scene: ScenePackage, clock: Clock | None = None, *, with_meshes: bool = True
+    ) -> None:
+        self.pictures: Slot[Painted] = Slot()
+        self.problems: Slot[str] = Slot()
+        """Why meshes cannot be drawn here, once."""
         self._twin = Twin(scene, NativeRenderer())
         self._boxes: Mapping[str, tuple[float, float, float]] = {
             item.object_id: item.box_m for item in scene.objects
@@ -58,6 +99,8 @@ class TwinPainter:
         self._views: Slot[View] = Slot()
         self._clock = clock or WallClock()
         self._pacing = Pacing()
+        self._with_meshes = with_meshes
+        self._meshes: MeshDrawer | None = None
         self._thread = threading.Thread(target=self._run, name="twin painter", daemon=True)
         self._thread.start()
 
@@ -71,6 +114,13 @@ class TwinPainter:
         self._thread.join()
 
     def _run(self) -> None:
+        try:
+            self._paint_views()
+        finally:
+            if self._meshes is not None:
+                self._meshes.close()
+
+    def _paint_views(self) -> None:
         shown: View | None = None
         while True:
             wait_s = self._pacing.refine_after_s(self._clock.now_ns()) if shown else None
@@ -85,25 +135,47 @@ class TwinPainter:
             except StreamClosedError:
                 return
             if shown is None:
+                # The first picture is there; what takes long to prepare comes after it.
                 self._twin.make_coarse()
+                self._open_meshes()
+                if self._meshes is not None and view.shapes:
+                    self._paint(view)
             shown = view
+
+    def _open_meshes(self) -> None:
+        if not self._with_meshes:
+            return
+        try:
+            self._meshes = MeshDrawer()
+        except (NoOpenGLError, ImportError) as error:
+            self.problems.put(str(error))
 
     def _paint(self, view: View) -> None:
         started_ns = self._clock.now_ns()
         grade = self._pacing.choose(started_ns)
-        self.pictures.put(self._draw(view, grade))
-        self._pacing.drew(grade, self._clock.now_ns() - started_ns)
+        picture, depth = self._draw(view, grade)
+        took_ns = self._clock.now_ns() - started_ns
+        self.pictures.put(Painted(picture, depth, view, grade, took_ns))
+        self._pacing.drew(grade, took_ns)
 
-    def _draw(self, view: View, grade: Grade) -> NDArray[np.uint8]:
+    def _draw(self, view: View, grade: Grade) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
         camera = scaled(view.camera, grade.scale)
         poses = {key: track.world_from_object for key, track in view.state.objects.items()}
-        drawn = self._twin.picture(
+        drawn = self._twin.drawn(
             poses, camera, view.world_from_camera, coarse=grade.thinned, live=view.live
         )
+        picture, depth = drawn.picture, drawn.depth
+        if self._meshes is not None and view.shapes:
+            meshes = self._meshes.draw(view.shapes, camera, view.world_from_camera)
+            composite(picture, depth, meshes)
+            depth = np.where((depth <= 0) | (meshes.depth < depth), meshes.depth, depth)
+            depth[~np.isfinite(depth)] = 0.0
+        elif self._meshes is None:
+            self._outline(picture, replace(view, camera=camera))
         for key, track in view.state.objects.items():
             if track.state is not TrackState.STATIC and key in self._boxes:
                 draw_footprint(
-                    drawn,
+                    picture,
                     camera,
                     view.world_from_camera,
                     track.world_from_object,
@@ -111,9 +183,14 @@ class TwinPainter:
                     colour=STATE_COLOURS[track.state],
                     dashed=track.state is TrackState.OCCLUDED,
                 )
+        return picture, depth
+
+    def _outline(self, picture: NDArray[np.uint8], view: View) -> None:
+        """People and lines as strokes over the picture: where there is no OpenGL."""
         for avatar in view.state.avatars.values():
-            draw_avatar(drawn, camera, view.world_from_camera, avatar)
-        return drawn
+            draw_avatar(picture, view.camera, view.world_from_camera, avatar)
+        for line in view.state.annotations.values():
+            draw_line(picture, view.camera, view.world_from_camera, line)
 
 
 def scaled(camera: Pinhole, scale: float) -> Pinhole:

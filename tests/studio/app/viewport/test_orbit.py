@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from studio.app.orbit import MAX_DISTANCE_M, MAX_PITCH, MIN_DISTANCE_M, Orbit, home
+from studio.app.viewport.orbit import MAX_DISTANCE_M, MAX_PITCH, MIN_DISTANCE_M, Orbit, home
 
 ROOM = np.array([[-3.0, -2.5], [3.0, 2.5]])
 DRAGS = st.lists(st.tuples(st.floats(-400, 400), st.floats(-400, 400)), max_size=8)

@@ -1,7 +1,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from studio.app.pacing import FRAME_NS, FULL, GRADES, REST_NS, Pacing
+from studio.app.viewport.pacing import FRAME_NS, FULL, GRADES, REST_NS, Pacing
 
 SLOW, QUICK = 3 * FRAME_NS, FRAME_NS // 2
 

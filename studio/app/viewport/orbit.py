@@ -42,6 +42,14 @@ class Orbit:
         pitch = min(MAX_PITCH, max(-MAX_PITCH, self.pitch + TURN_PER_PX * dy_px))
         return replace(self, yaw=self.yaw - TURN_PER_PX * dx_px, pitch=pitch)
 
+    def looked(self, dx_px: float, dy_px: float) -> Orbit:
+        """After a drag that turns the viewer's head: the viewer stays, the target moves."""
+        eye = np.array(self.target) + self.distance_m * self._outward()
+        pitch = min(MAX_PITCH, max(-MAX_PITCH, self.pitch + TURN_PER_PX * dy_px))
+        turned = replace(self, yaw=self.yaw + TURN_PER_PX * dx_px, pitch=pitch)
+        x, y, z = (float(v) for v in eye - self.distance_m * turned._outward())
+        return replace(turned, target=(x, y, z))
+
     def panned(self, dx_px: float, dy_px: float, *, focal_px: float) -> Orbit:
         """After a sideways drag: the target stays under the mouse."""
         rotation = self.world_from_camera().rotation
@@ -80,3 +88,13 @@ def home(footprint_m: np.ndarray) -> Orbit:
     x, y = (float(v) for v in 0.5 * (low + high))
     reach = 0.5 * float(np.linalg.norm(high - low))
     return Orbit((x, y, 0.7), math.radians(-125.0), math.radians(24.0), 0.82 * reach)
+
+
+def orbit_of(world_from_camera: Pose, distance_m: float) -> Orbit:
+    """The orbit whose viewer is where a camera is, about a place so far ahead of it."""
+    ahead = world_from_camera.rotation[:, 2]
+    pitch = math.asin(max(-1.0, min(1.0, float(-ahead[2]))))
+    yaw = math.atan2(-ahead[1], -ahead[0])
+    x, y, z = (float(v) for v in world_from_camera.translation + distance_m * ahead)
+    limited = min(MAX_PITCH, max(-MAX_PITCH, pitch))
+    return Orbit((x, y, z), yaw, limited, distance_m)

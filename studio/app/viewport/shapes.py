@@ -1,0 +1,261 @@
+"""What is drawn of a room beside its splats, as plain shapes: people, bodies, lines, cameras."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.frames import WORLD_FROM_FORWARD_CAMERA
+from scenes.mesh import CollisionMesh
+from scenes.pose import Pose
+from scenes.state import Avatar, LiveSurface, SceneState
+from studio.app.model.document import Primitive
+from studio.view.overlay import LOCAL, REMOTE, STATE_COLOURS
+
+Colour = tuple[float, float, float]
+Points = NDArray[np.float64]
+
+HEAD_M, JOINT_M, SHOULDERS_M = 0.11, 0.012, 0.28
+"""Radius of a head and of a hand's joint, and height of the bust below the eyes, metres."""
+
+FRUSTUM_M = 0.35
+"""How far the corners of a placed camera's frustum are drawn, metres."""
+
+SIGMAS = 3.0
+"""Radius of a covariance ellipsoid in standard deviations: 97 % of the mass in three dimensions."""
+
+LEAST_SIGMA_M = 0.004
+"""A smaller ellipsoid would vanish inside the object, metres."""
+
+GREY: Colour = (0.6, 0.66, 0.74)
+BUSY: Colour = (0.29, 0.66, 0.91)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solid:
+    """A body of simple form.
+
+    Attributes:
+        key: names it from picture to picture.
+        form: a ball and a cylinder fill the box of `size_m`; a cone points along +x.
+        size_m: extents (x, y, z).
+        colour: red, green, blue, 0..1.
+        world_from_body: pose of the body's centre.
+        opacity: 0..1.
+    """
+
+    key: str
+    form: Literal["ball", "box", "cylinder", "cone"]
+    size_m: tuple[float, float, float]
+    colour: Colour
+    world_from_body: Pose
+    opacity: float = 1.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Line:
+    """A polyline (N, 3) in world metres; NaN rows part it into pieces."""
+
+    key: str
+    points: Points
+    colour: Colour
+    width_px: float = 2.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Wire:
+    """A mesh as a wireframe, in world metres."""
+
+    key: str
+    mesh: CollisionMesh
+    colour: Colour
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Squares:
+    """Coloured squares on the floor.
+
+    Attributes:
+        key: names it.
+        corners: (N, 4, 3) world metres.
+        colours: (N, 3) 0..1.
+        opacity: 0..1.
+    """
+
+    key: str
+    corners: Points
+    colours: Points
+    opacity: float = 0.6
+
+
+Shape = Solid | Line | Wire | Squares
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """Which kinds of shapes are drawn."""
+
+    avatars: bool = True
+    cameras: bool = True
+    annotations: bool = True
+    surfaces: bool = True
+    collision: bool = False
+    covariance: bool = False
+    error_map: bool = False
+
+
+def shapes_of(
+    state: SceneState,
+    *,
+    shown: Shown,
+    primitives: Mapping[str, Primitive],
+    cameras: Mapping[str, Pose],
+    world_from_rig: Pose | None,
+    seen_by: str = "",
+) -> list[Shape]:
+    """Everything but the splats.
+
+    Args:
+        state: what happens.
+        shown: which kinds.
+        primitives: virtual bodies.
+        cameras: `world_from_camera` of placed cameras, by id.
+        world_from_rig: the 360° camera, or None.
+        seen_by: whose view it is: nobody sees their own head.
+    """
+    found: list[Shape] = []
+    for item in primitives.values():
+        found.append(primitive_solid(item))
+    if shown.avatars:
+        for avatar in state.avatars.values():
+            if avatar.user_id != seen_by:
+                found += avatar_shapes(avatar)
+    if shown.annotations:
+        for line in state.annotations.values():
+            found.append(Line(f"note {line.annotation_id}", line.points_in_world, line.colour, 4.0))
+    if shown.surfaces:
+        found += [surface_outline(surface) for surface in state.surfaces.values()]
+    if shown.cameras:
+        found += [frustum(f"camera {key}", pose) for key, pose in cameras.items() if key != seen_by]
+        if world_from_rig is not None and seen_by != "camera":
+            found += rig_shapes(world_from_rig)
+    if shown.covariance:
+        found += list(_ellipsoids(state))
+    return found
+
+
+def primitive_solid(item: Primitive) -> Solid:
+    """A virtual body; its frame stands on its base."""
+    up = Pose(np.eye(3), np.array([0.0, 0.0, 0.5 * item.size_m[2]]))
+    return Solid(
+        f"body {item.primitive_id}",
+        item.shape,
+        item.size_m,
+        item.colour,
+        item.world_from_primitive @ up,
+    )
+
+
+def avatar_shapes(avatar: Avatar) -> list[Shape]:
+    """A person: head, face, bust, hands and pointing ray."""
+    r, g, b = REMOTE if avatar.role == "remote" else LOCAL
+    colour = (r / 255, g / 255, b / 255)
+    pale = tuple(0.55 + 0.45 * c for c in colour)
+    key, head = f"avatar {avatar.user_id}", avatar.world_from_head
+    size = 2 * HEAD_M
+    face = head @ Pose(_FORWARD, np.array([0.0, 0.02, HEAD_M + 0.02]))
+    forward = head.rotation[:, 2]
+    upright = Pose.from_yaw(float(np.arctan2(forward[1], forward[0])), head.translation)
+    bust = upright @ Pose(np.eye(3), np.array([-0.05, 0.0, -SHOULDERS_M]))
+    found: list[Shape] = [
+        Solid(f"{key} head", "ball", (size, size, 1.15 * size), colour, upright),
+        Solid(f"{key} face", "cone", (0.07, 0.06, 0.06), (pale[0], pale[1], pale[2]), face),
+        Solid(f"{key} bust", "ball", (0.24, 0.44, 0.30), colour, bust, 0.9),
+    ]
+    for i, hand in enumerate(avatar.hands):
+        joints = np.atleast_2d(hand)
+        if len(joints) == 1:
+            at = Pose(np.eye(3), joints[0])
+            found.append(Solid(f"{key} hand {i}", "ball", (0.08, 0.08, 0.08), colour, at))
+            continue
+        for j, joint in enumerate(joints):
+            wide = 2 * JOINT_M
+            at = Pose(np.eye(3), joint)
+            found.append(Solid(f"{key} hand {i} {j}", "ball", (wide, wide, wide), colour, at))
+    if avatar.ray is not None:
+        found.append(Line(f"{key} ray", avatar.ray, colour, 2.5))
+    return found
+
+
+def surface_outline(surface: LiveSurface) -> Line:
+    """The edge of a live surface."""
+    corners = surface.corners_in_world
+    return Line(f"surface {surface.surface_id}", corners[[0, 1, 2, 3, 0]], BUSY, 2.0)
+
+
+def frustum(key: str, world_from_camera: Pose) -> Line:
+    """A camera's place and what it looks at, as edges of a pyramid (OpenCV axes)."""
+    x, y = 0.6 * FRUSTUM_M, 0.34 * FRUSTUM_M
+    eye, z = np.zeros(3), FRUSTUM_M
+    a, b, c, d = (np.array([sx * x, sy * y, z]) for sx, sy in ((-1, -1), (1, -1), (1, 1), (-1, 1)))
+    path = np.array([eye, a, b, eye, c, d, eye, b, c, d, a])
+    return Line(key, world_from_camera @ path, GREY, 2.0)
+
+
+def rig_shapes(world_from_rig: Pose) -> list[Shape]:
+    """The 360° camera: its body and the way its front lens looks."""
+    up = Pose(np.eye(3), world_from_rig.translation)
+    ahead = world_from_rig @ np.array([[0.0, 0.0, 0.04], [0.0, 0.0, 0.3]])
+    return [
+        Solid("camera body", "box", (0.05, 0.05, 0.13), (0.12, 0.13, 0.15), up),
+        Line("camera front", ahead, BUSY, 3.0),
+    ]
+
+
+def box_edges(key: str, box_m: tuple[float, float, float], world_from_object: Pose) -> Line:
+    """The edges of an object's box, which stands on its base."""
+    x, y, z = 0.5 * box_m[0], 0.5 * box_m[1], box_m[2]
+    floor = np.array([[x, y, 0], [-x, y, 0], [-x, -y, 0], [x, -y, 0], [x, y, 0]], dtype=float)
+    top = floor + np.array([0.0, 0.0, z])
+    gap = np.full((1, 3), np.nan)
+    posts = [np.stack([floor[i], top[i]]) for i in range(4)]
+    parts = [floor, gap, top]
+    for post in posts:
+        parts += [gap, post]
+    path = np.concatenate(parts)
+    return Line(key, world_from_object @ path, BUSY, 2.5)
+
+
+def pieces(points: Points) -> list[Points]:
+    """A polyline parted at its NaN rows."""
+    holes = np.flatnonzero(np.isnan(points).any(axis=1))
+    return [part[~np.isnan(part).any(axis=1)] for part in np.split(points, holes) if len(part)]
+
+
+def _ellipsoids(state: SceneState) -> Iterator[Solid]:
+    for key, track in state.objects.items():
+        covariance = np.asarray(track.covariance)[:3, :3]
+        values, axes = np.linalg.eigh(0.5 * (covariance + covariance.T))
+        if np.linalg.det(axes) < 0:
+            axes = axes * (1, 1, -1)
+        sigma = np.sqrt(np.maximum(values, LEAST_SIGMA_M**2))
+        x, y, z = (float(2 * SIGMAS * s) for s in sigma)
+        r, g, b = STATE_COLOURS[track.state]
+        place = Pose(axes, track.world_from_object.translation + np.array([0.0, 0.0, 0.02]))
+        colour = (r / 255, g / 255, b / 255)
+        yield Solid(f"covariance {key}", "ball", (x, y, z), colour, place, 0.55)
+
+
+def without(shapes: Iterable[Shape], key: str) -> list[Shape]:
+    """Shapes of another key."""
+    return [shape for shape in shapes if shape.key != key]
+
+
+_FORWARD = WORLD_FROM_FORWARD_CAMERA.rotation.T @ np.array(
+    [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
+)
+"""Turns a body that points along +x to point along a camera's z."""

@@ -1,0 +1,452 @@
+"""One view of the twin: shows its pictures, moves its viewer, and does what the tools do."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QPointF, QRectF, Qt, QTimer
+from PySide6.QtGui import (
+    QCloseEvent,
+    QColor,
+    QImage,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QResizeEvent,
+    QWheelEvent,
+)
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from devices.streams import Slot
+from scenes.cameras import Pinhole
+from scenes.pose import Pose
+from studio.app.model.document import with_item
+from studio.app.model.workbench import Topic, Workbench
+from studio.app.viewport.gizmo import Gizmo, Handle
+from studio.app.viewport.items import boxes_of, pose_of
+from studio.app.viewport.orbit import home
+from studio.app.viewport.painter import Painted, TwinPainter, View
+from studio.app.viewport.picking import Pick, pick, point_at
+from studio.app.viewport.shapes import Shown, box_edges, shapes_of
+from studio.app.viewport.tools import HINTS, InHand, Tool
+from studio.app.viewport.view_overlay import INK, Overlay, image_of
+from studio.app.viewport.viewer import MODES, Mode, Viewer
+from studio.app.viewport.walk import Walker
+
+POLL_MS = 10
+MAX_WIDTH_PX = 960
+"""The twin is drawn no wider than this and scaled up: two processor cores draw it live."""
+
+FIELD_OF_VIEW = math.radians(64.0)
+BACKDROP = QColor(14, 16, 20)
+FAST, SLOW = 4.0, 0.25
+WHEEL_STEP = 120.0
+CLICK_PX = 4.0
+"""A press that moves less than this is a click, pixels."""
+
+FLIGHT = {
+    Qt.Key.Key_W: (0, 0, 1),
+    Qt.Key.Key_S: (0, 0, -1),
+    Qt.Key.Key_A: (-1, 0, 0),
+    Qt.Key.Key_D: (1, 0, 0),
+    Qt.Key.Key_E: (0, 1, 0),
+    Qt.Key.Key_Q: (0, -1, 0),
+}
+
+
+class TwinView(QWidget):
+    """Left drag turns, right or middle drag pans, wheel zooms, WASD and QE fly or walk.
+
+    Args:
+        bench: what is shown.
+        finished: called with the places when a tool has what it needs.
+    """
+
+    def __init__(self, bench: Workbench, finished: Callable[[InHand], None]) -> None:
+        super().__init__()
+        self.bench = bench
+        self.shown = Shown()
+        self.viewer: Viewer | None = None
+        self.hand = InHand()
+        self.painted: Painted | None = None
+        self.fps = 0.0
+        self.floor: object | None = None
+        self._floors: Slot[object] = Slot()
+        self._finished = finished
+        self._image: QImage | None = None
+        self._painter: TwinPainter | None = None
+        self._home: Viewer | None = None
+        self._press = self._last = QPointF()
+        self._held: tuple[Handle, Gizmo] | None = None
+        self._drags = 0
+        self.setMinimumSize(240, 160)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setAccessibleName("view of the twin")
+        for topic in (Topic.STATE, Topic.SELECTION):
+            bench.listen(topic, self.redraw)
+        bench.listen(Topic.SCENE, self._new_scene)
+        self._timer = QTimer(self)
+        self._timer.timeout.connect(self._poll)
+        self._timer.start(POLL_MS)
+        self._new_scene()
+
+    # --- what is seen ----------------------------------------------------------------------------
+
+    def _new_scene(self) -> None:
+        if self._painter is not None:
+            self._painter.stop()
+            self._painter = None
+        scene = self.bench.scene
+        self._image = self.painted = self.floor = None
+        if scene is not None:
+            orbit = home(scene.footprint_m)
+            x, y, _ = orbit.target
+            self._home = Viewer(orbit, Walker(x, y, 0.0))
+            self.viewer = self._home
+            self._painter = TwinPainter(scene)
+            self.redraw()
+        self.update()
+
+    @property
+    def camera(self) -> Pinhole:
+        """What the view is drawn through: even sizes, so that half of it shows the same."""
+        scale = min(1.0, MAX_WIDTH_PX / max(self.width(), 1))
+        width = 2 * max(8, round(0.5 * self.width() * scale))
+        height = 2 * max(8, round(0.5 * self.height() * scale))
+        return Pinhole.from_fov(width, height, FIELD_OF_VIEW)
+
+    def redraw(self) -> None:
+        """Ask for a picture of what is now."""
+        if self._painter is None or self.viewer is None:
+            return
+        bench, scene = self.bench, self.bench.scene
+        twin = bench.document.twin
+        rig = bench.state.world_from_rig or (scene.world_from_rig if scene else None)
+        shapes = shapes_of(
+            bench.state,
+            shown=self.shown,
+            primitives=twin.primitives,
+            cameras=twin.cameras,
+            world_from_rig=rig,
+        )
+        boxes = boxes_of(bench)
+        if bench.selection in boxes:
+            pose, size = boxes[bench.selection]
+            shapes.append(box_edges("selection", size, pose))
+        pose = self.viewer.world_from_camera()
+        self._painter.show(View(bench.state, self.camera, pose, bench.live, tuple(shapes)))
+        self.update()
+
+    def _poll(self) -> None:
+        floor = self._floors.take()
+        if floor is not None:
+            self.floor = floor
+        if self._painter is None:
+            return
+        problem = self._painter.problems.take()
+        if problem is not None:
+            self.bench.say("warning", problem)
+        painted = self._painter.pictures.take()
+        if painted is not None:
+            self.painted = painted
+            self.fps += 0.2 * (1e9 / max(painted.took_ns, 1) - self.fps)
+            self._image = image_of(painted.picture)
+            self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """See Qt."""
+        painter = QPainter(self)
+        painter.fillRect(self.rect(), BACKDROP)
+        if self._image is None or self.viewer is None or self.painted is None:
+            painter.setPen(INK)
+            text = "opening the room …" if self.bench.scene is None else "drawing …"
+            painter.drawText(self.rect(), Qt.AlignmentFlag.AlignCenter, text)
+            return
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.drawImage(QRectF(self.rect()), self._image)
+        overlay = Overlay(painter, self._screen_camera(), self.viewer.world_from_camera())
+        heights = (
+            {}
+            if self.bench.scene is None
+            else {item.object_id: item.box_m[2] for item in self.bench.scene.objects}
+        )
+        overlay.labels(self.bench.state, heights, self.bench.document.twin.names)
+        overlay.names_of_people(self.bench.state)
+        gizmo = self._gizmo()
+        if gizmo is not None:
+            overlay.gizmo(gizmo, self._held[0] if self._held else None)
+        overlay.in_hand(self.hand)
+        overlay.words(QPointF(12, self.height() - 12), self._caption(), INK)
+        if HINTS[self.hand.tool]:
+            overlay.words(QPointF(12, 24), HINTS[self.hand.tool], INK)
+
+    def _caption(self) -> str:
+        assert self.viewer is not None
+        assert self.painted is not None
+        grade = "full" if self.painted.is_full else "coarse"
+        return f"{self.viewer.mode}   {self.fps:4.0f} pictures/s   {grade}"
+
+    def _screen_camera(self) -> Pinhole:
+        return Pinhole.from_fov(max(self.width(), 2), max(self.height(), 2), FIELD_OF_VIEW)
+
+    def picture(self) -> QImage:
+        """The view as it is shown, without the window around it."""
+        return self.grab().toImage()
+
+    # --- what can be asked of it -----------------------------------------------------------------
+
+    def set_viewer(self, viewer: Viewer) -> None:
+        """See from there."""
+        self.viewer = viewer
+        self.redraw()
+
+    def go_home(self) -> None:
+        """See the whole room."""
+        if self._home is not None:
+            self.set_viewer(self._home)
+
+    def set_mode(self, mode: str) -> None:
+        """Move in another way.
+
+        Raises:
+            ValueError: there is no such way.
+        """
+        if mode not in MODES:
+            raise ValueError(f"mode = {mode!r}, wanted one of {', '.join(MODES)}")
+        chosen: Mode = next(m for m in MODES if m == mode)
+        if chosen == "walk" and self.floor is None:
+            self._find_floor()
+        if self.viewer is not None:
+            self.set_viewer(self.viewer.in_mode(chosen, self._free_floor()))
+
+    def frame(self) -> None:
+        """Come near to what is selected, or see the whole room."""
+        boxes = boxes_of(self.bench)
+        if self.viewer is None or self.bench.selection not in boxes:
+            self.go_home()
+            return
+        pose, size = boxes[self.bench.selection]
+        centre = pose @ np.array([0.0, 0.0, 0.5 * size[2]])
+        self.set_viewer(self.viewer.framed(centre, 0.5 * float(np.linalg.norm(size))))
+
+    def stand_at(self, x: float, y: float) -> None:
+        """Walk from there on."""
+        if self.viewer is None:
+            return
+        self.set_mode("walk")
+        walker = self.viewer.walker.stood_at(np.array([x, y]), self._free_floor())
+        self.set_viewer(replace(self.viewer, walker=walker))
+
+    def take(self, tool: Tool) -> None:
+        """Take a tool in hand."""
+        self.hand = InHand(tool)
+        crossed = tool in (Tool.MEASURE, Tool.DRAW, Tool.SURFACE)
+        self.setCursor(Qt.CursorShape.CrossCursor if crossed else Qt.CursorShape.ArrowCursor)
+        self.update()
+
+    def pick_at(self, x_px: float, y_px: float) -> Pick | None:
+        """What is under a pixel of the widget."""
+        if self.painted is None:
+            return None
+        x, y = self._in_picture(x_px, y_px)
+        view = self.painted.view
+        boxes = boxes_of(self.bench)
+        return pick(boxes, self.painted.depth, view.camera, view.world_from_camera, x, y)
+
+    def _find_floor(self) -> None:
+        """Work out where one may stand, on a thread: a large mesh takes a second."""
+        from studio.app.viewport.visitor_floor import visitor_floor
+
+        scene, floors = self.bench.scene, self._floors
+        if scene is not None:
+            threading.Thread(
+                target=lambda: floors.put(visitor_floor(scene)), name="floor", daemon=True
+            ).start()
+
+    def _free_floor(self):  # noqa: ANN202
+        from sim.floor import FreeFloor
+
+        return self.floor if isinstance(self.floor, FreeFloor) else None
+
+    def _in_picture(self, x_px: float, y_px: float) -> tuple[float, float]:
+        camera = self.camera
+        return (
+            x_px * camera.width_px / max(self.width(), 1),
+            y_px * camera.height_px / max(self.height(), 1),
+        )
+
+    def _gizmo(self) -> Gizmo | None:
+        if self.hand.tool not in (Tool.MOVE, Tool.TURN) or self.viewer is None:
+            return None
+        pose = pose_of(self.bench, self.bench.selection)
+        if pose is None or not self.bench.is_by_hand:
+            return None
+        turns = self.hand.tool is Tool.TURN
+        camera, eye = self._screen_camera(), self.viewer.world_from_camera()
+        return Gizmo(pose, camera, eye, moves=not turns, turns=turns)
+
+    # --- mouse and keys --------------------------------------------------------------------------
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """See Qt."""
+        self._press = self._last = event.position()
+        gizmo = self._gizmo()
+        if gizmo is not None and event.button() == Qt.MouseButton.LeftButton:
+            handle = gizmo.hit(event.position().x(), event.position().y())
+            if handle is not None:
+                self._held = (handle, gizmo)
+                self._drags += 1
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """See Qt."""
+        moved = event.position() - self._last
+        self._last = event.position()
+        if self.viewer is None:
+            return
+        if self._held is not None:
+            self._drag_handle(event.position())
+        elif event.buttons() & Qt.MouseButton.LeftButton:
+            self.set_viewer(self.viewer.dragged(moved.x(), moved.y()))
+        elif event.buttons() & (Qt.MouseButton.RightButton | Qt.MouseButton.MiddleButton):
+            focal = self._screen_camera().fx
+            orbit = self.viewer.orbit.panned(moved.x(), moved.y(), focal_px=focal)
+            self.set_viewer(replace(self.viewer, orbit=orbit))
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """See Qt."""
+        held, self._held = self._held, None
+        if held is not None:
+            pose = pose_of(self.bench, self.bench.selection)
+            if pose is not None:
+                note_pose(self.bench, self.bench.selection, pose)
+            self.update()
+            return
+        away = event.position() - self._press
+        if (
+            math.hypot(away.x(), away.y()) < CLICK_PX
+            and event.button() == Qt.MouseButton.LeftButton
+        ):
+            self._click(event.position())
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """Turn about the place from now on; while walking, go there."""
+        found = self.pick_at(event.position().x(), event.position().y())
+        if found is None or self.viewer is None:
+            return
+        if self.viewer.mode == "walk":
+            self.stand_at(float(found.point[0]), float(found.point[1]))
+        else:
+            self.set_viewer(self.viewer.about(found.point))
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """See Qt."""
+        steps = event.angleDelta().y() / WHEEL_STEP
+        if self.viewer is None:
+            return
+        if self.viewer.mode == "orbit":
+            self.set_viewer(replace(self.viewer, orbit=self.viewer.orbit.zoomed(steps)))
+        else:
+            self.set_viewer(self.viewer.stepped(0, 0, 2 * steps, floor=self._free_floor()))
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """See Qt: flight, and what ends a tool."""
+        key = Qt.Key(event.key())
+        if self.viewer is not None and key in FLIGHT and not _with_control(event):
+            fast = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
+            slow = event.modifiers() & Qt.KeyboardModifier.AltModifier
+            factor = FAST if fast else SLOW if slow else 1.0
+            right, up, ahead = (factor * v for v in FLIGHT[key])
+            self.set_viewer(self.viewer.stepped(right, up, ahead, floor=self._free_floor()))
+        elif key == Qt.Key.Key_Escape:
+            self.take(Tool.SELECT)
+        elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and self.hand.places:
+            self._finish()
+        else:
+            super().keyPressEvent(event)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """See Qt."""
+        super().resizeEvent(event)
+        self.redraw()
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """End the thread that draws."""
+        self._timer.stop()
+        for callback in (self.redraw, self._new_scene):
+            self.bench.stop_listening(callback)
+        if self._painter is not None:
+            self._painter.stop()
+            self._painter = None
+        event.accept()
+
+    def _click(self, at: QPointF) -> None:
+        if self.hand.tool in (Tool.SELECT, Tool.MOVE, Tool.TURN):
+            found = self.pick_at(at.x(), at.y())
+            self.bench.select("" if found is None else found.item_id)
+            return
+        if self.painted is None:
+            return
+        x, y = self._in_picture(at.x(), at.y())
+        view = self.painted.view
+        place = point_at(self.painted.depth, view.camera, view.world_from_camera, x, y)
+        if place is None:
+            self.bench.say("warning", "there is nothing at that place to measure or draw on")
+            return
+        self.hand = self.hand.picked(place)
+        if self.hand.is_complete:
+            self._finish()
+        self.update()
+
+    def _finish(self) -> None:
+        hand = self.hand
+        self.take(Tool.SELECT)
+        self._finished(hand)
+
+    def _drag_handle(self, at: QPointF) -> None:
+        assert self._held is not None
+        handle, gizmo = self._held
+        pose = gizmo.dragged(handle, (self._press.x(), self._press.y()), (at.x(), at.y()))
+        move_item(self.bench, self.bench.selection, pose, merge=f"drag {id(self)} {self._drags}")
+
+
+def move_item(bench: Workbench, item_id: str, pose: Pose, *, merge: str = "") -> None:
+    """Put an object, body or camera somewhere, as one step of undo per `merge`.
+
+    Raises:
+        ValueError: nothing of that id can be moved.
+    """
+    twin = bench.document.twin
+    if item_id in twin.primitives:
+        moved = replace(twin.primitives[item_id], world_from_primitive=pose)
+        changed = replace(twin, primitives=with_item(twin.primitives, item_id, moved))
+    elif item_id in twin.cameras:
+        changed = replace(twin, cameras=with_item(twin.cameras, item_id, pose))
+    elif pose_of(bench, item_id) is not None:
+        changed = replace(twin, poses=with_item(twin.poses, item_id, pose))
+    else:
+        raise ValueError(f"{item_id!r}: nothing of that name can be moved")
+    bench.change(f"Move {item_id}", replace(bench.document, twin=changed), merge=merge)
+
+
+def note_pose(bench: Workbench, item_id: str, pose: Pose) -> None:
+    """Write a drag down as the line of a script that does the same."""
+    x, y, z = (round(float(v), 4) for v in pose.translation)
+    yaw = math.degrees(math.atan2(pose.rotation[1, 0], pose.rotation[0, 0]))
+    bench.note("twin.place", item=item_id, x=x, y=y, z=z, yaw_deg=round(yaw, 2))
+
+
+def _with_control(event: QKeyEvent) -> bool:
+    return bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
+
+
+def places_text(places: tuple[NDArray[np.float64], ...]) -> list[list[float]]:
+    """Places as numbers for a script, to the tenth of a millimetre."""
+    return [[round(float(v), 4) for v in place] for place in places]

@@ -1,0 +1,190 @@
+"""Actions of the views: how to move, tools, what is drawn, pictures of a view."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scenes.pose import Pose
+from studio.app.model.actions import Action
+from studio.app.viewport.tools import Tool
+from studio.app.viewport.view import move_item
+from studio.app.viewport.viewer import MODES
+
+if TYPE_CHECKING:
+    from studio.app.viewport.view_grid import ViewGrid
+
+
+def add_view_actions(grid: ViewGrid) -> None:
+    """Add what concerns the view in hand."""
+    for action in [*_moving(grid), *_tools(grid), *_drawn(grid), *_pictures(grid)]:
+        grid.bench.actions.add(action)
+
+
+def _moving(grid: ViewGrid) -> list[Action]:
+    def mode(name: str = "") -> None:
+        viewer = grid.active.viewer
+        if not name and viewer is not None:
+            name = MODES[(MODES.index(viewer.mode) + 1) % len(MODES)]
+        grid.active.set_mode(name)
+
+    def orbit(yaw_deg: float = 0.0, pitch_deg: float = 0.0, steps: float = 0.0) -> None:
+        viewer = grid.active.viewer
+        if viewer is not None:
+            turned = replace(
+                viewer.orbit,
+                yaw=viewer.orbit.yaw + math.radians(yaw_deg),
+                pitch=viewer.orbit.pitch + math.radians(pitch_deg),
+            )
+            grid.active.set_viewer(replace(viewer, orbit=turned.zoomed(steps)))
+
+    def look(x: float, y: float, z: float, yaw_deg: float, pitch_deg: float, away: float) -> None:
+        from studio.app.viewport.orbit import Orbit
+
+        viewer = grid.active.viewer
+        if viewer is not None:
+            target = Orbit((x, y, z), math.radians(yaw_deg), math.radians(pitch_deg), away)
+            grid.active.set_viewer(replace(viewer, orbit=target, mode="orbit"))
+
+    def link() -> None:
+        grid.is_linked = not grid.is_linked
+        grid.bench.say("info", "views are linked" if grid.is_linked else "views are free")
+
+    return [
+        Action("view.frame", "See the selection", "View", lambda: grid.active.frame(), "", "F"),
+        Action(
+            "view.home", "See the whole room", "View", lambda: grid.active.go_home(), "", "Shift+F"
+        ),
+        Action(
+            "view.mode", "Orbit, fly or walk", "View", mode, "the next, or by name", "V", ("name",)
+        ),
+        Action(
+            "view.stand",
+            "Stand at a place",
+            "View",
+            lambda x, y: grid.active.stand_at(x, y),
+            "and walk from there",
+            arguments=("x", "y"),
+        ),
+        Action(
+            "view.orbit",
+            "Turn the view",
+            "View",
+            orbit,
+            arguments=("yaw_deg", "pitch_deg", "steps"),
+        ),
+        Action(
+            "view.look",
+            "Look at a place",
+            "View",
+            look,
+            arguments=("x", "y", "z", "yaw_deg", "pitch_deg", "away"),
+        ),
+        Action(
+            "view.count",
+            "Number of views",
+            "View",
+            grid.set_count,
+            "1 to 4",
+            arguments=("count",),
+        ),
+        Action("view.one", "One view", "View", partial(grid.set_count, 1), ""),
+        Action("view.four", "Four views", "View", partial(grid.set_count, 4), ""),
+        Action("view.link", "Link the views", "View", link, "they move together"),
+        Action(
+            "view.inset",
+            "Picture in picture",
+            "View",
+            lambda source="camera": grid.inset.show_source(
+                "" if grid.inset.source == source else source
+            ),
+            "the 360° camera, or what an avatar or object sees",
+            "P",
+            ("source",),
+        ),
+    ]
+
+
+def _tools(grid: ViewGrid) -> list[Action]:
+    def take(tool: Tool) -> Callable[[], None]:
+        return lambda: grid.active.take(tool)
+
+    def place(item: str, x: float, y: float, z: float = 0.0, yaw_deg: float = 0.0) -> None:
+        pose = Pose.from_yaw(math.radians(yaw_deg), (float(x), float(y), float(z)))
+        move_item(grid.bench, item, pose)
+
+    keys = {"select": "1", "move": "2", "turn": "3", "measure": "4", "draw": "5", "surface": "6"}
+    titles = {
+        "select": "Select",
+        "move": "Move",
+        "turn": "Turn",
+        "measure": "Measure",
+        "draw": "Draw a note",
+        "surface": "Live surface of four corners",
+    }
+    return [
+        *(
+            Action(f"view.tool_{tool}", titles[tool], "Twin", take(tool), "", keys[tool])
+            for tool in Tool
+        ),
+        Action(
+            "twin.place",
+            "Put something at a place",
+            "Twin",
+            place,
+            "metres and degrees",
+            arguments=("item", "x", "y", "z", "yaw_deg"),
+        ),
+        Action(
+            "view.select",
+            "Select by name",
+            "Twin",
+            grid.bench.select,
+            arguments=("item_id",),
+        ),
+    ]
+
+
+def _drawn(grid: ViewGrid) -> list[Action]:
+    def toggle(name: str) -> None:
+        for view in grid.views:
+            view.shown = replace(view.shown, **{name: not getattr(view.shown, name)})
+            view.redraw()
+
+    titles = {
+        "avatars": "People",
+        "cameras": "Cameras",
+        "annotations": "Notes",
+        "surfaces": "Edges of live surfaces",
+        "collision": "Collision mesh",
+        "covariance": "Uncertainty of poses",
+        "error_map": "Error on the floor",
+    }
+    return [
+        Action(f"view.show_{name}", f"Show or hide: {title}", "View", partial(toggle, name), "")
+        for name, title in titles.items()
+    ]
+
+
+def _pictures(grid: ViewGrid) -> list[Action]:
+    def picture(path: str = "view.png") -> None:
+        target = Path(path)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if not grid.active.picture().save(str(target)):
+            raise OSError(f"{path}: the picture cannot be written; wanted a name such as view.png")
+        grid.bench.say("info", f"saved {path}")
+
+    return [
+        Action(
+            "view.picture",
+            "Picture of the view",
+            "View",
+            picture,
+            "a PNG file",
+            arguments=("path",),
+        )
+    ]

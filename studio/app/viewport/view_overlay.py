@@ -1,0 +1,137 @@
+"""What is painted over a view in the window's own pixels: handles, labels, measures, words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QImage, QPainter, QPen
+
+from scenes.cameras import Pinhole
+from scenes.pose import Pose
+from scenes.state import SceneState, TrackState
+from studio.app.viewport.gizmo import Gizmo, Handle
+from studio.app.viewport.picking import length_m
+from studio.app.viewport.tools import InHand, Tool
+from studio.view.overlay import STATE_COLOURS, STATE_WORDS
+
+INK, GROUND = QColor(236, 239, 243), QColor(14, 16, 20, 190)
+"""Words over pictures, and what they stand on: both themes' pictures are as bright as the room."""
+
+HANDLES: Mapping[Handle, QColor] = {
+    "x": QColor(240, 100, 92),
+    "y": QColor(110, 200, 110),
+    "z": QColor(96, 160, 245),
+    "floor": QColor(245, 210, 90),
+    "yaw": QColor(245, 210, 90),
+}
+PICKED = QColor(86, 180, 233)
+STATE_SHAPES = {
+    TrackState.STATIC: "○",
+    TrackState.TRACKED: "●",
+    TrackState.OCCLUDED: "◐",
+    TrackState.LOST: "✖",
+}
+"""A state's shape, beside its colour and word."""
+
+
+class Overlay:
+    """Paints over one picture.
+
+    Args:
+        painter: of the widget.
+        camera: of the picture, in the widget's pixels.
+        world_from_camera: its pose.
+    """
+
+    def __init__(self, painter: QPainter, camera: Pinhole, world_from_camera: Pose) -> None:
+        self._painter = painter
+        self._camera = camera
+        self._camera_from_world = world_from_camera.inverse()
+
+    def labels(
+        self, state: SceneState, heights_m: Mapping[str, float], names: Mapping[str, str]
+    ) -> None:
+        """Names of objects above them, with their state where it is not rest."""
+        for key, track in state.objects.items():
+            if track.state is TrackState.STATIC:
+                continue
+            top = track.world_from_object.translation + np.array([0, 0, heights_m.get(key, 0.3)])
+            at = self._pixel(top)
+            if at is not None:
+                red, green, blue = STATE_COLOURS[track.state]
+                text = (
+                    f"{STATE_SHAPES[track.state]} {names.get(key, key)} {STATE_WORDS[track.state]}"
+                )
+                self.words(at + QPointF(0, -10), text, QColor(red, green, blue), centred=True)
+
+    def names_of_people(self, state: SceneState) -> None:
+        """Who is who."""
+        for key, avatar in state.avatars.items():
+            at = self._pixel(avatar.world_from_head.translation + np.array([0, 0, 0.22]))
+            if at is not None:
+                self.words(at, key, INK, centred=True)
+
+    def gizmo(self, gizmo: Gizmo, held: Handle | None) -> None:
+        """Handles of the selected item; the held one is thicker."""
+        for handle, line in gizmo.lines().items():
+            points = [QPointF(x, y) for x, y in line if np.isfinite((x, y)).all()]
+            pen = QPen(QColor(0, 0, 0, 150), 6.0 if handle == held else 4.5)
+            self._painter.setPen(pen)
+            self._painter.drawPolyline(points)
+            self._painter.setPen(QPen(HANDLES[handle], 4.0 if handle == held else 2.5))
+            self._painter.drawPolyline(points)
+            if handle in ("x", "y", "z") and points:
+                self._painter.setBrush(HANDLES[handle])
+                self._painter.drawEllipse(points[-1], 4.5, 4.5)
+                self._painter.setBrush(Qt.BrushStyle.NoBrush)
+
+    def in_hand(self, hand: InHand) -> None:
+        """Places that were picked, and what they measure."""
+        pixels = [self._pixel(place) for place in hand.places]
+        known = [at for at in pixels if at is not None]
+        self._painter.setPen(QPen(QColor(0, 0, 0, 150), 5))
+        self._painter.drawPolyline(known)
+        self._painter.setPen(QPen(PICKED, 2.5))
+        self._painter.drawPolyline(known)
+        self._painter.setBrush(PICKED)
+        for at in known:
+            self._painter.drawEllipse(at, 4.5, 4.5)
+        self._painter.setBrush(Qt.BrushStyle.NoBrush)
+        if hand.tool is Tool.MEASURE and len(hand.places) > 1 and known:
+            self.words(known[-1] + QPointF(10, -8), measure_text(hand.places), INK)
+
+    def words(self, at: QPointF, text: str, colour: QColor, *, centred: bool = False) -> None:
+        """Words on a dark ground, whose left end (or middle) is at a place."""
+        metrics = self._painter.fontMetrics()
+        width, height = metrics.horizontalAdvance(text), metrics.height()
+        left = at.x() - (0.5 * width if centred else 0)
+        area = QRectF(left - 5, at.y() - metrics.ascent() - 2, width + 10, height + 4)
+        self._painter.setPen(Qt.PenStyle.NoPen)
+        self._painter.setBrush(GROUND)
+        self._painter.drawRoundedRect(area, 4, 4)
+        self._painter.setBrush(Qt.BrushStyle.NoBrush)
+        self._painter.setPen(colour)
+        self._painter.drawText(QPointF(left, at.y()), text)
+
+    def _pixel(self, point: NDArray[np.float64]) -> QPointF | None:
+        pixels, seen = self._camera.project(self._camera_from_world @ np.atleast_2d(point))
+        return QPointF(*pixels[0]) if seen[0] else None
+
+
+def measure_text(places: Sequence[NDArray[np.float64]]) -> str:
+    """A measured path in metres and millimetres; of two places also the parts on the floor and up."""
+    text = f"{length_m(places):.3f} m"
+    if len(places) == 2:
+        along = places[1] - places[0]
+        text += f"   floor {np.hypot(along[0], along[1]):.3f} m   up {along[2]:+.3f} m"
+    return text
+
+
+def image_of(picture: NDArray[np.uint8]) -> QImage:
+    """A picture for Qt, with pixels of its own."""
+    rgb = np.ascontiguousarray(picture)
+    height, width = rgb.shape[:2]
+    return QImage(rgb.data, width, height, 3 * width, QImage.Format.Format_RGB888).copy()
