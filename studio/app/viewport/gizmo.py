@@ -56,9 +56,9 @@ class Gizmo:
         if self.moves:
             for handle, axis in AXES.items():
                 found[handle] = self._pixels(np.stack([centre, centre + ARM_PX * size * axis]))
-            corner = 0.3 * ARM_PX * size
+            corner = 0.25 * ARM_PX * size
             square = np.array([[1, 1, 0], [1, 2, 0], [2, 2, 0], [2, 1, 0], [1, 1, 0]], dtype=float)
-            found["floor"] = self._pixels(centre + 0.5 * corner * square)
+            found["floor"] = self._pixels(centre + corner * square)
         if self.turns:
             angles = np.linspace(0, 2 * math.pi, 49)
             ring = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)

@@ -51,6 +51,7 @@ class MeshDrawer:
     def __init__(self) -> None:
         # EGL needs no display and no window of the desktop's; VTK falls back to others by itself.
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+        import vtkmodules.vtkRenderingOpenGL2  # noqa: F401 - makes the window one of OpenGL
         from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
 
         self._window: Any = vtkRenderWindow()
@@ -62,14 +63,19 @@ class MeshDrawer:
         self._renderer.SetBackgroundAlpha(0.0)
         self._window.AddRenderer(self._renderer)
         self._actors: dict[str, tuple[Shape, Any]] = {}
-        self._window.SetSize(16, 16)
-        self._window.Render()
-        if not self._window.SupportsOpenGL():
+        if not self._draws():
             self.close()
             raise NoOpenGLError(
                 "no OpenGL here, people and bodies are drawn as outlines; "
                 "install libegl1 and libgl1-mesa-dri"
             )
+
+    def _draws(self) -> bool:
+        """Whether a ball before the camera is seen: some drivers say yes and draw nothing."""
+        ball = Solid("ball", "ball", (1.0, 1.0, 1.0), (1.0, 1.0, 1.0), _TRIAL_POSE)
+        drawn = self.draw([ball], Pinhole.from_fov(16, 16, 1.0), Pose.identity())
+        self._update([])
+        return bool(drawn.rgba[8, 8, 3] > 0)
 
     def draw(
         self, shapes: Sequence[Shape], camera: Pinhole, world_from_camera: Pose
@@ -126,6 +132,11 @@ class MeshDrawer:
         self._window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 1, pixels)
         self._window.GetZbufferData(0, 0, width - 1, height - 1, buffer)
         # OpenGL's rows begin at the bottom.
+        if pixels.GetNumberOfValues() == 0:
+            return MeshPicture(
+                np.zeros((height, width, 4), np.uint8),
+                np.full((height, width), np.inf, np.float32),
+            )
         rgba = vtk_to_numpy(pixels).reshape(height, width, 4)[::-1].copy()
         level = np.asarray(vtk_to_numpy(buffer).reshape(height, width)[::-1], dtype=np.float32)
         rgba[level >= 1.0] = 0
@@ -169,7 +180,8 @@ def _actor(shape: Shape) -> Any:
     actor.SetMapper(mapper)
     look = actor.GetProperty()
     if isinstance(shape, Solid):
-        mapper.SetInputConnection(_source(shape).GetOutputPort())
+        source = _source(shape)  # a port does not keep what it belongs to
+        mapper.SetInputConnection(source.GetOutputPort())
         look.SetOpacity(shape.opacity)
         look.SetAmbient(0.25)
         look.SetDiffuse(0.8)
@@ -288,3 +300,7 @@ def _vtk_cells(corners: NDArray[Any]) -> Any:
     cells = vtkCellArray()
     cells.SetCells(count, numpy_to_vtkIdTypeArray(flat, deep=True))
     return cells
+
+
+_TRIAL_POSE = Pose(np.eye(3), np.array([0.0, 0.0, 3.0]))
+"""Three metres before an untouched camera."""

@@ -122,7 +122,7 @@ class Overlay:
 
 
 def measure_text(places: Sequence[NDArray[np.float64]]) -> str:
-    """A measured path in metres and millimetres; of two places also the parts on the floor and up."""
+    """A measured path in metres; of two places also the parts on the floor and up."""
     text = f"{length_m(places):.3f} m"
     if len(places) == 2:
         along = places[1] - places[0]
