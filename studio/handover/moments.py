@@ -105,6 +105,11 @@ class Moments:
         moments.heads.add(t_ms, pose_values(avatar.world_from_head, kept[-1] if kept else None))
         moments.rays.add(t_ms, None if avatar.ray is None else avatar.ray.ravel().tolist())
 
+    def add_event(self, event: Event) -> None:
+        """What happened, but for lost frames, and for what is too much to look through."""
+        if event.kind != LOST_FRAME and len(self.events) < MOST_EVENTS:
+            self.events.append((event.t_ns // 1_000_000, event.text))
+
     def add_line(self, t_ns: int, line: Annotation) -> None:
         """A line as it was by then."""
         self._add_points(
@@ -177,9 +182,8 @@ def read_moments(
             t_ns = value.t_ns
             if isinstance(value, RecordedTruth):
                 moments.moved |= value.moved
-            is_shown = isinstance(value, Event) and value.kind != LOST_FRAME
-            if is_shown and len(moments.events) < MOST_EVENTS:
-                moments.events.append((t_ns // 1_000_000, value.text))
+            if isinstance(value, Event):
+                moments.add_event(value)
         moments.end_ms = max(moments.end_ms, t_ns // 1_000_000)
         reached(moments.end_ms)
     return moments

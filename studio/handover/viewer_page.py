@@ -26,8 +26,8 @@ from scenes.pose import Pose
 from studio.handover.keys import Keys
 from studio.handover.moments import Moments
 from studio.handover.splat_parts import SplatPart, write_splat_parts
-from studio.handover.web_files import module_source
 from studio.handover.views import first_places, views_of
+from studio.handover.web_files import module_source
 
 VIEWER = Path(__file__).parent / "viewer"
 OWN_MODULES = ("camera.js", "main.js", "moments.js", "panel.js", "room.js")

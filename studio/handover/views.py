@@ -24,6 +24,9 @@ LOOK_HEIGHT_M = 0.7
 ELBOW_ROOM_M = 0.5
 """Splats nearer to an eye than this stand in its way."""
 
+MARGIN_M = 0.7
+"""Around the floor in the view from above, chosen: room for the walls, which lean outwards."""
+
 FIELD_OF_VIEW_DEG = 62.0
 """Of the viewer's camera, top to bottom, as in its room.js."""
 
@@ -46,9 +49,9 @@ def views_of(scene: ScenePackage, places: list[NDArray[np.float64]]) -> dict[str
     ]
     eye = min(eyes, key=lambda e: (_in_the_way(scene, e), -float(np.linalg.norm(e[:2] - seen))))
     # As far up as the whole floor needs; what is higher than CUT_M is cut off.
-    half = 0.5 * float((high - low).max()) + 0.3
+    half = 0.5 * float((high - low).max()) + MARGIN_M
     up = min(CUT_M + half / math.tan(math.radians(FIELD_OF_VIEW_DEG) / 2), ABOVE_M)
-    # A hand's width off the vertical: straight down, which way is up would be undefined.
+    # A centimetre off the vertical: straight down, which way is up would be undefined.
     above = [float(middle[0]), float(middle[1]) - 0.01, up]
     return {
         "corner": {"eye": _rounded(eye), "target": _rounded(target)},
@@ -65,9 +68,7 @@ def first_places(
 ) -> list[NDArray[np.float64]]:
     """Where the objects that move stand at the end; all objects where none moved."""
     chosen = [o for o in scene.objects if o.object_id in moved] or list(scene.objects)
-    return [
-        world_from_object.get(o.object_id, o.world_from_object).translation for o in chosen
-    ]
+    return [world_from_object.get(o.object_id, o.world_from_object).translation for o in chosen]
 
 
 def _in_the_way(scene: ScenePackage, eye: NDArray[np.float64]) -> int:

@@ -6,6 +6,7 @@ import { Room } from "viewer/room.js";
 
 const LABEL_RISE_M = 0.2;
 const LONGEST_STEP_S = 0.1;
+const NARROW_PX = 760;
 const byId = (id) => document.getElementById(id);
 const started = performance.now();
 const canvas = byId("room");
@@ -60,6 +61,7 @@ function toggleList() {
   const hidden = !byId("panel").hidden;
   byId("panel").hidden = hidden;
   byId("side").setAttribute("aria-expanded", String(!hidden));
+  resize();
 }
 
 const KEYS = {
@@ -99,7 +101,9 @@ canvas.addEventListener("webglcontextlost", () => {
 });
 
 function resize() {
-  room.resize(window.innerWidth, window.innerHeight);
+  const list = byId("panel").getBoundingClientRect();
+  const isBeside = list.width > 0 && list.width < window.innerWidth / 2;
+  room.resize(window.innerWidth, window.innerHeight, isBeside ? window.innerWidth - list.left : 0);
   changed();
 }
 
@@ -139,6 +143,7 @@ function frame(now) {
 }
 
 let drawn = 0;
+if (window.innerWidth < NARROW_PX) toggleList();
 resize();
 seek(0);
 room.renderer.setAnimationLoop(frame);

@@ -7,6 +7,7 @@ import { around, latest, mixed, pose } from "viewer/moments.js";
 const HEAD_RADIUS_M = 0.11;
 const COLOURS = { local: 0xf28e2b, remote: 0x4e9de6 };
 const RAY_WIDTH_M = 0.006;
+const STEM_WIDTH_M = 0.012;
 const LINE_WIDTH_M = 0.008;
 
 export class Room {
@@ -43,9 +44,10 @@ export class Room {
     }
     for (const person of data.people) {
       const head = headOf(COLOURS[person.role] ?? COLOURS.remote);
-      const ray = rod(RAY_WIDTH_M, COLOURS[person.role] ?? COLOURS.remote);
-      this.people.set(person.id, { head, ray });
-      this.scene.add(head, ray);
+      const [ray, stem] = [RAY_WIDTH_M, STEM_WIDTH_M].map((width) =>
+        rod(width, COLOURS[person.role] ?? COLOURS.remote));
+      this.people.set(person.id, { head, ray, stem });
+      this.scene.add(head, ray, stem);
     }
     for (const line of data.lines) {
       const group = new THREE.Group();
@@ -58,19 +60,24 @@ export class Room {
   show(t) {
     for (const item of this.data.objects) pose(this.objects.get(item.id), item.poses, t);
     for (const person of this.data.people) {
-      const { head, ray } = this.people.get(person.id);
+      const { head, ray, stem } = this.people.get(person.id);
       head.visible = pose(head, person.heads, t);
+      // Down to the floor: so one sees where on it a person is.
+      const { x, y, z } = head.position;
+      stretch(stem, [x, y, z - HEAD_RADIUS_M, x, y, 0]);
+      stem.visible &&= head.visible;
       const ends = around(person.rays, t);
-      ray.visible = ends !== null;
-      if (ends !== null) stretch(ray, mixed(...ends));
+      if (ends === null) ray.visible = false;
+      else stretch(ray, mixed(...ends));
     }
     for (const line of this.data.lines) this.#draw(line, latest(line.versions, t));
   }
 
-  resize(width, height) {
+  /** `covered`: pixels at the right that the list hides; the middle is that of the rest. */
+  resize(width, height, covered) {
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
-    this.camera.updateProjectionMatrix();
+    this.camera.setViewOffset(width, height, covered / 2, 0, width, height);
   }
 
   render() {
@@ -109,10 +116,7 @@ function headOf(colour) {
   ball.scale.set(0.85, 1.1, 1);
   const visor = new THREE.Mesh(new THREE.BoxGeometry(0.15, 0.06, 0.05), dark);
   visor.position.set(0, -0.015, 0.095);
-  const shoulders = new THREE.Mesh(new THREE.CapsuleGeometry(0.09, 0.22, 6, 16), skin);
-  shoulders.rotation.z = Math.PI / 2;
-  shoulders.position.set(0, 0.3, -0.02);
-  head.add(ball, visor, shoulders);
+  head.add(ball, visor);
   return head;
 }
 

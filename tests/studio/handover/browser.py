@@ -1,4 +1,4 @@
-"""A real browser without a window, driven over two pipes: what is on a page, and what it asks for."""
+"""A real browser without a window, driven over two pipes: what a page shows and asks for."""
 
 from __future__ import annotations
 
