@@ -183,12 +183,12 @@ def _is_shown(row: Row) -> bool:
 
 
 def _verdict(barred: list[Row]) -> str:
-    missed = [row.name for row in barred if row.passed is False]
+    missed = [name_text(row) for row in barred if row.passed is False]
     if not barred:
         return "Nothing was held to a bar"
     if not missed:
         return f"All {len(barred)} figures with a bar met it"
-    return f"{len(missed)} of {len(barred)} figures miss their bar: {', '.join(missed)}"
+    return f"{len(missed)} of {len(barred)} figures miss their bar: {'; '.join(missed)}"
 
 
 def _changes(info: SessionInfo) -> tuple[str, ...]:

@@ -99,7 +99,7 @@ def fetch(web: Path) -> None:
 
     try:
         done = npm(
-            ["ci", "--ignore-scripts", "--no-audit", "--no-fund"],
+            ["ci", "--ignore-scripts", "--no-audit", "--no-fund", "--fetch-retries=1"],
             return_completed_process=True,
             cwd=web,
             capture_output=True,

@@ -161,5 +161,7 @@ window.viewer = {
   place: (id) => placeOf(room.objects.get(id)).toArray(),
   head: (id) => placeOf(room.people.get(id).head).toArray(),
   eye: () => room.camera.position.toArray(),
+  target: () => camera.orbit.target.toArray(),
+  shown: () => room.shown(),
   opened_ms: performance.now() - started,
 };

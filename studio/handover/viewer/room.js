@@ -73,6 +73,15 @@ export class Room {
     for (const line of this.data.lines) this.#draw(line, latest(line.versions, t));
   }
 
+  /** Ids of the people, rays and lines that are there. */
+  shown() {
+    const people = [...this.people].filter(([, person]) => person.head.visible);
+    const rays = [...this.people].filter(([, person]) => person.ray.visible);
+    const lines = [...this.lines].filter(([, line]) => line.group.children.length);
+    const [heads, pointing, drawn] = [people, rays, lines].map((of) => of.map(([id]) => id));
+    return { heads, rays: pointing, lines: drawn };
+  }
+
   /** `covered`: pixels at the right that the list hides; the middle is that of the rest. */
   resize(width, height, covered) {
     this.renderer.setSize(width, height, false);

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import base64
+import fcntl
 import io
 import json
 import os
 import select
 import shutil
 import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -32,6 +34,13 @@ FLAGS = (
     "--hide-scrollbars",
 )
 ANSWER_WITHIN_S = 90.0
+WITH_PIPES = """
+import os, sys
+os.dup2(int(sys.argv[1]), 3)
+os.dup2(int(sys.argv[2]), 4)
+os.execv(sys.argv[3], sys.argv[3:])
+"""
+"""Starts a program with two open files as its third and fourth, where the browser looks."""
 
 
 def browser_path() -> str | None:
@@ -104,6 +113,17 @@ class Page:
                 raise TimeoutError(f"{script}: not true after {seconds:g} s; {self.messages}")
             time.sleep(0.05)
 
+    def click(self, x: float, y: float) -> None:
+        """The left button down and up."""
+        for kind in ("mousePressed", "mouseReleased"):
+            self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
+
+    def hold(self, key: str, code: str, seconds: float) -> None:
+        """A key down for a while."""
+        self.call("Input.dispatchKeyEvent", type="keyDown", key=key, code=code)
+        time.sleep(seconds)
+        self.call("Input.dispatchKeyEvent", type="keyUp", key=key, code=code)
+
     def press(self, key: str, code: str) -> None:
         """A key down and up."""
         for kind in ("keyDown", "keyUp"):
@@ -139,17 +159,25 @@ class Page:
             self.messages.append(f"log: {params['entry']['text']}")
 
 
+def _pipe() -> tuple[int, int]:
+    """Both ends above the numbers that the browser's own ends get."""
+    ends = os.pipe()
+    above = tuple(fcntl.fcntl(end, fcntl.F_DUPFD, 10) for end in ends)
+    for end in ends:
+        os.close(end)
+    return above[0], above[1]
+
+
 @contextmanager
 def opened_browser(profile: Path) -> Iterator[Page]:
     """A browser with a fresh profile folder; it ends with the block."""
     program = browser_path()
     assert program is not None
-    to_browser, from_us = os.pipe()
-    from_browser, to_us = os.pipe()
-    command = f'exec "$0" "$@" 3<&{to_browser} 4>&{to_us}'
+    to_browser, from_us = _pipe()
+    from_browser, to_us = _pipe()
     flags = (*FLAGS, f"--user-data-dir={profile}")
     process = subprocess.Popen(
-        ["/bin/sh", "-c", command, program, *flags],
+        [sys.executable, "-c", WITH_PIPES, str(to_browser), str(to_us), program, *flags],
         pass_fds=(to_browser, to_us),
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
