@@ -30,7 +30,7 @@ from studio.handover.views import first_places, views_of
 from studio.handover.web_files import module_source
 
 VIEWER = Path(__file__).parent / "viewer"
-OWN_MODULES = ("camera.js", "main.js", "moments.js", "panel.js", "room.js")
+OWN_MODULES = ("camera.js", "main.js", "moments.js", "panel.js", "room.js", "sharpness.js")
 FORMAT_VERSION = 1
 
 DECIMALS = 4

@@ -3,6 +3,7 @@ import * as THREE from "three";
 import { CameraControl } from "viewer/camera.js";
 import { Panel } from "viewer/panel.js";
 import { Room } from "viewer/room.js";
+import { Sharpness } from "viewer/sharpness.js";
 
 const LABEL_RISE_M = 0.2;
 const LONGEST_STEP_S = 0.1;
@@ -135,7 +136,13 @@ function frame(now) {
     if (t >= data.end_ms) play(false);
   }
   if (camera.step(passed, fast)) changed();
-  if (!dirty) return;
+  const rested = sharpness.isDue(now);
+  if (!dirty && !rested) {
+    moving = false;
+    return;
+  }
+  sharpness.before(now, moving && !rested);
+  moving = dirty;
   dirty = false;
   room.render();
   placeLabels();
@@ -143,6 +150,8 @@ function frame(now) {
 }
 
 let drawn = 0;
+let moving = false;
+const sharpness = new Sharpness(room.renderer);
 if (window.innerWidth < NARROW_PX) toggleList();
 resize();
 seek(0);
@@ -158,8 +167,10 @@ window.viewer = {
   view: (name) => camera.go(name),
   time: () => t,
   drawn: () => drawn,
+  sharpness: () => sharpness.shown,
   place: (id) => placeOf(room.objects.get(id)).toArray(),
   head: (id) => placeOf(room.people.get(id).head).toArray(),
+  nudge: () => { room.camera.position.x += 0.002; changed(); },
   eye: () => room.camera.position.toArray(),
   target: () => camera.orbit.target.toArray(),
   shown: () => room.shown(),

@@ -187,3 +187,17 @@ def test_a_damaged_page_says_so(chromium, lab_page, tmp_path):
     chromium.wait_for("/stop|could not/.test(document.getElementById('message')?.textContent)")
 
     assert not chromium.evaluate("document.getElementById('message').hidden")
+
+
+def test_a_slow_computer_s_picture_is_coarse_while_it_moves_and_fine_at_rest(shown):
+    settled(shown)
+    assert shown.evaluate("viewer.sharpness()") == 0
+
+    coarsest = shown.evaluate(
+        "(async () => { let most = 0; for (let i = 0; i < 6; i++) { viewer.seek(300 * i);"
+        " await new Promise(requestAnimationFrame);"
+        " most = Math.max(most, viewer.sharpness()); } return most; })()"
+    )
+    if coarsest == 0:
+        pytest.skip("this computer draws the lab quickly: it is never coarse")
+    shown.wait_for("viewer.sharpness() === 0", seconds=20)
