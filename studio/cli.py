@@ -67,6 +67,12 @@ VERBS = (
         "nexus compare out/demo out/run-b --out out/compare.html",
     ),
     Verb(
+        "share",
+        "studio.verbs.share",
+        "make film, offline viewer, session sheet and archive of a rehearsal, to hand over",
+        "nexus share out/demo --out out/shared",
+    ),
+    Verb(
         "prepare",
         "studio.verbs.prepare",
         "make a metric scene package of photos or a video",

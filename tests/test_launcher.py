@@ -63,3 +63,37 @@ def test_help_of_the_test_verb_installs_nothing(bare: Path) -> None:
     assert done.returncode == 0
     assert "usage: ./nexus test" in done.stdout
     assert not (bare / ".venv").exists()
+
+
+@pytest.fixture
+def installed(bare: Path) -> Path:
+    """A checkout whose environment is made and whose crate is built; its Python only notes calls."""
+    for name in ("xargs", "sha256sum", "sed", "cut", "touch"):
+        found = shutil.which(name)
+        assert found is not None
+        (bare / "bin" / name).symlink_to(found)
+    for folder in (".venv/bin", "scenes", "native/src", "web"):
+        (bare / folder).mkdir(parents=True)
+    for made in ("scenes/_native.abi3.so", "native/Cargo.toml", "native/Cargo.lock"):
+        (bare / made).touch()
+    shutil.copy(ROOT / "web" / "package-lock.json", bare / "web")
+    python = bare / ".venv" / "bin" / "python"
+    python.write_text(
+        '#!/bin/sh\nprintf "%s\\n" "$*" >>"${0%/*}/calls"\n[ "$1" != -c ] || exit 1\n'
+    )
+    python.chmod(0o755)
+    for stamp in (".nexus-run", ".nexus-native"):
+        (bare / ".venv" / stamp).touch()
+    return bare
+
+
+def test_without_the_viewer_s_libraries_every_command_still_runs(installed: Path) -> None:
+    first, second = launch(installed, "doctor"), launch(installed, "doctor")
+
+    calls = (installed / ".venv" / "bin" / "calls").read_text().splitlines()
+    assert first.returncode == second.returncode == 0
+    assert "nexus share will try again" in first.stderr
+    # It is tried once for each version of the lock file, not at every command.
+    assert second.stderr == ""
+    assert [call for call in calls if call.startswith("-m")] == ["-m studio.cli doctor"] * 2
+    assert len([call for call in calls if "web_files" in call]) == 1

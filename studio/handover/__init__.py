@@ -1,0 +1,1 @@
+"""A rehearsal handed over: film, viewer, session sheet and archive."""

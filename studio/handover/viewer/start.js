@@ -1,0 +1,52 @@
+// The page's own start: unpacks the parts it carries and gives them to the browser as modules.
+"use strict";
+(() => {
+  const message = document.getElementById("message");
+  const show = (text) => { message.hidden = false; message.textContent = text; };
+  window.addEventListener("error", (event) => show(`The viewer stopped: ${event.message}`));
+  window.addEventListener("unhandledrejection", (event) =>
+    show(`The viewer stopped: ${event.reason?.message ?? event.reason}`));
+
+  const canUnpack = typeof DecompressionStream === "function";
+  const hasMaps = HTMLScriptElement.supports?.("importmap");
+  if (!canUnpack || !hasMaps) {
+    show("This browser is too old for the viewer.\n" +
+      "Open this file with Chrome or Edge 103, Firefox 113, Safari 16.4 or newer.");
+    return;
+  }
+  if (!document.createElement("canvas").getContext("webgl2")) {
+    show("This browser gives the page no 3D graphics (WebGL 2).\n" +
+      "Switch hardware acceleration on in its settings, or open this file with another browser.");
+    return;
+  }
+
+  // A part's bytes; its text leaves the page, so that memory holds it once.
+  const partBytes = (name) => {
+    const element = document.getElementById(`part:${name}`);
+    const packed = atob(element.textContent);
+    element.remove();
+    const bytes = new Uint8Array(packed.length);
+    for (let i = 0; i < packed.length; i++) bytes[i] = packed.charCodeAt(i);
+    return bytes;
+  };
+  const partText = (name) => {
+    const stream = new Blob([partBytes(name)]).stream();
+    return new Response(stream.pipeThrough(new DecompressionStream("gzip"))).text();
+  };
+  window.viewerParts = { bytes: partBytes, text: partText };
+
+  const open = async () => {
+    const imports = {};
+    for (const element of document.querySelectorAll("script[data-module]")) {
+      const name = element.dataset.module;
+      const source = new Blob([await partText(element.id.slice(5))], { type: "text/javascript" });
+      imports[name] = URL.createObjectURL(source);
+    }
+    const map = document.createElement("script");
+    map.type = "importmap";
+    map.textContent = JSON.stringify({ imports });
+    document.head.append(map);
+    await import("viewer/main.js");
+  };
+  open().catch((error) => show(`The viewer could not start: ${error.message}`));
+})();
