@@ -1,5 +1,6 @@
 """A fault: the lamp flickers, so that every picture is a little brighter or darker."""
 
+# ruff: noqa: D101, D102
 import math
 from dataclasses import dataclass
 from typing import ClassVar

@@ -1,4 +1,5 @@
 """A panel that counts the objects in the room."""
+# ruff: noqa: D101, D102
 
 from PySide6.QtWidgets import QLabel
 

@@ -1,4 +1,5 @@
 """A tracker that leaves every object where the scan saw it: the least that a tracker must do."""
+# ruff: noqa: D101, D102
 
 import numpy as np
 

@@ -180,6 +180,11 @@ class Session:
         """Durations so far."""
         return self._latencies
 
+    @property
+    def counts(self) -> tuple[int, int, int]:
+        """Pictures so far: tracked, waiting or dropped, and those that never came."""
+        return self._frames, max(self._next_seq - self._lost - self._frames, 0), self._lost
+
     def make_live(self, surface: LiveSurface) -> None:
         """Show live video on a surface from the next frame on; any thread may ask.
 

@@ -82,7 +82,7 @@ class PluginFolder:
     ) -> None:
         self.folder = folder
         self.plugins: dict[str, Plugin] = {}
-        """By file name: those that work. A plug-in that fails after it was saved stays as it was."""
+        """By file name: those that work; one that fails after it was saved stays as it was."""
         self.abandoned: list[threading.Thread] = []
         """Threads of plug-ins that did not end in time, named after their files."""
         self._changed, self._say, self._limit_s = changed, say, limit_s
@@ -198,7 +198,7 @@ def _run(attempt: _Try) -> None:
         exec(compile(source, str(attempt.path), "exec"), module.__dict__)
         register = getattr(module, "register", None)
         if register is None:
-            raise AttributeError("there is no function register(studio)")
+            raise AttributeError("there is no function register(studio)")  # noqa: TRY301
         offers = Registration()
         register(offers)
         keep = getattr(attempt.before and attempt.before.module, "state", None)
