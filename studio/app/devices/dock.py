@@ -80,7 +80,7 @@ class SessionDock(QWidget):
         self.refresh()
 
     def _make_devices(self) -> QWidget:
-        self.devices = _table(["Device", "State", "Last frame", "Rate", "Dropped"])
+        self.devices = _table(["Device", "State", "Last frame", "Rate", "Lost"])
         self.devices.setMaximumHeight(120)
         self.latency = LatencyBar()
         page, layout = _page()
@@ -210,7 +210,7 @@ class SessionDock(QWidget):
         rate = f"{fps if playing else 0.0:5.1f} fps"
         self._show_devices(
             [
-                ("Camera (simulated)", kind, words, age, rate, f"{waiting + lost}"),
+                ("Camera", kind, words, age, rate, f"{waiting + lost}"),
                 ("Tracker", kind, words, age, rate, f"{waiting}"),
                 ("Recorder", kind, "writes" if playing else "idle", "-", "-", "-"),
             ]

@@ -37,7 +37,8 @@ def report_page(folder: Path) -> str:
 
 
 def _line(row: dict[str, Any]) -> str:
-    mark = {True: "✓", False: "✖"}.get(row.get("passed"), "")  # pyright: ignore[reportArgumentType]
+    passed = row.get("passed")
+    mark = "" if passed is None else "✓" if passed else "✖"
     cells = (
         ("left", str(row.get("name", ""))),
         ("right", _number(row.get("value"))),

@@ -131,9 +131,12 @@ class BeforeAfter(QWidget):
     def paintEvent(self, event: QPaintEvent) -> None:
         """See Qt."""
         del event
-        if self._before.isNull():
-            return
         painter = QPainter(self)
+        if self._before.isNull():
+            painter.setPen(self.palette().placeholderText().color())
+            words = "before and after a cut are compared here"
+            painter.drawText(self.rect(), Qt.AlignmentFlag.AlignCenter, words)
+            return
         area = fitted(self._before, QRectF(self.rect()))
         line = area.left() + self.share * area.width()
         painter.drawImage(area, self._after)

@@ -32,7 +32,7 @@ from studio.app.preparation.stage_lines import StageLine
 from studio.app.shell.theme import SHAPES, THEMES
 
 POLL_MS = 300
-STATES = {"running": ("warning", "runs"), "done": ("good", "done"), "failed": ("bad", "failed")}
+STATES = {"running": ("calm", "runs"), "done": ("good", "done"), "failed": ("bad", "failed")}
 BAR_CELLS = 10
 
 
@@ -64,11 +64,11 @@ class RoomPage(QScrollArea):
         self.notice.hide()
         self.code_side = _length(" m", "not used", 5.0)
         self.metres = _length(" m", "not used", 1000.0)
-        self.height = _length(" m", "not used", 12.0)
+        self.ceiling = _length(" m", "not used", 12.0)
         form = QFormLayout()
         form.addRow("Printed code, side", self.code_side)
         form.addRow("Splat file, one unit", self.metres)
-        form.addRow("or floor to ceiling", self.height)
+        form.addRow("or floor to ceiling", self.ceiling)
         self.start_button, self.cancel_button = QPushButton("Prepare"), QPushButton("Cancel")
         self.start_button.clicked.connect(lambda: bench.do("preparation.start"))
         self.cancel_button.clicked.connect(lambda: bench.do("preparation.cancel"))
@@ -76,6 +76,7 @@ class RoomPage(QScrollArea):
         buttons.addWidget(self.start_button, 1)
         buttons.addWidget(self.cancel_button)
         self.stages = _table(["Stage", "State", "Done", "Left"])
+        self.stages.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.preview = QLabel()
         self.preview.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.codes = _table(["Code", "Side", "Photos", "Off by"])
@@ -94,7 +95,7 @@ class RoomPage(QScrollArea):
         layout.addStretch(1)
         self.codes.hide()
         self.setWidget(page)
-        for field in (self.metres, self.height):
+        for field in (self.metres, self.ceiling):
             field.valueChanged.connect(self._show_notice)
         self._timer = QTimer(self)
         self._timer.timeout.connect(self.refresh)
@@ -120,7 +121,7 @@ class RoomPage(QScrollArea):
 
     def scale(self) -> Scale:
         """What the fields say."""
-        values = [field.value() or None for field in (self.code_side, self.metres, self.height)]
+        values = [field.value() or None for field in (self.code_side, self.metres, self.ceiling)]
         return Scale(code_side_m=values[0], metres_per_unit=values[1], height_m=values[2])
 
     def begin(self) -> None:
