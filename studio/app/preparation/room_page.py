@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
 
 from studio.app.model.dropped import MESHES, SPLATS
 from studio.app.model.workbench import Workbench
+from studio.app.preparation.length_picker import LengthPicker
 from studio.app.preparation.preparation_job import (
     UNKNOWN_SCALE,
     PreparationJob,
@@ -69,6 +70,8 @@ class RoomPage(QScrollArea):
         form.addRow("Printed code, side", self.code_side)
         form.addRow("Splat file, one unit", self.metres)
         form.addRow("or floor to ceiling", self.ceiling)
+        self.ends = LengthPicker()
+        self.ends.hide()
         self.start_button, self.cancel_button = QPushButton("Prepare"), QPushButton("Cancel")
         self.start_button.clicked.connect(lambda: bench.do("preparation.start"))
         self.cancel_button.clicked.connect(lambda: bench.do("preparation.cancel"))
@@ -87,6 +90,7 @@ class RoomPage(QScrollArea):
         layout.addWidget(self.drop)
         layout.addWidget(self.notice)
         layout.addLayout(form)
+        layout.addWidget(self.ends)
         layout.addLayout(buttons)
         layout.addWidget(self.stages)
         layout.addWidget(self.preview)
@@ -114,6 +118,7 @@ class RoomPage(QScrollArea):
             self.mesh = path
         else:
             self.source = path
+            self.ends.show_photos(path)
         names = [item.name for item in (self.source, self.mesh) if item is not None]
         self.drop.setText("\n+ mesh ".join(names))
         self._show_notice()
@@ -138,7 +143,8 @@ class RoomPage(QScrollArea):
         if self._is_splat_file:
             words = splat_file_words(self.source, out, self.scale())
         else:
-            only = Scale(code_side_m=self.scale().code_side_m)
+            length_m, ends = self.ends.length_m, self.ends.picks()
+            only = Scale(self.scale().code_side_m, length_m, ends if length_m else None)
             words = preparation_words(self.source, out, only)
             words += [] if self.mesh is None else ["--mesh", str(self.mesh)]
         self.job, self._is_open, self._preview = PreparationJob(words, out), True, None

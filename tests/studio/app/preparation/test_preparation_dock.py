@@ -80,3 +80,28 @@ def test_built_in_rooms_are_not_cut(dock, bench):
     assert not bench.do("preparation.cut")
     assert "built-in" in bench.log.lines("error")[-1].text
     assert not bench.do("preparation.undo_cut")
+
+
+def test_two_ends_clicked_in_photos_are_picks_in_the_photo_s_own_pixels(dock, qtbot, tmp_path):
+    from PySide6.QtCore import Qt
+    from PySide6.QtGui import QImage
+
+    photos = tmp_path / "photos"
+    photos.mkdir()
+    for name in ("1.png", "2.png"):
+        assert QImage(3200, 1600, QImage.Format.Format_RGB32).save(str(photos / name))
+    dock.room.add(photos)
+    ends = dock.room.ends
+    assert ends.isVisible()
+    qtbot.waitUntil(lambda: ends.marker.width() > 200, timeout=5000)
+    for end in ("End a", "End b"):
+        ends.end.setCurrentText(end)
+        for name in ("1.png", "2.png"):
+            ends.photos.setCurrentText(name)
+            middle = ends.marker._area().center().toPoint()
+            qtbot.mouseClick(ends.marker, Qt.MouseButton.LeftButton, pos=middle)
+    picks = ends.picks()
+    assert [photo for photo, _, _ in picks["a"]] == ["1.png", "2.png"]
+    np.testing.assert_allclose(picks["b"][1][1:], (1600, 800), atol=12)
+    ends.metres.setValue(2.0)
+    assert ends.length_m == 2.0
