@@ -259,4 +259,5 @@ def _table(titles: list[str]) -> QTreeWidget:
     table.setHeaderLabels(titles)
     table.setRootIsDecorated(False)
     table.setMinimumHeight(96)
+    table.setMaximumHeight(180)
     return table

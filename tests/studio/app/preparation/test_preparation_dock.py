@@ -105,3 +105,27 @@ def test_two_ends_clicked_in_photos_are_picks_in_the_photo_s_own_pixels(dock, qt
     np.testing.assert_allclose(picks["b"][1][1:], (1600, 800), atol=12)
     ends.metres.setValue(2.0)
     assert ends.length_m == 2.0
+
+
+def test_an_object_is_cut_compared_and_put_back_in_the_panel(bench, dock, qtbot, scene, marks):
+    from dataclasses import replace
+
+    from scenes.package import load_package
+
+    bench.change("open", replace(bench.document, scene=str(scene)))
+    page = dock.cut
+    page.load()
+    qtbot.waitUntil(lambda: page.views.count() == 3, timeout=30_000)
+    page.marks = {mark.view: mark for mark in marks}
+    page.name.setText("Crate")
+    assert bench.do("preparation.cut")
+    qtbot.waitUntil(lambda: bool(page.kept), timeout=90_000)
+    assert "floaters removed" in page.line.text()
+    assert [item.object_id for item in load_package(scene).objects] == ["crate"]
+    qtbot.waitUntil(lambda: not page.compare._after.isNull(), timeout=30_000)
+    before, after = page.compare._before, page.compare._after
+    assert before.size() == after.size()
+    assert before != after
+    assert bench.do("preparation.undo_cut")
+    assert load_package(scene).objects == ()
+    assert not page.undo_button.isEnabled()
