@@ -29,9 +29,9 @@ class ViewPictures:
 
     def _draw(self) -> None:
         from scenes.package import load_package
-        from scenes.prepare.cutout.marks.masks import Prompt
-        from scenes.prepare.cutout.marks.prompted_views import PromptedView, drawn_picture
+        from scenes.pose import Pose
         from scenes.render.native import NativeRenderer
+        from scenes.render.renderer import PosedSplats
 
         try:
             package = load_package(self._scene)
@@ -40,13 +40,11 @@ class ViewPictures:
                 count = min(self._most, len(package.views))
                 places = np.linspace(0, len(package.views) - 1, count).round().astype(int)
                 views = [package.views[place] for place in dict.fromkeys(places.tolist())]
-            renderer, none = NativeRenderer(), np.zeros((0, 2))
+            renderer, room = NativeRenderer(), [PosedSplats(package.room, Pose.identity())]
             pictures: Pictures = {}
             for view in views:
-                marked = PromptedView(
-                    view.name, view.camera, view.world_from_camera, Prompt(None, none, none), None
-                )
-                pictures[view.name] = drawn_picture(package.room, marked, renderer)
+                drawn = renderer.render(room, view.camera, view.world_from_camera)
+                pictures[view.name] = (np.clip(drawn.rgb, 0, 1) * 255 + 0.5).astype(np.uint8)
             self.result.put(pictures or f"{self._scene.name} has no views to mark objects in")
         except (ValueError, OSError) as error:
             self.result.put(str(error))
