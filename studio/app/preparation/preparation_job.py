@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -91,6 +92,8 @@ class PreparationJob:
     def __init__(self, words: list[str], out: Path) -> None:
         self.out = out
         self.work = out.with_name(f"{out.name}.prepare")
+        with suppress(OSError):  # what an earlier run came to is not what this one comes to
+            (self.work / OUTCOME).unlink()
         self._child = Child(words)
 
     @property

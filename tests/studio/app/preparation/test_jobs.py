@@ -88,6 +88,9 @@ def test_a_preparation_that_cannot_be_says_what_to_do(tmp_path):
         noise = np.random.default_rng(number).integers(0, 255, (90, 120, 3), dtype=np.uint8)
         cv2.imwrite(str(photos / f"{number}.jpg"), noise)
     out = tmp_path / "room.gnx"
+    stale = tmp_path / "room.gnx.prepare" / "outcome.json"
+    stale.parent.mkdir()
+    stale.write_text('{"headline": "of an earlier run"}')
     job = PreparationJob(preparation_words(photos, out, Scale()), out)
     assert job.wait(120)
     assert not job.is_done
