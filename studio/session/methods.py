@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any, Protocol
 
 from devices.messages import Frame
@@ -14,6 +16,13 @@ from tracking.output import Stopwatch, TrackingMethod, no_stopwatch
 
 METHODS = ("own", "paper")
 """Names of the trackers; the first is the default."""
+
+
+MethodMaker = Callable[[ScenePackage], TrackingMethod[Any]]
+"""Makes a tracker for the objects of a scene."""
+
+NO_MORE: Mapping[str, MethodMaker] = MappingProxyType({})
+"""No trackers beside those of `METHODS`."""
 
 
 class TruthDetector(Detector, Protocol):
@@ -32,21 +41,25 @@ def make_method(
     matcher: Matcher | None = None,
     stopwatch: Stopwatch = no_stopwatch,
     costs: StepCosts = NOMINAL_COSTS,
+    more: Mapping[str, MethodMaker] = NO_MORE,
 ) -> TrackingMethod[Any]:
     """A tracker for the objects of a scene.
 
     Args:
-        name: one of `METHODS`.
+        name: one of `METHODS`, or of `more`.
         scene: splats of the room and of its objects, with their last known poses.
         detector: finds the objects for the paper's method, such as a `TruthDetector` in place of
             its trained network; without one, the method finds what differs from the empty room.
         matcher: finds corresponding points for the paper's method; SIFT if None.
         stopwatch: for the stage durations.
         costs: of the steps of our tracker's searches; nominal ones make every run the same.
+        more: trackers beside `METHODS` by name, such as those of plug-ins.
 
     Raises:
         ValueError: no such method.
     """
+    if name in more and name not in METHODS:
+        return more[name](scene)
     from scenes.render.native import NativeRenderer
     from tracking.baseline.paper import PaperTracker
     from tracking.tracker import Tracker
@@ -64,4 +77,4 @@ def make_method(
             matcher=matcher,
             stopwatch=stopwatch,
         )
-    raise ValueError(f"tracking method {name!r}: wanted one of {', '.join(METHODS)}")
+    raise ValueError(f"tracking method {name!r}: wanted one of {', '.join((*METHODS, *more))}")

@@ -8,7 +8,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import partial
 from itertools import chain
@@ -34,7 +34,7 @@ from scenes.state import Annotation, LiveSurface, SceneState, reduce_state
 from studio.session.fork import Fork
 from studio.session.latency import Latencies
 from studio.session.live_surfaces import LiveSurfaces
-from studio.session.methods import METHODS, TruthDetector, make_method
+from studio.session.methods import METHODS, NO_MORE, MethodMaker, TruthDetector, make_method
 from studio.session.pipeline import ExactExecutor, Executor, PacedExecutor, RecorderThread
 from studio.session.recorded_scene import recorded_scene, with_camera
 from studio.session.sources import (
@@ -73,10 +73,11 @@ class SessionPlan:
         scenario: name or path of a scenario, or None for the scene's own; ignored by a replay.
         seed: of everything random in the simulation.
         recording: a recording to play instead of simulating.
-        methods: trackers to run, of `METHODS`; the first is shown.
+        methods: trackers to run, of `METHODS` and `more_methods`; the first is shown.
         pace: how time passes.
         record_to: where to write the recording, or None.
         fork: a recorded simulation to go on with; its scene, seed and methods are given above.
+        more_methods: trackers beside `METHODS` by name, such as those of plug-ins.
     """
 
     scene: str = "lab"
@@ -87,6 +88,7 @@ class SessionPlan:
     pace: Pace = Pace.EXACT
     record_to: Path | None = None
     fork: Fork | None = None
+    more_methods: Mapping[str, MethodMaker] = field(default_factory=lambda: NO_MORE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -177,6 +179,11 @@ class Session:
     def latencies(self) -> Latencies:
         """Durations so far."""
         return self._latencies
+
+    @property
+    def counts(self) -> tuple[int, int, int]:
+        """Pictures so far: tracked, waiting or dropped, and those that never came."""
+        return self._frames, max(self._next_seq - self._lost - self._frames, 0), self._lost
 
     def make_live(self, surface: LiveSurface) -> None:
         """Show live video on a surface from the next frame on; any thread may ask.
@@ -321,9 +328,10 @@ def open_session(plan: SessionPlan, *, truth_detector: TruthDetector | None = No
         ValueError: the scene, scenario or recording is bad, or a method is unknown.
         OSError: a file cannot be opened.
     """
-    unknown = [name for name in plan.methods if name not in METHODS]
+    known = (*METHODS, *plan.more_methods)
+    unknown = [name for name in plan.methods if name not in known]
     if unknown or not plan.methods:
-        raise ValueError(f"tracking method {unknown}: wanted some of {', '.join(METHODS)}")
+        raise ValueError(f"tracking method {unknown}: wanted some of {', '.join(known)}")
     clock: Clock = ManualClock() if plan.pace is Pace.EXACT else WallClock()
     executor = ExactExecutor(clock) if plan.pace is Pace.EXACT else PacedExecutor(clock)
     made = _recorded(plan) if plan.recording is not None else _simulated(plan)
@@ -332,7 +340,14 @@ def open_session(plan: SessionPlan, *, truth_detector: TruthDetector | None = No
     is_exact = plan.pace is Pace.EXACT
     costs = NOMINAL_COSTS if is_exact else MeasuredCosts(time.perf_counter_ns)
     methods = {
-        name: make_method(name, scene, truth_detector, stopwatch=time.perf_counter_ns, costs=costs)
+        name: make_method(
+            name,
+            scene,
+            truth_detector,
+            stopwatch=time.perf_counter_ns,
+            costs=costs,
+            more=plan.more_methods,
+        )
         for name in plan.methods
     }
     return Session(

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 from studio.console.rows import Row, as_json, as_table, at_most, exit_code
+from studio.evaluate.prepared.outcome import OUTCOME, outcome_of
 from studio.evaluate.prepared.verdict import preview_min, verdict_of
 from studio.verbs.scale_flags import add_object_flags, add_scale_flags, known_length, known_object
 
@@ -187,6 +188,7 @@ def run(args: argparse.Namespace) -> int:
     rows = rows_of(prepared)
     report = work.path / REPORT
     write_file(report, [render_report(prepared, work, rows, renderer).encode()])
+    write_file(work.path / OUTCOME, [json.dumps(outcome_of(prepared), indent=2).encode()])
     if prepared.alignment.anchors:
         text = shared_origin_to_json(prepared.alignment)
         write_file(work.path / ORIGIN, [text.encode()])

@@ -1,0 +1,1 @@
+"""The session panel: devices, checks before the start, delays, log, report."""

@@ -1,0 +1,1 @@
+"""What users add to the studio: trackers, panels, faults and actions, a file each."""

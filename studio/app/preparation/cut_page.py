@@ -1,0 +1,220 @@
+"""The page on which objects are cut out of the scene that is open."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtGui import QCloseEvent, QImage
+from PySide6.QtWidgets import (
+    QComboBox,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QSlider,
+    QVBoxLayout,
+    QWidget,
+)
+
+from studio.app.model.workbench import Topic, Workbench
+from studio.app.preparation.cut_job import CutJob, Mark, undo
+from studio.app.preparation.photo_marker import BeforeAfter, PhotoMarker
+from studio.app.preparation.view_pictures import Pictures, ViewPictures
+from studio.app.shell.theme import SHAPES
+
+POLL_MS = 200
+BOX, CLICKS = "Box", "Clicks"
+
+
+class CutPage(QWidget):
+    """A view to mark in, a name, before and after, undo.
+
+    Args:
+        bench: whose scene is cut.
+    """
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__()
+        self._bench = bench
+        self.job: CutJob | None = None
+        self.kept: list[tuple[Path, Path]] = []
+        """Scenes that were cut, each with where it is kept as it was; the last is undone first."""
+        self.marks: dict[str, Mark] = {}
+        self._pictures: Pictures = {}
+        self._drawing: ViewPictures | None = None
+        self._after: ViewPictures | None = None
+        self.views, self.tool = QComboBox(), QComboBox()
+        self.views.setAccessibleName("View")
+        self.tool.addItems([BOX, CLICKS])
+        self.load_button = QPushButton("Show views")
+        self.load_button.clicked.connect(self.load)
+        self.marker, self.compare = PhotoMarker(), BeforeAfter()
+        self.marker.hint = "Show views, then draw a box around the whole object in 1 to 3 of them"
+        self.name = QLineEdit()
+        self.name.setPlaceholderText("Name of the object")
+        self.cut_button, self.undo_button = QPushButton("Cut out"), QPushButton("Undo cut")
+        self.slider = QSlider(Qt.Orientation.Horizontal)
+        self.slider.setRange(0, 100)
+        self.slider.setValue(50)
+        self.slider.setAccessibleName("Before and after")
+        self.line = QLabel()
+        self.line.setWordWrap(True)
+        self._lay_out()
+        self.views.currentTextChanged.connect(self._show_view)
+        self.tool.currentTextChanged.connect(self._set_tool)
+        self.marker.changed.connect(self._take_marks)
+        self.slider.valueChanged.connect(lambda value: self.compare.set_share(value / 100))
+        self.cut_button.clicked.connect(lambda: bench.do("preparation.cut"))
+        self.undo_button.clicked.connect(lambda: bench.do("preparation.undo_cut"))
+        bench.listen(Topic.SCENE, self._forget)
+        self._timer = QTimer(self)
+        self._timer.timeout.connect(self.refresh)
+        self._timer.start(POLL_MS)
+        self.refresh()
+
+    def _lay_out(self) -> None:
+        top, bottom = QHBoxLayout(), QHBoxLayout()
+        top.addWidget(self.load_button)
+        top.addWidget(self.views, 1)
+        top.addWidget(self.tool)
+        bottom.addWidget(self.name, 1)
+        bottom.addWidget(self.cut_button)
+        bottom.addWidget(self.undo_button)
+        layout = QVBoxLayout(self)
+        layout.addLayout(top)
+        layout.addWidget(self.marker, 1)
+        layout.addLayout(bottom)
+        layout.addWidget(self.line)
+        layout.addWidget(self.compare, 1)
+        layout.addWidget(self.slider)
+
+    def load(self) -> None:
+        """Draw the views of the scene that is open."""
+        scene = Path(self._bench.document.scene)
+        if not (scene / "scene.json").is_file():
+            self.line.setText("Built-in rooms are left as they are: open a scene of your own.")
+            return
+        self._drawing = ViewPictures(scene)
+        self.line.setText("drawing views …")
+
+    def begin(self) -> None:
+        """Begin to cut out what is marked.
+
+        Raises:
+            ValueError: nothing is marked, it has no name, or one runs already.
+            OSError: the scene cannot be copied.
+        """
+        if self.job is not None and self.job.is_running:
+            raise ValueError("an object is being cut out: wait for it")
+        scene = Path(self._bench.document.scene)
+        if not (scene / "scene.json").is_file():
+            raise ValueError("built-in rooms are left as they are: open a scene of your own")
+        self.job = CutJob(scene, self.name.text(), list(self.marks.values()))
+        self.line.setText("cutting on a copy …")
+        self.refresh()
+
+    def undo(self) -> None:
+        """Put back the scene before the last cut.
+
+        Raises:
+            ValueError: there was none.
+            OSError: folders cannot be renamed.
+        """
+        if not self.kept:
+            raise ValueError("nothing was cut here that could be undone")
+        scene, kept = self.kept.pop()
+        undo(scene, kept)
+        self.line.setText(f"{SHAPES['good']} the scene is as it was")
+        self._reopen(scene)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Take what threads and processes have left."""
+        busy = self.job is not None
+        self.cut_button.setEnabled(bool(self.marks) and not busy)
+        self.undo_button.setEnabled(bool(self.kept) and not busy)
+        if self._drawing is not None and (drawn := self._drawing.result.take()) is not None:
+            self._drawing = None
+            self._show_pictures(drawn)
+        if self._after is not None and (drawn := self._after.result.take()) is not None:
+            self._after = None
+            if not isinstance(drawn, str):
+                name = next(iter(drawn))
+                self.compare.show_images(image_of(self._pictures[name]), image_of(drawn[name]))
+        if self.job is not None and not self.job.is_running:
+            job, self.job = self.job, None
+            self._end(job)
+
+    def _end(self, job: CutJob) -> None:
+        if job.problem:
+            self.line.setText(f"{SHAPES['bad']} {job.problem}")
+            self._bench.say("error", job.problem)
+            return
+        try:
+            self.kept.append((job.scene, job.take()))
+        except OSError as error:
+            self._bench.say("error", f"{job.scene}: the cut scene cannot be put in place: {error}")
+            return
+        report = job.report
+        size = " × ".join(f"{side:g}" for side in report["box_cm"])
+        self.line.setText(
+            f"{SHAPES['good']} {report['object']}: {report['splats']:,} splats, {size} cm, "
+            f"{report['floaters']} floaters removed"
+        )
+        self._after = ViewPictures(job.scene, tuple(self.marks)[:1])
+        self.marks.clear()
+        self._show_view(self.views.currentText())
+        self._reopen(job.scene)
+
+    def _reopen(self, scene: Path) -> None:
+        if "file.open_scene" in self._bench.actions:
+            self._bench.do("file.open_scene", scene=str(scene))
+
+    def _show_pictures(self, drawn: Pictures | str) -> None:
+        if isinstance(drawn, str):
+            self.line.setText(f"{SHAPES['bad']} {drawn}")
+            return
+        self._pictures = drawn
+        self.line.setText("Draw a box around the whole object, in 1 to 3 views.")
+        self.views.clear()
+        self.views.addItems(list(drawn))
+
+    def _show_view(self, name: str) -> None:
+        if name not in self._pictures:
+            return
+        self.marker.show_image(image_of(self._pictures[name]))
+        mark = self.marks.get(name)
+        if mark is not None:
+            self.marker.set_marks(mark.box, list(mark.clicks))
+
+    def _set_tool(self, tool: str) -> None:
+        self.marker.draws_box = tool == BOX
+
+    def _take_marks(self) -> None:
+        name = self.views.currentText()
+        self.marks[name] = Mark(name, self.marker.box, tuple(self.marker.points))
+        if self.marker.box is None and not self.marker.points:
+            del self.marks[name]
+        self.refresh()
+
+    def _forget(self) -> None:
+        if self.kept and self.kept[-1][0] != Path(self._bench.document.scene):
+            self._pictures, self.marks = {}, {}
+            self.views.clear()
+            self.marker.show_image(QImage())
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """What runs ends with the window; the scene is as it was."""
+        if self.job is not None:
+            self.job.cancel()
+        event.accept()
+
+
+def image_of(picture: NDArray[np.uint8]) -> QImage:
+    """(H, W, 3) RGB as Qt's picture, with its own memory."""
+    rows = np.ascontiguousarray(picture)
+    height, width = rows.shape[:2]
+    return QImage(rows.data, width, height, 3 * width, QImage.Format.Format_RGB888).copy()

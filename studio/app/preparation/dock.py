@@ -1,0 +1,54 @@
+"""The preparation panel: a room from what is dropped, and objects cut out of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtWidgets import QTabWidget, QVBoxLayout, QWidget
+
+from studio.app.model.actions import Action
+from studio.app.model.workbench import Workbench
+from studio.app.preparation.cut_page import CutPage
+from studio.app.preparation.room_page import RoomPage
+
+
+class PreparationDock(QWidget):
+    """Two tabs: a room is prepared, objects are cut out.
+
+    Args:
+        bench: whose scene is cut, and where a room that is ready is opened.
+    """
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__()
+        self.room = RoomPage(bench)
+        self.cut = CutPage(bench)
+        self.tabs = QTabWidget()
+        self.tabs.addTab(self.room, "Room")
+        self.tabs.addTab(self.cut, "Objects")
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(self.tabs)
+        group = "Preparation"
+        for action in (
+            Action(
+                "preparation.add",
+                "Choose what to prepare",
+                group,
+                lambda path: self.room.add(Path(path)),
+                "a video, a folder of photos, a splat file or a headset's mesh",
+                arguments=("path",),
+            ),
+            Action("preparation.start", "Prepare", group, self.room.begin, "make a room of it"),
+            Action("preparation.cancel", "Cancel the preparation", group, self.room.cancel),
+            Action(
+                "preparation.cut",
+                "Cut the marked object out",
+                group,
+                self.cut.begin,
+                "on a copy of the scene; can be undone",
+            ),
+            Action("preparation.undo_cut", "Undo the last cut", group, self.cut.undo),
+        ):
+            if action.id not in bench.actions:
+                bench.actions.add(action)

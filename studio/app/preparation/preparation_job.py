@@ -1,0 +1,147 @@
+"""A preparation in a process of its own: what was asked for, how far it is, what came out."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from scenes.prepare.room_splats import PREVIEWS
+from studio.app.preparation.child import Child
+from studio.app.preparation.stage_lines import StageLine, stages_of
+from studio.evaluate.prepared.outcome import OUTCOME
+
+Pick = tuple[str, float, float]
+"""A photo's name and a pixel in it."""
+
+UNKNOWN_SCALE = (
+    "Scale unknown: this file does not say how long its unit is. Give metres per unit, or the "
+    "height from floor to ceiling."
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """What gives a room its metres; empty where it is to be estimated.
+
+    Attributes:
+        code_side_m: printed side of the codes.
+        length_m: a measured length between two ends.
+        ends: picks of both ends (a, b), two photos or more each.
+        metres_per_unit: of a splat file of elsewhere.
+        height_m: of its ceiling over its floor.
+    """
+
+    code_side_m: float | None = None
+    length_m: float | None = None
+    ends: Mapping[str, tuple[Pick, ...]] | None = None
+    metres_per_unit: float | None = None
+    height_m: float | None = None
+
+    @property
+    def is_known(self) -> bool:
+        """Whether a splat file of elsewhere can be laid out in metres with it."""
+        return self.metres_per_unit is not None or self.height_m is not None
+
+    def flags(self) -> list[str]:
+        """Words of the command line."""
+        words: list[str] = []
+        for flag, value in (
+            ("--qr-size", self.code_side_m),
+            ("--length", self.length_m),
+            ("--metres-per-unit", self.metres_per_unit),
+            ("--height", self.height_m),
+        ):
+            words += [] if value is None else [flag, f"{value:g}"]
+        for which, picks in (self.ends or {}).items():
+            for photo, x, y in picks:
+                words += ["--end", which, photo, f"{x:.1f}", f"{y:.1f}"]
+        return words
+
+
+def preparation_words(
+    source: Path, out: Path, scale: Scale, *, quality: str = "default", seed: int = 0
+) -> list[str]:
+    """The command line that prepares a video or a folder of photos."""
+    words = ["prepare", str(source), "--out", str(out), "--quality", quality]
+    return [*words, "--seed", str(seed), "--json", *scale.flags()]
+
+
+def splat_file_words(source: Path, out: Path, scale: Scale) -> list[str]:
+    """The command line that makes a scene of a splat file of elsewhere.
+
+    Raises:
+        ValueError: nothing says how long its unit is.
+    """
+    if not scale.is_known:
+        raise ValueError(UNKNOWN_SCALE)
+    return ["convert", str(source), str(out), "--json", *scale.flags()]
+
+
+class PreparationJob:
+    """One preparation. Started at once; polled by the window.
+
+    Args:
+        words: its command line.
+        out: the scene that it makes.
+    """
+
+    def __init__(self, words: list[str], out: Path) -> None:
+        self.out = out
+        self.work = out.with_name(f"{out.name}.prepare")
+        with suppress(OSError):  # what an earlier run came to is not what this one comes to
+            (self.work / OUTCOME).unlink()
+        self._child = Child(words)
+
+    @property
+    def is_running(self) -> bool:
+        """Whether it is at work."""
+        return self._child.is_running
+
+    @property
+    def is_done(self) -> bool:
+        """Whether it has ended and the scene is there."""
+        return not self.is_running and self._child.code in (0, 1) and not self.problem
+
+    @property
+    def stages(self) -> tuple[StageLine, ...]:
+        """How far each stage is."""
+        return stages_of(self._child.said(), has_failed=bool(self.problem))
+
+    @property
+    def problem(self) -> str:
+        """Why it ended, with what to do; empty while it runs and after it went well."""
+        if self._child.is_running or self._child.code == 0:
+            return ""
+        if self._child.is_cancelled:
+            return "cancelled; finished stages are kept: prepare again to go on"
+        lines = [line for line in self._child.said() if line]
+        if self._child.code == 1 and self.outcome:
+            return ""
+        return lines[-1] if lines else f"ended with status {self._child.code}; prepare again"
+
+    @property
+    def preview(self) -> Path | None:
+        """The newest picture of the training, or None."""
+        pictures = sorted((self.work / "training" / PREVIEWS).glob("*.jpg"))
+        return pictures[-1] if pictures else None
+
+    @property
+    def outcome(self) -> dict[str, Any]:
+        """What came out, see `studio.evaluate.prepared.outcome`; empty before."""
+        try:
+            values = json.loads((self.work / OUTCOME).read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return {}
+        return values if isinstance(values, dict) else {}
+
+    def cancel(self) -> None:
+        """Ask it to end."""
+        self._child.cancel()
+
+    def wait(self, limit_s: float) -> bool:
+        """Whether it has ended within a time."""
+        return self._child.wait(limit_s)

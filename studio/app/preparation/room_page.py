@@ -1,0 +1,263 @@
+"""The page on which a room is prepared: source, scale, stages, what came out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtGui import QCloseEvent, QColor, QDragEnterEvent, QDropEvent, QPixmap
+from PySide6.QtWidgets import (
+    QDoubleSpinBox,
+    QFormLayout,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QScrollArea,
+    QTreeWidget,
+    QTreeWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from studio.app.model.dropped import MESHES, SPLATS
+from studio.app.model.workbench import Workbench
+from studio.app.preparation.length_picker import LengthPicker
+from studio.app.preparation.preparation_job import (
+    UNKNOWN_SCALE,
+    PreparationJob,
+    Scale,
+    preparation_words,
+    splat_file_words,
+)
+from studio.app.preparation.stage_lines import StageLine
+from studio.app.shell.theme import SHAPES, THEMES
+
+POLL_MS = 300
+STATES = {"running": ("calm", "runs"), "done": ("good", "done"), "failed": ("bad", "failed")}
+BAR_CELLS = 10
+
+
+class RoomPage(QScrollArea):
+    """Source, scale, stages, result.
+
+    Args:
+        bench: gets what is to be said, and opens the room when it is ready.
+    """
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__()
+        self._bench = bench
+        self.source: Path | None = None
+        self.mesh: Path | None = None
+        self.job: PreparationJob | None = None
+        self._is_open = False
+        self._preview: Path | None = None
+        self.setAcceptDrops(True)
+        self.setWidgetResizable(True)
+        self.setFrameShape(QScrollArea.Shape.NoFrame)
+        self.drop = QLabel("Drop a video, a folder of photos,\na splat file or a mesh here")
+        self.drop.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.drop.setFrameShape(QLabel.Shape.StyledPanel)
+        self.drop.setMinimumHeight(64)
+        self.drop.setWordWrap(True)
+        self.notice = QLabel()
+        self.notice.setWordWrap(True)
+        self.notice.hide()
+        self.code_side = _length(" m", "not used", 5.0)
+        self.metres = _length(" m", "not used", 1000.0)
+        self.ceiling = _length(" m", "not used", 12.0)
+        form = QFormLayout()
+        form.addRow("Printed code, side", self.code_side)
+        form.addRow("Splat file, one unit", self.metres)
+        form.addRow("or floor to ceiling", self.ceiling)
+        self.ends = LengthPicker()
+        self.ends.hide()
+        self.start_button, self.cancel_button = QPushButton("Prepare"), QPushButton("Cancel")
+        self.start_button.clicked.connect(lambda: bench.do("preparation.start"))
+        self.cancel_button.clicked.connect(lambda: bench.do("preparation.cancel"))
+        buttons = QHBoxLayout()
+        buttons.addWidget(self.start_button, 1)
+        buttons.addWidget(self.cancel_button)
+        self.stages = _table(["Stage", "State", "Done", "Left"])
+        self.stages.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.preview = QLabel()
+        self.preview.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.codes = _table(["Code", "Side", "Photos", "Off by"])
+        self.verdict = QLabel()
+        self.verdict.setWordWrap(True)
+        page = QWidget()
+        layout = QVBoxLayout(page)
+        layout.addWidget(self.drop)
+        layout.addWidget(self.notice)
+        layout.addLayout(form)
+        layout.addWidget(self.ends)
+        layout.addLayout(buttons)
+        layout.addWidget(self.stages)
+        layout.addWidget(self.preview)
+        layout.addWidget(self.codes)
+        layout.addWidget(self.verdict)
+        layout.addStretch(1)
+        self.codes.hide()
+        self.setWidget(page)
+        for field in (self.metres, self.ceiling):
+            field.valueChanged.connect(self._show_notice)
+        self._timer = QTimer(self)
+        self._timer.timeout.connect(self.refresh)
+        self._timer.start(POLL_MS)
+        self.refresh()
+
+    def add(self, path: Path) -> None:
+        """Take what was dropped.
+
+        Raises:
+            ValueError: it is not there.
+        """
+        if not path.exists():
+            raise ValueError(f"{path}: there is no such file or folder")
+        if path.suffix.lower() in MESHES:
+            self.mesh = path
+        else:
+            self.source = path
+            self.ends.show_photos(path)
+        names = [item.name for item in (self.source, self.mesh) if item is not None]
+        self.drop.setText("\n+ mesh ".join(names))
+        self._show_notice()
+        self.refresh()
+
+    def scale(self) -> Scale:
+        """What the fields say."""
+        values = [field.value() or None for field in (self.code_side, self.metres, self.ceiling)]
+        return Scale(code_side_m=values[0], metres_per_unit=values[1], height_m=values[2])
+
+    def begin(self) -> None:
+        """Begin to prepare.
+
+        Raises:
+            ValueError: nothing was dropped, one runs already, or the scale is missing.
+        """
+        if self.source is None:
+            raise ValueError("nothing to prepare yet: drop a video or a folder of photos")
+        if self.job is not None and self.job.is_running:
+            raise ValueError("a preparation is running: cancel it first")
+        out = self.source.with_name(f"{self.source.stem}.gnx")
+        if self._is_splat_file:
+            words = splat_file_words(self.source, out, self.scale())
+        else:
+            length_m, ends = self.ends.length_m, self.ends.picks()
+            only = Scale(self.scale().code_side_m, length_m, ends if length_m else None)
+            words = preparation_words(self.source, out, only)
+            words += [] if self.mesh is None else ["--mesh", str(self.mesh)]
+        self.job, self._is_open, self._preview = PreparationJob(words, out), True, None
+        self.codes.hide()
+        self.verdict.clear()
+        self.refresh()
+
+    def cancel(self) -> None:
+        """Ask what runs to end."""
+        if self.job is not None:
+            self.job.cancel()
+
+    @property
+    def _is_splat_file(self) -> bool:
+        return self.source is not None and self.source.suffix.lower() in SPLATS
+
+    def _show_notice(self) -> None:
+        unknown = self._is_splat_file and not self.scale().is_known
+        self.notice.setText(f"{SHAPES['warning']} {UNKNOWN_SCALE}")
+        self.notice.setVisible(unknown)
+
+    def refresh(self) -> None:
+        """Show how far it is."""
+        running = self.job is not None and self.job.is_running
+        self.start_button.setEnabled(self.source is not None and not running)
+        self.cancel_button.setEnabled(running)
+        if self.job is None or not self._is_open:
+            return
+        self._show_stages(self.job.stages)
+        picture = self.job.preview
+        if picture is not None and picture != self._preview:
+            pixmap = QPixmap(str(picture))
+            if not pixmap.isNull():
+                self._preview = picture
+                smooth = Qt.TransformationMode.SmoothTransformation
+                self.preview.setPixmap(pixmap.scaledToWidth(280, smooth))
+        if not running:
+            self._is_open = False
+            self._end(self.job)
+
+    def _end(self, job: PreparationJob) -> None:
+        if job.problem:
+            self.verdict.setText(f"{SHAPES['bad']} {job.problem}")
+            self._bench.say(
+                "warning" if job.problem.startswith("cancelled") else "error", job.problem
+            )
+            return
+        found = job.outcome
+        self.codes.clear()
+        for code in found.get("codes", []):
+            side, off = f"{1000 * code['side_m']:.0f} mm", f"{code['residual_mm']:5.2f} mm"
+            values = [code["payload"], side, str(code["photos"]), off]
+            self.codes.addTopLevelItem(QTreeWidgetItem(values))
+        self.codes.setVisible(bool(found.get("codes")))
+        lines = [f"{SHAPES['good' if found.get('good', True) else 'warning']} "]
+        lines[0] += found.get("headline", f"{job.out.name} is ready")
+        if found:
+            size = [high - low for low, high in zip(found["low_m"], found["high_m"], strict=True)]
+            words = " × ".join(f"{side:.1f}" for side in size)
+            lines.append(f"{found['splats']:,} splats, {words} m")
+        lines += [f"{SHAPES['warning']} {note}" for note in found.get("notes", [])]
+        self.verdict.setText("\n\n".join(lines))
+        self._bench.say("info", f"{lines[0][2:]}: {job.out}")
+        if "file.open_scene" in self._bench.actions:
+            self._bench.do("file.open_scene", scene=str(job.out))
+
+    def _show_stages(self, stages: tuple[StageLine, ...]) -> None:
+        self.stages.clear()
+        theme = THEMES[self._bench.settings.theme]
+        for stage in stages:
+            kind, words = STATES[stage.state]
+            full = round(BAR_CELLS * stage.done)
+            bar = f"{'█' * full}{'░' * (BAR_CELLS - full)} {100 * stage.done:3.0f} %"
+            left_s = stage.spent_s if stage.state == "done" else stage.left_s
+            left = "" if left_s is None else f"{left_s:4.0f} s"
+            item = QTreeWidgetItem([stage.name, f"{SHAPES[kind]} {words}", bar, left])
+            item.setForeground(1, QColor(getattr(theme, kind)))
+            item.setToolTip(0, stage.note)
+            self.stages.addTopLevelItem(item)
+        for column in range(3):
+            self.stages.resizeColumnToContents(column)
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        """See Qt."""
+        if event.mimeData().hasUrls():
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        """See Qt."""
+        for url in event.mimeData().urls():
+            if url.isLocalFile():
+                self._bench.do("preparation.add", path=url.toLocalFile())
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """What runs ends with the window."""
+        self.cancel()
+        event.accept()
+
+
+def _length(unit: str, none: str, most: float) -> QDoubleSpinBox:
+    field = QDoubleSpinBox()
+    field.setRange(0.0, most)
+    field.setDecimals(3)
+    field.setSingleStep(0.01)
+    field.setSuffix(unit)
+    field.setSpecialValueText(none)
+    return field
+
+
+def _table(titles: list[str]) -> QTreeWidget:
+    table = QTreeWidget()
+    table.setHeaderLabels(titles)
+    table.setRootIsDecorated(False)
+    table.setMinimumHeight(96)
+    table.setMaximumHeight(180)
+    return table

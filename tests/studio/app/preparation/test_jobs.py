@@ -1,0 +1,109 @@
+"""Stages of a preparation, and a cut on a copy that can be undone byte for byte."""
+
+import hashlib
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from scenes.package import load_package
+from studio.app.preparation.cut_job import CutJob, Mark, cut_words, undo
+from studio.app.preparation.preparation_job import (
+    PreparationJob,
+    Scale,
+    preparation_words,
+    splat_file_words,
+)
+from studio.app.preparation.stage_lines import StageLine, seconds_of, stages_of
+
+
+def digest(folder):
+    files = sorted(path for path in folder.rglob("*") if path.is_file())
+    return [(str(f.relative_to(folder)), hashlib.sha256(f.read_bytes()).digest()) for f in files]
+
+
+def test_a_cut_works_on_a_copy_and_undo_gives_the_same_bytes_back(scene, marks):
+    before = digest(scene)
+    job = CutJob(scene, "Blue crate", marks)
+    assert digest(scene) == before, "the scene is left alone while the copy is cut"
+    assert job.wait(120)
+    assert job.problem == ""
+    assert job.report["object"] == "blue-crate"
+    assert job.report["floaters"] >= 0
+    assert sorted(path.name for path in job.pictures.iterdir()) == ["0.png", "1.png", "2.png"]
+    assert digest(scene) == before
+    kept = job.take()
+    assert [item.object_id for item in load_package(scene).objects] == ["blue-crate"]
+    assert digest(kept) == before
+    undo(scene, kept)
+    assert digest(scene) == before
+    with pytest.raises(ValueError, match="cannot be undone"):
+        undo(scene, kept)
+
+
+def test_a_cut_of_nothing_says_why_and_leaves_the_scene(scene):
+    before = digest(scene)
+    job = CutJob(scene, "Nothing", [Mark("no.png", (1, 1, 9, 9))])
+    assert job.wait(60)
+    assert "no view 'no.png'" in job.problem
+    with pytest.raises(ValueError, match="nothing to take"):
+        job.take()
+    assert digest(scene) == before
+
+
+def test_marks_become_words_and_a_cut_without_any_is_refused(tmp_path):
+    words = cut_words(tmp_path, " Chair ", [Mark("a", None, ((1, 2), (3, 4)))])
+    assert words[2:] == ["--name", "Chair", "--json", "--click", "a", "1.0", "2.0", "3.0", "4.0"]
+    with pytest.raises(ValueError, match="nothing is marked"):
+        cut_words(tmp_path, "Chair", [Mark("a")])
+    with pytest.raises(ValueError, match="type a name"):
+        cut_words(tmp_path, "  ", [Mark("a", (0, 0, 1, 1))])
+
+
+def test_progress_lines_are_stages():
+    lines = ["capture …", "capture: 3 s", "note: mind it", "training …"]
+    lines += ["training  40%, 1 min 05 s left  step 400: 21 dB"]
+    capture, training = stages_of(lines)
+    assert capture == StageLine("capture", "done", 1.0, 0.0, 3.0)
+    assert training == StageLine("training", "running", 0.4, 65.0, None, "step 400: 21 dB")
+    assert stages_of(lines, has_failed=True)[1].state == "failed"
+    assert seconds_of("soon") is None
+
+
+def test_scale_becomes_flags_and_a_splat_file_without_it_is_refused():
+    picks = {"a": (("3.jpg", 812.0, 400.0), ("7.jpg", 640.0, 391.0))}
+    words = preparation_words(Path("p"), Path("o"), Scale(length_m=2.035, ends=picks))
+    ends = "--end a 3.jpg 812.0 400.0 --end a 7.jpg 640.0 391.0"
+    assert " ".join(words).endswith(f"--json --length 2.035 {ends}")
+    assert splat_file_words(Path("a.ply"), Path("o.gnx"), Scale(height_m=2.5))[-1] == "2.5"
+    with pytest.raises(ValueError, match="Scale unknown"):
+        splat_file_words(Path("a.ply"), Path("o.gnx"), Scale())
+
+
+def test_a_preparation_that_cannot_be_says_what_to_do(tmp_path):
+    photos = tmp_path / "photos"
+    photos.mkdir()
+    for number in range(3):
+        noise = np.random.default_rng(number).integers(0, 255, (90, 120, 3), dtype=np.uint8)
+        cv2.imwrite(str(photos / f"{number}.jpg"), noise)
+    out = tmp_path / "room.gnx"
+    stale = tmp_path / "room.gnx.prepare" / "outcome.json"
+    stale.parent.mkdir()
+    stale.write_text('{"headline": "of an earlier run"}')
+    job = PreparationJob(preparation_words(photos, out, Scale()), out)
+    assert job.wait(120)
+    assert not job.is_done
+    assert "3" in job.problem
+    assert "Traceback" not in job.problem
+    assert job.preview is None
+    assert job.outcome == {}
+
+
+def test_a_preparation_can_be_cancelled(tmp_path):
+    out = tmp_path / "room.gnx"
+    job = PreparationJob(["rehearse", "lab", "--headless", "--out", str(out)], out)
+    job.cancel()
+    assert job.wait(30)
+    assert job.problem.startswith("cancelled")
+    assert not out.exists()
