@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from types import FrameType
+from typing import TYPE_CHECKING
 
 from PySide6.QtWidgets import QApplication, QMainWindow, QWidget
 
@@ -22,9 +23,10 @@ from studio.app.model.settings import load_settings, settings_folder
 from studio.app.model.workbench import Workbench
 from studio.app.shell.main_window import MainWindow, make_history
 from studio.app.shell.script_run import ScriptRun
-from studio.rehearsal import Performance
-from studio.session.pipeline import CancelledError
-from studio.session.session import SessionOutput, SessionPlan
+
+if TYPE_CHECKING:  # takes a second to import: not before the window is shown
+    from studio.rehearsal import Performance
+    from studio.session.session import SessionOutput, SessionPlan
 
 SWITCH_S = 0.002
 """How long a busy thread may keep the interpreter from the window, seconds."""
@@ -182,6 +184,8 @@ def _closing_on_signal(window: QMainWindow) -> Iterator[list[int]]:
 
 
 def _raise_failure(job: SceneJob) -> None:
+    from studio.session.pipeline import CancelledError
+
     if isinstance(job.failure, CancelledError):
         raise KeyboardInterrupt from None
     if job.failure is not None:

@@ -56,7 +56,8 @@ def what_is(path: Path) -> Dropped:
         return Dropped("a photo", "preparation.add")
     raise ValueError(
         f"{path.name}: the studio opens projects ({SUFFIX}), scene packages, splats (.ply .spz "
-        ".sog .splat), meshes (.glb .obj .stl), recordings (.mcap), scenarios (.toml), videos and photos"
+        ".sog .splat), meshes (.glb .obj .stl), recordings (.mcap), scenarios (.toml), "
+        "videos and photos"
     )
 
 

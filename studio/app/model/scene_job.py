@@ -5,15 +5,17 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from devices.streams import Slot
-from scenes.opening import open_scene
-from scenes.package import ScenePackage
 from studio.console.progress import Progress
-from studio.rehearsal import Performance, perform
-from studio.session.session import Session, SessionOutput, SessionPlan, open_session
 
-Watch = Callable[[SessionOutput], None]
+if TYPE_CHECKING:  # what a session needs takes a second to import: not before the window is shown
+    from scenes.package import ScenePackage
+    from studio.rehearsal import Performance
+    from studio.session.session import Session, SessionOutput, SessionPlan
+
+Watch = Callable[["SessionOutput"], None]
 
 
 class SceneJob:
@@ -69,10 +71,14 @@ class SceneJob:
         progress = Progress(lambda text, _final: self.lines.put(text))
         try:
             if self._plan is None:
+                from scenes.opening import open_scene
+
                 progress.begin("opening the scene")
                 self.opened = open_scene(self._scene)
                 progress.finish()
             elif self._out is not None:
+                from studio.rehearsal import perform
+
                 self.performance = perform(
                     self._plan,
                     self._out,
@@ -82,6 +88,8 @@ class SceneJob:
                     cancelled=self._cancelled,
                 )
             else:
+                from studio.session.session import open_session
+
                 progress.begin("replaying")
                 session = open_session(self._plan)
                 self._see_session(session)

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from studio.app.model.document import Document
 from studio.app.model.scene_job import SceneJob
 from studio.app.model.workbench import Topic, Workbench
 from studio.console.rows import exit_code
-from studio.session.live_surfaces import clicked_surface
-from studio.session.methods import METHODS
 from studio.session.outputs import RECORDING
-from studio.session.pipeline import CancelledError
-from studio.session.session import Pace, SessionOutput, SessionPlan
+
+if TYPE_CHECKING:  # what a session needs takes a second to import: not before the window is shown
+    from studio.session.session import SessionOutput
 
 
 class SessionRun:
@@ -63,14 +63,22 @@ class SessionRun:
         self._begin(SceneJob(scene), plays=False)
 
     def rehearse(
-        self, *, out: Path | None = None, pace: Pace = Pace.EXACT, paper: bool = False
+        self, *, out: Path | None = None, is_paced: bool = False, paper: bool = False
     ) -> None:
         """Play the document's scenario in its scene.
+
+        Args:
+            out: folder for the results; None for the usual one.
+            is_paced: in real time, dropping frames, instead of every frame in its own time.
+            paper: run the paper's method beside ours.
 
         Raises:
             ValueError: a session is playing.
             OSError: the scenario cannot be written down.
         """
+        from studio.session.methods import METHODS
+        from studio.session.session import Pace, SessionPlan
+
         if self.is_playing:
             raise ValueError("a session is playing already: stop it first")
         plan = SessionPlan(
@@ -78,7 +86,7 @@ class SessionRun:
             scenario=self._scenario_file(self._bench.document),
             seed=self._bench.document.seed,
             methods=METHODS if paper else METHODS[:1],
-            pace=pace,
+            pace=Pace.PACED if is_paced else Pace.EXACT,
         )
         self.play(SceneJob(plan.scene, plan, out or self.out))
 
@@ -110,6 +118,8 @@ class SessionRun:
             ValueError: there is no session, or no flat surface where it was clicked.
         """
         import numpy as np
+
+        from studio.session.live_surfaces import clicked_surface
 
         session = None if self._job is None else self._job.session
         if session is None or self.output is None:
@@ -166,6 +176,8 @@ class SessionRun:
             self._bench.open_recording(job.performance.folder / RECORDING)
 
     def _last_words(self, job: SceneJob, was_playing: bool) -> str:
+        from studio.session.pipeline import CancelledError
+
         if isinstance(job.failure, CancelledError):
             self._bench.say("info", "cancelled; nothing was kept")
             return "cancelled; nothing was kept"

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.package import ScenePackage
 from scenes.state import SceneState
 from studio.app.model.actions import ActionError, ActionTable
 from studio.app.model.document import Document, composed
@@ -24,10 +23,11 @@ from studio.app.model.history import Change, History
 from studio.app.model.log import Level, Log, LogLine
 from studio.app.model.script import script_line
 from studio.app.model.settings import Settings
-from studio.view.surface_drawing import LivePicture
 
 if TYPE_CHECKING:
+    from scenes.package import ScenePackage
     from studio.app.model.session_run import SessionRun
+    from studio.view.surface_drawing import LivePicture
 
 TRACE = 2000
 """Script lines that are kept of what the user did."""

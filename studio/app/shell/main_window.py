@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import PySide6QtAds as ads
-import qtawesome
 from PySide6.QtCore import QByteArray, QTimer
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QResizeEvent
 from PySide6.QtWidgets import QApplication, QFileDialog, QLabel, QMainWindow, QVBoxLayout, QWidget
@@ -222,7 +221,8 @@ class MainWindow(QMainWindow):
             if application.property("nexus theme") != repr(wanted):
                 apply_theme(application, *wanted)
                 application.setProperty("nexus theme", repr(wanted))
-                self._recolour()
+                if self.view is not None:
+                    self._recolour()
         self.menus.refresh()
         try:
             save_settings(settings, self._home / "settings.json")
@@ -230,6 +230,8 @@ class MainWindow(QMainWindow):
             self._line.setText(f"▲ settings cannot be saved: {error.strerror}")
 
     def _recolour(self) -> None:
+        import qtawesome  # loads fonts: not before the window is shown
+
         theme = THEMES[self.bench.settings.theme]
         self.menus.colour(theme.text)
         for dock in DOCKS:

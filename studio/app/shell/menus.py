@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-import qtawesome
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QMainWindow, QMenu, QToolBar
@@ -84,6 +83,8 @@ class Menus:
 
     def colour(self, colour: str) -> None:
         """Draw the icons in a colour: of the theme."""
+        import qtawesome  # loads fonts: not before the window is shown
+
         for action in self._bench.actions:
             if action.icon and action.id in self._made:
                 self._made[action.id].setIcon(qtawesome.icon(action.icon, color=colour))

@@ -9,7 +9,6 @@ from pathlib import Path
 from studio.app.model.actions import Action
 from studio.app.model.session_run import SessionRun
 from studio.app.model.workbench import Workbench
-from studio.session.session import Pace
 
 
 def add_session_actions(bench: Workbench, run: SessionRun) -> None:
@@ -18,8 +17,7 @@ def add_session_actions(bench: Workbench, run: SessionRun) -> None:
     def rehearse(out: str = "", seed: int | None = None, paced: bool = False) -> None:
         if seed is not None and seed != bench.document.seed:
             bench.change(f"Seed {seed}", replace(bench.document, seed=int(seed)))
-        pace = Pace.PACED if paced else Pace.EXACT
-        run.rehearse(out=Path(out) if out else None, pace=pace)
+        run.rehearse(out=Path(out) if out else None, is_paced=paced)
 
     def command(out: str = "", seed: int | None = None, paced: bool = False) -> str:
         document = bench.document

@@ -175,8 +175,9 @@ def style_sheet(theme: Theme) -> str:
     ads--CDockWidgetTab {{ background: {theme.ground}; border: none; padding: 3px 6px; }}
     ads--CDockWidgetTab[activeTab="true"] {{ background: {theme.panel};
         border-top: 2px solid {theme.accent}; }}
-    ads--CDockWidgetTab QLabel {{ color: {theme.faint}; }}
-    ads--CDockWidgetTab[activeTab="true"] QLabel {{ color: {theme.text}; }}
+    #dockWidgetTabLabel, ads--CDockWidgetTab ads--CElidingLabel {{ color: {theme.faint}; }}
+    ads--CDockWidgetTab[activeTab="true"] #dockWidgetTabLabel,
+    ads--CDockWidgetTab[activeTab="true"] ads--CElidingLabel {{ color: {theme.text}; }}
     ads--CTitleBarButton, #tabCloseButton, #dockAreaCloseButton {{ background: transparent;
         border: none; padding: 2px; }}
     #floatingTitleLabel {{ color: {theme.text}; }}

@@ -1,0 +1,69 @@
+"""Documents to test with, drawn by hypothesis."""
+
+import numpy as np
+from hypothesis import strategies as st
+
+from scenes.pose import Pose
+from scenes.state import Annotation, Avatar, LiveSurface
+from studio.app.model.document import Document, Marker, Primitive, TwinEdits
+
+ids = st.text(st.characters(codec="utf-8", exclude_characters="\x00"), min_size=1, max_size=8)
+lengths = st.floats(-50, 50, allow_nan=False)
+sizes = st.floats(0.01, 5)
+shares = st.floats(0, 1)
+places = st.tuples(lengths, lengths, lengths)
+colours = st.tuples(shares, shares, shares)
+poses = st.builds(Pose.from_yaw, st.floats(-3, 3), places)
+
+
+def points(count):
+    return st.lists(places, min_size=count, max_size=count).map(np.array)
+
+
+def keyed(make):
+    return st.dictionaries(ids, st.none(), max_size=3).flatmap(
+        lambda keys: st.fixed_dictionaries({key: make(key) for key in keys})
+    )
+
+
+twins = st.builds(
+    TwinEdits,
+    poses=keyed(lambda _: poses),
+    names=keyed(lambda _: ids),
+    primitives=keyed(
+        lambda key: st.builds(
+            Primitive,
+            st.just(key),
+            st.sampled_from(["box", "ball", "cylinder"]),
+            st.tuples(sizes, sizes, sizes),
+            colours,
+            poses,
+        )
+    ),
+    avatars=keyed(
+        lambda key: st.builds(
+            Avatar,
+            st.just(key),
+            st.sampled_from(["local", "remote"]),
+            poses,
+            st.lists(points(5), max_size=2).map(tuple),
+            st.none() | points(2),
+        )
+    ),
+    cameras=keyed(lambda _: poses),
+    surfaces=keyed(
+        lambda key: st.builds(
+            LiveSurface, st.just(key), points(4), st.just((320, 200)), st.just("camera-360")
+        )
+    ),
+    annotations=keyed(lambda key: st.builds(Annotation, st.just(key), ids, points(3), colours)),
+)
+documents = st.builds(
+    Document,
+    scene=ids,
+    scenario_name=ids,
+    scenario=st.text(max_size=40),
+    seed=st.integers(0, 2**31),
+    twin=twins,
+    markers=st.lists(st.builds(Marker, st.integers(0, 10**12), ids), max_size=3).map(tuple),
+)
