@@ -55,6 +55,16 @@ class PhysicsByHand(Physics, Protocol):
         """Nudge an object at a point (3,) of the world by an impulse (3,), N·s."""
         ...
 
+    def throw(
+        self,
+        object_id: str,
+        velocity: NDArray[np.float64],
+        *,
+        spin: NDArray[np.float64] | None = None,
+    ) -> None:
+        """Give an object a velocity (3,), m/s, and a spin (3,) in its own frame, rad/s."""
+        ...
+
     def place(self, object_id: str, world_from_object: Pose) -> Pose:
         """Put an object somewhere, at rest and out of what stands there; returns where it is."""
         ...
@@ -69,7 +79,7 @@ class PhysicsByHand(Physics, Protocol):
 
 
 def physics_by_hand(scene: ScenePackage) -> PhysicsByHand:
-    """The physics of a scene: of its collision mesh, or of the built-in room it is a scan of.
+    """The physics of a scene: of the built-in room it is a scan of, or of its collision mesh.
 
     Objects begin where the scan has them. In a built-in room nothing can leave over the walls.
 
@@ -79,13 +89,13 @@ def physics_by_hand(scene: ScenePackage) -> PhysicsByHand:
     Raises:
         ValueError: it has neither, or its collision mesh is no room's; the message says what to do.
     """
-    if scene.collision is not None:
-        return twin_of_package(scene)
     if scene.physical is None:
-        raise ValueError(
-            f"scene {scene.name!r} has no collision mesh, so nothing would stop what is moved: "
-            "prepare the room from its photos, or open a prepared one"
-        )
+        if scene.collision is None:
+            raise ValueError(
+                f"scene {scene.name!r} has no collision mesh, so nothing would stop what is moved: "
+                "prepare the room from its photos, or open a prepared one"
+            )
+        return twin_of_package(scene)
     room = sample_room(scene.physical)
     room = with_scanned(room, only_scanned(room, scene))
     places = {item.object_id: item.world_from_object for item in scene.objects}

@@ -14,7 +14,7 @@ from sim.air import set_drag
 from sim.clear_place import place_clear
 from sim.collision.solids import add_room, close_room
 from sim.engine import mujoco
-from sim.mouse_hand import MouseHand, push
+from sim.mouse_hand import MouseHand, free_body, push
 from sim.objects import add_object
 from sim.people.embodiment import People, PersonTarget
 from sim.primitives import Primitive, add_primitive
@@ -174,6 +174,18 @@ class World:
     ) -> None:
         """See `sim.mouse_hand.push`."""
         push(object_id, point_in_world, impulse_ns, model=self._model, data=self._data)
+
+    def throw(
+        self,
+        object_id: str,
+        velocity: NDArray[np.float64],
+        *,
+        spin: NDArray[np.float64] | None = None,
+    ) -> None:
+        """Give a free object a velocity (3,), m/s, and a spin (3,) in its own frame, rad/s."""
+        first = int(self._model.body_dofadr[free_body(self._model, object_id)])
+        self._data.qvel[first : first + 3] = velocity
+        self._data.qvel[first + 3 : first + 6] = 0.0 if spin is None else spin
 
     def place(self, object_id: str, world_from_object: Pose) -> Pose:
         """See `place_clear`."""
