@@ -15,15 +15,19 @@ from numpy.typing import NDArray
 
 from scenes.mesh import PhysicalObject
 from scenes.pose import Pose
+from sim.air import set_drag
+from sim.clear_place import place_clear
 from sim.collision.contact import OBJECT_BIT
 from sim.collision.grid import Array
 from sim.collision.heights import height_below
 from sim.collision.static_geoms import OutOfSpares, StaticGeoms
 from sim.collision.surface import Change, Surface, rescanned
 from sim.engine import mujoco
+from sim.mouse_hand import MouseHand, push
 from sim.objects import add_object
 from sim.people.embodiment import People, PersonTarget
 from sim.primitives import Primitive, add_primitive
+from sim.rest import is_at_rest
 from sim.tracked import TrackedBodies
 
 STEP_NS = 2_000_000
@@ -42,9 +46,6 @@ PARTED_M = 0.01
 """Way above which it is reported."""
 STEPS_AWAKE = 11
 """Steps at rest after which MuJoCo lets an object sleep (its `mjMINAWAKE`, and the first one)."""
-AIR_PER_S = 0.1
-"""Share of its speed and spin that a thrown object loses to the air in a second: of a carton of
-20 cm at 5 m/s (drag coefficient 1, 300 kg/m³)."""
 
 
 class Twin:
@@ -81,6 +82,7 @@ class Twin:
             raise ValueError(f"tracked {sorted(unknown)}: known are {sorted(self._movables)}")
         self._tracked_ids = tuple(name for name in self._movables if name in tracked)
         self._people = People(people or {})
+        self._hand = MouseHand()
         self._notes = tuple(notes)
         self._time_ns = 0
         self._is_begun = False
@@ -114,11 +116,14 @@ class Twin:
         """
         count = duration_ns // STEP_NS
         self._time_ns += count * STEP_NS
-        while count > 0 and (self._static.is_rising or self._tracked.is_moving):
+        while count > 0 and (
+            self._static.is_rising or self._tracked.is_moving or self._hand.object_id is not None
+        ):
             if self._static.is_rising:
                 self._static.rise(self._model, self._data, dt_s=STEP_S)
                 self._wake()
             self._tracked.advance(self._model, self._data, dt_s=STEP_S)
+            self._hand.apply(self._model, self._data)
             mujoco.mj_step(self._model, self._data)
             count -= 1
         if count > 0:
@@ -179,14 +184,41 @@ class Twin:
         """How fast a free object's origin moves, m/s."""
         return float(np.linalg.norm(self._free_joint(object_id).qvel[:3]))
 
-    def place(self, object_id: str, world_from_object: Pose) -> None:
-        """Put a free object somewhere, at rest."""
-        joint = self._free_joint(object_id)
-        joint.qpos[:3] = world_from_object.translation
-        joint.qpos[3:] = world_from_object.quaternion()
-        joint.qvel[:] = 0.0
+    @property
+    def is_at_rest(self) -> bool:
+        """Whether nothing moves, and nothing is pulled."""
+        return self._hand.object_id is None and is_at_rest(self._model, self._data)
+
+    def place(self, object_id: str, world_from_object: Pose) -> Pose:
+        """See `place_clear`."""
+        placed = place_clear(object_id, world_from_object, model=self._model, data=self._data)
         self._wake()
-        mujoco.mj_kinematics(self._model, self._data)
+        return placed
+
+    def pull(
+        self,
+        object_id: str,
+        point_in_object: Array,
+        target_in_world: Array,
+        *,
+        turn_rad: float = 0.0,
+    ) -> None:
+        """See `MouseHand.pull`."""
+        self._hand.pull(
+            object_id, point_in_object, target_in_world,
+            turn_rad=turn_rad, model=self._model, data=self._data,
+        )  # fmt: skip
+        self._wake()
+
+    def release(self) -> str | None:
+        """See `MouseHand.release`."""
+        self._wake()
+        return self._hand.release(self._model, self._data)
+
+    def push(self, object_id: str, point_in_world: Array, impulse_ns: Array) -> None:
+        """See `sim.mouse_hand.push`."""
+        push(object_id, point_in_world, impulse_ns, model=self._model, data=self._data)
+        self._wake()
 
     def throw(self, object_id: str, velocity: Array, *, spin: Array | None = None) -> None:
         """Give a free object a velocity (3,), m/s, and a spin (3,) in its own frame, rad/s."""
@@ -232,7 +264,7 @@ class Twin:
             self._primitives[object_id] = replace(solid, mass_kg=mass_kg)
         self._model.body_mass[body] = mass_kg
         self._model.body_inertia[body] *= share
-        self._set_drag(body)
+        set_drag(self._model, body)
         mujoco.mj_setConst(self._model, mujoco.MjData(self._model))
         self._wake()
 
@@ -302,7 +334,7 @@ class Twin:
         self._free_geoms: NDArray[np.int64] = np.flatnonzero(is_free)
         self._tracked = TrackedBodies(self._tracked_ids, self._model, self._free_geoms)
         for body in range(self._model.nbody):
-            self._set_drag(body)
+            set_drag(self._model, body)
         for name, speed in speeds.items():
             if name in self.object_ids:
                 self._data.joint(f"{name}:free").qvel[:] = speed
@@ -312,15 +344,6 @@ class Twin:
             self._people.begin(self._model, self._data)
         self._is_begun = True
         mujoco.mj_forward(self._model, self._data)
-
-    def _set_drag(self, body: int) -> None:
-        """Let the air take `AIR_PER_S` of a free body's momentum and spin a second."""
-        first = int(self._model.body_dofadr[body])
-        if first >= 0:
-            self._model.dof_damping[first : first + 3] = AIR_PER_S * self._model.body_mass[body]
-            self._model.dof_damping[first + 3 : first + 6] = (
-                AIR_PER_S * self._model.body_inertia[body].mean()
-            )
 
     def _state(self) -> tuple[dict[str, Pose], dict[str, Array]]:
         """Poses of everything, and the speeds (6,) of what is free."""

@@ -26,6 +26,7 @@ from studio.app.model.settings import Settings
 
 if TYPE_CHECKING:
     from scenes.package import ScenePackage
+    from studio.app.model.grabbing import Grabbing
     from studio.app.model.session_run import SessionRun
     from studio.view.surface_drawing import LivePicture
 
@@ -79,6 +80,8 @@ class Workbench:
         """(H, W, 3) RGB of the 360° camera's front lens at that instant."""
         self.session: SessionRun | None = None
         """Opens scenes and plays sessions; there from the time the window is."""
+        self.grabbing: Grabbing | None = None
+        """Moves objects by physics; there from the time the twin's dock is."""
         self._document = document
         self._settings = settings
         self._base: SceneState | None = None

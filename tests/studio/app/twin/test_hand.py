@@ -1,0 +1,129 @@
+"""A drag or throw is one step of undo; undo puts back, in the document and in the physics."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from devices.clock import ManualClock
+from scenes.pose import Pose
+from scenes.state import SceneState
+from studio.app.model.document_file import document_to_text
+from studio.app.twin.additions import primitive_added
+from studio.app.twin.bodies import world_from_centre
+from studio.app.twin.edits import EditError, moved
+from studio.app.twin.hand import TwinPhysics
+
+BOOK = "book-1"
+
+
+@pytest.fixture
+def hand(bench):
+    made = TwinPhysics(bench, ManualClock())
+    yield made
+    made.close()
+    made.join()
+
+
+def scanned(desk):
+    return {item.object_id: item.world_from_object for item in desk.objects}
+
+
+def test_a_throw_is_one_step_and_undo_puts_everything_back(hand, bench, desk, until):
+    before, start = document_to_text(bench.document), scanned(desk)[BOOK].translation
+    assert hand.grab(BOOK, start)
+    assert hand.grabbed == BOOK
+    hand.drag(start + np.array([0.05, 0.0, 0.4]))
+    until(lambda: BOOK in bench.state.objects, hand.poll)  # it is seen while it moves
+    assert not bench.history.changes
+    hand.release()
+    until(lambda: not hand.is_busy, hand.poll)
+    assert [change.label for change in bench.history.changes] == ["Throw book-1"]
+    pose = bench.document.twin.poses[BOOK]
+    assert np.array_equal(bench.state.objects[BOOK].world_from_object.matrix(), pose.matrix())
+    assert bench.is_by_hand
+    assert bench.trace()[-1].startswith("twin.put")
+    bench.history.undo()
+    assert document_to_text(bench.document) == before
+    # The physics has it where it was, too: the next grab of it begins there.
+    assert hand.grab(BOOK, start)
+    hand.release()
+    until(lambda: not hand.is_busy, hand.poll)
+    place = bench.document.twin.poses.get(BOOK, scanned(desk)[BOOK]).translation
+    assert np.linalg.norm(place - start) < 0.01
+
+
+def test_a_click_is_no_step(hand, bench, desk, until):
+    hand.grab(BOOK, scanned(desk)[BOOK].translation)
+    hand.release()
+    until(lambda: not hand.is_busy, hand.poll)
+    hand.grab(BOOK, scanned(desk)[BOOK].translation)
+    count = len(bench.history.changes)
+    hand.release()
+    until(lambda: not hand.is_busy, hand.poll)
+    assert len(bench.history.changes) == count
+
+
+def test_a_primitive_of_the_document_is_thrown_like_an_object(hand, bench, desk, until):
+    document, ball = primitive_added(
+        bench.document, scanned(desk), shape="ball", place=(0.0, -1.0, 1.0), size_m=(0.2,) * 3
+    )
+    bench.change("Add ball", document)
+    hand.throw(ball, (0.3, 0.0, 0.0))
+    until(lambda: not hand.is_busy, hand.poll)
+    pose = world_from_centre(bench.document.twin.primitives[ball])
+    assert pose.translation[2] == pytest.approx(0.1, abs=0.005)
+    assert pose.translation[0] > 0.1
+    bench.history.undo()
+    assert bench.document.twin.primitives[ball].world_from_primitive.translation[2] == 1.0
+    bench.history.undo()
+    with pytest.raises(EditError, match=ball):
+        hand.throw(ball, (0, 0, 1))
+
+
+def test_what_was_put_into_the_air_falls_when_physics_goes_on(hand, bench, desk, until):
+    start = scanned(desk)[BOOK].translation
+    bench.change("Move", moved(bench.document, scanned(desk), BOOK, start + np.array([0, 0, 0.5])))
+    hand.resume()
+    until(lambda: not hand.is_busy, hand.poll)
+    assert bench.document.twin.poses[BOOK].translation[2] == pytest.approx(start[2], abs=0.01)
+    assert bench.history.changes[-1].label == "Let fall objects"
+
+
+def test_reset_puts_back_what_is_moving(hand, bench, desk, until):
+    hand.throw(BOOK, (0.0, 0.0, 2.0))
+    until(lambda: BOOK in bench.state.objects, hand.poll)
+    hand.reset()
+    assert not hand.is_busy
+    assert BOOK not in bench.state.objects
+    assert not bench.history.changes
+
+
+def test_nothing_is_grabbed_while_a_session_decides(hand, bench, desk):
+    bench.show_state(SceneState())
+    assert not hand.grab(BOOK, (0, 0, 0))
+    assert "session" in bench.log.lines()[-1].text
+    bench.show_state(None)
+    assert not hand.grab("piano", (0, 0, 0))
+    assert not hand.grab(BOOK, (0, 0, float("nan")))
+    with pytest.raises(EditError, match="velocity"):
+        hand.throw(BOOK, "up")
+    bench.show_scene(replace(desk, physical=None, collision=None))
+    assert not hand.grab(BOOK, (0, 0, 0))
+    assert "collision mesh" in bench.log.lines()[-1].text
+    hand.drag((0, 0, 1))
+    hand.release()
+    assert not hand.is_busy
+
+
+def test_another_scene_ends_what_moves(hand, bench, desk, until):
+    hand.throw(BOOK, (0.0, 0.0, 2.0))
+    until(lambda: BOOK in bench.state.objects, hand.poll)
+    bench.show_scene(replace(desk, name="other"))
+    assert not hand.is_busy
+    assert bench.is_by_hand
+    hand.throw(BOOK, (0.5, 0.0, 1.0))
+    until(lambda: not hand.is_busy, hand.poll)
+    assert isinstance(bench.document.twin.poses[BOOK], Pose)
