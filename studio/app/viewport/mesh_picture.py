@@ -140,6 +140,10 @@ class MeshDrawer:
         rgba = vtk_to_numpy(pixels).reshape(height, width, 4)[::-1].copy()
         level = np.asarray(vtk_to_numpy(buffer).reshape(height, width)[::-1], dtype=np.float32)
         rgba[level >= 1.0] = 0
+        # What is half transparent comes multiplied by its share.
+        half = (rgba[..., 3] > 0) & (rgba[..., 3] < 255)
+        share = rgba[half, 3:].astype(np.uint16)
+        rgba[half, :3] = np.minimum(rgba[half, :3].astype(np.uint16) * 255 // share, 255)
         return MeshPicture(rgba, _metres(level))
 
 
@@ -179,6 +183,7 @@ def _actor(shape: Shape) -> Any:
     mapper, actor = vtkPolyDataMapper(), vtkActor()
     actor.SetMapper(mapper)
     look = actor.GetProperty()
+    actor.ForceOpaqueOn()  # VTK's pass for transparent bodies writes no depth
     if isinstance(shape, Solid):
         source = _source(shape)  # a port does not keep what it belongs to
         mapper.SetInputConnection(source.GetOutputPort())
