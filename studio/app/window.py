@@ -32,13 +32,20 @@ SWITCH_S = 0.002
 """How long a busy thread may keep the interpreter from the window, seconds."""
 
 
-def make_window(document: Document, *, rehearse_to: Path, home: Path | None = None) -> MainWindow:
+def make_window(
+    document: Document,
+    *,
+    rehearse_to: Path,
+    home: Path | None = None,
+    plugins: Path | None = None,
+) -> MainWindow:
     """The studio's window, not yet shown.
 
     Args:
         document: what it begins with.
         rehearse_to: folder for rehearsals.
         home: folder of settings and of work in progress; None for the user's own.
+        plugins: folder of plug-ins; None for the user's own.
     """
     home = home or settings_folder()
     settings, problem = load_settings(home / "settings.json")
@@ -47,7 +54,7 @@ def make_window(document: Document, *, rehearse_to: Path, home: Path | None = No
     bench = Workbench(document, settings, history)
     made.append(bench)
     bench.session = SessionRun(bench, out=rehearse_to, scenarios=home / "scenarios")
-    window = MainWindow(bench, bench.session, home=home, make_view=_make_view)
+    window = MainWindow(bench, bench.session, home=home, make_view=_make_view, plugins=plugins)
     if problem:
         bench.say("warning", problem)
     return window
@@ -60,7 +67,12 @@ def _make_view(bench: Workbench) -> QWidget:
 
 
 def open_window(
-    scene: str, *, rehearse_to: Path, script: list[Step] | None = None, source: str = "script"
+    scene: str,
+    *,
+    rehearse_to: Path,
+    script: list[Step] | None = None,
+    source: str = "script",
+    plugins: Path | None = None,
 ) -> int:
     """`nexus studio`: look at a scene, edit, rehearse. Returns the exit code.
 
@@ -69,6 +81,7 @@ def open_window(
         rehearse_to: folder for rehearsals.
         script: user actions to play; the window closes after them.
         source: the script's name, for messages.
+        plugins: folder of plug-ins; None for the user's own.
 
     Raises:
         KeyboardInterrupt: Ctrl+C, or the process got a signal to end.
@@ -77,7 +90,7 @@ def open_window(
     is_project = scene.endswith(SUFFIX)
     document = load_document(Path(scene)) if is_project else Document(scene)
     application = _application()
-    window = make_window(document, rehearse_to=rehearse_to)
+    window = make_window(document, rehearse_to=rehearse_to, plugins=plugins)
     if is_project:
         window.bench.open_document(document, Path(scene).resolve())
     window.run.open_scene(document.scene)

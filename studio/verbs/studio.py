@@ -27,6 +27,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="play user actions, a line each, and close the window (docs/studio.md)",
     )
+    parser.add_argument(
+        "--plugins", type=Path, metavar="DIR", help="folder of plug-ins (docs/plugins.md)"
+    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -43,5 +46,9 @@ def run(args: argparse.Namespace) -> int:
     from studio.app.window import open_window
 
     return open_window(
-        args.scene, rehearse_to=args.out, script=script, source=str(args.script or "script")
+        args.scene,
+        rehearse_to=args.out,
+        script=script,
+        source=str(args.script or "script"),
+        plugins=args.plugins,
     )

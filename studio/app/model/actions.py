@@ -74,6 +74,9 @@ class ActionTable:
     def __iter__(self) -> Iterator[Action]:
         return iter(tuple(self._actions.values()))
 
+    def __len__(self) -> int:
+        return len(self._actions)
+
     def __contains__(self, action_id: str) -> bool:
         return action_id in self._actions
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from studio.app.model.document import Document
 from studio.app.model.scene_job import SceneJob
+from studio.app.model.share_job import ShareJob
 from studio.app.model.workbench import Topic, Workbench
 from studio.console.rows import exit_code
 from studio.session.outputs import RECORDING
@@ -34,6 +35,7 @@ class SessionRun:
         self._scenarios = scenarios
         self._job: SceneJob | None = None
         self._next: SceneJob | None = None
+        self._share: ShareJob | None = None
         self._is_playing = self._is_open = self._next_plays = False
 
     @property
@@ -56,6 +58,28 @@ class SessionRun:
         """Folder of the last rehearsal that ended here, or None."""
         performance = None if self._job is None else self._job.performance
         return None if performance is None else performance.folder
+
+    @property
+    def shown_rehearsal(self) -> Path | None:
+        """Folder of the recording that is open, if a rehearsal left it there."""
+        recording = self._bench.recording
+        return recording.parent if recording is not None and recording.name == RECORDING else None
+
+    @property
+    def is_sharing(self) -> bool:
+        """Whether a hand-over is being made."""
+        return self._share is not None
+
+    def share(self, rehearsal: Path, out: Path) -> None:
+        """Make film, viewer, sheet and archive of a rehearsal's folder, on a thread.
+
+        Raises:
+            ValueError: one is being made.
+        """
+        if self._share is not None:
+            raise ValueError("a hand-over is being made already")
+        self._share = ShareJob(rehearsal, out)
+        self._bench.announce(Topic.SESSION)
 
     def open_scene(self, scene: str) -> None:
         """Open a scene; what runs is cancelled."""
@@ -106,6 +130,8 @@ class SessionRun:
         """Cancel and wait: the window closes."""
         if self._job is not None:
             self._job.cancel()
+        if self._share is not None:
+            self._share.close()
 
     def make_live(self, name: str, clicks_px: object) -> None:
         """Make what was clicked in the front lens's picture a live surface of the session.
@@ -130,7 +156,8 @@ class SessionRun:
         session.make_live(surface)
 
     def poll(self) -> None:
-        """Take what the thread has left since the last time."""
+        """Take what the threads have left since the last time."""
+        self._poll_share()
         job = self._job
         if job is None:
             return
@@ -148,6 +175,23 @@ class SessionRun:
             self._bench.announce(Topic.SESSION)
         if not job.running and self._is_open:
             self._end(job)
+
+    def _poll_share(self) -> None:
+        job = self._share
+        if job is None:
+            return
+        line = job.lines.take()
+        if line is not None:
+            self.line = line
+            self._bench.announce(Topic.SESSION)
+        if job.is_running:
+            return
+        self._share = None
+        if job.shared is not None:
+            self._bench.say("info", f"shared: open {job.shared.viewer} in any browser")
+        else:
+            self._bench.say("error", str(job.failure))
+        self._bench.announce(Topic.SESSION)
 
     def _begin(self, job: SceneJob, *, plays: bool) -> None:
         if self.is_busy:

@@ -16,6 +16,7 @@ from studio.app.model.autosave import Autosave, Recovered, discard, recoverable
 from studio.app.model.session_run import SessionRun
 from studio.app.model.settings import save_settings
 from studio.app.model.workbench import Topic, Workbench
+from studio.app.plugins.plugin_host import PluginHost
 from studio.app.shell.cheat_sheet import CheatSheet
 from studio.app.shell.command_palette import CommandPalette
 from studio.app.shell.docks import CLOSED_AT_FIRST, DOCKS, Dock, make_content
@@ -48,6 +49,7 @@ class MainWindow(QMainWindow):
         run: plays the bench's sessions.
         home: folder of settings and of work in progress.
         make_view: makes the view in the middle.
+        plugins: folder of plug-ins; None for the user's.
     """
 
     def __init__(
@@ -57,6 +59,7 @@ class MainWindow(QMainWindow):
         *,
         home: Path,
         make_view: Callable[[Workbench], QWidget],
+        plugins: Path | None = None,
     ) -> None:
         super().__init__()
         self.bench, self.run = bench, run
@@ -65,7 +68,9 @@ class MainWindow(QMainWindow):
         self._home = home
         self._make_view = make_view
         self._film: WindowFilm | None = None
+        self._known_actions = 0
         self._autosave = Autosave(home)
+        self.plugins = PluginHost(bench, plugins or home / "plugins")
         self._contents: dict[str, QWidget] = {}
         self.view: QWidget | None = None
         self.setAcceptDrops(True)
@@ -145,6 +150,7 @@ class MainWindow(QMainWindow):
             self.first_page.show()
             self.first_page.place()
         self._offer_recovery()
+        self.plugins.start()
         QTimer.singleShot(0, self._fill_docks)
 
     def _fill_docks(self) -> None:
@@ -239,6 +245,10 @@ class MainWindow(QMainWindow):
 
     def _poll(self) -> None:
         self.run.poll()
+        self.plugins.poll()
+        if self._known_actions != len(self.bench.actions):
+            self._known_actions = len(self.bench.actions)
+            self.menus.build()
         problem = self._autosave.problem()
         if problem is not None:
             self.bench.say("error", problem)
@@ -373,6 +383,7 @@ class MainWindow(QMainWindow):
         self.bench.set(layout=layout, geometry=geometry)
         self.hide()  # at once, also where the session takes a while to stop
         self.run.close()
+        self.plugins.close()
         for widget in (self.view, *self._contents.values()):
             if widget is not None:
                 widget.close()

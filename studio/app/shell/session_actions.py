@@ -34,7 +34,29 @@ def add_session_actions(bench: Workbench, run: SessionRun) -> None:
         count = len(bench.state.surfaces) + 1
         run.make_live(name or f"surface {count}", corners)
 
+    def share(folder: str = "", out: str = "") -> None:
+        rehearsal = Path(folder) if folder else run.shown_rehearsal
+        if rehearsal is None:
+            raise ValueError("there is nothing to share yet: rehearse, or open a recording first")
+        run.share(rehearsal, Path(out) if out else rehearsal.with_name(f"{rehearsal.name}-shared"))
+
+    def share_command(folder: str = "", out: str = "") -> str:
+        rehearsal = folder or str(run.shown_rehearsal or run.out)
+        return shlex.join(["nexus", "share", rehearsal, *(["--out", out] if out else [])])
+
     for action in (
+        Action(
+            "share.make",
+            "Share",
+            "Session",
+            share,
+            "film, a viewer that opens offline in any browser, session sheet and archive",
+            "Ctrl+E",
+            ("folder", "out"),
+            available=lambda: run.shown_rehearsal is not None and not run.is_sharing,
+            command=share_command,
+            icon="mdi6.export-variant",
+        ),
         Action(
             "session.rehearse",
             "Rehearse",

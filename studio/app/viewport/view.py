@@ -32,7 +32,7 @@ from studio.app.viewport.gizmo import Gizmo, Handle
 from studio.app.viewport.items import boxes_of, pose_of
 from studio.app.viewport.orbit import home
 from studio.app.viewport.painter import Painted, TwinPainter, View
-from studio.app.viewport.picking import Pick, pick, point_at
+from studio.app.viewport.picking import Pick, met_plane, pick, point_at, ray_of
 from studio.app.viewport.shapes import Shown, box_edges, shapes_of
 from studio.app.viewport.tools import HINTS, InHand, Tool
 from studio.app.viewport.view_overlay import INK, Overlay, image_of
@@ -85,6 +85,8 @@ class TwinView(QWidget):
         self._press = self._last = QPointF()
         self._held: tuple[Handle, Gizmo] | None = None
         self._drags = 0
+        self._is_grabbing = False
+        self._grip = np.zeros(3)
         self.setMinimumSize(240, 160)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -298,6 +300,9 @@ class TwinView(QWidget):
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """See Qt."""
         self._press = self._last = event.position()
+        if _with_control(event) and event.button() == Qt.MouseButton.LeftButton:
+            self._grab(event.position())
+            return
         gizmo = self._gizmo()
         if gizmo is not None and event.button() == Qt.MouseButton.LeftButton:
             handle = gizmo.hit(event.position().x(), event.position().y())
@@ -311,7 +316,9 @@ class TwinView(QWidget):
         self._last = event.position()
         if self.viewer is None:
             return
-        if self._held is not None:
+        if self._is_grabbing:
+            self._pull(event.position())
+        elif self._held is not None:
             self._drag_handle(event.position())
         elif event.buttons() & Qt.MouseButton.LeftButton:
             self.set_viewer(self.viewer.dragged(moved.x(), moved.y()))
@@ -322,6 +329,10 @@ class TwinView(QWidget):
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """See Qt."""
+        if self._is_grabbing and self.bench.grabbing is not None:
+            self._is_grabbing = False
+            self.bench.grabbing.release()
+            return
         held, self._held = self._held, None
         if held is not None:
             pose = pose_of(self.bench, self.bench.selection)
@@ -410,6 +421,25 @@ class TwinView(QWidget):
         self.take(Tool.SELECT)
         self._finished(hand)
 
+    def _grab(self, at: QPointF) -> None:
+        """Grip what is under the mouse, for the running physics to pull."""
+        found = self.pick_at(at.x(), at.y())
+        if found is None or not found.item_id or self.bench.grabbing is None:
+            return
+        self.bench.select(found.item_id)
+        self._is_grabbing = self.bench.grabbing.grab(found.item_id, found.point)
+        self._grip = found.point
+
+    def _pull(self, at: QPointF) -> None:
+        """Pull the gripped point on the upright plane through it that faces the viewer."""
+        if self.viewer is None or self.bench.grabbing is None:
+            return
+        pose = self.viewer.world_from_camera()
+        eye, ray = ray_of(self._screen_camera(), pose, at.x(), at.y())
+        target = met_plane(eye, ray, point=self._grip, normal=pose.rotation[:, 2])
+        if target is not None:
+            self.bench.grabbing.drag(target)
+
     def _drag_handle(self, at: QPointF) -> None:
         assert self._held is not None
         handle, gizmo = self._held
@@ -443,7 +473,7 @@ def note_pose(bench: Workbench, item_id: str, pose: Pose) -> None:
     bench.note("twin.place", item=item_id, x=x, y=y, z=z, yaw_deg=round(yaw, 2))
 
 
-def _with_control(event: QKeyEvent) -> bool:
+def _with_control(event: QKeyEvent | QMouseEvent) -> bool:
     return bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
 
 
