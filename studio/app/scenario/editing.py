@@ -7,7 +7,13 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from sim.scenario import DEFAULT_SCENARIOS, SCENARIO_FOLDER, Scenario, parse_scenario, scenario_names
+from sim.scenario import (
+    DEFAULT_SCENARIOS,
+    SCENARIO_FOLDER,
+    Scenario,
+    parse_scenario,
+    scenario_names,
+)
 from sim.tables import ScenarioError
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.scenario.toml_spans import EditError

@@ -145,7 +145,12 @@ FAULT_TITLES: Mapping[str, str] = {
 
 
 def new_values(
-    fields: tuple[Field, ...], *, objects: tuple[str, ...], people: tuple[str, ...], x: float, y: float
+    fields: tuple[Field, ...],
+    *,
+    objects: tuple[str, ...],
+    people: tuple[str, ...],
+    x: float,
+    y: float,
 ) -> dict[str, object]:
     """The values that a new action or fault begins with.
 
