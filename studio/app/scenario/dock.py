@@ -1,0 +1,386 @@
+"""The scenario dock: floor, actions, faults and text of one scenario."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from PySide6.QtCore import QTimer
+from PySide6.QtGui import QCloseEvent
+from PySide6.QtWidgets import (
+    QComboBox,
+    QFileDialog,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QScrollArea,
+    QTabWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from sim.people.actions import name_of
+from sim.scenario import scenario_names
+from studio.app.model.workbench import Topic, Workbench
+from studio.app.scenario.action_blocks import ActionBlocks, Key
+from studio.app.scenario.editing import ScenarioEditing
+from studio.app.scenario.fault_knobs import FaultKnobs
+from studio.app.scenario.fields import ACTION_FIELDS, Field
+from studio.app.scenario.floor_plan import FloorPlan
+from studio.app.scenario.form import Number, form_of
+from studio.app.scenario.plan import Block, RoomPlan, planned, room_plan
+from studio.app.scenario.scenario_actions import ScenarioActions
+from studio.app.scenario.scenario_text import ScenarioText
+from studio.app.scenario.stage import BackdropJob
+from studio.app.scenario.text_edits import values_of
+
+POLL_MS = 60
+DURATION = Field("s", "length", unit="s", low=0.1, high=3600.0, usual=10.0)
+FPS = Field("fps", "pictures", unit="/s", low=0.5, high=120.0, usual=10.0)
+FACING = Field("facing_deg", "camera faces", unit="°", low=-360.0, high=360.0, usual=90.0)
+
+
+class ScenarioDock(QWidget):
+    """The scenario editor.
+
+    Args:
+        bench: whose document holds the scenario.
+    """
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__()
+        self._bench = bench
+        self.editing = ScenarioEditing(bench)
+        self._plan: RoomPlan | None = None
+        self._blocks: tuple[Block, ...] = ()
+        self._job: BackdropJob | None = None
+        self._edited: Key | None = None
+        self._form: QWidget | None = None
+        ScenarioActions(self.editing, self._ask, self.object_ids)
+        self.floor = FloorPlan(bench)
+        self.blocks = ActionBlocks(bench, self.edit_action)
+        self.knobs = FaultKnobs(bench, self.editing, self.object_ids)
+        self.text = ScenarioText(self.editing.type)
+        self._make_layout()
+        self.editing.listen(self._refresh)
+        bench.listen(Topic.SCENE, self._on_scene)
+        bench.listen(Topic.SETTINGS, self._refresh)
+        self._timer = QTimer(self)
+        self._timer.timeout.connect(self._take)
+        self._timer.start(POLL_MS)
+        self._on_scene()
+        self._refresh()
+
+    def object_ids(self) -> tuple[str, ...]:
+        """Ids of the room's objects."""
+        return () if self._plan is None else tuple(item.object_id for item in self._plan.items)
+
+    # --- layout ----------------------------------------------------------------------------------
+
+    def _make_layout(self) -> None:
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        layout.addLayout(self._make_top())
+        self.problem = QLabel()
+        self.problem.setWordWrap(True)
+        self.problem.setContentsMargins(8, 2, 8, 4)
+        self._discard = QPushButton("Go back to the last good text")
+        self._discard.clicked.connect(lambda: self._bench.do("scenario.discard"))
+        layout.addWidget(self.problem)
+        layout.addWidget(self._discard)
+        self.tabs = QTabWidget()
+        self.tabs.setDocumentMode(True)
+        self.tabs.addTab(self._make_floor(), "Floor")
+        self.tabs.addTab(self._make_actions(), "Actions")
+        self.tabs.addTab(self.knobs, "Faults")
+        self.tabs.addTab(self.text, "Text")
+        self.tabs.currentChanged.connect(lambda _: self._refresh())
+        layout.addWidget(self.tabs, 1)
+
+    def _make_top(self) -> QHBoxLayout:
+        self._choice = QComboBox()
+        self._choice.setAccessibleName("Scenario")
+        self._choice.setMinimumWidth(110)
+        self._choice.textActivated.connect(self._choose)
+        row = QHBoxLayout()
+        row.setContentsMargins(8, 8, 8, 4)
+        row.addWidget(self._choice, 1)
+        for title, action in (("Open …", "scenario.open"), ("Save …", "scenario.save")):
+            button = QPushButton(title)
+            button.clicked.connect(lambda _=False, a=action: self._bench.do(a))
+            row.addWidget(button)
+        return row
+
+    def _make_floor(self) -> QWidget:
+        self._person = QComboBox()
+        self._person.setAccessibleName("Person whose goals are shown")
+        self._person.activated.connect(lambda _: self._refresh())
+        facing = Field("deg", "faces", unit="°", low=-360.0, high=360.0, usual=0.0)
+        self._facing = Number(facing, 0.0, self._face)
+        add, remove = QPushButton("Add"), QPushButton("Remove")
+        add.setToolTip("Add a person in the middle of the room")
+        add.clicked.connect(self._add_person)
+        remove.setToolTip("Remove the person who is chosen")
+        remove.clicked.connect(self._remove_person)
+        top = QHBoxLayout()
+        for widget in (self._person, self._facing, add, remove):
+            top.addWidget(widget, widget is self._person)
+        self._length = Number(DURATION, 10.0, lambda _, v: self._bench.do("scenario.duration", s=v))
+        self._fps = Number(FPS, 10.0, self._camera)
+        self._camera_facing = Number(FACING, 90.0, self._camera)
+        bottom = QHBoxLayout()
+        for title, widget in (
+            ("Length", self._length),
+            ("Camera", self._fps),
+            ("faces", self._camera_facing),
+        ):
+            bottom.addWidget(QLabel(title))
+            bottom.addWidget(widget, 1)
+        page = QWidget()
+        layout = QVBoxLayout(page)
+        layout.setContentsMargins(8, 8, 8, 8)
+        layout.addLayout(top)
+        layout.addWidget(self.floor, 1)
+        layout.addLayout(bottom)
+        return page
+
+    def _make_actions(self) -> QWidget:
+        self._add_action = QComboBox()
+        self._add_action.addItem("Add an action …")
+        self._add_action.addItems([name.replace("_", " ") for name in ACTION_FIELDS])
+        self._add_action.activated.connect(self._on_add_action)
+        self._hint = QLabel("Drag to reorder, double-click to change. Times are estimates.")
+        self._hint.setWordWrap(True)
+        scroll = QScrollArea()
+        scroll.setWidget(self.blocks)
+        scroll.setWidgetResizable(True)
+        scroll.setFrameShape(QScrollArea.Shape.NoFrame)
+        self._form_title = QLabel()
+        self._form_place = QVBoxLayout()
+        page = QWidget()
+        layout = QVBoxLayout(page)
+        layout.setContentsMargins(8, 8, 8, 8)
+        layout.addWidget(self._add_action)
+        layout.addWidget(scroll, 1)
+        layout.addWidget(self._form_title)
+        layout.addLayout(self._form_place)
+        layout.addWidget(self._hint)
+        return page
+
+    # --- what changes ----------------------------------------------------------------------------
+
+    def _on_scene(self) -> None:
+        scene = self._bench.scene
+        if scene is None:
+            self._plan, self._job = None, None
+            self.floor.set_picture(None, 0.0)
+        elif self._job is None or self._job.scene is not scene:
+            self._plan = room_plan(scene, None)
+            self.floor.set_picture(None, 0.0)
+            self._job = BackdropJob(scene, self._bench.document.scene)
+        self._refresh()
+
+    def _take(self) -> None:
+        found = None if self._job is None else self._job.take()
+        if found is None or found.scene is not self._bench.scene:
+            return
+        if found.plan is not None:
+            self._plan = found.plan
+        if found.picture is not None:
+            self.floor.set_picture(found.picture, found.extent_m)
+        if found.problem:
+            self._bench.say("warning", f"floor plan: {found.problem}")
+        if found.first_text:
+            self.editing.set_first_text(found.first_text)
+        self._refresh()
+
+    def _refresh(self) -> None:
+        editing = self.editing
+        self._show_problem()
+        self.text.show_text(
+            editing.text if editing.draft is None else editing.draft, editing.error_line
+        )
+        try:
+            scenario = editing.scenario
+        except ValueError as error:  # a project that was saved by another program
+            self.problem.setText(f"✖ {error}")
+            self.problem.show()
+            return
+        self._show_names()
+        people = tuple(person.person_id for person in scenario.people)
+        self._show_people(people)
+        for number, value in (
+            (self._length, scenario.duration_s),
+            (self._fps, scenario.camera.fps),
+            (self._camera_facing, scenario.camera.facing_deg),
+        ):
+            _set(number, value)
+        if self._plan is not None:
+            self._blocks = planned(scenario, self._plan)
+            if self.tabs.currentIndex() == 0:
+                self.floor.show_plan(scenario, self._plan, self._blocks, self._chosen_person())
+        self.blocks.show_blocks(people, self._blocks, scenario.duration_s)
+        self.knobs.show_scenario()
+        self._refresh_form()
+
+    def _show_problem(self) -> None:
+        problem = self.editing.problem
+        self.problem.setText(f"✖ {problem}\nRehearsed is the last good text." if problem else "")
+        self.problem.setVisible(bool(problem))
+        self._discard.setVisible(bool(problem))
+        for index in range(3):
+            self.tabs.widget(index).setEnabled(not problem)
+
+    def _show_names(self) -> None:
+        names = list(scenario_names())
+        if self.editing.name not in names:
+            names.insert(0, self.editing.name)
+        if [self._choice.itemText(k) for k in range(self._choice.count())] != names:
+            self._choice.clear()
+            self._choice.addItems(names)
+        self._choice.setCurrentText(self.editing.name)
+
+    def _show_people(self, people: tuple[str, ...]) -> None:
+        wanted = ["Everybody", *people]
+        if [self._person.itemText(k) for k in range(self._person.count())] != wanted:
+            chosen = self._person.currentText()
+            self._person.clear()
+            self._person.addItems(wanted)
+            self._person.setCurrentText(chosen if chosen in wanted else wanted[0])
+        person = self._chosen_person() or (people[0] if len(people) == 1 else "")
+        self._facing.setEnabled(bool(person))
+        found = [p for p in self.editing.scenario.people if p.person_id == person]
+        if found:
+            _set(self._facing, found[0].facing_deg)
+
+    def _chosen_person(self) -> str:
+        return "" if self._person.currentIndex() <= 0 else self._person.currentText()
+
+    def _one_person(self) -> str:
+        """The person who is chosen, or the only one."""
+        people = self.editing.scenario.people
+        return self._chosen_person() or (people[0].person_id if people else "")
+
+    # --- what is asked for -----------------------------------------------------------------------
+
+    def edit_action(self, key: Key | None) -> None:
+        """Open the form of an action below the blocks; None closes it."""
+        self._edited = key
+        self._close_form()
+        self._refresh_form()
+
+    def _refresh_form(self) -> None:
+        """The form of the action that is edited, unless it has the focus and is right already."""
+        values = self._edited_values()
+        if values is None:
+            self._edited = None
+            self._close_form()
+            return
+        if self._form is not None and self._form.property("values") == values:
+            return
+        focus = self.window().focusWidget()
+        if self._form is not None and focus is not None and self._form.isAncestorOf(focus):
+            self._form.setProperty("values", values)
+            return
+        self._close_form()
+        assert self._edited is not None
+        person, index = self._edited
+        do = str(values["do"])
+        self._form_title.setText(f"{person}, {index + 1}. {do.replace('_', ' ')}")
+        others = [p.person_id for p in self.editing.scenario.people if p.person_id != person]
+
+        def changed(name: str, value: Any) -> None:
+            keys = {"person": person, "index": index, "key": name, "value": value}
+            self._bench.do("scenario.set_action", **keys)
+
+        self._form = form_of(
+            ACTION_FIELDS[do], values, objects=self.object_ids(), people=others, changed=changed
+        )
+        self._form.setProperty("values", values)
+        self._form_place.addWidget(self._form)
+
+    def _edited_values(self) -> dict[str, Any] | None:
+        if self._edited is None:
+            return None
+        person, index = self._edited
+        for values in values_of(self.editing.text).get("people", []):
+            actions = values.get("actions", [])
+            if values.get("id") == person and index < len(actions):
+                return dict(actions[index])
+        return None
+
+    def _close_form(self) -> None:
+        self._form_title.clear()
+        if self._form is not None:
+            self._form.hide()
+            self._form.deleteLater()
+            self._form = None
+
+    def _on_add_action(self, row: int) -> None:
+        self._add_action.setCurrentIndex(0)
+        selected = self.blocks.selected
+        person = selected[0] if selected is not None else self._one_person()
+        if row > 0 and person:
+            do = list(ACTION_FIELDS)[row - 1]
+            values: dict[str, Any] = {"person": person, "do": do}
+            if selected is not None:
+                values["index"] = selected[1] + 1
+            if self._bench.do("scenario.add_action", **values):
+                people = {p.person_id: p for p in self.editing.scenario.people}
+                count = len(people[person].actions)
+                key = (person, values.get("index", count - 1))
+                self.blocks.selected = key
+                assert name_of(people[person].actions[key[1]]) == do
+                self.edit_action(key)
+
+    def _add_person(self) -> None:
+        plan = self._plan
+        x, y = (0.0, 0.0)
+        if plan is not None:
+            x, y = (0.5 * (a + b) for a, b in zip(plan.low, plan.high, strict=True))
+        if plan is not None and plan.floor is not None:
+            import numpy as np
+
+            x, y = (float(v) for v in plan.floor.bare.nearest_free(np.array([x, y])))
+        self._bench.do("scenario.add_person", x=round(x, 2), y=round(y, 2))
+
+    def _remove_person(self) -> None:
+        person = self._chosen_person()
+        if person:
+            self._bench.do("scenario.remove_person", id=person)
+        else:
+            self._bench.say("info", "choose the person to remove in the list beside the button")
+
+    def _face(self, _: str, value: Any) -> None:
+        person = self._one_person()
+        if person:
+            self._bench.do("scenario.face_person", id=person, deg=value)
+
+    def _camera(self, key: str, value: Any) -> None:
+        self._bench.do("scenario.camera", key=key, value=value)
+
+    def _choose(self, name: str) -> None:
+        if name in scenario_names():
+            self._bench.do("scenario.choose", name=name)
+
+    def _ask(self, title: str, kinds: str, writes: bool) -> str:
+        ask = QFileDialog.getSaveFileName if writes else QFileDialog.getOpenFileName
+        chosen, _ = ask(self, title, "", kinds)
+        return chosen
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """Stop what runs in the background."""
+        self._timer.stop()
+        self.knobs.close_trials()
+        self.editing.close()
+        self._bench.stop_listening(self._on_scene)
+        self._bench.stop_listening(self._refresh)
+        event.accept()
+
+
+def _set(number: Number, value: float) -> None:
+    """Show a value without calling it a change."""
+    if not number.hasFocus() and number.value() != value:
+        number.blockSignals(True)
+        number.setValue(value)
+        number.blockSignals(False)

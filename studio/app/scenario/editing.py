@@ -1,0 +1,200 @@
+"""The scenario that is edited: what is typed, what was last good, and what is wrong with it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from sim.scenario import (
+    DEFAULT_SCENARIOS,
+    SCENARIO_FOLDER,
+    Scenario,
+    parse_scenario,
+    scenario_names,
+)
+from sim.tables import ScenarioError
+from studio.app.model.workbench import Topic, Workbench
+from studio.app.scenario.toml_spans import EditError
+
+EMPTY = 'room = "lab"\nduration_s = 10.0\n'
+"""Until the room's own first scenario is there."""
+
+
+class ScenarioEditing:
+    """Edits the bench's scenario text.
+
+    Text that is no good scenario is kept as it was typed, beside the last good one, which stays in
+    the document and is what a rehearsal plays.
+
+    Args:
+        bench: whose document holds the text.
+    """
+
+    def __init__(self, bench: Workbench) -> None:
+        self.bench = bench
+        self.draft: str | None = None
+        """What was typed and is no good scenario; None while there is nothing like that."""
+        self.problem = ""
+        """What is wrong with the draft, with its key or line."""
+        self._first_text = ""
+        self._scene = bench.document.scene
+        self._parsed: tuple[str, Scenario] | None = None
+        self._listeners: list[Callable[[], None]] = []
+        bench.listen(Topic.DOCUMENT, self._on_document)
+        bench.listen(Topic.SCENE, self._on_document)
+
+    @property
+    def text(self) -> str:
+        """The last good text: the document's, or the scene's own scenario."""
+        document = self.bench.document
+        if document.scenario:
+            return document.scenario
+        names = (document.scenario_name, DEFAULT_SCENARIOS.get(self.room, ""))
+        for name in names:
+            if name in scenario_names():
+                return (SCENARIO_FOLDER / f"{name}.toml").read_text(encoding="utf-8")
+        return self._first_text or EMPTY
+
+    @property
+    def name(self) -> str:
+        """What the scenario is called."""
+        return self.bench.document.scenario_name or DEFAULT_SCENARIOS.get(self.room, "scenario")
+
+    @property
+    def room(self) -> str:
+        """Name of the built-in room that the scene is or was scanned of; else the scene's name."""
+        scene = self.bench.scene
+        if scene is None:
+            return self.bench.document.scene
+        return scene.physical or scene.name
+
+    @property
+    def scenario(self) -> Scenario:
+        """What the last good text says."""
+        text = self.text
+        if self._parsed is None or self._parsed[0] != text:
+            self._parsed = (text, parse_scenario(text, source=f"{self.name}.toml"))
+        return self._parsed[1]
+
+    @property
+    def error_line(self) -> int | None:
+        """Line of the draft that TOML stumbles over, from 1, or None."""
+        found = re.search(r"at line (\d+)", self.problem)
+        return int(found.group(1)) if found else None
+
+    def listen(self, callback: Callable[[], None]) -> None:
+        """Call back when the text, the draft or the problem is another one."""
+        self._listeners.append(callback)
+
+    def set_first_text(self, text: str) -> None:
+        """The scenario that a scanned room begins with."""
+        self._first_text = text
+        self._call_all()
+
+    def type(self, text: str) -> None:
+        """Take what was typed: into the document if it is a scenario, else as a draft."""
+        problem = _problem_of(text, f"{self.name}.toml")
+        if problem:
+            self.draft, self.problem = text, problem
+            self._call_all()
+            return
+        self.draft, self.problem = None, ""
+        if text != self.text:
+            self._put("Edit scenario text", text, "scenario text")
+        else:
+            self._call_all()
+
+    def discard(self) -> None:
+        """Go back to the last good text."""
+        self.draft, self.problem = None, ""
+        self._call_all()
+
+    def change(self, label: str, edit: Callable[[str], str], *, merge: str = "") -> None:
+        """Edit the text.
+
+        Args:
+            label: what is done, for undo.
+            edit: the text after it, given the text before.
+            merge: see `Workbench.change`.
+
+        Raises:
+            EditError: the typed text must be corrected first, or the edit cannot be made.
+            ScenarioError: the text after it would be no scenario; nothing is changed.
+        """
+        if self.draft is not None:
+            raise EditError(f"correct or discard what was typed first: {self.problem}")
+        text = edit(self.text)
+        parse_scenario(text, source=f"{self.name}.toml")
+        if text != self.text:
+            self._put(label, text, merge)
+
+    def open(self, path: Path) -> None:
+        """Take the text of a file; of a bad one as a draft.
+
+        Raises:
+            OSError: it cannot be read.
+            ScenarioError: it is no text.
+        """
+        try:
+            text = path.read_text(encoding="utf-8")
+        except UnicodeDecodeError:
+            raise ScenarioError(f"{path}: is no UTF-8 text, wanted a scenario's TOML") from None
+        problem = _problem_of(text, str(path))
+        if problem:
+            self.draft, self.problem = text, problem
+            self.bench.say("error", problem)
+            self._call_all()
+            return
+        self.draft, self.problem = None, ""
+        document = replace(self.bench.document, scenario=text, scenario_name=path.stem)
+        self.bench.change(f"Open scenario {path.stem}", document)
+
+    def choose(self, name: str) -> None:
+        """Take a scenario that comes with the program.
+
+        Raises:
+            ScenarioError: there is none of that name.
+        """
+        if name not in scenario_names():
+            raise ScenarioError(f"scenario {name!r}: wanted one of {', '.join(scenario_names())}")
+        self.open(SCENARIO_FOLDER / f"{name}.toml")
+
+    def save(self, path: Path) -> None:
+        """Write what is in the editor, a draft included.
+
+        Raises:
+            OSError: it cannot be written.
+        """
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part = path.with_name(f"{path.name}.part")
+        part.write_text(self.text if self.draft is None else self.draft, encoding="utf-8")
+        part.replace(path)
+        self.bench.say("info", f"saved {path}")
+
+    def close(self) -> None:
+        """No longer follow the bench."""
+        self.bench.stop_listening(self._on_document)
+
+    def _put(self, label: str, text: str, merge: str) -> None:
+        document = replace(self.bench.document, scenario=text, scenario_name=self.name)
+        self.bench.change(label, document, merge=merge)
+
+    def _on_document(self) -> None:
+        if self.bench.document.scene != self._scene:
+            self._scene, self._first_text = self.bench.document.scene, ""
+        self._call_all()
+
+    def _call_all(self) -> None:
+        for callback in tuple(self._listeners):
+            callback()
+
+
+def _problem_of(text: str, source: str) -> str:
+    """What is wrong with a text; empty if it is a scenario."""
+    try:
+        parse_scenario(text, source=source)
+    except ScenarioError as error:
+        return str(error)
+    return ""

@@ -1,0 +1,223 @@
+"""What goes wrong, as knobs: a box a fault, with the tracker's errors of a trial beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QScrollArea,
+    QVBoxLayout,
+    QWidget,
+)
+
+from studio.app.model.workbench import Workbench
+from studio.app.scenario.editing import ScenarioEditing
+from studio.app.scenario.error_bars import ErrorBars
+from studio.app.scenario.fields import FAULT_FIELDS, FAULT_TITLES
+from studio.app.scenario.form import form_of
+from studio.app.scenario.text_edits import FaultLine, faults_of
+from studio.app.scenario.trial import TrialPlan, TrialResult, Trials
+
+DEBOUNCE_MS = 700
+"""After the last change of a knob before a trial begins."""
+POLL_MS = 80
+LENGTHS_S = (3.0, 6.0, 12.0)
+
+
+@dataclass(slots=True, eq=False)
+class _Row:
+    box: QCheckBox
+    layout: QVBoxLayout
+    name: str
+    index: int = 0
+    form: QWidget | None = None
+    shown: FaultLine | None = None
+
+
+class FaultKnobs(QWidget):
+    """The knobs and the bars.
+
+    Args:
+        bench: whose actions the knobs call.
+        editing: the scenario.
+        objects: ids of the room's objects.
+    """
+
+    def __init__(
+        self, bench: Workbench, editing: ScenarioEditing, objects: Callable[[], tuple[str, ...]]
+    ) -> None:
+        super().__init__()
+        self._bench, self._editing, self._objects = bench, editing, objects
+        self.trials = Trials()
+        self._before: TrialResult | None = None
+        self._now: TrialResult | None = None
+        self._tried = ""
+        self._rows: dict[tuple[str, int], _Row] = {}
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(8, 8, 8, 8)
+        self._make_trial_row(layout)
+        self.bars = ErrorBars()
+        layout.addWidget(self.bars)
+        inside = QWidget()
+        self._list = QVBoxLayout(inside)
+        self._list.setContentsMargins(0, 4, 8, 0)
+        for name in FAULT_FIELDS:
+            self._row(name, 0)
+        self._list.addStretch(1)
+        scroll = QScrollArea()
+        scroll.setWidget(inside)
+        scroll.setWidgetResizable(True)
+        scroll.setFrameShape(QScrollArea.Shape.NoFrame)
+        layout.addWidget(scroll, 1)
+        self._debounce = QTimer(self)
+        self._debounce.setSingleShot(True)
+        self._debounce.timeout.connect(self.try_now)
+        self._poll = QTimer(self)
+        self._poll.timeout.connect(self.take_results)
+        self._poll.start(POLL_MS)
+
+    def _make_trial_row(self, layout: QVBoxLayout) -> None:
+        self._live = QCheckBox("Try each change")
+        self._live.setToolTip("rehearse the first seconds in the background after each change")
+        self._length = QComboBox()
+        for seconds in LENGTHS_S:
+            self._length.addItem(f"first {seconds:g} s", seconds)
+        self._start = QPushButton("Try now")
+        self._start.clicked.connect(self._on_button)
+        row = QHBoxLayout()
+        row.addWidget(self._live)
+        row.addStretch(1)
+        row.addWidget(self._length)
+        row.addWidget(self._start)
+        layout.addLayout(row)
+        self.state = QLabel("Try it: see how far off the tracker is in the first seconds.")
+        self.state.setWordWrap(True)
+        layout.addWidget(self.state)
+
+    def show_scenario(self) -> None:
+        """Show the faults of the text; what has not changed keeps its widgets and focus."""
+        lines = faults_of(self._editing.text)
+        found = {(line.name, line.index): line for line in lines}
+        for key in found:
+            if key not in self._rows:
+                self._row(*key)
+        for key, row in self._rows.items():
+            self._show(row, found.get(key))
+        if self._live.isChecked() and self._editing.text != self._tried:
+            self._debounce.start(DEBOUNCE_MS)
+
+    def try_now(self) -> None:
+        """Begin a trial of the text as it is now."""
+        document = self._bench.document
+        self._tried = self._editing.text
+        if self._now is not None and self._now.errors and self._now.is_done:
+            self._before = self._now
+        self._now = None
+        self.state.setText("◌ rehearsing the first seconds …")
+        seconds = float(self._length.currentData())
+        self.trials.start(TrialPlan(document.scene, self._tried, document.seed, seconds))
+        self._start.setText("Stop")
+
+    def take_results(self) -> None:
+        """Show what the trial has come to."""
+        result = self.trials.results.take()
+        if result is None:
+            return
+        self._now = result
+        before = {} if self._before is None else self._before.errors
+        if result.problem:
+            self.state.setText(f"✖ {result.problem}")
+        elif result.is_done:
+            tail = "; the line is the trial before" if before else "; faint names did not move"
+            self.state.setText(f"● mean errors{tail}")
+        else:
+            self.state.setText(f"◌ rehearsing … {result.share:.0%}")
+        if result.errors:
+            self.bars.show_errors(result.errors, before)
+        if result.is_done:
+            self._start.setText("Try now")
+
+    def close_trials(self) -> None:
+        """Stop what plays: the window closes."""
+        self._poll.stop()
+        self._debounce.stop()
+        self.trials.close()
+
+    def _on_button(self) -> None:
+        if self._start.text() == "Stop":
+            self.trials.cancel()
+            self.state.setText("○ stopped")
+            self._start.setText("Try now")
+        else:
+            self.try_now()
+
+    def _row(self, name: str, index: int) -> _Row:
+        title = FAULT_TITLES[name] + (f" ({index + 1})" if index else "")
+        box = QCheckBox(title)
+        holder = QWidget()
+        layout = QVBoxLayout(holder)
+        layout.setContentsMargins(0, 0, 0, 4)
+        layout.setSpacing(2)
+        layout.addWidget(box)
+        row = _Row(box, layout, name, index)
+        self._rows[name, index] = row
+        at = list(FAULT_FIELDS).index(name) + sum(k > 0 for _, k in self._rows) - (index > 0)
+        self._list.insertWidget(at + (index > 0), holder)
+
+        def switch(is_on: bool) -> None:
+            if is_on:
+                done = self._bench.do("scenario.add_fault", name=name)
+            else:
+                done = self._bench.do("scenario.remove_fault", name=name, index=index)
+            if not done:
+                self.show_scenario()
+                self._show(row, row.shown)
+
+        box.clicked.connect(switch)
+        return row
+
+    def _show(self, row: _Row, line: FaultLine | None) -> None:
+        row.box.setChecked(line is not None)
+        holder = row.box.parentWidget()
+        if holder is not None:
+            holder.setVisible(line is not None or row.index == 0)
+        is_same = row.shown is not None and line is not None and row.shown.values == line.values
+        is_focused = row.form is not None and row.form.isAncestorOf(_focus(self))
+        if is_same or (line is not None and is_focused and row.form is not None):
+            row.shown = line
+            return
+        row.shown = line
+        if row.form is not None:
+            row.form.deleteLater()
+            row.form = None
+        if line is None:
+            return
+        people = [person.person_id for person in self._editing.scenario.people]
+
+        def changed(key: str, value: Any) -> None:
+            values = {"name": row.name, "field": key, "value": value, "index": row.index}
+            self._bench.do("scenario.set_fault", **values)
+
+        row.form = form_of(
+            FAULT_FIELDS[row.name],
+            line.values,
+            objects=self._objects(),
+            people=people,
+            changed=changed,
+            sliders=True,
+        )
+        margins = row.form.contentsMargins()
+        row.form.setContentsMargins(22, margins.top(), 0, margins.bottom())
+        row.layout.addWidget(row.form)
+
+
+def _focus(widget: QWidget) -> QWidget:
+    return widget.window().focusWidget() or widget

@@ -1,0 +1,317 @@
+"""The floor from above: people, their ways, goals and remote paths as handles that are dragged."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import (
+    QBrush,
+    QColor,
+    QImage,
+    QPainter,
+    QPainterPath,
+    QPen,
+    QPixmap,
+    QResizeEvent,
+)
+from PySide6.QtWidgets import (
+    QGraphicsEllipseItem,
+    QGraphicsItem,
+    QGraphicsPathItem,
+    QGraphicsScene,
+    QGraphicsSceneMouseEvent,
+    QGraphicsSimpleTextItem,
+    QGraphicsView,
+)
+
+from sim.people.actions import name_of
+from sim.scenario import Scenario
+from studio.app.model.workbench import Workbench
+from studio.app.scenario.colours import on, person_colour, theme_of
+from studio.app.scenario.plan import Block, Item, RoomPlan
+
+PX_PER_M = 100.0
+"""Of the scene's own pixels; the view scales them to its size."""
+PERSON_M = 0.24
+"""Radius of a person's disc: the simulator's body."""
+HANDLE_M = 0.11
+"""Radius of a handle."""
+MARGIN_M = 0.3
+
+
+class Handle(QGraphicsEllipseItem):
+    """A disc that is dragged; what it stands for is changed once, when it is let go.
+
+    Args:
+        place: (x, y), metres.
+        radius_m: of the disc.
+        colour: of it.
+        dropped: called with the new place.
+    """
+
+    def __init__(
+        self,
+        place: tuple[float, float],
+        radius_m: float,
+        colour: QColor,
+        dropped: Callable[[float, float], object],
+    ) -> None:
+        size = radius_m * PX_PER_M
+        super().__init__(-size, -size, 2 * size, 2 * size)
+        self._dropped = dropped
+        self.setPos(to_scene(*place))
+        self._start = self.pos()
+        self.setBrush(colour)
+        self.setPen(QPen(on(colour), 2))
+        self.setFlag(QGraphicsItem.GraphicsItemFlag.ItemIsMovable)
+        self.setFlag(QGraphicsItem.GraphicsItemFlag.ItemIgnoresParentOpacity)
+        self.setCursor(Qt.CursorShape.OpenHandCursor)
+        self.setZValue(5)
+
+    def mouseReleaseEvent(self, event: QGraphicsSceneMouseEvent) -> None:
+        """Change what it stands for."""
+        super().mouseReleaseEvent(event)
+        moved = self.pos() - self._start
+        if abs(moved.x()) + abs(moved.y()) > 1.0:
+            self._start = self.pos()
+            x, y = self.pos().x() / PX_PER_M, -self.pos().y() / PX_PER_M
+            self._dropped(round(x, 2), round(y, 2))
+
+
+class FloorPlan(QGraphicsView):
+    """The floor plan.
+
+    Args:
+        bench: whose actions the handles call.
+    """
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__()
+        self._bench = bench
+        self._picture: QPixmap | None = None
+        self._extent_m = 0.0
+        self._bounds = QRectF(-300, -300, 600, 600)
+        self.setScene(QGraphicsScene(self))
+        self.setRenderHint(QPainter.RenderHint.Antialiasing)
+        self.setFrameShape(QGraphicsView.Shape.NoFrame)
+        self.setMinimumSize(200, 180)
+        self.setAccessibleName("Floor plan")
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+
+    def set_picture(self, picture: NDArray[np.uint8] | None, extent_m: float) -> None:
+        """The picture from above, (S, S, 3) RGB, and how many metres it shows."""
+        self._extent_m = extent_m
+        if picture is None:
+            self._picture = None
+            return
+        rows = np.ascontiguousarray(picture)
+        height, width, _ = rows.shape
+        image = QImage(rows.data, width, height, 3 * width, QImage.Format.Format_RGB888)
+        self._picture = QPixmap.fromImage(image.copy())
+
+    def show_plan(
+        self, scenario: Scenario, plan: RoomPlan, blocks: tuple[Block, ...], selected: str
+    ) -> None:
+        """Draw everything anew.
+
+        Args:
+            scenario: what happens.
+            plan: of the room.
+            blocks: whose ways are drawn.
+            selected: the person who is drawn strongly; "" for all.
+        """
+        scene = self.scene()
+        grabbed = scene.mouseGrabberItem()
+        if grabbed is not None:
+            return
+        scene.clear()
+        self._draw_room(plan)
+        for item in plan.items:
+            self._draw_object(item)
+        self._draw_camera(scenario, plan)
+        for index, person in enumerate(scenario.people):
+            is_strong = selected in ("", person.person_id)
+            own = [block for block in blocks if block.person_id == person.person_id]
+            self._draw_ways(own, person_colour(index), is_strong)
+            if is_strong:
+                self._draw_goals(own, person_colour(index))
+            self._draw_person(person.person_id, person.start, person.facing_deg, index)
+        for remote in scenario.remote:
+            self._draw_remote(remote.user_id, remote.path)
+        self._fit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Keep the whole room in sight."""
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        self.fitInView(self._bounds, Qt.AspectRatioMode.KeepAspectRatio)
+
+    def _draw_room(self, plan: RoomPlan) -> None:
+        theme, scene = theme_of(self), self.scene()
+        scene.setBackgroundBrush(QColor(theme.field))
+        low, high = to_scene(plan.low[0], plan.high[1]), to_scene(plan.high[0], plan.low[1])
+        room = QRectF(low, high)
+        margin = MARGIN_M * PX_PER_M
+        self._bounds = room.adjusted(-margin, -margin, margin, margin)
+        scene.setSceneRect(self._bounds)
+        if self._picture is not None and self._extent_m > 0:
+            shown = scene.addPixmap(self._picture)
+            size = self._extent_m * PX_PER_M
+            shown.setScale(size / self._picture.width())
+            shown.setPos(room.center().x() - size / 2, room.center().y() - size / 2)
+            shown.setOpacity(0.55)
+            shown.setTransformationMode(Qt.TransformationMode.SmoothTransformation)
+        scene.addRect(room, QPen(QColor(theme.faint), 3))
+
+    def _draw_object(self, item: Item) -> None:
+        theme = theme_of(self)
+        w, d = (size * PX_PER_M for size in item.box_m[:2])
+        shape = self.scene().addRect(
+            QRectF(-w / 2, -d / 2, w, d), QPen(QColor(theme.text), 2), QBrush(QColor(theme.raised))
+        )
+        shape.setOpacity(0.85)
+        shape.setPos(to_scene(float(item.place[0]), float(item.place[1])))
+        shape.setRotation(-math.degrees(item.yaw))
+        shape.setToolTip(item.object_id)
+        where = to_scene(float(item.place[0]), float(item.place[1]))
+        self._label(item.object_id, where + QPointF(0, 0.5 * max(w, d) + 2))
+
+    def _draw_camera(self, scenario: Scenario, plan: RoomPlan) -> None:
+        camera = scenario.camera.position
+        x, y = (plan.camera[0], plan.camera[1]) if camera is None else camera[:2]
+        height = 1.3 if camera is None else camera[2]
+        handle = Handle(
+            (float(x), float(y)),
+            HANDLE_M,
+            QColor(theme_of(self).text),
+            lambda a, b: self._bench.do("scenario.camera", key="position", value=[a, b, height]),
+        )
+        handle.setToolTip("360° camera: drag to move")
+        self.scene().addItem(handle)
+        self._label("camera", handle.pos() + QPointF(0, HANDLE_M * PX_PER_M))
+
+    def _draw_ways(self, blocks: list[Block], colour: QColor, is_strong: bool) -> None:
+        for block in blocks:
+            path = QPainterPath()
+            for k, (x, y) in enumerate(block.way):
+                point = to_scene(float(x), float(y))
+                path.lineTo(point) if k else path.moveTo(point)
+            item = QGraphicsPathItem(path)
+            pen = QPen(colour, 4 if is_strong else 2, Qt.PenStyle.SolidLine)
+            pen.setCapStyle(Qt.PenCapStyle.RoundCap)
+            item.setPen(pen)
+            item.setOpacity(0.9 if is_strong else 0.4)
+            item.setToolTip(f"{block.index + 1}. {name_of(block.action)}")
+            self.scene().addItem(item)
+
+    def _draw_goals(self, blocks: list[Block], colour: QColor) -> None:
+        for block in blocks:
+            to = getattr(block.action, "to", None)
+            if not isinstance(to, tuple):
+                continue
+
+            def drop(x: float, y: float, block: Block = block) -> None:
+                self._bench.do(
+                    "scenario.set_action",
+                    person=block.person_id,
+                    index=block.index,
+                    key="to",
+                    value=[x, y],
+                )
+
+            handle = Handle((float(to[0]), float(to[1])), HANDLE_M, colour, drop)
+            what = getattr(block.action, "object", None)
+            handle.setToolTip(
+                f"{block.index + 1}. {name_of(block.action)} {what or ''}: drag the goal"
+            )
+            self.scene().addItem(handle)
+            self._number(str(block.index + 1), handle, on(colour))
+
+    def _draw_person(
+        self, person_id: str, start: tuple[float, float], facing_deg: float, index: int
+    ) -> None:
+        colour = person_colour(index)
+        handle = Handle(
+            start,
+            PERSON_M,
+            colour,
+            lambda x, y: self._bench.do("scenario.move_person", id=person_id, x=x, y=y),
+        )
+        handle.setToolTip(f"{person_id} starts here: drag to move")
+        turn, size = math.radians(facing_deg), PERSON_M * PX_PER_M
+        nose = QPainterPath()
+        for k, (angle, reach) in enumerate(((0.0, 1.5), (0.5, 1.0), (-0.5, 1.0))):
+            point = QPointF(
+                reach * size * math.cos(turn + angle), -reach * size * math.sin(turn + angle)
+            )
+            nose.lineTo(point) if k else nose.moveTo(point)
+        nose.closeSubpath()
+        arrow = QGraphicsPathItem(nose, handle)
+        arrow.setBrush(colour)
+        arrow.setPen(QPen(on(colour), 2))
+        self._number(person_id[:1].upper(), handle, on(colour))
+        self.scene().addItem(handle)
+        self._label(person_id, handle.pos() + QPointF(0, size))
+
+    def _draw_remote(self, user_id: str, path: tuple[tuple[float, float, float], ...]) -> None:
+        colour = QColor(theme_of(self).accent)
+        line = QPainterPath()
+        for k, (x, y, _) in enumerate(path):
+            point = to_scene(x, y)
+            line.lineTo(point) if k else line.moveTo(point)
+        item = QGraphicsPathItem(line)
+        item.setPen(QPen(colour, 3, Qt.PenStyle.DashLine))
+        self.scene().addItem(item)
+        for k, (x, y, _) in enumerate(path):
+
+            def drop(a: float, b: float, k: int = k) -> None:
+                self._bench.do("scenario.move_remote_point", id=user_id, index=k, x=a, y=b)
+
+            handle = Handle((x, y), 0.8 * HANDLE_M, colour, drop)
+            handle.setToolTip(f"{user_id}, point {k + 1}: drag to move")
+            self.scene().addItem(handle)
+        self._label(user_id, to_scene(*path[0][:2]) + QPointF(0, HANDLE_M * PX_PER_M))
+
+    def _label(self, text: str, below: QPointF) -> None:
+        item = QGraphicsSimpleTextItem(text)
+        font = item.font()
+        font.setPixelSize(17)
+        font.setBold(True)
+        item.setFont(font)
+        theme = theme_of(self)
+        size = item.boundingRect()
+        item.setPos(below - QPointF(size.width() / 2, 0))
+        item.setBrush(QColor(theme.text))
+        item.setZValue(7)
+        ground = self.scene().addRect(
+            item.mapRectToScene(size).adjusted(-3, 0, 3, 0),
+            QPen(Qt.PenStyle.NoPen),
+            QBrush(QColor(theme.field)),
+        )
+        ground.setOpacity(0.75)
+        ground.setZValue(6)
+        for each in (item, ground):
+            each.setAcceptedMouseButtons(Qt.MouseButton.NoButton)
+        self.scene().addItem(item)
+
+    def _number(self, text: str, parent: QGraphicsItem, colour: QColor) -> None:
+        item = QGraphicsSimpleTextItem(text, parent)
+        font = item.font()
+        font.setPixelSize(16)
+        font.setBold(True)
+        item.setFont(font)
+        item.setBrush(colour)
+        size = item.boundingRect()
+        item.setPos(-size.width() / 2, -size.height() / 2)
+
+
+def to_scene(x: float, y: float) -> QPointF:
+    """A place on the floor, metres, in the scene's pixels: north is up."""
+    return QPointF(x * PX_PER_M, -y * PX_PER_M)

@@ -1,0 +1,195 @@
+"""Short rehearsals in the background: what a fault does to the tracker, a moment after it is set."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+import threading
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from devices.streams import Slot
+from studio.app.scenario.text_edits import with_camera, with_duration
+
+if TYPE_CHECKING:  # a session takes a second to import
+    from studio.evaluate.scores import ScoreBoard
+    from studio.session.session import SessionOutput
+
+LENS_PX = 480
+"""Side of each lens picture of a trial: a ninth of the usual work, errors a little larger."""
+
+
+@dataclass(frozen=True, slots=True)
+class ObjectError:
+    """How one object was tracked in a trial.
+
+    Attributes:
+        position_cm: mean distance from the truth.
+        yaw_deg: mean error of the yaw.
+        lost: share of the frames in which the tracker had lost it.
+        has_moved: whether it did.
+    """
+
+    position_cm: float
+    yaw_deg: float
+    lost: float
+    has_moved: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TrialResult:
+    """What a trial has come to so far.
+
+    Attributes:
+        errors: by object.
+        share: of the trial that is done, 0..1.
+        problem: why it ended early; empty if it did not.
+    """
+
+    errors: Mapping[str, ObjectError]
+    share: float
+    problem: str = ""
+
+    @property
+    def is_done(self) -> bool:
+        """Whether nothing more comes."""
+        return self.share >= 1.0 or bool(self.problem)
+
+
+@dataclass(frozen=True, slots=True)
+class TrialPlan:
+    """What is tried.
+
+    Attributes:
+        scene: name or path.
+        text: of the scenario.
+        seed: of everything random.
+        seconds: how much of it is played.
+    """
+
+    scene: str
+    text: str
+    seed: int
+    seconds: float
+
+
+class Trials:
+    """Plays trials one at a time; a newer one cancels the one that plays."""
+
+    def __init__(self) -> None:
+        self.results: Slot[TrialResult] = Slot()
+        self._wanted: TrialPlan | None = None
+        self._cancelled = threading.Event()
+        self._changed = threading.Condition()
+        self._is_open = True
+        self._is_busy = False
+        self._thread: threading.Thread | None = None
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether one plays or waits."""
+        return self._is_busy
+
+    def start(self, plan: TrialPlan) -> None:
+        """Play this one as soon as the one that plays has stopped."""
+        with self._changed:
+            if not self._is_open:
+                return
+            self._wanted, self._is_busy = plan, True
+            self._cancelled.set()
+            self._changed.notify_all()
+            if self._thread is None:
+                self._thread = threading.Thread(target=self._run, name="trials", daemon=True)
+                self._thread.start()
+
+    def cancel(self) -> None:
+        """Stop what plays."""
+        with self._changed:
+            self._wanted = None
+            self._cancelled.set()
+
+    def close(self) -> None:
+        """Stop and wait: the window closes."""
+        with self._changed:
+            self._is_open = False
+            self._wanted = None
+            self._cancelled.set()
+            self._changed.notify_all()
+        if self._thread is not None:
+            self._thread.join()
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                self._is_busy = self._wanted is not None
+                self._changed.wait_for(lambda: self._wanted is not None or not self._is_open)
+                if not self._is_open or self._wanted is None:
+                    return
+                plan, self._wanted = self._wanted, None
+                self._cancelled.clear()
+            self._play(plan)
+
+    def _play(self, plan: TrialPlan) -> None:
+        from studio.session.pipeline import CancelledError
+
+        try:
+            with tempfile.TemporaryDirectory(prefix="nexus-trial-") as folder:
+                path = Path(folder) / "trial.toml"
+                path.write_text(trial_text(plan), encoding="utf-8")
+                self._rehearse(plan, path)
+        except CancelledError:
+            return
+        except Exception as error:  # noqa: BLE001 - said beside the bars; the window goes on
+            self.results.put(TrialResult({}, 0.0, str(error) or type(error).__name__))
+
+    def _rehearse(self, plan: TrialPlan, path: Path) -> None:
+        from studio.evaluate.scores import ScoreBoard
+        from studio.session.methods import METHODS
+        from studio.session.session import SessionPlan, open_session
+
+        session = open_session(SessionPlan(plan.scene, str(path), plan.seed, methods=METHODS[:1]))
+        board = ScoreBoard(session.scene.objects)
+
+        def watch(output: SessionOutput) -> None:
+            truth = output.message.truth
+            if truth is None:
+                return
+            board.add(output.shown.objects, truth.recorded)
+            share = min(0.99, output.input.frame.t_ns / max(session.duration_ns, 1))
+            self.results.put(TrialResult(errors_of(board), share))
+
+        session.run(watch, cancelled=self._cancelled)
+        self.results.put(TrialResult(errors_of(board), 1.0))
+
+
+def trial_text(plan: TrialPlan) -> str:
+    """The scenario of a trial: its beginning, filmed with small lenses."""
+    from sim.scenario import parse_scenario
+
+    scenario = parse_scenario(plan.text, source="scenario")
+    text = with_duration(plan.text, min(plan.seconds, scenario.duration_s))
+    return with_camera(text, lens_size_px=min(LENS_PX, scenario.camera.lens_size_px))
+
+
+def errors_of(board: ScoreBoard) -> dict[str, ObjectError]:
+    """Mean errors by object: from when it moved if it did, else of all frames."""
+    from scenes.state import TrackState
+
+    found: dict[str, ObjectError] = {}
+    for object_id in board.object_ids():
+        samples = board.samples(object_id)
+        moved = [sample for sample in samples if sample.counted]
+        counted = moved or list(samples)
+        if not counted:
+            continue
+        count = len(counted)
+        lost = sum(sample.state is TrackState.LOST for sample in counted) / count
+        found[object_id] = ObjectError(
+            math.fsum(sample.error.world_cm for sample in counted) / count,
+            math.fsum(sample.error.yaw_deg for sample in counted) / count,
+            lost,
+            bool(moved),
+        )
+    return found
