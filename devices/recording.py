@@ -218,6 +218,85 @@ def read_recording(path: Path) -> Iterator[RecordedValue]:
         yield from _decoded(same_time, path)
 
 
+class RecordingReader:
+    """A whole recording that is read from any instant on. Use as a context manager.
+
+    Args:
+        path: an MCAP recording.
+
+    Raises:
+        RecordingError: the file is not a whole recording of ours.
+        OSError: it cannot be opened.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._file = path.open("rb")
+        try:
+            self._reader = _open_reader(path, self._file)
+            self.session = _session_of(self._reader, path)
+            self.span_ns = self._read_span()
+        except BaseException:
+            self._file.close()
+            raise
+
+    def _read_span(self) -> tuple[int, int] | None:
+        """Times of the first and the last message; None if there is none."""
+        try:
+            summary = self._reader.get_summary()
+        except _DAMAGE as error:
+            raise _damaged(self.path, error) from None
+        statistics = None if summary is None else summary.statistics
+        if statistics is None or not statistics.message_count:
+            return None
+        return statistics.message_start_time, statistics.message_end_time
+
+    def messages(
+        self, *, topic: str | None = None, from_ns: int | None = None, before_ns: int | None = None
+    ) -> Iterator[Encoded]:
+        """Messages in the order of `(t_ns, topic, seq)`, not decoded, a chunk at a time.
+
+        Args:
+            topic: only these; None for all.
+            from_ns: first time.
+            before_ns: the time after the last.
+
+        Raises:
+            RecordingError: the file is damaged.
+        """
+        same_time: list[Encoded] = []
+        found = _messages(self._reader, self.path, topic, from_ns, before_ns)
+        for encoded in found:
+            if same_time and encoded.t_ns != same_time[0].t_ns:
+                yield from sorted(same_time, key=_place)
+                same_time = []
+            same_time.append(encoded)
+        yield from sorted(same_time, key=_place)
+
+    def decoded(self, encoded: Encoded) -> RecordedValue:
+        """What a message says.
+
+        Raises:
+            RecordingError: it is damaged.
+        """
+        return next(_decoded([encoded], self.path))
+
+    def __enter__(self) -> RecordingReader:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+
+def _place(encoded: Encoded) -> tuple[int, str, int]:
+    """Where a message stands among those of a recording."""
+    return encoded.t_ns, encoded.topic, encoded.seq
+
+
 _DAMAGE = (
     McapError,
     struct.error,
@@ -274,11 +353,19 @@ def _session_of(reader: SeekingReader, path: Path) -> SessionInfo:
     raise RecordingError(f"{path}: an MCAP file, but not a GaussianNexus recording")
 
 
-def _messages(reader: SeekingReader, path: Path) -> Iterator[Encoded]:
+def _messages(
+    reader: SeekingReader,
+    path: Path,
+    topic: str | None = None,
+    from_ns: int | None = None,
+    before_ns: int | None = None,
+) -> Iterator[Encoded]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            for schema, channel, message in reader.iter_messages():
+            for schema, channel, message in reader.iter_messages(
+                topic, starting_at=from_ns, ending_before=before_ns
+            ):
                 yield Encoded(
                     channel.topic,
                     schema.name if isinstance(schema, Schema) else "",
@@ -291,7 +378,7 @@ def _messages(reader: SeekingReader, path: Path) -> Iterator[Encoded]:
 
 
 def _decoded(messages: list[Encoded], path: Path) -> Iterator[RecordedValue]:
-    for encoded in sorted(messages, key=lambda m: (m.t_ns, m.topic, m.seq)):
+    for encoded in sorted(messages, key=_place):
         try:
             value = decode_message(encoded)
         except (ValueError, KeyError, TypeError, AttributeError) as error:

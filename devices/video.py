@@ -137,6 +137,23 @@ class H264Decoder:
         Raises:
             ValueError: the bytes are not H.264; names the stream and the frame.
         """
+        picture = self._decoded(packet)
+        if picture is None:
+            return None
+        rgb = picture.reformat(
+            format="rgb24", src_colorspace=Colorspace.ITU709, src_color_range=ColorRange.MPEG
+        ).to_ndarray()
+        return cast("NDArray[np.uint8]", rgb)
+
+    def skip(self, packet: EncodedFrame) -> None:
+        """Take an access unit whose picture only those after it need: its colours are not made.
+
+        Raises:
+            ValueError: as `decode`.
+        """
+        self._decoded(packet)
+
+    def _decoded(self, packet: EncodedFrame) -> VideoFrame | None:
         if not self._started and not packet.keyframe:
             return None
         try:
@@ -147,13 +164,7 @@ class H264Decoder:
                 f"H.264 picture ({error.strerror or error})"
             ) from None
         self._started = True
-        picture = next((frame for frame in frames if not frame.is_corrupt), None)
-        if picture is None:
-            return None
-        rgb = picture.reformat(
-            format="rgb24", src_colorspace=Colorspace.ITU709, src_color_range=ColorRange.MPEG
-        ).to_ndarray()
-        return cast("NDArray[np.uint8]", rgb)
+        return next((frame for frame in frames if not frame.is_corrupt), None)
 
 
 def side_by_side(images: Sequence[NDArray[np.uint8]]) -> NDArray[np.uint8]:

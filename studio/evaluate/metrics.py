@@ -90,6 +90,32 @@ def pose_error(
     )
 
 
+def pose_errors(
+    estimated: NDArray[np.float64], true: NDArray[np.float64], *, symmetry: int = 1
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Distances and yaw errors of many poses at once: as `pose_error` gives them one by one.
+
+    Args:
+        estimated: (N, 12), nine row-major numbers of the rotation and three of the place in metres.
+        true: (N, 12), likewise.
+        symmetry: see `pose_error`.
+
+    Returns:
+        (N,) distances in cm and (N,) yaw errors in degrees.
+    """
+    world_cm = 100.0 * np.linalg.norm(estimated[:, 9:12] - true[:, 9:12], axis=1)
+    if symmetry == ROUND:
+        return world_cm, np.zeros(len(world_cm))
+    turn = 2.0 * math.pi / symmetry
+    difference = (_yaws(estimated) - _yaws(true)) % turn
+    return world_cm, np.degrees(np.minimum(difference, turn - difference))
+
+
+def _yaws(poses: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N,) radians of (N, 12) poses, see `Pose.yaw`."""
+    return np.arctan2(poses[:, 3] - poses[:, 1], poses[:, 0] + poses[:, 4])
+
+
 def spread(values: Sequence[float] | NDArray[np.float64]) -> Spread:
     """Summarise values.
 

@@ -1,0 +1,1 @@
+"""Recorded sessions: any instant of them, errors over time, forks and comparisons."""

@@ -1,0 +1,83 @@
+"""What a fork from the timeline plays, and the comparison of two runs: work for a thread."""
+
+from __future__ import annotations
+
+import tempfile
+import threading
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from studio.app.model.document import Document
+from studio.app.timeline.task import Report, Task
+
+if TYPE_CHECKING:  # what a session needs takes a second to import
+    from studio.compare.comparison import Comparison
+    from studio.session.session import SessionPlan
+
+TOLERANCE = 0.1
+"""Share by which a figure of B may be worse than A's: what `nexus compare` takes, too."""
+
+
+def planning_fork(
+    recording: Path, *, at_s: float, document: Document, out: Path
+) -> Task[SessionPlan]:
+    """Begin to plan a session that goes on from an instant with the document's scenario.
+
+    Args:
+        recording: of an exact rehearsal, or of a fork of one.
+        at_s: the instant, seconds of the session.
+        document: whose scenario is followed from then on; without one the session goes on
+            unchanged.
+        out: folder that the results will go to.
+    """
+
+    def work(_report: Report, _cancelled: threading.Event) -> SessionPlan:
+        from studio.session.fork import open_fork
+        from studio.session.outputs import check_target
+        from studio.session.session import SessionPlan
+
+        check_target(out)
+        if recording.resolve().parent == out.resolve():
+            raise ValueError(f"{out}: holds the recording that is forked; choose another folder")
+        with tempfile.TemporaryDirectory() as folder:
+            scenario = document.scenario_name or None
+            if document.scenario:
+                file = Path(folder) / f"{scenario or 'scenario'}.toml"
+                file.write_text(document.scenario, encoding="utf-8")
+                scenario = str(file)
+            fork = open_fork(recording, at_s=at_s, scenario=scenario)
+        info = fork.info
+        assert info.seed is not None
+        return SessionPlan(scene=info.scene, seed=info.seed, methods=info.methods, fork=fork)
+
+    return Task("planning a fork", work)
+
+
+def comparing(a: Path, b: Path) -> Task[Comparison]:
+    """Begin to compare two folders of rehearsals or forks."""
+
+    def work(_report: Report, _cancelled: threading.Event) -> Comparison:
+        from studio.compare.comparison import read_comparison
+        from studio.compare.run import what_is_missing
+
+        for folder in (a, b):
+            missing = what_is_missing(folder)
+            if missing is not None:
+                raise ValueError(missing)
+        return read_comparison(a, b, tolerance=TOLERANCE)
+
+    return Task("comparing", work)
+
+
+def writing_page(comparison: Comparison) -> Task[Path]:
+    """Begin to write the comparison's page beside B's folder; the result is its path."""
+
+    def work(_report: Report, _cancelled: threading.Event) -> Path:
+        from studio.compare.page import write_comparison
+
+        folder = comparison.b.folder
+        path = folder.with_name(f"{folder.name}-compared.html").absolute()
+        write_comparison(comparison, path)
+        return path
+
+    return Task("writing a page", work)

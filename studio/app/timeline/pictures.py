@@ -1,0 +1,166 @@
+"""The camera's picture at any instant of a recording, decoded on a thread."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.messages import EncodedFrame
+from devices.recording import RecordingReader
+from devices.streams import Slot, StreamClosedError
+from devices.video import H264Decoder, split_lenses
+from studio.app.timeline.index import Packets, RecordingIndex
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PictureAt:
+    """The front lens's picture at an instant.
+
+    Attributes:
+        asked_ns: the time that was asked for.
+        t_ns: when it was taken.
+        picture: (H, W, 3) RGB.
+    """
+
+    asked_ns: int
+    t_ns: int
+    picture: NDArray[np.uint8]
+
+
+class PictureReader:
+    """Decodes single pictures of a recording, from the keyframe before each; one thread's.
+
+    Going on within the same group of pictures takes only the packets in between.
+
+    Args:
+        path: the recording.
+        packets: where its pictures are.
+        lenses: how many are side by side.
+
+    Raises:
+        RecordingError, OSError: as `RecordingReader`.
+    """
+
+    def __init__(self, path: Path, packets: Packets, *, lenses: int) -> None:
+        self._reader = RecordingReader(path)
+        self._packets = packets
+        self._lenses = lenses
+        self._decoder = H264Decoder()
+        self._first = self._done = -1
+        """Packets that the decoder has taken: the keyframe and the last."""
+        self._shown: PictureAt | None = None
+
+    def close(self) -> None:
+        """Close the file."""
+        self._reader.close()
+
+    def picture_at(
+        self, t_ns: int, *, is_stale: Callable[[], bool] = lambda: False
+    ) -> PictureAt | None:
+        """The newest picture at or before a time; None if there is none or it became stale.
+
+        Args:
+            t_ns: the time.
+            is_stale: asked between packets; once it says yes, the rest is not decoded.
+
+        Raises:
+            RecordingError, ValueError: the recording is damaged there.
+        """
+        needed = self._packets.needed(t_ns)
+        if needed is None:
+            return None
+        first, last = needed
+        if self._shown is not None and (first, last) == (self._first, self._done):
+            return PictureAt(t_ns, self._shown.t_ns, self._shown.picture)
+        if first != self._first or last <= self._done:
+            self._decoder = H264Decoder()
+            self._first, self._done = first, first - 1
+        self._shown = None
+        try:
+            self._shown = self._decoded(last, t_ns, is_stale)
+        except ValueError:
+            self._first = self._done = -1
+            raise
+        return self._shown
+
+    def _decoded(self, last: int, asked_ns: int, is_stale: Callable[[], bool]) -> PictureAt | None:
+        """Decode on from the packet after the last one that was."""
+        times = self._packets.t_ns
+        found = self._reader.messages(
+            topic=self._packets.topic,
+            from_ns=int(times[self._done + 1]),
+            before_ns=int(times[last]) + 1,
+        )
+        shown: PictureAt | None = None
+        for encoded in found:
+            packet = self._reader.decoded(encoded)
+            assert isinstance(packet, EncodedFrame)
+            self._done += 1
+            if self._done < last:
+                self._decoder.skip(packet)
+                if is_stale():
+                    return None
+                continue
+            whole = self._decoder.decode(packet)
+            if whole is not None:
+                front = split_lenses(whole, self._lenses)[0]
+                shown = PictureAt(asked_ns, packet.t_ns, front)
+        return shown
+
+
+class PictureThread:
+    """Decodes what was asked for last; older requests that it did not get to are dropped.
+
+    Args:
+        index: of the recording.
+    """
+
+    def __init__(self, index: RecordingIndex) -> None:
+        self.pictures: Slot[PictureAt] = Slot()
+        self.problems: Slot[str] = Slot()
+        self._index = index
+        self._wanted: Slot[int] = Slot()
+        self._newer = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="pictures", daemon=True)
+        self._thread.start()
+
+    def ask(self, t_ns: int) -> None:
+        """Want the picture at a time, and none that was asked for before."""
+        self._newer.set()
+        with suppress(StreamClosedError):
+            self._wanted.put(t_ns)
+
+    def stop(self) -> None:
+        """End; waits for the packet that is being decoded."""
+        self._newer.set()
+        self._wanted.close()
+        self._thread.join()
+
+    def _run(self) -> None:
+        packets = self._index.packets
+        if packets is None:
+            return
+        try:
+            lenses = len(self._index.session.rig.lenses)
+            reader = PictureReader(self._index.path, packets, lenses=lenses)
+        except (ValueError, OSError) as error:
+            self.problems.put(str(error))
+            return
+        try:
+            while (t_ns := self._wanted.take(timeout_s=None)) is not None:
+                self._newer.clear()
+                try:
+                    picture = reader.picture_at(t_ns, is_stale=self._newer.is_set)
+                except (ValueError, OSError) as error:
+                    self.problems.put(str(error))
+                    continue
+                if picture is not None:
+                    self.pictures.put(picture)
+        finally:
+            reader.close()
