@@ -46,8 +46,10 @@ class Inspector(QWidget):
         ]
         self.yaw = _spin("", "°", TURN_STEP_DEG, 1, 180.0, self._turn)
         self.yaw.setWrapping(True)
-        self.size = [_spin(f"{axis} ", " m", SIZE_STEP_M, 3, 20.0, self._resize) for axis in "xyz"]
-        for spin in self.size:
+        self.extent = [
+            _spin(f"{axis} ", " m", SIZE_STEP_M, 3, 20.0, self._resize) for axis in "xyz"
+        ]
+        for spin in self.extent:
             spin.setMinimum(0.01)
         self.state, self.mass, self.sigma = QLabel(), QLabel(), QLabel()
         self.sigma.setWordWrap(True)
@@ -59,7 +61,7 @@ class Inspector(QWidget):
         form.setVerticalSpacing(4)
         form.addRow("Name", self.name)
         form.addRow("State", self.state)
-        for title, spins in (("Place", self.place), ("Heading", [self.yaw]), ("Size", self.size)):
+        for title, spins in (("Place", self.place), ("Heading", [self.yaw]), ("Size", self.extent)):
             for index, spin in enumerate(spins):
                 form.addRow("" if index else title, spin)
         form.addRow("Mass", self.mass)
@@ -80,7 +82,7 @@ class Inspector(QWidget):
             self.state.setText("")
             self.mass.setText("")
             self.sigma.setText("")
-            for spin in (*self.place, self.yaw, *self.size):
+            for spin in (*self.place, self.yaw, *self.extent):
                 _set_value(spin, 0.0)
             return
         if not self.name.hasFocus():
@@ -92,7 +94,7 @@ class Inspector(QWidget):
             spin.setEnabled(is_by_hand)
         _set_value(self.yaw, item.yaw_deg or 0.0)
         self.yaw.setEnabled(item.yaw_deg is not None and is_by_hand)
-        for spin, side in zip(self.size, item.size_m or (0.0, 0.0, 0.0), strict=True):
+        for spin, side in zip(self.extent, item.size_m or (0.0, 0.0, 0.0), strict=True):
             _set_value(spin, side)
             spin.setEnabled(item.kind is ItemKind.PRIMITIVE)
         about = "about " if item.kind is ItemKind.OBJECT else ""
@@ -114,7 +116,7 @@ class Inspector(QWidget):
 
     def _resize(self) -> None:
         if self._item is not None:
-            size = [round(spin.value(), 4) for spin in self.size]
+            size = [round(spin.value(), 4) for spin in self.extent]
             self._bench.do("twin.resize", item=self._item.item_id, size=size)
 
     def _rename(self) -> None:

@@ -40,8 +40,8 @@ class TwinEditing:
 
     def move(self, item: str = "", place: Point | None = None) -> None:
         """Put an item at a place (x, y, z), metres."""
-        item, place = self._item(item), _given(place, "twin.move", "place = [x, y, z] in m")
-        self._change(f"Move {item}", edits.moved(self._document, self.scanned, item, place))
+        item, to = self._item(item), _given(place, "twin.move", "place = [x, y, z] in m")
+        self._change(f"Move {item}", edits.moved(self._document, self.scanned, item, to))
 
     def turn(self, item: str = "", yaw_deg: float | None = None) -> None:
         """Turn an item to a heading, degrees."""
