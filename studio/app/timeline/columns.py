@@ -101,9 +101,7 @@ def track_row(track: TrackedObject) -> list[float]:
         ValueError: its covariance is not (4, 4).
     """
     if track.covariance.shape != (4, 4):
-        raise ValueError(
-            f"{track.object_id}: covariance {track.covariance.shape}, wanted (4, 4)"
-        )
+        raise ValueError(f"{track.object_id}: covariance {track.covariance.shape}, wanted (4, 4)")
     return [
         *pose_row(track.world_from_object),
         *track.covariance.ravel().tolist(),

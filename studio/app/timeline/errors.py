@@ -49,9 +49,7 @@ def symmetries(objects: Iterable[ObjectModel]) -> Mapping[str, int]:
     return {item.object_id: SYMMETRY_OF_KIND.get(item.kind, 1) for item in objects}
 
 
-def error_curves(
-    index: RecordingIndex, symmetry_of: Mapping[str, int]
-) -> Mapping[str, ErrorCurve]:
+def error_curves(index: RecordingIndex, symmetry_of: Mapping[str, int]) -> Mapping[str, ErrorCurve]:
     """Errors by object id, of those that have a true pose.
 
     Args:
@@ -77,11 +75,11 @@ def error_curves(
     return curves
 
 
-def first_failure(
-    index: RecordingIndex, curves: Mapping[str, ErrorCurve]
-) -> Failure | None:
-    """The first frame in which an object that has moved is off by more than the paper's mean
-    error, or in which any object is lost; None if there is none."""
+def first_failure(index: RecordingIndex, curves: Mapping[str, ErrorCurve]) -> Failure | None:
+    """The first frame that fails; None if none does.
+
+    It fails if an object that has moved is off by more than the paper's mean error, or one is lost.
+    """
     found: list[Failure] = []
     lost = STATES.index(TrackState.LOST)
     for object_id, tracks in index.tracks.items():

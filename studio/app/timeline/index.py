@@ -135,9 +135,7 @@ class RecordingIndex:
         for object_id, rows in self.tracks.items():
             number = rows.newest(t_ns)
             if number >= 0:
-                found[object_id] = track_of_row(
-                    object_id, int(rows.t_ns[number]), rows.row(number)
-                )
+                found[object_id] = track_of_row(object_id, int(rows.t_ns[number]), rows.row(number))
         return found
 
     def _people(self, t_ns: int) -> dict[str, Avatar]:

@@ -76,9 +76,7 @@ def open_recording(index: RecordingIndex, scene: ScenePackage | None) -> OpenRec
     curves = error_curves(index, symmetries(objects))
     return OpenRecording(
         index=index,
-        states={
-            key: state_spans(rows, end_ns=index.end_ns) for key, rows in index.tracks.items()
-        },
+        states={key: state_spans(rows, end_ns=index.end_ns) for key, rows in index.tracks.items()},
         faults=fault_spans(index),
         curves=curves,
         failure=first_failure(index, curves),
