@@ -76,8 +76,10 @@ def error_curves(index: RecordingIndex, symmetry_of: Mapping[str, int]) -> Mappi
 
 
 def first_failure(index: RecordingIndex, curves: Mapping[str, ErrorCurve]) -> Failure | None:
-    """The first frame in which an object that has moved is off by more than the paper's mean
-    error, or in which any object is lost; None if there is none."""
+    """The first frame that fails; None if none does.
+
+    It fails if an object that has moved is off by more than the paper's mean error, or one is lost.
+    """
     found: list[Failure] = []
     lost = STATES.index(TrackState.LOST)
     for object_id, tracks in index.tracks.items():

@@ -76,8 +76,7 @@ class Playback:
         self._is_playing = False
 
     def seek(self, t_ns: int) -> None:
-        """Go to an instant of the recording, the nearest one if it is outside; plays on if it
-        played."""
+        """Go to an instant, or the nearest one of the recording; plays on if it played."""
         self._set(min(max(t_ns, self._start_ns), self._end_ns))
 
     def step(self, frames: int) -> None:

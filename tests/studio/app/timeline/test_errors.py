@@ -16,6 +16,7 @@ SCENARIO = """room = "lab"
 duration_s = 1.2
 [faults]
 [[faults.blur]]
+px = 4.0
 from_s = 0.3
 to_s = 0.6
 """

@@ -1,0 +1,40 @@
+"""What the timeline says of the instant under the mouse, in words and units."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from studio.app.model.document import Marker
+from studio.app.timeline.columns import STATE, STATES, last_at
+from studio.app.timeline.opening import OpenRecording
+
+NEAR_NS = 150_000_000
+"""Events and markers as near as this are named: one or two frames of a slow camera."""
+
+
+def read_out(shown: OpenRecording, t_ns: int, object_id: str, markers: Sequence[Marker]) -> str:
+    """One line.
+
+    Args:
+        shown: the recording.
+        t_ns: the instant.
+        object_id: of the row under the mouse, or empty.
+        markers: the document's.
+    """
+    words = [f"{t_ns / 1e9:8.3f} s"]
+    tracks = shown.index.tracks.get(object_id)
+    number = -1 if tracks is None else tracks.newest(t_ns)
+    if tracks is not None and number >= 0:
+        words.append(f"{object_id} {STATES[int(tracks.row(number)[STATE])]}")
+    curve = shown.curves.get(object_id)
+    at = -1 if curve is None else last_at(curve.t_ns, t_ns)
+    if curve is not None and at >= 0:
+        words.append(f"{curve.world_cm[at]:5.1f} cm {curve.yaw_deg[at]:5.1f}°")
+    words += [
+        f"fault {span.name} {span.largest:g}"
+        for span in shown.faults
+        if span.from_ns <= t_ns < span.to_ns
+    ]
+    words += [m.text for m in markers if abs(m.t_ns - t_ns) <= NEAR_NS]
+    near = [e.text for e in shown.index.events if abs(e.t_ns - t_ns) <= NEAR_NS]
+    return "   ".join([*words, *near[:2]])

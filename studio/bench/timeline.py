@@ -1,0 +1,107 @@
+"""How long it takes to go to any instant of a long recording."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from devices.messages import Event
+from devices.recording import Recorder
+from devices.recording_codec import (
+    FrameStamp,
+    RecordedAvatar,
+    RecordedTrack,
+    RecordedTruth,
+)
+from devices.session_info import SessionInfo
+from devices.video import H264Encoder
+from scenes.cameras import Fisheye, Rig
+from scenes.frames import FRONT_FROM_BACK_LENS
+from scenes.pose import Pose
+from scenes.state import Avatar, TrackedObject, TrackState
+from studio.console.rows import Row, at_most
+
+DURATION_S, FPS, LENS_PX, BITRATE = 300.0, 10.0, 1440, 24_000_000
+"""Of the recording: five minutes with the camera of a scenario that says nothing of it."""
+
+OBJECTS = tuple(f"object-{number}" for number in range(5))
+SEEKS = 60
+"""Instants that are gone to, at random with `SEED`."""
+
+SEED = 3
+BAR_MS = 200.0
+"""A seek's state and picture together."""
+
+
+def write_recording(path: Path, *, duration_s: float = DURATION_S, lens_px: int = LENS_PX) -> None:
+    """A synthetic recording: moving noise in the pictures, objects and people that turn.
+
+    Args:
+        path: of the file.
+        duration_s: how long it is.
+        lens_px: side of each of its two lenses' pictures.
+    """
+    lens = Fisheye.from_fov(lens_px, np.radians(200))
+    rig = Rig((lens, lens), (Pose.identity(), FRONT_FROM_BACK_LENS))
+    info = SessionInfo("none", "0", 0, "", "", "exact", ("own",), {}, rig, FPS)
+    encoder = H264Encoder(2 * lens_px, lens_px, FPS, BITRATE)
+    coarse = np.random.default_rng(SEED).integers(0, 256, (lens_px // 8, lens_px // 4, 3))
+    picture = np.kron(coarse, np.ones((8, 8, 1))).astype(np.uint8)
+    hand = np.random.default_rng(SEED).normal(size=(21, 3))
+    with Recorder(path, info) as recorder:
+        for seq in range(round(duration_s * FPS)):
+            t_ns = round(seq * 1e9 / FPS)
+            recorder.write(FrameStamp("camera-360", seq, t_ns, t_ns, Pose.identity()))
+            moved = np.roll(picture, 3 * seq, axis=1)
+            recorder.write(encoder.encode(moved, seq, t_ns)[0])
+            pose = Pose.from_yaw(0.01 * seq, (0.001 * seq, 0.0, 0.0))
+            true = dict.fromkeys(OBJECTS, pose)
+            visible = dict.fromkeys(OBJECTS, 1.0)
+            moved_ids = frozenset(OBJECTS)
+            recorder.write(RecordedTruth(seq, t_ns, true, visible, moved_ids, Pose.identity()))
+            for object_id in OBJECTS:
+                state = tuple(TrackState)[seq // 40 % 4]
+                track = TrackedObject(object_id, t_ns, pose, np.eye(4) * 1e-4, 1.0, state, 0.9, seq)
+                recorder.write(RecordedTrack("own", track))
+            for user_id in ("ana", "maya"):
+                avatar = Avatar(user_id, "local", pose, (hand, hand))
+                recorder.write(RecordedAvatar(t_ns, avatar))
+            if seq % 100 == 0:
+                recorder.write(Event(t_ns, "ana", "push", f"push {seq}"))
+
+
+def measure_seeks(
+    span_ns: tuple[int, int],
+    *,
+    state_at: Callable[[int], object],
+    picture_at: Callable[[int], object],
+    seeks: int = SEEKS,
+) -> list[Row]:
+    """Go to instants at random.
+
+    Args:
+        span_ns: first and last time of the recording.
+        state_at: makes the room at a time.
+        picture_at: decodes the camera's picture at a time.
+        seeks: how many.
+    """
+    times = np.random.default_rng(SEED).integers(span_ns[0], span_ns[1], seeks, endpoint=True)
+    parts: list[tuple[float, float]] = []
+    for t_ns in times.tolist():
+        begin = time.perf_counter()
+        state_at(t_ns)
+        middle = time.perf_counter()
+        picture_at(t_ns)
+        parts.append((middle - begin, time.perf_counter() - middle))
+    taken_ms = 1e3 * np.array(parts)
+    state_ms, picture_ms = np.percentile(taken_ms, 95, axis=0)
+    whole_ms = float(np.percentile(taken_ms.sum(axis=1), 95))
+    return [
+        Row("studio.seek.state_ms.p95", float(state_ms), "ms"),
+        Row("studio.seek.picture_ms.p50", float(np.median(taken_ms[:, 1])), "ms"),
+        Row("studio.seek.picture_ms.p95", float(picture_ms), "ms"),
+        at_most("studio.seek_ms.p95", whole_ms, "ms", bar=BAR_MS),
+    ]

@@ -1,0 +1,159 @@
+import json
+import shutil
+import time
+
+import numpy as np
+import pytest
+
+from devices.recording import Recorder, read_session
+from devices.replay import ReplayCamera
+from studio.app.model.document import Document
+from studio.app.model.settings import Settings
+from studio.app.model.workbench import Workbench
+from studio.console.display import why_no_window
+from studio.console.rows import Row, as_json
+
+WHY_NOT = why_no_window()
+pytestmark = [
+    pytest.mark.gui,
+    pytest.mark.skipif(WHY_NOT is not None, reason=f"no window here: {WHY_NOT}"),
+]
+
+
+@pytest.fixture
+def until(qapp):
+    def wait(condition, limit_s=30):
+        deadline = time.monotonic() + limit_s
+        while not condition():
+            assert time.monotonic() < deadline, f"not there in {limit_s} s"
+            qapp.processEvents()
+            time.sleep(0.002)
+
+    return wait
+
+
+@pytest.fixture
+def bench(qapp, tiny):
+    from studio.app.shell.history import QtHistory
+
+    made = Workbench(Document("tiny"), Settings(), QtHistory(lambda d: made.show_document(d)))
+    made.show_scene(tiny.scene)
+    return made
+
+
+@pytest.fixture
+def dock(bench):
+    from studio.app.timeline.dock import TimelineDock
+
+    made = TimelineDock(bench)
+    made.resize(1000, 320)
+    made.show()
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def opened(dock, bench, recording, until):
+    assert bench.do("timeline.open", path=str(recording))
+    until(lambda: dock.playback is not None)
+    return dock
+
+
+def test_a_seek_shows_the_room_and_the_picture_of_that_instant(opened, bench, recording, until):
+    frames = list(ReplayCamera(recording).frames())
+    assert bench.do("timeline.seek", t_s=0.75)
+    assert bench.state.objects["chair-1"].source_seq == 7
+    until(lambda: np.array_equal(bench.camera_picture, frames[7].images[0]))
+
+
+def test_it_plays_to_the_end_and_steps(opened, bench, until):
+    bench.do("timeline.faster")
+    bench.do("timeline.play")
+    until(lambda: not opened.playback.is_playing and opened.playback.t_ns > 0)
+    bench.do("timeline.step_back")
+    until(lambda: bench.state.objects["chair-1"].source_seq == 10)
+
+
+def test_a_mark_is_one_step_of_undo_and_can_be_reached(opened, bench):
+    bench.do("timeline.mark", text="here", t_s=0.5)
+    assert [m.text for m in bench.document.markers] == ["here"]
+    bench.do("timeline.next")
+    assert opened.playback.t_ns == 300_000_000  # the push
+    bench.do("timeline.next")
+    assert opened.playback.t_ns == 500_000_000
+    bench.history.undo()
+    assert not bench.document.markers
+
+
+def test_a_drag_scrubs(opened, bench, qtbot):
+    from PySide6.QtCore import QPoint, Qt
+
+    tracks = opened.tracks
+    x = round(tracks.x_of(650_000_000))
+    qtbot.mousePress(tracks, Qt.MouseButton.LeftButton, pos=QPoint(x, 10))
+    qtbot.mouseRelease(tracks, Qt.MouseButton.LeftButton, pos=QPoint(x, 10))
+    assert bench.state.objects["chair-1"].source_seq == 6
+    assert "timeline.seek" in bench.trace()[-1]
+
+
+def test_what_is_under_the_mouse_is_read_out(opened):
+    opened._on_hover(650_000_000, "chair-1")
+    text = opened.read_out.text()
+    assert "chair-1 occluded" in text
+    assert "3.0 cm" in text
+
+
+def test_a_damaged_recording_leaves_a_message(dock, bench, recording, tmp_path, until):
+    damaged = tmp_path / "cut.mcap"
+    damaged.write_bytes(recording.read_bytes()[:5000])
+    bench.do("timeline.open", path=str(damaged))
+    until(lambda: bench.recording is None)
+    assert "cut off" in bench.log.lines()[-1].text
+    assert dock.playback is None
+
+
+def test_an_empty_recording_leaves_a_message(dock, bench, recording, tmp_path, until):
+    path = tmp_path / "empty.mcap"
+    with Recorder(path, read_session(recording)):
+        pass
+    bench.do("timeline.open", path=str(path))
+    until(lambda: bench.recording is None)
+    assert "empty recording" in bench.log.lines()[-1].text
+
+
+def test_a_foreign_recording_is_shown_and_says_so(dock, bench, recording, tiny, until):
+    from dataclasses import replace
+
+    bench.show_scene(replace(tiny.scene, name="other", objects=()))
+    bench.do("timeline.open", path=str(recording))
+    until(lambda: dock.playback is not None)
+    assert any("recorded in scene 'tiny'" in line.text for line in bench.log.lines())
+    assert set(bench.state.objects) <= {"chair-1", "stool-1"}
+
+
+def test_a_fork_of_what_cannot_be_forked_is_a_message(opened, bench):
+    assert not bench.do("timeline.fork", t_s=0.5)
+    assert "fork" in bench.log.lines()[-1].text
+
+
+def test_two_runs_are_compared_in_a_table(
+    opened, bench, recording, tmp_path, until, monkeypatch, tiny
+):
+    monkeypatch.setattr("studio.compare.comparison.recorded_scene", lambda info: tiny.scene)
+    for name, error_cm in (("a", 3.0), ("b", 9.0)):
+        folder = tmp_path / name
+        folder.mkdir()
+        shutil.copy(recording, folder / "recording.mcap")
+        rows = [Row("chair.world_cm", error_cm, "cm")]
+        (folder / "report.json").write_text(json.dumps(as_json("rehearse", rows, 0)))
+    bench.do("timeline.compare", a=str(tmp_path / "a"), b=str(tmp_path / "b"))
+    until(lambda: opened.comparison is not None or bench.log.lines()[-1:])
+    model = opened.view.table.model()
+    cells = [model.index(0, column).data() for column in range(model.columnCount())]
+    assert cells == ["chair.world_cm", "3.000", "9.000", "+6.000", "cm", "✖ worse"]
+
+
+def test_what_cannot_be_compared_is_a_message(dock, bench, tmp_path, until):
+    bench.do("timeline.compare", a=str(tmp_path), b=str(tmp_path / "none"))
+    until(lambda: bench.log.lines())
+    assert "report.json" in bench.log.lines()[-1].text
