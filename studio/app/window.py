@@ -53,8 +53,9 @@ def make_window(
     history = make_history(lambda: made[0])
     bench = Workbench(document, settings, history)
     made.append(bench)
-    bench.session = SessionRun(bench, out=rehearse_to, scenarios=home / "scenarios")
-    window = MainWindow(bench, bench.session, home=home, make_view=_make_view, plugins=plugins)
+    run = SessionRun(bench, out=rehearse_to, scenarios=home / "scenarios")
+    bench.session = run
+    window = MainWindow(bench, run, home=home, make_view=_make_view, plugins=plugins)
     if problem:
         bench.say("warning", problem)
     return window

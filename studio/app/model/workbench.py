@@ -27,7 +27,7 @@ from studio.app.model.settings import Settings
 if TYPE_CHECKING:
     from scenes.package import ScenePackage
     from studio.app.model.grabbing import Grabbing
-    from studio.app.model.session_run import SessionRun
+    from studio.app.model.sessions import Sessions
     from studio.view.surface_drawing import LivePicture
 
 TRACE = 2000
@@ -78,7 +78,7 @@ class Workbench:
         """What live surfaces show in the state that is shown."""
         self.camera_picture: NDArray[np.uint8] | None = None
         """(H, W, 3) RGB of the 360° camera's front lens at that instant."""
-        self.session: SessionRun | None = None
+        self.session: Sessions | None = None
         """Opens scenes and plays sessions; there from the time the window is."""
         self.grabbing: Grabbing | None = None
         """Moves objects by physics; there from the time the twin's dock is."""

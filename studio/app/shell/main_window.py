@@ -74,7 +74,7 @@ class MainWindow(QMainWindow):
         self._contents: dict[str, QWidget] = {}
         self.view: QWidget | None = None
         self.setAcceptDrops(True)
-        self.resize(1320, 820)
+        self.resize(1380, 860)
         self.setMinimumSize(860, 560)
         self.notice = Notice()
         middle = QWidget()
@@ -136,7 +136,7 @@ class MainWindow(QMainWindow):
             first.setAsCurrentTab()
         for dock_id in CLOSED_AT_FIRST:
             made[dock_id].toggleView(False)
-        manager.setSplitterSizes(areas["left"], [260, 700, 360])
+        manager.setSplitterSizes(areas["left"], [260, 620, 440])
         manager.setSplitterSizes(areas["centre"], [560, 240])
         return manager, made
 
@@ -242,6 +242,9 @@ class MainWindow(QMainWindow):
         self.menus.colour(theme.text)
         for dock in DOCKS:
             self.docks[dock.id].setIcon(qtawesome.icon(dock.icon, color=theme.faint))
+            # The docks' library colours its tabs by itself, unreadably in a dark theme.
+            for label in self.docks[dock.id].tabWidget().findChildren(QLabel):
+                label.setStyleSheet(f"color: {theme.text}")
 
     def _poll(self) -> None:
         self.run.poll()

@@ -188,6 +188,7 @@ def _actor(shape: Shape) -> Any:
         source = _source(shape)  # a port does not keep what it belongs to
         mapper.SetInputConnection(source.GetOutputPort())
         look.SetOpacity(shape.opacity)
+        look.SetBackfaceCulling(int(shape.form != "cone"))  # else a glass ball is two layers deep
         look.SetAmbient(0.25)
         look.SetDiffuse(0.8)
         look.SetColor(*shape.colour)

@@ -7,25 +7,51 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from scenes.pose import Pose
 from studio.app.model.actions import Action
+from studio.app.model.workbench import Workbench
 from studio.app.viewport.tools import Tool
-from studio.app.viewport.view import move_item
+from studio.app.viewport.view import TwinView, move_item
 from studio.app.viewport.viewer import MODES
 
-if TYPE_CHECKING:
-    from studio.app.viewport.view_grid import ViewGrid
+
+class Picture(Protocol):
+    """The small picture in the corner."""
+
+    source: str
+
+    def show_source(self, source: str) -> None:
+        """Show what a camera, avatar or object sees."""
+        ...
 
 
-def add_view_actions(grid: ViewGrid) -> None:
+class Views(Protocol):
+    """What these actions need of the views."""
+
+    bench: Workbench
+    views: list[TwinView]
+    active: TwinView
+    is_linked: bool
+
+    @property
+    def inset(self) -> Picture:
+        """The small picture in the corner."""
+        ...
+
+    def set_count(self, count: int) -> None:
+        """Show so many views."""
+        ...
+
+
+def add_view_actions(grid: Views) -> None:
     """Add what concerns the view in hand."""
     for action in [*_moving(grid), *_tools(grid), *_drawn(grid), *_pictures(grid)]:
         grid.bench.actions.add(action)
 
 
-def _moving(grid: ViewGrid) -> list[Action]:
+def _moving(grid: Views) -> list[Action]:
     def mode(name: str = "") -> None:
         viewer = grid.active.viewer
         if not name and viewer is not None:
@@ -109,7 +135,7 @@ def _moving(grid: ViewGrid) -> list[Action]:
     ]
 
 
-def _tools(grid: ViewGrid) -> list[Action]:
+def _tools(grid: Views) -> list[Action]:
     def take(tool: Tool) -> Callable[[], None]:
         return lambda: grid.active.take(tool)
 
@@ -149,7 +175,7 @@ def _tools(grid: ViewGrid) -> list[Action]:
     ]
 
 
-def _drawn(grid: ViewGrid) -> list[Action]:
+def _drawn(grid: Views) -> list[Action]:
     def toggle(name: str) -> None:
         for view in grid.views:
             view.shown = replace(view.shown, **{name: not getattr(view.shown, name)})
@@ -170,7 +196,7 @@ def _drawn(grid: ViewGrid) -> list[Action]:
     ]
 
 
-def _pictures(grid: ViewGrid) -> list[Action]:
+def _pictures(grid: Views) -> list[Action]:
     def picture(path: str = "view.png") -> None:
         target = Path(path)
         target.parent.mkdir(parents=True, exist_ok=True)

@@ -33,13 +33,18 @@ class ViewGrid(QWidget):
         self.bench = bench
         self.views: list[TwinView] = []
         self.is_linked = False
-        self.inset = Inset(bench, self)
+        self._inset = Inset(bench, self)
         self._layout = QGridLayout(self)
         self._layout.setContentsMargins(0, 0, 0, 0)
         self._layout.setSpacing(2)
         self.active: TwinView
         self.set_count(1)
         add_view_actions(self)
+
+    @property
+    def inset(self) -> Inset:
+        """The small picture in the corner."""
+        return self._inset
 
     def set_count(self, count: int) -> None:
         """Show so many views.

@@ -1,0 +1,46 @@
+"""What docks may ask of whatever plays the sessions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+from studio.app.model.scene_job import SceneJob
+
+if TYPE_CHECKING:
+    from studio.session.session import SessionOutput
+
+
+class Sessions(Protocol):
+    """Opens scenes and plays sessions, one at a time; `SessionRun` is the one there is."""
+
+    output: SessionOutput | None
+    line: str
+
+    @property
+    def job(self) -> SceneJob | None:
+        """What runs or ran last."""
+        ...
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether a scene is being opened or a session is playing."""
+        ...
+
+    @property
+    def is_playing(self) -> bool:
+        """Whether a session is playing."""
+        ...
+
+    @property
+    def report(self) -> Path | None:
+        """Folder of the last rehearsal that ended here, or None."""
+        ...
+
+    def play(self, job: SceneJob) -> None:
+        """Play a session that somebody has planned."""
+        ...
+
+    def stop(self) -> None:
+        """Ask what runs to stop."""
+        ...
