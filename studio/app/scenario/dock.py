@@ -90,9 +90,9 @@ class ScenarioDock(QWidget):
         layout.addWidget(self._discard)
         self.tabs = QTabWidget()
         self.tabs.setDocumentMode(True)
-        self.tabs.addTab(self._make_floor(), "Floor")
-        self.tabs.addTab(self._make_actions(), "Actions")
-        self.tabs.addTab(self.knobs, "Faults")
+        self._pages = (self._make_floor(), self._make_actions(), self.knobs)
+        for title, page in zip(("Floor", "Actions", "Faults"), self._pages, strict=True):
+            self.tabs.addTab(page, title)
         self.tabs.addTab(self.text, "Text")
         self.tabs.currentChanged.connect(lambda _: self._refresh())
         layout.addWidget(self.tabs, 1)
@@ -228,8 +228,8 @@ class ScenarioDock(QWidget):
         self.problem.setText(f"✖ {problem}\nRehearsed is the last good text." if problem else "")
         self.problem.setVisible(bool(problem))
         self._discard.setVisible(bool(problem))
-        for index in range(3):
-            self.tabs.widget(index).setEnabled(not problem)
+        for page in self._pages:
+            page.setEnabled(not problem)
 
     def _show_names(self) -> None:
         names = list(scenario_names())

@@ -247,7 +247,7 @@ class FloorPlan(QGraphicsView):
         handle.setToolTip(f"{person_id} starts here: drag to move")
         turn, size = math.radians(facing_deg), PERSON_M * PX_PER_M
         nose = QPainterPath()
-        for k, (angle, reach) in enumerate(((0.0, 1.5), (0.5, 1.0), (-0.5, 1.0))):
+        for k, (angle, reach) in enumerate(((0.0, 1.7), (0.6, 0.98), (-0.6, 0.98))):
             point = QPointF(
                 reach * size * math.cos(turn + angle), -reach * size * math.sin(turn + angle)
             )
@@ -258,7 +258,7 @@ class FloorPlan(QGraphicsView):
         arrow.setPen(QPen(on(colour), 2))
         self._number(person_id[:1].upper(), handle, on(colour))
         self.scene().addItem(handle)
-        self._label(person_id, handle.pos() + QPointF(0, size))
+        self._label(person_id, handle.pos() + QPointF(0, 1.7 * size))
 
     def _draw_remote(self, user_id: str, path: tuple[tuple[float, float, float], ...]) -> None:
         colour = QColor(theme_of(self).accent)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import tomlkit
 from tomlkit.exceptions import TOMLKitError
@@ -61,14 +61,14 @@ def parsed(text: str) -> Any:
 
 def item_at(document: Any, path: Path) -> Any:
     """What stands at a path, or None."""
-    found = document
+    found: Any = document
     for key in path:
         if isinstance(key, int):
             if not isinstance(found, list) or not -len(found) <= key < len(found):
                 return None
         elif not isinstance(found, dict) or key not in found:
             return None
-        found = found[key]
+        found = cast(Any, found)[key]
     return found
 
 
