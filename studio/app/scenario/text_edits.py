@@ -253,7 +253,7 @@ def _with_place(text: str, path: Path, value: Any) -> str:
     """A value set; of a list of as many numbers, number by number, so that its spaces stay."""
     if not isinstance(value, Sequence) or isinstance(value, str):
         return with_value(text, path, value)
-    there = item_at(parsed(text), path)
+    there = item_at(values_of(text), path)
     is_number = all(isinstance(item, int | float) for item in value)
     if not is_number or not isinstance(there, list) or len(there) != len(value):
         return with_value(text, path, value)

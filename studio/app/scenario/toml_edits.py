@@ -21,6 +21,7 @@ from studio.app.scenario.toml_spans import (
     line_start,
     named,
     parsed,
+    span_in,
     span_of,
 )
 
@@ -64,7 +65,7 @@ def with_value(text: str, path: Path, value: Any) -> str:
         return _with_key(text, path, value)
     if isinstance(before, Table | AoT):
         raise EditError(f"{named(path)}: is a table of its own; change its keys")
-    span = span_of(text, path)
+    span = span_in(text, document, path)
     return text[: span.start] + _in_style(before, value) + text[span.end :]
 
 
@@ -146,7 +147,9 @@ def taken_out(text: str, path: Path) -> tuple[str, str]:
     comma = _comma_after(text, span.end)
     end = span.end if comma is None else comma + 1
     if _is_alone(text, span, end):
-        rest = text[end : line_end(text, end)].strip()
+        # A comment may stand before the comma, too, which is then on a line of its own.
+        between = re.findall(r"#[^\n]*", text[span.end : end])
+        rest = " ".join([*between, text[end : line_end(text, end)].strip()]).strip()
         start = line_start(text, span.start)
         return text[:start] + text[min(line_end(text, end) + 1, len(text)) :], rest
     if index + 1 < count:

@@ -81,7 +81,15 @@ def span_of(text: str, path: Path) -> Span:
     Raises:
         EditError: there is no such value, or it is a table with a header of its own.
     """
-    document = parsed(text)
+    return span_in(text, parsed(text), path)
+
+
+def span_in(text: str, document: Any, path: Path) -> Span:
+    """As `span_of`, with the text as tomlkit has it; that document is spoiled by it.
+
+    Raises:
+        EditError: see `span_of`.
+    """
     parent = item_at(document, path[:-1])
     if item_at(document, path) is None:
         raise EditError(f"{named(path)}: there is no such value")

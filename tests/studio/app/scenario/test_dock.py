@@ -91,6 +91,8 @@ def test_every_kind_of_action_and_fault_can_be_added(dock):
     for name in FAULT_FIELDS:
         assert bench.do("scenario.add_fault", name=name), name
     assert len(scenario(dock).people[-1].actions) == len(ACTION_FIELDS)
+    assert bench.do("scenario.add_action", person="ben", do="point", at=[1, 2, 0.5], index=0)
+    assert scenario(dock).people[-1].actions[0].at == (1.0, 2.0, 0.5)
     assert not bench.log.lines("warning")
     for name in FAULT_FIELDS:
         assert bench.do("scenario.remove_fault", name=name)

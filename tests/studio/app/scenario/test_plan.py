@@ -1,5 +1,7 @@
 """The plan's times against the simulator's own."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -97,7 +99,7 @@ def test_blocks_follow_one_another_and_ways_end_where_the_next_begins(lab):
     for name in ("lab-rearrange", "lab-layout", "lab-short"):
         blocks = planned(load_scenario(name), plan)
         assert len(blocks) == len(load_scenario(name).people[0].actions)
-        for before, after in zip(blocks, blocks[1:], strict=False):
+        for before, after in pairwise(blocks):
             assert before.end_s == after.start_s
             assert after.end_s > after.start_s
             np.testing.assert_allclose(before.way[-1], after.way[0])
@@ -107,7 +109,7 @@ def test_a_way_goes_around_the_furniture_that_is_in_it(lab):
     _, plan = lab
     text = ALONE.split("actions")[0] + 'actions = [{ do = "walk", to = [1.0, -1.5] }]\n'
     (block,) = planned(parse_scenario(text, source="x.toml"), plan)
-    for a, b in zip(block.way, block.way[1:], strict=False):
+    for a, b in pairwise(block.way):
         for t in np.linspace(0.0, 1.0, 50):
             assert not plan.floor.is_solid(a + t * (b - a))
 
@@ -124,7 +126,8 @@ actions = [{ do = "stand", seconds = 6.0 }, { do = "hand_over", object = "book-1
 [[people]]
 id = "ben"
 start = [0.9, -1.2]
-actions = [{ do = "receive", object = "book-1" }, { do = "put", object = "book-1", to = [1.4, 0.9] }]
+actions = [{ do = "receive", object = "book-1" },
+  { do = "put", object = "book-1", to = [1.4, 0.9] }]
 """
     blocks = {
         (b.person_id, b.index): b for b in planned(parse_scenario(text, source="x.toml"), plan)

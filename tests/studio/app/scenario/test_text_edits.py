@@ -165,7 +165,7 @@ def test_people_come_and_go(name):
     assert parsed(edits.without_person(added, "zoe")) == parsed(text)
     with pytest.raises(EditError, match="zoe"):
         edits.with_person(added, "zoe", 0.0, 0.0)
-    with pytest.raises(EditError, match="nobody.*wanted one of"):
+    with pytest.raises(EditError, match=r"nobody.*wanted one of"):
         edits.without_person(text, "nobody")
 
 
