@@ -104,6 +104,20 @@ class ScenarioActions:
                 "",
                 *("id", "index", "x", "y"),
             ),
+            _action(
+                "add_remote_point",
+                "Add a point to a remote user's path",
+                self._add_remote,
+                "before the one of that index",
+                *("id", "index", "x", "y", "z"),
+            ),
+            _action(
+                "remove_remote_point",
+                "Remove a point of a remote user's path",
+                self._remove_remote,
+                "",
+                *("id", "index"),
+            ),
             _action("set_surface", "Set a live surface", self._surface, "", "id", "corners"),
             _action("remove_surface", "Remove a live surface", self._no_surface, "", "id"),
             _action(
@@ -207,6 +221,17 @@ class ScenarioActions:
         z = 1.6 if remote is None or index >= len(remote.path) else remote.path[index][2]
         self._change(
             f"Move {id}", lambda text: text_edits.with_remote_point(text, id, index, (x, y, z))
+        )
+
+    def _add_remote(self, id: str, index: int, x: float, y: float, z: float = 1.6) -> None:
+        self._change(
+            f"Add to {id}'s path",
+            lambda text: text_edits.with_new_remote_point(text, id, index, (x, y, z)),
+        )
+
+    def _remove_remote(self, id: str, index: int) -> None:
+        self._change(
+            f"Shorten {id}'s path", lambda text: text_edits.without_remote_point(text, id, index)
         )
 
     def _surface(self, id: str, corners: list[list[float]]) -> None:

@@ -99,6 +99,16 @@ def test_every_kind_of_action_and_fault_can_be_added(dock):
     assert not dock._bench.do("scenario.set_fault", name="fog", field="px", value=1.0)
 
 
+def test_a_remote_path_is_drawn_on_the_floor(dock):
+    bench, text = dock._bench, dock.editing.text
+    assert bench.do("scenario.add_remote_point", id="remote-user", index=1, x=0.5, y=-1.0)
+    assert scenario(dock).remote[0].path[1] == (0.5, -1.0, 1.6)
+    assert bench.do("scenario.move_remote_point", id="remote-user", index=1, x=0.75, y=-1.25)
+    assert scenario(dock).remote[0].path[1] == (0.75, -1.25, 1.6)
+    assert bench.do("scenario.remove_remote_point", id="remote-user", index=1)
+    assert dock.editing.text == text
+
+
 def test_a_slider_is_one_step(dock):
     bench = dock._bench
     bench.do("scenario.add_fault", name="blur")
