@@ -162,10 +162,14 @@ class FloorPlan(QGraphicsView):
         self._bounds = room.adjusted(-margin, -margin, margin, margin)
         scene.setSceneRect(self._bounds)
         if self._picture is not None and self._extent_m > 0:
-            shown = scene.addPixmap(self._picture)
-            size = self._extent_m * PX_PER_M
-            shown.setScale(size / self._picture.width())
-            shown.setPos(room.center().x() - size / 2, room.center().y() - size / 2)
+            # The picture is square and the room is not: only the room and its walls are shown.
+            scale = self._picture.width() / (self._extent_m * PX_PER_M)
+            wall = 0.5 * MARGIN_M * PX_PER_M
+            size = QRectF(0, 0, scale * (room.width() + wall), scale * (room.height() + wall))
+            size.moveCenter(QRectF(self._picture.rect()).center())
+            shown = scene.addPixmap(self._picture.copy(size.toRect()))
+            shown.setScale(1.0 / scale)
+            shown.setPos(room.topLeft() - QPointF(0.5 * wall, 0.5 * wall))
             shown.setOpacity(0.55)
             shown.setTransformationMode(Qt.TransformationMode.SmoothTransformation)
         scene.addRect(room, QPen(QColor(theme.faint), 3))
