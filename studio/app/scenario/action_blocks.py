@@ -174,9 +174,10 @@ class ActionBlocks(QWidget):
         to = self._target_index() if grabbed is not None and is_dragged else -1
         self._grabbed = None
         self.update()
-        if grabbed is not None and is_dragged and to != grabbed[1]:
-            if self._bench.do("scenario.move_action", person=grabbed[0], index=grabbed[1], to=to):
-                self._select((grabbed[0], to))
+        if grabbed is None or not is_dragged or to == grabbed[1]:
+            return
+        if self._bench.do("scenario.move_action", person=grabbed[0], index=grabbed[1], to=to):
+            self._select((grabbed[0], to))
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         """Open its form."""
@@ -244,8 +245,7 @@ class ActionBlocks(QWidget):
         assert self._grabbed is not None
         person, index = self._grabbed
         own = {k[1]: r for k, r in self.block_rects().items() if k[0] == person}
-        before = sum(k != index and rect.center().x() < self._at.x() for k, rect in own.items())
-        return before
+        return sum(k != index and rect.center().x() < self._at.x() for k, rect in own.items())
 
     def _span_s(self) -> float:
         return max([self._duration_s, *(block.end_s for block in self._blocks)])

@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
 )
 
 from sim.people.actions import name_of
-from sim.scenario import scenario_names
+from sim.scenario import Scenario, scenario_names
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.scenario.action_blocks import ActionBlocks, Key
 from studio.app.scenario.editing import ScenarioEditing
@@ -52,6 +52,7 @@ class ScenarioDock(QWidget):
         self.editing = ScenarioEditing(bench)
         self._plan: RoomPlan | None = None
         self._blocks: tuple[Block, ...] = ()
+        self._planned: tuple[Scenario, RoomPlan] | None = None
         self._job: BackdropJob | None = None
         self._edited: Key | None = None
         self._form: QWidget | None = None
@@ -90,9 +91,9 @@ class ScenarioDock(QWidget):
         layout.addWidget(self._discard)
         self.tabs = QTabWidget()
         self.tabs.setDocumentMode(True)
-        self.tabs.addTab(self._make_floor(), "Floor")
-        self.tabs.addTab(self._make_actions(), "Actions")
-        self.tabs.addTab(self.knobs, "Faults")
+        self._pages = (self._make_floor(), self._make_actions(), self.knobs)
+        for title, page in zip(("Floor", "Actions", "Faults"), self._pages, strict=True):
+            self.tabs.addTab(page, title)
         self.tabs.addTab(self.text, "Text")
         self.tabs.currentChanged.connect(lambda _: self._refresh())
         layout.addWidget(self.tabs, 1)
@@ -216,7 +217,9 @@ class ScenarioDock(QWidget):
         ):
             _set(number, value)
         if self._plan is not None:
-            self._blocks = planned(scenario, self._plan)
+            if self._planned != (scenario, self._plan):
+                self._blocks = planned(scenario, self._plan)
+                self._planned = (scenario, self._plan)
             if self.tabs.currentIndex() == 0:
                 self.floor.show_plan(scenario, self._plan, self._blocks, self._chosen_person())
         self.blocks.show_blocks(people, self._blocks, scenario.duration_s)
@@ -228,8 +231,8 @@ class ScenarioDock(QWidget):
         self.problem.setText(f"✖ {problem}\nRehearsed is the last good text." if problem else "")
         self.problem.setVisible(bool(problem))
         self._discard.setVisible(bool(problem))
-        for index in range(3):
-            self.tabs.widget(index).setEnabled(not problem)
+        for page in self._pages:
+            page.setEnabled(not problem)
 
     def _show_names(self) -> None:
         names = list(scenario_names())

@@ -87,7 +87,9 @@ class ErrorBars(QWidget):
         painter.setPen(QColor(theme.text))
         sign = "▲" if is_worse else "▼" if is_better else ""
         where = QRectF(rect.right() - NUMBER_PX, rect.top(), NUMBER_PX, ROW_PX)
-        painter.drawText(where, _RIGHT, f"{sign}{form.format(value)}")
+        painter.drawText(
+            where, _RIGHT, f"{sign}{form.format(value) if value < 100 else round(value)}"
+        )
 
     def _words(self, object_id: str) -> str:
         error, old = self._now[object_id], self._before.get(object_id)

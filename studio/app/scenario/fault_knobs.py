@@ -196,6 +196,7 @@ class FaultKnobs(QWidget):
             return
         row.shown = line
         if row.form is not None:
+            row.form.hide()
             row.form.deleteLater()
             row.form = None
         if line is None:

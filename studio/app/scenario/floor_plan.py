@@ -162,10 +162,14 @@ class FloorPlan(QGraphicsView):
         self._bounds = room.adjusted(-margin, -margin, margin, margin)
         scene.setSceneRect(self._bounds)
         if self._picture is not None and self._extent_m > 0:
-            shown = scene.addPixmap(self._picture)
-            size = self._extent_m * PX_PER_M
-            shown.setScale(size / self._picture.width())
-            shown.setPos(room.center().x() - size / 2, room.center().y() - size / 2)
+            # The picture is square and the room is not: only the room and its walls are shown.
+            scale = self._picture.width() / (self._extent_m * PX_PER_M)
+            wall = 0.5 * MARGIN_M * PX_PER_M
+            size = QRectF(0, 0, scale * (room.width() + wall), scale * (room.height() + wall))
+            size.moveCenter(QRectF(self._picture.rect()).center())
+            shown = scene.addPixmap(self._picture.copy(size.toRect()))
+            shown.setScale(1.0 / scale)
+            shown.setPos(room.topLeft() - QPointF(0.5 * wall, 0.5 * wall))
             shown.setOpacity(0.55)
             shown.setTransformationMode(Qt.TransformationMode.SmoothTransformation)
         scene.addRect(room, QPen(QColor(theme.faint), 3))
@@ -247,7 +251,7 @@ class FloorPlan(QGraphicsView):
         handle.setToolTip(f"{person_id} starts here: drag to move")
         turn, size = math.radians(facing_deg), PERSON_M * PX_PER_M
         nose = QPainterPath()
-        for k, (angle, reach) in enumerate(((0.0, 1.5), (0.5, 1.0), (-0.5, 1.0))):
+        for k, (angle, reach) in enumerate(((0.0, 1.7), (0.6, 0.98), (-0.6, 0.98))):
             point = QPointF(
                 reach * size * math.cos(turn + angle), -reach * size * math.sin(turn + angle)
             )
@@ -258,7 +262,7 @@ class FloorPlan(QGraphicsView):
         arrow.setPen(QPen(on(colour), 2))
         self._number(person_id[:1].upper(), handle, on(colour))
         self.scene().addItem(handle)
-        self._label(person_id, handle.pos() + QPointF(0, size))
+        self._label(person_id, handle.pos() + QPointF(0, 1.7 * size))
 
     def _draw_remote(self, user_id: str, path: tuple[tuple[float, float, float], ...]) -> None:
         colour = QColor(theme_of(self).accent)

@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
 
 from studio.app.scenario.fields import Field
 
-Changed = Callable[[str, Any], None]
+Changed = Callable[[str, Any], object]
 """Takes a key and its new value; None where the key is to go."""
 
 STEPS = 200

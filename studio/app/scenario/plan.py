@@ -53,6 +53,10 @@ AFTER_S = 0.25
 """What somebody stands after a push or a turn, seconds."""
 
 
+GIVE_S = 1.0
+"""From hand to hand, seconds."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Item:
     """An object on the floor plan: id, box (x, y, z) and its place and yaw at the start."""
@@ -108,6 +112,7 @@ class _Walker:
     place: Place
     yaw: float
     time_s: float = 0.0
+    start_s: float = 0.0
     index: int = 0
     holds: str = ""
     way: list[Place] = field(default_factory=list[Place])
@@ -143,30 +148,46 @@ class _Planner:
             p.person_id: _Walker(np.array(p.start), math.radians(p.facing_deg))
             for p in scenario.people
         }
-        self._offers: dict[tuple[str, str], float] = {}
+        self._waiting: dict[tuple[str, str], tuple[str, type[Action]]] = {}
+        self._found: list[Block] = []
 
     def blocks(self) -> tuple[Block, ...]:
-        found: list[Block] = []
         while True:
-            active = [
-                (w.time_s, key)
-                for key, w in self._walkers.items()
-                if w.index < len(self._people[key].actions)
+            waiting = {key: name for key, (name, _) in self._waiting.items()}
+            todo = [
+                (walker.time_s, name)
+                for name, walker in self._walkers.items()
+                if walker.index < len(self._people[name].actions)
             ]
-            if not active:
-                return tuple(found)
-            found.append(self._block(min(active)[1]))
+            active = [item for item in todo if item[1] not in waiting.values()]
+            if active:
+                self._begin(min(active)[1])
+            elif waiting:  # whoever they wait for does not come
+                key, name = min(waiting.items(), key=lambda item: item[1])
+                del self._waiting[key]
+                self._walkers[name].time_s += PATIENCE_S
+                self._finish(name)
+            else:
+                return tuple(sorted(self._found, key=lambda block: block.start_s))
 
-    def _block(self, person_id: str) -> Block:
-        walker, person = self._walkers[person_id], self._people[person_id]
-        action, start = person.actions[walker.index], walker.time_s
-        walker.way = [walker.place.copy()]
-        self._do(person_id, walker, action)
-        block = Block(person_id, walker.index, action, start, walker.time_s, np.array(walker.way))
+    def _begin(self, person_id: str) -> None:
+        walker = self._walkers[person_id]
+        walker.start_s, walker.way = walker.time_s, [walker.place.copy()]
+        action = self._people[person_id].actions[walker.index]
+        if isinstance(action, HandOver | Receive):
+            self._give(person_id, walker, action)
+        else:
+            self._do(walker, action)
+            self._finish(person_id)
+
+    def _finish(self, person_id: str) -> None:
+        walker = self._walkers[person_id]
+        action = self._people[person_id].actions[walker.index]
+        times = (walker.start_s, walker.time_s)
+        self._found.append(Block(person_id, walker.index, action, *times, np.array(walker.way)))
         walker.index += 1
-        return block
 
-    def _do(self, person_id: str, walker: _Walker, action: Action) -> None:
+    def _do(self, walker: _Walker, action: Action) -> None:
         match action:
             case Walk():
                 self._walk(walker, np.array(action.to))
@@ -185,8 +206,6 @@ class _Planner:
                 seat = self._place(action.object) if action.to is None else np.array(action.to)
                 self._walk(walker, self._short_of(walker.place, seat, SEAT_BACK_M))
                 walker.time_s += 2 * SITTING_DOWN_S + action.seconds
-            case HandOver() | Receive():
-                self._give(person_id, walker, action)
             case Point():
                 at = self._place(action.object) if action.at is None else np.array(action.at[:2])
                 self._face(walker, _bearing(walker.place, at))
@@ -246,14 +265,18 @@ class _Planner:
             if other is not None:
                 self._walk(walker, self._short_of(walker.place, other.place, BETWEEN_M))
             walker.holds = ""
-        first = self._offers.pop(key, None)
-        meeting = walker.time_s if first is None else max(first, walker.time_s)
-        if first is None:
-            self._offers[key] = walker.time_s
-        walker.time_s = min(meeting, walker.time_s + PATIENCE_S) + 1.0
-        if isinstance(action, Receive):
-            walker.holds = action.object
-            self._move(action.object, walker.place)
+        first = self._waiting.pop(key, None)
+        if first is None or first[1] is type(action):
+            self._waiting[key] = (person_id, type(action))
+            return
+        both = (first[0], person_id)
+        meeting = max(self._walkers[name].time_s for name in both) + GIVE_S
+        for name in both:
+            self._walkers[name].time_s = meeting
+            self._finish(name)
+        taker = self._walkers[key[1]]
+        taker.holds = action.object
+        self._move(action.object, taker.place)
 
     def _walk(self, walker: _Walker, goal: Place) -> None:
         before, path = walker.place, self._path(walker.place, goal)

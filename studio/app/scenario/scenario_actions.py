@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 from collections.abc import Callable
 from pathlib import Path
@@ -18,6 +17,9 @@ Ask = Callable[[str, str, bool], str]
 """Asks for a file: title, filter, whether it is to be written; "" if none was chosen."""
 
 KINDS = "Scenarios (*.toml)"
+
+ACTION_KEYS = sorted({field.key for fields in ACTION_FIELDS.values() for field in fields})
+"""Keys that one action or another has."""
 
 
 class ScenarioActions:
@@ -72,7 +74,7 @@ class ScenarioActions:
                 "Add an action",
                 self._add_action,
                 "to what a person does; values are the action's keys",
-                *("person", "do", "index", "values"),
+                *("person", "do", "index", "values", *ACTION_KEYS),
             ),
             _action(
                 "remove_action", "Remove an action", self._remove_action, "", "person", "index"
@@ -101,6 +103,20 @@ class ScenarioActions:
                 self._move_remote,
                 "",
                 *("id", "index", "x", "y"),
+            ),
+            _action(
+                "add_remote_point",
+                "Add a point to a remote user's path",
+                self._add_remote,
+                "before the one of that index",
+                *("id", "index", "x", "y", "z"),
+            ),
+            _action(
+                "remove_remote_point",
+                "Remove a point of a remote user's path",
+                self._remove_remote,
+                "",
+                *("id", "index"),
             ),
             _action("set_surface", "Set a live surface", self._surface, "", "id", "corners"),
             _action("remove_surface", "Remove a live surface", self._no_surface, "", "id"),
@@ -147,7 +163,12 @@ class ScenarioActions:
         )
 
     def _add_action(
-        self, person: str, do: str, index: int | None = None, values: Any = None
+        self,
+        person: str,
+        do: str,
+        index: int | None = None,
+        values: dict[str, Any] | None = None,
+        **keys: Any,
     ) -> None:
         if do not in ACTION_FIELDS:
             raise EditError(f"no action {do!r}, wanted one of {', '.join(ACTION_FIELDS)}")
@@ -156,14 +177,16 @@ class ScenarioActions:
         if found is None:
             text_edits.person_index(self._editing.text, person)
             return
-        given = json.loads(values) if isinstance(values, str) else values
+        given = {**(values or {}), **keys}
         x, y = found.start
         others = tuple(p.person_id for p in people if p.person_id != person)
         usual = new_values(ACTION_FIELDS[do], objects=self._objects(), people=others, x=x, y=y)
-        keys = {"do": do, **({} if given and do in ("sit", "point") else usual), **(given or {})}
+        if {"object", "to", "at"} & set(given) and do in ("sit", "point"):
+            usual = {key: value for key, value in usual.items() if key != "object"}
+        written = {"do": do, **usual, **given}
         at = len(found.actions) if index is None else index
         self._change(
-            f"Add {do} for {person}", lambda text: text_edits.with_action(text, person, at, keys)
+            f"Add {do} for {person}", lambda text: text_edits.with_action(text, person, at, written)
         )
 
     def _remove_action(self, person: str, index: int) -> None:
@@ -198,6 +221,17 @@ class ScenarioActions:
         z = 1.6 if remote is None or index >= len(remote.path) else remote.path[index][2]
         self._change(
             f"Move {id}", lambda text: text_edits.with_remote_point(text, id, index, (x, y, z))
+        )
+
+    def _add_remote(self, id: str, index: int, x: float, y: float, z: float = 1.6) -> None:
+        self._change(
+            f"Add to {id}'s path",
+            lambda text: text_edits.with_new_remote_point(text, id, index, (x, y, z)),
+        )
+
+    def _remove_remote(self, id: str, index: int) -> None:
+        self._change(
+            f"Shorten {id}'s path", lambda text: text_edits.without_remote_point(text, id, index)
         )
 
     def _surface(self, id: str, corners: list[list[float]]) -> None:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
+
+from tomlkit.items import AoT, InlineTable
 
 from sim.faults.settings import LINES, NUMBERS
 from studio.app.scenario.toml_edits import (
@@ -49,7 +52,10 @@ def values_of(text: str) -> dict[str, Any]:
     Raises:
         EditError: it is no TOML.
     """
-    return dict(parsed(text).unwrap())
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise EditError(f"not TOML: {error}") from None
 
 
 def person_index(text: str, person_id: str) -> int:
@@ -114,7 +120,7 @@ def with_action(text: str, person_id: str, index: int, values: Mapping[str, Any]
     there = item_at(parsed(text), path)
     if there is None:
         return with_value(text, path, [values])
-    if there and not _is_bracketed(there):
+    if isinstance(there, AoT):
         added = with_table(text, path, values)
         last = len(there)
         return added if index >= last else with_item_moved(added, path, last, index)
@@ -203,7 +209,7 @@ def with_fault(text: str, name: str, values: Mapping[str, Any]) -> str:
         return with_value(text, ("faults", name), values)
     if isinstance(there, list):
         return with_table(text, ("faults", name), values)
-    if not hasattr(there, "trivia") or _has_header(there):
+    if not isinstance(there, InlineTable):
         raise EditError(f"faults.{name}: is one table; write a list to have a second one")
     return with_value(text, ("faults", name), [values_of(text)["faults"][name], values])
 
@@ -247,7 +253,7 @@ def _with_place(text: str, path: Path, value: Any) -> str:
     """A value set; of a list of as many numbers, number by number, so that its spaces stay."""
     if not isinstance(value, Sequence) or isinstance(value, str):
         return with_value(text, path, value)
-    there = item_at(parsed(text), path)
+    there = item_at(values_of(text), path)
     is_number = all(isinstance(item, int | float) for item in value)
     if not is_number or not isinstance(there, list) or len(there) != len(value):
         return with_value(text, path, value)
@@ -271,15 +277,3 @@ def _index_of(text: str, key: str, wanted: str) -> int:
 
 def _ids(text: str, key: str) -> list[str]:
     return [str(item.get("id", "")) for item in values_of(text).get(key, [])]
-
-
-def _is_bracketed(items: Any) -> bool:
-    from tomlkit.items import AoT
-
-    return not isinstance(items, AoT)
-
-
-def _has_header(table: Any) -> bool:
-    from tomlkit.items import InlineTable
-
-    return not isinstance(table, InlineTable)

@@ -21,6 +21,7 @@ from studio.app.scenario.toml_spans import (
     line_start,
     named,
     parsed,
+    span_in,
     span_of,
 )
 
@@ -64,7 +65,7 @@ def with_value(text: str, path: Path, value: Any) -> str:
         return _with_key(text, path, value)
     if isinstance(before, Table | AoT):
         raise EditError(f"{named(path)}: is a table of its own; change its keys")
-    span = span_of(text, path)
+    span = span_in(text, document, path)
     return text[: span.start] + _in_style(before, value) + text[span.end :]
 
 
@@ -129,7 +130,7 @@ def with_table(text: str, path: Path, values: Mapping[str, Any]) -> str:
     there = item_at(parsed(text), path)
     if there is not None and not isinstance(there, AoT):
         return with_item(text, path, len(there), values)
-    name = ".".join(_key(str(key)) for key in path)
+    name = ".".join(_key(key) for key in path if isinstance(key, str))
     lines = [f"[[{name}]]", *(f"{_key(k)} = {written(v)}" for k, v in values.items())]
     at = len(text) if not there else block_of(text, (*path, len(there) - 1)).end
     return _with_block(text, at, "\n".join(lines) + "\n")
@@ -146,7 +147,9 @@ def taken_out(text: str, path: Path) -> tuple[str, str]:
     comma = _comma_after(text, span.end)
     end = span.end if comma is None else comma + 1
     if _is_alone(text, span, end):
-        rest = text[end : line_end(text, end)].strip()
+        # A comment may stand before the comma, too, which is then on a line of its own.
+        between = re.findall(r"#[^\n]*", text[span.end : end])
+        rest = " ".join([*between, text[end : line_end(text, end)].strip()]).strip()
         start = line_start(text, span.start)
         return text[:start] + text[min(line_end(text, end) + 1, len(text)) :], rest
     if index + 1 < count:
@@ -205,6 +208,7 @@ def _with_key(text: str, path: Path, value: Any) -> str:
             raise EditError(f"{named(parent)}: there is no such table")
         name = ".".join(_key(str(k)) for k in parent)
         return _with_block(text, len(text), f"[{name}]\n{line}\n")
+    assert table is not None  # it has a header
     own = [k for k, v in table.items() if not isinstance(v, Table | AoT)]
     at = max([headers(text)[index].end, *(span_of(text, (*parent, k)).end for k in own)])
     return _with_line(text, at, line)
@@ -253,6 +257,8 @@ def _with_block_moved(text: str, path: Path, index: int, to: int) -> str:
     count = len(item_at(parsed(text), path))
     if not (0 <= index < count and 0 <= to < count):
         raise EditError(f"{named(path)}[{index}]: cannot be moved to {to}")
+    if index == to:
+        return text
     span = block_of(text, (*path, index))
     moved, rest = text[span.start : span.end], text[: span.start] + text[span.end :]
     if to < count - 1:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import tomlkit
 from tomlkit.exceptions import TOMLKitError
@@ -61,14 +61,14 @@ def parsed(text: str) -> Any:
 
 def item_at(document: Any, path: Path) -> Any:
     """What stands at a path, or None."""
-    found = document
+    found: Any = document
     for key in path:
         if isinstance(key, int):
             if not isinstance(found, list) or not -len(found) <= key < len(found):
                 return None
         elif not isinstance(found, dict) or key not in found:
             return None
-        found = found[key]
+        found = cast(Any, found)[key]
     return found
 
 
@@ -81,7 +81,15 @@ def span_of(text: str, path: Path) -> Span:
     Raises:
         EditError: there is no such value, or it is a table with a header of its own.
     """
-    document = parsed(text)
+    return span_in(text, parsed(text), path)
+
+
+def span_in(text: str, document: Any, path: Path) -> Span:
+    """As `span_of`, with the text as tomlkit has it; that document is spoiled by it.
+
+    Raises:
+        EditError: see `span_of`.
+    """
     parent = item_at(document, path[:-1])
     if item_at(document, path) is None:
         raise EditError(f"{named(path)}: there is no such value")

@@ -1,4 +1,4 @@
-"""Short rehearsals in the background: what a fault does to the tracker, a moment after it is set."""
+"""Short rehearsals in the background: what a fault does to the tracker, soon after it is set."""
 
 from __future__ import annotations
 

@@ -1,0 +1,149 @@
+"""The dock with a mouse, and trials in the background."""
+
+import time
+
+import pytest
+
+from scenes.opening import open_scene
+from studio.app.model.document import Document
+from studio.app.model.settings import Settings
+from studio.app.model.workbench import Workbench
+
+pytestmark = pytest.mark.gui
+
+
+@pytest.fixture
+def dock(qtbot):
+    from studio.app.scenario.dock import ScenarioDock
+    from studio.app.shell.history import QtHistory
+
+    benches = []
+    history = QtHistory(lambda document: benches[0].show_document(document))
+    bench = Workbench(Document("lab"), Settings(), history)
+    benches.append(bench)
+    made = ScenarioDock(bench)
+    made.resize(420, 700)
+    made.show()
+    bench.show_scene(open_scene("lab"))
+    qtbot.waitUntil(lambda: made._plan is not None and made._plan.floor is not None, timeout=20000)
+    yield made
+    made.close()
+
+
+def scenario(dock):
+    return dock.editing.scenario
+
+
+def test_a_person_is_dragged_in_one_step_of_undo(dock, qtbot):
+    from PySide6.QtCore import QPoint, Qt
+
+    from studio.app.scenario.floor_plan import to_scene
+
+    view, bench = dock.floor, dock._bench
+    x, y = scenario(dock).people[0].start
+    start = view.mapFromScene(to_scene(x, y))
+    qtbot.mousePress(view.viewport(), Qt.MouseButton.LeftButton, pos=start)
+    for k in range(1, 6):
+        qtbot.mouseMove(view.viewport(), start + QPoint(4 * k, 3 * k))
+    end = start + QPoint(20, 15)
+    qtbot.mouseRelease(view.viewport(), Qt.MouseButton.LeftButton, pos=end)
+    moved = scenario(dock).people[0].start
+    wanted = view.mapToScene(end) - view.mapToScene(start)
+    assert moved[0] == pytest.approx(x + wanted.x() / 100, abs=0.03)
+    assert moved[1] == pytest.approx(y - wanted.y() / 100, abs=0.03)
+    assert "move_person" in bench.trace()[-1]
+    bench.history.undo()
+    assert scenario(dock).people[0].start == (x, y)
+
+
+def test_blocks_are_dragged_removed_and_changed(dock, qtbot):
+    from PySide6.QtCore import Qt
+
+    dock.tabs.setCurrentIndex(1)
+    blocks = dock.blocks
+    before = scenario(dock).people[0].actions
+    rects = blocks.block_rects()
+    start = rects["local-user", 1].center().toPoint()
+    end = rects["local-user", 2].center().toPoint()
+    end.setX(end.x() + 6)
+    qtbot.mousePress(blocks, Qt.MouseButton.LeftButton, pos=start)
+    qtbot.mouseMove(blocks, end)
+    qtbot.mouseRelease(blocks, Qt.MouseButton.LeftButton, pos=end)
+    order = scenario(dock).people[0].actions
+    assert order == (before[0], before[2], before[1], *before[3:])
+    qtbot.keyClick(blocks, Qt.Key.Key_Delete)
+    assert scenario(dock).people[0].actions == (before[0], before[2], *before[3:])
+    at = blocks.block_rects()["local-user", 1].center().toPoint()
+    qtbot.mouseDClick(blocks, Qt.MouseButton.LeftButton, pos=at)
+    assert dock._form is not None
+    assert "push" in dock._form_title.text()
+
+
+def test_every_kind_of_action_and_fault_can_be_added(dock):
+    from studio.app.scenario.fields import ACTION_FIELDS, FAULT_FIELDS
+
+    bench = dock._bench
+    assert bench.do("scenario.add_person", id="ben", x=1.0, y=-1.5)
+    for do in ACTION_FIELDS:
+        assert bench.do("scenario.add_action", person="ben", do=do), do
+        dock.edit_action(("ben", len(scenario(dock).people[-1].actions) - 1))
+        assert dock._form is not None
+    for name in FAULT_FIELDS:
+        assert bench.do("scenario.add_fault", name=name), name
+    assert len(scenario(dock).people[-1].actions) == len(ACTION_FIELDS)
+    assert bench.do("scenario.add_action", person="ben", do="point", at=[1, 2, 0.5], index=0)
+    assert scenario(dock).people[-1].actions[0].at == (1.0, 2.0, 0.5)
+    assert not bench.log.lines("warning")
+    for name in FAULT_FIELDS:
+        assert bench.do("scenario.remove_fault", name=name)
+    assert not dock._bench.do("scenario.set_fault", name="fog", field="px", value=1.0)
+
+
+def test_a_remote_path_is_drawn_on_the_floor(dock):
+    bench, text = dock._bench, dock.editing.text
+    assert bench.do("scenario.add_remote_point", id="remote-user", index=1, x=0.5, y=-1.0)
+    assert scenario(dock).remote[0].path[1] == (0.5, -1.0, 1.6)
+    assert bench.do("scenario.move_remote_point", id="remote-user", index=1, x=0.75, y=-1.25)
+    assert scenario(dock).remote[0].path[1] == (0.75, -1.25, 1.6)
+    assert bench.do("scenario.remove_remote_point", id="remote-user", index=1)
+    assert dock.editing.text == text
+
+
+def test_a_slider_is_one_step(dock):
+    bench = dock._bench
+    bench.do("scenario.add_fault", name="blur")
+    text = dock.editing.text
+    for px in (2.5, 3.0, 4.5):
+        assert bench.do("scenario.set_fault", name="blur", field="px", value=px)
+    bench.history.undo()
+    assert dock.editing.text == text
+
+
+def test_typing_shows_what_is_wrong_and_loses_nothing(dock, qtbot):
+    dock.tabs.setCurrentIndex(3)
+    good = dock.editing.text
+    bad = good.replace("duration_s = 24.0", "duration_s = = 24")
+    dock.text.setPlainText(bad)
+    qtbot.waitUntil(lambda: dock.problem.isVisible(), timeout=5000)
+    assert "line 3" in dock.problem.text()
+    assert dock.text.extraSelections()[0].cursor.blockNumber() == 2
+    assert not dock._bench.do("scenario.duration", s=5.0)
+    assert dock.text.toPlainText() == bad
+    assert dock.editing.text == good
+    assert dock._bench.do("scenario.discard")
+    assert dock.text.toPlainText() == good
+
+
+def test_a_trial_scores_the_tracker_and_a_newer_one_wins(dock, qtbot):
+    knobs = dock.knobs
+    dock._bench.do("scenario.choose", name="lab-short")
+    dock._bench.do("scenario.duration", s=1.5)
+    knobs.try_now()
+    time.sleep(0.3)
+    dock._bench.do("scenario.set_fault", name="blur", field="px", value=3.0)
+    knobs.try_now()
+    qtbot.waitUntil(lambda: knobs._now is not None and knobs._now.is_done, timeout=120000)
+    assert not knobs._now.problem
+    assert "chair-1" in knobs._now.errors
+    assert 0.0 <= knobs._now.errors["chair-1"].position_cm < 50.0
+    assert "blur" in knobs._tried
