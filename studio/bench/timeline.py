@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from devices.messages import Event
+from devices.messages import EncodedFrame, Event
 from devices.recording import Recorder
 from devices.recording_codec import (
     FrameStamp,
@@ -26,6 +27,9 @@ from studio.console.rows import Row, at_most
 
 DURATION_S, FPS, LENS_PX, BITRATE = 300.0, 10.0, 1440, 24_000_000
 """Of the recording: five minutes with the camera of a scenario that says nothing of it."""
+
+GROUPS = 4
+"""Groups of pictures that are encoded; the rest of the recording repeats them."""
 
 OBJECTS = tuple(f"object-{number}" for number in range(5))
 SEEKS = 60
@@ -47,16 +51,13 @@ def write_recording(path: Path, *, duration_s: float = DURATION_S, lens_px: int 
     lens = Fisheye.from_fov(lens_px, np.radians(200))
     rig = Rig((lens, lens), (Pose.identity(), FRONT_FROM_BACK_LENS))
     info = SessionInfo("none", "0", 0, "", "", "exact", ("own",), {}, rig, FPS)
-    encoder = H264Encoder(2 * lens_px, lens_px, FPS, BITRATE)
-    coarse = np.random.default_rng(SEED).integers(0, 256, (lens_px // 8, lens_px // 4, 3))
-    picture = np.kron(coarse, np.ones((8, 8, 1))).astype(np.uint8)
+    packets = _packets(lens_px)
     hand = np.random.default_rng(SEED).normal(size=(21, 3))
     with Recorder(path, info) as recorder:
         for seq in range(round(duration_s * FPS)):
             t_ns = round(seq * 1e9 / FPS)
             recorder.write(FrameStamp("camera-360", seq, t_ns, t_ns, Pose.identity()))
-            moved = np.roll(picture, 3 * seq, axis=1)
-            recorder.write(encoder.encode(moved, seq, t_ns)[0])
+            recorder.write(replace(packets[seq % len(packets)], seq=seq, t_ns=t_ns))
             pose = Pose.from_yaw(0.01 * seq, (0.001 * seq, 0.0, 0.0))
             true = dict.fromkeys(OBJECTS, pose)
             visible = dict.fromkeys(OBJECTS, 1.0)
@@ -71,6 +72,18 @@ def write_recording(path: Path, *, duration_s: float = DURATION_S, lens_px: int 
                 recorder.write(RecordedAvatar(t_ns, avatar))
             if seq % 100 == 0:
                 recorder.write(Event(t_ns, "ana", "push", f"push {seq}"))
+
+
+def _packets(lens_px: int) -> list[EncodedFrame]:
+    """Whole groups of pictures in which everything moves."""
+    interval = round(2 * FPS)
+    encoder = H264Encoder(2 * lens_px, lens_px, FPS, BITRATE, keyframe_interval=interval)
+    coarse = np.random.default_rng(SEED).integers(0, 256, (lens_px // 8, lens_px // 4, 3))
+    picture = np.kron(coarse, np.ones((8, 8, 1))).astype(np.uint8)
+    return [
+        encoder.encode(np.roll(picture, 3 * seq, axis=1), seq, round(seq * 1e9 / FPS))[0]
+        for seq in range(GROUPS * interval)
+    ]
 
 
 def measure_seeks(

@@ -138,6 +138,15 @@ def add_timeline_actions(dock: TimelineDock) -> None:
             icon=icon + "repeat",
         ),
         Action(
+            "timeline.yaw",
+            "Position or yaw errors",
+            group,
+            dock.switch_curves,
+            "which error the curves show: cm or degrees",
+            available=is_open,
+            icon=icon + "angle-acute",
+        ),
+        Action(
             "timeline.mark",
             "Add marker",
             group,

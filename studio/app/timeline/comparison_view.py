@@ -78,6 +78,9 @@ class ComparisonView(QWidget):
         self.table = QTableView()
         self.table.setAlternatingRowColors(True)
         self.table.verticalHeader().hide()
+        self.table.verticalHeader().setDefaultSectionSize(22)
+        left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+        self.table.horizontalHeader().setDefaultAlignment(left)
         self.headline = QLabel()
         back, page = QPushButton("Back to the timeline"), QPushButton("Open page")
         back.clicked.connect(lambda: close())

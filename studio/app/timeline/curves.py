@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 from studio.app.shell.theme import Theme
 from studio.app.timeline.errors import ErrorCurve
 from studio.app.timeline.track_view import GUTTER_PX
-from studio.evaluate.scores import ROOM_BAR_CM
+from studio.evaluate.scores import ROOM_BAR_CM, ROOM_BAR_DEG
 
 COLOURS = ("accent", "good", "warning", "bad", "calm")
 """Names of the theme's colours, one a curve, in turn; the dashes differ, too."""
@@ -20,10 +20,12 @@ DASHES = (None, (6, 3), (2, 3), (8, 3, 2, 3))
 
 
 class Curves(QWidget):
-    """Position errors of all objects, cm over seconds. The plot is made when it is first needed."""
+    """Position or yaw errors of all objects over seconds; the plot is made when first needed."""
 
     def __init__(self) -> None:
         super().__init__()
+        self.shows_yaw = False
+        self._t_ns = 0
         self._plot: Any = None
         self._line: Any = None
         self._layout = QVBoxLayout(self)
@@ -42,21 +44,26 @@ class Curves(QWidget):
         import pyqtgraph as pg  # a third of a second: not before there is something to plot
 
         if self._plot is None:
-            self._make_plot(pg)
+            self._plot = self._made_plot(pg)
         self._plot.clear()
         self._plot.setBackground(theme.panel)
         for name in ("left", "bottom"):
             self._plot.getAxis(name).setPen(theme.line)
             self._plot.getAxis(name).setTextPen(theme.faint)
-        self._plot.setLabel("left", "error, cm", color=theme.faint)
+        words = "yaw error, °" if self.shows_yaw else "error, cm"
+        self._plot.setLabel("left", words, color=theme.faint)
         self._plot.getPlotItem().legend.setLabelTextColor(theme.text)
         for number, (object_id, curve) in enumerate(curves.items()):
             dash = DASHES[number % len(DASHES)]
             pen = pg.mkPen(getattr(theme, COLOURS[number % len(COLOURS)]), width=1.5, dash=dash)
-            self._plot.plot(curve.t_ns / 1e9, curve.world_cm, pen=pen, name=object_id)
-        bar = pg.InfiniteLine(ROOM_BAR_CM, angle=0, pen=pg.mkPen(theme.faint, dash=(4, 4)))
+            errors = curve.yaw_deg if self.shows_yaw else curve.world_cm
+            self._plot.plot(curve.t_ns / 1e9, errors, pen=pen, name=object_id)
+        limit = ROOM_BAR_DEG if self.shows_yaw else ROOM_BAR_CM
+        bar = pg.InfiniteLine(limit, angle=0, pen=pg.mkPen(theme.faint, dash=(4, 4)))
         self._plot.addItem(bar, ignoreBounds=True)
-        self._line = pg.InfiniteLine(0, angle=90, pen=pg.mkPen(theme.accent, width=2))
+        self._line = pg.InfiniteLine(
+            self._t_ns / 1e9, angle=90, pen=pg.mkPen(theme.accent, width=2)
+        )
         self._plot.addItem(self._line, ignoreBounds=True)
 
     def show_span(self, from_ns: int, to_ns: int) -> None:
@@ -66,16 +73,18 @@ class Curves(QWidget):
 
     def set_playhead(self, t_ns: int) -> None:
         """Where the recording is."""
+        self._t_ns = t_ns
         if self._line is not None:
             self._line.setValue(t_ns / 1e9)
 
-    def _make_plot(self, pg: Any) -> None:
-        self._plot = pg.PlotWidget()
-        self._plot.setMouseEnabled(x=False, y=False)
-        self._plot.hideButtons()
-        self._plot.setMenuEnabled(False)
-        self._plot.getAxis("left").setWidth(GUTTER_PX)
-        self._plot.getPlotItem().layout.setContentsMargins(0, 2, 0, 2)
-        self._plot.addLegend(offset=(-8, 4), colCount=3)
-        self._plot.setLimits(yMin=0)
-        self._layout.addWidget(self._plot)
+    def _made_plot(self, pg: Any) -> Any:
+        plot: Any = pg.PlotWidget()
+        plot.setMouseEnabled(x=False, y=False)
+        plot.hideButtons()
+        plot.setMenuEnabled(False)
+        plot.getAxis("left").setWidth(GUTTER_PX)
+        plot.getPlotItem().layout.setContentsMargins(0, 2, 0, 2)
+        plot.addLegend(offset=(-8, 4), colCount=3)
+        plot.setLimits(yMin=0)
+        self._layout.addWidget(plot)
+        return plot

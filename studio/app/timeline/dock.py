@@ -54,6 +54,7 @@ BUTTONS = (
     "timeline.faster",
     "timeline.loop",
     "timeline.first_failure",
+    "timeline.yaw",
     "timeline.mark",
     "timeline.fork",
     "timeline.compare",
@@ -65,7 +66,16 @@ EMPTY = (
     "No recording is open. Rehearse (F5), or drop a recording (.mcap) or the folder of a "
     "rehearsal onto the window."
 )
-LEGEND = "▦ static   ■ tracked   ▨ occluded   ▩ lost   ☰ fault   ▼ marker   ✖ first failure"
+LEGEND = (
+    ("▦ static", "calm"),
+    ("■ tracked", "good"),
+    ("▨ occluded", "warning"),
+    ("▩ lost", "bad"),
+    ("☰ fault", "warning"),
+    ("▼ marker", "accent"),
+    ("✖ first failure", "bad"),
+)
+"""Signs, what they stand for, and the theme's colour of each."""
 
 
 class TimelineDock(QWidget):
@@ -143,7 +153,7 @@ class TimelineDock(QWidget):
         whole.addWidget(self.pages, 1)
         bottom = QHBoxLayout()
         bottom.setContentsMargins(8, 1, 8, 1)
-        self.read_out, self._legend = QLabel(), QLabel(LEGEND)
+        self.read_out, self._legend = QLabel(), QLabel()
         bottom.addWidget(self.read_out, 1)
         bottom.addWidget(self._legend)
         whole.addLayout(bottom)
@@ -187,6 +197,9 @@ class TimelineDock(QWidget):
             keys = f" ({action.keys})" if action.keys else ""
             button.setToolTip(f"{action.title}{keys}" + (f": {action.hint}" if action.hint else ""))
             button.setAccessibleName(action.title)
+        theme = self._theme()
+        words = [f'<span style="color:{getattr(theme, c)}">{text}</span>' for text, c in LEGEND]
+        self._legend.setText(" &nbsp; ".join(words))
         self.tracks.redraw()
         if self.shown is not None:
             self._draw_curves(self.shown)
@@ -405,6 +418,12 @@ class TimelineDock(QWidget):
     def loop(self) -> None:
         """Begin again at the end, or not."""
         self._playing().is_looping = not self._playing().is_looping
+
+    def switch_curves(self) -> None:
+        """Show yaw errors instead of position errors, or the other way round."""
+        self.curves.shows_yaw = not self.curves.shows_yaw
+        if self.shown is not None:
+            self._draw_curves(self.shown)
 
     def mark(self, text: str = "", t_s: float | None = None) -> None:
         """Add a marker to the document, here unless a time is given."""

@@ -226,6 +226,7 @@ class TrackView(QWidget):
         assert self._shown is not None
         top = RULER_PX + ROW_PX
         painter.setPen(QColor(theme.warning))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
         free_x = 0.0
         for span in self._shown.faults:
             if span.to_ns < self.from_ns or span.from_ns > self.to_ns:

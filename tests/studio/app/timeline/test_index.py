@@ -109,6 +109,18 @@ def test_what_is_stale_is_not_decoded_and_what_follows_is_right(recording, index
     reader.close()
 
 
+def test_the_keyframe_comes_early_where_the_picture_takes_long(recording, index):
+    frames = list(ReplayCamera(recording).frames())
+    reader, early = PictureReader(recording, index.packets, lenses=2), []
+    shown = reader.picture_at(frames[9].t_ns, early=early.append)
+    assert [picture.t_ns for picture in early] == [frames[0].t_ns]
+    assert np.array_equal(early[0].picture, frames[0].images[0])
+    assert np.array_equal(shown.picture, frames[9].images[0])
+    reader.picture_at(frames[1].t_ns, early=early.append)
+    assert len(early) == 1
+    reader.close()
+
+
 def test_the_thread_gives_what_was_asked_for_last(index):
     thread = PictureThread(index)
     last_ns = int(index.frames_ns[-1])
