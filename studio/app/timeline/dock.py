@@ -361,6 +361,16 @@ class TimelineDock(QWidget):
             raise ValueError("no recording is open: rehearse, or open a recording first")
         return self.playback
 
+    @property
+    def is_open(self) -> bool:
+        """Whether a recording can be played."""
+        return self.playback is not None
+
+    @property
+    def is_compared(self) -> bool:
+        """Whether there is a comparison to open as a page."""
+        return self.comparison is not None
+
     def open(self, path: str = "") -> None:
         """Open a recording; without a path, ask for one."""
         from studio.app.timeline.opening import recording_file
