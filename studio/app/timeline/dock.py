@@ -307,7 +307,8 @@ class TimelineDock(QWidget):
         self._on_document()
         self.pages.setCurrentWidget(self._split)
         self._draw_curves(shown)
-        self._show_buttons()
+        # Only now can it be played: whoever shows what can be done must look again.
+        self.bench.announce(Topic.RECORDING)
         if not is_again and self._pair is not None and index.path.parent == self._pair[1]:
             self.compare()
 
@@ -504,6 +505,7 @@ class TimelineDock(QWidget):
                 self.comparison = task.result
                 self.view.show_comparison(task.result)
                 self.pages.setCurrentWidget(self.view)
+                self.bench.announce(Topic.RECORDING)
         if page is not None and not page.is_running:
             self._page = None
             if page.result is None:
