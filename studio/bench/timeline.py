@@ -37,7 +37,7 @@ SEEKS = 60
 
 SEED = 3
 BAR_MS = 200.0
-"""A seek's state and picture together."""
+"""A seek's state and first picture together."""
 
 
 def write_recording(path: Path, *, duration_s: float = DURATION_S, lens_px: int = LENS_PX) -> None:
@@ -90,7 +90,7 @@ def measure_seeks(
     span_ns: tuple[int, int],
     *,
     state_at: Callable[[int], object],
-    picture_at: Callable[[int], object],
+    picture_at: Callable[[int, Callable[[object], None]], object],
     seeks: int = SEEKS,
 ) -> list[Row]:
     """Go to instants at random.
@@ -98,23 +98,26 @@ def measure_seeks(
     Args:
         span_ns: first and last time of the recording.
         state_at: makes the room at a time.
-        picture_at: decodes the camera's picture at a time.
+        picture_at: decodes the camera's picture at a time; gives a coarser answer, the keyframe
+            before it, to the function it is handed where that comes sooner.
         seeks: how many.
     """
     times = np.random.default_rng(SEED).integers(span_ns[0], span_ns[1], seeks, endpoint=True)
-    parts: list[tuple[float, float]] = []
+    parts: list[tuple[float, float, float]] = []
     for t_ns in times.tolist():
+        seen: list[float] = []
         begin = time.perf_counter()
         state_at(t_ns)
         middle = time.perf_counter()
-        picture_at(t_ns)
-        parts.append((middle - begin, time.perf_counter() - middle))
+        picture_at(t_ns, lambda _early, seen=seen: seen.append(time.perf_counter()))
+        end = time.perf_counter()
+        parts.append((middle - begin, (seen[0] if seen else end) - middle, end - middle))
     taken_ms = 1e3 * np.array(parts)
-    state_ms, picture_ms = np.percentile(taken_ms, 95, axis=0)
-    whole_ms = float(np.percentile(taken_ms.sum(axis=1), 95))
+    state_ms, first_ms, exact_ms = np.percentile(taken_ms, 95, axis=0).tolist()
+    whole_ms = float(np.percentile(taken_ms[:, 0] + taken_ms[:, 1], 95))
     return [
-        Row("studio.seek.state_ms.p95", float(state_ms), "ms"),
-        Row("studio.seek.picture_ms.p50", float(np.median(taken_ms[:, 1])), "ms"),
-        Row("studio.seek.picture_ms.p95", float(picture_ms), "ms"),
+        Row("studio.seek.state_ms.p95", state_ms, "ms"),
+        Row("studio.seek.first_picture_ms.p95", first_ms, "ms"),
+        Row("studio.seek.exact_picture_ms.p95", exact_ms, "ms"),
         at_most("studio.seek_ms.p95", whole_ms, "ms", bar=BAR_MS),
     ]

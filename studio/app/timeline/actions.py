@@ -3,20 +3,90 @@
 from __future__ import annotations
 
 import shlex
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from studio.app.model.actions import Action
-
-if TYPE_CHECKING:
-    from studio.app.timeline.dock import TimelineDock
+from studio.app.model.workbench import Workbench
 
 
-def add_timeline_actions(dock: TimelineDock) -> None:
+class Timeline(Protocol):
+    """What the actions ask for; see `TimelineDock`."""
+
+    bench: Workbench
+
+    @property
+    def is_open(self) -> bool:
+        """See the dock."""
+        ...
+
+    @property
+    def is_compared(self) -> bool:
+        """See the dock."""
+        ...
+
+    def open(self, path: str = "") -> None:
+        """See the dock."""
+        ...
+
+    def play(self) -> None:
+        """See the dock."""
+        ...
+
+    def seek(self, t_s: float) -> None:
+        """See the dock."""
+        ...
+
+    def step(self, frames: int) -> None:
+        """See the dock."""
+        ...
+
+    def jump(self, *, forward: bool) -> None:
+        """See the dock."""
+        ...
+
+    def to_first_failure(self) -> None:
+        """See the dock."""
+        ...
+
+    def change_speed(self, steps: int) -> None:
+        """See the dock."""
+        ...
+
+    def loop(self) -> None:
+        """See the dock."""
+        ...
+
+    def switch_curves(self) -> None:
+        """See the dock."""
+        ...
+
+    def mark(self, text: str = "", t_s: float | None = None) -> None:
+        """See the dock."""
+        ...
+
+    def close_recording(self) -> None:
+        """See the dock."""
+        ...
+
+    def fork(self, t_s: float | None = None, out: str = "") -> None:
+        """See the dock."""
+        ...
+
+    def compare(self, a: str = "", b: str = "") -> None:
+        """See the dock."""
+        ...
+
+    def open_page(self) -> None:
+        """See the dock."""
+        ...
+
+
+def add_timeline_actions(dock: Timeline) -> None:
     """Add what the Timeline menu holds."""
     bench = dock.bench
 
     def is_open() -> bool:
-        return dock.playback is not None
+        return dock.is_open
 
     def fork_command(t_s: float = 0.0, out: str = "") -> str:
         words = ["nexus", "fork", str(bench.recording), "--at", f"{t_s:g}"]
@@ -184,7 +254,7 @@ def add_timeline_actions(dock: TimelineDock) -> None:
             group,
             dock.open_page,
             "films side by side, plans and curves in the browser",
-            available=lambda: dock.comparison is not None,
+            available=lambda: dock.is_compared,
         ),
         Action(
             "timeline.close",

@@ -307,7 +307,8 @@ class TimelineDock(QWidget):
         self._on_document()
         self.pages.setCurrentWidget(self._split)
         self._draw_curves(shown)
-        self._show_buttons()
+        # Only now can it be played: whoever shows what can be done must look again.
+        self.bench.announce(Topic.RECORDING)
         if not is_again and self._pair is not None and index.path.parent == self._pair[1]:
             self.compare()
 
@@ -360,6 +361,16 @@ class TimelineDock(QWidget):
         if self.playback is None:
             raise ValueError("no recording is open: rehearse, or open a recording first")
         return self.playback
+
+    @property
+    def is_open(self) -> bool:
+        """Whether a recording can be played."""
+        return self.playback is not None
+
+    @property
+    def is_compared(self) -> bool:
+        """Whether there is a comparison to open as a page."""
+        return self.comparison is not None
 
     def open(self, path: str = "") -> None:
         """Open a recording; without a path, ask for one."""
@@ -494,6 +505,7 @@ class TimelineDock(QWidget):
                 self.comparison = task.result
                 self.view.show_comparison(task.result)
                 self.pages.setCurrentWidget(self.view)
+                self.bench.announce(Topic.RECORDING)
         if page is not None and not page.is_running:
             self._page = None
             if page.result is None:

@@ -66,6 +66,17 @@ def test_a_seek_shows_the_room_and_the_picture_of_that_instant(opened, bench, re
     until(lambda: np.array_equal(bench.camera_picture, frames[7].images[0]))
 
 
+def test_listeners_look_again_once_it_can_be_played(dock, bench, recording, until):
+    from studio.app.model.workbench import Topic
+
+    seen = []
+    action = bench.actions.get("timeline.play")
+    bench.listen(Topic.RECORDING, lambda: seen.append(action.is_available))
+    bench.do("timeline.open", path=str(recording))
+    until(lambda: dock.playback is not None)
+    assert (seen[0], seen[-1]) == (False, True)
+
+
 def test_it_plays_to_the_end_and_steps(opened, bench, until):
     bench.do("timeline.faster")
     bench.do("timeline.play")
