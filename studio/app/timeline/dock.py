@@ -183,6 +183,10 @@ class TimelineDock(QWidget):
         row.addWidget(self.progress)
         return row
 
+    def sizeHint(self) -> QSize:
+        """Room for five objects and the curves."""
+        return QSize(900, 300)
+
     def _theme(self) -> Theme:
         return THEMES[self.bench.settings.theme]
 
