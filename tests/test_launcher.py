@@ -67,7 +67,7 @@ def test_help_of_the_test_verb_installs_nothing(bare: Path) -> None:
 
 @pytest.fixture
 def installed(bare: Path) -> Path:
-    """A checkout whose environment is made and whose crate is built; its Python only notes calls."""
+    """A checkout whose environment is made and whose crate is built; its Python notes calls."""
     for name in ("xargs", "sha256sum", "sed", "cut", "touch"):
         found = shutil.which(name)
         assert found is not None

@@ -104,6 +104,9 @@ def open_window(
     _exec(application, window)
     if window.script is not None and window.script.failure is not None:
         raise window.script.failure
+    failure = None if window.run.job is None else window.run.job.failure
+    if window.bench.scene is None and isinstance(failure, ValueError | OSError):
+        raise failure
     return 0
 
 

@@ -226,8 +226,9 @@ class SessionRun:
             self._bench.say("info", "cancelled; nothing was kept")
             return "cancelled; nothing was kept"
         if job.failure is not None:
-            self._bench.say("error", str(job.failure) or type(job.failure).__name__)
-            return "failed: see the log"
+            words = " ".join(str(job.failure).split()) or type(job.failure).__name__
+            self._bench.say("error", words)
+            return f"✖ {words}"
         if job.performance is not None:
             missed = exit_code(job.performance.rows)
             verdict = "✗ a figure misses its bar" if missed else "✓ every figure meets its bar"

@@ -141,6 +141,8 @@ class MainWindow(QMainWindow):
         return manager, made
 
     def _fill(self) -> None:
+        if not self._timer.isActive():
+            return  # closed before it was filled
         self.view = self._make_view(self.bench)
         self._middle.addWidget(self.view, 1)
         self.menus.build()
@@ -175,6 +177,11 @@ class MainWindow(QMainWindow):
         before.deleteLater()
         self.menus.build()
         self._recolour()
+
+    @property
+    def line(self) -> str:
+        """What the bottom of the window says."""
+        return self._line.text()
 
     def content(self, dock_id: str) -> QWidget:
         """What a dock holds; made if it was not yet."""
