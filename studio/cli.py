@@ -146,6 +146,12 @@ VERBS = (
         "nexus bench raster --json",
     ),
     Verb(
+        "bench studio",
+        "studio.verbs.bench_studio",
+        "measure the window: opening, drawing, answering, seeking, what a kill costs",
+        "nexus bench studio --json",
+    ),
+    Verb(
         "bench physics",
         "studio.bench.physics",
         "measure the physics of a scanned room",

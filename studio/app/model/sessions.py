@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 class Sessions(Protocol):
     """Opens scenes and plays sessions, one at a time; `SessionRun` is the one there is."""
 
+    out: Path
     output: SessionOutput | None
     line: str
 

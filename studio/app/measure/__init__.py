@@ -1,0 +1,1 @@
+"""How fast the studio answers: what `nexus bench studio` runs in processes of their own."""
