@@ -16,6 +16,7 @@ def seek_rows(folder: Path) -> list[Row]:
     write_recording(path)
     index = read_index(path)
     assert index is not None, "reading ends early only when it is cancelled"
+    assert index.packets is not None, "the recording holds pictures"
     reader = PictureReader(path, index.packets, lenses=2)
     try:
         return measure_seeks(

@@ -136,8 +136,8 @@ class MainWindow(QMainWindow):
             first.setAsCurrentTab()
         for dock_id in CLOSED_AT_FIRST:
             made[dock_id].toggleView(False)
-        manager.setSplitterSizes(areas["left"], [260, 620, 440])
-        manager.setSplitterSizes(areas["centre"], [560, 240])
+        manager.setSplitterSizes(areas["left"], [250, 640, 490])
+        manager.setSplitterSizes(areas["bottom"], [540, 260])
         return manager, made
 
     def _fill(self) -> None:

@@ -6,10 +6,12 @@ import qtawesome
 from PySide6.QtCore import QEvent, QSignalBlocker, QSize, Qt, QTimer
 from PySide6.QtGui import QPalette
 from PySide6.QtWidgets import (
+    QFrame,
     QHBoxLayout,
     QHeaderView,
     QLabel,
     QMenu,
+    QScrollArea,
     QSplitter,
     QToolButton,
     QTreeWidget,
@@ -119,7 +121,11 @@ class TwinDock(QWidget):
         below = QWidget()
         column = QVBoxLayout(below)
         column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(self.inspector)
+        area = QScrollArea()
+        area.setWidgetResizable(True)
+        area.setFrameShape(QFrame.Shape.NoFrame)
+        area.setWidget(self.inspector)
+        column.addWidget(area)
         column.addWidget(self.hint)
         column.addStretch(1)
         split = QSplitter(Qt.Orientation.Vertical)

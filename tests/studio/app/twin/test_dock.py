@@ -1,0 +1,61 @@
+import numpy as np
+import pytest
+
+from studio.console.display import why_no_window
+
+WHY_NOT = why_no_window()
+pytestmark = [
+    pytest.mark.gui,
+    pytest.mark.skipif(WHY_NOT is not None, reason=f"no window here: {WHY_NOT}"),
+]
+
+
+@pytest.fixture
+def dock(bench, qtbot):
+    from studio.app.twin.dock import TwinDock
+
+    made = TwinDock(bench)
+    made.show()
+    yield made
+    made.close()
+
+
+def rows(dock):
+    found = {}
+    for place in range(dock.tree.topLevelItemCount()):
+        heading = dock.tree.topLevelItem(place)
+        found[heading.text(0)] = [heading.child(i).text(0) for i in range(heading.childCount())]
+    return found
+
+
+def test_objects_of_the_scan_are_listed_and_selected_both_ways(dock, bench):
+    item = bench.scene.objects[0]
+    assert len(rows(dock)["Objects"]) == len(bench.scene.objects)
+    bench.select(item.object_id)
+    assert dock.tree.currentItem().text(0) == item.name
+    other = dock.tree.topLevelItem(0).child(1)
+    dock.tree.setCurrentItem(other)
+    assert bench.selection == bench.scene.objects[1].object_id
+
+
+def test_a_number_moves_the_object_and_undo_takes_it_back(dock, bench):
+    item = bench.scene.objects[0]
+    bench.select(item.object_id)
+    before = dock.inspector.place[0].value()
+    dock.inspector.place[0].setValue(before + 0.25)
+    moved = bench.state.objects[item.object_id].world_from_object.translation
+    assert np.isclose(moved[0], before + 0.25, atol=1e-3)
+    bench.history.undo()
+    dock.refresh()
+    assert np.isclose(dock.inspector.place[0].value(), before)
+
+
+def test_what_is_added_is_listed_selected_and_removed(dock, bench):
+    assert bench.do("twin.add_primitive", shape="box")
+    assert bench.do("twin.add_avatar", role="remote")
+    dock.refresh()
+    found = rows(dock)
+    assert len(found["Primitives"]) == len(found["People"]) == 1
+    assert bench.do("twin.remove", item=next(iter(bench.document.twin.primitives)))
+    dock.refresh()
+    assert "Primitives" not in rows(dock) or rows(dock)["Primitives"] == []
