@@ -84,9 +84,10 @@ def last_at(t_ns: NDArray[np.int64] | Sequence[int], at_ns: int) -> int:
     return bisect_right(t_ns, at_ns) - 1
 
 
-def pose_row(pose: Pose) -> list[float]:
+def pose_row(world_from_item: Pose) -> list[float]:
     """A pose as numbers."""
-    return [*pose.rotation.ravel().tolist(), *pose.translation.tolist()]
+    rotation, place = world_from_item.rotation, world_from_item.translation
+    return [*rotation.ravel().tolist(), *place.tolist()]
 
 
 def pose_of_row(row: NDArray[np.float64]) -> Pose:

@@ -110,27 +110,29 @@ def heading_rad(kind: ItemKind, world_from_item: Pose) -> float:
     return wrap_angle(world_from_item.yaw())
 
 
-def put(document: Document, scanned: Mapping[str, Pose], item_id: str, pose: Pose) -> Document:
+def put(
+    document: Document, scanned: Mapping[str, Pose], item_id: str, world_from_item: Pose
+) -> Document:
     """The item at another `world_from_item`; a person's hands and a surface's corners go along.
 
     Raises:
         EditError: nothing of that id is there, or the place is out of bounds.
     """
     kind = kind_of(document, scanned, item_id)
-    checked_place(item_id, pose.translation)
+    checked_place(item_id, world_from_item.translation)
     twin = document.twin
     if kind is ItemKind.OBJECT:
-        return _with(document, poses=with_item(twin.poses, item_id, pose))
+        return _with(document, poses=with_item(twin.poses, item_id, world_from_item))
     if kind is ItemKind.PRIMITIVE:
-        item = replace(twin.primitives[item_id], world_from_primitive=pose)
+        item = replace(twin.primitives[item_id], world_from_primitive=world_from_item)
         return _with(document, primitives=with_item(twin.primitives, item_id, item))
     if kind is ItemKind.AVATAR:
-        person = _moved_avatar(twin.avatars[item_id], pose)
+        person = _moved_avatar(twin.avatars[item_id], world_from_item)
         return _with(document, avatars=with_item(twin.avatars, item_id, person))
     if kind is ItemKind.CAMERA:
-        return _with(document, cameras=with_item(twin.cameras, item_id, pose))
+        return _with(document, cameras=with_item(twin.cameras, item_id, world_from_item))
     before = pose_of(document, scanned, item_id)
-    points = pose @ (before.inverse() @ _points(twin, kind, item_id))
+    points = world_from_item @ (before.inverse() @ _points(twin, kind, item_id))
     if kind is ItemKind.SURFACE:
         surface = replace(twin.surfaces[item_id], corners_in_world=points)
         return _with(document, surfaces=with_item(twin.surfaces, item_id, surface))

@@ -89,7 +89,7 @@ class Inspector(QWidget):
             _set_text(self.name, item.name)
         is_by_hand = self._bench.is_by_hand or item.kind is not ItemKind.OBJECT
         self.state.setText(item.state)
-        for spin, value in zip(self.place, item.pose.translation.tolist(), strict=True):
+        for spin, value in zip(self.place, item.world_from_item.translation.tolist(), strict=True):
             _set_value(spin, value)
             spin.setEnabled(is_by_hand)
         _set_value(self.yaw, item.yaw_deg or 0.0)

@@ -43,7 +43,7 @@ class TwinItem:
         kind: what it is.
         name: shown to people.
         state: its shape and word, such as "● at rest".
-        pose: `world_from_item`, as `edits.pose_of` has it.
+        world_from_item: `world_from_item`, as `edits.pose_of` has it.
         yaw_deg: heading, or None for what is made of points.
         size_m: sides (x, y, z), or None.
         mass_kg: or None where nobody knows it.
@@ -56,7 +56,7 @@ class TwinItem:
     kind: ItemKind
     name: str
     state: str
-    pose: Pose
+    world_from_item: Pose
     yaw_deg: float | None
     size_m: tuple[float, float, float] | None = None
     mass_kg: float | None = None

@@ -255,7 +255,5 @@ def without(shapes: Iterable[Shape], key: str) -> list[Shape]:
     return [shape for shape in shapes if shape.key != key]
 
 
-_FORWARD = WORLD_FROM_FORWARD_CAMERA.rotation.T @ np.array(
-    [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
-)
+_FORWARD = WORLD_FROM_FORWARD_CAMERA.rotation.T @ Pose.from_yaw(0.5 * np.pi).rotation
 """Turns a body that points along +x to point along a camera's z."""

@@ -447,7 +447,7 @@ class TwinView(QWidget):
         move_item(self.bench, self.bench.selection, pose, merge=f"drag {id(self)} {self._drags}")
 
 
-def move_item(bench: Workbench, item_id: str, pose: Pose, *, merge: str = "") -> None:
+def move_item(bench: Workbench, item_id: str, world_from_item: Pose, *, merge: str = "") -> None:
     """Put an object, body or camera somewhere, as one step of undo per `merge`.
 
     Raises:
@@ -455,21 +455,21 @@ def move_item(bench: Workbench, item_id: str, pose: Pose, *, merge: str = "") ->
     """
     twin = bench.document.twin
     if item_id in twin.primitives:
-        moved = replace(twin.primitives[item_id], world_from_primitive=pose)
+        moved = replace(twin.primitives[item_id], world_from_primitive=world_from_item)
         changed = replace(twin, primitives=with_item(twin.primitives, item_id, moved))
     elif item_id in twin.cameras:
-        changed = replace(twin, cameras=with_item(twin.cameras, item_id, pose))
+        changed = replace(twin, cameras=with_item(twin.cameras, item_id, world_from_item))
     elif pose_of(bench, item_id) is not None:
-        changed = replace(twin, poses=with_item(twin.poses, item_id, pose))
+        changed = replace(twin, poses=with_item(twin.poses, item_id, world_from_item))
     else:
         raise ValueError(f"{item_id!r}: nothing of that name can be moved")
     bench.change(f"Move {item_id}", replace(bench.document, twin=changed), merge=merge)
 
 
-def note_pose(bench: Workbench, item_id: str, pose: Pose) -> None:
+def note_pose(bench: Workbench, item_id: str, world_from_item: Pose) -> None:
     """Write a drag down as the line of a script that does the same."""
-    x, y, z = (round(float(v), 4) for v in pose.translation)
-    yaw = math.degrees(math.atan2(pose.rotation[1, 0], pose.rotation[0, 0]))
+    x, y, z = (round(float(v), 4) for v in world_from_item.translation)
+    yaw = math.degrees(math.atan2(world_from_item.rotation[1, 0], world_from_item.rotation[0, 0]))
     bench.note("twin.place", item=item_id, x=x, y=y, z=z, yaw_deg=round(yaw, 2))
 
 
