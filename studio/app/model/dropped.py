@@ -48,15 +48,13 @@ def what_is(path: Path) -> Dropped:
         return Dropped("a scenario", "scenario.open")
     if suffix in SPLATS:
         return Dropped("a splat file", "file.open_scene", "scene")
-    if suffix in MESHES:
-        return Dropped("a mesh", "twin.add_mesh")
     if suffix in VIDEOS:
         return Dropped("a video", "preparation.add")
     if suffix in PICTURES:
         return Dropped("a photo", "preparation.add")
     raise ValueError(
         f"{path.name}: the studio opens projects ({SUFFIX}), scene packages, splats (.ply .spz "
-        ".sog .splat), meshes (.glb .obj .stl), recordings (.mcap), scenarios (.toml), "
+        ".sog .splat), recordings (.mcap), scenarios (.toml), "
         "videos and photos"
     )
 

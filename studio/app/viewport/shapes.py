@@ -105,7 +105,6 @@ class Shown:
     surfaces: bool = True
     collision: bool = False
     covariance: bool = False
-    error_map: bool = False
 
 
 def shapes_of(

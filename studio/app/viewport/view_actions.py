@@ -188,7 +188,6 @@ def _drawn(grid: Views) -> list[Action]:
         "surfaces": "Edges of live surfaces",
         "collision": "Collision mesh",
         "covariance": "Uncertainty of poses",
-        "error_map": "Error on the floor",
     }
     return [
         Action(f"view.show_{name}", f"Show or hide: {title}", "View", partial(toggle, name), "")

@@ -10,7 +10,6 @@ from studio.app.model.dropped import what_is
         ("a.mcap", "timeline.open"),
         ("a.TOML", "scenario.open"),
         ("room.ply", "file.open_scene"),
-        ("table.glb", "twin.add_mesh"),
         ("room.MP4", "preparation.add"),
         ("one.jpg", "preparation.add"),
     ],
