@@ -151,7 +151,7 @@ def picture_name(seq: int, lens: int) -> str:
 
 def source_digest() -> bytes:
     """Changes with any code or data that decides what the simulated camera sees."""
-    root = Path(__file__).parents[2]
+    root = Path(__file__).parents[3]
     digest = hashlib.sha256()
     for pattern in PICTURE_SOURCES:
         for source in sorted(root.glob(pattern)):

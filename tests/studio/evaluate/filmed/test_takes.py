@@ -1,5 +1,6 @@
 import os
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -131,3 +132,10 @@ def test_the_longest_unused_takes_go_first(tmp_path):
     assert cache.find("old", ()) is None
     assert cache.find("middle", ()) is not None
     assert cache.find("new", ()) is not None
+
+
+def test_every_source_of_the_pictures_is_there():
+    from studio.evaluate.filmed.takes import PICTURE_SOURCES
+
+    root = Path(__file__).parents[4]
+    assert [pattern for pattern in PICTURE_SOURCES if not list(root.glob(pattern))] == []
