@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from studio.session.latency import StageTime
 
 FILLS = ("#2f7fb8", "#8a6fc0", "#2d9170", "#b57a1f", "#b4556e", "#6b7d8f")
-"""Of stages in their order, told apart by their numbers too; white text has 3:1 on each."""
+"""Of stages in their order, distinguished by their numbers too; white text has 3:1 on each."""
 LEAST_LABEL_PX = 18
 """Parts narrower than this have no number in them."""
 

@@ -33,7 +33,7 @@ HANDS_M = ((-0.22, 0.55, 0.25), (0.22, 0.55, 0.25))
 """Where the left and the right hand are from the head (x right, y down, z ahead): forearms held
 out."""
 COLOURS = ((0.90, 0.45, 0.20), (0.20, 0.55, 0.85), (0.30, 0.65, 0.40), (0.75, 0.40, 0.70))
-"""Of primitives and annotations, in turn: told apart by whoever sees colours, named in the tree."""
+"""Of primitives and annotations, in turn: distinct for whoever sees colours, named in the tree."""
 SURFACE_PX = 640
 """Longer side of the picture that a new live surface shows, pixels; a session makes it as fine as
 its camera sees it."""

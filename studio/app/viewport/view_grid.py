@@ -13,9 +13,10 @@ from scenes.pose import Pose
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.viewport.items import pose_of
 from studio.app.viewport.painter import TwinPainter, View
+from studio.app.viewport.placing import places_text
 from studio.app.viewport.shapes import shapes_of
 from studio.app.viewport.tools import InHand, Tool
-from studio.app.viewport.view import FIELD_OF_VIEW, TwinView, places_text
+from studio.app.viewport.view import FIELD_OF_VIEW, TwinView
 from studio.app.viewport.view_actions import add_view_actions
 from studio.app.viewport.view_overlay import image_of
 from studio.app.viewport.viewer import object_eyes
