@@ -187,6 +187,11 @@ class FisheyeRasteriser:
 
     def close(self) -> None:
         """Free the window and everything on the device; the rasteriser is of no use afterwards."""
+        for actor in self._actors:
+            # An observer holds this rasteriser and VTK the observer: no garbage collector sees it.
+            actor.GetMapper().RemoveAllObservers()
+        self._actors.clear()
+        self._uniforms.clear()
         self._renderer.RemoveAllViewProps()
         self._window.Finalize()
 

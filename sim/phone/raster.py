@@ -96,6 +96,7 @@ class PinholeRasteriser:
         self._renderer.SetBackground(0.0, 0.0, 0.0)
         self._window.AddRenderer(self._renderer)
         self._clip_from_world = vtkMatrix4x4()
+        self._actors: list[vtkActor] = []
         for mesh in meshes:
             self._add(mesh)
 
@@ -124,6 +125,10 @@ class PinholeRasteriser:
 
     def close(self) -> None:
         """Free the window and everything on the device; the rasteriser is of no use afterwards."""
+        for actor in self._actors:
+            # An observer holds this rasteriser and VTK the observer: no garbage collector sees it.
+            actor.GetMapper().RemoveAllObservers()
+        self._actors.clear()
         self._renderer.RemoveAllViewProps()
         self._window.Finalize()
 
@@ -145,6 +150,7 @@ class PinholeRasteriser:
 
         mapper.AddObserver(vtkCommand.UpdateShaderEvent, set_uniforms)
         self._renderer.AddActor(actor)
+        self._actors.append(actor)
 
 
 def _clip_from_camera(camera: Pinhole, shift_px: tuple[float, float]) -> NDArray[np.float64]:
