@@ -122,6 +122,7 @@ def soak_rows(minutes: float, folder: Path) -> list[Row]:
     if minutes * 60 < 2 * SETTLED_S:
         raise ValueError(f"a soak of {minutes:g} min says nothing: wanted at least 2 min")
     path = folder / "soak.csv"
+    path.unlink(missing_ok=True)
     try:
         failure = measured("soaking", str(minutes * 60), str(folder))["failure"]
     except subprocess.CalledProcessError as error:
