@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import sys
 import threading
@@ -130,7 +131,18 @@ def soaking(seconds: str, folder: str) -> dict[str, Any]:
     window, wait = shown_window(document, home=where / "home")
     window.run.out = where / "session"
     wait(lambda: window.is_filled and has_picture(window))
-    sampler = Sampler(where / "soak.csv", resident_mb=resident_mb, threads=threading.active_count)
+
+    def tracking_ms(frames: int) -> float:
+        session = None if window.run.job is None else window.run.job.session
+        stages = () if session is None or not frames else session.latencies.stages(last=frames)
+        return next((stage.p95_ms for stage in stages if stage.name == "track"), math.nan)
+
+    sampler = Sampler(
+        where / "soak.csv",
+        resident_mb=resident_mb,
+        threads=threading.active_count,
+        frame_ms=tracking_ms,
+    )
     seen: object = None
 
     def is_over() -> bool:
