@@ -23,6 +23,22 @@ from devices.messages import EncodedFrame
 
 NANOSECONDS = 1_000_000_000
 
+KEYFRAME_S = 0.5
+"""From one keyframe to the next, seconds. Any picture is decoded from the keyframe before it, so
+this is what going to an instant costs. Measured with six seconds of the study room at 2880 × 1440,
+10 frames and 24 Mbit a second, one core of a Zen 4, times of the processor:
+
+| keyframe every | size, MB/s | PSNR, dB | all of a group decoded, ms |
+|--:|--:|--:|--:|
+| 2 s | 3.12 | 41.03 | 554 |
+| 1 s | 3.20 | 41.00 | 265 |
+| 0.5 s | 3.34 | 40.96 | 141 |
+| 0.3 s | 3.52 | 41.02 | 90 |
+| 0.2 s | 3.79 | 41.05 | 63 |
+
+At half a second any picture is there within 200 ms, for 7 % more of the disk.
+"""
+
 
 class H264Encoder:
     """Turns RGB pictures into H.264 access units (Annex B, headers at every keyframe).
@@ -33,7 +49,7 @@ class H264Encoder:
         fps: nominal frames per second, for rate control.
         bitrate: bits per second.
         stream_id: written into every packet.
-        keyframe_interval: pictures from one keyframe to the next; default two seconds.
+        keyframe_interval: pictures from one keyframe to the next; default `KEYFRAME_S`.
 
     Raises:
         ValueError: a size is odd or too small, or a rate is not positive.
@@ -57,7 +73,7 @@ class H264Encoder:
             raise ValueError(f"H264Encoder: {fps} fps at {bitrate} bit/s, wanted both > 0")
         self._stream_id = stream_id
         self._shape = (height_px, width_px, 3)
-        self._interval = keyframe_interval or max(1, round(2 * fps))
+        self._interval = keyframe_interval or max(1, round(KEYFRAME_S * fps))
         self._count = 0
         context = av.CodecContext.create("libx264", "w")
         context.width, context.height = width_px, height_px

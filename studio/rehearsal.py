@@ -9,12 +9,9 @@ from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
 
-from devices.recording_codec import track_to_json
 from devices.session_info import SessionInfo
 from scenes.render.native import NativeRenderer
-from scenes.state import TrackedObject
 from studio.console.progress import Progress
 from studio.console.rows import Row, as_json, at_most
 from studio.evaluate.filmed.perfect_detector import PerfectDetector
@@ -22,6 +19,7 @@ from studio.evaluate.scores import ScoreBoard, accuracy_rows
 from studio.reports.film import FilmMaker, FilmTitle, Picture, film_frame
 from studio.reports.film_file import FilmFile, FilmThread
 from studio.reports.report import Report, render_report
+from studio.reports.tracks_file import TracksFile
 from studio.session.outputs import (
     FILM,
     RECORDING,
@@ -56,20 +54,23 @@ class Performance:
 
 
 class Notes:
-    """Everything the report needs of a session while it runs: tracks and scores by method."""
+    """Everything the report needs of a session while it runs: scores by method, what happened.
 
-    def __init__(self, session: Session) -> None:
+    Args:
+        session: whose frames come.
+        tracks: where every method's poses go.
+    """
+
+    def __init__(self, session: Session, tracks: TracksFile) -> None:
         self.boards = {name: ScoreBoard(session.scene.objects) for name in session.plan.methods}
-        self.tracks: dict[str, list[tuple[TrackedObject, ...]]] = {
-            name: [] for name in session.plan.methods
-        }
         self.events: list[tuple[int, str]] = []
+        self._tracks = tracks
 
     def add(self, output: SessionOutput) -> None:
         """Take one frame."""
         self.events += [(e.t_ns, e.text) for e in output.input.events]
         for name, answer in output.tracks.items():
-            self.tracks[name].append(answer.objects)
+            self._tracks.add(name, answer.objects)
             if output.message.truth is not None:
                 self.boards[name].add(answer.objects, output.message.truth.recorded)
 
@@ -111,12 +112,12 @@ def perform(
         progress.finish()
         if opened is not None:
             opened(session)
-        notes = Notes(session)
-        result, stills = _play(session, notes, part / FILM, progress, watch, cancelled)
+        with TracksFile(part / TRACKS, session.info, plan.methods) as tracks:
+            notes = Notes(session, tracks)
+            result, stills = _play(session, notes, part / FILM, progress, watch, cancelled)
         rows = result_rows(session, notes, result)
         if session.info.scenario:
             (part / SCENARIO).write_text(session.info.scenario, encoding="utf-8")
-        _write_tracks(part / TRACKS, session.info, notes)
         report = Report(
             verb=verb,
             session=session,
@@ -202,28 +203,3 @@ def _events(info: SessionInfo, notes: Notes) -> tuple[tuple[int, str], ...]:
         return tuple(notes.events)
     mark = (info.fork.t_ns, f"the fork of {info.fork.recording} begins")
     return tuple(sorted([mark, *notes.events], key=lambda event: event[0]))
-
-
-def _write_tracks(path: Path, info: SessionInfo, notes: Notes) -> None:
-    """Every pose of every method; `world_from_object` is a 4×4 row-major matrix in metres."""
-    methods: dict[str, list[dict[str, Any]]] = {}
-    for name, frames in notes.tracks.items():
-        methods[name] = [
-            {
-                "seq": frame[0].source_seq,
-                "t_ns": frame[0].t_ns,
-                "objects": [track_to_json(track) for track in frame],
-            }
-            for frame in frames
-            if frame
-        ]
-    values = {
-        "format": "gaussiannexus tracks",
-        "version": 1,
-        "units": {"length": "m", "time": "ns"},
-        "scene": info.scene,
-        "scenario": info.scenario_name,
-        "seed": info.seed,
-        "methods": methods,
-    }
-    path.write_text(json.dumps(values, allow_nan=False) + "\n", encoding="utf-8")

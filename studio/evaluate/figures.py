@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from scenes.package import ScenePackage
 from scenes.pose import Pose
 from scenes.state import ObjectModel
-from studio.evaluate.scores import ROOM_BAR_CM, ROOM_BAR_DEG, VISIBLE_FRACTION, Sample, ScoreBoard
+from studio.evaluate.samples import Sample
+from studio.evaluate.scores import ROOM_BAR_CM, ROOM_BAR_DEG, VISIBLE_FRACTION, ScoreBoard
 
 INK = "#010203"
 """Stands for the page's text colour until the figure is written."""

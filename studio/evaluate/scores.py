@@ -10,10 +10,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from devices.recording_codec import RecordedTruth
-from scenes.pose import Pose
-from scenes.state import ObjectModel, TrackedObject, TrackState
+from scenes.state import ObjectModel, TrackedObject
 from studio.console.rows import Row, at_most
 from studio.evaluate.metrics import PoseError, Spread, error_table, pose_error
+from studio.evaluate.samples import Sample, SampleRows
 from tracking.model.symmetry import ROUND
 
 VISIBLE_FRACTION = 0.5
@@ -26,29 +26,6 @@ ROOM_BAR_CM, ROOM_BAR_DEG = 9.9, 5.7
 """The paper's mean errors at room scale (table 1)."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Sample:
-    """One object at one frame: what a method said and what was true.
-
-    Attributes:
-        t_ns: capture time.
-        estimated_world_from_object: tracked `world_from_object`.
-        true_world_from_object: true `world_from_object`.
-        visible: share of the object that the camera saw, 0..1.
-        state: what the tracker knew.
-        counted: whether the object has moved by now.
-        error: how far apart the two poses are.
-    """
-
-    t_ns: int
-    estimated_world_from_object: Pose
-    true_world_from_object: Pose
-    visible: float
-    state: TrackState
-    counted: bool
-    error: PoseError
-
-
 class ScoreBoard:
     """Collects samples of one method, by object.
 
@@ -58,7 +35,7 @@ class ScoreBoard:
 
     def __init__(self, objects: Sequence[ObjectModel]) -> None:
         self._models = {model.object_id: model for model in objects}
-        self._samples: dict[str, list[Sample]] = {model.object_id: [] for model in objects}
+        self._samples = {model.object_id: SampleRows() for model in objects}
         self._moved: set[str] = set()
 
     def add(self, tracks: Iterable[TrackedObject], truth: RecordedTruth) -> None:
@@ -70,7 +47,7 @@ class ScoreBoard:
             if true_world_from_object is None or model is None:
                 continue
             symmetry = SYMMETRY_OF_KIND.get(model.kind, 1)
-            self._samples[track.object_id].append(
+            self._samples[track.object_id].add(
                 Sample(
                     t_ns=track.t_ns,
                     estimated_world_from_object=track.world_from_object,
@@ -90,7 +67,7 @@ class ScoreBoard:
 
     def samples(self, object_id: str) -> tuple[Sample, ...]:
         """Every frame of one object."""
-        return tuple(self._samples[object_id])
+        return tuple(self._samples[object_id].samples())
 
     def moved(self) -> tuple[ObjectModel, ...]:
         """The objects that moved, in the order of the scene."""
@@ -121,11 +98,7 @@ class ScoreBoard:
         errors: list[PoseError] = []
         yaw_errors: list[PoseError] = []
         for object_id in object_ids:
-            chosen = [
-                s.error
-                for s in self._samples[object_id]
-                if s.counted and (hidden is None or hidden == (s.visible < VISIBLE_FRACTION))
-            ]
+            chosen = self._samples[object_id].errors(hidden=hidden, below=VISIBLE_FRACTION)
             errors += chosen
             yaw_errors += chosen if self.has_yaw(object_id) else []
         if not errors:

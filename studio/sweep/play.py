@@ -15,7 +15,8 @@ from devices.recording_codec import RecordedTruth
 from scenes.pose import Pose
 from scenes.state import TrackState
 from studio.evaluate.filmed.perfect_detector import PerfectDetector
-from studio.evaluate.scores import Sample, ScoreBoard
+from studio.evaluate.samples import Sample
+from studio.evaluate.scores import ScoreBoard
 from studio.session.session import Session, SessionOutput, SessionPlan, open_session
 from studio.sweep.plan import Run
 

@@ -3,7 +3,13 @@ import numpy as np
 import pytest
 
 from devices.messages import EncodedFrame
-from devices.video import H264Decoder, H264Encoder, side_by_side, split_lenses
+from devices.video import (
+    KEYFRAME_S,
+    H264Decoder,
+    H264Encoder,
+    side_by_side,
+    split_lenses,
+)
 
 WIDTH, HEIGHT, FPS = 256, 128, 10
 
@@ -26,7 +32,7 @@ def test_one_picture_in_gives_one_packet_out_and_one_picture_back():
     for seq, (picture, packets) in enumerate(zip(pictures, encode_all(pictures), strict=True)):
         assert len(packets) == 1
         assert (packets[0].seq, packets[0].t_ns) == (seq, seq * 100_000_000)
-        assert packets[0].keyframe == (seq % (2 * FPS) == 0)
+        assert packets[0].keyframe == (seq % round(KEYFRAME_S * FPS) == 0)
         decoded = decoder.decode(packets[0])
         assert decoded is not None
         error = decoded.astype(float) - picture

@@ -38,6 +38,8 @@ from studio.session.outputs import REPORT_HTML
 POLL_MS = 250
 STALE_S = 1.0
 """Seconds without a frame after which a camera that plays is no longer good."""
+SHOWN_FRAMES = 600
+"""Newest frames whose times are shown, chosen: a minute at 10 Hz."""
 KINDS = {"PASS": "good", "WARN": "warning", "FAIL": "bad"}
 LEVELS = {"info": "calm", "warning": "warning", "error": "bad"}
 
@@ -194,7 +196,7 @@ class SessionDock(QWidget):
         if session is not None:
             tracked, waiting, lost = session.counts
             self.latency.show_stages(
-                [stage for stage in session.latencies.stages() if stage.name != "track"]
+                [s for s in session.latencies.stages(last=SHOWN_FRAMES) if s.name != "track"]
             )
         if tracked != self._last[0]:
             self._last = tracked, now

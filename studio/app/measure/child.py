@@ -3,25 +3,18 @@
 from __future__ import annotations
 
 import json
+import math
 import os
-import resource
 import sys
-import tempfile
 import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from studio.app.shell.main_window import MainWindow
-
-BEGIN = "NEXUS_MEASURE_BEGIN"
-"""Variable with the parent's monotonic clock when it started this process, seconds."""
-
-LIMIT_S = 240.0
-"""After so long something hangs."""
+from studio.app.measure.process import BEGIN
+from studio.app.measure.shown import asked_for_answers, has_picture, resident_mb, rest, shown_window
 
 ORBIT_S, INPUT_S = 6.0, 12.0
 """How long is orbited and clicked: some hundred pictures and answers."""
@@ -38,9 +31,9 @@ def main() -> None:
 
 def opening() -> dict[str, Any]:
     """Seconds from the process's start to the window, and to the first picture of the lab."""
-    window, wait = _window("lab")
+    window, wait = shown_window("lab")
     shown = _since_begin()
-    wait(lambda: _has_picture(window))
+    wait(lambda: has_picture(window))
     picture = _since_begin()
     window.close()
     return {"window_s": shown, "first_picture_s": picture}
@@ -53,8 +46,8 @@ def orbiting() -> dict[str, Any]:
     from scenes.frames import look_at
     from scenes.state import Avatar
 
-    window, wait = _window("lab")
-    wait(lambda: _has_picture(window))
+    window, wait = shown_window("lab")
+    wait(lambda: has_picture(window))
     bench, scene = window.bench, window.bench.scene
     assert scene is not None
     bench.show_scene(replace(scene, room=_denser(scene.room, SPLATS)))
@@ -67,7 +60,7 @@ def orbiting() -> dict[str, Any]:
     view = grid.active
     view.setFixedSize(960, 540)
     wait(lambda: view.painted is not None and view.painted.is_full)
-    _rest(wait, 4.0)  # the thinned room is made meanwhile
+    rest(wait, 4.0)  # the thinned room is made meanwhile
     pictures, begin = [], time.monotonic()
     while time.monotonic() - begin < ORBIT_S:
         before = view.painted
@@ -83,36 +76,13 @@ def orbiting() -> dict[str, Any]:
 
 def answering() -> dict[str, Any]:
     """Milliseconds until the window has answered an input while a session plays."""
-    from PySide6.QtCore import QObject, Qt, Signal
-
-    class Poster(QObject):
-        posted = Signal(float)
-
-    window, wait = _window("lab")
-    wait(lambda: window.is_filled and _has_picture(window))
+    window, wait = shown_window("lab")
+    wait(lambda: window.is_filled and has_picture(window))
     window.bench.perform("session.rehearse")
     wait(lambda: window.run.output is not None)
-    grid: Any = window.view
     took: list[float] = []
-
-    def answer(posted_s: float) -> None:
-        grid.active.set_viewer(grid.active.viewer.dragged(1.0, 0.0))
-        grid.active.repaint()
-        took.append(1e3 * (time.monotonic() - posted_s))
-
-    poster = Poster()
-    poster.posted.connect(answer, Qt.ConnectionType.QueuedConnection)
-    ended = threading.Event()
-
-    def post() -> None:
-        while not ended.wait(0.05):
-            poster.posted.emit(time.monotonic())
-
-    thread = threading.Thread(target=post, daemon=True)
-    thread.start()
-    _rest(wait, INPUT_S)
-    ended.set()
-    thread.join()
+    with asked_for_answers(window, took.append):
+        rest(wait, INPUT_S)
     window.close()
     return {"input_ms": took}
 
@@ -125,14 +95,14 @@ def open_close(rounds: str) -> dict[str, Any]:
     scenario = SHORT.read_text(encoding="utf-8")
     for _ in range(int(rounds)):
         document = Document("lab", scenario_name="short", scenario=scenario)
-        window, wait = _window(document)
-        wait(lambda window=window: window.is_filled and _has_picture(window))
+        window, wait = shown_window(document)
+        wait(lambda window=window: window.is_filled and has_picture(window))
         window.bench.perform("session.rehearse")
         wait(lambda window=window: not window.run.is_busy)
         window.close()
         window.deleteLater()
-        _rest(wait, 0.3)
-        resident.append(_resident_mb())
+        rest(wait, 0.3)
+        resident.append(resident_mb())
     return {"resident_mb": resident}
 
 
@@ -140,14 +110,66 @@ def editing(home: str) -> dict[str, Any]:
     """Edit without end, printing each edit's number: whoever reads it kills this process."""
     from studio.app.model.document import Document, Marker
 
-    window, wait = _window("lab", home=Path(home))
+    window, wait = shown_window("lab", home=Path(home))
     print("ready", flush=True)
     for number in range(100_000):
         markers = (Marker(number, "edit"),)
         window.bench.change("Mark", Document("lab", markers=markers))
         print(f"{number} {time.monotonic()}", flush=True)
-        _rest(wait, 0.03)
+        rest(wait, 0.03)
     return {}
+
+
+def soaking(seconds: str, folder: str) -> dict[str, Any]:
+    """One window in sessions for so long; samples go to `soak.csv` in the folder."""
+    from studio.app.measure.soaking import OVERTIME, SESSION_S, SETTLED_S, Sampler, scenario_of
+    from studio.app.model.document import Document
+
+    where, end_s = Path(folder), time.monotonic() + float(seconds)
+    scenario = scenario_of(min(float(seconds), SESSION_S))
+    document = Document("lab", scenario_name="soak", scenario=scenario)
+    window, wait = shown_window(document, home=where / "home")
+    window.run.out = where / "session"
+    wait(lambda: window.is_filled and has_picture(window))
+
+    def tracking_ms(frames: int) -> float:
+        session = None if window.run.job is None else window.run.job.session
+        stages = () if session is None or not frames else session.latencies.stages(last=frames)
+        return next((stage.p95_ms for stage in stages if stage.name == "track"), math.nan)
+
+    sampler = Sampler(
+        where / "soak.csv",
+        resident_mb=resident_mb,
+        threads=threading.active_count,
+        frame_ms=tracking_ms,
+    )
+    seen: object = None
+
+    def is_over() -> bool:
+        nonlocal seen
+        output = window.run.output
+        if output is not None and output is not seen:
+            seen = output
+            sampler.late(1e-6 * (output.now_ns - output.input.frame.t_ns))
+        sampler.tick()
+        return not window.run.is_playing
+
+    failure = ""
+    with asked_for_answers(window, sampler.answered):
+        while not failure and time.monotonic() < end_s - 1.0:
+            window.bench.perform("session.rehearse", paced=True)
+            late_s = OVERTIME * float(seconds) + SETTLED_S
+            try:
+                wait(is_over, limit_s=end_s + late_s - time.monotonic())
+            except TimeoutError:
+                window.run.stop()
+                failure = f"{late_s:.0f} s late: the machine does not keep up with the session"
+            job = window.run.job
+            if not failure and job is not None and job.failure is not None:
+                failure = str(job.failure)
+    ended_mb = resident_mb()
+    window.close()
+    return {"failure": failure, "ended_mb": ended_mb}
 
 
 SHORT = Path(__file__).with_name("short.toml")
@@ -159,44 +181,8 @@ MEASURES: dict[str, Callable[..., dict[str, Any]]] = {
     "answering": answering,
     "open_close": open_close,
     "editing": editing,
+    "soaking": soaking,
 }
-
-
-def _window(scene: Any, home: Path | None = None) -> tuple[MainWindow, Callable[..., None]]:
-    from PySide6.QtWidgets import QApplication
-
-    from studio.app.model.document import Document
-    from studio.app.window import SWITCH_S, make_window
-
-    sys.setswitchinterval(SWITCH_S)
-    application = QApplication.instance() or QApplication(["nexus"])
-    document = Document(scene) if isinstance(scene, str) else scene
-    folder = Path(tempfile.mkdtemp(prefix="nexus-measure-"))
-    window = make_window(document, rehearse_to=folder / "out", home=home or folder)
-    window.show()
-    window.run.open_scene(document.scene)
-
-    def wait(condition: Callable[[], bool], limit_s: float = LIMIT_S) -> None:
-        end = time.monotonic() + limit_s
-        while not condition():
-            if time.monotonic() > end:
-                raise TimeoutError(f"the window did not get there in {limit_s:.0f} s")
-            application.processEvents()
-            time.sleep(0.001)
-
-    wait(lambda: window.isVisible())
-    application.processEvents()
-    return window, wait
-
-
-def _has_picture(window: MainWindow) -> bool:
-    grid: Any = window.view
-    return grid is not None and grid.active.painted is not None
-
-
-def _rest(wait: Callable[..., None], seconds: float) -> None:
-    end = time.monotonic() + seconds
-    wait(lambda: time.monotonic() >= end)
 
 
 def _denser(room: Any, count: int) -> Any:
@@ -219,13 +205,6 @@ def _denser(room: Any, count: int) -> Any:
 
 def _since_begin() -> float:
     return time.monotonic() - float(os.environ[BEGIN])
-
-
-def _resident_mb() -> float:
-    for line in Path("/proc/self/status").read_text(encoding="utf-8").splitlines():
-        if line.startswith("VmRSS:"):
-            return int(line.split()[1]) / 1024
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
 if __name__ == "__main__":

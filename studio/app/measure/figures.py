@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import os
 import signal
 import subprocess
-import sys
 import tempfile
 import time
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from studio.app.measure.child import BEGIN
+from studio.app.measure.process import command, measured
 from studio.app.model.autosave import recoverable
 from studio.console.rows import Row, at_least, at_most
 
@@ -29,7 +25,7 @@ LEAK_MB, LOST_S = 1.0, 2.0
 
 def opening_rows() -> list[Row]:
     """Time to the window and to the first picture of the lab."""
-    found = [_measure("opening") for _ in range(OPENINGS)]
+    found = [measured("opening") for _ in range(OPENINGS)]
     shown = float(np.median([f["window_s"] for f in found]))
     picture = float(np.median([f["first_picture_s"] for f in found]))
     return [
@@ -40,7 +36,7 @@ def opening_rows() -> list[Row]:
 
 def orbiting_rows() -> list[Row]:
     """Pictures a second while the view moves, and how soon it is drawn in full."""
-    found = _measure("orbiting")
+    found = measured("orbiting")
     return [
         at_least("studio.fps", found["fps"], "1/s", bar=FPS),
         at_most("studio.refined_ms", found["refined_ms"], "ms", bar=REFINED_MS),
@@ -49,7 +45,7 @@ def orbiting_rows() -> list[Row]:
 
 def answering_rows() -> list[Row]:
     """How soon an input is answered while a session plays."""
-    took = _measure("answering")["input_ms"]
+    took = measured("answering")["input_ms"]
     return [
         at_most("studio.input_ms.p95", float(np.quantile(took, 0.95)), "ms", bar=INPUT_MS),
         at_most("studio.input_ms.max", float(max(took)), "ms", bar=INPUT_WORST_MS),
@@ -59,7 +55,7 @@ def answering_rows() -> list[Row]:
 def open_close_rows(rounds: int) -> list[Row]:
     """Crashes and memory over rounds of open, rehearse, close."""
     try:
-        resident = _measure("open_close", str(rounds))["resident_mb"]
+        resident = measured("open_close", str(rounds))["resident_mb"]
     except subprocess.CalledProcessError:
         return [at_most("studio.open_close.crashes", 1, "", bar=0)]
     # The first rounds fill caches: imports, fonts, the renderer's buffers.
@@ -81,7 +77,7 @@ def kill_rows(times: int, seed: int = 0) -> list[Row]:
 def _lost_s(after_s: float) -> float:
     """Between the last edit that is there again and the kill."""
     with tempfile.TemporaryDirectory() as home:
-        child = subprocess.Popen(_command("editing", home), stdout=subprocess.PIPE, text=True)
+        child = subprocess.Popen(command("editing", home), stdout=subprocess.PIPE, text=True)
         assert child.stdout is not None
         made: dict[int, float] = {}
         killed = None
@@ -98,18 +94,3 @@ def _lost_s(after_s: float) -> float:
         kept = found[0].document.markers[0].t_ns if found else -1
         unkept = [t for number, t in made.items() if number > kept]
         return (killed or 0.0) - min(unkept) if unkept else 0.0
-
-
-def _measure(what: str, *rest: str) -> dict[str, Any]:
-    done = subprocess.run(
-        _command(what, *rest),
-        stdout=subprocess.PIPE,
-        text=True,
-        check=True,
-        env={**os.environ, BEGIN: repr(time.monotonic())},
-    )
-    return json.loads(done.stdout.splitlines()[-1])
-
-
-def _command(what: str, *rest: str) -> Sequence[str]:
-    return [sys.executable, "-m", "studio.app.measure.child", what, *rest]
