@@ -34,6 +34,7 @@ from tracking.follow.yaw_review import is_under_review, was_reviewed
 from tracking.hypotheses.budget import NOMINAL_COSTS, StepCosts
 from tracking.model.object_model import TrackModel, make_model
 from tracking.model.support_planes import FLOOR_M, support_planes_in
+from tracking.options import TrackerOptions
 from tracking.output import Stopwatch, TrackOutput, no_stopwatch
 from tracking.schedule import Schedule
 from tracking.window.window import Layer
@@ -46,25 +47,6 @@ rooms lab and desk."""
 SEARCH_SHARE = 0.6
 """Share of a stream's frame interval that the search for lost objects may use. Dropped frames count
 as frames, so that searches do not add to a delay. Chosen on the rooms lab and desk."""
-
-SEARCH_MS = 30.0
-"""Most time in ms that a search takes of one frame, however slow the stream: half of the promised
-latency of 60 ms."""
-
-
-@dataclass(frozen=True, slots=True)
-class TrackerOptions:
-    """Settings of the tracker that a user may change.
-
-    Attributes:
-        calibrate: refine the camera's pose against the room's splats.
-        texture: use the objects' inner colours as well as their contours.
-        recover: search for objects that are not where the scene has them.
-    """
-
-    calibrate: bool = True
-    texture: bool = True
-    recover: bool = True
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -184,7 +166,7 @@ class Tracker:
             tracks = settled(list(tasks.values()), tracks)
         elif self._options.recover and not searched:
             interval_ms = (frame.t_ns - state.t_ns) / schedule.pictures / 1e6
-            budget_ms = min(SEARCH_SHARE * interval_ms, SEARCH_MS)
+            budget_ms = min(SEARCH_SHARE * interval_ms, self._options.search_ms)
             found, search = redetect(
                 self._lost(tasks, tracks), search, budget_ms=budget_ms, costs=self._costs
             )

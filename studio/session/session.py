@@ -8,7 +8,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import partial
 from itertools import chain
@@ -435,6 +435,8 @@ def _recorded(plan: SessionPlan) -> Made:
             f"{path}: recorded with another version of scene {info.scene!r} "
             f"({info.scene_hash[:12]}, here {found[:12]}); tracks cannot be compared"
         )
+    # What is recorded now is what is tracked now: every frame, by these methods.
+    info = replace(info, methods=plan.methods, mode=str(plan.pace))
     return scene, info, partial(recorded_messages, path, info), 0
 
 

@@ -29,6 +29,7 @@ from devices.streams import Slot
 from studio.app.devices.latency_bar import LatencyBar
 from studio.app.devices.preflight import Check, checks_for, run_checks, save_checks, worst
 from studio.app.devices.report_html import report_page
+from studio.app.devices.tracker_panel import TrackerPanel
 from studio.app.model.actions import Action
 from studio.app.model.settings import settings_folder
 from studio.app.model.workbench import Topic, Workbench
@@ -83,8 +84,10 @@ class SessionDock(QWidget):
         self.devices = _table(["Device", "State", "Last frame", "Rate", "Lost"])
         self.devices.setMaximumHeight(120)
         self.latency = LatencyBar()
+        self.tracker = TrackerPanel(self._bench)
         page, layout = _page()
         layout.addWidget(self.devices)
+        layout.addWidget(self.tracker)
         layout.addWidget(QLabel("Time per stage, median / 95 %"))
         layout.addWidget(self.latency)
         layout.addStretch(1)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from studio.app.model.actions import Action
+from studio.app.model.offered import Offered
 from studio.app.model.workbench import Workbench
 from studio.app.plugins.plugin_folder import Plugin, PluginFolder, default_folder, last_lines
 from studio.app.plugins.registration import Registration
@@ -80,6 +81,8 @@ class PluginHost:
             for title in shown:
                 if title in new.offers.panels:
                     self.open_panel(title)
+        offers = self.offers
+        self._bench.offer(Offered(offers.trackers, offers.faults))
 
     def _actions(self, offers: Registration) -> list[Action]:
         panels = [

@@ -1,0 +1,78 @@
+"""Actions of the tracker: which one follows the objects in the next session."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from studio.app.model.actions import Action
+from studio.app.model.document import TrackerChoice
+from studio.app.model.session_run import SessionRun
+from studio.app.model.workbench import Workbench
+
+
+class TrackerActions:
+    """What the actions do.
+
+    Args:
+        bench: whose document has the choice.
+        run: plays the sessions.
+    """
+
+    def __init__(self, bench: Workbench, run: SessionRun) -> None:
+        self._bench, self._run = bench, run
+
+    def add(self) -> None:
+        """Add them to the bench."""
+        for action in (
+            Action(
+                "tracker.choose",
+                "Choose the tracker",
+                "Session",
+                self.choose,
+                "ours, the paper's, or a plug-in's, for the next rehearsal or replay",
+                arguments=("name", "beside"),
+            ),
+            Action(
+                "session.track_again",
+                "Track the recording again",
+                "Session",
+                self.track_again,
+                "the chosen tracker on the pictures of the recording that is open",
+                "Ctrl+F5",
+                ("out",),
+                available=lambda: self._bench.recording is not None and not self._run.is_playing,
+                icon="mdi6.replay",
+            ),
+        ):
+            self._bench.actions.add(action)
+
+    def choose(self, name: str, beside: bool | None = None) -> None:
+        """Take a tracker for the next session.
+
+        Args:
+            name: of a built-in tracker, or of a plug-in's.
+            beside: whether ours runs beside it; None as before.
+
+        Raises:
+            ValueError: there is none of that name.
+        """
+        self._run.check_tracker(name)
+        before = self._bench.document.tracker
+        is_beside = before.is_beside if beside is None else bool(beside)
+        self._put(f"Tracker {name}", replace(before, name=name, is_beside=is_beside))
+
+    def track_again(self, out: str = "") -> None:
+        """Track the open recording with the chosen tracker.
+
+        Raises:
+            ValueError: there is none, or the tracker cannot be used on it.
+        """
+        recording = self._bench.recording
+        if recording is None:
+            raise ValueError("there is nothing to track again: rehearse, or open a recording first")
+        self._run.track_again(recording, Path(out) if out else None)
+
+    def _put(self, label: str, choice: TrackerChoice) -> None:
+        if choice != self._bench.document.tracker:
+            self._bench.change(label, replace(self._bench.document, tracker=choice))
