@@ -31,6 +31,7 @@ from devices.session_info import SessionInfo
 from devices.streams import BoundedQueue
 from scenes.package import ScenePackage
 from scenes.state import Annotation, LiveSurface, SceneState, reduce_state
+from sim.faults.fault import Fault
 from studio.session.fork import Fork
 from studio.session.latency import Latencies
 from studio.session.live_surfaces import LiveSurfaces
@@ -78,6 +79,7 @@ class SessionPlan:
         record_to: where to write the recording, or None.
         fork: a recorded simulation to go on with; its scene, seed and methods are given above.
         more_methods: trackers beside `METHODS` by name, such as those of plug-ins.
+        more_faults: kinds that the scenario may have beside the built-in ones.
     """
 
     scene: str = "lab"
@@ -89,6 +91,7 @@ class SessionPlan:
     record_to: Path | None = None
     fork: Fork | None = None
     more_methods: Mapping[str, MethodMaker] = field(default_factory=lambda: NO_MORE)
+    more_faults: tuple[type[Fault], ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -387,7 +390,7 @@ def _simulated(plan: SessionPlan) -> Made:
     from studio.session.staging import staging_of
 
     fork = plan.fork
-    staging = staging_of(plan.scene, plan.scenario, fork)
+    staging = staging_of(plan.scene, plan.scenario, fork, more_faults=plan.more_faults)
     scenario = staging.scenario
     scene = with_camera(staging.scene, scenario.camera.world_from_rig)
     then = () if fork is None else fork.then

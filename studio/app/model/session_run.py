@@ -175,7 +175,7 @@ class SessionRun:
 
     def play(self, job: SceneJob) -> None:
         """Play a session that somebody has planned."""
-        job.offer_trackers(self._guarded())
+        job.offer(self._guarded(), tuple(self._bench.offered.faults.values()))
         self._bench.open_recording(None)
         self._begin(job, plays=True)
 

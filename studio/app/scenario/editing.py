@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from sim.faults.fault import Fault
 from sim.scenario import (
     DEFAULT_SCENARIOS,
     SCENARIO_FOLDER,
@@ -40,10 +41,11 @@ class ScenarioEditing:
         """What is wrong with the draft, with its key or line."""
         self._first_text = ""
         self._scene = bench.document.scene
-        self._parsed: tuple[str, Scenario] | None = None
+        self._parsed: tuple[str, tuple[type[Fault], ...], Scenario] | None = None
         self._listeners: list[Callable[[], None]] = []
         bench.listen(Topic.DOCUMENT, self._on_document)
         bench.listen(Topic.SCENE, self._on_document)
+        bench.listen(Topic.OFFERED, self._on_offered)
 
     @property
     def text(self) -> str:
@@ -56,6 +58,11 @@ class ScenarioEditing:
             if name in scenario_names():
                 return (SCENARIO_FOLDER / f"{name}.toml").read_text(encoding="utf-8")
         return self._first_text or EMPTY
+
+    @property
+    def more_faults(self) -> tuple[type[Fault], ...]:
+        """Kinds of plug-ins that the text may have."""
+        return tuple(self.bench.offered.faults.values())
 
     @property
     def name(self) -> str:
@@ -72,11 +79,15 @@ class ScenarioEditing:
 
     @property
     def scenario(self) -> Scenario:
-        """What the last good text says."""
-        text = self.text
-        if self._parsed is None or self._parsed[0] != text:
-            self._parsed = (text, parse_scenario(text, source=f"{self.name}.toml"))
-        return self._parsed[1]
+        """What the last good text says.
+
+        Raises:
+            ScenarioError: it is of another program, or of a plug-in that is not there.
+        """
+        text, more = self.text, self.more_faults
+        if self._parsed is None or self._parsed[:2] != (text, more):
+            self._parsed = (text, more, self._read(text))
+        return self._parsed[2]
 
     @property
     def error_line(self) -> int | None:
@@ -95,7 +106,7 @@ class ScenarioEditing:
 
     def type(self, text: str) -> None:
         """Take what was typed: into the document if it is a scenario, else as a draft."""
-        problem = _problem_of(text, f"{self.name}.toml")
+        problem = self._problem_of(text, f"{self.name}.toml")
         if problem:
             self.draft, self.problem = text, problem
             self._call_all()
@@ -126,7 +137,7 @@ class ScenarioEditing:
         if self.draft is not None:
             raise EditError(f"correct or discard what was typed first: {self.problem}")
         text = edit(self.text)
-        parse_scenario(text, source=f"{self.name}.toml")
+        self._read(text)
         if text != self.text:
             self._put(label, text, merge)
 
@@ -141,7 +152,7 @@ class ScenarioEditing:
             text = path.read_text(encoding="utf-8")
         except UnicodeDecodeError:
             raise ScenarioError(f"{path}: is no UTF-8 text, wanted a scenario's TOML") from None
-        problem = _problem_of(text, str(path))
+        problem = self._problem_of(text, str(path))
         if problem:
             self.draft, self.problem = text, problem
             self.bench.say("error", problem)
@@ -176,6 +187,7 @@ class ScenarioEditing:
     def close(self) -> None:
         """No longer follow the bench."""
         self.bench.stop_listening(self._on_document)
+        self.bench.stop_listening(self._on_offered)
 
     def _put(self, label: str, text: str, merge: str) -> None:
         document = replace(self.bench.document, scenario=text, scenario_name=self.name)
@@ -186,15 +198,24 @@ class ScenarioEditing:
             self._scene, self._first_text = self.bench.document.scene, ""
         self._call_all()
 
+    def _on_offered(self) -> None:
+        """Another plug-in may make a draft good, or have other ranges."""
+        if self.draft is not None:
+            self.type(self.draft)
+        else:
+            self._call_all()
+
+    def _read(self, text: str) -> Scenario:
+        return parse_scenario(text, source=f"{self.name}.toml", more_faults=self.more_faults)
+
+    def _problem_of(self, text: str, source: str) -> str:
+        """What is wrong with a text; empty if it is a scenario."""
+        try:
+            parse_scenario(text, source=source, more_faults=self.more_faults)
+        except ScenarioError as error:
+            return str(error)
+        return ""
+
     def _call_all(self) -> None:
         for callback in tuple(self._listeners):
             callback()
-
-
-def _problem_of(text: str, source: str) -> str:
-    """What is wrong with a text; empty if it is a scenario."""
-    try:
-        parse_scenario(text, source=source)
-    except ScenarioError as error:
-        return str(error)
-    return ""
