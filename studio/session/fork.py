@@ -15,7 +15,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import TypeVar
 
-from devices.messages import EncodedFrame
+from devices.messages import EncodedFrame, Event
 from devices.recording import RecordingError, read_recording, read_session
 from devices.recording_codec import (
     FrameStamp,
@@ -31,6 +31,7 @@ from sim.switch import Switch
 from sim.tables import ScenarioError
 from studio.session.provenance import library_versions
 from studio.session.sources import SessionMessage, time_ns_of
+from studio.session.tracker_settings import is_settings
 from tracking.output import TrackOutput
 
 T = TypeVar("T")
@@ -129,7 +130,11 @@ class Fork:
             raise self._different(message, "its picture")
         known = {surface.surface_id for surface in message.input.surfaces}
         by_users = tuple(s for s in recorded.surfaces if s.surface_id not in known)
-        live = replace(message.input, surfaces=message.input.surfaces + by_users)
+        live = replace(
+            message.input,
+            surfaces=message.input.surfaces + by_users,
+            events=message.input.events + recorded.settings,
+        )
         return replace(message, input=live, recorded=recorded.tracks)
 
     def _different(self, message: SessionMessage, what: str) -> ValueError:
@@ -239,6 +244,7 @@ class _RecordedFrame:
     packet: EncodedFrame | None
     tracks: tuple[NamedTrack, ...]
     surfaces: tuple[LiveSurface, ...]
+    settings: tuple[Event, ...]
 
 
 def _recorded_frames(recording: Path) -> Iterator[_RecordedFrame]:
@@ -252,6 +258,7 @@ def _recorded_frames(recording: Path) -> Iterator[_RecordedFrame]:
                 _first(values, EncodedFrame),
                 tuple((v.method, v.track) for v in values if isinstance(v, RecordedTrack)),
                 tuple(v.surface for v in values if isinstance(v, RecordedSurface)),
+                tuple(v for v in values if isinstance(v, Event) and is_settings(v)),
             )
 
 

@@ -1,4 +1,4 @@
-"""The session panel: devices, checks, times, log and report."""
+"""The session panel: devices, tracker, checks, times, log and report."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer, QUrl
-from PySide6.QtGui import QColor, QDesktopServices, QGuiApplication
+from PySide6.QtGui import QCloseEvent, QColor, QDesktopServices, QGuiApplication
 from PySide6.QtWidgets import (
     QComboBox,
     QHBoxLayout,
@@ -44,7 +44,7 @@ LEVELS = {"info": "calm", "warning": "warning", "error": "bad"}
 
 
 class SessionDock(QWidget):
-    """Devices, checks before the start, delays, log and report, in tabs.
+    """Devices, tracker, checks before the start, delays, log and report, in tabs.
 
     Args:
         bench: whose session and log are shown.
@@ -60,6 +60,7 @@ class SessionDock(QWidget):
         self._shown_report: Path | None = None
         self.tabs = QTabWidget()
         self.tabs.addTab(self._make_devices(), "Devices")
+        self.tabs.addTab(self._make_tracker(), "Tracker")
         self.tabs.addTab(self._make_checks(), "Checks")
         self.tabs.addTab(self._make_log(), "Log")
         self.tabs.addTab(self._make_report(), "Report")
@@ -84,12 +85,17 @@ class SessionDock(QWidget):
         self.devices = _table(["Device", "State", "Last frame", "Rate", "Lost"])
         self.devices.setMaximumHeight(120)
         self.latency = LatencyBar()
-        self.tracker = TrackerPanel(self._bench)
         page, layout = _page()
         layout.addWidget(self.devices)
-        layout.addWidget(self.tracker)
         layout.addWidget(QLabel("Time per stage, median / 95 %"))
         layout.addWidget(self.latency)
+        layout.addStretch(1)
+        return page
+
+    def _make_tracker(self) -> QWidget:
+        self.tracker = TrackerPanel(self._bench)
+        page, layout = _page()
+        layout.addWidget(self.tracker)
         layout.addStretch(1)
         return page
 
@@ -261,6 +267,14 @@ class SessionDock(QWidget):
     def _open_report(self) -> None:
         if self._shown_report is not None:
             _open(self._shown_report / REPORT_HTML)
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """No longer follow the bench: the window closes."""
+        self._timer.stop()
+        self.tracker.close_panel()
+        for callback in (self._show_log, self._show_report):
+            self._bench.stop_listening(callback)
+        event.accept()
 
     def _colour(self, kind: str) -> QColor:
         return QColor(getattr(THEMES[self._bench.settings.theme], kind))

@@ -1,9 +1,10 @@
-"""Which tracker follows the objects in the next session."""
+"""Which tracker follows the objects in the next session, and with which settings."""
 
 from __future__ import annotations
 
 from PySide6.QtWidgets import QCheckBox, QComboBox, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
+from studio.app.devices.tracker_options import TrackerOptionsForm
 from studio.app.model.workbench import Topic, Workbench
 
 TITLES = {"own": "ours", "paper": "the paper's"}
@@ -36,6 +37,8 @@ class TrackerPanel(QWidget):
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addLayout(row)
         layout.addWidget(self.note)
+        self.options = TrackerOptionsForm(bench)
+        layout.addWidget(self.options)
         bench.listen(Topic.DOCUMENT, self.refresh)
         bench.listen(Topic.OFFERED, self.refresh)
         self.refresh()
@@ -53,12 +56,14 @@ class TrackerPanel(QWidget):
         self.names.setCurrentIndex(names.index(choice.name))
         self.beside.setChecked(choice.is_beside)
         self.beside.setEnabled(choice.name != "own")
+        self.options.setVisible(choice.name == "own" or choice.is_beside)
         self.note.setText(f"▲ no plug-in offers {choice.name!r} now" if is_missing else "")
         self.note.setVisible(is_missing)
 
     def close_panel(self) -> None:
         """No longer follow the bench."""
         self._bench.stop_listening(self.refresh)
+        self.options.close_form()
 
     def _choose(self) -> None:
         values = {"name": self.names.currentData(), "beside": self.beside.isChecked()}

@@ -14,6 +14,7 @@ from studio.app.model.share_job import ShareJob
 from studio.app.model.workbench import Topic, Workbench
 from studio.console.rows import exit_code
 from studio.session.outputs import RECORDING
+from tracking.options import TrackerOptions, options_text
 
 PROBLEMS = 100
 """Lines of trackers that failed, until the window takes them; of more, the oldest go."""
@@ -37,6 +38,8 @@ class SessionRun:
         self.output: SessionOutput | None = None
         self.line = ""
         """How far the work is, in words."""
+        self.trying: TrackerOptions | None = None
+        """The tracker's settings that are tried beside the session."""
         self._bench = bench
         self._scenarios = scenarios
         self._job: SceneJob | None = None
@@ -44,6 +47,8 @@ class SessionRun:
         self._share: ShareJob | None = None
         self._is_playing = self._is_open = self._next_plays = False
         self._problems: deque[str] = deque(maxlen=PROBLEMS)
+        self._options = bench.document.tracker.options
+        """The tracker's settings that the session follows."""
 
     @property
     def job(self) -> SceneJob | None:
@@ -114,6 +119,7 @@ class SessionRun:
             seed=self._bench.document.seed,
             methods=self._methods(),
             pace=Pace.PACED if is_paced else Pace.EXACT,
+            options=self._bench.document.tracker.options,
         )
         self.play(SceneJob(plan.scene, plan, out or self.out))
 
@@ -136,10 +142,26 @@ class SessionRun:
         methods = self._methods()
         folder = recording.resolve().parent
         plan = SessionPlan(
-            scene=read_session(recording).scene, recording=recording, methods=methods
+            scene=read_session(recording).scene,
+            recording=recording,
+            methods=methods,
+            options=self._bench.document.tracker.options,
         )
         name = f"{folder.name}-{methods[0]}"
         self.play(SceneJob(plan.scene, plan, out or folder.with_name(name)))
+
+    def try_tracker(self, options: TrackerOptions | None) -> None:
+        """Track with other settings beside the session; None ends it.
+
+        Raises:
+            ValueError: no session plays.
+        """
+        session = None if self._job is None else self._job.session
+        if session is None or not self.is_playing:
+            raise ValueError("there is nothing to try settings on: rehearse first")
+        session.try_tracker(options)
+        self.trying = options
+        self._bench.announce(Topic.SESSION)
 
     def check_tracker(self, name: str) -> None:
         """Refuse a tracker that is not there.
@@ -175,6 +197,7 @@ class SessionRun:
 
     def play(self, job: SceneJob) -> None:
         """Play a session that somebody has planned."""
+        self._options = self._bench.document.tracker.options
         job.offer(self._guarded(), tuple(self._bench.offered.faults.values()))
         self._bench.open_recording(None)
         self._begin(job, plays=True)
@@ -237,6 +260,16 @@ class SessionRun:
             self._bench.announce(Topic.SESSION)
         if not job.running and self._is_open:
             self._end(job)
+        else:
+            self._adjust(job)
+
+    def _adjust(self, job: SceneJob) -> None:
+        """Let the session that plays follow the document's settings, after a change or undo."""
+        wanted = self._bench.document.tracker.options
+        if self.is_playing and job.session is not None and wanted != self._options:
+            self._options = wanted
+            job.session.adjust_tracker(wanted)
+            self._bench.say("info", f"the tracker goes on with {options_text(wanted)}")
 
     def _poll_share(self) -> None:
         job = self._share
@@ -265,13 +298,13 @@ class SessionRun:
             self.line = "stopping …"
             return
         self._job, self._is_playing, self._is_open = job, plays, True
-        self.output = None
+        self.output = self.trying = None
         self.line = "opening the scene …"
         job.start()
         self._bench.announce(Topic.SESSION)
 
     def _end(self, job: SceneJob) -> None:
-        self._is_open = False
+        self._is_open, self.trying = False, None
         was_playing, self._is_playing = self._is_playing, False
         self.line = self._last_words(job, was_playing)
         self._bench.announce(Topic.SESSION)

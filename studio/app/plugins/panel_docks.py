@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Protocol
 
 import PySide6QtAds as ads
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QLabel, QWidget
 
 
 class PanelPlaces(Protocol):
@@ -40,6 +40,14 @@ class PanelDocks:
         self._manager, self._beside = manager, beside
         self.docks: dict[str, Any] = {}
         """By title."""
+        self._colour = ""
+
+    def colour(self, colour: str) -> None:
+        """Write the tabs in the theme's colour: the docks' library has one of its own."""
+        self._colour = colour
+        for dock in self.docks.values():
+            for label in dock.tabWidget().findChildren(QLabel):
+                label.setStyleSheet(f"color: {colour}")
 
     def put(self, title: str, panel: QWidget) -> None:
         """See `PanelPlaces`."""
@@ -57,6 +65,7 @@ class PanelDocks:
         else:
             self._manager.addDockWidgetTabToArea(dock, area)
         self.docks[title] = dock
+        self.colour(self._colour)
 
     def remove(self, title: str) -> None:
         """See `PanelPlaces`."""

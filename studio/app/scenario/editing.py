@@ -19,6 +19,9 @@ from sim.tables import ScenarioError
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.scenario.toml_spans import EditError
 
+Kinds = tuple[type[Fault], ...]
+"""Kinds of faults."""
+
 EMPTY = 'room = "lab"\nduration_s = 10.0\n'
 """Until the room's own first scenario is there."""
 
@@ -41,7 +44,7 @@ class ScenarioEditing:
         """What is wrong with the draft, with its key or line."""
         self._first_text = ""
         self._scene = bench.document.scene
-        self._parsed: tuple[str, tuple[type[Fault], ...], Scenario] | None = None
+        self._parsed: tuple[str, Kinds, Scenario] | None = None
         self._listeners: list[Callable[[], None]] = []
         bench.listen(Topic.DOCUMENT, self._on_document)
         bench.listen(Topic.SCENE, self._on_document)
@@ -60,7 +63,7 @@ class ScenarioEditing:
         return self._first_text or EMPTY
 
     @property
-    def more_faults(self) -> tuple[type[Fault], ...]:
+    def more_faults(self) -> Kinds:
         """Kinds of plug-ins that the text may have."""
         return tuple(self.bench.offered.faults.values())
 

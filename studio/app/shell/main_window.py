@@ -83,8 +83,8 @@ class MainWindow(QMainWindow):
         self._middle.setSpacing(0)
         self._middle.addWidget(self.notice)
         self._docks, self.docks = self._make_docks(middle)
-        places = PanelDocks(self._docks, self.docks["session"])
-        self.plugins = PluginHost(bench, plugins or home / "plugins", places=places)
+        self._panels = PanelDocks(self._docks, self.docks["session"])
+        self.plugins = PluginHost(bench, plugins or home / "plugins", places=self._panels)
         self._first_layout = self._docks.saveState()
         self.menus = Menus(bench, self)
         self.palette_bar = CommandPalette(bench, self)
@@ -249,6 +249,7 @@ class MainWindow(QMainWindow):
 
         theme = THEMES[self.bench.settings.theme]
         self.menus.colour(theme.text)
+        self._panels.colour(theme.text)
         for dock in DOCKS:
             self.docks[dock.id].setIcon(qtawesome.icon(dock.icon, color=theme.faint))
             # The docks' library colours its tabs by itself, unreadably in a dark theme.

@@ -130,6 +130,8 @@ def save(path, t_s, text, then="pass"):
 @pytest.mark.gui
 @pytest.mark.skipif(WHY_NOT is not None, reason=f"no window here: {WHY_NOT}")
 def test_a_panel_is_a_dock_that_follows_its_file_and_comes_back_in_the_next_window(window):
+    from PySide6.QtWidgets import QLabel
+
     first, path = window()
     save(path, 1000, "one")
     window.until(lambda: panel_id("Mine") in first.bench.actions)
@@ -138,6 +140,7 @@ def test_a_panel_is_a_dock_that_follows_its_file_and_comes_back_in_the_next_wind
     docks = first.plugins._places.docks
     dock, panel = docks["Mine"], first.plugins.panels["Mine"]
     window.until(panel.isVisible)
+    assert "color: " in dock.tabWidget().findChildren(QLabel)[0].styleSheet()
     assert dock.dockAreaWidget() is first.docks["session"].dockAreaWidget()
 
     save(path, 2000, "two")
