@@ -108,7 +108,7 @@ class Document:
         twin: what was changed by hand.
         markers: of the timeline, in order of time.
         tracker: of the next session.
-        draft: text of the scenario that was typed and is none yet; empty if there is no such.
+        draft: text of the scenario that was typed and is none yet; None if there is no such.
     """
 
     scene: str
@@ -118,7 +118,7 @@ class Document:
     twin: TwinEdits = field(default_factory=TwinEdits)
     markers: tuple[Marker, ...] = ()
     tracker: TrackerChoice = field(default_factory=TrackerChoice)
-    draft: str = ""
+    draft: str | None = None
 
 
 def with_item(items: Mapping[str, T], key: str, value: T) -> Mapping[str, T]:

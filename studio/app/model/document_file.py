@@ -123,7 +123,7 @@ def _document(values: Mapping[str, Any]) -> Document:
         seed=int(values["seed"]),
         markers=tuple(Marker(int(m["t_ns"]), _text(m["text"], "text")) for m in values["markers"]),
         tracker=_tracker(values.get("tracker", {})),
-        draft=_text(values.get("draft", ""), "draft"),
+        draft=None if values.get("draft") is None else _text(values["draft"], "draft"),
         twin=TwinEdits(
             poses=_each(values["poses"], lambda _key, item: Pose.from_matrix(item)),
             names=_each(values["names"], lambda _key, item: _text(item, "names")),

@@ -29,8 +29,8 @@ EMPTY = 'room = "lab"\nduration_s = 10.0\n'
 class ScenarioEditing:
     """Edits the bench's scenario text.
 
-    Text that is no good scenario is kept as it was typed, beside the last good one, which stays in
-    the document and is what a rehearsal plays.
+    Text that is no good scenario is kept in the document as it was typed, beside the last good one,
+    which is what a rehearsal plays: so undo, projects and recovery have it.
 
     Args:
         bench: whose document holds the text.
@@ -38,13 +38,10 @@ class ScenarioEditing:
 
     def __init__(self, bench: Workbench) -> None:
         self.bench = bench
-        self.draft: str | None = None
-        """What was typed and is no good scenario; None while there is nothing like that."""
-        self.problem = ""
-        """What is wrong with the draft, with its key or line."""
         self._first_text = ""
         self._scene = bench.document.scene
         self._parsed: tuple[str, Kinds, Scenario] | None = None
+        self._judged: tuple[str, Kinds, str] | None = None
         self._listeners: list[Callable[[], None]] = []
         bench.listen(Topic.DOCUMENT, self._on_document)
         bench.listen(Topic.SCENE, self._on_document)
@@ -61,6 +58,21 @@ class ScenarioEditing:
             if name in scenario_names():
                 return (SCENARIO_FOLDER / f"{name}.toml").read_text(encoding="utf-8")
         return self._first_text or EMPTY
+
+    @property
+    def draft(self) -> str | None:
+        """What was typed and is no good scenario; None while there is nothing like that."""
+        return self.bench.document.draft
+
+    @property
+    def problem(self) -> str:
+        """What is wrong with the draft, with its key or line; empty without one."""
+        draft, more = self.draft, self.more_faults
+        if draft is None:
+            return ""
+        if self._judged is None or self._judged[:2] != (draft, more):
+            self._judged = (draft, more, self._problem_of(draft, f"{self.name}.toml"))
+        return self._judged[2] or "what was typed is a scenario again; change it to take it"
 
     @property
     def more_faults(self) -> Kinds:
@@ -111,19 +123,15 @@ class ScenarioEditing:
         """Take what was typed: into the document if it is a scenario, else as a draft."""
         problem = self._problem_of(text, f"{self.name}.toml")
         if problem:
-            self.draft, self.problem = text, problem
-            self._call_all()
-            return
-        self.draft, self.problem = None, ""
-        if text != self.text:
+            self._keep_draft("Edit scenario text", text, "scenario text")
+        elif text != self.text:
             self._put("Edit scenario text", text, "scenario text")
         else:
-            self._call_all()
+            self._keep_draft("Edit scenario text", None, "scenario text")
 
     def discard(self) -> None:
         """Go back to the last good text."""
-        self.draft, self.problem = None, ""
-        self._call_all()
+        self._keep_draft("Go back to the last good text", None)
 
     def change(self, label: str, edit: Callable[[str], str], *, merge: str = "") -> None:
         """Edit the text.
@@ -157,12 +165,10 @@ class ScenarioEditing:
             raise ScenarioError(f"{path}: is no UTF-8 text, wanted a scenario's TOML") from None
         problem = self._problem_of(text, str(path))
         if problem:
-            self.draft, self.problem = text, problem
+            self._keep_draft(f"Open scenario {path.stem}, with an error in it", text)
             self.bench.say("error", problem)
-            self._call_all()
             return
-        self.draft, self.problem = None, ""
-        document = replace(self.bench.document, scenario=text, scenario_name=path.stem)
+        document = replace(self.bench.document, scenario=text, scenario_name=path.stem, draft=None)
         self.bench.change(f"Open scenario {path.stem}", document)
 
     def choose(self, name: str) -> None:
@@ -193,8 +199,14 @@ class ScenarioEditing:
         self.bench.stop_listening(self._on_offered)
 
     def _put(self, label: str, text: str, merge: str) -> None:
-        document = replace(self.bench.document, scenario=text, scenario_name=self.name)
+        document = replace(self.bench.document, scenario=text, scenario_name=self.name, draft=None)
         self.bench.change(label, document, merge=merge)
+
+    def _keep_draft(self, label: str, text: str | None, merge: str = "") -> None:
+        if text == self.draft:
+            self._call_all()
+        else:
+            self.bench.change(label, replace(self.bench.document, draft=text), merge=merge)
 
     def _on_document(self) -> None:
         if self.bench.document.scene != self._scene:
