@@ -18,6 +18,7 @@ from scenes.frames import look_at
 from scenes.mesh import PhysicalRoom
 from scenes.pose import Pose
 from scenes.quad import quad_of
+from sim.faults.fault import Fault
 from sim.faults.settings import Faults, read_faults
 from sim.people.action_checks import Checks, check_people
 from sim.people.action_tables import read_action, read_colour, read_line
@@ -168,8 +169,8 @@ def scenario_names() -> tuple[str, ...]:
     return tuple(sorted(path.stem for path in SCENARIO_FOLDER.glob("*.toml")))
 
 
-def load_scenario(name_or_path: str | Path) -> Scenario:
-    """Read a built-in scenario by name, or a TOML file by path.
+def load_scenario(name_or_path: str | Path, *, more_faults: Sequence[type[Fault]] = ()) -> Scenario:
+    """Read a built-in scenario by name, or a TOML file by path; see `parse_scenario`.
 
     Raises:
         ScenarioError: there is none, it is no TOML, or a value in it is wrong.
@@ -185,15 +186,16 @@ def load_scenario(name_or_path: str | Path) -> Scenario:
             f"scenario {str(name_or_path)!r}: cannot be read ({_reason(error)}); "
             f"wanted a TOML file or one of {known}"
         ) from None
-    return parse_scenario(text, source=str(path))
+    return parse_scenario(text, source=str(path), more_faults=more_faults)
 
 
-def parse_scenario(text: str, *, source: str) -> Scenario:
+def parse_scenario(text: str, *, source: str, more_faults: Sequence[type[Fault]] = ()) -> Scenario:
     """A scenario from TOML text.
 
     Args:
         text: the file's content.
         source: its name, for messages.
+        more_faults: kinds beside the built-in ones, such as those of plug-ins.
 
     Raises:
         ScenarioError: the text is no TOML, or a key or value is wrong.
@@ -212,13 +214,26 @@ def parse_scenario(text: str, *, source: str) -> Scenario:
         people=tuple(_person(person) for person in table.tables("people")),
         remote=tuple(_remote(remote) for remote in table.tables("remote")),
         surfaces=tuple(_surface(surface) for surface in table.tables("surfaces")),
-        faults=read_faults(table.table("faults")),
+        faults=read_faults(table.table("faults"), more=more_faults),
     )
     table.done()
     _check_unique([p.person_id for p in scenario.people], f"{source}: people.id")
     _check_unique([r.user_id for r in scenario.remote], f"{source}: remote.id")
     _check_unique([s.surface_id for s in scenario.surfaces], f"{source}: surfaces.id")
     return scenario
+
+
+def recorded_camera(text: str, *, source: str) -> CameraSettings:
+    """Only the camera of a scenario whose other parts may be of another version or a plug-in.
+
+    Raises:
+        ScenarioError: the text is no TOML, or a value of the camera is wrong.
+    """
+    try:
+        values = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ScenarioError(f"{source}: not TOML: {error}") from None
+    return _camera(Table(values, source, "").table("camera"))
 
 
 def validate_scenario(scenario: Scenario, room: PhysicalRoom) -> None:

@@ -94,18 +94,17 @@ def perform(
         opened: sees the session before it plays.
         watch: sees every result as it comes.
         cancelled: set it from another thread to stop.
-        verb: written into the report; "fork" or "rehearse" if None.
+        verb: written into the report; "replay", "fork" or "rehearse" if None.
 
     Raises:
         CancelledError: it was cancelled; nothing is left behind.
         ValueError, OSError: an input is bad, the target is not ours, or the disk is full.
     """
     cancelled = cancelled or threading.Event()
-    verb = verb or ("rehearse" if plan.fork is None else "fork")
+    verb = verb or ("replay" if plan.recording else "rehearse" if plan.fork is None else "fork")
     with output_folder(target) as part:
         progress.begin("opening the scene (the first time takes some minutes)")
-        if plan.recording is None:
-            plan = replace(plan, record_to=part / RECORDING)
+        plan = replace(plan, record_to=part / RECORDING)
         # The paper's trained network cannot be shipped: its best possible masks stand in for it.
         detector = PerfectDetector() if plan.recording is None else None
         session = open_session(plan, truth_detector=detector)

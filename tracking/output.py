@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Protocol, TypeVar
+from typing import Protocol, TypeVar, runtime_checkable
 
 from devices.messages import Frame
 from scenes.pose import Pose
 from scenes.state import TrackedObject
+from tracking.options import TrackerOptions
 
 Stopwatch = Callable[[], int]
 """Returns nanoseconds from any origin; only differences are used, and no pose depends on them."""
@@ -49,6 +50,15 @@ class TrackingMethod(Protocol[State]):
 
     def step(self, state: State, frame: Frame, now_ns: int) -> tuple[State, TrackOutput]:
         """Process one frame; frames come in order of time."""
+        ...
+
+
+@runtime_checkable
+class Adjustable(Protocol[State]):
+    """A tracking method whose settings may change while it runs."""
+
+    def adjusted(self, state: State, options: TrackerOptions) -> State:
+        """The state with other settings, which hold from the next frame on."""
         ...
 
 

@@ -34,6 +34,7 @@ from tracking.follow.yaw_review import is_under_review, was_reviewed
 from tracking.hypotheses.budget import NOMINAL_COSTS, StepCosts
 from tracking.model.object_model import TrackModel, make_model
 from tracking.model.support_planes import FLOOR_M, support_planes_in
+from tracking.options import TrackerOptions
 from tracking.output import Stopwatch, TrackOutput, no_stopwatch
 from tracking.schedule import Schedule
 from tracking.window.window import Layer
@@ -47,25 +48,6 @@ SEARCH_SHARE = 0.6
 """Share of a stream's frame interval that the search for lost objects may use. Dropped frames count
 as frames, so that searches do not add to a delay. Chosen on the rooms lab and desk."""
 
-SEARCH_MS = 30.0
-"""Most time in ms that a search takes of one frame, however slow the stream: half of the promised
-latency of 60 ms."""
-
-
-@dataclass(frozen=True, slots=True)
-class TrackerOptions:
-    """Settings of the tracker that a user may change.
-
-    Attributes:
-        calibrate: refine the camera's pose against the room's splats.
-        texture: use the objects' inner colours as well as their contours.
-        recover: search for objects that are not where the scene has them.
-    """
-
-    calibrate: bool = True
-    texture: bool = True
-    recover: bool = True
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrackerState:
@@ -78,6 +60,7 @@ class TrackerState:
         t_ns: time of the last frame.
         search: the pending search for a lost object; None if there is none.
         layers: objects rendered into the lens pictures of recent frames.
+        options: settings that hold for the next frame.
     """
 
     tracks: Mapping[str, Track]
@@ -86,6 +69,7 @@ class TrackerState:
     t_ns: int
     search: Search | None = None
     layers: Mapping[LayerKey, Layer] = field(default_factory=lambda: MappingProxyType({}))
+    options: TrackerOptions = field(default_factory=TrackerOptions)
 
 
 class Tracker:
@@ -95,7 +79,7 @@ class Tracker:
         room: the room's splats without the movable objects.
         objects: the movable objects' splats and last known poses.
         renderer: renders splats.
-        options: settings.
+        options: settings to begin with.
         stopwatch: measures the stages' durations, in ns.
         costs: of the steps of searches; nominal ones make every run the same.
 
@@ -134,7 +118,16 @@ class Tracker:
     def start(self) -> TrackerState:
         """The state before the first frame: objects at the scene's poses, the camera unknown."""
         tracks = {m.object_id: new_track(m) for m in self._models}
-        return TrackerState(MappingProxyType(tracks), None, None, -UNHURRIED_NS)
+        return TrackerState(
+            MappingProxyType(tracks), None, None, -UNHURRIED_NS, options=self._options
+        )
+
+    def adjusted(self, state: TrackerState, options: TrackerOptions) -> TrackerState:
+        """The state with other settings, for the next frame on; nothing else of it changes.
+
+        The camera's pose stays as it is until the camera moves.
+        """
+        return replace(state, options=options)
 
     def step(
         self, state: TrackerState, frame: Frame, now_ns: int
@@ -154,6 +147,7 @@ class Tracker:
         if marker_world_from_rig is None:
             raise ValueError(f"frame {frame.seq} of {frame.stream_id!r} has no camera pose")
         began = self._stopwatch()
+        options = state.options
         schedule = (
             Schedule(frame.seq) if state.schedule is None else state.schedule.following(frame.seq)
         )
@@ -162,7 +156,7 @@ class Tracker:
         scene = self._scene(frame, rig, layers, is_first=schedule.is_first)
         rectified = self._stopwatch()
         tracks = dict(state.tracks)
-        tasks = {m.object_id: self._task(scene, m, tracks, schedule) for m in self._models}
+        tasks = {m.object_id: self._task(scene, m, tracks, schedule, options) for m in self._models}
         looks = {name: first_look(task) for name, task in tasks.items()}
         detected = self._stopwatch()
         searched = False
@@ -174,17 +168,17 @@ class Tracker:
             task = replace(
                 tasks[name],
                 neighbours=self._neighbours(model, tracks),
-                may_search=self._options.recover and is_free,
+                may_search=options.recover and is_free,
             )
             tracks[name] = follow(task, looks[name])
             searched = searched or was_reviewed(tracks[name], frame.t_ns)
         search = state.search
-        if self._options.recover and schedule.is_first:
+        if options.recover and schedule.is_first:
             # At first there is nothing to be late for.
             tracks = settled(list(tasks.values()), tracks)
-        elif self._options.recover and not searched:
+        elif options.recover and not searched:
             interval_ms = (frame.t_ns - state.t_ns) / schedule.pictures / 1e6
-            budget_ms = min(SEARCH_SHARE * interval_ms, SEARCH_MS)
+            budget_ms = min(SEARCH_SHARE * interval_ms, options.search_ms)
             found, search = redetect(
                 self._lost(tasks, tracks), search, budget_ms=budget_ms, costs=self._costs
             )
@@ -204,9 +198,9 @@ class Tracker:
             "smooth": ended - posed,
         }
         following = TrackerState(
-            MappingProxyType(tracks), rig, schedule, frame.t_ns, search, layers.kept()
+            MappingProxyType(tracks), rig, schedule, frame.t_ns, search, layers.kept(), options
         )
-        camera = rig.calibration.described() if self._options.calibrate else ""
+        camera = rig.calibration.described() if options.calibrate else ""
         output = TrackOutput(objects, MappingProxyType(stages), scene.world_from_rig, camera)
         return following, output
 
@@ -235,7 +229,7 @@ class Tracker:
                 )
         else:
             nominal = marker_world_from_rig
-        if self._options.calibrate:
+        if state.options.calibrate:
             standing = tuple(
                 PosedSplats(m.source.splats, state.tracks[m.object_id].world_from_object)
                 for m in self._models
@@ -296,7 +290,12 @@ class Tracker:
         )
 
     def _task(
-        self, scene: Scene, model: TrackModel, tracks: Mapping[str, Track], schedule: Schedule
+        self,
+        scene: Scene,
+        model: TrackModel,
+        tracks: Mapping[str, Track],
+        schedule: Schedule,
+        options: TrackerOptions,
     ) -> Task:
         turn = schedule.measures
         whose = None if turn is None else self._models[turn % len(self._models)]
@@ -308,8 +307,8 @@ class Tracker:
             support_heights_m=self._support_heights_m,
             is_turn=whose is model,
             is_first=schedule.is_first,
-            may_search=self._options.recover,
-            use_texture=self._options.texture,
+            may_search=options.recover,
+            use_texture=options.texture,
             costs=self._costs,
         )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -96,14 +96,27 @@ class Faults:
                 )
 
 
-def read_faults(table: Table) -> Faults:
+def read_faults(table: Table, *, more: Sequence[type[Fault]] = ()) -> Faults:
     """The faults of a `[faults]` table.
 
+    Args:
+        table: as it is written.
+        more: kinds beside `LINES`, such as those of plug-ins; they come last.
+
     Raises:
-        ScenarioError: a key or value is wrong.
+        ScenarioError: a key or value is wrong, or one of `more` raises.
     """
     numbers = (kind.read(table) for kind in NUMBERS)
-    lines = (kind.read(line) for kind in LINES for line in table.table_or_tables(kind.name))
+    lines = [kind.read(line) for kind in LINES for line in table.table_or_tables(kind.name)]
+    for kind in more:
+        for line in table.table_or_tables(kind.name):
+            try:
+                lines.append(kind.read(line))
+            except ScenarioError:
+                raise
+            except Exception as error:  # it may be of any kind: it is somebody else's
+                words = f"{type(error).__name__}: {error}"
+                raise table.error(kind.name, kind.__name__, f"one that reads ({words})") from error
     faults = Faults(tuple(fault for fault in (*numbers, *lines) if fault is not None))
     table.done()
     return faults

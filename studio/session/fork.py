@@ -8,13 +8,14 @@ people, the encoder and the trackers' memories are those of the original.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import groupby
 from pathlib import Path
 from typing import TypeVar
 
-from devices.messages import EncodedFrame
+from devices.messages import EncodedFrame, Event
 from devices.recording import RecordingError, read_recording, read_session
 from devices.recording_codec import (
     FrameStamp,
@@ -24,11 +25,13 @@ from devices.recording_codec import (
 )
 from devices.session_info import ForkOrigin, ScenarioChange, SessionInfo
 from scenes.state import LiveSurface, TrackedObject
+from sim.faults.fault import Fault
 from sim.scenario import Scenario, load_scenario, parse_scenario
 from sim.switch import Switch
 from sim.tables import ScenarioError
 from studio.session.provenance import library_versions
 from studio.session.sources import SessionMessage, time_ns_of
+from studio.session.tracker_settings import is_settings
 from tracking.output import TrackOutput
 
 T = TypeVar("T")
@@ -127,7 +130,11 @@ class Fork:
             raise self._different(message, "its picture")
         known = {surface.surface_id for surface in message.input.surfaces}
         by_users = tuple(s for s in recorded.surfaces if s.surface_id not in known)
-        live = replace(message.input, surfaces=message.input.surfaces + by_users)
+        live = replace(
+            message.input,
+            surfaces=message.input.surfaces + by_users,
+            events=message.input.events + recorded.settings,
+        )
         return replace(message, input=live, recorded=recorded.tracks)
 
     def _different(self, message: SessionMessage, what: str) -> ValueError:
@@ -145,28 +152,34 @@ class Fork:
         )
 
 
-def open_fork(recording: Path, *, at_s: float, scenario: str | None = None) -> Fork:
+def open_fork(
+    recording: Path,
+    *,
+    at_s: float,
+    scenario: str | None = None,
+    more_faults: Sequence[type[Fault]] = (),
+) -> Fork:
     """Read what a fork needs of a recording.
 
     Args:
         recording: of an exact rehearsal, or of a fork of one.
         at_s: the instant, in seconds of the session.
         scenario: name or path of the scenario to go on with; None goes on unchanged.
+        more_faults: kinds that scenarios may have beside the built-in ones.
 
     Raises:
         ValueError: the recording cannot be forked, or not there, or the scenario is bad.
         OSError: a file cannot be read.
     """
     info = _forkable(recording)
-    first = _recorded_scenario(recording, info.scenario, info.scenario_name)
-    t_ns = _instant(recording, info, at_s)
+    read = partial(_recorded_scenario, recording, more_faults)
+    first = read(info.scenario, info.scenario_name)
+    t_ns = _instant(recording, info, at_s, read)
     # A scenario given here replaces what came later in the recording.
     changes = tuple(c for c in info.changes if scenario is None or c.t_ns < t_ns)
-    then = [
-        Switch(c.t_ns, _recorded_scenario(recording, c.scenario, c.scenario_name)) for c in changes
-    ]
+    then = [Switch(c.t_ns, read(c.scenario, c.scenario_name)) for c in changes]
     if scenario is not None:
-        new = load_scenario(scenario)
+        new = load_scenario(scenario, more_faults=more_faults)
         text = Path(new.source).read_text(encoding="utf-8")
         changes = (*changes, ScenarioChange(t_ns, text, new.name))
         then.append(Switch(t_ns, new))
@@ -196,9 +209,11 @@ def _forkable(recording: Path) -> SessionInfo:
     return info
 
 
-def _recorded_scenario(recording: Path, text: str, name: str) -> Scenario:
+def _recorded_scenario(
+    recording: Path, more_faults: Sequence[type[Fault]], text: str, name: str
+) -> Scenario:
     try:
-        return parse_scenario(text, source=f"{name}.toml")
+        return parse_scenario(text, source=f"{name}.toml", more_faults=more_faults)
     except ScenarioError as error:
         raise ScenarioError(
             f"{recording}: this version of the program cannot read its scenario: {error}; "
@@ -206,11 +221,13 @@ def _recorded_scenario(recording: Path, text: str, name: str) -> Scenario:
         ) from None
 
 
-def _instant(recording: Path, info: SessionInfo, at_s: float) -> int:
+def _instant(
+    recording: Path, info: SessionInfo, at_s: float, read: Callable[[str, str], Scenario]
+) -> int:
     last_text, last_name = info.scenario, info.scenario_name
     if info.changes:
         last_text, last_name = info.changes[-1].scenario, info.changes[-1].scenario_name
-    last = _recorded_scenario(recording, last_text, last_name)
+    last = read(last_text, last_name)
     last_frame_s = (last.frame_count - 1) / last.camera.fps
     if not 0.0 <= at_s <= last_frame_s:
         raise ValueError(
@@ -227,6 +244,7 @@ class _RecordedFrame:
     packet: EncodedFrame | None
     tracks: tuple[NamedTrack, ...]
     surfaces: tuple[LiveSurface, ...]
+    settings: tuple[Event, ...]
 
 
 def _recorded_frames(recording: Path) -> Iterator[_RecordedFrame]:
@@ -240,6 +258,7 @@ def _recorded_frames(recording: Path) -> Iterator[_RecordedFrame]:
                 _first(values, EncodedFrame),
                 tuple((v.method, v.track) for v in values if isinstance(v, RecordedTrack)),
                 tuple(v.surface for v in values if isinstance(v, RecordedSurface)),
+                tuple(v for v in values if isinstance(v, Event) and is_settings(v)),
             )
 
 

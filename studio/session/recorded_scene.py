@@ -8,7 +8,7 @@ from devices.session_info import SessionInfo
 from scenes.opening import open_scene
 from scenes.package import ScenePackage
 from scenes.pose import Pose
-from sim.scenario import parse_scenario
+from sim.scenario import recorded_camera
 from sim.tables import ScenarioError
 
 
@@ -30,7 +30,7 @@ def _placed(info: SessionInfo) -> Pose | None:
     if not info.scenario:
         return None
     try:
-        return parse_scenario(info.scenario, source=info.scenario_name).camera.world_from_rig
+        return recorded_camera(info.scenario, source=info.scenario_name).world_from_rig
     except ScenarioError:
         # Of another version of the program: what was recorded plays all the same.
         return None

@@ -8,7 +8,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import partial
 from itertools import chain
@@ -31,6 +31,7 @@ from devices.session_info import SessionInfo
 from devices.streams import BoundedQueue
 from scenes.package import ScenePackage
 from scenes.state import Annotation, LiveSurface, SceneState, reduce_state
+from sim.faults.fault import Fault
 from studio.session.fork import Fork
 from studio.session.latency import Latencies
 from studio.session.live_surfaces import LiveSurfaces
@@ -43,8 +44,10 @@ from studio.session.sources import (
     recorded_messages,
     simulated_messages,
 )
+from studio.session.tracker_settings import TrackerSettings, settings_event
 from studio.view.surface_drawing import LivePicture
 from tracking.hypotheses.budget import NOMINAL_COSTS, MeasuredCosts
+from tracking.options import TrackerOptions
 from tracking.output import TrackingMethod, TrackOutput
 
 log = logging.getLogger(__name__)
@@ -78,6 +81,9 @@ class SessionPlan:
         record_to: where to write the recording, or None.
         fork: a recorded simulation to go on with; its scene, seed and methods are given above.
         more_methods: trackers beside `METHODS` by name, such as those of plug-ins.
+        more_faults: kinds that the scenario may have beside the built-in ones.
+        options: the tracker's settings to begin with; None for the usual ones, and in a replay for
+            those that are recorded, with their changes.
     """
 
     scene: str = "lab"
@@ -89,6 +95,8 @@ class SessionPlan:
     record_to: Path | None = None
     fork: Fork | None = None
     more_methods: Mapping[str, MethodMaker] = field(default_factory=lambda: NO_MORE)
+    more_faults: tuple[type[Fault], ...] = ()
+    options: TrackerOptions | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,6 +109,7 @@ class SessionOutput:
         state: the live room after it.
         surfaces: what its live surfaces show.
         now_ns: session time when it was ready.
+        trial: what the first method gives with the settings that are tried; None if none are.
     """
 
     message: SessionMessage
@@ -108,6 +117,7 @@ class SessionOutput:
     state: SceneState
     surfaces: tuple[LivePicture, ...]
     now_ns: int
+    trial: TrackOutput | None = None
 
     @property
     def input(self) -> SessionInput:
@@ -170,6 +180,7 @@ class Session:
         self._live_surfaces = LiveSurfaces(scene)
         self._made_live: BoundedQueue[LiveSurface] = BoundedQueue(COMMANDS, name="commands")
         self._drawn: BoundedQueue[Annotation] = BoundedQueue(LINES, name="annotations")
+        self._settings = TrackerSettings(self._methods, plan.options)
         self._frames = self._lost = 0
         self._next_seq = 0
         self._is_located = False
@@ -192,6 +203,21 @@ class Session:
             StreamFullError: more was asked for than the session could take.
         """
         self._made_live.put(surface)
+
+    def adjust_tracker(self, options: TrackerOptions) -> None:
+        """Track with other settings from the next frame on, recorded; any thread may ask.
+
+        Raises:
+            StreamFullError: more was asked for than the session could take.
+        """
+        self._settings.ask(options)
+
+    def try_tracker(self, options: TrackerOptions | None) -> None:
+        """Track with other settings beside, from the state of the next frame on; None ends it.
+
+        Any thread may ask. What is shown and recorded stays as it is; a frame takes twice as long.
+        """
+        self._settings.try_out(options)
 
     def run(
         self,
@@ -241,6 +267,10 @@ class Session:
             self._truth_detector.see(message.frame, message.truth)
         # Before the camera was found once, nobody can say where anything is.
         self._is_located = self._is_located or message.frame.world_from_rig is not None
+        message = self._adjusted(message)
+        trial = None
+        if self._is_located:
+            trial = self._settings.tried(self._states, message.frame, self._clock.now_ns())
         for place, (name, method) in enumerate(self._methods.items()):
             if not self._is_located:
                 outputs[name] = TrackOutput(())
@@ -263,7 +293,18 @@ class Session:
             self._scene_state = reduce_state(self._scene_state, change, live.frame.t_ns)
         surfaces = self._seen_surfaces(live, shown)
         self._frames += 1
-        return SessionOutput(message, outputs, self._scene_state, surfaces, self._clock.now_ns())
+        now_ns = self._clock.now_ns()
+        return SessionOutput(message, outputs, self._scene_state, surfaces, now_ns, trial)
+
+    def _adjusted(self, message: SessionMessage) -> SessionMessage:
+        """Change the tracker's settings as was asked for; the message says so, too."""
+        live = message.input
+        events = live.events
+        for options in self._settings.apply(self._states):
+            event = settings_event(live.frame.t_ns, options)
+            self._write(event)
+            events = events if event in events else (*events, event)
+        return replace(message, input=replace(live, events=events))
 
     def _new_lines(self) -> Iterator[Annotation]:
         """What has been drawn since the last frame that was tracked."""
@@ -292,7 +333,8 @@ class Session:
         self._lost += frame.seq - self._next_seq
         self._next_seq = frame.seq + 1
         for event in live.events:
-            self._write(event)
+            if not self._settings.take(event):  # those are written when they are followed
+                self._write(event)
         stamp = FrameStamp(
             frame.stream_id, frame.seq, frame.t_ns, frame.received_ns, frame.world_from_rig
         )
@@ -387,7 +429,7 @@ def _simulated(plan: SessionPlan) -> Made:
     from studio.session.staging import staging_of
 
     fork = plan.fork
-    staging = staging_of(plan.scene, plan.scenario, fork)
+    staging = staging_of(plan.scene, plan.scenario, fork, more_faults=plan.more_faults)
     scenario = staging.scenario
     scene = with_camera(staging.scene, scenario.camera.world_from_rig)
     then = () if fork is None else fork.then
@@ -435,6 +477,8 @@ def _recorded(plan: SessionPlan) -> Made:
             f"{path}: recorded with another version of scene {info.scene!r} "
             f"({info.scene_hash[:12]}, here {found[:12]}); tracks cannot be compared"
         )
+    # What is recorded now is what is tracked now: every frame, by these methods.
+    info = replace(info, methods=plan.methods, mode=str(plan.pace))
     return scene, info, partial(recorded_messages, path, info), 0
 
 

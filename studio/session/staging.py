@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from scenes.mesh import PhysicalRoom
 from scenes.package import ScenePackage
+from sim.faults.fault import Fault
 from sim.scenario import Scenario
 from sim.switch import Switch, validate_switches
 from studio.session.fork import Fork
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
     from sim.rehearsal import Scanned, SimulatedStep
 
 log = logging.getLogger(__name__)
+
+Load = Callable[[str], tuple[Scenario, str]]
+"""Reads a scenario by name or path; gives its text, too."""
 
 OPTIMISM = (
     "What is wrong with photos and poses is wrong with both: in a room with exact truth, measured "
@@ -59,13 +63,20 @@ class Staging:
         )
 
 
-def staging_of(scene_name: str, scenario_name: str | None, fork: Fork | None = None) -> Staging:
+def staging_of(
+    scene_name: str,
+    scenario_name: str | None,
+    fork: Fork | None = None,
+    *,
+    more_faults: Sequence[type[Fault]] = (),
+) -> Staging:
     """Open what a session takes place in.
 
     Args:
         scene_name: a built-in room, or the path of a scene package.
         scenario_name: a built-in scenario or a file; None for the room's own.
         fork: the session goes on from a recorded one, whose scenario it is.
+        more_faults: kinds that a scenario may have beside the built-in ones.
 
     Raises:
         ValueError: scene or scenario are bad, they do not fit, or the scan cannot be rehearsed in.
@@ -74,16 +85,21 @@ def staging_of(scene_name: str, scenario_name: str | None, fork: Fork | None = N
     from scenes.opening import open_scene
     from scenes.samples import SAMPLE_NAMES
 
+    load = partial(_read, more_faults=more_faults)
     if scene_name in SAMPLE_NAMES:
-        return _built_in(scene_name, None, scenario_name, fork)
+        return _built_in(scene_name, None, scenario_name, fork, load)
     scene = open_scene(scene_name)
     if scene.physical is not None:
-        return _built_in(scene.physical, scene, scenario_name, fork)
-    return _scan(scene_name, scene, scenario_name, fork)
+        return _built_in(scene.physical, scene, scenario_name, fork, load)
+    return _scan(scene_name, scene, scenario_name, fork, load)
 
 
 def _built_in(
-    room_name: str, scene: ScenePackage | None, scenario_name: str | None, fork: Fork | None
+    room_name: str,
+    scene: ScenePackage | None,
+    scenario_name: str | None,
+    fork: Fork | None,
+    load: Load,
 ) -> Staging:
     from scenes.opening import open_scene
     from scenes.samples import sample_room
@@ -96,7 +112,7 @@ def _built_in(
         log.warning(missing(item))
     room = with_scanned(room, added)
     if fork is None:
-        scenario, text = _read(scenario_name or DEFAULT_SCENARIOS[room.name])
+        scenario, text = load(scenario_name or DEFAULT_SCENARIOS[room.name])
     else:
         scenario, text = fork.scenario, fork.info.scenario
     room = _with_camera(room, scenario)
@@ -105,7 +121,9 @@ def _built_in(
     return Staging(scene or open_scene(room_name), room, scenario, text)
 
 
-def _scan(path: str, scene: ScenePackage, scenario_name: str | None, fork: Fork | None) -> Staging:
+def _scan(
+    path: str, scene: ScenePackage, scenario_name: str | None, fork: Fork | None, load: Load
+) -> Staging:
     from scenes.prepare.cutout.likewise import TakenApart
     from scenes.render.native import NativeRenderer
     from sim.first_scenario import first_scenario
@@ -142,7 +160,7 @@ def _scan(path: str, scene: ScenePackage, scenario_name: str | None, fork: Fork 
     if fork is not None:
         scenario, text = fork.scenario, fork.info.scenario
     elif scenario_name is not None:
-        scenario, text = _read(scenario_name)
+        scenario, text = load(scenario_name)
     else:
         text = first_scenario(room)
         scenario = parse_scenario(text, source=f"first scenario of {scene.name}")
@@ -153,10 +171,10 @@ def _scan(path: str, scene: ScenePackage, scenario_name: str | None, fork: Fork 
     return Staging(scene, room, scenario, text, scanned, words)
 
 
-def _read(scenario_name: str) -> tuple[Scenario, str]:
+def _read(scenario_name: str, *, more_faults: Sequence[type[Fault]]) -> tuple[Scenario, str]:
     from sim.scenario import load_scenario
 
-    scenario = load_scenario(scenario_name)
+    scenario = load_scenario(scenario_name, more_faults=more_faults)
     return scenario, Path(scenario.source).read_text(encoding="utf-8")
 
 

@@ -1,4 +1,4 @@
-"""The session panel: devices, checks, times, log and report."""
+"""The session panel: devices, tracker, checks, times, log and report."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer, QUrl
-from PySide6.QtGui import QColor, QDesktopServices, QGuiApplication
+from PySide6.QtGui import QCloseEvent, QColor, QDesktopServices, QGuiApplication
 from PySide6.QtWidgets import (
     QComboBox,
     QHBoxLayout,
@@ -29,6 +29,7 @@ from devices.streams import Slot
 from studio.app.devices.latency_bar import LatencyBar
 from studio.app.devices.preflight import Check, checks_for, run_checks, save_checks, worst
 from studio.app.devices.report_html import report_page
+from studio.app.devices.tracker_panel import TrackerPanel
 from studio.app.model.actions import Action
 from studio.app.model.settings import settings_folder
 from studio.app.model.workbench import Topic, Workbench
@@ -45,7 +46,7 @@ LEVELS = {"info": "calm", "warning": "warning", "error": "bad"}
 
 
 class SessionDock(QWidget):
-    """Devices, checks before the start, delays, log and report, in tabs.
+    """Devices, tracker, checks before the start, delays, log and report, in tabs.
 
     Args:
         bench: whose session and log are shown.
@@ -61,6 +62,7 @@ class SessionDock(QWidget):
         self._shown_report: Path | None = None
         self.tabs = QTabWidget()
         self.tabs.addTab(self._make_devices(), "Devices")
+        self.tabs.addTab(self._make_tracker(), "Tracker")
         self.tabs.addTab(self._make_checks(), "Checks")
         self.tabs.addTab(self._make_log(), "Log")
         self.tabs.addTab(self._make_report(), "Report")
@@ -89,6 +91,13 @@ class SessionDock(QWidget):
         layout.addWidget(self.devices)
         layout.addWidget(QLabel("Time per stage, median / 95 %"))
         layout.addWidget(self.latency)
+        layout.addStretch(1)
+        return page
+
+    def _make_tracker(self) -> QWidget:
+        self.tracker = TrackerPanel(self._bench)
+        page, layout = _page()
+        layout.addWidget(self.tracker)
         layout.addStretch(1)
         return page
 
@@ -260,6 +269,14 @@ class SessionDock(QWidget):
     def _open_report(self) -> None:
         if self._shown_report is not None:
             _open(self._shown_report / REPORT_HTML)
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """No longer follow the bench: the window closes."""
+        self._timer.stop()
+        self.tracker.close_panel()
+        for callback in (self._show_log, self._show_report):
+            self._bench.stop_listening(callback)
+        event.accept()
 
     def _colour(self, kind: str) -> QColor:
         return QColor(getattr(THEMES[self._bench.settings.theme], kind))

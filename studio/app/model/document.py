@@ -19,6 +19,7 @@ from scenes.state import (
     TrackState,
     reduce_state,
 )
+from tracking.options import TrackerOptions
 
 T = TypeVar("T")
 
@@ -80,6 +81,21 @@ class TwinEdits:
     annotations: Mapping[str, Annotation] = field(default_factory=no_items)
 
 
+@dataclass(frozen=True, slots=True)
+class TrackerChoice:
+    """Which tracker follows the objects in the next session, and how.
+
+    Attributes:
+        name: of a built-in one, or of a plug-in's.
+        is_beside: whether our own runs beside it, for comparison.
+        options: of our own.
+    """
+
+    name: str = "own"
+    is_beside: bool = False
+    options: TrackerOptions = field(default_factory=TrackerOptions)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Document:
     """Everything that is saved with a project. Every edit makes a new value.
@@ -91,6 +107,8 @@ class Document:
         seed: of everything random in a rehearsal.
         twin: what was changed by hand.
         markers: of the timeline, in order of time.
+        tracker: of the next session.
+        draft: text of the scenario that was typed and is none yet; None if there is no such.
     """
 
     scene: str
@@ -99,6 +117,8 @@ class Document:
     seed: int = 0
     twin: TwinEdits = field(default_factory=TwinEdits)
     markers: tuple[Marker, ...] = ()
+    tracker: TrackerChoice = field(default_factory=TrackerChoice)
+    draft: str | None = None
 
 
 def with_item(items: Mapping[str, T], key: str, value: T) -> Mapping[str, T]:

@@ -13,7 +13,8 @@ import numpy as np
 
 from scenes.pose import Pose
 from scenes.state import Annotation, Avatar, LiveSurface
-from studio.app.model.document import Document, Marker, Primitive, TwinEdits
+from studio.app.model.document import Document, Marker, Primitive, TrackerChoice, TwinEdits
+from tracking.options import options_from_text, options_text
 
 T = TypeVar("T")
 
@@ -39,6 +40,12 @@ def document_to_text(document: Document) -> str:
         "scenario": document.scenario,
         "seed": document.seed,
         "markers": [{"t_ns": m.t_ns, "text": m.text} for m in document.markers],
+        "tracker": {
+            "name": document.tracker.name,
+            "is_beside": document.tracker.is_beside,
+            "options": options_text(document.tracker.options),
+        },
+        "draft": document.draft,
         "poses": {key: _matrix(pose) for key, pose in twin.poses.items()},
         "names": dict(twin.names),
         "primitives": {key: _primitive(item) for key, item in twin.primitives.items()},
@@ -115,6 +122,8 @@ def _document(values: Mapping[str, Any]) -> Document:
         scenario=_text(values["scenario"], "scenario"),
         seed=int(values["seed"]),
         markers=tuple(Marker(int(m["t_ns"]), _text(m["text"], "text")) for m in values["markers"]),
+        tracker=_tracker(values.get("tracker", {})),
+        draft=None if values.get("draft") is None else _text(values["draft"], "draft"),
         twin=TwinEdits(
             poses=_each(values["poses"], lambda _key, item: Pose.from_matrix(item)),
             names=_each(values["names"], lambda _key, item: _text(item, "names")),
@@ -124,6 +133,16 @@ def _document(values: Mapping[str, Any]) -> Document:
             surfaces=_each(values["surfaces"], _read_surface),
             annotations=_each(values["annotations"], _read_annotation),
         ),
+    )
+
+
+def _tracker(values: Mapping[str, Any]) -> TrackerChoice:
+    """The choice; projects of before there was one have the usual."""
+    usual = TrackerChoice()
+    return TrackerChoice(
+        _text(values.get("name", usual.name), "tracker.name"),
+        bool(values.get("is_beside", usual.is_beside)),
+        options_from_text(_text(values.get("options", ""), "tracker.options")),
     )
 
 

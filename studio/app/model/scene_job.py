@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,7 +13,9 @@ from studio.console.progress import Progress
 
 if TYPE_CHECKING:  # what a session needs takes a second to import: not before the window is shown
     from scenes.package import ScenePackage
+    from sim.faults.fault import Fault
     from studio.rehearsal import Performance
+    from studio.session.methods import MethodMaker
     from studio.session.session import Session, SessionOutput, SessionPlan
 
 Watch = Callable[["SessionOutput"], None]
@@ -47,6 +50,12 @@ class SceneJob:
         self._scene = scene
         self._cancelled = threading.Event()
         self._thread = threading.Thread(target=self._run, name="session", daemon=True)
+
+    def offer(self, trackers: Mapping[str, MethodMaker], faults: tuple[type[Fault], ...]) -> None:
+        """The plan may ask for these trackers and faults, too; before it has begun."""
+        if self._plan is not None:
+            more = {**self._plan.more_methods, **trackers}
+            self._plan = replace(self._plan, more_methods=more, more_faults=faults)
 
     def start(self) -> None:
         """Begin."""

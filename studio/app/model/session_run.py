@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,8 +14,13 @@ from studio.app.model.share_job import ShareJob
 from studio.app.model.workbench import Topic, Workbench
 from studio.console.rows import exit_code
 from studio.session.outputs import RECORDING
+from tracking.options import TrackerOptions, options_text
+
+PROBLEMS = 100
+"""Lines of trackers that failed, until the window takes them; of more, the oldest go."""
 
 if TYPE_CHECKING:  # what a session needs takes a second to import: not before the window is shown
+    from studio.session.methods import MethodMaker
     from studio.session.session import SessionOutput
 
 
@@ -31,12 +38,17 @@ class SessionRun:
         self.output: SessionOutput | None = None
         self.line = ""
         """How far the work is, in words."""
+        self.trying: TrackerOptions | None = None
+        """The tracker's settings that are tried beside the session."""
         self._bench = bench
         self._scenarios = scenarios
         self._job: SceneJob | None = None
         self._next: SceneJob | None = None
         self._share: ShareJob | None = None
         self._is_playing = self._is_open = self._next_plays = False
+        self._problems: deque[str] = deque(maxlen=PROBLEMS)
+        self._options = bench.document.tracker.options
+        """The tracker's settings that the session follows."""
 
     @property
     def job(self) -> SceneJob | None:
@@ -86,21 +98,17 @@ class SessionRun:
         self._bench.show_scene(None)
         self._begin(SceneJob(scene), plays=False)
 
-    def rehearse(
-        self, *, out: Path | None = None, is_paced: bool = False, paper: bool = False
-    ) -> None:
+    def rehearse(self, *, out: Path | None = None, is_paced: bool = False) -> None:
         """Play the document's scenario in its scene.
 
         Args:
             out: folder for the results; None for the usual one.
             is_paced: in real time, dropping frames, instead of every frame in its own time.
-            paper: run the paper's method beside ours.
 
         Raises:
-            ValueError: a session is playing.
+            ValueError: a session is playing, or the chosen tracker is not there.
             OSError: the scenario cannot be written down.
         """
-        from studio.session.methods import METHODS
         from studio.session.session import Pace, SessionPlan
 
         if self.is_playing:
@@ -109,13 +117,88 @@ class SessionRun:
             scene=self._bench.document.scene,
             scenario=self._scenario_file(self._bench.document),
             seed=self._bench.document.seed,
-            methods=METHODS if paper else METHODS[:1],
+            methods=self._methods(),
             pace=Pace.PACED if is_paced else Pace.EXACT,
+            options=self._bench.document.tracker.options,
         )
         self.play(SceneJob(plan.scene, plan, out or self.out))
 
+    def track_again(self, recording: Path, out: Path | None = None) -> None:
+        """Track the pictures of a recording with the chosen tracker.
+
+        Args:
+            recording: whose pictures.
+            out: folder for the results; None for one beside the recording's.
+
+        Raises:
+            ValueError: a session is playing, or the chosen tracker is not there.
+            OSError: the recording cannot be read.
+        """
+        from devices.recording import read_session
+        from studio.session.session import SessionPlan
+
+        if self.is_playing:
+            raise ValueError("a session is playing already: stop it first")
+        methods = self._methods()
+        folder = recording.resolve().parent
+        plan = SessionPlan(
+            scene=read_session(recording).scene,
+            recording=recording,
+            methods=methods,
+            options=self._bench.document.tracker.options,
+        )
+        name = f"{folder.name}-{methods[0]}"
+        self.play(SceneJob(plan.scene, plan, out or folder.with_name(name)))
+
+    def try_tracker(self, options: TrackerOptions | None) -> None:
+        """Track with other settings beside the session; None ends it.
+
+        Raises:
+            ValueError: no session plays.
+        """
+        session = None if self._job is None else self._job.session
+        if session is None or not self.is_playing:
+            raise ValueError("there is nothing to try settings on: rehearse first")
+        session.try_tracker(options)
+        self.trying = options
+        self._bench.announce(Topic.SESSION)
+
+    def check_tracker(self, name: str) -> None:
+        """Refuse a tracker that is not there.
+
+        Raises:
+            ValueError: it is not.
+        """
+        from studio.session.methods import METHODS
+
+        known = (*METHODS, *self._bench.offered.trackers)
+        if name not in known:
+            raise ValueError(
+                f"tracker {name!r}: wanted one of {', '.join(known)}; one of a plug-in is there "
+                "while its file is in the folder of plug-ins and loads"
+            )
+
+    def _methods(self) -> tuple[str, ...]:
+        """Names of the trackers that the document asks for; the first is shown."""
+        from studio.session.methods import METHODS
+
+        choice = self._bench.document.tracker
+        self.check_tracker(choice.name)
+        is_beside = choice.is_beside and choice.name != METHODS[0]
+        return (choice.name, METHODS[0]) if is_beside else (choice.name,)
+
+    def _guarded(self) -> dict[str, MethodMaker]:
+        """The trackers of plug-ins; what goes wrong in one is in the log."""
+        from studio.session.guarded_method import GuardedMethod
+
+        say = self._problems.append
+        offered = self._bench.offered.trackers
+        return {name: partial(GuardedMethod, name, make, say=say) for name, make in offered.items()}
+
     def play(self, job: SceneJob) -> None:
         """Play a session that somebody has planned."""
+        self._options = self._bench.document.tracker.options
+        job.offer(self._guarded(), tuple(self._bench.offered.faults.values()))
         self._bench.open_recording(None)
         self._begin(job, plays=True)
 
@@ -158,6 +241,8 @@ class SessionRun:
     def poll(self) -> None:
         """Take what the threads have left since the last time."""
         self._poll_share()
+        while self._problems:
+            self._bench.say("error", self._problems.popleft())
         job = self._job
         if job is None:
             return
@@ -175,6 +260,16 @@ class SessionRun:
             self._bench.announce(Topic.SESSION)
         if not job.running and self._is_open:
             self._end(job)
+        else:
+            self._adjust(job)
+
+    def _adjust(self, job: SceneJob) -> None:
+        """Let the session that plays follow the document's settings, after a change or undo."""
+        wanted = self._bench.document.tracker.options
+        if self.is_playing and job.session is not None and wanted != self._options:
+            self._options = wanted
+            job.session.adjust_tracker(wanted)
+            self._bench.say("info", f"the tracker goes on with {options_text(wanted)}")
 
     def _poll_share(self) -> None:
         job = self._share
@@ -203,13 +298,13 @@ class SessionRun:
             self.line = "stopping …"
             return
         self._job, self._is_playing, self._is_open = job, plays, True
-        self.output = None
+        self.output = self.trying = None
         self.line = "opening the scene …"
         job.start()
         self._bench.announce(Topic.SESSION)
 
     def _end(self, job: SceneJob) -> None:
-        self._is_open = False
+        self._is_open, self.trying = False, None
         was_playing, self._is_playing = self._is_playing, False
         self.line = self._last_words(job, was_playing)
         self._bench.announce(Topic.SESSION)
@@ -248,4 +343,4 @@ class SessionRun:
 
 def with_scene(document: Document, scene: str) -> Document:
     """A new document for a scene; nothing of the old one's rooms fits another."""
-    return replace(Document(scene), seed=document.seed)
+    return replace(Document(scene), seed=document.seed, tracker=document.tracker)

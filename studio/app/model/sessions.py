@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from studio.app.model.scene_job import SceneJob
+from tracking.options import TrackerOptions
 
 if TYPE_CHECKING:
     from studio.session.session import SessionOutput
@@ -17,6 +18,7 @@ class Sessions(Protocol):
     out: Path
     output: SessionOutput | None
     line: str
+    trying: TrackerOptions | None
 
     @property
     def job(self) -> SceneJob | None:

@@ -36,6 +36,7 @@ class Settings:
         layouts: by name, those that were saved.
         has_started: whether the studio was ever opened: the first page is shown until then.
         plugin_folder: where plug-ins are looked for; empty for the usual place.
+        panels: titles of plug-ins' panels that are open.
     """
 
     theme: str = "dark"
@@ -48,6 +49,7 @@ class Settings:
     layouts: Mapping[str, str] = field(default_factory=dict)
     has_started: bool = False
     plugin_folder: str = ""
+    panels: tuple[str, ...] = ()
 
     def opened(self, scene: str) -> Settings:
         """After a scene or project was opened."""
@@ -109,7 +111,7 @@ def _checked(name: str, value: Any) -> Any:
     if name in ("keys", "layouts"):
         good = isinstance(value, dict) and all(isinstance(v, str) for v in value.values())
         return value if good else None
-    if name == "recent":
+    if name in ("recent", "panels"):
         good = isinstance(value, list) and all(isinstance(v, str) for v in value)
         return tuple(value[:RECENT]) if good else None
     if name == "theme":

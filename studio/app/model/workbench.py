@@ -21,6 +21,7 @@ from studio.app.model.actions import ActionError, ActionTable
 from studio.app.model.document import Document, composed
 from studio.app.model.history import Change, History
 from studio.app.model.log import Level, Log, LogLine
+from studio.app.model.offered import Offered
 from studio.app.model.script import script_line
 from studio.app.model.settings import Settings
 
@@ -53,6 +54,8 @@ class Topic(Enum):
     """A line was added."""
     SETTINGS = auto()
     """The user's settings are another value."""
+    OFFERED = auto()
+    """Plug-ins offer other trackers or faults."""
 
 
 class Workbench:
@@ -82,6 +85,8 @@ class Workbench:
         """Opens scenes and plays sessions; there from the time the window is."""
         self.grabbing: Grabbing | None = None
         """Moves objects by physics; there from the time the twin's dock is."""
+        self.offered = Offered()
+        """Trackers and faults of plug-ins."""
         self._document = document
         self._settings = settings
         self._base: SceneState | None = None
@@ -184,6 +189,11 @@ class Workbench:
     def _compose(self) -> None:
         self._state = composed(self._base, self._document.twin)
         self._call(Topic.STATE)
+
+    def offer(self, offered: Offered) -> None:
+        """These are the trackers and faults of plug-ins now."""
+        self.offered = offered
+        self._call(Topic.OFFERED)
 
     # --- settings --------------------------------------------------------------------------------
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from sim.faults.fault import Fault
+from sim.faults.settings import LINES, NUMBERS
 from studio.app.model.actions import Action
 from studio.session.methods import METHODS, MethodMaker
 
@@ -42,7 +43,13 @@ class Registration:
         self.panels[title] = make
 
     def fault(self, kind: type[Fault]) -> None:
-        """Offer a fault for scenarios."""
+        """Offer a fault for scenarios: a line of its name in `[faults]`.
+
+        Raises:
+            ValueError: a built-in fault has that name.
+        """
+        if kind.name in {known.name for known in (*NUMBERS, *LINES)}:
+            raise ValueError(f"fault {kind.name!r} is built in: choose another name")
         self.faults[kind.name] = kind
 
     def action(

@@ -374,7 +374,7 @@ class ScenarioDock(QWidget):
     def closeEvent(self, event: QCloseEvent) -> None:
         """Stop what runs in the background."""
         self._timer.stop()
-        self.knobs.close_trials()
+        self.knobs.close_knobs()
         self.editing.close()
         self._bench.stop_listening(self._on_scene)
         self._bench.stop_listening(self._refresh)

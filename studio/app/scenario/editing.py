@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from sim.faults.fault import Fault
 from sim.scenario import (
     DEFAULT_SCENARIOS,
     SCENARIO_FOLDER,
@@ -18,6 +19,9 @@ from sim.tables import ScenarioError
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.scenario.toml_spans import EditError
 
+Kinds = tuple[type[Fault], ...]
+"""Kinds of faults."""
+
 EMPTY = 'room = "lab"\nduration_s = 10.0\n'
 """Until the room's own first scenario is there."""
 
@@ -25,8 +29,8 @@ EMPTY = 'room = "lab"\nduration_s = 10.0\n'
 class ScenarioEditing:
     """Edits the bench's scenario text.
 
-    Text that is no good scenario is kept as it was typed, beside the last good one, which stays in
-    the document and is what a rehearsal plays.
+    Text that is no good scenario is kept in the document as it was typed, beside the last good one,
+    which is what a rehearsal plays: so undo, projects and recovery have it.
 
     Args:
         bench: whose document holds the text.
@@ -34,16 +38,14 @@ class ScenarioEditing:
 
     def __init__(self, bench: Workbench) -> None:
         self.bench = bench
-        self.draft: str | None = None
-        """What was typed and is no good scenario; None while there is nothing like that."""
-        self.problem = ""
-        """What is wrong with the draft, with its key or line."""
         self._first_text = ""
         self._scene = bench.document.scene
-        self._parsed: tuple[str, Scenario] | None = None
+        self._parsed: tuple[str, Kinds, Scenario] | None = None
+        self._judged: tuple[str, Kinds, str] | None = None
         self._listeners: list[Callable[[], None]] = []
         bench.listen(Topic.DOCUMENT, self._on_document)
         bench.listen(Topic.SCENE, self._on_document)
+        bench.listen(Topic.OFFERED, self._on_offered)
 
     @property
     def text(self) -> str:
@@ -56,6 +58,26 @@ class ScenarioEditing:
             if name in scenario_names():
                 return (SCENARIO_FOLDER / f"{name}.toml").read_text(encoding="utf-8")
         return self._first_text or EMPTY
+
+    @property
+    def draft(self) -> str | None:
+        """What was typed and is no good scenario; None while there is nothing like that."""
+        return self.bench.document.draft
+
+    @property
+    def problem(self) -> str:
+        """What is wrong with the draft, with its key or line; empty without one."""
+        draft, more = self.draft, self.more_faults
+        if draft is None:
+            return ""
+        if self._judged is None or self._judged[:2] != (draft, more):
+            self._judged = (draft, more, self._problem_of(draft, f"{self.name}.toml"))
+        return self._judged[2] or "what was typed is a scenario again; change it to take it"
+
+    @property
+    def more_faults(self) -> Kinds:
+        """Kinds of plug-ins that the text may have."""
+        return tuple(self.bench.offered.faults.values())
 
     @property
     def name(self) -> str:
@@ -72,11 +94,15 @@ class ScenarioEditing:
 
     @property
     def scenario(self) -> Scenario:
-        """What the last good text says."""
-        text = self.text
-        if self._parsed is None or self._parsed[0] != text:
-            self._parsed = (text, parse_scenario(text, source=f"{self.name}.toml"))
-        return self._parsed[1]
+        """What the last good text says.
+
+        Raises:
+            ScenarioError: it is of another program, or of a plug-in that is not there.
+        """
+        text, more = self.text, self.more_faults
+        if self._parsed is None or self._parsed[:2] != (text, more):
+            self._parsed = (text, more, self._read(text))
+        return self._parsed[2]
 
     @property
     def error_line(self) -> int | None:
@@ -95,21 +121,17 @@ class ScenarioEditing:
 
     def type(self, text: str) -> None:
         """Take what was typed: into the document if it is a scenario, else as a draft."""
-        problem = _problem_of(text, f"{self.name}.toml")
+        problem = self._problem_of(text, f"{self.name}.toml")
         if problem:
-            self.draft, self.problem = text, problem
-            self._call_all()
-            return
-        self.draft, self.problem = None, ""
-        if text != self.text:
+            self._keep_draft("Edit scenario text", text, "scenario text")
+        elif text != self.text:
             self._put("Edit scenario text", text, "scenario text")
         else:
-            self._call_all()
+            self._keep_draft("Edit scenario text", None, "scenario text")
 
     def discard(self) -> None:
         """Go back to the last good text."""
-        self.draft, self.problem = None, ""
-        self._call_all()
+        self._keep_draft("Go back to the last good text", None)
 
     def change(self, label: str, edit: Callable[[str], str], *, merge: str = "") -> None:
         """Edit the text.
@@ -126,7 +148,7 @@ class ScenarioEditing:
         if self.draft is not None:
             raise EditError(f"correct or discard what was typed first: {self.problem}")
         text = edit(self.text)
-        parse_scenario(text, source=f"{self.name}.toml")
+        self._read(text)
         if text != self.text:
             self._put(label, text, merge)
 
@@ -141,14 +163,12 @@ class ScenarioEditing:
             text = path.read_text(encoding="utf-8")
         except UnicodeDecodeError:
             raise ScenarioError(f"{path}: is no UTF-8 text, wanted a scenario's TOML") from None
-        problem = _problem_of(text, str(path))
+        problem = self._problem_of(text, str(path))
         if problem:
-            self.draft, self.problem = text, problem
+            self._keep_draft(f"Open scenario {path.stem}, with an error in it", text)
             self.bench.say("error", problem)
-            self._call_all()
             return
-        self.draft, self.problem = None, ""
-        document = replace(self.bench.document, scenario=text, scenario_name=path.stem)
+        document = replace(self.bench.document, scenario=text, scenario_name=path.stem, draft=None)
         self.bench.change(f"Open scenario {path.stem}", document)
 
     def choose(self, name: str) -> None:
@@ -176,25 +196,41 @@ class ScenarioEditing:
     def close(self) -> None:
         """No longer follow the bench."""
         self.bench.stop_listening(self._on_document)
+        self.bench.stop_listening(self._on_offered)
 
     def _put(self, label: str, text: str, merge: str) -> None:
-        document = replace(self.bench.document, scenario=text, scenario_name=self.name)
+        document = replace(self.bench.document, scenario=text, scenario_name=self.name, draft=None)
         self.bench.change(label, document, merge=merge)
+
+    def _keep_draft(self, label: str, text: str | None, merge: str = "") -> None:
+        if text == self.draft:
+            self._call_all()
+        else:
+            self.bench.change(label, replace(self.bench.document, draft=text), merge=merge)
 
     def _on_document(self) -> None:
         if self.bench.document.scene != self._scene:
             self._scene, self._first_text = self.bench.document.scene, ""
         self._call_all()
 
+    def _on_offered(self) -> None:
+        """Another plug-in may make a draft good, or have other ranges."""
+        if self.draft is not None:
+            self.type(self.draft)
+        else:
+            self._call_all()
+
+    def _read(self, text: str) -> Scenario:
+        return parse_scenario(text, source=f"{self.name}.toml", more_faults=self.more_faults)
+
+    def _problem_of(self, text: str, source: str) -> str:
+        """What is wrong with a text; empty if it is a scenario."""
+        try:
+            parse_scenario(text, source=source, more_faults=self.more_faults)
+        except ScenarioError as error:
+            return str(error)
+        return ""
+
     def _call_all(self) -> None:
         for callback in tuple(self._listeners):
             callback()
-
-
-def _problem_of(text: str, source: str) -> str:
-    """What is wrong with a text; empty if it is a scenario."""
-    try:
-        parse_scenario(text, source=source)
-    except ScenarioError as error:
-        return str(error)
-    return ""

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
 
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import (
@@ -18,28 +16,19 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from studio.app.model.workbench import Workbench
+from studio.app.model.workbench import Topic, Workbench
 from studio.app.scenario.editing import ScenarioEditing
 from studio.app.scenario.error_bars import ErrorBars
-from studio.app.scenario.fields import FAULT_FIELDS, FAULT_TITLES
-from studio.app.scenario.form import form_of
-from studio.app.scenario.text_edits import FaultLine, faults_of
+from studio.app.scenario.fault_row import FaultRow
+from studio.app.scenario.fields import FAULT_FIELDS
+from studio.app.scenario.plugin_faults import fault_fields, title_of
+from studio.app.scenario.text_edits import faults_of
 from studio.app.scenario.trial import TrialPlan, TrialResult, Trials
 
 DEBOUNCE_MS = 700
 """After the last change of a knob before a trial begins."""
 POLL_MS = 80
 LENGTHS_S = (3.0, 6.0, 12.0)
-
-
-@dataclass(slots=True, eq=False)
-class _Row:
-    box: QCheckBox
-    layout: QVBoxLayout
-    name: str
-    index: int = 0
-    form: QWidget | None = None
-    shown: FaultLine | None = None
 
 
 class FaultKnobs(QWidget):
@@ -60,7 +49,7 @@ class FaultKnobs(QWidget):
         self._before: TrialResult | None = None
         self._now: TrialResult | None = None
         self._tried = ""
-        self._rows: dict[tuple[str, int], _Row] = {}
+        self._rows: dict[tuple[str, int], FaultRow] = {}
         layout = QVBoxLayout(self)
         layout.setContentsMargins(8, 8, 8, 8)
         self._make_trial_row(layout)
@@ -69,7 +58,7 @@ class FaultKnobs(QWidget):
         inside = QWidget()
         self._list = QVBoxLayout(inside)
         self._list.setContentsMargins(0, 4, 8, 0)
-        for name in FAULT_FIELDS:
+        for name in fault_fields(bench.offered.faults):
             self._row(name, 0)
         self._list.addStretch(1)
         scroll = QScrollArea()
@@ -83,6 +72,7 @@ class FaultKnobs(QWidget):
         self._poll = QTimer(self)
         self._poll.timeout.connect(self.take_results)
         self._poll.start(POLL_MS)
+        bench.listen(Topic.OFFERED, self._on_offered)
 
     def _make_trial_row(self, layout: QVBoxLayout) -> None:
         self._live = QCheckBox("Try each change")
@@ -104,13 +94,17 @@ class FaultKnobs(QWidget):
 
     def show_scenario(self) -> None:
         """Show the faults of the text; what has not changed keeps its widgets and focus."""
-        lines = faults_of(self._editing.text)
+        lines = faults_of(self._editing.text, more=tuple(self._bench.offered.faults))
         found = {(line.name, line.index): line for line in lines}
         for key in found:
             if key not in self._rows:
                 self._row(*key)
+        try:
+            people = tuple(person.person_id for person in self._editing.scenario.people)
+        except ValueError:  # said where the text is
+            return
         for key, row in self._rows.items():
-            self._show(row, found.get(key))
+            row.show_line(found.get(key), objects=self._objects(), people=people)
         if self._live.isChecked() and self._editing.text != self._tried:
             self._debounce.start(DEBOUNCE_MS)
 
@@ -123,7 +117,8 @@ class FaultKnobs(QWidget):
         self._now = None
         self.state.setText("◌ rehearsing the first seconds …")
         seconds = float(self._length.currentData())
-        self.trials.start(TrialPlan(document.scene, self._tried, document.seed, seconds))
+        more = self._editing.more_faults
+        self.trials.start(TrialPlan(document.scene, self._tried, document.seed, seconds, more))
         self._start.setText("Stop")
 
     def take_results(self) -> None:
@@ -159,66 +154,27 @@ class FaultKnobs(QWidget):
         else:
             self.try_now()
 
-    def _row(self, name: str, index: int) -> _Row:
-        title = FAULT_TITLES[name] + (f" ({index + 1})" if index else "")
-        box = QCheckBox(title)
-        holder = QWidget()
-        layout = QVBoxLayout(holder)
-        layout.setContentsMargins(0, 0, 0, 4)
-        layout.setSpacing(2)
-        layout.addWidget(box)
-        row = _Row(box, layout, name, index)
+    def close_knobs(self) -> None:
+        """No longer follow the bench, and stop what plays: the window closes."""
+        self._bench.stop_listening(self._on_offered)
+        self.close_trials()
+
+    def _on_offered(self) -> None:
+        """Plug-ins offer other faults: theirs are made anew."""
+        for key in [key for key in self._rows if key[0] not in FAULT_FIELDS]:
+            row = self._rows.pop(key)
+            row.hide()
+            row.deleteLater()
+        for name in self._bench.offered.faults:
+            self._row(name, 0)
+        self.show_scenario()
+
+    def _row(self, name: str, index: int) -> FaultRow:
+        known = fault_fields(self._bench.offered.faults)
+        row = FaultRow(self._bench, name, index, title=title_of(name), fields=known[name])
+        order = list(known)
+        place = order.index(name), index
+        before = [key for key in self._rows if (order.index(key[0]), key[1]) < place]
         self._rows[name, index] = row
-        at = list(FAULT_FIELDS).index(name) + sum(k > 0 for _, k in self._rows) - (index > 0)
-        self._list.insertWidget(at + (index > 0), holder)
-
-        def switch(is_on: bool) -> None:
-            if is_on:
-                done = self._bench.do("scenario.add_fault", name=name)
-            else:
-                done = self._bench.do("scenario.remove_fault", name=name, index=index)
-            if not done:
-                self.show_scenario()
-                self._show(row, row.shown)
-
-        box.clicked.connect(switch)
+        self._list.insertWidget(len(before), row)
         return row
-
-    def _show(self, row: _Row, line: FaultLine | None) -> None:
-        row.box.setChecked(line is not None)
-        holder = row.box.parentWidget()
-        if holder is not None:
-            holder.setVisible(line is not None or row.index == 0)
-        is_same = row.shown is not None and line is not None and row.shown.values == line.values
-        is_focused = row.form is not None and row.form.isAncestorOf(_focus(self))
-        if is_same or (line is not None and is_focused and row.form is not None):
-            row.shown = line
-            return
-        row.shown = line
-        if row.form is not None:
-            row.form.hide()
-            row.form.deleteLater()
-            row.form = None
-        if line is None:
-            return
-        people = [person.person_id for person in self._editing.scenario.people]
-
-        def changed(key: str, value: Any) -> None:
-            values = {"name": row.name, "field": key, "value": value, "index": row.index}
-            self._bench.do("scenario.set_fault", **values)
-
-        row.form = form_of(
-            FAULT_FIELDS[row.name],
-            line.values,
-            objects=self._objects(),
-            people=people,
-            changed=changed,
-            sliders=True,
-        )
-        margins = row.form.contentsMargins()
-        row.form.setContentsMargins(22, margins.top(), 0, margins.bottom())
-        row.layout.addWidget(row.form)
-
-
-def _focus(widget: QWidget) -> QWidget:
-    return widget.window().focusWidget() or widget

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 from studio.app.model.actions import Action
 from studio.app.scenario import text_edits
 from studio.app.scenario.editing import ScenarioEditing
-from studio.app.scenario.fields import ACTION_FIELDS, FAULT_FIELDS, FAULT_TITLES, new_values
+from studio.app.scenario.fields import ACTION_FIELDS, Field, new_values
+from studio.app.scenario.plugin_faults import fault_fields, title_of
 from studio.app.scenario.toml_spans import EditError
 
 Ask = Callable[[str, str, bool], str]
@@ -242,28 +243,38 @@ class ScenarioActions:
 
     def _set_fault(self, name: str, field: str, value: Any, index: int = 0) -> None:
         def edit(text: str) -> str:
-            there = [line for line in text_edits.faults_of(text) if line.name == name]
-            if not there and name in FAULT_FIELDS:
-                text = text_edits.with_fault(text, name, self._usual_fault(name))
-            return text_edits.with_fault_value(text, name, index, field, value)
+            lines = text_edits.faults_of(text, more=self._more)
+            if name in self._faults and not any(line.name == name for line in lines):
+                values = self._usual_fault(name)
+                text = text_edits.with_fault(text, name, values, more=self._more)
+            return text_edits.with_fault_value(text, name, index, field, value, more=self._more)
 
-        title = FAULT_TITLES.get(name, name)
-        self._change(f"Change {title.lower()}", edit, merge=f"fault {name} {index} {field}")
+        label = f"Change {title_of(name).lower()}"
+        self._change(label, edit, merge=f"fault {name} {index} {field}")
 
     def _add_fault(self, name: str) -> None:
-        if name not in FAULT_FIELDS:
-            raise EditError(f"no fault {name!r}, wanted one of {', '.join(FAULT_FIELDS)}")
-        values = self._usual_fault(name)
-        label = f"Add {FAULT_TITLES[name].lower()}"
-        self._change(label, lambda text: text_edits.with_fault(text, name, values))
+        if name not in self._faults:
+            raise EditError(f"no fault {name!r}, wanted one of {', '.join(self._faults)}")
+        values, more = self._usual_fault(name), self._more
+        label = f"Add {title_of(name).lower()}"
+        self._change(label, lambda text: text_edits.with_fault(text, name, values, more=more))
 
     def _usual_fault(self, name: str) -> dict[str, object]:
         people = tuple(person.person_id for person in self._editing.scenario.people)
-        return new_values(FAULT_FIELDS[name], objects=self._objects(), people=people, x=0.0, y=0.0)
+        return new_values(self._faults[name], objects=self._objects(), people=people, x=0.0, y=0.0)
 
     def _remove_fault(self, name: str, index: int = 0) -> None:
-        label = f"Remove {FAULT_TITLES.get(name, name).lower()}"
-        self._change(label, lambda text: text_edits.without_fault(text, name, index))
+        label, more = f"Remove {title_of(name).lower()}", self._more
+        self._change(label, lambda text: text_edits.without_fault(text, name, index, more=more))
+
+    @property
+    def _more(self) -> tuple[str, ...]:
+        """Names of plug-ins' faults."""
+        return tuple(self._editing.bench.offered.faults)
+
+    @property
+    def _faults(self) -> Mapping[str, tuple[Field, ...]]:
+        return fault_fields(self._editing.bench.offered.faults)
 
     def _duration(self, s: float) -> None:
         self._change(

@@ -177,11 +177,11 @@ def without_surface(text: str, surface_id: str) -> str:
     return without(text, ("surfaces", _index_of(text, "surfaces", surface_id)))
 
 
-def faults_of(text: str) -> list[FaultLine]:
-    """The faults that a text has, in the order of `FAULT_NAMES`."""
+def faults_of(text: str, *, more: Sequence[str] = ()) -> list[FaultLine]:
+    """The faults that a text has, in the order of `FAULT_NAMES`; those of `more` come last."""
     table = values_of(text).get("faults", {})
     found: list[FaultLine] = []
-    for name in FAULT_NAMES:
+    for name in (*FAULT_NAMES, *more):
         if name in FAULT_KEYS:
             values = {key: table[key] for key in FAULT_KEYS[name] if key in table}
             if values:
@@ -193,13 +193,13 @@ def faults_of(text: str) -> list[FaultLine]:
     return found
 
 
-def with_fault(text: str, name: str, values: Mapping[str, Any]) -> str:
+def with_fault(text: str, name: str, values: Mapping[str, Any], *, more: Sequence[str] = ()) -> str:
     """The text with another fault; of a kind of which there is one, the second.
 
     Raises:
         EditError: there is no such fault.
     """
-    _check_fault(name)
+    _check_fault(name, more)
     if name in FAULT_KEYS:
         for key, value in values.items():
             text = with_value(text, ("faults", key), value)
@@ -214,15 +214,17 @@ def with_fault(text: str, name: str, values: Mapping[str, Any]) -> str:
     return with_value(text, ("faults", name), [values_of(text)["faults"][name], values])
 
 
-def with_fault_value(text: str, name: str, index: int, key: str, value: Any) -> str:
+def with_fault_value(
+    text: str, name: str, index: int, key: str, value: Any, *, more: Sequence[str] = ()
+) -> str:
     """The text with a key of a fault changed; None takes the key out."""
-    path = _fault(text, name, index, key)
+    path = _fault(text, name, index, key, more)
     return without(text, path) if value is None else _with_place(text, path, value)
 
 
-def without_fault(text: str, name: str, index: int = 0) -> str:
+def without_fault(text: str, name: str, index: int = 0, *, more: Sequence[str] = ()) -> str:
     """The text without a fault."""
-    _check_fault(name)
+    _check_fault(name, more)
     if name in FAULT_KEYS:
         for key in FAULT_KEYS[name]:
             text = without(text, ("faults", key))
@@ -233,8 +235,8 @@ def without_fault(text: str, name: str, index: int = 0) -> str:
     return without(text, ("faults", name))
 
 
-def _fault(text: str, name: str, index: int, key: str) -> Path:
-    _check_fault(name)
+def _fault(text: str, name: str, index: int, key: str, more: Sequence[str]) -> Path:
+    _check_fault(name, more)
     if name in FAULT_KEYS:
         if key not in FAULT_KEYS[name]:
             wanted = ", ".join(FAULT_KEYS[name])
@@ -244,9 +246,10 @@ def _fault(text: str, name: str, index: int, key: str) -> Path:
     return ("faults", name, index, key) if isinstance(there, list) else ("faults", name, key)
 
 
-def _check_fault(name: str) -> None:
-    if name not in FAULT_NAMES:
-        raise EditError(f"no fault {name!r}, wanted one of {', '.join(FAULT_NAMES)}")
+def _check_fault(name: str, more: Sequence[str]) -> None:
+    known = (*FAULT_NAMES, *more)
+    if name not in known:
+        raise EditError(f"no fault {name!r}, wanted one of {', '.join(known)}")
 
 
 def _with_place(text: str, path: Path, value: Any) -> str:

@@ -14,6 +14,7 @@ from devices.streams import Slot
 from studio.app.scenario.text_edits import with_camera, with_duration
 
 if TYPE_CHECKING:  # a session takes a second to import
+    from sim.faults.fault import Fault
     from studio.evaluate.scores import ScoreBoard
     from studio.session.session import SessionOutput
 
@@ -67,12 +68,14 @@ class TrialPlan:
         text: of the scenario.
         seed: of everything random.
         seconds: how much of it is played.
+        more_faults: kinds of plug-ins that it may have.
     """
 
     scene: str
     text: str
     seed: int
     seconds: float
+    more_faults: tuple[type[Fault], ...] = ()
 
 
 class Trials:
@@ -149,7 +152,15 @@ class Trials:
         from studio.session.methods import METHODS
         from studio.session.session import SessionPlan, open_session
 
-        session = open_session(SessionPlan(plan.scene, str(path), plan.seed, methods=METHODS[:1]))
+        session = open_session(
+            SessionPlan(
+                plan.scene,
+                str(path),
+                plan.seed,
+                methods=METHODS[:1],
+                more_faults=plan.more_faults,
+            )
+        )
         board = ScoreBoard(session.scene.objects)
 
         def watch(output: SessionOutput) -> None:
@@ -168,7 +179,7 @@ def trial_text(plan: TrialPlan) -> str:
     """The scenario of a trial: its beginning, filmed with small lenses."""
     from sim.scenario import parse_scenario
 
-    scenario = parse_scenario(plan.text, source="scenario")
+    scenario = parse_scenario(plan.text, source="scenario", more_faults=plan.more_faults)
     text = with_duration(plan.text, min(plan.seconds, scenario.duration_s))
     return with_camera(text, lens_size_px=min(LENS_PX, scenario.camera.lens_size_px))
 

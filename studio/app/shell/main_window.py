@@ -16,6 +16,7 @@ from studio.app.model.autosave import Autosave, Recovered, discard, recoverable
 from studio.app.model.session_run import SessionRun
 from studio.app.model.settings import save_settings
 from studio.app.model.workbench import Topic, Workbench
+from studio.app.plugins.panel_docks import PanelDocks
 from studio.app.plugins.plugin_host import PluginHost
 from studio.app.shell.cheat_sheet import CheatSheet
 from studio.app.shell.command_palette import CommandPalette
@@ -70,7 +71,6 @@ class MainWindow(QMainWindow):
         self._film: WindowFilm | None = None
         self._known_actions = 0
         self._autosave = Autosave(home)
-        self.plugins = PluginHost(bench, plugins or home / "plugins")
         self._contents: dict[str, QWidget] = {}
         self.view: QWidget | None = None
         self.setAcceptDrops(True)
@@ -83,6 +83,8 @@ class MainWindow(QMainWindow):
         self._middle.setSpacing(0)
         self._middle.addWidget(self.notice)
         self._docks, self.docks = self._make_docks(middle)
+        self._panels = PanelDocks(self._docks, self.docks["session"])
+        self.plugins = PluginHost(bench, plugins or home / "plugins", places=self._panels)
         self._first_layout = self._docks.saveState()
         self.menus = Menus(bench, self)
         self.palette_bar = CommandPalette(bench, self)
@@ -247,6 +249,7 @@ class MainWindow(QMainWindow):
 
         theme = THEMES[self.bench.settings.theme]
         self.menus.colour(theme.text)
+        self._panels.colour(theme.text)
         for dock in DOCKS:
             self.docks[dock.id].setIcon(qtawesome.icon(dock.icon, color=theme.faint))
             # The docks' library colours its tabs by itself, unreadably in a dark theme.

@@ -9,10 +9,12 @@ from pathlib import Path
 from studio.app.model.actions import Action
 from studio.app.model.session_run import SessionRun
 from studio.app.model.workbench import Workbench
+from studio.app.shell.tracker_actions import TrackerActions
 
 
 def add_session_actions(bench: Workbench, run: SessionRun) -> None:
     """Add what the Session menu holds."""
+    TrackerActions(bench, run).add()
 
     def rehearse(out: str = "", seed: int | None = None, paced: bool = False) -> None:
         if seed is not None and seed != bench.document.seed:

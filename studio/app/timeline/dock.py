@@ -469,7 +469,11 @@ class TimelineDock(QWidget):
         self._pair = recording.parent, self._fork_out
         self._playing().pause()
         self._planning = planning_fork(
-            recording, at_s=at_s, document=self.bench.document, out=self._fork_out
+            recording,
+            at_s=at_s,
+            document=self.bench.document,
+            out=self._fork_out,
+            more_faults=tuple(self.bench.offered.faults.values()),
         )
 
     def _poll_fork(self) -> None:

@@ -11,6 +11,7 @@ from studio.app.model.document import Document
 from studio.app.timeline.task import Report, Task
 
 if TYPE_CHECKING:  # what a session needs takes a second to import
+    from sim.faults.fault import Fault
     from studio.compare.comparison import Comparison
     from studio.session.session import SessionPlan
 
@@ -19,7 +20,12 @@ TOLERANCE = 0.1
 
 
 def planning_fork(
-    recording: Path, *, at_s: float, document: Document, out: Path
+    recording: Path,
+    *,
+    at_s: float,
+    document: Document,
+    out: Path,
+    more_faults: tuple[type[Fault], ...] = (),
 ) -> Task[SessionPlan]:
     """Begin to plan a session that goes on from an instant with the document's scenario.
 
@@ -29,6 +35,7 @@ def planning_fork(
         document: whose scenario is followed from then on; without one the session goes on
             unchanged.
         out: folder that the results will go to.
+        more_faults: kinds of plug-ins that scenarios may have.
     """
 
     def work(_report: Report, _cancelled: threading.Event) -> SessionPlan:
@@ -45,7 +52,7 @@ def planning_fork(
                 file = Path(folder) / f"{scenario or 'scenario'}.toml"
                 file.write_text(document.scenario, encoding="utf-8")
                 scenario = str(file)
-            fork = open_fork(recording, at_s=at_s, scenario=scenario)
+            fork = open_fork(recording, at_s=at_s, scenario=scenario, more_faults=more_faults)
         info = fork.info
         assert info.seed is not None
         return SessionPlan(scene=info.scene, seed=info.seed, methods=info.methods, fork=fork)

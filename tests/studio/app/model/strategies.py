@@ -5,7 +5,8 @@ from hypothesis import strategies as st
 
 from scenes.pose import Pose
 from scenes.state import Annotation, Avatar, LiveSurface
-from studio.app.model.document import Document, Marker, Primitive, TwinEdits
+from studio.app.model.document import Document, Marker, Primitive, TrackerChoice, TwinEdits
+from tracking.options import TrackerOptions
 
 ids = st.text(st.characters(codec="utf-8", exclude_characters="\x00"), min_size=1, max_size=8)
 lengths = st.floats(-50, 50, allow_nan=False)
@@ -65,5 +66,12 @@ documents = st.builds(
     scenario=st.text(max_size=40),
     seed=st.integers(0, 2**31),
     twin=twins,
+    tracker=st.builds(
+        TrackerChoice,
+        ids,
+        st.booleans(),
+        st.builds(TrackerOptions, st.booleans(), st.booleans(), st.booleans(), st.floats(1, 1000)),
+    ),
+    draft=st.none() | st.text(max_size=40),
     markers=st.lists(st.builds(Marker, st.integers(0, 10**12), ids), max_size=3).map(tuple),
 )

@@ -62,3 +62,10 @@ def test_a_failed_save_keeps_the_old_file(tmp_path, monkeypatch):
         save_document(Document("desk"), path)
     assert load_document(path).scene == "lab"
     assert [entry.name for entry in tmp_path.iterdir()] == ["room.nexus"]
+
+
+def test_a_project_of_before_there_were_drafts_and_trackers_opens():
+    values = json.loads(document_to_text(Document("lab", seed=3)))
+    del values["tracker"], values["draft"]
+    document = document_from_text(json.dumps(values), source="room.nexus")
+    assert (document.seed, document.draft, document.tracker) == (3, None, Document("lab").tracker)

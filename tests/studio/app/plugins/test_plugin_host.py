@@ -1,5 +1,6 @@
 """Plug-ins on a bench: actions come and go with their file, panels open and may fail."""
 
+import os
 import time
 from pathlib import Path
 from types import SimpleNamespace
@@ -8,7 +9,7 @@ import pytest
 
 from studio.app.model.document import Document
 from studio.app.model.settings import Settings
-from studio.app.model.workbench import Workbench
+from studio.app.model.workbench import Topic, Workbench
 from studio.app.plugins.plugin_host import PluginHost, panel_id
 from studio.console.display import why_no_window
 
@@ -71,3 +72,110 @@ def test_a_panel_opens_and_shows_the_bench(bench, hosted, qtbot):
     assert panel.text() == "no scene"
     bench.show_scene(SimpleNamespace(objects=(1, 2)))
     assert panel.text() == "2 objects"
+
+
+PANEL = """
+from PySide6.QtWidgets import QLabel
+from studio.app.model.workbench import Topic
+
+class Panel(QLabel):
+    def __init__(self, bench):
+        super().__init__("{text}")
+        self.heard = 0
+        bench.listen(Topic.SELECTION, self.hear)
+    def hear(self):
+        self.heard += 1
+        {then}
+
+def register(studio):
+    studio.panel("Mine", Panel)
+"""
+
+
+@pytest.fixture
+def window(tmp_path, qapp):
+    from studio.app.window import make_window
+
+    windows = []
+
+    def start():
+        plugins = tmp_path / "plugins"
+        plugins.mkdir(exist_ok=True)
+        made = make_window(
+            Document("lab"), rehearse_to=tmp_path / "out", home=tmp_path / "home", plugins=plugins
+        )
+        windows.append(made)
+        made.show()
+        shown_until(lambda: made.is_filled)
+        return made, plugins / "mine.py"
+
+    def shown_until(condition):
+        deadline = time.monotonic() + 60
+        while not condition():
+            assert time.monotonic() < deadline
+            qapp.processEvents()
+            time.sleep(0.002)
+
+    start.until = shown_until
+    yield start
+    for made in windows:
+        made.close()
+
+
+def save(path, t_s, text, then="pass"):
+    path.write_text(PANEL.format(text=text, then=then))
+    os.utime(path, (t_s, t_s))
+
+
+@pytest.mark.gui
+@pytest.mark.skipif(WHY_NOT is not None, reason=f"no window here: {WHY_NOT}")
+def test_a_panel_is_a_dock_that_follows_its_file_and_comes_back_in_the_next_window(window):
+    from PySide6.QtWidgets import QLabel
+
+    first, path = window()
+    save(path, 1000, "one")
+    window.until(lambda: panel_id("Mine") in first.bench.actions)
+    assert first.plugins.panels == {}
+    assert first.bench.do(panel_id("Mine"))
+    docks = first.plugins._places.docks
+    dock, panel = docks["Mine"], first.plugins.panels["Mine"]
+    window.until(panel.isVisible)
+    assert "color: " in dock.tabWidget().findChildren(QLabel)[0].styleSheet()
+    assert dock.dockAreaWidget() is first.docks["session"].dockAreaWidget()
+
+    save(path, 2000, "two")
+    window.until(lambda: first.plugins.panels["Mine"].text() == "two")
+    assert docks["Mine"] is dock
+    first.bench.select("chair-1")
+    assert first.plugins.panels["Mine"].heard == 1
+    assert not first.bench.log.lines("error")
+
+    first.close()
+    second, _ = window()
+    window.until(lambda: "Mine" in second.plugins.panels)
+    docks = second.plugins._places.docks
+    docks["Mine"].closeDockWidget()
+    window.until(lambda: "Mine" not in second.plugins.panels)
+    assert docks == {}
+    assert second.bench.settings.panels == ()
+    assert second.bench.do(panel_id("Mine"))
+    path.unlink()
+    window.until(lambda: panel_id("Mine") not in second.bench.actions)
+    assert docks == second.plugins.panels == {}
+
+
+@pytest.mark.gui
+@pytest.mark.skipif(WHY_NOT is not None, reason=f"no window here: {WHY_NOT}")
+def test_a_panel_that_raises_when_it_hears_something_is_said_once_and_others_hear_on(window):
+    made, path = window()
+    save(path, 1000, "one", then="raise KeyError('nobody')")
+    window.until(lambda: panel_id("Mine") in made.bench.actions)
+    assert made.bench.do(panel_id("Mine"))
+    heard = []
+    made.bench.listen(Topic.SELECTION, lambda: heard.append(made.bench.selection))
+    for name in ("chair-1", "chair-2"):
+        made.bench.select(name)
+    assert heard == ["chair-1", "chair-2"]
+    (line,) = made.bench.log.lines("error")
+    assert line.text.startswith(f"panel Mine: {path}:12: ")
+    assert "KeyError: 'nobody'" in line.text

@@ -1,9 +1,15 @@
 """What is typed, what was last good, and what is rehearsed."""
 
+import signal
+import subprocess
+import sys
+import time
+
 import pytest
 
 from sim.scenario import load_scenario
 from sim.tables import ScenarioError
+from studio.app.model.autosave import recoverable
 from studio.app.model.document import Document
 from studio.app.model.settings import Settings
 from studio.app.model.workbench import Workbench
@@ -89,3 +95,61 @@ def test_a_bad_file_is_opened_as_a_draft(editing, tmp_path):
 def test_another_scene_brings_another_scenario(editing):
     editing.bench.show_document(Document("desk"))
     assert editing.scenario.room == "desk"
+
+
+def test_a_draft_is_part_of_the_document_and_of_what_is_undone(editing):
+    bench, good = editing.bench, editing.text
+    for typed in (good.replace("24.0", "= 24"), ""):
+        editing.type(typed)
+        assert bench.document.draft == typed
+        assert not bench.is_saved
+    assert editing.text == good
+    assert {step.merge for step in bench.history} == {"scenario text"}
+    editing.discard()
+    assert bench.document.draft is None
+    bench.show_document(bench.history[-1].before)  # as undo does
+    assert editing.draft == ""
+    assert "room is missing" in editing.problem
+    editing.type(good)
+    assert (editing.draft, editing.problem) == (None, "")
+
+
+CRASHING = """
+import sys, time
+from pathlib import Path
+from types import SimpleNamespace
+from studio.app.model.autosave import Autosave
+from studio.app.model.autosave import recoverable
+from studio.app.model.document import Document
+from studio.app.model.settings import Settings
+from studio.app.model.workbench import Topic, Workbench
+from studio.app.scenario.editing import ScenarioEditing
+
+bench = Workbench(Document("lab"), Settings(), SimpleNamespace(push=lambda _: None))
+autosave = Autosave(Path(sys.argv[1]))
+bench.listen(Topic.DOCUMENT, lambda: autosave.keep(bench.document))
+editing = ScenarioEditing(bench)
+good = editing.text.replace("24.0", "12.0")
+editing.type(good)
+editing.type(good.replace("12.0", "12.x"))
+print("typed", flush=True)
+time.sleep(600)
+"""
+
+
+def test_a_draft_survives_a_kill_beside_the_last_good_text(tmp_path):
+    child = subprocess.Popen(
+        [sys.executable, "-c", CRASHING, str(tmp_path)], stdout=subprocess.PIPE, text=True
+    )
+    assert child.stdout.readline() == "typed\n"
+    deadline = time.monotonic() + 20
+    while not any("12.x" in path.read_text() for path in tmp_path.glob("autosave-*.nexus")):
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    child.send_signal(signal.SIGKILL)
+    child.wait()
+    (found,) = recoverable(tmp_path)
+    editing = ScenarioEditing(Workbench(found.document, Settings(), Steps()))
+    assert "duration_s = 12.x" in editing.draft
+    assert "at line 3" in editing.problem
+    assert editing.scenario.duration_s == 12.0
