@@ -88,6 +88,22 @@ class Overlay:
                 self._painter.drawEllipse(points[-1], 4.5, 4.5)
                 self._painter.setBrush(Qt.BrushStyle.NoBrush)
 
+    def corners(self, pixels: NDArray[np.float64], held: int | None) -> None:
+        """Handles (4, 2) of a live surface, the first one square; the held one is larger."""
+        for corner, (x, y) in enumerate(pixels):
+            if not np.isfinite((x, y)).all():
+                continue
+            radius = 8.0 if corner == held else 6.0
+            area = QRectF(x - radius, y - radius, 2 * radius, 2 * radius)
+            self._painter.setPen(QPen(GROUND, 2.0))
+            self._painter.setBrush(PICKED if corner == held else INK)
+            # The picture's top left is told from the others by its shape, not its colour alone.
+            if corner == 0:
+                self._painter.drawRect(area)
+            else:
+                self._painter.drawEllipse(area)
+        self._painter.setBrush(Qt.BrushStyle.NoBrush)
+
     def in_hand(self, hand: InHand) -> None:
         """Places that were picked, and what they measure."""
         pixels = [self._pixel(place) for place in hand.places]
