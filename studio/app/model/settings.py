@@ -36,6 +36,7 @@ class Settings:
         layouts: by name, those that were saved.
         has_started: whether the studio was ever opened: the first page is shown until then.
         plugin_folder: where plug-ins are looked for; empty for the usual place.
+        layers: whether each layer of the view is drawn, by name, where it differs from the first.
     """
 
     theme: str = "dark"
@@ -48,6 +49,7 @@ class Settings:
     layouts: Mapping[str, str] = field(default_factory=dict)
     has_started: bool = False
     plugin_folder: str = ""
+    layers: Mapping[str, bool] = field(default_factory=dict)
 
     def opened(self, scene: str) -> Settings:
         """After a scene or project was opened."""
@@ -108,6 +110,9 @@ def _checked(name: str, value: Any) -> Any:
     """The value if it is a good one for that setting, else None."""
     if name in ("keys", "layouts"):
         good = isinstance(value, dict) and all(isinstance(v, str) for v in value.values())
+        return value if good else None
+    if name == "layers":
+        good = isinstance(value, dict) and all(isinstance(v, bool) for v in value.values())
         return value if good else None
     if name == "recent":
         good = isinstance(value, list) and all(isinstance(v, str) for v in value)

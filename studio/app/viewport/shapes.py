@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Literal
 
 import numpy as np
@@ -33,6 +33,8 @@ LEAST_SIGMA_M = 0.004
 
 GREY: Colour = (0.6, 0.66, 0.74)
 BUSY: Colour = (0.29, 0.66, 0.91)
+GREEN: Colour = (0.35, 0.85, 0.45)
+"""Of the collision mesh, as in most programs that draw one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -97,14 +99,33 @@ Shape = Solid | Line | Wire | Squares
 
 @dataclass(frozen=True, slots=True)
 class Shown:
-    """Which kinds of shapes are drawn."""
+    """Which layers are drawn.
 
+    Attributes:
+        labels: names and states over objects and people.
+        avatars: people.
+        cameras: frusta of placed cameras, and the 360° camera.
+        annotations: lines that were drawn.
+        surfaces: edges of live surfaces.
+        collision: wireframe of what stops objects.
+        covariance: ellipsoids of the poses' uncertainty.
+        errors: the tracker's error by place, on the floor.
+    """
+
+    labels: bool = True
     avatars: bool = True
     cameras: bool = True
     annotations: bool = True
     surfaces: bool = True
     collision: bool = False
     covariance: bool = False
+    errors: bool = False
+
+    @classmethod
+    def of(cls, layers: Mapping[str, bool]) -> Shown:
+        """The first values with those of a user's settings, by name; unknown names are passed."""
+        known = {item.name for item in fields(cls)}
+        return cls(**{name: is_on for name, is_on in layers.items() if name in known})
 
 
 def shapes_of(

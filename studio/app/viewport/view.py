@@ -29,10 +29,11 @@ from studio.app.viewport.corners import CornerHandles, surface_at
 from studio.app.viewport.dragging import Aim, CornerDrag, Drag, GrabDrag, HandleDrag
 from studio.app.viewport.gizmo import Gizmo
 from studio.app.viewport.items import boxes_of, pose_of
+from studio.app.viewport.layers import Layers
 from studio.app.viewport.orbit import home
 from studio.app.viewport.painter import Painted, TwinPainter, View
 from studio.app.viewport.picking import Pick, pick, point_at
-from studio.app.viewport.shapes import Shown, box_edges, shapes_of
+from studio.app.viewport.shapes import box_edges, shapes_of
 from studio.app.viewport.tools import CORNERS_HINT, HINTS, InHand, Tool
 from studio.app.viewport.view_overlay import INK, Overlay, image_of
 from studio.app.viewport.viewer import MODES, Mode, Viewer
@@ -67,13 +68,16 @@ class TwinView(QWidget):
 
     Args:
         bench: what is shown.
+        layers: which layers, and those that take a while to make.
         finished: called with the places when a tool has what it needs.
     """
 
-    def __init__(self, bench: Workbench, finished: Callable[[InHand], None]) -> None:
+    def __init__(
+        self, bench: Workbench, layers: Layers, finished: Callable[[InHand], None]
+    ) -> None:
         super().__init__()
         self.bench = bench
-        self.shown = Shown()
+        self._layers = layers
         self.viewer: Viewer | None = None
         self.hand = InHand()
         self.painted: Painted | None = None
@@ -91,7 +95,7 @@ class TwinView(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAccessibleName("view of the twin")
-        for topic in (Topic.STATE, Topic.SELECTION):
+        for topic in (Topic.STATE, Topic.SELECTION, Topic.SETTINGS):
             bench.listen(topic, self.redraw)
         bench.listen(Topic.SCENE, self._new_scene)
         self._timer = QTimer(self)
@@ -133,11 +137,12 @@ class TwinView(QWidget):
         rig = bench.state.world_from_rig or (scene.world_from_rig if scene else None)
         shapes = shapes_of(
             bench.state,
-            shown=self.shown,
+            shown=self._layers.shown,
             primitives=twin.primitives,
             cameras=twin.cameras,
             world_from_rig=rig,
         )
+        shapes += self._layers.shapes()
         boxes = boxes_of(bench)
         if bench.selection in boxes:
             pose, size = boxes[bench.selection]
@@ -180,8 +185,13 @@ class TwinView(QWidget):
             if self.bench.scene is None
             else {item.object_id: item.box_m[2] for item in self.bench.scene.objects}
         )
-        overlay.labels(self.bench.state, heights, self.bench.document.twin.names)
-        overlay.names_of_people(self.bench.state)
+        shown = self._layers.shown
+        if shown.labels:
+            overlay.labels(self.bench.state, heights, self.bench.document.twin.names)
+        if shown.labels and shown.avatars:
+            overlay.names_of_people(self.bench.state)
+        if self._layers.errors is not None:
+            overlay.error_scale(QRectF(self.rect()), self._layers.errors)
         drag, gizmo, corners = self._drag, self._gizmo(), self._corners()
         if gizmo is not None:
             overlay.gizmo(gizmo, drag.handle if isinstance(drag, HandleDrag) else None)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-from PySide6.QtCore import QEvent, QObject, QRectF, Qt
+from PySide6.QtCore import QEvent, QObject, QRectF, Qt, QTimer
 from PySide6.QtGui import QCloseEvent, QColor, QPainter, QPaintEvent, QPen, QResizeEvent
 from PySide6.QtWidgets import QGridLayout, QWidget
 
@@ -12,9 +10,10 @@ from scenes.cameras import Pinhole
 from scenes.pose import Pose
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.viewport.items import pose_of
+from studio.app.viewport.layers import Layers
 from studio.app.viewport.painter import TwinPainter, View
 from studio.app.viewport.placing import places_text
-from studio.app.viewport.shapes import shapes_of
+from studio.app.viewport.shapes import Shown, shapes_of
 from studio.app.viewport.tools import InHand, Tool
 from studio.app.viewport.view import FIELD_OF_VIEW, TwinView
 from studio.app.viewport.view_actions import add_view_actions
@@ -22,6 +21,9 @@ from studio.app.viewport.view_overlay import image_of
 from studio.app.viewport.viewer import object_eyes
 
 MAX_VIEWS = 4
+POLL_MS = 60
+"""Between two looks at the layers that threads make, milliseconds."""
+
 INSET_SHARE = 0.3
 """Of the view's width that the small picture takes."""
 
@@ -34,6 +36,7 @@ class ViewGrid(QWidget):
         self.bench = bench
         self.views: list[TwinView] = []
         self.is_linked = False
+        self.layers = Layers(bench)
         self._inset = Inset(bench, self)
         self._layout = QGridLayout(self)
         self._layout.setContentsMargins(0, 0, 0, 0)
@@ -41,6 +44,14 @@ class ViewGrid(QWidget):
         self.active: TwinView
         self.set_count(1)
         add_view_actions(self)
+        self._timer = QTimer(self)
+        self._timer.timeout.connect(self._poll)
+        self._timer.start(POLL_MS)
+
+    def _poll(self) -> None:
+        if self.layers.poll():
+            for view in self.views:
+                view.redraw()
 
     @property
     def inset(self) -> Inset:
@@ -61,7 +72,7 @@ class ViewGrid(QWidget):
             gone.close()
             gone.deleteLater()
         while len(self.views) < count:
-            view = TwinView(self.bench, self._finished)
+            view = TwinView(self.bench, self.layers, self._finished)
             view.installEventFilter(self)
             if self.views and self.views[0].viewer is not None:
                 view.set_viewer(self.views[0].viewer)
@@ -103,6 +114,8 @@ class ViewGrid(QWidget):
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """End the threads that draw."""
+        self._timer.stop()
+        self.layers.close()
         self.inset.close()
         for view in self.views:
             view.close()
@@ -158,19 +171,13 @@ class Inset(QWidget):
         if self._painter is None or eyes is None:
             return
         scene, twin = self._bench.scene, self._bench.document.twin
-        parent = self._over
-        shown = parent.active.shown if isinstance(parent, ViewGrid) else None
-        shapes = (
-            []
-            if shown is None
-            else shapes_of(
-                self._bench.state,
-                shown=replace(shown, collision=False),
-                primitives=twin.primitives,
-                cameras=twin.cameras,
-                world_from_rig=scene.world_from_rig if scene else None,
-                seen_by=self.source,
-            )
+        shapes = shapes_of(
+            self._bench.state,
+            shown=Shown.of(self._bench.settings.layers),
+            primitives=twin.primitives,
+            cameras=twin.cameras,
+            world_from_rig=scene.world_from_rig if scene else None,
+            seen_by=self.source,
         )
         camera = Pinhole.from_fov(320, 180, FIELD_OF_VIEW)
         view = View(self._bench.state, camera, eyes, self._bench.live, tuple(shapes))

@@ -10,6 +10,7 @@ from studio.app.model.document import Document
 from studio.app.model.settings import Settings
 from studio.app.model.workbench import Workbench
 from studio.app.twin.additions import surface_added
+from studio.app.viewport.layers import Layers
 from studio.app.viewport.orbit import Orbit
 from studio.console.display import why_no_window
 
@@ -51,7 +52,8 @@ def bench(desk):
 def view(bench, qapp):
     from studio.app.viewport.view import TwinView
 
-    made = TwinView(bench, lambda _hand: None)
+    layers = Layers(bench)
+    made = TwinView(bench, layers, lambda _hand: None)
     made.resize(640, 480)
     made.show()
     yield made
