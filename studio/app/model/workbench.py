@@ -82,6 +82,8 @@ class Workbench:
         """Opens scenes and plays sessions; there from the time the window is."""
         self.grabbing: Grabbing | None = None
         """Moves objects by physics; there from the time the twin's dock is."""
+        self.busy: set[str] = set()
+        """Names of work on threads that will still change the document: scripts wait for it."""
         self._document = document
         self._settings = settings
         self._base: SceneState | None = None

@@ -13,7 +13,8 @@ from scenes.frames import WORLD_FROM_FORWARD_CAMERA
 from scenes.mesh import CollisionMesh
 from scenes.pose import Pose
 from scenes.state import Avatar, LiveSurface, SceneState
-from studio.app.model.document import Primitive
+from studio.app.model.added_mesh import Geometry
+from studio.app.model.document import Primitive, TwinEdits
 from studio.view.overlay import LOCAL, REMOTE, STATE_COLOURS
 
 Colour = tuple[float, float, float]
@@ -94,7 +95,22 @@ class Squares:
     opacity: float = 0.6
 
 
-Shape = Solid | Line | Wire | Squares
+@dataclass(frozen=True, slots=True, eq=False)
+class Surface:
+    """Coloured triangles.
+
+    Attributes:
+        key: names it.
+        geometry: in the body's frame.
+        world_from_body: its pose.
+    """
+
+    key: str
+    geometry: Geometry
+    world_from_body: Pose
+
+
+Shape = Solid | Line | Wire | Squares | Surface
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,8 +148,7 @@ def shapes_of(
     state: SceneState,
     *,
     shown: Shown,
-    primitives: Mapping[str, Primitive],
-    cameras: Mapping[str, Pose],
+    twin: TwinEdits,
     world_from_rig: Pose | None,
     seen_by: str = "",
 ) -> list[Shape]:
@@ -142,14 +157,15 @@ def shapes_of(
     Args:
         state: what happens.
         shown: which kinds.
-        primitives: virtual bodies.
-        cameras: `world_from_camera` of placed cameras, by id.
+        twin: what was put into it: bodies, meshes and cameras.
         world_from_rig: the 360° camera, or None.
         seen_by: whose view it is: nobody sees their own head.
     """
     found: list[Shape] = []
-    for item in primitives.values():
+    for item in twin.primitives.values():
         found.append(primitive_solid(item))
+    for mesh in twin.meshes.values():
+        found.append(Surface(f"mesh {mesh.mesh_id}", mesh.geometry, mesh.world_from_mesh))
     if shown.avatars:
         for avatar in state.avatars.values():
             if avatar.user_id != seen_by:
@@ -160,7 +176,8 @@ def shapes_of(
     if shown.surfaces:
         found += [surface_outline(surface) for surface in state.surfaces.values()]
     if shown.cameras:
-        found += [frustum(f"camera {key}", pose) for key, pose in cameras.items() if key != seen_by]
+        others = {key: pose for key, pose in twin.cameras.items() if key != seen_by}
+        found += [frustum(f"camera {key}", pose) for key, pose in others.items()]
         if world_from_rig is not None and seen_by != "camera":
             found += rig_shapes(world_from_rig)
     if shown.covariance:

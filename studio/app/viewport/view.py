@@ -133,13 +133,11 @@ class TwinView(QWidget):
         if self._painter is None or self.viewer is None:
             return
         bench, scene = self.bench, self.bench.scene
-        twin = bench.document.twin
         rig = bench.state.world_from_rig or (scene.world_from_rig if scene else None)
         shapes = shapes_of(
             bench.state,
             shown=self._layers.shown,
-            primitives=twin.primitives,
-            cameras=twin.cameras,
+            twin=bench.document.twin,
             world_from_rig=rig,
         )
         shapes += self._layers.shapes()

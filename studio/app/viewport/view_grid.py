@@ -170,12 +170,11 @@ class Inset(QWidget):
         eyes = self._eyes(self.source)
         if self._painter is None or eyes is None:
             return
-        scene, twin = self._bench.scene, self._bench.document.twin
+        scene = self._bench.scene
         shapes = shapes_of(
             self._bench.state,
             shown=Shown.of(self._bench.settings.layers),
-            primitives=twin.primitives,
-            cameras=twin.cameras,
+            twin=self._bench.document.twin,
             world_from_rig=scene.world_from_rig if scene else None,
             seen_by=self.source,
         )
