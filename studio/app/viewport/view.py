@@ -33,6 +33,7 @@ from studio.app.viewport.layers import Layers
 from studio.app.viewport.orbit import home
 from studio.app.viewport.painter import Painted, TwinPainter, View
 from studio.app.viewport.picking import Pick, pick, point_at
+from studio.app.viewport.scene_drawing import Drawings
 from studio.app.viewport.shapes import box_edges, shapes_of
 from studio.app.viewport.tools import CORNERS_HINT, HINTS, InHand, Tool
 from studio.app.viewport.view_overlay import INK, Overlay, image_of
@@ -69,15 +70,22 @@ class TwinView(QWidget):
     Args:
         bench: what is shown.
         layers: which layers, and those that take a while to make.
+        drawings: what it draws the scene with, shared with other views.
         finished: called with the places when a tool has what it needs.
     """
 
     def __init__(
-        self, bench: Workbench, layers: Layers, finished: Callable[[InHand], None]
+        self,
+        bench: Workbench,
+        *,
+        layers: Layers,
+        drawings: Drawings,
+        finished: Callable[[InHand], None],
     ) -> None:
         super().__init__()
         self.bench = bench
         self._layers = layers
+        self._drawings = drawings
         self.viewer: Viewer | None = None
         self.hand = InHand()
         self.painted: Painted | None = None
@@ -116,7 +124,7 @@ class TwinView(QWidget):
             x, y, _ = orbit.target
             self._home = Viewer(orbit, Walker(x, y, 0.0))
             self.viewer = self._home
-            self._painter = TwinPainter(scene)
+            self._painter = TwinPainter(self._drawings.of(scene))
             self.redraw()
         self.update()
 
@@ -155,9 +163,6 @@ class TwinView(QWidget):
             self.floor = floor
         if self._painter is None:
             return
-        problem = self._painter.problems.take()
-        if problem is not None:
-            self.bench.say("warning", problem)
         painted = self._painter.pictures.take()
         if painted is not None:
             self.painted = painted

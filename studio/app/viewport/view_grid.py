@@ -13,6 +13,7 @@ from studio.app.viewport.items import pose_of
 from studio.app.viewport.layers import Layers
 from studio.app.viewport.painter import TwinPainter, View
 from studio.app.viewport.placing import places_text
+from studio.app.viewport.scene_drawing import Drawings
 from studio.app.viewport.shapes import Shown, shapes_of
 from studio.app.viewport.tools import InHand, Tool
 from studio.app.viewport.view import FIELD_OF_VIEW, TwinView
@@ -37,7 +38,8 @@ class ViewGrid(QWidget):
         self.views: list[TwinView] = []
         self.is_linked = False
         self.layers = Layers(bench)
-        self._inset = Inset(bench, self)
+        self.drawings = Drawings()
+        self._inset = Inset(bench, self, self.drawings)
         self._layout = QGridLayout(self)
         self._layout.setContentsMargins(0, 0, 0, 0)
         self._layout.setSpacing(2)
@@ -49,6 +51,9 @@ class ViewGrid(QWidget):
         self._timer.start(POLL_MS)
 
     def _poll(self) -> None:
+        problem = self.drawings.problem()
+        if problem is not None:
+            self.bench.say("warning", problem)
         if self.layers.poll():
             for view in self.views:
                 view.redraw()
@@ -72,7 +77,12 @@ class ViewGrid(QWidget):
             gone.close()
             gone.deleteLater()
         while len(self.views) < count:
-            view = TwinView(self.bench, self.layers, self._finished)
+            view = TwinView(
+                self.bench,
+                layers=self.layers,
+                drawings=self.drawings,
+                finished=self._finished,
+            )
             view.installEventFilter(self)
             if self.views and self.views[0].viewer is not None:
                 view.set_viewer(self.views[0].viewer)
@@ -119,16 +129,18 @@ class ViewGrid(QWidget):
         self.inset.close()
         for view in self.views:
             view.close()
+        self.drawings.close()
         event.accept()
 
 
 class Inset(QWidget):
     """A small picture in the upper right: the 360° camera's, or what somebody or something sees."""
 
-    def __init__(self, bench: Workbench, over: QWidget) -> None:
+    def __init__(self, bench: Workbench, over: QWidget, drawings: Drawings) -> None:
         super().__init__(over)
         self._bench = bench
         self._over = over
+        self._drawings = drawings
         self._painter: TwinPainter | None = None
         self._picture = None
         self.source = ""
@@ -150,7 +162,7 @@ class Inset(QWidget):
         self._picture = None
         self.setVisible(bool(source))
         if source not in ("", "camera") and self._painter is None and self._bench.scene is not None:
-            self._painter = TwinPainter(self._bench.scene)
+            self._painter = TwinPainter(self._drawings.of(self._bench.scene))
         self.place()
         self.redraw()
 

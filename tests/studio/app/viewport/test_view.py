@@ -12,6 +12,7 @@ from studio.app.model.workbench import Workbench
 from studio.app.twin.additions import surface_added
 from studio.app.viewport.layers import Layers
 from studio.app.viewport.orbit import Orbit
+from studio.app.viewport.scene_drawing import Drawings
 from studio.console.display import why_no_window
 
 WHY_NOT = why_no_window()
@@ -53,11 +54,13 @@ def view(bench, qapp):
     from studio.app.viewport.view import TwinView
 
     layers = Layers(bench)
-    made = TwinView(bench, layers, lambda _hand: None)
+    drawings = Drawings()
+    made = TwinView(bench, layers=layers, drawings=drawings, finished=lambda _hand: None)
     made.resize(640, 480)
     made.show()
     yield made
     made.close()
+    drawings.close()
 
 
 def drag(view, start, end):
