@@ -149,7 +149,7 @@ def _conditions(window: MainWindow) -> dict[str, Callable[..., bool]]:
     """What a script can wait for."""
     run, bench = window.run, window.bench
     return {
-        "wait.idle": lambda: not run.is_busy,
+        "wait.idle": lambda: not run.is_busy and not bench.busy,
         "wait.playing": lambda s=0.0: (
             run.output is not None and run.output.input.frame.t_ns >= float(s) * 1e9
         ),

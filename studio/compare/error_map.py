@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from scenes.package import ScenePackage
 from scenes.state import ObjectModel
+from studio.compare.floor_cells import CELL_M, LEAST_RANGE_CM, cells_of, mean_errors
 from studio.compare.run import Run
 from studio.evaluate.figures import (
     COLOURS,
@@ -24,13 +25,6 @@ from studio.evaluate.figures import (
     draw_paths,
     figure_style,
 )
-from studio.evaluate.scores import ScoreBoard
-
-CELL_M = 0.25
-"""Side of a cell of the map, chosen: half a chair."""
-
-LEAST_RANGE_CM = 2.0
-"""Smallest end of the colour scales, so that millimetres don't look like faults."""
 
 PICTURE_STEP = 2
 """Every how manieth pixel of the picture from above is drawn: the plans are a third as wide."""
@@ -43,34 +37,11 @@ def moved_objects(runs: Sequence[Run]) -> list[ObjectModel]:
     return sorted(found.values(), key=lambda model: order.index(model.object_id))
 
 
-def mean_errors(
-    board: ScoreBoard, low: NDArray[Any], shape: tuple[int, int]
-) -> NDArray[np.float64]:
-    """(rows, columns) mean position error in cm where objects truly were; NaN where none was.
-
-    Args:
-        board: of one run.
-        low: (2,) corner of the first cell, world metres.
-        shape: rows (y) and columns (x) of cells.
-    """
-    total, count = np.zeros(shape), np.zeros(shape)
-    for object_id in board.object_ids():
-        for sample in board.samples(object_id):
-            if not sample.counted:
-                continue
-            place = sample.true_world_from_object.translation[:2]
-            column, row = np.floor((place - low) / CELL_M).astype(int)
-            if 0 <= row < shape[0] and 0 <= column < shape[1]:
-                total[row, column] += sample.error.world_cm
-                count[row, column] += 1
-    return np.divide(total, count, out=np.full(shape, np.nan), where=count > 0)
-
-
 def error_maps(scene: ScenePackage, a: Run, b: Run, background: Background) -> str:
     """A, B, and B less A, as one drawing."""
     low, high = scene.footprint_m
-    columns, rows = np.ceil((high - low) / CELL_M - 1e-9).astype(int)
-    maps = [mean_errors(run.board, low, (int(rows), int(columns))) for run in (a, b)]
+    shape = cells_of(scene.footprint_m)
+    maps = [mean_errors(run.board, low, shape) for run in (a, b)]
     difference = maps[1] - maps[0]
     top = max(LEAST_RANGE_CM, *(float(np.nanmax(m, initial=0.0)) for m in maps))
     side = max(LEAST_RANGE_CM, float(np.nanmax(np.abs(difference), initial=0.0)))

@@ -136,6 +136,27 @@ def read_info(folder: Path) -> SessionInfo:
     return read_session(folder / RECORDING)
 
 
+def read_board(recording: Path, scene: ScenePackage) -> ScoreBoard:
+    """Poses and truth of the method that was shown, of one recording; empty without a truth.
+
+    Args:
+        recording: file of a session.
+        scene: with the objects that moved.
+
+    Raises:
+        RecordingError: it is damaged.
+        OSError: it cannot be read.
+    """
+    shown = next(iter(read_session(recording).methods), "")
+    board = ScoreBoard(scene.objects)
+    for _, values in _moments(recording):
+        tracks = [v.track for v in values if isinstance(v, RecordedTrack) and v.method == shown]
+        for truth in values:
+            if isinstance(truth, RecordedTruth) and tracks:
+                board.add(tracks, truth)
+    return board
+
+
 def _moments(recording: Path) -> Iterator[tuple[int, list[RecordedValue]]]:
     for t_ns, group in groupby(read_recording(recording), key=time_ns_of):
         yield t_ns, list(group)

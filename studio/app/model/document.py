@@ -19,6 +19,7 @@ from scenes.state import (
     TrackState,
     reduce_state,
 )
+from studio.app.model.added_mesh import AddedMesh
 from tracking.options import TrackerOptions
 
 T = TypeVar("T")
@@ -70,6 +71,7 @@ class TwinEdits:
         cameras: `world_from_camera` of cameras that were placed (OpenCV axes).
         surfaces: where live video is shown.
         annotations: lines that were drawn.
+        meshes: of files, that were put into the room.
     """
 
     poses: Mapping[str, Pose] = field(default_factory=no_items)
@@ -79,6 +81,7 @@ class TwinEdits:
     cameras: Mapping[str, Pose] = field(default_factory=no_items)
     surfaces: Mapping[str, LiveSurface] = field(default_factory=no_items)
     annotations: Mapping[str, Annotation] = field(default_factory=no_items)
+    meshes: Mapping[str, AddedMesh] = field(default_factory=no_items)
 
 
 @dataclass(frozen=True, slots=True)

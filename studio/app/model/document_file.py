@@ -13,6 +13,7 @@ import numpy as np
 
 from scenes.pose import Pose
 from scenes.state import Annotation, Avatar, LiveSurface
+from studio.app.model.added_mesh import AddedMesh, unpacked
 from studio.app.model.document import Document, Marker, Primitive, TrackerChoice, TwinEdits
 from tracking.options import options_from_text, options_text
 
@@ -53,6 +54,7 @@ def document_to_text(document: Document) -> str:
         "cameras": {key: _matrix(pose) for key, pose in twin.cameras.items()},
         "surfaces": {key: _surface(item) for key, item in twin.surfaces.items()},
         "annotations": {key: _annotation(item) for key, item in twin.annotations.items()},
+        "meshes": {key: _mesh(item) for key, item in twin.meshes.items()},
     }
     return json.dumps(values, indent=1, sort_keys=True, allow_nan=False) + "\n"
 
@@ -132,6 +134,8 @@ def _document(values: Mapping[str, Any]) -> Document:
             cameras=_each(values["cameras"], lambda _key, item: Pose.from_matrix(item)),
             surfaces=_each(values["surfaces"], _read_surface),
             annotations=_each(values["annotations"], _read_annotation),
+            # Projects that were written before meshes could be added have no such key.
+            meshes=_each(values.get("meshes", {}), _read_mesh),
         ),
     )
 
@@ -224,6 +228,26 @@ def _annotation(item: Annotation) -> dict[str, Any]:
 def _read_annotation(key: str, item: Mapping[str, Any]) -> Annotation:
     points = _points(item["points"])
     return Annotation(key, _text(item["user_id"], "user_id"), points, _three(item["colour"]))
+
+
+def _mesh(item: AddedMesh) -> dict[str, Any]:
+    return {
+        "source": item.source,
+        "world_from_mesh": _matrix(item.world_from_mesh),
+        "vertex_count": len(item.geometry.vertices),
+        "face_count": len(item.geometry.faces),
+        "data": item.geometry.packed,
+    }
+
+
+def _read_mesh(key: str, item: Mapping[str, Any]) -> AddedMesh:
+    geometry = unpacked(
+        _text(item["data"], f"meshes.{key}.data"),
+        vertex_count=int(item["vertex_count"]),
+        face_count=int(item["face_count"]),
+    )
+    pose = Pose.from_matrix(item["world_from_mesh"])
+    return AddedMesh(key, _text(item["source"], f"meshes.{key}.source"), geometry, pose)
 
 
 def _three(values: Any) -> tuple[float, float, float]:

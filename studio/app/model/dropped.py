@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,6 +11,13 @@ from studio.session.outputs import RECORDING
 
 SPLATS = frozenset({".ply", ".spz", ".splat", ".sog", ".ksplat"})
 MESHES = frozenset({".obj", ".glb", ".gltf", ".stl", ".off"})
+HEAD_BYTES = 65_536
+"""So much of a file is looked at: longer than any header of a splat file."""
+
+FACES = re.compile(rb"^element face (\d+)", re.MULTILINE)
+SPLATS_IN_GLTF = b"KHR_gaussian_splatting"
+"""Extension that a glTF file of splats names."""
+
 VIDEOS = frozenset({".mp4", ".mov", ".mkv", ".avi", ".insv", ".webm"})
 PICTURES = frozenset({".jpg", ".jpeg", ".png", ".heic", ".webp"})
 
@@ -46,6 +54,10 @@ def what_is(path: Path) -> Dropped:
         return Dropped("a recording", "timeline.open")
     if suffix == ".toml":
         return Dropped("a scenario", "scenario.open")
+    if suffix in MESHES and _holds(path, SPLATS_IN_GLTF):
+        return Dropped("a splat file", "file.open_scene", "scene")
+    if suffix in MESHES or (suffix == ".ply" and _has_faces(path)):
+        return Dropped("a mesh", "twin.add_mesh")
     if suffix in SPLATS:
         return Dropped("a splat file", "file.open_scene", "scene")
     if suffix in VIDEOS:
@@ -54,9 +66,22 @@ def what_is(path: Path) -> Dropped:
         return Dropped("a photo", "preparation.add")
     raise ValueError(
         f"{path.name}: the studio opens projects ({SUFFIX}), scene packages, splats (.ply .spz "
-        ".sog .splat), recordings (.mcap), scenarios (.toml), "
+        ".sog .splat), meshes (.obj .ply .glb .stl), recordings (.mcap), scenarios (.toml), "
         "videos and photos"
     )
+
+
+def _has_faces(path: Path) -> bool:
+    """Whether a PLY file is a surface: one of splats has points only."""
+    with path.open("rb") as file:
+        head = file.read(HEAD_BYTES)
+    found = FACES.search(head[: head.find(b"end_header")])
+    return found is not None and int(found[1]) > 0
+
+
+def _holds(path: Path, word: bytes) -> bool:
+    with path.open("rb") as file:
+        return word in file.read(HEAD_BYTES)
 
 
 def _folder(path: Path) -> Dropped:

@@ -37,6 +37,7 @@ class Settings:
         has_started: whether the studio was ever opened: the first page is shown until then.
         plugin_folder: where plug-ins are looked for; empty for the usual place.
         panels: titles of plug-ins' panels that are open.
+        layers: whether each layer of the view is drawn, by name, where it differs from the first.
     """
 
     theme: str = "dark"
@@ -50,6 +51,7 @@ class Settings:
     has_started: bool = False
     plugin_folder: str = ""
     panels: tuple[str, ...] = ()
+    layers: Mapping[str, bool] = field(default_factory=dict)
 
     def opened(self, scene: str) -> Settings:
         """After a scene or project was opened."""
@@ -110,6 +112,9 @@ def _checked(name: str, value: Any) -> Any:
     """The value if it is a good one for that setting, else None."""
     if name in ("keys", "layouts"):
         good = isinstance(value, dict) and all(isinstance(v, str) for v in value.values())
+        return value if good else None
+    if name == "layers":
+        good = isinstance(value, dict) and all(isinstance(v, bool) for v in value.values())
         return value if good else None
     if name in ("recent", "panels"):
         good = isinstance(value, list) and all(isinstance(v, str) for v in value)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from collections import defaultdict, deque
-from collections.abc import Callable
+from collections.abc import Callable, MutableSet
 from dataclasses import replace
 from enum import Enum, auto
 from pathlib import Path
@@ -87,6 +87,8 @@ class Workbench:
         """Moves objects by physics; there from the time the twin's dock is."""
         self.offered = Offered()
         """Trackers and faults of plug-ins."""
+        self.busy: MutableSet[str] = set()
+        """Names of work on threads that will still change the document: scripts wait for it."""
         self._document = document
         self._settings = settings
         self._base: SceneState | None = None

@@ -16,6 +16,7 @@ from scenes.frames import look_at
 from scenes.pose import Pose
 from scenes.quad import quad_of
 from scenes.state import Annotation, Avatar, LiveSurface
+from studio.app.model.added_mesh import AddedMesh, Geometry
 from studio.app.model.document import Document, Primitive, Shape, with_item
 from studio.app.twin.edits import EditError, checked_place, new_id
 
@@ -84,6 +85,36 @@ def primitive_resized(document: Document, primitive_id: str, size_m: Sequence[fl
     resized = replace(item, size_m=_checked_size(primitive_id, item.shape, size_m))
     twin = replace(document.twin, primitives=with_item(items, primitive_id, resized))
     return replace(document, twin=twin)
+
+
+def mesh_added(
+    document: Document,
+    scanned: Mapping[str, Pose],
+    geometry: Geometry,
+    *,
+    source: str,
+    place: ArrayLike,
+    yaw_rad: float = 0.0,
+) -> tuple[Document, str]:
+    """A mesh more, standing on `place` (3,).
+
+    Args:
+        document: without it.
+        scanned: see the module.
+        geometry: its triangles.
+        source: name of the file it came from.
+        place: of the middle of its base, world metres.
+        yaw_rad: heading.
+
+    Raises:
+        EditError: the place is none.
+    """
+    mesh_id = new_id(document, scanned, "mesh")
+    pose = Pose.from_yaw(yaw_rad, checked_place(mesh_id, place))
+    item = AddedMesh(mesh_id, source, geometry, pose)
+    twin = document.twin
+    twin = replace(twin, meshes=with_item(twin.meshes, mesh_id, item))
+    return replace(document, twin=twin), mesh_id
 
 
 def avatar_added(

@@ -6,6 +6,7 @@ import qtawesome
 from PySide6.QtCore import QEvent, QSignalBlocker, QSize, Qt, QTimer
 from PySide6.QtGui import QPalette
 from PySide6.QtWidgets import (
+    QFileDialog,
     QFrame,
     QHBoxLayout,
     QHeaderView,
@@ -26,6 +27,7 @@ from studio.app.twin.edits import ItemKind
 from studio.app.twin.hand import TwinPhysics
 from studio.app.twin.inspector import Inspector
 from studio.app.twin.items import TITLES, TwinItem, items_of
+from studio.app.twin.mesh_file import SUFFIXES
 from studio.app.twin.twin_actions import add_twin_actions
 
 POLL_MS = 16
@@ -39,6 +41,7 @@ ICONS = {
     ItemKind.CAMERA: "mdi6.video-outline",
     ItemKind.SURFACE: "mdi6.vector-square",
     ItemKind.ANNOTATION: "mdi6.draw",
+    ItemKind.MESH: "mdi6.vector-triangle",
 }
 """Of each kind, beside its heading's words."""
 ADDITIONS = (
@@ -48,6 +51,7 @@ ADDITIONS = (
     ("Person here", "twin.add_avatar", {"role": "local"}),
     ("Person elsewhere", "twin.add_avatar", {"role": "remote"}),
     ("Camera", "twin.add_camera", {}),
+    ("Mesh from a file …", "twin.add_mesh", {}),
 )
 """What the Add menu holds: its title, the action, and its arguments."""
 HINT = "In the view: hold Ctrl and drag an object to move it by physics; let go to throw it."
@@ -66,7 +70,7 @@ class TwinDock(QWidget):
         self._bench = bench
         self.physics = TwinPhysics(bench, clock or WallClock())
         bench.grabbing = self.physics
-        add_twin_actions(bench, self.physics)
+        self._editing = add_twin_actions(bench, self.physics, _ask_mesh)
         self.tree = QTreeWidget()
         self.inspector = Inspector(bench)
         self.add = QToolButton()
@@ -216,6 +220,7 @@ class TwinDock(QWidget):
 
     def _poll(self) -> None:
         self.physics.poll()
+        self._editing.poll()
 
     def _recolour(self) -> None:
         colour = self.palette().color(QPalette.ColorRole.ButtonText)
@@ -231,3 +236,8 @@ class TwinDock(QWidget):
         if event.type() == QEvent.Type.PaletteChange:
             self._recolour()
             self._is_stale = True
+
+
+def _ask_mesh() -> str:
+    kinds = " ".join(f"*{suffix}" for suffix in SUFFIXES)
+    return QFileDialog.getOpenFileName(None, "Add a mesh", "", f"Meshes ({kinds})")[0]

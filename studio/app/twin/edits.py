@@ -43,6 +43,7 @@ class ItemKind(Enum):
     CAMERA = "camera"
     SURFACE = "surface"
     ANNOTATION = "annotation"
+    MESH = "mesh"
 
 
 TURNABLE = frozenset(ItemKind) - {ItemKind.SURFACE, ItemKind.ANNOTATION}
@@ -97,6 +98,8 @@ def pose_of(document: Document, scanned: Mapping[str, Pose], item_id: str) -> Po
         return twin.avatars[item_id].world_from_head
     if kind is ItemKind.CAMERA:
         return twin.cameras[item_id]
+    if kind is ItemKind.MESH:
+        return twin.meshes[item_id].world_from_mesh
     return Pose.from_yaw(0.0, _points(twin, kind, item_id).mean(axis=0))
 
 
@@ -131,6 +134,9 @@ def put(
         return _with(document, avatars=with_item(twin.avatars, item_id, person))
     if kind is ItemKind.CAMERA:
         return _with(document, cameras=with_item(twin.cameras, item_id, world_from_item))
+    if kind is ItemKind.MESH:
+        mesh = replace(twin.meshes[item_id], world_from_mesh=world_from_item)
+        return _with(document, meshes=with_item(twin.meshes, item_id, mesh))
     before = pose_of(document, scanned, item_id)
     points = world_from_item @ (before.inverse() @ _points(twin, kind, item_id))
     if kind is ItemKind.SURFACE:
@@ -222,6 +228,7 @@ def removed(document: Document, scanned: Mapping[str, Pose], item_id: str) -> Do
         cameras=without_item(twin.cameras, item_id),
         surfaces=without_item(twin.surfaces, item_id),
         annotations=without_item(twin.annotations, item_id),
+        meshes=without_item(twin.meshes, item_id),
     )
 
 
@@ -249,6 +256,7 @@ def _tables(twin: TwinEdits) -> dict[ItemKind, Mapping[str, Any]]:
         ItemKind.CAMERA: twin.cameras,
         ItemKind.SURFACE: twin.surfaces,
         ItemKind.ANNOTATION: twin.annotations,
+        ItemKind.MESH: twin.meshes,
     }
 
 

@@ -22,6 +22,7 @@ TITLES = {
     ItemKind.CAMERA: "Cameras",
     ItemKind.SURFACE: "Live surfaces",
     ItemKind.ANNOTATION: "Annotations",
+    ItemKind.MESH: "Meshes",
 }
 """Heading of each kind, in the order in which they are listed."""
 
@@ -87,7 +88,8 @@ def items_of(
         for key in scanned
     ]
     twin = document.twin
-    for table in (twin.primitives, twin.avatars, twin.cameras, twin.surfaces, twin.annotations):
+    tables = (twin.primitives, twin.avatars, twin.cameras, twin.surfaces, twin.annotations)
+    for table in (*tables, twin.meshes):
         items += [_added_item(document, scanned, key) for key in table]
     return tuple(items)
 
@@ -139,6 +141,9 @@ def _added_item(document: Document, scanned: Mapping[str, Pose], item_id: str) -
     elif kind is ItemKind.SURFACE:
         width, height = twin.surfaces[item_id].size_px
         state = f"{width} × {height} px"
+    elif kind is ItemKind.MESH:
+        mesh = twin.meshes[item_id]
+        size, state = mesh.geometry.size_m, mesh.source
     elif kind is ItemKind.ANNOTATION:
         state = f"{len(twin.annotations[item_id].points_in_world)} points"
     return TwinItem(

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from scenes.pose import Pose
@@ -14,10 +15,17 @@ from studio.app.twin import additions, edits
 from studio.app.twin.edits import EditError
 from studio.app.twin.hand import TwinPhysics
 from studio.app.twin.items import scanned_poses
+from studio.app.twin.mesh_file import Up
+from studio.app.twin.mesh_job import MeshJob
 
 GROUP = "Twin"
 CAMERA_HEIGHT_M = 1.4
 """Of a camera that is added without a place: on a tripod."""
+
+READING = "mesh files"
+"""Names the reading of meshes in `Workbench.busy`."""
+MOST_FILES = 16
+"""Meshes that are read at a time, a thread each: as many as one drops at once."""
 
 Point = Sequence[float]
 
@@ -28,10 +36,12 @@ class TwinEditing:
     Args:
         bench: whose document is edited.
         physics: throws.
+        ask_mesh: asks the user for a mesh's file; "" if they choose none.
     """
 
-    def __init__(self, bench: Workbench, physics: TwinPhysics) -> None:
-        self._bench, self._physics = bench, physics
+    def __init__(self, bench: Workbench, physics: TwinPhysics, ask_mesh: Callable[[], str]) -> None:
+        self._bench, self._physics, self._ask_mesh = bench, physics, ask_mesh
+        self._meshes: list[MeshJob] = []
 
     @property
     def scanned(self) -> Mapping[str, Pose]:
@@ -98,6 +108,57 @@ class TwinEditing:
             yaw_rad=math.radians(yaw_deg),
         )
         self._added(item, document)
+
+    def add_mesh(
+        self,
+        path: str = "",
+        place: Point | None = None,
+        yaw_deg: float = 0.0,
+        unit: str = "m",
+        up: Up = "",
+    ) -> None:
+        """Add the mesh of a file, read on a thread; without a place in the middle of the floor."""
+        chosen = path or self._ask_mesh()
+        if not chosen:
+            return
+        file = Path(chosen)
+        if len(self._meshes) >= MOST_FILES:
+            raise EditError(f"{file.name}: {MOST_FILES} meshes are being read; add it after them")
+        fallback = additions.COLOURS[len(self._document.twin.meshes) % len(additions.COLOURS)]
+        job = MeshJob(
+            file,
+            place=edits.checked_place(file.name, self._middle() if place is None else place),
+            yaw_rad=math.radians(yaw_deg),
+            unit=unit,
+            up=up,
+            fallback=fallback,
+        )
+        self._meshes.append(job)
+        self._bench.busy.add(READING)
+        self._bench.say("info", f"reading {file.name} …")
+
+    def poll(self) -> None:
+        """Add the meshes that were read since the last time."""
+        for job in tuple(self._meshes):
+            read = job.result.take()
+            if read is None:
+                continue
+            self._meshes.remove(job)
+            if read.geometry is None:
+                self._bench.say("error", read.text)
+                continue
+            document, item = additions.mesh_added(
+                self._document,
+                self.scanned,
+                read.geometry,
+                source=read.path.name,
+                place=read.place,
+                yaw_rad=read.yaw_rad,
+            )
+            self._added(item, document)
+            self._bench.say("info", f"added {read.text}")
+        if not self._meshes:
+            self._bench.busy.discard(READING)
 
     def add_avatar(
         self, place: Point | None = None, facing_deg: float = 0.0, role: str = "remote"
@@ -186,9 +247,11 @@ class TwinEditing:
         return -2.0 if scene is None else float(scene.footprint_m[0, 1]) + 0.2
 
 
-def add_twin_actions(bench: Workbench, physics: TwinPhysics) -> TwinEditing:
-    """Add what the Twin menu holds."""
-    do = TwinEditing(bench, physics)
+def add_twin_actions(
+    bench: Workbench, physics: TwinPhysics, ask_mesh: Callable[[], str] = str
+) -> TwinEditing:
+    """Add what the Twin menu holds; `ask_mesh` asks for a file, by default for none."""
+    do = TwinEditing(bench, physics, ask_mesh)
     rows = (
         ("move", "Move to a place", do.move, "item, place", "", "mdi6.cursor-move"),
         ("turn", "Turn to a heading", do.turn, "item, yaw_deg", "", "mdi6.rotate-3d-variant"),
@@ -199,6 +262,8 @@ def add_twin_actions(bench: Workbench, physics: TwinPhysics) -> TwinEditing:
         ("remove", "Remove", do.remove, "item", "", "mdi6.delete-outline"),
         ("add_primitive", "Add a box, ball or cylinder", do.add_primitive,
          "shape, place, size, yaw_deg", "", "mdi6.cube-outline"),
+        ("add_mesh", "Add a mesh from a file", do.add_mesh, "path, place, yaw_deg, unit, up", "",
+         "mdi6.vector-triangle"),
         ("add_avatar", "Add a person", do.add_avatar, "place, facing_deg, role", "",
          "mdi6.account-outline"),
         ("add_camera", "Add a camera", do.add_camera, "place, looks_at", "",

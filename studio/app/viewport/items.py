@@ -18,6 +18,8 @@ def pose_of(bench: Workbench, item_id: str) -> Pose | None:
         return twin.primitives[item_id].world_from_primitive
     if item_id in twin.cameras:
         return twin.cameras[item_id]
+    if item_id in twin.meshes:
+        return twin.meshes[item_id].world_from_mesh
     tracked = bench.state.objects.get(item_id)
     if tracked is not None:
         return tracked.world_from_object
@@ -35,6 +37,8 @@ def boxes_of(bench: Workbench) -> Boxes:
     twin = bench.document.twin
     for key, body in twin.primitives.items():
         found[key] = (body.world_from_primitive, body.size_m)
+    for key, mesh in twin.meshes.items():
+        found[key] = (mesh.world_from_mesh, mesh.geometry.size_m)
     for key, world_from_camera in twin.cameras.items():
         place = world_from_camera.translation - (0.0, 0.0, 0.5 * CAMERA_BOX_M[2])
         found[key] = (Pose.from_yaw(0.0, place), CAMERA_BOX_M)

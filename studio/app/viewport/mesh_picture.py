@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from scenes.cameras import Pinhole
 from scenes.mesh import CollisionMesh
 from scenes.pose import Pose
-from studio.app.viewport.shapes import Line, Shape, Solid, Squares, Wire, pieces
+from studio.app.model.added_mesh import Geometry
+from studio.app.viewport.shapes import Line, Shape, Solid, Squares, Surface, Wire, pieces
 
 NEAR_M, FAR_M = 0.05, 100.0
 """Depths that are drawn, metres: a 24-bit buffer resolves 0.03 mm at 5 m."""
@@ -106,6 +107,8 @@ class MeshDrawer:
                 self._renderer.AddActor(actor)
             if isinstance(shape, Solid):
                 _place(actor, shape)
+            elif isinstance(shape, Surface) and actor is not None:
+                actor.SetUserMatrix(_matrix(shape.world_from_body.matrix()))
             self._actors[key] = (shape, actor)
 
     def _look(self, camera: Pinhole, world_from_camera: Pose) -> None:
@@ -172,6 +175,8 @@ def _same_form(a: Shape, b: Shape) -> bool:
     if isinstance(a, Line) and isinstance(b, Line):
         same = a.points is b.points or np.array_equal(a.points, b.points, equal_nan=True)
         return same and a.colour == b.colour
+    if isinstance(a, Surface) and isinstance(b, Surface):
+        return a.geometry is b.geometry
     if isinstance(a, Wire) and isinstance(b, Wire):
         return a.mesh is b.mesh
     return isinstance(a, Squares) and isinstance(b, Squares) and a.corners is b.corners
@@ -192,6 +197,11 @@ def _actor(shape: Shape) -> Any:
         look.SetAmbient(0.25)
         look.SetDiffuse(0.8)
         look.SetColor(*shape.colour)
+        return actor
+    if isinstance(shape, Surface):
+        mapper.SetInputData(_surface_data(shape.geometry))
+        look.SetAmbient(0.35)
+        look.SetDiffuse(0.75)
         return actor
     look.LightingOff()
     if isinstance(shape, Line):
@@ -239,15 +249,19 @@ def _source(shape: Solid) -> Any:
 
 
 def _place(actor: Any, shape: Solid) -> None:
-    from vtkmodules.vtkCommonMath import vtkMatrix4x4
-
     scale = np.diag([*shape.size_m, 1.0])
     # VTK's cylinder stands along y, ours along z.
     turn = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]], dtype=float)
     own = scale @ turn if shape.form == "cylinder" else scale
+    actor.SetUserMatrix(_matrix(shape.world_from_body.matrix() @ own))
+
+
+def _matrix(values: NDArray[np.float64]) -> Any:
+    from vtkmodules.vtkCommonMath import vtkMatrix4x4
+
     matrix = vtkMatrix4x4()
-    matrix.DeepCopy((shape.world_from_body.matrix() @ own).ravel().tolist())
-    actor.SetUserMatrix(matrix)
+    matrix.DeepCopy(values.ravel().tolist())
+    return matrix
 
 
 def _line_data(points: NDArray[np.float64]) -> Any:
@@ -274,6 +288,24 @@ def _mesh_data(mesh: CollisionMesh) -> Any:
     data.SetPoints(_vtk_points(mesh.vertices))
     data.SetPolys(_vtk_cells(mesh.faces))
     return data
+
+
+def _surface_data(geometry: Geometry) -> Any:
+    """Triangles with normals, parted at edges sharper than 40 degrees so that a box looks so."""
+    from vtkmodules.util.numpy_support import numpy_to_vtk
+    from vtkmodules.vtkCommonDataModel import vtkPolyData
+    from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
+
+    data = vtkPolyData()
+    data.SetPoints(_vtk_points(geometry.vertices))
+    data.SetPolys(_vtk_cells(geometry.faces))
+    data.GetPointData().SetScalars(numpy_to_vtk(geometry.colours, deep=True))
+    normals = vtkPolyDataNormals()
+    normals.SetInputData(data)
+    normals.SetFeatureAngle(40.0)
+    normals.ConsistencyOff()
+    normals.Update()
+    return normals.GetOutput()
 
 
 def _squares_data(shape: Squares) -> Any:

@@ -12,17 +12,14 @@ from numpy.typing import NDArray
 from devices.clock import Clock, WallClock
 from devices.streams import Slot, StreamClosedError
 from scenes.cameras import Pinhole
-from scenes.package import ScenePackage
 from scenes.pose import Pose
-from scenes.render.native import NativeRenderer
 from scenes.state import SceneState, TrackState
 from studio.app.viewport.composite import composite
-from studio.app.viewport.mesh_picture import MeshDrawer, NoOpenGLError
 from studio.app.viewport.pacing import FULL, Grade, Pacing
+from studio.app.viewport.scene_drawing import SceneDrawing
 from studio.app.viewport.shapes import Shape
 from studio.view.overlay import STATE_COLOURS, draw_avatar, draw_footprint, draw_line
 from studio.view.surface_drawing import LivePicture
-from studio.view.twin import Twin
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,26 +78,19 @@ class TwinPainter:
     `studio.app.viewport.pacing`; the last one is drawn again in full.
 
     Args:
-        scene: the scan.
+        drawing: of the scene, shared with other views.
         clock: says what time it is.
-        with_meshes: draw the views' shapes by VTK; without, people are drawn as outlines.
     """
 
-    def __init__(
-        self, scene: ScenePackage, clock: Clock | None = None, *, with_meshes: bool = True
-    ) -> None:
+    def __init__(self, drawing: SceneDrawing, clock: Clock | None = None) -> None:
         self.pictures: Slot[Painted] = Slot()
-        self.problems: Slot[str] = Slot()
-        """Why meshes cannot be drawn here, once."""
-        self._twin = Twin(scene, NativeRenderer())
+        self._drawing = drawing
         self._boxes: Mapping[str, tuple[float, float, float]] = {
-            item.object_id: item.box_m for item in scene.objects
+            item.object_id: item.box_m for item in drawing.scene.objects
         }
         self._views: Slot[View] = Slot()
         self._clock = clock or WallClock()
         self._pacing = Pacing()
-        self._with_meshes = with_meshes
-        self._meshes: MeshDrawer | None = None
         self._thread = threading.Thread(target=self._run, name="twin painter", daemon=True)
         self._thread.start()
 
@@ -114,13 +104,6 @@ class TwinPainter:
         self._thread.join()
 
     def _run(self) -> None:
-        try:
-            self._paint_views()
-        finally:
-            if self._meshes is not None:
-                self._meshes.close()
-
-    def _paint_views(self) -> None:
         shown: View | None = None
         while True:
             wait_s = self._pacing.refine_after_s(self._clock.now_ns()) if shown else None
@@ -134,21 +117,12 @@ class TwinPainter:
                 self._paint(view)
             except StreamClosedError:
                 return
-            if shown is None:
+            if not self._drawing.is_prepared:
                 # The first picture is there; what takes long to prepare comes after it.
-                self._twin.make_coarse()
-                self._open_meshes()
-                if self._meshes is not None and view.shapes:
+                self._drawing.prepare()
+                if view.shapes:
                     self._paint(view)
             shown = view
-
-    def _open_meshes(self) -> None:
-        if not self._with_meshes:
-            return
-        try:
-            self._meshes = MeshDrawer()
-        except (NoOpenGLError, ImportError) as error:
-            self.problems.put(str(error))
 
     def _paint(self, view: View) -> None:
         started_ns = self._clock.now_ns()
@@ -161,16 +135,19 @@ class TwinPainter:
     def _draw(self, view: View, grade: Grade) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
         camera = scaled(view.camera, grade.scale)
         poses = {key: track.world_from_object for key, track in view.state.objects.items()}
-        drawn = self._twin.drawn(
+        drawn = self._drawing.twin.drawn(
             poses, camera, view.world_from_camera, coarse=grade.thinned, live=view.live
         )
         picture, depth = drawn.picture, drawn.depth
-        if self._meshes is not None and view.shapes:
-            meshes = self._meshes.draw(view.shapes, camera, view.world_from_camera)
+        thread = self._drawing.meshes
+        meshes = None
+        if thread is not None and view.shapes:
+            meshes = thread.draw(view.shapes, camera, view.world_from_camera)
+        if meshes is not None:
             composite(picture, depth, meshes)
             depth = np.where((depth <= 0) | (meshes.depth < depth), meshes.depth, depth)
             depth[~np.isfinite(depth)] = 0.0
-        elif self._meshes is None:
+        elif view.shapes:
             self._outline(picture, replace(view, camera=camera))
         for key, track in view.state.objects.items():
             if track.state is not TrackState.STATIC and key in self._boxes:

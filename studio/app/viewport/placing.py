@@ -24,6 +24,9 @@ def move_item(bench: Workbench, item_id: str, world_from_item: Pose, *, merge: s
     if item_id in twin.primitives:
         moved = replace(twin.primitives[item_id], world_from_primitive=world_from_item)
         changed = replace(twin, primitives=with_item(twin.primitives, item_id, moved))
+    elif item_id in twin.meshes:
+        mesh = replace(twin.meshes[item_id], world_from_mesh=world_from_item)
+        changed = replace(twin, meshes=with_item(twin.meshes, item_id, mesh))
     elif item_id in twin.cameras:
         changed = replace(twin, cameras=with_item(twin.cameras, item_id, world_from_item))
     elif pose_of(bench, item_id) is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Literal
 
 import numpy as np
@@ -13,7 +13,8 @@ from scenes.frames import WORLD_FROM_FORWARD_CAMERA
 from scenes.mesh import CollisionMesh
 from scenes.pose import Pose
 from scenes.state import Avatar, LiveSurface, SceneState
-from studio.app.model.document import Primitive
+from studio.app.model.added_mesh import Geometry
+from studio.app.model.document import Primitive, TwinEdits
 from studio.view.overlay import LOCAL, REMOTE, STATE_COLOURS
 
 Colour = tuple[float, float, float]
@@ -33,6 +34,8 @@ LEAST_SIGMA_M = 0.004
 
 GREY: Colour = (0.6, 0.66, 0.74)
 BUSY: Colour = (0.29, 0.66, 0.91)
+GREEN: Colour = (0.35, 0.85, 0.45)
+"""Of the collision mesh, as in most programs that draw one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,27 +95,60 @@ class Squares:
     opacity: float = 0.6
 
 
-Shape = Solid | Line | Wire | Squares
+@dataclass(frozen=True, slots=True, eq=False)
+class Surface:
+    """Coloured triangles.
+
+    Attributes:
+        key: names it.
+        geometry: in the body's frame.
+        world_from_body: its pose.
+    """
+
+    key: str
+    geometry: Geometry
+    world_from_body: Pose
+
+
+Shape = Solid | Line | Wire | Squares | Surface
 
 
 @dataclass(frozen=True, slots=True)
 class Shown:
-    """Which kinds of shapes are drawn."""
+    """Which layers are drawn.
 
+    Attributes:
+        labels: names and states over objects and people.
+        avatars: people.
+        cameras: frusta of placed cameras, and the 360° camera.
+        annotations: lines that were drawn.
+        surfaces: edges of live surfaces.
+        collision: wireframe of what stops objects.
+        covariance: ellipsoids of the poses' uncertainty.
+        errors: the tracker's error by place, on the floor.
+    """
+
+    labels: bool = True
     avatars: bool = True
     cameras: bool = True
     annotations: bool = True
     surfaces: bool = True
     collision: bool = False
     covariance: bool = False
+    errors: bool = False
+
+    @classmethod
+    def of(cls, layers: Mapping[str, bool]) -> Shown:
+        """The first values with those of a user's settings, by name; unknown names are passed."""
+        known = {item.name for item in fields(cls)}
+        return cls(**{name: is_on for name, is_on in layers.items() if name in known})
 
 
 def shapes_of(
     state: SceneState,
     *,
     shown: Shown,
-    primitives: Mapping[str, Primitive],
-    cameras: Mapping[str, Pose],
+    twin: TwinEdits,
     world_from_rig: Pose | None,
     seen_by: str = "",
 ) -> list[Shape]:
@@ -121,14 +157,15 @@ def shapes_of(
     Args:
         state: what happens.
         shown: which kinds.
-        primitives: virtual bodies.
-        cameras: `world_from_camera` of placed cameras, by id.
+        twin: what was put into it: bodies, meshes and cameras.
         world_from_rig: the 360° camera, or None.
         seen_by: whose view it is: nobody sees their own head.
     """
     found: list[Shape] = []
-    for item in primitives.values():
+    for item in twin.primitives.values():
         found.append(primitive_solid(item))
+    for mesh in twin.meshes.values():
+        found.append(Surface(f"mesh {mesh.mesh_id}", mesh.geometry, mesh.world_from_mesh))
     if shown.avatars:
         for avatar in state.avatars.values():
             if avatar.user_id != seen_by:
@@ -139,7 +176,8 @@ def shapes_of(
     if shown.surfaces:
         found += [surface_outline(surface) for surface in state.surfaces.values()]
     if shown.cameras:
-        found += [frustum(f"camera {key}", pose) for key, pose in cameras.items() if key != seen_by]
+        others = {key: pose for key, pose in twin.cameras.items() if key != seen_by}
+        found += [frustum(f"camera {key}", pose) for key, pose in others.items()]
         if world_from_rig is not None and seen_by != "camera":
             found += rig_shapes(world_from_rig)
     if shown.covariance:

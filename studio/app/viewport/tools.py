@@ -31,6 +31,9 @@ HINTS: dict[Tool, str] = {
 }
 """What to do with each, shown over the view."""
 
+CORNERS_HINT = "drag a corner to fit the surface"
+"""Shown while a live surface is selected."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class InHand:

@@ -25,14 +25,17 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from devices.streams import Slot
 from scenes.cameras import Pinhole
 from studio.app.model.workbench import Topic, Workbench
-from studio.app.viewport.gizmo import Gizmo, Handle
+from studio.app.viewport.corners import CornerHandles, surface_at
+from studio.app.viewport.dragging import Aim, CornerDrag, Drag, GrabDrag, HandleDrag
+from studio.app.viewport.gizmo import Gizmo
 from studio.app.viewport.items import boxes_of, pose_of
+from studio.app.viewport.layers import Layers
 from studio.app.viewport.orbit import home
 from studio.app.viewport.painter import Painted, TwinPainter, View
-from studio.app.viewport.picking import Pick, met_plane, pick, point_at, ray_of
-from studio.app.viewport.placing import move_item, note_pose
-from studio.app.viewport.shapes import Shown, box_edges, shapes_of
-from studio.app.viewport.tools import HINTS, InHand, Tool
+from studio.app.viewport.picking import Pick, pick, point_at
+from studio.app.viewport.scene_drawing import Drawings
+from studio.app.viewport.shapes import box_edges, shapes_of
+from studio.app.viewport.tools import CORNERS_HINT, HINTS, InHand, Tool
 from studio.app.viewport.view_overlay import INK, Overlay, image_of
 from studio.app.viewport.viewer import MODES, Mode, Viewer
 from studio.app.viewport.walk import Walker
@@ -47,6 +50,9 @@ FAST, SLOW = 4.0, 0.25
 WHEEL_STEP = 120.0
 CLICK_PX = 4.0
 """A press that moves less than this is a click, pixels."""
+
+HOLDING = (Tool.SELECT, Tool.MOVE, Tool.TURN)
+"""Tools with which a press can take hold of something instead of picking a place."""
 
 FLIGHT = {
     Qt.Key.Key_W: (0, 0, 1),
@@ -63,13 +69,23 @@ class TwinView(QWidget):
 
     Args:
         bench: what is shown.
+        layers: which layers, and those that take a while to make.
+        drawings: what it draws the scene with, shared with other views.
         finished: called with the places when a tool has what it needs.
     """
 
-    def __init__(self, bench: Workbench, finished: Callable[[InHand], None]) -> None:
+    def __init__(
+        self,
+        bench: Workbench,
+        *,
+        layers: Layers,
+        drawings: Drawings,
+        finished: Callable[[InHand], None],
+    ) -> None:
         super().__init__()
         self.bench = bench
-        self.shown = Shown()
+        self._layers = layers
+        self._drawings = drawings
         self.viewer: Viewer | None = None
         self.hand = InHand()
         self.painted: Painted | None = None
@@ -81,15 +97,13 @@ class TwinView(QWidget):
         self._painter: TwinPainter | None = None
         self._home: Viewer | None = None
         self._press = self._last = QPointF()
-        self._held: tuple[Handle, Gizmo] | None = None
+        self._drag: Drag | None = None
         self._drags = 0
-        self._is_grabbing = False
-        self._grip = np.zeros(3)
         self.setMinimumSize(240, 160)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAccessibleName("view of the twin")
-        for topic in (Topic.STATE, Topic.SELECTION):
+        for topic in (Topic.STATE, Topic.SELECTION, Topic.SETTINGS):
             bench.listen(topic, self.redraw)
         bench.listen(Topic.SCENE, self._new_scene)
         self._timer = QTimer(self)
@@ -110,7 +124,7 @@ class TwinView(QWidget):
             x, y, _ = orbit.target
             self._home = Viewer(orbit, Walker(x, y, 0.0))
             self.viewer = self._home
-            self._painter = TwinPainter(scene)
+            self._painter = TwinPainter(self._drawings.of(scene))
             self.redraw()
         self.update()
 
@@ -127,15 +141,14 @@ class TwinView(QWidget):
         if self._painter is None or self.viewer is None:
             return
         bench, scene = self.bench, self.bench.scene
-        twin = bench.document.twin
         rig = bench.state.world_from_rig or (scene.world_from_rig if scene else None)
         shapes = shapes_of(
             bench.state,
-            shown=self.shown,
-            primitives=twin.primitives,
-            cameras=twin.cameras,
+            shown=self._layers.shown,
+            twin=bench.document.twin,
             world_from_rig=rig,
         )
+        shapes += self._layers.shapes()
         boxes = boxes_of(bench)
         if bench.selection in boxes:
             pose, size = boxes[bench.selection]
@@ -150,9 +163,6 @@ class TwinView(QWidget):
             self.floor = floor
         if self._painter is None:
             return
-        problem = self._painter.problems.take()
-        if problem is not None:
-            self.bench.say("warning", problem)
         painted = self._painter.pictures.take()
         if painted is not None:
             self.painted = painted
@@ -178,15 +188,24 @@ class TwinView(QWidget):
             if self.bench.scene is None
             else {item.object_id: item.box_m[2] for item in self.bench.scene.objects}
         )
-        overlay.labels(self.bench.state, heights, self.bench.document.twin.names)
-        overlay.names_of_people(self.bench.state)
-        gizmo = self._gizmo()
+        shown = self._layers.shown
+        if shown.labels:
+            overlay.labels(self.bench.state, heights, self.bench.document.twin.names)
+        if shown.labels and shown.avatars:
+            overlay.names_of_people(self.bench.state)
+        if self._layers.errors is not None:
+            overlay.error_scale(QRectF(self.rect()), self._layers.errors)
+        drag, gizmo, corners = self._drag, self._gizmo(), self._corners()
         if gizmo is not None:
-            overlay.gizmo(gizmo, self._held[0] if self._held else None)
+            overlay.gizmo(gizmo, drag.handle if isinstance(drag, HandleDrag) else None)
+        if corners is not None:
+            held = drag.corner if isinstance(drag, CornerDrag) else None
+            overlay.corners(corners.pixels(), held)
         overlay.in_hand(self.hand)
         overlay.words(QPointF(12, self.height() - 12), self._caption(), INK)
-        if HINTS[self.hand.tool]:
-            overlay.words(QPointF(12, 24), HINTS[self.hand.tool], INK)
+        hint = HINTS[self.hand.tool] or (CORNERS_HINT if corners is not None else "")
+        if hint:
+            overlay.words(QPointF(12, 24), hint, INK)
 
     def _caption(self) -> str:
         assert self.viewer is not None
@@ -259,7 +278,10 @@ class TwinView(QWidget):
         x, y = self._in_picture(x_px, y_px)
         view = self.painted.view
         boxes = boxes_of(self.bench)
-        return pick(boxes, self.painted.depth, view.camera, view.world_from_camera, x, y)
+        found = pick(boxes, self.painted.depth, view.camera, view.world_from_camera, x, y)
+        if found is None or found.item_id:
+            return found
+        return replace(found, item_id=surface_at(view.state.surfaces, found.point))
 
     def _find_floor(self) -> None:
         """Work out where one may stand, on a thread: a large mesh takes a second."""
@@ -293,20 +315,26 @@ class TwinView(QWidget):
         camera, eye = self._screen_camera(), self.viewer.world_from_camera()
         return Gizmo(pose, camera, eye, moves=not turns, turns=turns)
 
+    def _corners(self) -> CornerHandles | None:
+        """Handles of the selected live surface, if it is the document's own that is shown."""
+        chosen = self.bench.selection
+        surface = self.bench.document.twin.surfaces.get(chosen)
+        if surface is None or self.viewer is None or self.hand.tool not in HOLDING:
+            return None
+        if self.bench.state.surfaces.get(chosen) is not surface:
+            return None
+        return CornerHandles(surface, self._screen_camera(), self.viewer.world_from_camera())
+
     # --- mouse and keys --------------------------------------------------------------------------
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """See Qt."""
         self._press = self._last = event.position()
         if _with_control(event) and event.button() == Qt.MouseButton.LeftButton:
-            self._grab(event.position())
+            self._drag = self._grabbed(event.position())
             return
-        gizmo = self._gizmo()
-        if gizmo is not None and event.button() == Qt.MouseButton.LeftButton:
-            handle = gizmo.hit(event.position().x(), event.position().y())
-            if handle is not None:
-                self._held = (handle, gizmo)
-                self._drags += 1
+        if event.button() == Qt.MouseButton.LeftButton:
+            self._drag = self._taken(event.position().x(), event.position().y())
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """See Qt."""
@@ -314,10 +342,10 @@ class TwinView(QWidget):
         self._last = event.position()
         if self.viewer is None:
             return
-        if self._is_grabbing:
-            self._pull(event.position())
-        elif self._held is not None:
-            self._drag_handle(event.position())
+        if self._drag is not None:
+            x, y = event.position().x(), event.position().y()
+            eye = self.viewer.world_from_camera()
+            self._drag.to(Aim(x, y, self._screen_camera(), eye))
         elif event.buttons() & Qt.MouseButton.LeftButton:
             self.set_viewer(self.viewer.dragged(moved.x(), moved.y()))
         elif event.buttons() & (Qt.MouseButton.RightButton | Qt.MouseButton.MiddleButton):
@@ -327,15 +355,9 @@ class TwinView(QWidget):
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """See Qt."""
-        if self._is_grabbing and self.bench.grabbing is not None:
-            self._is_grabbing = False
-            self.bench.grabbing.release()
-            return
-        held, self._held = self._held, None
-        if held is not None:
-            pose = pose_of(self.bench, self.bench.selection)
-            if pose is not None:
-                note_pose(self.bench, self.bench.selection, pose)
+        drag, self._drag = self._drag, None
+        if drag is not None:
+            drag.end()
             self.update()
             return
         away = event.position() - self._press
@@ -397,7 +419,7 @@ class TwinView(QWidget):
         event.accept()
 
     def _click(self, at: QPointF) -> None:
-        if self.hand.tool in (Tool.SELECT, Tool.MOVE, Tool.TURN):
+        if self.hand.tool in HOLDING:
             found = self.pick_at(at.x(), at.y())
             self.bench.select("" if found is None else found.item_id)
             return
@@ -419,30 +441,28 @@ class TwinView(QWidget):
         self.take(Tool.SELECT)
         self._finished(hand)
 
-    def _grab(self, at: QPointF) -> None:
+    def _taken(self, x_px: float, y_px: float) -> Drag | None:
+        """What a press of the left button takes hold of: a corner, a handle, or nothing."""
+        self._drags += 1
+        merge = f"drag {id(self)} {self._drags}"
+        corners, gizmo = self._corners(), self._gizmo()
+        corner = None if corners is None else corners.hit(x_px, y_px)
+        if corners is not None and corner is not None:
+            return CornerDrag(self.bench, corners, corner=corner, merge=merge)
+        handle = None if gizmo is None else gizmo.hit(x_px, y_px)
+        if gizmo is None or handle is None:
+            return None
+        start_px = (x_px, y_px)
+        return HandleDrag(self.bench, gizmo, handle=handle, start_px=start_px, merge=merge)
+
+    def _grabbed(self, at: QPointF) -> Drag | None:
         """Grip what is under the mouse, for the running physics to pull."""
-        found = self.pick_at(at.x(), at.y())
-        if found is None or not found.item_id or self.bench.grabbing is None:
-            return
+        found, grabbing = self.pick_at(at.x(), at.y()), self.bench.grabbing
+        if found is None or not found.item_id or grabbing is None:
+            return None
         self.bench.select(found.item_id)
-        self._is_grabbing = self.bench.grabbing.grab(found.item_id, found.point)
-        self._grip = found.point
-
-    def _pull(self, at: QPointF) -> None:
-        """Pull the gripped point on the upright plane through it that faces the viewer."""
-        if self.viewer is None or self.bench.grabbing is None:
-            return
-        pose = self.viewer.world_from_camera()
-        eye, ray = ray_of(self._screen_camera(), pose, at.x(), at.y())
-        target = met_plane(eye, ray, point=self._grip, normal=pose.rotation[:, 2])
-        if target is not None:
-            self.bench.grabbing.drag(target)
-
-    def _drag_handle(self, at: QPointF) -> None:
-        assert self._held is not None
-        handle, gizmo = self._held
-        pose = gizmo.dragged(handle, (self._press.x(), self._press.y()), (at.x(), at.y()))
-        move_item(self.bench, self.bench.selection, pose, merge=f"drag {id(self)} {self._drags}")
+        is_gripped = grabbing.grab(found.item_id, found.point)
+        return GrabDrag(grabbing, found.point) if is_gripped else None
 
 
 def _with_control(event: QKeyEvent | QMouseEvent) -> bool:

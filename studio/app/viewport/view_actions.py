@@ -13,9 +13,22 @@ from scenes.pose import Pose
 from studio.app.model.actions import Action
 from studio.app.model.workbench import Workbench
 from studio.app.viewport.placing import move_item
+from studio.app.viewport.shapes import Shown
 from studio.app.viewport.tools import Tool
 from studio.app.viewport.view import TwinView
 from studio.app.viewport.viewer import MODES
+
+LAYERS = {
+    "labels": "Labels",
+    "avatars": "People",
+    "cameras": "Cameras",
+    "annotations": "Notes",
+    "surfaces": "Edges of live surfaces",
+    "collision": "Collision mesh",
+    "covariance": "Uncertainty of poses",
+    "errors": "Tracking error on the floor",
+}
+"""What each layer of `Shown` is called."""
 
 
 class Picture(Protocol):
@@ -177,22 +190,18 @@ def _tools(grid: Views) -> list[Action]:
 
 
 def _drawn(grid: Views) -> list[Action]:
-    def toggle(name: str) -> None:
-        for view in grid.views:
-            view.shown = replace(view.shown, **{name: not getattr(view.shown, name)})
-            view.redraw()
+    bench = grid.bench
 
-    titles = {
-        "avatars": "People",
-        "cameras": "Cameras",
-        "annotations": "Notes",
-        "surfaces": "Edges of live surfaces",
-        "collision": "Collision mesh",
-        "covariance": "Uncertainty of poses",
-    }
+    def toggle(name: str) -> None:
+        is_on = not getattr(Shown.of(bench.settings.layers), name)
+        bench.set(layers={**bench.settings.layers, name: is_on})
+        bench.say("info", f"{LAYERS[name]}: {'shown' if is_on else 'hidden'}")
+        if name == "errors" and is_on and bench.recording is None:
+            bench.say("info", "errors on the floor appear when a session has ended or is open")
+
     return [
         Action(f"view.show_{name}", f"Show or hide: {title}", "View", partial(toggle, name), "")
-        for name, title in titles.items()
+        for name, title in LAYERS.items()
     ]
 
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-from PySide6.QtCore import QEvent, QObject, QRectF, Qt
+from PySide6.QtCore import QEvent, QObject, QRectF, Qt, QTimer
 from PySide6.QtGui import QCloseEvent, QColor, QPainter, QPaintEvent, QPen, QResizeEvent
 from PySide6.QtWidgets import QGridLayout, QWidget
 
@@ -12,9 +10,11 @@ from scenes.cameras import Pinhole
 from scenes.pose import Pose
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.viewport.items import pose_of
+from studio.app.viewport.layers import Layers
 from studio.app.viewport.painter import TwinPainter, View
 from studio.app.viewport.placing import places_text
-from studio.app.viewport.shapes import shapes_of
+from studio.app.viewport.scene_drawing import Drawings
+from studio.app.viewport.shapes import Shown, shapes_of
 from studio.app.viewport.tools import InHand, Tool
 from studio.app.viewport.view import FIELD_OF_VIEW, TwinView
 from studio.app.viewport.view_actions import add_view_actions
@@ -22,6 +22,9 @@ from studio.app.viewport.view_overlay import image_of
 from studio.app.viewport.viewer import object_eyes
 
 MAX_VIEWS = 4
+POLL_MS = 60
+"""Between two looks at the layers that threads make, milliseconds."""
+
 INSET_SHARE = 0.3
 """Of the view's width that the small picture takes."""
 
@@ -34,13 +37,26 @@ class ViewGrid(QWidget):
         self.bench = bench
         self.views: list[TwinView] = []
         self.is_linked = False
-        self._inset = Inset(bench, self)
+        self.layers = Layers(bench)
+        self.drawings = Drawings()
+        self._inset = Inset(bench, self, self.drawings)
         self._layout = QGridLayout(self)
         self._layout.setContentsMargins(0, 0, 0, 0)
         self._layout.setSpacing(2)
         self.active: TwinView
         self.set_count(1)
         add_view_actions(self)
+        self._timer = QTimer(self)
+        self._timer.timeout.connect(self._poll)
+        self._timer.start(POLL_MS)
+
+    def _poll(self) -> None:
+        problem = self.drawings.problem()
+        if problem is not None:
+            self.bench.say("warning", problem)
+        if self.layers.poll():
+            for view in self.views:
+                view.redraw()
 
     @property
     def inset(self) -> Inset:
@@ -61,7 +77,12 @@ class ViewGrid(QWidget):
             gone.close()
             gone.deleteLater()
         while len(self.views) < count:
-            view = TwinView(self.bench, self._finished)
+            view = TwinView(
+                self.bench,
+                layers=self.layers,
+                drawings=self.drawings,
+                finished=self._finished,
+            )
             view.installEventFilter(self)
             if self.views and self.views[0].viewer is not None:
                 view.set_viewer(self.views[0].viewer)
@@ -103,19 +124,23 @@ class ViewGrid(QWidget):
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """End the threads that draw."""
+        self._timer.stop()
+        self.layers.close()
         self.inset.close()
         for view in self.views:
             view.close()
+        self.drawings.close()
         event.accept()
 
 
 class Inset(QWidget):
     """A small picture in the upper right: the 360° camera's, or what somebody or something sees."""
 
-    def __init__(self, bench: Workbench, over: QWidget) -> None:
+    def __init__(self, bench: Workbench, over: QWidget, drawings: Drawings) -> None:
         super().__init__(over)
         self._bench = bench
         self._over = over
+        self._drawings = drawings
         self._painter: TwinPainter | None = None
         self._picture = None
         self.source = ""
@@ -137,7 +162,7 @@ class Inset(QWidget):
         self._picture = None
         self.setVisible(bool(source))
         if source not in ("", "camera") and self._painter is None and self._bench.scene is not None:
-            self._painter = TwinPainter(self._bench.scene)
+            self._painter = TwinPainter(self._drawings.of(self._bench.scene))
         self.place()
         self.redraw()
 
@@ -157,20 +182,13 @@ class Inset(QWidget):
         eyes = self._eyes(self.source)
         if self._painter is None or eyes is None:
             return
-        scene, twin = self._bench.scene, self._bench.document.twin
-        parent = self._over
-        shown = parent.active.shown if isinstance(parent, ViewGrid) else None
-        shapes = (
-            []
-            if shown is None
-            else shapes_of(
-                self._bench.state,
-                shown=replace(shown, collision=False),
-                primitives=twin.primitives,
-                cameras=twin.cameras,
-                world_from_rig=scene.world_from_rig if scene else None,
-                seen_by=self.source,
-            )
+        scene = self._bench.scene
+        shapes = shapes_of(
+            self._bench.state,
+            shown=Shown.of(self._bench.settings.layers),
+            twin=self._bench.document.twin,
+            world_from_rig=scene.world_from_rig if scene else None,
+            seen_by=self.source,
         )
         camera = Pinhole.from_fov(320, 180, FIELD_OF_VIEW)
         view = View(self._bench.state, camera, eyes, self._bench.live, tuple(shapes))

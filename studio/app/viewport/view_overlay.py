@@ -7,11 +7,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QImage, QPainter, QPen
+from PySide6.QtGui import QColor, QImage, QLinearGradient, QPainter, QPen
 
 from scenes.cameras import Pinhole
 from scenes.pose import Pose
 from scenes.state import SceneState, TrackState
+from studio.app.viewport.floor_errors import STOPS, FloorErrors
 from studio.app.viewport.gizmo import Gizmo, Handle
 from studio.app.viewport.picking import length_m
 from studio.app.viewport.tools import InHand, Tool
@@ -28,6 +29,9 @@ HANDLES: Mapping[Handle, QColor] = {
     "yaw": QColor(245, 210, 90),
 }
 PICKED = QColor(86, 180, 233)
+SCALE_PX = (210, 12)
+"""Width and height of the colour scale, pixels."""
+
 STATE_SHAPES = {
     TrackState.STATIC: "○",
     TrackState.TRACKED: "●",
@@ -88,6 +92,22 @@ class Overlay:
                 self._painter.drawEllipse(points[-1], 4.5, 4.5)
                 self._painter.setBrush(Qt.BrushStyle.NoBrush)
 
+    def corners(self, pixels: NDArray[np.float64], held: int | None) -> None:
+        """Handles (4, 2) of a live surface, the first one square; the held one is larger."""
+        for corner, (x, y) in enumerate(pixels):
+            if not np.isfinite((x, y)).all():
+                continue
+            radius = 8.0 if corner == held else 6.0
+            area = QRectF(x - radius, y - radius, 2 * radius, 2 * radius)
+            self._painter.setPen(QPen(GROUND, 2.0))
+            self._painter.setBrush(PICKED if corner == held else INK)
+            # The picture's top left is told from the others by its shape, not its colour alone.
+            if corner == 0:
+                self._painter.drawRect(area)
+            else:
+                self._painter.drawEllipse(area)
+        self._painter.setBrush(Qt.BrushStyle.NoBrush)
+
     def in_hand(self, hand: InHand) -> None:
         """Places that were picked, and what they measure."""
         pixels = [self._pixel(place) for place in hand.places]
@@ -102,6 +122,30 @@ class Overlay:
         self._painter.setBrush(Qt.BrushStyle.NoBrush)
         if hand.tool is Tool.MEASURE and len(hand.places) > 1 and known:
             self.words(known[-1] + QPointF(10, -8), measure_text(hand.places), INK)
+
+    def error_scale(self, area: QRectF, errors: FloorErrors) -> None:
+        """The colours of the errors on the floor, from 0 to the scale's end in metres."""
+        title = "mean tracking error"
+        width = SCALE_PX[0]
+        left, top = area.right() - width - 24, area.bottom() - SCALE_PX[1] - 34
+        metrics = self._painter.fontMetrics()
+        ground = QRectF(left - 12, top - metrics.height() - 10, width + 24, metrics.height() + 50)
+        self._painter.setPen(Qt.PenStyle.NoPen)
+        self._painter.setBrush(GROUND)
+        self._painter.drawRoundedRect(ground, 4, 4)
+        ramp = QLinearGradient(left, 0, left + width, 0)
+        for share, colour in zip(np.linspace(0, 1, len(STOPS)), STOPS, strict=True):
+            ramp.setColorAt(float(share), QColor.fromRgbF(*colour))
+        self._painter.setBrush(ramp)
+        self._painter.drawRect(QRectF(left, top, width, SCALE_PX[1]))
+        self._painter.setBrush(Qt.BrushStyle.NoBrush)
+        self._painter.setPen(INK)
+        self._painter.drawText(QPointF(left, top - 6), title)
+        below = top + SCALE_PX[1] + metrics.ascent() + 3
+        for share in (0.0, 0.5, 1.0):
+            text = f"{share * errors.top_m:.3f} m"
+            shift = share * metrics.horizontalAdvance(text)
+            self._painter.drawText(QPointF(left + share * width - shift, below), text)
 
     def words(self, at: QPointF, text: str, colour: QColor, *, centred: bool = False) -> None:
         """Words on a dark ground, whose left end (or middle) is at a place."""

@@ -10,7 +10,8 @@ import pytest
 
 from studio.compare.comparison import kinship, read_comparison, scenario_difference
 from studio.compare.curves import error_curves
-from studio.compare.error_map import CELL_M, mean_errors, moved_objects
+from studio.compare.error_map import moved_objects
+from studio.compare.floor_cells import CELL_M, mean_errors
 from studio.compare.page import headline, render_comparison, write_comparison
 from studio.compare.run import what_is_missing
 

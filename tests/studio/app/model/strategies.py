@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 
 from scenes.pose import Pose
 from scenes.state import Annotation, Avatar, LiveSurface
+from studio.app.model.added_mesh import AddedMesh, Geometry
 from studio.app.model.document import Document, Marker, Primitive, TrackerChoice, TwinEdits
 from tracking.options import TrackerOptions
 
@@ -19,6 +20,12 @@ poses = st.builds(Pose.from_yaw, st.floats(-3, 3), places)
 
 def points(count):
     return st.lists(places, min_size=count, max_size=count).map(np.array)
+
+
+def triangles(corners):
+    """Two triangles of four corners."""
+    grey = np.full((4, 3), 128, np.uint8)
+    return Geometry(corners.astype(np.float32), np.array([[0, 1, 2], [0, 2, 3]]), grey)
 
 
 def keyed(make):
@@ -58,6 +65,9 @@ twins = st.builds(
         )
     ),
     annotations=keyed(lambda key: st.builds(Annotation, st.just(key), ids, points(3), colours)),
+    meshes=keyed(
+        lambda key: st.builds(AddedMesh, st.just(key), ids, points(4).map(triangles), poses)
+    ),
 )
 documents = st.builds(
     Document,

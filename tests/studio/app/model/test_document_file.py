@@ -42,6 +42,8 @@ def test_a_damaged_file_is_refused_or_still_whole(document, data):
         ({"seed": "x"}, "damaged"),
         ({"poses": {"chair": [[1, 0], [0, 1]]}}, "damaged"),
         ({"primitives": {"a": {"shape": "cone"}}}, "cone"),
+        ({"meshes": {"a": {"data": "", "vertex_count": 10**9, "face_count": 1}}}, "limits"),
+        ({"meshes": {"a": {"data": "AAAA", "vertex_count": 3, "face_count": 1}}}, "cannot be read"),
     ],
 )
 def test_says_what_is_wrong(change, word):

@@ -20,6 +20,23 @@ def test_files_are_known_by_their_ending(tmp_path, name, action_id):
 
 
 @pytest.mark.parametrize(
+    ("name", "head", "action_id"),
+    [
+        ("chair.obj", b"v 0 0 0", "twin.add_mesh"),
+        ("chair.STL", b"solid", "twin.add_mesh"),
+        ("chair.ply", b"ply\nformat ascii 1.0\nelement face 12\nend_header\n", "twin.add_mesh"),
+        ("room.ply", b"ply\nelement vertex 9\nelement face 0\nend_header\n", "file.open_scene"),
+        ("room.ply", b"ply\nend_header\nelement face 12\n", "file.open_scene"),
+        ("chair.glb", b"glTF", "twin.add_mesh"),
+        ("room.glb", b'glTF {"extensionsUsed":["KHR_gaussian_splatting"]}', "file.open_scene"),
+    ],
+)
+def test_meshes_are_told_from_splats_by_what_is_in_them(tmp_path, name, head, action_id):
+    (tmp_path / name).write_bytes(head)
+    assert what_is(tmp_path / name).action_id == action_id
+
+
+@pytest.mark.parametrize(
     ("holds", "action_id"),
     [
         ("scene.json", "file.open_scene"),

@@ -7,11 +7,12 @@ from scenes.cameras import Pinhole
 from scenes.frames import look_at
 from scenes.pose import Pose
 from scenes.state import Annotation, Avatar, SceneState
-from studio.app.model.document import Primitive
+from studio.app.model.added_mesh import Geometry
+from studio.app.model.document import Primitive, TwinEdits
 from studio.app.viewport.composite import composite
 from studio.app.viewport.mesh_picture import MeshDrawer, MeshPicture
 from studio.app.viewport.picking import ray_of
-from studio.app.viewport.shapes import Line, Shown, Solid, shapes_of
+from studio.app.viewport.shapes import Line, Shown, Solid, Surface, shapes_of
 
 OFF_CENTRE = Pinhole(120, 90, 100.0, 80.0, 70.0, 30.0)
 CENTRED = Pinhole.from_fov(120, 90, 1.0)
@@ -92,6 +93,26 @@ def test_lines_are_drawn_where_they_project(drawer):
     assert np.isfinite(drawn.depth[y - 1 : y + 2, x - 1 : x + 2]).any()
 
 
+def test_an_added_mesh_is_drawn_in_its_colours_where_it_stands(drawer):
+    corners = np.array([[-0.4, 0, 0], [0.4, 0, 0], [0.4, 0, 0.8], [-0.4, 0, 0.8]], np.float32)
+    faces = np.array([[0, 1, 2], [0, 2, 3]])
+    red = Geometry(corners, faces, np.tile(np.array([250, 10, 10], np.uint8), (4, 1)))
+    drawn = {}
+    for x in (0.0, 0.6):
+        pose = Pose.from_yaw(0.0, (x, 0.0, 0.0))
+        drawn[x] = drawer.draw([Surface("mesh m", red, pose)], CENTRED, EYE)
+        seen = np.isfinite(drawn[x].depth)
+        rays = CENTRED.project(EYE.inverse() @ np.array([[x, 0.0, 0.4]]))[0][0]
+        column, row = np.floor(rays).astype(int)
+        assert seen[row, column]
+        wanted = (EYE.inverse() @ np.array([x, 0.0, 0.4]))[2]
+        assert drawn[x].depth[row, column] == pytest.approx(wanted, abs=0.03)
+        red_, green, blue, alpha = drawn[x].rgba[row, column].astype(int)
+        assert alpha == 255
+        assert red_ > 80 > green == pytest.approx(blue, abs=3)
+    assert (np.isfinite(drawn[0.0].depth) != np.isfinite(drawn[0.6].depth)).sum() > 300
+
+
 def test_nothing_to_show_leaves_the_picture():
     picture = np.full((4, 4, 3), 7, np.uint8)
     empty = MeshPicture(np.zeros((4, 4, 4), np.uint8), np.full((4, 4), np.inf, np.float32))
@@ -113,8 +134,7 @@ def test_shapes_follow_what_is_shown_and_nobody_sees_their_own_head():
             for shape in shapes_of(
                 state,
                 shown=shown,
-                primitives={"p": body},
-                cameras={},
+                twin=TwinEdits(primitives={"p": body}),
                 world_from_rig=None,
                 seen_by=seen_by,
             )

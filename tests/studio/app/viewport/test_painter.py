@@ -1,14 +1,21 @@
 """The thread that draws the twin: coarse while the view moves, then in full."""
 
+import threading
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from scenes.cameras import Pinhole
 from scenes.frames import look_at
+from scenes.pose import Pose
 from scenes.state import SceneState
+from studio.app.viewport.mesh_picture import NoOpenGLError
+from studio.app.viewport.mesh_thread import MeshThread
 from studio.app.viewport.painter import TwinPainter, View, scaled
+from studio.app.viewport.scene_drawing import Drawings, SceneDrawing
+from studio.app.viewport.shapes import Solid
 
 CAMERA = Pinhole.from_fov(64, 48, 1.0)
 
@@ -43,12 +50,14 @@ def painting(tiny):
     painters = []
 
     def start(step_ns):
-        painters.append(TwinPainter(tiny.scene, SteppingClock(step_ns)))
+        painters.append(TwinPainter(drawing, SteppingClock(step_ns)))
         return painters[-1]
 
+    drawing = SceneDrawing(tiny.scene)
     yield start
     for painter in painters:
         painter.stop()
+    drawing.close()
 
 
 def test_a_slow_view_that_moves_is_coarse_and_refined_when_it_rests(painting):
@@ -80,3 +89,60 @@ def test_a_scaled_camera_sees_the_same(size):
     corners = np.array([[0.0, 0.0], [size[0], size[1]]])
     small = corners / size * [half.width_px, half.height_px]
     assert half.unproject(small) == pytest.approx(camera.unproject(corners))
+
+
+BALL = Solid("ball", "ball", (1.0, 1.0, 1.0), (1.0, 0.5, 0.2), Pose(np.eye(3), np.zeros(3)))
+
+
+def test_views_draw_their_own_pictures_with_one_context(painting):
+    first, second = painting(step_ns=1_000_000), painting(step_ns=1_000_000)
+    assert first._drawing is second._drawing
+    # The eye is 2.5 m from the middle of a ball of radius 0.5 m in one view, 3.9 m in the other.
+    for painter, x, range_m in ((first, 0.0, 2.0), (second, 3.0, np.sqrt(9 + 4 + 2.25) - 0.5)):
+        painter.show(replace(view_from(x), shapes=(BALL,)))
+        deadline = time.monotonic() + 30
+        while True:
+            painted = painter.pictures.take(timeout_s=30)
+            assert painted is not None
+            assert time.monotonic() < deadline
+            if painted.depth[24, 32] == pytest.approx(range_m, abs=0.05):
+                break  # the first one is without meshes: it does not wait for OpenGL
+    threads = [t for t in threading.enumerate() if t.name == "meshes"]
+    assert len(threads) == 1
+
+
+def test_a_closed_thread_answers_that_there_is_no_picture():
+    meshes = MeshThread()
+    pose = look_at(np.array([0.0, -2.0, 1.5]), np.zeros(3))
+    drawn = meshes.draw([BALL], CAMERA, pose)
+    assert drawn is not None
+    assert np.isfinite(drawn.depth).any()
+    meshes.close()
+    assert meshes.draw([BALL], CAMERA, pose) is None
+
+
+def test_without_opengl_it_says_so_once_and_answers_all_the_same(monkeypatch):
+    from studio.app.viewport import mesh_thread
+
+    def none_here():
+        raise NoOpenGLError("no OpenGL here")
+
+    monkeypatch.setattr(mesh_thread, "MeshDrawer", none_here)
+    meshes = MeshThread()
+    assert meshes.draw([BALL], CAMERA, Pose.identity()) is None
+    assert meshes.draw([BALL], CAMERA, Pose.identity()) is None
+    assert meshes.problems.take(timeout_s=30) == "no OpenGL here"
+    assert meshes.problems.take() is None
+    meshes.close()
+
+
+def test_another_scene_is_drawn_with_another_context(tiny):
+    drawings = Drawings()
+    first = drawings.of(tiny.scene)
+    assert drawings.of(tiny.scene) is first
+    first.prepare()
+    other = drawings.of(replace(tiny.scene, name="other"))
+    assert other is not first
+    assert first.meshes is not None
+    assert first.meshes.draw([BALL], CAMERA, Pose.identity()) is None
+    drawings.close()
