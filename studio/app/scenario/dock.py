@@ -101,7 +101,7 @@ class ScenarioDock(QWidget):
     def _make_top(self) -> QHBoxLayout:
         self._choice = QComboBox()
         self._choice.setAccessibleName("Scenario")
-        self._choice.setMinimumWidth(110)
+        _narrow(self._choice)
         self._choice.textActivated.connect(self._choose)
         row = QHBoxLayout()
         row.setContentsMargins(8, 8, 8, 4)
@@ -114,6 +114,7 @@ class ScenarioDock(QWidget):
 
     def _make_floor(self) -> QWidget:
         self._person = QComboBox()
+        _narrow(self._person)
         self._person.setAccessibleName("Person whose goals are shown")
         self._person.activated.connect(lambda _: self._refresh())
         facing = Field("deg", "faces", unit="°", low=-360.0, high=360.0, usual=0.0)
@@ -124,7 +125,7 @@ class ScenarioDock(QWidget):
         remove.setToolTip("Remove the person who is chosen")
         remove.clicked.connect(self._remove_person)
         top = QHBoxLayout()
-        for widget in (self._person, self._facing, add, remove):
+        for widget in (self._person, QLabel("faces"), self._facing, add, remove):
             top.addWidget(widget, widget is self._person)
         self._length = Number(DURATION, 10.0, lambda _, v: self._bench.do("scenario.duration", s=v))
         self._fps = Number(FPS, 10.0, self._camera)
@@ -132,8 +133,8 @@ class ScenarioDock(QWidget):
         bottom = QHBoxLayout()
         for title, widget in (
             ("Length", self._length),
-            ("Camera", self._fps),
-            ("faces", self._camera_facing),
+            ("Pictures", self._fps),
+            ("Camera faces", self._camera_facing),
         ):
             bottom.addWidget(QLabel(title))
             bottom.addWidget(widget, 1)
@@ -147,24 +148,29 @@ class ScenarioDock(QWidget):
 
     def _make_actions(self) -> QWidget:
         self._add_action = QComboBox()
+        _narrow(self._add_action)
         self._add_action.addItem("Add an action …")
         self._add_action.addItems([name.replace("_", " ") for name in ACTION_FIELDS])
         self._add_action.activated.connect(self._on_add_action)
         self._hint = QLabel("Drag to reorder, double-click to change. Times are estimates.")
         self._hint.setWordWrap(True)
+        self._hint.setObjectName("faint")
         scroll = QScrollArea()
         scroll.setWidget(self.blocks)
         scroll.setWidgetResizable(True)
         scroll.setFrameShape(QScrollArea.Shape.NoFrame)
         self._form_title = QLabel()
-        self._form_place = QVBoxLayout()
+        self._form_area = QScrollArea()
+        self._form_area.setWidgetResizable(True)
+        self._form_area.setFrameShape(QScrollArea.Shape.NoFrame)
+        self._form_area.hide()
         page = QWidget()
         layout = QVBoxLayout(page)
         layout.setContentsMargins(8, 8, 8, 8)
         layout.addWidget(self._add_action)
         layout.addWidget(scroll, 1)
         layout.addWidget(self._form_title)
-        layout.addLayout(self._form_place)
+        layout.addWidget(self._form_area, 2)
         layout.addWidget(self._hint)
         return page
 
@@ -300,7 +306,9 @@ class ScenarioDock(QWidget):
             ACTION_FIELDS[do], values, objects=self.object_ids(), people=others, changed=changed
         )
         self._form.setProperty("values", values)
-        self._form_place.addWidget(self._form)
+        self._form_area.setWidget(self._form)
+        self._form_area.show()
+        self._hint.hide()
 
     def _edited_values(self) -> dict[str, Any] | None:
         if self._edited is None:
@@ -315,7 +323,9 @@ class ScenarioDock(QWidget):
     def _close_form(self) -> None:
         self._form_title.clear()
         if self._form is not None:
-            self._form.hide()
+            self._form_area.takeWidget()
+            self._form_area.hide()
+            self._hint.show()
             self._form.deleteLater()
             self._form = None
 
@@ -379,6 +389,12 @@ class ScenarioDock(QWidget):
         self._bench.stop_listening(self._on_scene)
         self._bench.stop_listening(self._refresh)
         event.accept()
+
+
+def _narrow(box: QComboBox) -> None:
+    """Let a list be narrower than its longest entry, which it shows when it is open."""
+    box.setMinimumContentsLength(8)
+    box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
 
 
 def _set(number: Number, value: float) -> None:

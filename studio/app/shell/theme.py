@@ -162,8 +162,12 @@ def style_sheet(theme: Theme, name: str) -> str:
         theme: its colours.
         name: of the theme, for the marks.
     """
-    parts = (_bars(theme), _buttons(theme), _inputs(theme, name), _lists(theme), _docks(theme))
-    return "\n".join(parts)
+    named = [part(theme, name) for part in (_buttons, _inputs, _docks)]
+    return "\n".join((_bars(theme), _lists(theme), *named))
+
+
+def _mark(what: str, name: str) -> str:
+    return f"url({(MARKS / f'{what}-{name}.svg').as_posix()})"
 
 
 def _bars(theme: Theme) -> str:
@@ -198,7 +202,7 @@ def _bars(theme: Theme) -> str:
     """
 
 
-def _buttons(theme: Theme) -> str:
+def _buttons(theme: Theme, name: str) -> str:
     return f"""
     *:focus {{ outline: none; }}
     QPushButton {{ padding: 4px 12px; border: 1px solid {theme.line}; border-radius: 4px;
@@ -211,7 +215,9 @@ def _buttons(theme: Theme) -> str:
         background: transparent; color: {theme.text}; }}
     QToolButton:hover, QToolButton:checked {{ background: {theme.raised}; }}
     QToolButton:disabled {{ color: {theme.disabled}; background: transparent; }}
-    QToolButton[popupMode="2"] {{ padding-right: 16px; }}
+    QToolButton[popupMode="2"] {{ padding-right: 18px; }}
+    QToolButton::menu-indicator {{ image: {_mark("down", name)}; width: 8px; height: 8px;
+        subcontrol-position: center right; right: 6px; }}
     QPushButton:focus, QLineEdit:focus, QAbstractSpinBox:focus, QComboBox:focus, QTreeView:focus,
     QTableView:focus, QListView:focus, QPlainTextEdit:focus, QToolButton:focus {{
         border: 1px solid {theme.accent}; }}
@@ -235,9 +241,6 @@ def _buttons(theme: Theme) -> str:
 
 
 def _inputs(theme: Theme, name: str) -> str:
-    def mark(what: str) -> str:
-        return f"url({(MARKS / f'{what}-{name}.svg').as_posix()})"
-
     fields = "QLineEdit, QPlainTextEdit, QTextBrowser, QAbstractSpinBox, QComboBox"
     off = ", ".join(f"{part.strip()}:disabled" for part in fields.split(","))
     return f"""
@@ -256,13 +259,13 @@ def _inputs(theme: Theme, name: str) -> str:
     QAbstractSpinBox::down-button {{ subcontrol-position: bottom right; }}
     QAbstractSpinBox::up-button:hover, QAbstractSpinBox::down-button:hover {{
         background: {theme.raised}; }}
-    QAbstractSpinBox::up-arrow {{ image: {mark("up")}; width: 8px; height: 8px; }}
-    QAbstractSpinBox::down-arrow {{ image: {mark("down")}; width: 8px; height: 8px; }}
+    QAbstractSpinBox::up-arrow {{ image: {_mark("up", name)}; width: 8px; height: 8px; }}
+    QAbstractSpinBox::down-arrow {{ image: {_mark("down", name)}; width: 8px; height: 8px; }}
     QAbstractSpinBox::up-arrow:disabled, QAbstractSpinBox::down-arrow:disabled {{ image: none; }}
     QComboBox {{ padding: 3px 20px 3px 7px; }}
     QComboBox::drop-down {{ subcontrol-origin: padding; subcontrol-position: center right;
         width: 20px; border: none; }}
-    QComboBox::down-arrow {{ image: {mark("down")}; width: 9px; height: 9px; }}
+    QComboBox::down-arrow {{ image: {_mark("down", name)}; width: 9px; height: 9px; }}
     QComboBox::down-arrow:disabled {{ image: none; }}
     QComboBox QAbstractItemView {{ border: 1px solid {theme.frame}; background: {theme.panel}; }}
     QCheckBox {{ spacing: 7px; }}
@@ -270,7 +273,7 @@ def _inputs(theme: Theme, name: str) -> str:
         border-radius: 3px; background: {theme.field}; }}
     QCheckBox::indicator:hover, QCheckBox:focus::indicator {{ border-color: {theme.accent}; }}
     QCheckBox::indicator:checked {{ background: {theme.accent}; border-color: {theme.accent};
-        image: {mark("tick")}; }}
+        image: {_mark("tick", name)}; }}
     QCheckBox::indicator:disabled {{ border-color: {theme.line}; background: {theme.panel}; }}
     QCheckBox:disabled {{ color: {theme.disabled}; }}
     """
@@ -292,19 +295,23 @@ def _lists(theme: Theme) -> str:
     """
 
 
-def _docks(theme: Theme) -> str:
+def _docks(theme: Theme, name: str) -> str:
     return f"""
     QSplitter::handle {{ background: {theme.ground}; }}
     ads--CDockContainerWidget, ads--CDockSplitter::handle {{ background: {theme.ground}; }}
     ads--CDockAreaWidget {{ background: {theme.panel}; border: none; }}
     ads--CDockAreaTitleBar {{ background: {theme.ground}; border: none; padding: 0; }}
     ads--CDockWidget {{ background: {theme.panel}; border: none; }}
-    ads--CDockWidgetTab {{ background: {theme.ground}; border: none; padding: 3px 6px; }}
+    ads--CDockWidgetTab {{ background: {theme.ground}; border: none; padding: 3px 6px;
+        border-top: 2px solid {theme.ground}; }}
     ads--CDockWidgetTab[activeTab="true"] {{ background: {theme.panel};
         border-top: 2px solid {theme.accent}; }}
     ads--CDockWidgetTab #dockWidgetTabLabel {{ color: {theme.faint}; }}
     ads--CDockWidgetTab[activeTab="true"] #dockWidgetTabLabel {{ color: {theme.text}; }}
     ads--CTitleBarButton, #tabCloseButton, #dockAreaCloseButton {{ background: transparent;
-        border: none; padding: 2px; }}
+        border: none; border-radius: 3px; padding: 3px; qproperty-iconSize: 12px; }}
+    ads--CTitleBarButton:hover, #tabCloseButton:hover {{ background: {theme.raised}; }}
+    #tabCloseButton, #dockAreaCloseButton {{ qproperty-icon: {_mark("close", name)}; }}
+    #detachGroupButton {{ qproperty-icon: {_mark("float", name)}; }}
     #floatingTitleLabel {{ color: {theme.text}; }}
     """

@@ -66,7 +66,7 @@ EMPTY = (
 """Before anything was done."""
 
 BUSY = (
-    Shot("faults-on", "dock.scenario\nscenario.add_fault name=delay", "scenario", "Faults"),
+    Shot("faults-on", "dock.scenario\nscenario.add_fault name=delay_ms", "scenario", "Faults"),
     Shot("action-form", "dock.scenario", "scenario", "Actions", "form"),
     Shot("session-log", "dock.session", "session", "Log"),
     Shot("timeline", "dock.timeline\nselect.object", "timeline", waits="recording"),
