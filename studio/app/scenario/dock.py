@@ -174,6 +174,10 @@ class ScenarioDock(QWidget):
         layout.addWidget(self._hint)
         return page
 
+    def heightForWidth(self, arg__1: int) -> int:
+        """See Qt: what scrolls inside gives way, or the dock would scroll as a whole, too."""
+        return self.minimumSizeHint().height()
+
     # --- what changes ----------------------------------------------------------------------------
 
     def _on_scene(self) -> None:

@@ -57,7 +57,7 @@ class Number(QDoubleSpinBox):
         self.setSingleStep(1.0 if field.kind == "count" else step)
         self.setRange(field.low - (step if is_optional else 0.0), field.high)
         if is_optional:
-            self.setSpecialValueText("–")
+            self.setSpecialValueText("not set")
         self.setSuffix(field.unit if field.unit == "°" else f" {field.unit}" if field.unit else "")
         self.setMinimumWidth(LEAST_PX)
         self.setKeyboardTracking(False)
@@ -123,7 +123,8 @@ def form_of(
                 row = _choice(field, value, known, changed)
             case _:
                 row = _numbers(field, value, changed)
-        layout.addRow(field.title, row)
+        in_metres = field.kind in ("place", "place3", "line")
+        layout.addRow(f"{field.title}, m" if in_metres else field.title, row)
     return widget
 
 
@@ -153,7 +154,7 @@ def _with_slider(number: Number, field: Field) -> QWidget:
 
 def _choice(field: Field, value: Any, known: Sequence[str], changed: Changed) -> QComboBox:
     box = QComboBox()
-    none = "–"
+    none = "not set"
     names = [*([none] if field.usual is None else []), *known]
     if value is not None and value not in names:
         names.append(str(value))

@@ -144,6 +144,10 @@ class TwinDock(QWidget):
         whole.addWidget(self.hint)
         self._recolour()
 
+    def heightForWidth(self, arg__1: int) -> int:
+        """See Qt: what scrolls inside gives way, or the dock would scroll as a whole, too."""
+        return self.minimumSizeHint().height()
+
     # --- what changes ----------------------------------------------------------------------------
 
     def refresh(self) -> None:

@@ -117,13 +117,13 @@ def test_what_is_under_the_mouse_is_read_out(opened):
 def test_curves_show_the_part_that_the_rows_show(opened, bench):
     plot = opened.curves._plot
     bench.do("timeline.seek", t_s=0.4)
-    for unit in ("yaw error", "error, cm"):
+    for unit in ("heading\noff by, °", "place\noff by, cm"):
         bench.do("timeline.yaw")
         opened.tracks.zoom(0.5, 400_000_000)
         low, high = plot.getViewBox().viewRange()[0]
         span_s = opened.tracks.from_ns / 1e9, opened.tracks.to_ns / 1e9
         assert (low, high) == pytest.approx(span_s)
-        assert unit in plot.getAxis("left").labelText
+        assert opened.curves.unit.text() == unit
         assert opened.curves._line.value() == pytest.approx(0.4)
 
 
@@ -174,7 +174,7 @@ def test_two_runs_are_compared_in_a_table(
     until(lambda: opened.comparison is not None)
     model = opened.view.table.model()
     cells = [model.index(0, column).data() for column in range(model.columnCount())]
-    assert cells == ["chair.world_cm", "3.000", "9.000", "+6.000", "cm", "✖ worse"]
+    assert cells == ["chair, place", "3.000", "9.000", "+6.000", "cm", "✖ worse"]
 
 
 def test_what_cannot_be_compared_is_a_message(dock, bench, tmp_path, until):
