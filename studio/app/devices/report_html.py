@@ -21,7 +21,7 @@ WORDS = {
     "rehearse": "",
     "stage": "step",
 }
-"""Parts of a figure's name as people say them; "" leaves a part out. Others are read as they are."""
+"""Parts of a figure's name as people say them; "" leaves a part out, others stay."""
 UNITS = {"deg": "°"}
 
 

@@ -32,7 +32,9 @@ POLL_MS = 20
 MAX_WIDTH_PX = 640
 """Each picture is drawn no wider and scaled up: two of them at once are drawn on few cores."""
 
-FIELD_OF_VIEW = math.radians(64.0)
+FIELD_OF_VIEW, ASPECT = math.radians(64.0), 16 / 9
+"""Across a picture of this shape, radians; a wider one sees more at its sides."""
+
 BACKDROP = QColor(14, 16, 20)
 WHEEL_STEP = 120.0
 
@@ -100,7 +102,7 @@ class RunPicture(QWidget):
         camera = Pinhole.from_fov(
             2 * max(8, round(0.5 * self.width() * scale)),
             2 * max(8, round(0.5 * self.height() * scale)),
-            FIELD_OF_VIEW,
+            field_of_view(self.width(), self.height()),
         )
         shapes = shapes_of(
             state,
@@ -205,6 +207,12 @@ class Beside(QWidget):
         """End the threads that draw."""
         self.close_runs()
         event.accept()
+
+
+def field_of_view(width_px: int, height_px: int) -> float:
+    """Across a picture of that size, radians."""
+    wider = max(1.0, width_px / max(height_px, 1) / ASPECT)
+    return 2.0 * math.atan(wider * math.tan(0.5 * FIELD_OF_VIEW))
 
 
 def error_words(run: OpenRecording, t_ns: int) -> str:

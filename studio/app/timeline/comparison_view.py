@@ -26,7 +26,9 @@ from studio.app.timeline.forking import TwoRuns
 from studio.app.timeline.playback import Playback
 from studio.compare.verdicts import Compared
 
-COLUMNS = ("Figure", "A", "B", "B less A", "Unit", "Verdict")
+COLUMNS = ("Figure", "A", "B", "B − A", "Unit", "Verdict")
+SHARES = (3, 2)
+"""Of the width: pictures and table."""
 SLIDER_STEP_NS = 10_000_000
 """Of the slider: a hundredth of a second, below a frame of any camera."""
 Index = QModelIndex | QPersistentModelIndex
@@ -117,8 +119,9 @@ class ComparisonView(QWidget):
         split = QSplitter(Qt.Orientation.Horizontal)
         split.addWidget(left)
         split.addWidget(self.table)
-        split.setStretchFactor(0, 1)
-        split.setStretchFactor(1, 1)
+        split.setStretchFactor(0, SHARES[0])
+        split.setStretchFactor(1, SHARES[1])
+        split.setSizes([1000 * share for share in SHARES])
         split.setChildrenCollapsible(False)
         whole = QVBoxLayout(self)
         whole.setContentsMargins(8, 0, 8, 6)
@@ -129,7 +132,7 @@ class ComparisonView(QWidget):
     def show_comparison(self, compared: TwoRuns) -> None:
         """Show two runs, from where they differ."""
         comparison = compared.comparison
-        self._model = ComparedModel(comparison.rows)
+        self._model = ComparedModel(sorted(comparison.rows, key=lambda row: not row.worse))
         self.table.setModel(self._model)
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
@@ -184,6 +187,7 @@ def _table() -> QTableView:
     table = QTableView()
     table.setAlternatingRowColors(True)
     table.setShowGrid(False)
+    table.setMinimumWidth(200)
     table.setSelectionBehavior(QTableView.SelectionBehavior.SelectRows)
     table.verticalHeader().hide()
     table.verticalHeader().setDefaultSectionSize(22)

@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from PySide6.QtCore import QPoint, QRect
 from PySide6.QtGui import QImage
@@ -89,6 +90,13 @@ class Stage:
         self.window = window
         self._recording = recording
 
+    def hide_room(self) -> None:
+        """Leave the room out of the pictures: other machines draw it a little differently."""
+        view: Any = self.window.view
+        for each in view.views:
+            each.hide()
+        view.inset.hide()
+
     def take(self, shots: Sequence[Shot]) -> Iterator[tuple[Shot, QImage]]:
         """The shots one after the other."""
         for shot in shots:
@@ -120,18 +128,18 @@ class Stage:
     def _wait_for(self, what: str) -> None:
         bench, window = self.window.bench, self.window
         if what == "plan":
-            dock = window.content("scenario")
-            until(lambda: dock.floor._picture is not None)  # pyright: ignore
+            dock: Any = window.content("scenario")
+            until(lambda: dock.floor._picture is not None)
         elif what == "form":
-            dock = window.content("scenario")
-            people = dock.editing.scenario.people  # pyright: ignore
-            dock.edit_action((people[0].person_id, 1))  # pyright: ignore
+            dock: Any = window.content("scenario")
+            people = dock.editing.scenario.people
+            dock.edit_action((people[0].person_id, 1))
         elif what == "recording":
             assert self._recording is not None
-            dock = window.content("timeline")
+            dock: Any = window.content("timeline")
             bench.perform("timeline.open", path=str(self._recording))
-            until(lambda: dock.is_open)  # pyright: ignore
-            half_s = dock.shown.index.duration_s / 2  # pyright: ignore
+            until(lambda: dock.is_open)
+            half_s = dock.shown.index.duration_s / 2
             bench.perform("timeline.seek", t_s=round(half_s, 2))
 
     def _picture(self, shot: Shot) -> QImage:
@@ -178,9 +186,8 @@ def open_stage(
     window.show()
     until(lambda: window.is_filled and window.bench.scene is not None and not window.run.is_busy)
     window.resize(*size_px)
-    view = window.view
-    assert view is not None
-    until(lambda: view.active.painted is not None)  # pyright: ignore
+    view: Any = window.view
+    until(lambda: view.active.painted is not None)
     settle()
     return Stage(window, recording)
 
