@@ -402,8 +402,9 @@ def _narrow(box: QComboBox) -> None:
 
 
 def _set(number: Number, value: float) -> None:
-    """Show a value without calling it a change."""
-    if not number.hasFocus() and number.value() != value:
+    """Show a value without calling it a change, unless one is being typed there."""
+    is_typed = number.hasFocus() and number.lineEdit().isModified()
+    if not is_typed and number.value() != value:
         number.blockSignals(True)
         number.setValue(value)
         number.blockSignals(False)

@@ -103,6 +103,7 @@ class TimelineDock(QWidget):
         self._split = QSplitter(Qt.Orientation.Vertical)
         self._split.addWidget(area)
         self._split.addWidget(self.curves)
+        self._split.setStretchFactor(1, 1)
         self._split.setChildrenCollapsible(False)
         self.view = ComparisonView(
             self._leave_comparison,
@@ -207,9 +208,8 @@ class TimelineDock(QWidget):
     def _share_height(self) -> None:
         """All rows are seen if the curves keep their least height."""
         rows = self.tracks.minimumHeight()
-        left = self._split.height() - self._split.handleWidth() - rows
-        left = max(left, self.curves.minimumHeight())
-        self._split.setSizes([rows, left])
+        height = self.pages.height() - self._split.handleWidth()
+        self._split.setSizes([rows, max(height - rows, self.curves.minimumHeight())])
 
     def _on_rows_scroll(self, _low: int, high: int) -> None:
         """Curves end where the rows end, whose width a scroll bar takes."""
