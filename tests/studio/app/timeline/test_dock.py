@@ -177,6 +177,54 @@ def test_two_runs_are_compared_in_a_table(
     assert cells == ["chair, place", "3.000", "9.000", "+6.000", "cm", "✖ worse"]
 
 
+@pytest.fixture
+def compared(opened, bench, recording, tmp_path, until, monkeypatch, tiny):
+    """Two runs of which B is a copy of A, compared."""
+    monkeypatch.setattr("studio.compare.comparison.recorded_scene", lambda info: tiny.scene)
+    for name in ("a", "b"):
+        folder = tmp_path / name
+        folder.mkdir()
+        shutil.copy(recording, folder / "recording.mcap")
+        rows = [Row("chair.world_cm", 3.0, "cm")]
+        (folder / "report.json").write_text(json.dumps(as_json("rehearse", rows, 0)))
+    bench.do("timeline.compare", a=str(tmp_path / "a"), b=str(tmp_path / "b"))
+    until(lambda: opened.comparison is not None)
+    return opened
+
+
+def test_both_runs_are_pictured_at_one_instant(compared, bench, until):
+    pictures = compared.view.beside.pictures
+    until(lambda: all(each.has_picture for each in pictures))
+    before = [each.grab().toImage() for each in pictures]
+    assert bench.do("timeline.seek", t_s=1.1)
+    assert {each._t_ns for each in pictures} == {1_100_000_000}
+    assert compared.view.slider.value() == 110
+    assert "off by at most" in pictures[0].caption
+    until(lambda: all(a.grab().toImage() != b for a, b in zip(pictures, before, strict=True)))
+    bench.do("timeline.step_back")
+    assert compared.view.playback.t_ns == 1_000_000_000
+    assert compared.playback.t_ns == 0  # the recording below stays where it was
+
+
+def test_turning_one_run_turns_both(compared, qtbot):
+    from PySide6.QtCore import QPoint, Qt
+
+    one, other = compared.view.beside.pictures
+    orbit = one.orbit
+    qtbot.mousePress(one, Qt.MouseButton.LeftButton, pos=QPoint(20, 40))
+    qtbot.mouseMove(one, QPoint(60, 40))
+    qtbot.mouseRelease(one, Qt.MouseButton.LeftButton, pos=QPoint(60, 40))
+    assert one.orbit == other.orbit
+    assert one.orbit.yaw != orbit.yaw
+
+
+def test_leaving_a_comparison_goes_back_to_the_recording(compared, bench):
+    compared._leave_comparison()
+    assert compared.view.playback is None
+    assert bench.do("timeline.seek", t_s=0.5)
+    assert compared.playback.t_ns == 500_000_000
+
+
 def test_what_cannot_be_compared_is_a_message(dock, bench, tmp_path, until):
     bench.do("timeline.compare", a=str(tmp_path), b=str(tmp_path / "none"))
     until(lambda: bench.log.lines())
