@@ -22,16 +22,16 @@ from sim.people.actions import name_of
 from sim.scenario import Scenario, scenario_names
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.scenario.action_blocks import ActionBlocks, Key
+from studio.app.scenario.action_form import ActionForm
 from studio.app.scenario.editing import ScenarioEditing
 from studio.app.scenario.fault_knobs import FaultKnobs
 from studio.app.scenario.fields import ACTION_FIELDS, Field
 from studio.app.scenario.floor_plan import FloorPlan
-from studio.app.scenario.form import Number, form_of
+from studio.app.scenario.form import Number
 from studio.app.scenario.plan import Block, RoomPlan, planned, room_plan
 from studio.app.scenario.scenario_actions import ScenarioActions
 from studio.app.scenario.scenario_text import ScenarioText
 from studio.app.scenario.stage import BackdropJob
-from studio.app.scenario.text_edits import values_of
 
 POLL_MS = 60
 DURATION = Field("s", "length", unit="s", low=0.1, high=3600.0, usual=10.0)
@@ -54,11 +54,12 @@ class ScenarioDock(QWidget):
         self._blocks: tuple[Block, ...] = ()
         self._planned: tuple[Scenario, RoomPlan] | None = None
         self._job: BackdropJob | None = None
-        self._edited: Key | None = None
-        self._form: QWidget | None = None
+        self._pictured = ""
+        """The scene that the floor's picture is of."""
         ScenarioActions(self.editing, self._ask, self.object_ids)
         self.floor = FloorPlan(bench)
         self.blocks = ActionBlocks(bench, self.edit_action)
+        self.form = ActionForm(bench, self.editing, self.object_ids)
         self.knobs = FaultKnobs(bench, self.editing, self.object_ids)
         self.text = ScenarioText(self.editing.type)
         self._make_layout()
@@ -143,6 +144,10 @@ class ScenarioDock(QWidget):
         layout.setContentsMargins(8, 8, 8, 8)
         layout.addLayout(top)
         layout.addWidget(self.floor, 1)
+        words = QLabel("Drag people and their arrows, goals, the camera, live surfaces.")
+        words.setObjectName("faint")
+        words.setWordWrap(True)
+        layout.addWidget(words)
         layout.addLayout(bottom)
         return page
 
@@ -159,18 +164,12 @@ class ScenarioDock(QWidget):
         scroll.setWidget(self.blocks)
         scroll.setWidgetResizable(True)
         scroll.setFrameShape(QScrollArea.Shape.NoFrame)
-        self._form_title = QLabel()
-        self._form_area = QScrollArea()
-        self._form_area.setWidgetResizable(True)
-        self._form_area.setFrameShape(QScrollArea.Shape.NoFrame)
-        self._form_area.hide()
         page = QWidget()
         layout = QVBoxLayout(page)
         layout.setContentsMargins(8, 8, 8, 8)
         layout.addWidget(self._add_action)
         layout.addWidget(scroll, 1)
-        layout.addWidget(self._form_title)
-        layout.addWidget(self._form_area, 2)
+        layout.addWidget(self.form, 2)
         layout.addWidget(self._hint)
         return page
 
@@ -181,14 +180,16 @@ class ScenarioDock(QWidget):
     # --- what changes ----------------------------------------------------------------------------
 
     def _on_scene(self) -> None:
-        scene = self._bench.scene
+        scene, name = self._bench.scene, self._bench.document.scene
+        if name != self._pictured:
+            # A session opens its scene anew; of the same room, the picture stays until it is there.
+            self._pictured = name
+            self.floor.set_picture(None, 0.0)
         if scene is None:
             self._plan, self._job = None, None
-            self.floor.set_picture(None, 0.0)
         elif self._job is None or self._job.scene is not scene:
             self._plan = room_plan(scene, None)
-            self.floor.set_picture(None, 0.0)
-            self._job = BackdropJob(scene, self._bench.document.scene)
+            self._job = BackdropJob(scene, name)
         self._refresh()
 
     def _take(self) -> None:
@@ -234,7 +235,8 @@ class ScenarioDock(QWidget):
                 self.floor.show_plan(scenario, self._plan, self._blocks, self._chosen_person())
         self.blocks.show_blocks(people, self._blocks, scenario.duration_s)
         self.knobs.show_scenario()
-        self._refresh_form()
+        self.form.refresh()
+        self._hint.setVisible(self.form.widget is None)
 
     def _show_problem(self) -> None:
         problem = self.editing.problem
@@ -278,60 +280,8 @@ class ScenarioDock(QWidget):
 
     def edit_action(self, key: Key | None) -> None:
         """Open the form of an action below the blocks; None closes it."""
-        self._edited = key
-        self._close_form()
-        self._refresh_form()
-
-    def _refresh_form(self) -> None:
-        """The form of the action that is edited, unless it has the focus and is right already."""
-        values = self._edited_values()
-        if values is None:
-            self._edited = None
-            self._close_form()
-            return
-        if self._form is not None and self._form.property("values") == values:
-            return
-        focus = self.window().focusWidget()
-        if self._form is not None and focus is not None and self._form.isAncestorOf(focus):
-            self._form.setProperty("values", values)
-            return
-        self._close_form()
-        assert self._edited is not None
-        person, index = self._edited
-        do = str(values["do"])
-        self._form_title.setText(f"{person}, {index + 1}. {do.replace('_', ' ')}")
-        others = [p.person_id for p in self.editing.scenario.people if p.person_id != person]
-
-        def changed(name: str, value: Any) -> None:
-            keys = {"person": person, "index": index, "key": name, "value": value}
-            self._bench.do("scenario.set_action", **keys)
-
-        self._form = form_of(
-            ACTION_FIELDS[do], values, objects=self.object_ids(), people=others, changed=changed
-        )
-        self._form.setProperty("values", values)
-        self._form_area.setWidget(self._form)
-        self._form_area.show()
-        self._hint.hide()
-
-    def _edited_values(self) -> dict[str, Any] | None:
-        if self._edited is None:
-            return None
-        person, index = self._edited
-        for values in values_of(self.editing.text).get("people", []):
-            actions = values.get("actions", [])
-            if values.get("id") == person and index < len(actions):
-                return dict(actions[index])
-        return None
-
-    def _close_form(self) -> None:
-        self._form_title.clear()
-        if self._form is not None:
-            self._form_area.takeWidget()
-            self._form_area.hide()
-            self._hint.show()
-            self._form.deleteLater()
-            self._form = None
+        self.form.edit(key)
+        self._hint.setVisible(self.form.widget is None)
 
     def _on_add_action(self, row: int) -> None:
         self._add_action.setCurrentIndex(0)

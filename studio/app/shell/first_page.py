@@ -25,7 +25,7 @@ WAYS = (
     (
         "▶  Rehearse this room",
         "session.rehearse",
-        "people move, the tracker follows; half a minute",
+        "people move, the tracker follows; takes a few minutes",
     ),
     ("Change what happens", "dock.scenario", "people, paths and faults, on a plan of the floor"),
     (
@@ -70,7 +70,7 @@ class FirstPage(QFrame):
         top = QHBoxLayout()
         top.addWidget(title, 1)
         top.addWidget(close, alignment=Qt.AlignmentFlag.AlignTop)
-        layout = QVBoxLayout(self)
+        layout = self._layout = QVBoxLayout(self)
         layout.setContentsMargins(18, 12, 12, 16)
         # Its words are as high as its width makes them; the least width's height is no limit.
         layout.setSizeConstraint(QVBoxLayout.SizeConstraint.SetNoConstraint)
@@ -93,7 +93,7 @@ class FirstPage(QFrame):
         """Stand in the lower left of what it covers."""
         over = self._over
         width = min(520, over.width() - 2 * EDGE_PX)
-        height = min(self.layout().totalHeightForWidth(width), over.height() - 2 * EDGE_PX)
+        height = min(self._layout.totalHeightForWidth(width), over.height() - 2 * EDGE_PX)
         self.setGeometry(EDGE_PX, over.height() - height - EDGE_PX, width, height)
 
     def leave(self) -> None:

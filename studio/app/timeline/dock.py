@@ -170,6 +170,8 @@ class TimelineDock(QWidget):
 
     def _show_buttons(self) -> None:
         self.transport.show_available()
+        # With two folders it can always be done, by its button only once there was a fork.
+        self.transport.buttons["timeline.compare"].setEnabled(self.runs.has_pair)
         self.legend.setVisible(self.pages.currentWidget() is self._split)
 
     # --- polling ---------------------------------------------------------------------------------
@@ -383,6 +385,7 @@ class TimelineDock(QWidget):
         self._timer.stop()
         for callback in (self._on_recording, self._on_document, self._on_theme, self._on_scene):
             self.bench.stop_listening(callback)
+        self.empty.leave()
         self.viewing.close()
         self.runs.close()
         self.view.close()

@@ -58,6 +58,11 @@ class Runs:
             recording, at_s=at_s, document=self.bench.document, out=self._out
         )
 
+    @property
+    def has_pair(self) -> bool:
+        """Whether there is a fork to compare with what it comes from."""
+        return self._pair is not None
+
     def is_fork(self, recording: Path) -> bool:
         """Whether a recording is what the last fork has left."""
         return self._pair is not None and recording.parent == self._pair[1]

@@ -127,13 +127,27 @@ def test_steps_of_an_actions_number_are_one_step_of_undo(dock, qtbot):
     dock.tabs.setCurrentIndex(1)
     dock.edit_action(("local-user", 0))
     text = dock.editing.text
-    number = dock._form.findChild(QDoubleSpinBox)
+    number = dock.form.widget.findChild(QDoubleSpinBox)
     number.setFocus()
     for _ in range(4):
         qtbot.keyClick(number, Qt.Key.Key_Up)
     assert scenario(dock).people[0].actions[0].seconds == pytest.approx(4.5)
     dock._bench.history.undo()
     assert dock.editing.text == text
+
+
+def test_the_floors_picture_stays_while_the_same_room_is_opened_again(dock, qtbot):
+    from dataclasses import replace
+
+    bench = dock._bench
+    qtbot.waitUntil(lambda: dock.floor._picture is not None, timeout=20000)
+    scene = bench.scene
+    bench.show_scene(None)
+    bench.show_scene(replace(scene))
+    assert dock.floor._picture is not None
+    bench.show_document(replace(bench.document, scene="desk"))
+    bench.show_scene(None)
+    assert dock.floor._picture is None
 
 
 def test_blocks_are_dragged_removed_and_changed(dock, qtbot):
@@ -155,8 +169,8 @@ def test_blocks_are_dragged_removed_and_changed(dock, qtbot):
     assert scenario(dock).people[0].actions == (before[0], before[2], *before[3:])
     at = blocks.block_rects()["local-user", 1].center().toPoint()
     qtbot.mouseDClick(blocks, Qt.MouseButton.LeftButton, pos=at)
-    assert dock._form is not None
-    assert "push" in dock._form_title.text()
+    assert dock.form.widget is not None
+    assert "push" in dock.form.title.text()
 
 
 def test_every_kind_of_action_and_fault_can_be_added(dock):
@@ -167,7 +181,7 @@ def test_every_kind_of_action_and_fault_can_be_added(dock):
     for do in ACTION_FIELDS:
         assert bench.do("scenario.add_action", person="ben", do=do), do
         dock.edit_action(("ben", len(scenario(dock).people[-1].actions) - 1))
-        assert dock._form is not None
+        assert dock.form.widget is not None
     for name in FAULT_FIELDS:
         assert bench.do("scenario.add_fault", name=name), name
     assert len(scenario(dock).people[-1].actions) == len(ACTION_FIELDS)

@@ -145,6 +145,20 @@ def test_an_empty_recording_leaves_a_message(dock, bench, recording, tmp_path, u
     assert "empty recording" in bench.log.lines()[-1].text
 
 
+def test_while_a_session_plays_the_empty_page_offers_to_stop_it(dock, bench):
+    from types import SimpleNamespace
+
+    from studio.app.model.workbench import Topic
+
+    assert not dock.empty.buttons["session.rehearse"].isHidden()
+    assert dock.empty.buttons["session.stop"].isHidden()
+    bench.session = SimpleNamespace(is_playing=True)
+    bench.announce(Topic.SESSION)
+    assert dock.empty.buttons["session.rehearse"].isHidden()
+    assert not dock.empty.buttons["session.stop"].isHidden()
+    assert "being played" in dock.empty.words.text()
+
+
 def test_a_foreign_recording_is_shown_and_says_so(dock, bench, recording, tiny, until):
     from dataclasses import replace
 
