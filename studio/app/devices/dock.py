@@ -33,7 +33,7 @@ from studio.app.devices.tracker_panel import TrackerPanel
 from studio.app.model.actions import Action
 from studio.app.model.settings import settings_folder
 from studio.app.model.workbench import Topic, Workbench
-from studio.app.shell.theme import SHAPES, THEMES
+from studio.app.shell.theme import SHAPES, THEMES, figures
 from studio.session.outputs import REPORT_HTML
 
 POLL_MS = 250
@@ -41,6 +41,11 @@ STALE_S = 1.0
 """Seconds without a frame after which a camera that plays is no longer good."""
 SHOWN_FRAMES = 600
 """Newest frames whose times are shown, chosen: a minute at 10 Hz."""
+NUMBERS = (2, 3, 4)
+"""Columns of the devices that hold numbers: at the right, under one another."""
+DEVICE_LINES = 4
+"""The heading, and the devices."""
+_AT_THE_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 KINDS = {"PASS": "good", "WARN": "warning", "FAIL": "bad"}
 LEVELS = {"info": "calm", "warning": "warning", "error": "bad"}
 
@@ -85,11 +90,15 @@ class SessionDock(QWidget):
 
     def _make_devices(self) -> QWidget:
         self.devices = _table(["Device", "State", "Last frame", "Rate", "Lost"])
-        self.devices.setMaximumHeight(120)
+        self.devices.setFixedHeight(DEVICE_LINES * (self.fontMetrics().lineSpacing() + 8))
+        self.devices.header().setStretchLastSection(False)
+        self.devices.header().setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        for column in NUMBERS:
+            self.devices.headerItem().setTextAlignment(column, _AT_THE_RIGHT)
         self.latency = LatencyBar()
         page, layout = _page()
         layout.addWidget(self.devices)
-        layout.addWidget(QLabel("Time per stage, median / 95 %"))
+        layout.addWidget(QLabel("Time per frame by stage"))
         layout.addWidget(self.latency)
         layout.addStretch(1)
         return page
@@ -102,9 +111,10 @@ class SessionDock(QWidget):
         return page
 
     def _make_checks(self) -> QWidget:
-        self.check_button = QPushButton("Check")
+        self.check_button = QPushButton("Check now")
         self.check_button.clicked.connect(lambda: self._bench.do("session.check"))
-        self.checks_line = QLabel("not checked yet")
+        self.checks_line = QLabel("Looks at camera, tracker, disk, clock, drawing and memory.")
+        self.checks_line.setWordWrap(True)
         self.checks = _table(["", "Check", "Found"])
         self.checks.setWordWrap(True)
         row = QHBoxLayout()
@@ -118,6 +128,7 @@ class SessionDock(QWidget):
     def _make_log(self) -> QWidget:
         self.level = QComboBox()
         self.level.addItems(["info", "warning", "error"])
+        self.level.setToolTip("the least that is shown")
         self.level.setAccessibleName("Least level shown")
         self.level.currentTextChanged.connect(self._show_log)
         self.search = QLineEdit()
@@ -133,18 +144,21 @@ class SessionDock(QWidget):
         row.addWidget(self.search, 1)
         row.addWidget(copy)
         row.addWidget(folder)
+        self.log_empty = QLabel()
+        self.log_empty.setObjectName("faint")
         self.log = QListWidget()
         self.log.setWordWrap(True)
         self.log.setSelectionMode(QListWidget.SelectionMode.ExtendedSelection)
         page, layout = _page()
         layout.addLayout(row)
+        layout.addWidget(self.log_empty, 1, Qt.AlignmentFlag.AlignCenter)
         layout.addWidget(self.log, 1)
         return page
 
     def _make_report(self) -> QWidget:
         self.report = QTextBrowser()
         self.report.setOpenLinks(False)
-        self.report.setHtml("<p>No report yet: rehearse, or open a rehearsal's recording.</p>")
+        self.report.setHtml("<p>No report yet: rehearse (F5), or open a rehearsal's recording.</p>")
         self.browser_button = QPushButton("Open in browser")
         self.browser_button.setEnabled(False)
         self.browser_button.clicked.connect(self._open_report)
@@ -217,13 +231,13 @@ class SessionDock(QWidget):
         kind, words = ("calm", "idle") if session is None or not playing else ("good", "plays")
         if playing and (not tracked or age_s > STALE_S):
             kind, words = "warning", "waits"
-        age = f"{age_s:6.1f} s" if tracked else "-"
-        rate = f"{fps if playing else 0.0:5.1f} fps"
+        age = f"{figures(age_s, '6.1f')} s" if tracked and playing else "–"
+        rate = f"{figures(fps, '5.1f')} /s" if playing else "–"
         self._show_devices(
             [
                 ("Camera", kind, words, age, rate, f"{waiting + lost}"),
                 ("Tracker", kind, words, age, rate, f"{waiting}"),
-                ("Recorder", kind, "writes" if playing else "idle", "-", "-", "-"),
+                ("Recorder", kind, "writes" if playing else "idle", "–", "–", "–"),
             ]
         )
 
@@ -235,6 +249,8 @@ class SessionDock(QWidget):
             assert item is not None
             for column, text in enumerate([name, f"{SHAPES[kind]} {words}", *numbers]):
                 item.setText(column, text)
+                if column in NUMBERS:
+                    item.setTextAlignment(column, _AT_THE_RIGHT)
             item.setForeground(1, self._colour(kind))
 
     def _show_log(self) -> None:
@@ -250,6 +266,10 @@ class SessionDock(QWidget):
                 if line.level != "info":
                     item.setForeground(self._colour(kind))
                 self.log.addItem(item)
+        nothing = "Nothing that fits." if typed or level != "info" else "Nothing was reported yet."
+        self.log_empty.setText(nothing)
+        self.log_empty.setVisible(not self.log.count())
+        self.log.setVisible(bool(self.log.count()))
         self.log.scrollToBottom()
 
     def copy_log(self) -> None:

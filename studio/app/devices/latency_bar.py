@@ -10,8 +10,11 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from studio.session.latency import StageTime
 
-FILLS = ("#2f7fb8", "#8a6fc0", "#2d9170", "#b57a1f", "#b4556e", "#6b7d8f")
-"""Of stages in their order, distinguished by their numbers too; white text has 3:1 on each."""
+FILLS = ("#2a76ad", "#7f64b6", "#27815f", "#9a6515", "#ac4b65", "#62748a")
+"""Of stages in their order, distinguished by their numbers too; white text has 4.5:1 on each."""
+TITLES = {"p50_ms": "usual", "p95_ms": "slow"}
+"""Of the two bars: the median, and what one frame in twenty is slower than."""
+NOTHING = "Rehearse (F5) to see how long each step takes."
 LEAST_LABEL_PX = 18
 """Parts narrower than this have no number in them."""
 
@@ -24,6 +27,7 @@ class LatencyBar(QWidget):
         self._stages: tuple[StageTime, ...] = ()
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setAccessibleName("Time per stage")
+        self.setToolTip("usual: the median; slow: one frame in twenty takes longer")
 
     def show_stages(self, stages: Sequence[StageTime]) -> None:
         """Show these."""
@@ -33,7 +37,7 @@ class LatencyBar(QWidget):
 
     def sizeHint(self) -> QSize:
         """See Qt."""
-        lines = 3 + len(self._stages)
+        lines = 4 + len(self._stages)
         return QSize(260, int(lines * 1.5 * self.fontMetrics().height()) + 4)
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -44,17 +48,23 @@ class LatencyBar(QWidget):
         text = self.palette().windowText().color()
         painter.setPen(text)
         if not self._stages:
-            painter.drawText(self.rect(), Qt.AlignmentFlag.AlignCenter, "no session yet")
+            painter.drawText(
+                self.rect(),
+                Qt.AlignmentFlag.AlignCenter,
+                "Rehearse (F5) to see how long each step takes.",
+            )
             return
-        label_px = self.fontMetrics().horizontalAdvance("p95 000.0 ms  ")
+        label_px = self.fontMetrics().horizontalAdvance("usual 000.0 ms  ")
         longest = max(sum(s.p95_ms for s in self._stages), 1e-9)
-        for row, name in enumerate(("p50", "p95")):
-            times = [getattr(stage, f"{name}_ms") for stage in self._stages]
+        for row, (key, name) in enumerate(TITLES.items()):
+            times = [getattr(stage, key) for stage in self._stages]
             top = row * line_px
             painter.setPen(text)
-            flags = Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft
-            words = f"{name} {sum(times):6.1f} ms"
-            painter.drawText(QRectF(0, top, label_px, line_px), flags, words)
+            flags = Qt.AlignmentFlag.AlignVCenter
+            label = QRectF(0, top, label_px, line_px)
+            painter.drawText(label, flags | Qt.AlignmentFlag.AlignLeft, name)
+            number = label.adjusted(0, 0, -self.fontMetrics().horizontalAdvance("  "), 0)
+            painter.drawText(number, flags | Qt.AlignmentFlag.AlignRight, f"{sum(times):.1f} ms")
             left = float(label_px)
             for place, time_ms in enumerate(times):
                 width = (self.width() - label_px) * time_ms / longest
@@ -64,8 +74,9 @@ class LatencyBar(QWidget):
                     painter.setPen(QColor("#ffffff"))
                     painter.drawText(part, Qt.AlignmentFlag.AlignCenter, str(place + 1))
                 left += width
+        self._draw_headings(painter, line_px)
         for place, stage in enumerate(self._stages):
-            top = (2.5 + place) * line_px
+            top = (3.5 + place) * line_px
             box = QRectF(0, top + 3, line_px - 6, line_px - 6)
             painter.fillRect(box, QColor(FILLS[place % len(FILLS)]))
             painter.setPen(QColor("#ffffff"))
@@ -73,6 +84,15 @@ class LatencyBar(QWidget):
             painter.setPen(text)
             row = QRectF(line_px, top, self.width() - line_px, line_px)
             painter.drawText(row, Qt.AlignmentFlag.AlignVCenter, stage.name)
-            figures = f"{stage.p50_ms:6.1f} / {stage.p95_ms:6.1f} ms"
             flags = Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignRight
-            painter.drawText(row, flags, figures)
+            slow_px = self.fontMetrics().horizontalAdvance("slow 0000.0 ms")
+            painter.drawText(row, flags, f"{stage.p95_ms:.1f} ms")
+            painter.drawText(row.adjusted(0, 0, -slow_px, 0), flags, f"{stage.p50_ms:.1f} ms")
+
+    def _draw_headings(self, painter: QPainter, line_px: float) -> None:
+        row = QRectF(0, 2.5 * line_px, self.width(), line_px)
+        flags = Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignRight
+        slow_px = self.fontMetrics().horizontalAdvance("slow 0000.0 ms")
+        painter.setPen(self.palette().placeholderText().color())
+        painter.drawText(row, flags, TITLES["p95_ms"])
+        painter.drawText(row.adjusted(0, 0, -slow_px, 0), flags, TITLES["p50_ms"])

@@ -25,7 +25,7 @@ class PhotoMarker(QWidget):
         self.hint = "no photo"
         self._image = QImage()
         self._from: QPointF | None = None
-        self.setMinimumHeight(160)
+        self.setMinimumHeight(110)
         self.setCursor(Qt.CursorShape.CrossCursor)
 
     def show_image(self, image: QImage) -> None:
@@ -111,7 +111,7 @@ class BeforeAfter(QWidget):
         super().__init__()
         self._before, self._after = QImage(), QImage()
         self.share = 0.5
-        self.setMinimumHeight(140)
+        self.setMinimumHeight(90)
 
     def show_images(self, before: QImage, after: QImage) -> None:
         """Show these two, of one size."""

@@ -32,6 +32,11 @@ from studio.app.preparation.preparation_job import (
 from studio.app.preparation.stage_lines import StageLine
 from studio.app.shell.theme import SHAPES, THEMES
 
+NOTHING = "Drop a video, a folder of photos,\na splat file or a mesh here"
+SCALE = (
+    "How large it is: the side of a printed code in the pictures, or one known length. Leave all "
+    "empty where codes with their size in them are seen."
+)
 POLL_MS = 300
 STATES = {"running": ("calm", "runs"), "done": ("good", "done"), "failed": ("bad", "failed")}
 BAR_CELLS = 10
@@ -55,7 +60,7 @@ class RoomPage(QScrollArea):
         self.setAcceptDrops(True)
         self.setWidgetResizable(True)
         self.setFrameShape(QScrollArea.Shape.NoFrame)
-        self.drop = QLabel("Drop a video, a folder of photos,\na splat file or a mesh here")
+        self.drop = QLabel(NOTHING)
         self.drop.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.drop.setFrameShape(QLabel.Shape.StyledPanel)
         self.drop.setMinimumHeight(64)
@@ -89,6 +94,10 @@ class RoomPage(QScrollArea):
         layout = QVBoxLayout(page)
         layout.addWidget(self.drop)
         layout.addWidget(self.notice)
+        words = QLabel(SCALE)
+        words.setObjectName("faint")
+        words.setWordWrap(True)
+        layout.addWidget(words)
         layout.addLayout(form)
         layout.addWidget(self.ends)
         layout.addLayout(buttons)
@@ -98,6 +107,7 @@ class RoomPage(QScrollArea):
         layout.addWidget(self.verdict)
         layout.addStretch(1)
         self.codes.hide()
+        self.stages.hide()
         self.setWidget(page)
         for field in (self.metres, self.ceiling):
             field.valueChanged.connect(self._show_notice)
@@ -174,6 +184,7 @@ class RoomPage(QScrollArea):
         if self.job is None or not self._is_open:
             return
         self._show_stages(self.job.stages)
+        self.stages.show()
         picture = self.job.preview
         if picture is not None and picture != self._preview:
             pixmap = QPixmap(str(picture))

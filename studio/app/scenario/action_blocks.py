@@ -25,6 +25,8 @@ from studio.app.scenario.fields import ACTION_FIELDS
 from studio.app.scenario.plan import Block
 
 ROW_PX, NAME_PX, AXIS_PX, GAP_PX = 46, 18, 22, 4
+LEAST_WORDS_PX = 26
+"""Narrower blocks have no words in them; the pointer says what they are."""
 LEAST_PX_PER_S = 14.0
 """Below this, names of actions do not fit; the row scrolls instead."""
 
@@ -133,9 +135,13 @@ class ActionBlocks(QWidget):
         metrics = QFontMetricsF(painter.font())
         what = getattr(block.action, "object", None) or f"{block.end_s - block.start_s:.1f} s"
         for k, words in enumerate((name_of(block.action).replace("_", " "), str(what))):
-            line = metrics.elidedText(words, Qt.TextElideMode.ElideRight, inside.width())
             where = QRectF(inside.left(), inside.top() + 18 * k, inside.width(), 18)
-            if inside.width() > 14:
+            # A time that is cut says another time; a name that is cut is still a name.
+            is_name = k == 0 or getattr(block.action, "object", None) is not None
+            if metrics.horizontalAdvance(words) <= inside.width() or (
+                is_name and inside.width() > LEAST_WORDS_PX
+            ):
+                line = metrics.elidedText(words, Qt.TextElideMode.ElideRight, inside.width())
                 painter.drawText(where, Qt.AlignmentFlag.AlignVCenter, line)
 
     def _draw_gap(self, painter: QPainter, rects: Mapping[Key, QRectF]) -> None:

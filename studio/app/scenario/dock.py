@@ -22,16 +22,16 @@ from sim.people.actions import name_of
 from sim.scenario import Scenario, scenario_names
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.scenario.action_blocks import ActionBlocks, Key
+from studio.app.scenario.action_form import ActionForm
 from studio.app.scenario.editing import ScenarioEditing
 from studio.app.scenario.fault_knobs import FaultKnobs
 from studio.app.scenario.fields import ACTION_FIELDS, Field
 from studio.app.scenario.floor_plan import FloorPlan
-from studio.app.scenario.form import Number, form_of
+from studio.app.scenario.form import Number
 from studio.app.scenario.plan import Block, RoomPlan, planned, room_plan
 from studio.app.scenario.scenario_actions import ScenarioActions
 from studio.app.scenario.scenario_text import ScenarioText
 from studio.app.scenario.stage import BackdropJob
-from studio.app.scenario.text_edits import values_of
 
 POLL_MS = 60
 DURATION = Field("s", "length", unit="s", low=0.1, high=3600.0, usual=10.0)
@@ -54,11 +54,12 @@ class ScenarioDock(QWidget):
         self._blocks: tuple[Block, ...] = ()
         self._planned: tuple[Scenario, RoomPlan] | None = None
         self._job: BackdropJob | None = None
-        self._edited: Key | None = None
-        self._form: QWidget | None = None
+        self._pictured = ""
+        """The scene that the floor's picture is of."""
         ScenarioActions(self.editing, self._ask, self.object_ids)
         self.floor = FloorPlan(bench)
         self.blocks = ActionBlocks(bench, self.edit_action)
+        self.form = ActionForm(bench, self.editing, self.object_ids)
         self.knobs = FaultKnobs(bench, self.editing, self.object_ids)
         self.text = ScenarioText(self.editing.type)
         self._make_layout()
@@ -101,7 +102,7 @@ class ScenarioDock(QWidget):
     def _make_top(self) -> QHBoxLayout:
         self._choice = QComboBox()
         self._choice.setAccessibleName("Scenario")
-        self._choice.setMinimumWidth(110)
+        _narrow(self._choice)
         self._choice.textActivated.connect(self._choose)
         row = QHBoxLayout()
         row.setContentsMargins(8, 8, 8, 4)
@@ -114,6 +115,7 @@ class ScenarioDock(QWidget):
 
     def _make_floor(self) -> QWidget:
         self._person = QComboBox()
+        _narrow(self._person)
         self._person.setAccessibleName("Person whose goals are shown")
         self._person.activated.connect(lambda _: self._refresh())
         facing = Field("deg", "faces", unit="°", low=-360.0, high=360.0, usual=0.0)
@@ -124,7 +126,7 @@ class ScenarioDock(QWidget):
         remove.setToolTip("Remove the person who is chosen")
         remove.clicked.connect(self._remove_person)
         top = QHBoxLayout()
-        for widget in (self._person, self._facing, add, remove):
+        for widget in (self._person, QLabel("faces"), self._facing, add, remove):
             top.addWidget(widget, widget is self._person)
         self._length = Number(DURATION, 10.0, lambda _, v: self._bench.do("scenario.duration", s=v))
         self._fps = Number(FPS, 10.0, self._camera)
@@ -132,8 +134,8 @@ class ScenarioDock(QWidget):
         bottom = QHBoxLayout()
         for title, widget in (
             ("Length", self._length),
-            ("Camera", self._fps),
-            ("faces", self._camera_facing),
+            ("Pictures", self._fps),
+            ("Camera faces", self._camera_facing),
         ):
             bottom.addWidget(QLabel(title))
             bottom.addWidget(widget, 1)
@@ -142,43 +144,52 @@ class ScenarioDock(QWidget):
         layout.setContentsMargins(8, 8, 8, 8)
         layout.addLayout(top)
         layout.addWidget(self.floor, 1)
+        words = QLabel("Drag people and their arrows, goals, the camera, live surfaces.")
+        words.setObjectName("faint")
+        words.setWordWrap(True)
+        layout.addWidget(words)
         layout.addLayout(bottom)
         return page
 
     def _make_actions(self) -> QWidget:
         self._add_action = QComboBox()
+        _narrow(self._add_action)
         self._add_action.addItem("Add an action …")
         self._add_action.addItems([name.replace("_", " ") for name in ACTION_FIELDS])
         self._add_action.activated.connect(self._on_add_action)
         self._hint = QLabel("Drag to reorder, double-click to change. Times are estimates.")
         self._hint.setWordWrap(True)
+        self._hint.setObjectName("faint")
         scroll = QScrollArea()
         scroll.setWidget(self.blocks)
         scroll.setWidgetResizable(True)
         scroll.setFrameShape(QScrollArea.Shape.NoFrame)
-        self._form_title = QLabel()
-        self._form_place = QVBoxLayout()
         page = QWidget()
         layout = QVBoxLayout(page)
         layout.setContentsMargins(8, 8, 8, 8)
         layout.addWidget(self._add_action)
         layout.addWidget(scroll, 1)
-        layout.addWidget(self._form_title)
-        layout.addLayout(self._form_place)
+        layout.addWidget(self.form, 2)
         layout.addWidget(self._hint)
         return page
+
+    def heightForWidth(self, arg__1: int) -> int:
+        """See Qt: what scrolls inside gives way, or the dock would scroll as a whole, too."""
+        return self.minimumSizeHint().height()
 
     # --- what changes ----------------------------------------------------------------------------
 
     def _on_scene(self) -> None:
-        scene = self._bench.scene
+        scene, name = self._bench.scene, self._bench.document.scene
+        if name != self._pictured:
+            # A session opens its scene anew; of the same room, the picture stays until it is there.
+            self._pictured = name
+            self.floor.set_picture(None, 0.0)
         if scene is None:
             self._plan, self._job = None, None
-            self.floor.set_picture(None, 0.0)
         elif self._job is None or self._job.scene is not scene:
             self._plan = room_plan(scene, None)
-            self.floor.set_picture(None, 0.0)
-            self._job = BackdropJob(scene, self._bench.document.scene)
+            self._job = BackdropJob(scene, name)
         self._refresh()
 
     def _take(self) -> None:
@@ -224,7 +235,8 @@ class ScenarioDock(QWidget):
                 self.floor.show_plan(scenario, self._plan, self._blocks, self._chosen_person())
         self.blocks.show_blocks(people, self._blocks, scenario.duration_s)
         self.knobs.show_scenario()
-        self._refresh_form()
+        self.form.refresh()
+        self._hint.setVisible(self.form.widget is None)
 
     def _show_problem(self) -> None:
         problem = self.editing.problem
@@ -268,56 +280,8 @@ class ScenarioDock(QWidget):
 
     def edit_action(self, key: Key | None) -> None:
         """Open the form of an action below the blocks; None closes it."""
-        self._edited = key
-        self._close_form()
-        self._refresh_form()
-
-    def _refresh_form(self) -> None:
-        """The form of the action that is edited, unless it has the focus and is right already."""
-        values = self._edited_values()
-        if values is None:
-            self._edited = None
-            self._close_form()
-            return
-        if self._form is not None and self._form.property("values") == values:
-            return
-        focus = self.window().focusWidget()
-        if self._form is not None and focus is not None and self._form.isAncestorOf(focus):
-            self._form.setProperty("values", values)
-            return
-        self._close_form()
-        assert self._edited is not None
-        person, index = self._edited
-        do = str(values["do"])
-        self._form_title.setText(f"{person}, {index + 1}. {do.replace('_', ' ')}")
-        others = [p.person_id for p in self.editing.scenario.people if p.person_id != person]
-
-        def changed(name: str, value: Any) -> None:
-            keys = {"person": person, "index": index, "key": name, "value": value}
-            self._bench.do("scenario.set_action", **keys)
-
-        self._form = form_of(
-            ACTION_FIELDS[do], values, objects=self.object_ids(), people=others, changed=changed
-        )
-        self._form.setProperty("values", values)
-        self._form_place.addWidget(self._form)
-
-    def _edited_values(self) -> dict[str, Any] | None:
-        if self._edited is None:
-            return None
-        person, index = self._edited
-        for values in values_of(self.editing.text).get("people", []):
-            actions = values.get("actions", [])
-            if values.get("id") == person and index < len(actions):
-                return dict(actions[index])
-        return None
-
-    def _close_form(self) -> None:
-        self._form_title.clear()
-        if self._form is not None:
-            self._form.hide()
-            self._form.deleteLater()
-            self._form = None
+        self.form.edit(key)
+        self._hint.setVisible(self.form.widget is None)
 
     def _on_add_action(self, row: int) -> None:
         self._add_action.setCurrentIndex(0)
@@ -381,9 +345,16 @@ class ScenarioDock(QWidget):
         event.accept()
 
 
+def _narrow(box: QComboBox) -> None:
+    """Let a list be narrower than its longest entry, which it shows when it is open."""
+    box.setMinimumContentsLength(8)
+    box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+
+
 def _set(number: Number, value: float) -> None:
-    """Show a value without calling it a change."""
-    if not number.hasFocus() and number.value() != value:
+    """Show a value without calling it a change, unless one is being typed there."""
+    is_typed = number.hasFocus() and number.lineEdit().isModified()
+    if not is_typed and number.value() != value:
         number.blockSignals(True)
         number.setValue(value)
         number.blockSignals(False)

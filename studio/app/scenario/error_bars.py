@@ -29,7 +29,7 @@ class ErrorBars(QWidget):
         self._before: Mapping[str, ObjectError] = {}
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setAccessibleName("Errors of the tracker")
-        self.setMinimumWidth(300)
+        self.setMinimumWidth(280)
 
     def show_errors(
         self, now: Mapping[str, ObjectError], before: Mapping[str, ObjectError]

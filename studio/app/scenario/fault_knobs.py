@@ -54,6 +54,7 @@ class FaultKnobs(QWidget):
         layout.setContentsMargins(8, 8, 8, 8)
         self._make_trial_row(layout)
         self.bars = ErrorBars()
+        self.bars.hide()
         layout.addWidget(self.bars)
         inside = QWidget()
         self._list = QVBoxLayout(inside)
@@ -88,7 +89,10 @@ class FaultKnobs(QWidget):
         row.addWidget(self._length)
         row.addWidget(self._start)
         layout.addLayout(row)
-        self.state = QLabel("Try it: see how far off the tracker is in the first seconds.")
+        self.state = QLabel(
+            "Tick what goes wrong, then Try now: how far off is the tracker in the first seconds?"
+        )
+        self.state.setObjectName("faint")
         self.state.setWordWrap(True)
         layout.addWidget(self.state)
 
@@ -137,6 +141,7 @@ class FaultKnobs(QWidget):
             self.state.setText(f"◌ rehearsing … {result.share:.0%}")
         if result.errors:
             self.bars.show_errors(result.errors, before)
+            self.bars.show()
         if result.is_done:
             self._start.setText("Try now")
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import (
     QBrush,
     QColor,
@@ -33,6 +34,7 @@ from sim.scenario import Scenario
 from studio.app.model.workbench import Workbench
 from studio.app.scenario.colours import on, person_colour, theme_of
 from studio.app.scenario.plan import Block, Item, RoomPlan
+from studio.app.scenario.surface_ends import Corner, Part, middle_of, with_part_at
 
 PX_PER_M = 100.0
 """Of the scene's own pixels; the view scales them to its size."""
@@ -40,6 +42,8 @@ PERSON_M = 0.24
 """Radius of a person's disc: the simulator's body."""
 HANDLE_M = 0.11
 """Radius of a handle."""
+NOSE_SHARE, NOSE_HANDLE_M = 1.7, 0.07
+"""How far the arrow of a person's facing reaches, in radii; and the handle at its tip."""
 MARGIN_M = 0.3
 
 
@@ -141,6 +145,8 @@ class FloorPlan(QGraphicsView):
             if is_strong:
                 self._draw_goals(own, person_colour(index))
             self._draw_person(person.person_id, person.start, person.facing_deg, index)
+        for surface in scenario.surfaces:
+            self._draw_surface(surface.surface_id, surface.corners_in_world)
         for remote in scenario.remote:
             self._draw_remote(remote.user_id, remote.path)
         self._fit()
@@ -251,7 +257,7 @@ class FloorPlan(QGraphicsView):
         handle.setToolTip(f"{person_id} starts here: drag to move")
         turn, size = math.radians(facing_deg), PERSON_M * PX_PER_M
         nose = QPainterPath()
-        for k, (angle, reach) in enumerate(((0.0, 1.7), (0.6, 0.98), (-0.6, 0.98))):
+        for k, (angle, reach) in enumerate(((0.0, NOSE_SHARE), (0.6, 0.98), (-0.6, 0.98))):
             point = QPointF(
                 reach * size * math.cos(turn + angle), -reach * size * math.sin(turn + angle)
             )
@@ -263,6 +269,41 @@ class FloorPlan(QGraphicsView):
         self._number(person_id[:1].upper(), handle, on(colour))
         self.scene().addItem(handle)
         self._label(person_id, handle.pos() + QPointF(0, 1.7 * size))
+        reach_m = NOSE_SHARE * PERSON_M
+        tip = (start[0] + reach_m * math.cos(turn), start[1] + reach_m * math.sin(turn))
+        turned = partial(self._turn_to, person_id, start)
+        nose_handle = Handle(tip, NOSE_HANDLE_M, colour, turned)
+        nose_handle.setToolTip(f"{person_id} faces this way: drag to turn")
+        self.scene().addItem(nose_handle)
+
+    def _turn_to(self, person_id: str, start: tuple[float, float], x: float, y: float) -> None:
+        deg = round(math.degrees(math.atan2(y - start[1], x - start[0])))
+        self._bench.do("scenario.face_person", id=person_id, deg=float(deg))
+
+    def _draw_surface(self, surface_id: str, corners: Sequence[Corner]) -> None:
+        colour = QColor(theme_of(self).good)
+        left = to_scene(*middle_of(corners, "left"))
+        right = to_scene(*middle_of(corners, "right"))
+        line = self.scene().addLine(QLineF(left, right), QPen(colour, 5))
+        line.setToolTip(f"live surface {surface_id}")
+        hints: dict[Part, str] = {
+            "left": "left edge",
+            "right": "right edge",
+            "whole": "drag to move",
+        }
+        for part, hint in hints.items():
+            size_m = HANDLE_M if part == "whole" else 0.7 * HANDLE_M
+            moved = partial(self._move_surface, surface_id, corners, part)
+            handle = Handle(middle_of(corners, part), size_m, colour, moved)
+            handle.setToolTip(f"live surface {surface_id}, {hint}: drag to move")
+            self.scene().addItem(handle)
+        self._label(surface_id, (left + right) * 0.5 + QPointF(0, HANDLE_M * PX_PER_M))
+
+    def _move_surface(
+        self, surface_id: str, corners: Sequence[Corner], part: Part, x: float, y: float
+    ) -> None:
+        moved = [list(corner) for corner in with_part_at(corners, part, x, y)]
+        self._bench.do("scenario.set_surface", id=surface_id, corners=moved)
 
     def _draw_remote(self, user_id: str, path: tuple[tuple[float, float, float], ...]) -> None:
         colour = QColor(theme_of(self).accent)

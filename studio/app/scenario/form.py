@@ -21,6 +21,12 @@ from studio.app.scenario.fields import Field
 Changed = Callable[[str, Any], object]
 """Takes a key and its new value; None where the key is to go."""
 
+LEAST_PX = 76
+"""Width of a number in the narrowest dock."""
+
+NUMBER_PX = 104
+"""Width of a number beside a slider: sliders of one form end at one place."""
+
 STEPS = 200
 """Of a slider."""
 SLIDER_SPAN: Mapping[str, tuple[float, float]] = {
@@ -51,8 +57,9 @@ class Number(QDoubleSpinBox):
         self.setSingleStep(1.0 if field.kind == "count" else step)
         self.setRange(field.low - (step if is_optional else 0.0), field.high)
         if is_optional:
-            self.setSpecialValueText("–")
-        self.setSuffix(f" {field.unit}" if field.unit else "")
+            self.setSpecialValueText("not set")
+        self.setSuffix(field.unit if field.unit == "°" else f" {field.unit}" if field.unit else "")
+        self.setMinimumWidth(LEAST_PX)
         self.setKeyboardTracking(False)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAccessibleName(field.title)
@@ -66,6 +73,12 @@ class Number(QDoubleSpinBox):
                 changed(field.key, int(now) if field.kind == "count" else now)
 
         self.valueChanged.connect(emit)
+
+    def textFromValue(self, val: float) -> str:
+        """See Qt: without noughts at the end."""
+        text = super().textFromValue(val)
+        point = self.locale().decimalPoint()
+        return text.rstrip("0").removesuffix(point) if point in text else text
 
     def wheelEvent(self, event: Any) -> None:
         """Scroll what is around it unless it is being edited."""
@@ -110,7 +123,8 @@ def form_of(
                 row = _choice(field, value, known, changed)
             case _:
                 row = _numbers(field, value, changed)
-        layout.addRow(field.title, row)
+        in_metres = field.kind in ("place", "place3", "line")
+        layout.addRow(f"{field.title}, m" if in_metres else field.title, row)
     return widget
 
 
@@ -129,7 +143,7 @@ def _with_slider(number: Number, field: Field) -> QWidget:
     follow(number.value())
     number.valueChanged.connect(follow)
     slider.valueChanged.connect(lambda k: number.setValue(low + (high - low) * k / STEPS))
-    number.setMinimumWidth(96)
+    number.setFixedWidth(NUMBER_PX)
     row = QWidget()
     layout = QHBoxLayout(row)
     layout.setContentsMargins(0, 0, 0, 0)
@@ -140,7 +154,7 @@ def _with_slider(number: Number, field: Field) -> QWidget:
 
 def _choice(field: Field, value: Any, known: Sequence[str], changed: Changed) -> QComboBox:
     box = QComboBox()
-    none = "–"
+    none = "not set"
     names = [*([none] if field.usual is None else []), *known]
     if value is not None and value not in names:
         names.append(str(value))

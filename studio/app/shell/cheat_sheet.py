@@ -27,8 +27,7 @@ class CheatSheet(QFrame):
         super().__init__(over)
         self._bench = bench
         self._over = over
-        self.setAutoFillBackground(True)
-        self.setFrameShape(QFrame.Shape.StyledPanel)
+        self.setObjectName("floating")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self._text = QLabel()
         self._text.setTextFormat(Qt.TextFormat.RichText)
@@ -62,7 +61,8 @@ class CheatSheet(QFrame):
         cells = "".join(
             f"<td valign=top>{column}</td><td>&nbsp;&nbsp;&nbsp;</td>" for column in columns
         )
-        self._text.setText(f"<table><tr>{cells}</tr></table>")
+        end = "<p>Any key or click closes this. Keys are changed in the dock Keys (Ctrl+6).</p>"
+        self._text.setText(f"<table><tr>{cells}</tr></table>{end}")
         margin = 40
         width = min(self._over.width() - 2 * margin, self._text.sizeHint().width() + 40)
         height = min(self._over.height() - 2 * margin, self._text.sizeHint().height() + 10)

@@ -2,9 +2,21 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QEvent, QObject, Qt
-from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QFrame, QLabel, QLineEdit, QListWidget, QListWidgetItem, QVBoxLayout
+from typing import Any
+
+from PySide6.QtCore import QEvent, QModelIndex, QObject, QPersistentModelIndex, Qt
+from PySide6.QtGui import QKeyEvent, QPainter, QPalette
+from PySide6.QtWidgets import (
+    QFrame,
+    QLabel,
+    QLineEdit,
+    QListWidget,
+    QListWidgetItem,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QVBoxLayout,
+)
 from PySide6.QtWidgets import QWidget as Widget
 
 from studio.app.model.actions import Action, matching
@@ -12,6 +24,38 @@ from studio.app.model.keys import keys_of
 from studio.app.model.workbench import Workbench
 
 WIDTH_PX, ROWS = 620, 11
+KEYS = int(Qt.ItemDataRole.UserRole) + 1
+"""Role of an item's keys."""
+
+
+class KeysAtTheRight(QStyledItemDelegate):
+    """Draws an item as usual, and its keys at the right end of its line."""
+
+    def paint(
+        self,
+        painter: QPainter,
+        option: QStyleOptionViewItem,
+        index: QModelIndex | QPersistentModelIndex,
+    ) -> None:
+        """See Qt."""
+        super().paint(painter, option, index)
+        keys = index.data(KEYS)
+        if not keys:
+            return
+        state: Any = option.state  # pyright: ignore[reportAttributeAccessIssue]
+        area: Any = option.rect  # pyright: ignore[reportAttributeAccessIssue]
+        is_chosen = bool(state & QStyle.StateFlag.State_Selected)
+        is_on = bool(state & QStyle.StateFlag.State_Enabled)
+        colours: Any = option.palette  # pyright: ignore[reportAttributeAccessIssue]
+        group = QPalette.ColorGroup.Active if is_on else QPalette.ColorGroup.Disabled
+        role = QPalette.ColorRole
+        painter.setPen(
+            colours.color(group, role.HighlightedText if is_chosen else role.PlaceholderText)
+        )
+        painter.drawText(area.adjusted(0, 0, -10, 0), _AT_THE_RIGHT, str(keys))
+
+
+_AT_THE_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
 class CommandPalette(QFrame):
@@ -24,15 +68,16 @@ class CommandPalette(QFrame):
         super().__init__(over)
         self._bench = bench
         self._over = over
-        self.setFrameShape(QFrame.Shape.StyledPanel)
-        self.setAutoFillBackground(True)
+        self.setObjectName("floating")
         self.field = QLineEdit()
-        self.field.setPlaceholderText("type a command …")
+        self.field.setPlaceholderText("Type what you want to do …")
         self.field.setAccessibleName("command")
         self.list = QListWidget()
+        self.list.setItemDelegate(KeysAtTheRight(self.list))
+        self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.list.setAccessibleName("commands found")
-        self._none = QLabel("no command of that name")
+        self._none = QLabel("No command has that in its name")
         layout = QVBoxLayout(self)
         layout.setContentsMargins(10, 10, 10, 10)
         for widget in (self.field, self.list, self._none):
@@ -83,15 +128,15 @@ class CommandPalette(QFrame):
             return
         for action in matching(self._bench.actions, typed):
             keys = keys_of(action, self._bench.settings)
-            text = f"{action.group}: {action.title}" + (f"    {keys}" if keys else "")
-            item = QListWidgetItem(text)
+            item = QListWidgetItem(f"{action.group}: {action.title}")
             item.setData(Qt.ItemDataRole.UserRole, action.id)
+            item.setData(KEYS, keys)
             item.setToolTip(action.hint)
             if not action.is_available:
                 item.setFlags(item.flags() & ~Qt.ItemFlag.ItemIsEnabled)
             self.list.addItem(item)
         self.list.setCurrentRow(0)
-        self._none.setText("no command of that name")
+        self._none.setText("No command has that in its name")
         self._none.setVisible(self.list.count() == 0)
 
     def _enter(self) -> None:

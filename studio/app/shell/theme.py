@@ -1,9 +1,10 @@
-"""The studio's colours and shapes, dark and light. Text meets WCAG AA."""
+"""The studio's colours and shapes, dark and light. Text and frames meet WCAG AA."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 from PySide6.QtGui import QColor, QFont, QPalette
 from PySide6.QtWidgets import QApplication
@@ -18,9 +19,11 @@ class Theme:
         panel: of docks.
         field: of lists and inputs.
         raised: of buttons.
-        line: between them.
+        line: between them; it only parts, and nothing is lost without it.
+        frame: of inputs and boxes to tick, which are found by it.
         text: what is read.
         faint: what is read second.
+        disabled: words of what cannot be used now; not on `raised`.
         accent: what is selected or goes on.
         on_accent: text on the accent.
         good: passed, tracked.
@@ -34,8 +37,10 @@ class Theme:
     field: str
     raised: str
     line: str
+    frame: str
     text: str
     faint: str
+    disabled: str
     accent: str
     on_accent: str
     good: str
@@ -50,8 +55,10 @@ DARK = Theme(
     field="#12151a",
     raised="#2a303a",
     line="#363d49",
+    frame="#727d8e",
     text="#e6e9ee",
     faint="#a3acb9",
+    disabled="#868f9d",
     accent="#4aa8e8",
     on_accent="#08121a",
     good="#4fc38a",
@@ -65,9 +72,11 @@ LIGHT = Theme(
     field="#ffffff",
     raised="#e2e6eb",
     line="#c3c9d2",
+    frame="#777f8b",
     text="#1b2028",
     faint="#525c6a",
-    accent="#0b6bb0",
+    disabled="#626b77",
+    accent="#0a68ab",
     on_accent="#ffffff",
     good="#157347",
     warning="#8a5a00",
@@ -76,6 +85,12 @@ LIGHT = Theme(
 )
 THEMES: Mapping[str, Theme] = {"dark": DARK, "light": LIGHT}
 """By name, as in the settings."""
+
+MARKS = Path(__file__).parent / "marks"
+"""Folder of ticks and arrows, one file a theme: a style sheet takes pictures from files only."""
+
+FIGURE_SPACE = "\u2007"
+"""A space as wide as a digit: numbers that are filled up with it keep their place."""
 
 SHAPES: Mapping[str, str] = {"good": "●", "warning": "▲", "bad": "✖", "calm": "○", "unknown": "◌"}
 """A state's shape, beside its colour: whoever sees no colours reads shapes."""
@@ -90,9 +105,11 @@ def apply_theme(application: QApplication, name: str, text_scale: float) -> None
     application.setStyle("Fusion")
     font = QFont(application.font())
     font.setPointSizeF(POINT_SIZE * text_scale)
+    # Digits of one width, also in fonts whose digits are not: numbers that change do not jump.
+    font.setFeature(QFont.Tag("tnum"), 1)
     application.setFont(font)
     application.setPalette(palette(theme))
-    application.setStyleSheet(style_sheet(theme))
+    application.setStyleSheet(style_sheet(theme, name))
 
 
 def palette(theme: Theme) -> QPalette:
@@ -123,61 +140,178 @@ def palette(theme: Theme) -> QPalette:
     made = QPalette()
     for key, colour in colours.items():
         made.setColor(key, QColor(colour))
-    for key in (role.WindowText, role.Text, role.ButtonText):
-        made.setColor(QPalette.ColorGroup.Disabled, key, QColor(theme.faint).darker(125))
+    for key in (role.WindowText, role.Text, role.ButtonText, role.PlaceholderText):
+        made.setColor(QPalette.ColorGroup.Disabled, key, QColor(theme.disabled))
     return made
 
 
-def style_sheet(theme: Theme) -> str:
-    """What the palette cannot say: docks, tabs, menus, focus."""
+def figures(value: float, form: str) -> str:
+    """A number as wide as its format says, filled up by spaces as wide as digits.
+
+    Args:
+        value: the number.
+        form: its format with a width, such as `6.1f`.
+    """
+    return format(value, form).replace(" ", FIGURE_SPACE)
+
+
+def style_sheet(theme: Theme, name: str) -> str:
+    """What the palette cannot say: docks, tabs, menus, inputs, focus.
+
+    Args:
+        theme: its colours.
+        name: of the theme, for the marks.
+    """
+    named = [part(theme, name) for part in (_buttons, _inputs, _docks)]
+    return "\n".join((_bars(theme), _lists(theme), *named))
+
+
+def _mark(what: str, name: str) -> str:
+    return f"url({(MARKS / f'{what}-{name}.svg').as_posix()})"
+
+
+def _bars(theme: Theme) -> str:
     return f"""
     QMainWindow, QMenuBar, QToolBar, QStatusBar {{ background: {theme.ground}; }}
-    QToolBar {{ border: none; padding: 4px 8px; spacing: 4px; }}
-    QToolBar QToolButton {{ padding: 4px 8px; border-radius: 4px; }}
+    QStatusBar {{ padding: 0 8px; }}
+    QStatusBar::item {{ border: none; }}
+    QStatusBar QLabel {{ padding: 0 6px; }}
+    QToolBar {{ border: none; padding: 3px 8px; spacing: 2px; }}
+    QToolBar::separator {{ background: {theme.line}; width: 1px; margin: 6px 6px; }}
+    QToolBar QToolButton {{ padding: 4px 8px; border: 1px solid transparent; border-radius: 4px; }}
     QToolBar QToolButton:hover {{ background: {theme.raised}; }}
     QToolBar QToolButton:checked {{ background: {theme.raised}; color: {theme.accent}; }}
+    QToolBar QToolButton:disabled {{ color: {theme.disabled}; }}
     QMenuBar::item {{ padding: 4px 9px; background: transparent; }}
     QMenuBar::item:selected, QMenu::item:selected {{
         background: {theme.accent}; color: {theme.on_accent}; }}
-    QMenu {{ background: {theme.panel}; border: 1px solid {theme.line}; padding: 4px; }}
+    QMenu {{ background: {theme.panel}; border: 1px solid {theme.frame}; padding: 4px; }}
     QMenu::item {{ padding: 4px 24px 4px 20px; }}
+    QMenu::item:disabled {{ color: {theme.disabled}; background: transparent; }}
     QMenu::separator {{ height: 1px; background: {theme.line}; margin: 4px 8px; }}
-    QMenu::item:disabled {{ color: {theme.faint}; }}
-    QPushButton {{ padding: 4px 12px; border: 1px solid {theme.line}; border-radius: 4px;
-        background: {theme.raised}; }}
-    QPushButton:hover {{ border-color: {theme.accent}; }}
-    QPushButton:default {{ background: {theme.accent}; color: {theme.on_accent}; }}
-    QPushButton:disabled {{ color: {theme.faint}; background: {theme.panel}; }}
-    *:focus {{ outline: none; }}
-    QPushButton:focus, QLineEdit:focus, QSpinBox:focus, QDoubleSpinBox:focus, QComboBox:focus,
-    QTreeView:focus, QTableView:focus, QListView:focus, QPlainTextEdit:focus, QToolButton:focus {{
-        border: 1px solid {theme.accent}; }}
-    QLineEdit, QPlainTextEdit {{ border: 1px solid {theme.line}; border-radius: 3px;
-        padding: 3px 6px; background: {theme.field}; }}
-    QHeaderView::section {{ background: {theme.panel}; color: {theme.faint}; border: none;
-        border-bottom: 1px solid {theme.line}; padding: 3px 6px; }}
     QTabWidget::pane {{ border: none; border-top: 1px solid {theme.line}; }}
     QTabBar::tab {{ padding: 5px 12px; color: {theme.faint}; background: transparent;
         border-bottom: 2px solid transparent; }}
+    QTabBar::tab:hover {{ color: {theme.text}; }}
     QTabBar::tab:selected {{ color: {theme.text}; border-bottom: 2px solid {theme.accent}; }}
+    QTabBar::tab:focus {{ border-bottom: 2px solid {theme.text}; }}
+    QToolTip {{ background: {theme.raised}; color: {theme.text}; border: 1px solid {theme.frame};
+        padding: 4px; }}
+    #floating {{ background: {theme.panel}; border: 1px solid {theme.frame}; border-radius: 8px; }}
+    #faint {{ color: {theme.faint}; }}
+    """
+
+
+def _buttons(theme: Theme, name: str) -> str:
+    return f"""
+    *:focus {{ outline: none; }}
+    QPushButton {{ padding: 4px 12px; border: 1px solid {theme.line}; border-radius: 4px;
+        background: {theme.raised}; color: {theme.text}; }}
+    QPushButton:hover {{ border-color: {theme.accent}; }}
+    QPushButton:pressed {{ background: {theme.line}; }}
+    QPushButton:default {{ background: {theme.accent}; color: {theme.on_accent}; }}
+    QPushButton:disabled {{ color: {theme.disabled}; background: {theme.panel}; }}
+    QToolButton {{ padding: 4px 6px; border: 1px solid transparent; border-radius: 4px;
+        background: transparent; color: {theme.text}; }}
+    QToolButton:hover, QToolButton:checked {{ background: {theme.raised}; }}
+    QToolButton:disabled {{ color: {theme.disabled}; background: transparent; }}
+    QToolButton[popupMode="2"] {{ padding-right: 18px; }}
+    QToolButton::menu-indicator {{ image: {_mark("down", name)}; width: 8px; height: 8px;
+        subcontrol-position: center right; right: 6px; }}
+    QPushButton:focus, QLineEdit:focus, QAbstractSpinBox:focus, QComboBox:focus, QTreeView:focus,
+    QTableView:focus, QListView:focus, QPlainTextEdit:focus, QToolButton:focus {{
+        border: 1px solid {theme.accent}; }}
     QScrollBar:vertical {{ width: 10px; background: transparent; }}
     QScrollBar:horizontal {{ height: 10px; background: transparent; }}
     QScrollBar::handle {{ background: {theme.line}; border-radius: 4px; min-height: 24px;
         min-width: 24px; }}
+    QScrollBar::handle:hover {{ background: {theme.frame}; }}
     QScrollBar::add-line, QScrollBar::sub-line {{ width: 0; height: 0; }}
-    QToolTip {{ background: {theme.raised}; color: {theme.text}; border: 1px solid {theme.line};
-        padding: 4px; }}
+    QScrollBar::add-page, QScrollBar::sub-page {{ background: transparent; }}
+    QSlider::groove:horizontal {{ height: 4px; border-radius: 2px; background: {theme.frame}; }}
+    QSlider::sub-page:horizontal {{ border-radius: 2px; background: {theme.accent}; }}
+    QSlider::handle:horizontal {{ width: 12px; height: 12px; margin: -5px 0; border-radius: 7px;
+        border: 1px solid {theme.panel}; background: {theme.text}; }}
+    QSlider::handle:horizontal:focus {{ background: {theme.accent}; }}
+    QSlider::handle:horizontal:disabled {{ background: {theme.disabled}; }}
+    QProgressBar {{ border: 1px solid {theme.frame}; border-radius: 3px; background: {theme.field};
+        text-align: center; }}
+    QProgressBar::chunk {{ background: {theme.line}; }}
+    """
+
+
+def _inputs(theme: Theme, name: str) -> str:
+    fields = "QLineEdit, QPlainTextEdit, QTextBrowser, QAbstractSpinBox, QComboBox"
+    off = ", ".join(f"{part.strip()}:disabled" for part in fields.split(","))
+    return f"""
+    {fields} {{ border: 1px solid {theme.frame}; border-radius: 3px; background: {theme.field};
+        color: {theme.text}; selection-background-color: {theme.accent};
+        selection-color: {theme.on_accent}; }}
+    {off} {{ border-color: {theme.line}; color: {theme.disabled}; background: {theme.panel}; }}
+    QLineEdit, QPlainTextEdit {{ padding: 3px 6px; }}
+    QAbstractSpinBox {{ padding: 2px 18px 2px 5px; }}
+    QAbstractSpinBox QLineEdit, QKeySequenceEdit QLineEdit {{ border: none; padding: 0;
+        background: transparent; }}
+    QKeySequenceEdit QLineEdit {{ border: 1px solid {theme.frame}; padding: 3px 6px; }}
+    QAbstractSpinBox::up-button, QAbstractSpinBox::down-button {{ subcontrol-origin: border;
+        width: 16px; border: none; background: transparent; }}
+    QAbstractSpinBox::up-button {{ subcontrol-position: top right; }}
+    QAbstractSpinBox::down-button {{ subcontrol-position: bottom right; }}
+    QAbstractSpinBox::up-button:hover, QAbstractSpinBox::down-button:hover {{
+        background: {theme.raised}; }}
+    QAbstractSpinBox::up-arrow {{ image: {_mark("up", name)}; width: 8px; height: 8px; }}
+    QAbstractSpinBox::down-arrow {{ image: {_mark("down", name)}; width: 8px; height: 8px; }}
+    QAbstractSpinBox::up-arrow:disabled, QAbstractSpinBox::down-arrow:disabled {{ image: none; }}
+    QComboBox {{ padding: 3px 20px 3px 7px; }}
+    QComboBox::drop-down {{ subcontrol-origin: padding; subcontrol-position: center right;
+        width: 20px; border: none; }}
+    QComboBox::down-arrow {{ image: {_mark("down", name)}; width: 9px; height: 9px; }}
+    QComboBox::down-arrow:disabled {{ image: none; }}
+    QComboBox QAbstractItemView {{ border: 1px solid {theme.frame}; background: {theme.panel}; }}
+    QCheckBox {{ spacing: 7px; }}
+    QCheckBox::indicator {{ width: 14px; height: 14px; border: 1px solid {theme.frame};
+        border-radius: 3px; background: {theme.field}; }}
+    QCheckBox::indicator:hover, QCheckBox:focus::indicator {{ border-color: {theme.accent}; }}
+    QCheckBox::indicator:checked {{ background: {theme.accent}; border-color: {theme.accent};
+        image: {_mark("tick", name)}; }}
+    QCheckBox::indicator:disabled {{ border-color: {theme.line}; background: {theme.panel}; }}
+    QCheckBox:disabled {{ color: {theme.disabled}; }}
+    """
+
+
+def _lists(theme: Theme) -> str:
+    return f"""
+    QTreeView, QListView, QTableView {{ border: 1px solid {theme.line}; background: {theme.field};
+        alternate-background-color: {theme.panel}; }}
+    QTreeView::item, QListView::item {{ padding: 2px 4px; }}
+    QTreeView::item:hover, QListView::item:hover {{ background: {theme.raised}; }}
+    QTreeView::item:selected, QListView::item:selected, QTableView::item:selected {{
+        background: {theme.accent}; color: {theme.on_accent}; }}
+    QListView::item:disabled {{ color: {theme.disabled}; background: transparent; }}
+    QHeaderView {{ background: {theme.panel}; }}
+    QHeaderView::section {{ background: {theme.panel}; color: {theme.faint}; border: none;
+        border-bottom: 1px solid {theme.line}; padding: 3px 6px; }}
+    QTableView {{ gridline-color: {theme.line}; }}
+    """
+
+
+def _docks(theme: Theme, name: str) -> str:
+    return f"""
     QSplitter::handle {{ background: {theme.ground}; }}
     ads--CDockContainerWidget, ads--CDockSplitter::handle {{ background: {theme.ground}; }}
     ads--CDockAreaWidget {{ background: {theme.panel}; border: none; }}
     ads--CDockAreaTitleBar {{ background: {theme.ground}; border: none; padding: 0; }}
     ads--CDockWidget {{ background: {theme.panel}; border: none; }}
-    ads--CDockWidgetTab {{ background: {theme.ground}; border: none; padding: 3px 6px; }}
+    ads--CDockWidgetTab {{ background: {theme.ground}; border: none; padding: 3px 6px;
+        border-top: 2px solid {theme.ground}; }}
     ads--CDockWidgetTab[activeTab="true"] {{ background: {theme.panel};
         border-top: 2px solid {theme.accent}; }}
     ads--CDockWidgetTab #dockWidgetTabLabel {{ color: {theme.faint}; }}
     ads--CDockWidgetTab[activeTab="true"] #dockWidgetTabLabel {{ color: {theme.text}; }}
     ads--CTitleBarButton, #tabCloseButton, #dockAreaCloseButton {{ background: transparent;
-        border: none; padding: 2px; }}
+        border: none; border-radius: 3px; padding: 3px; qproperty-iconSize: 12px; }}
+    ads--CTitleBarButton:hover, #tabCloseButton:hover {{ background: {theme.raised}; }}
+    #tabCloseButton, #dockAreaCloseButton {{ qproperty-icon: {_mark("close", name)}; }}
+    #detachGroupButton {{ qproperty-icon: {_mark("float", name)}; }}
     #floatingTitleLabel {{ color: {theme.text}; }}
     """

@@ -1,27 +1,36 @@
-"""Figures of two runs side by side."""
+"""Two runs side by side: pictures of one instant, and the figures that differ."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt
+from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import (
     QHBoxLayout,
     QHeaderView,
     QLabel,
     QPushButton,
+    QSlider,
+    QSplitter,
     QTableView,
     QVBoxLayout,
     QWidget,
 )
 
+from devices.clock import WallClock
+from studio.app.devices.report_html import spoken
+from studio.app.timeline.beside import Beside
+from studio.app.timeline.forking import TwoRuns
+from studio.app.timeline.playback import Playback
 from studio.compare.verdicts import Compared
 
-if TYPE_CHECKING:
-    from studio.compare.comparison import Comparison
-
-COLUMNS = ("Figure", "A", "B", "B less A", "Unit", "Verdict")
+COLUMNS = ("Figure", "A", "B", "B − A", "Unit", "Verdict")
+SHARES = (3, 2)
+"""Of the width: pictures and table."""
+SLIDER_STEP_NS = 10_000_000
+"""Of the slider: a hundredth of a second, below a frame of any camera."""
 Index = QModelIndex | QPersistentModelIndex
 ROOT = QModelIndex()
 
@@ -57,30 +66,38 @@ class ComparedModel(QAbstractTableModel):
         """See Qt."""
         if role == Qt.ItemDataRole.TextAlignmentRole and index.column() in (1, 2, 3):
             return int(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        row = self._rows[index.row()]
+        if role == Qt.ItemDataRole.ToolTipRole:
+            return row.name
         if role != Qt.ItemDataRole.DisplayRole:
             return None
-        row = self._rows[index.row()]
         sign = "✖ " if row.worse else "● " if row.verdict in ("same", "better") else "○ "
-        cells = (row.name, _number(row.a), _number(row.b), _number(row.difference, "+"), row.unit)
-        return (*cells, sign + row.verdict)[index.column()]
+        numbers = (_number(row.a), _number(row.b), _number(row.difference, "+"))
+        return (spoken(row.name), *numbers, row.unit, sign + row.verdict)[index.column()]
 
 
 class ComparisonView(QWidget):
-    """The table, a headline, and what can be done with it.
+    """Both runs at one instant, a slider over their time, and the table of figures.
 
     Args:
         close: goes back to the timeline.
         open_page: opens the whole comparison as a page.
+        scrub: takes a time that was dragged to, and whether the drag has ended.
     """
 
-    def __init__(self, close: Callable[[], object], open_page: Callable[[], object]) -> None:
+    def __init__(
+        self,
+        close: Callable[[], object],
+        open_page: Callable[[], object],
+        scrub: Callable[[int, bool], object],
+    ) -> None:
         super().__init__()
-        self.table = QTableView()
-        self.table.setAlternatingRowColors(True)
-        self.table.verticalHeader().hide()
-        self.table.verticalHeader().setDefaultSectionSize(22)
-        left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
-        self.table.horizontalHeader().setDefaultAlignment(left)
+        self.playback: Playback | None = None
+        """Of both runs; None while nothing is compared."""
+        self._scrub = scrub
+        self._shown_ns = -1
+        self.table = _table()
+        self.beside = Beside()
         self.headline = QLabel()
         back, page = QPushButton("Back to the timeline"), QPushButton("Open page")
         back.clicked.connect(lambda: close())
@@ -89,13 +106,33 @@ class ComparisonView(QWidget):
         top.addWidget(back)
         top.addWidget(self.headline, 1)
         top.addWidget(page)
+        self.slider = QSlider(Qt.Orientation.Horizontal)
+        self.slider.setAccessibleName("Time of both runs")
+        self.slider.valueChanged.connect(self._on_slider)
+        self.slider.sliderReleased.connect(self._on_released)
+        left = QWidget()
+        column = QVBoxLayout(left)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(4)
+        column.addWidget(self.beside, 1)
+        column.addWidget(self.slider)
+        split = QSplitter(Qt.Orientation.Horizontal)
+        split.addWidget(left)
+        split.addWidget(self.table)
+        split.setStretchFactor(0, SHARES[0])
+        split.setStretchFactor(1, SHARES[1])
+        split.setSizes([1000 * share for share in SHARES])
+        split.setChildrenCollapsible(False)
         whole = QVBoxLayout(self)
+        whole.setContentsMargins(8, 0, 8, 6)
+        whole.setSpacing(4)
         whole.addLayout(top)
-        whole.addWidget(self.table)
+        whole.addWidget(split, 1)
 
-    def show_comparison(self, comparison: Comparison) -> None:
-        """Show two runs."""
-        self._model = ComparedModel(comparison.rows)
+    def show_comparison(self, compared: TwoRuns) -> None:
+        """Show two runs, from where they differ."""
+        comparison = compared.comparison
+        self._model = ComparedModel(sorted(comparison.rows, key=lambda row: not row.worse))
         self.table.setModel(self._model)
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
@@ -106,6 +143,57 @@ class ComparisonView(QWidget):
             f"{sign} A {comparison.a.folder.name}, B {comparison.b.folder.name}: "
             f"{count} of {len(comparison.rows)} figures got worse"
         )
+        indexes = [run.index for run in compared.recordings]
+        start_ns, end_ns = min(i.start_ns for i in indexes), max(i.end_ns for i in indexes)
+        frames = sorted({t for index in indexes for t in index.frames_ns.tolist()})
+        self.playback = Playback(frames, start_ns=start_ns, end_ns=end_ns, clock=WallClock())
+        self.slider.blockSignals(True)
+        self.slider.setRange(start_ns // SLIDER_STEP_NS, end_ns // SLIDER_STEP_NS)
+        self.slider.blockSignals(False)
+        self.beside.open(compared.recordings, comparison.scene)
+        fork_s = comparison.b.fork_s or 0.0
+        self.playback.seek(round(fork_s * 1e9))
+        self._shown_ns = -1
+        self.show_instant()
+
+    def show_instant(self) -> None:
+        """Show both runs where the playhead is."""
+        if self.playback is None or self.playback.t_ns == self._shown_ns:
+            return
+        self._shown_ns = self.playback.t_ns
+        self.slider.blockSignals(True)
+        self.slider.setValue(self._shown_ns // SLIDER_STEP_NS)
+        self.slider.blockSignals(False)
+        self.beside.show_instant(self._shown_ns)
+
+    def leave(self) -> None:
+        """End the threads that draw."""
+        self.beside.close_runs()
+        self.playback = None
+
+    def _on_slider(self, value: int) -> None:
+        self._scrub(value * SLIDER_STEP_NS, not self.slider.isSliderDown())
+
+    def _on_released(self) -> None:
+        self._scrub(self.slider.value() * SLIDER_STEP_NS, True)
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """End the threads that draw."""
+        self.leave()
+        event.accept()
+
+
+def _table() -> QTableView:
+    table = QTableView()
+    table.setAlternatingRowColors(True)
+    table.setShowGrid(False)
+    table.setMinimumWidth(200)
+    table.setSelectionBehavior(QTableView.SelectionBehavior.SelectRows)
+    table.verticalHeader().hide()
+    table.verticalHeader().setDefaultSectionSize(22)
+    left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+    table.horizontalHeader().setDefaultAlignment(left)
+    return table
 
 
 def _number(value: float | None, sign: str = "") -> str:

@@ -3,79 +3,43 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QSize, Qt, QTimer, QUrl
-from PySide6.QtGui import QCloseEvent, QDesktopServices, QFontDatabase
+from PySide6.QtGui import QCloseEvent, QDesktopServices
 from PySide6.QtWidgets import (
     QFileDialog,
     QHBoxLayout,
     QLabel,
-    QProgressBar,
     QScrollArea,
     QSplitter,
     QStackedWidget,
-    QToolButton,
     QVBoxLayout,
     QWidget,
 )
 
-from devices.clock import WallClock
-from scenes.state import SceneState
 from studio.app.model.document import Marker
-from studio.app.model.scene_job import SceneJob
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.shell.theme import THEMES, Theme
 from studio.app.timeline.actions import add_timeline_actions
 from studio.app.timeline.comparison_view import ComparisonView
 from studio.app.timeline.curves import Curves
-from studio.app.timeline.forking import comparing, planning_fork, writing_page
-from studio.app.timeline.pictures import PictureThread
+from studio.app.timeline.empty_page import EmptyPage
+from studio.app.timeline.forking import TwoRuns
 from studio.app.timeline.playback import Playback
-from studio.app.timeline.task import Task
+from studio.app.timeline.runs import Runs
 from studio.app.timeline.track_view import TrackView
+from studio.app.timeline.transport import Legend, Transport
+from studio.app.timeline.viewing import Viewing
 
 if TYPE_CHECKING:
     from studio.app.timeline.opening import OpenRecording
     from studio.compare.comparison import Comparison
-    from studio.session.session import SessionPlan
 
 POLL_MS = 15
 """Between two looks at clock and threads: below a frame of a 30 Hz view."""
-
-BUTTONS = (
-    "timeline.previous",
-    "timeline.step_back",
-    "timeline.play",
-    "timeline.step",
-    "timeline.next",
-    "timeline.slower",
-    "timeline.faster",
-    "timeline.loop",
-    "timeline.first_failure",
-    "timeline.yaw",
-    "timeline.mark",
-    "timeline.fork",
-    "timeline.compare",
-    "timeline.close",
-)
-"""Actions that have a button, from the left."""
-
-EMPTY = (
-    "No recording is open. Rehearse (F5), or drop a recording (.mcap) or the folder of a "
-    "rehearsal onto the window."
-)
-LEGEND = (
-    ("▦ static", "calm"),
-    ("■ tracked", "good"),
-    ("▨ occluded", "warning"),
-    ("▩ lost", "bad"),
-    ("☰ fault", "warning"),
-    ("▼ marker", "accent"),
-    ("✖ first failure", "bad"),
-)
-"""Signs, what they stand for, and the theme's colour of each."""
 
 
 class TimelineDock(QWidget):
@@ -88,21 +52,8 @@ class TimelineDock(QWidget):
     def __init__(self, bench: Workbench) -> None:
         super().__init__()
         self.bench = bench
-        self.playback: Playback | None = None
-        self.shown: OpenRecording | None = None
-        self.comparison: Comparison | None = None
-        self._opened: Path | None = None
-        self._opening: Task[OpenRecording | None] | None = None
-        self._planning: Task[SessionPlan] | None = None
-        self._comparing: Task[Comparison] | None = None
-        self._page: Task[Path] | None = None
-        self._pictures: PictureThread | None = None
-        self._state: SceneState | None = None
-        self._t_ns = -1
-        self._pair: tuple[Path, Path] | None = None
-        """Folders of the original and of its fork."""
-        self._fork_out = Path()
-        self._forks = 0
+        self.viewing = Viewing(bench)
+        self.runs = Runs(bench)
         self._build()
         add_timeline_actions(self)
         bench.listen(Topic.RECORDING, self._on_recording)
@@ -115,9 +66,25 @@ class TimelineDock(QWidget):
         self._on_recording()
         QTimer.singleShot(0, self._on_theme)
 
+    @property
+    def shown(self) -> OpenRecording | None:
+        """The recording that is open."""
+        return self.viewing.shown
+
+    @property
+    def playback(self) -> Playback | None:
+        """Its playhead."""
+        return self.viewing.playback
+
+    @property
+    def comparison(self) -> Comparison | None:
+        """The last comparison."""
+        return None if self.runs.compared is None else self.runs.compared.comparison
+
     # --- construction ----------------------------------------------------------------------------
 
     def _build(self) -> None:
+        self.transport = Transport(self.bench)
         self.tracks = TrackView(
             self._theme,
             scrub=self._on_scrub,
@@ -131,57 +98,33 @@ class TimelineDock(QWidget):
         area.setWidgetResizable(True)
         area.setFrameShape(QScrollArea.Shape.NoFrame)
         area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        area.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        split = QSplitter(Qt.Orientation.Vertical)
-        split.addWidget(area)
-        split.addWidget(self.curves)
-        split.setSizes([160, 110])
+        area.verticalScrollBar().rangeChanged.connect(self._on_rows_scroll)
+        self._rows = area
+        self._split = QSplitter(Qt.Orientation.Vertical)
+        self._split.addWidget(area)
+        self._split.addWidget(self.curves)
+        self._split.setStretchFactor(1, 1)
+        self._split.setChildrenCollapsible(False)
         self.view = ComparisonView(
-            self._leave_comparison, lambda: self.bench.do("timeline.open_page")
+            self._leave_comparison,
+            partial(self.bench.do, "timeline.open_page"),
+            self._on_scrub,
         )
-        self.empty = QLabel(EMPTY)
-        self.empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self.empty.setWordWrap(True)
+        self.empty = EmptyPage(self.bench)
         self.pages = QStackedWidget()
-        for page in (self.empty, split, self.view):
+        for page in (self.empty, self._split, self.view):
             self.pages.addWidget(page)
-        self._split = split
         whole = QVBoxLayout(self)
         whole.setContentsMargins(0, 0, 0, 0)
         whole.setSpacing(0)
-        whole.addLayout(self._transport())
+        whole.addWidget(self.transport)
         whole.addWidget(self.pages, 1)
         bottom = QHBoxLayout()
-        bottom.setContentsMargins(8, 1, 8, 1)
-        self.read_out, self._legend = QLabel(), QLabel()
-        bottom.addWidget(self.read_out, 1)
-        bottom.addWidget(self._legend)
+        bottom.setContentsMargins(8, 0, 8, 1)
+        self.read_out, self.legend = QLabel(), Legend()
+        bottom.addWidget(self.read_out)
+        bottom.addWidget(self.legend, 1)
         whole.addLayout(bottom)
-
-    def _transport(self) -> QHBoxLayout:
-        row = QHBoxLayout()
-        row.setContentsMargins(8, 3, 8, 3)
-        row.setSpacing(2)
-        self.buttons: dict[str, QToolButton] = {}
-        for action_id in BUTTONS:
-            button = QToolButton()
-            button.setAutoRaise(True)
-            button.setIconSize(QSize(18, 18))
-            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-            button.clicked.connect(lambda _=False, of=action_id: self.bench.do(of))
-            self.buttons[action_id] = button
-            row.addWidget(button)
-        self.time = QLabel()
-        self.time.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
-        self.progress = QProgressBar()
-        self.progress.setMaximumWidth(160)
-        self.progress.setFormat("reading %p %")
-        self.progress.hide()
-        row.addSpacing(12)
-        row.addWidget(self.time)
-        row.addStretch(1)
-        row.addWidget(self.progress)
-        return row
 
     def sizeHint(self) -> QSize:
         """Room for five objects and the curves."""
@@ -193,17 +136,9 @@ class TimelineDock(QWidget):
     # --- what changes ----------------------------------------------------------------------------
 
     def _on_theme(self) -> None:
-        import qtawesome  # loads fonts: not before the window is shown
-
-        for action_id, button in self.buttons.items():
-            action = self.bench.actions.get(action_id)
-            button.setIcon(qtawesome.icon(action.icon, color=self._theme().text))
-            keys = f" ({action.keys})" if action.keys else ""
-            button.setToolTip(f"{action.title}{keys}" + (f": {action.hint}" if action.hint else ""))
-            button.setAccessibleName(action.title)
         theme = self._theme()
-        words = [f'<span style="color:{getattr(theme, c)}">{text}</span>' for text, c in LEGEND]
-        self._legend.setText(" &nbsp; ".join(words))
+        self.transport.colour(theme)
+        self.legend.colour(theme)
         self.tracks.redraw()
         if self.shown is not None:
             self._draw_curves(self.shown)
@@ -213,139 +148,104 @@ class TimelineDock(QWidget):
 
     def _on_scene(self) -> None:
         """The scene knows which objects look the same at several yaws: judge errors anew."""
-        if self.shown is not None and self.bench.scene is not None and self._opened is not None:
-            self._begin_opening(self._opened)
+        path = self.viewing.path
+        if self.shown is not None and self.bench.scene is not None and path is not None:
+            self.viewing.begin(path)
 
     def _on_recording(self) -> None:
         if self.bench.recording is None:
             self._forget()
-            self._opened = None
-        elif self.bench.recording != self._opened:
+        elif self.bench.recording != self.viewing.path:
             self._forget()
-            self._begin_opening(self.bench.recording)
+            self.viewing.begin(self.bench.recording)
         self._show_buttons()
 
-    def _begin_opening(self, path: Path) -> None:
-        from studio.app.timeline.opening import opening
-
-        if self._opening is not None:
-            self._opening.cancel()
-        self._opened = path
-        self.progress.setValue(0)
-        self.progress.show()
-        self._opening = opening(path, self.bench.scene)
-
     def _forget(self) -> None:
-        if self._opening is not None:
-            self._opening.cancel()
-            self._opening = None
-        if self._pictures is not None:
-            self._pictures.stop()
-            self._pictures = None
-        self.shown = self.playback = self._state = None
-        self._t_ns = -1
-        self.progress.hide()
+        self.viewing.forget()
+        self.view.leave()
         self.tracks.show_recording(None)
         self.pages.setCurrentWidget(self.empty)
-        self.time.clear()
+        self.transport.time.clear()
         self.read_out.clear()
 
     def _show_buttons(self) -> None:
-        for action_id, button in self.buttons.items():
-            button.setEnabled(self.bench.actions.get(action_id).is_available)
-        self._legend.setVisible(self.playback is not None)
+        self.transport.show_available()
+        # With two folders it can always be done, by its button only once there was a fork.
+        self.transport.buttons["timeline.compare"].setEnabled(self.runs.has_pair)
+        self.legend.setVisible(self.pages.currentWidget() is self._split)
 
     # --- polling ---------------------------------------------------------------------------------
 
     def poll(self) -> None:
         """Take what the threads have left; move the playhead."""
-        self._poll_opening()
-        self._poll_fork()
-        self._poll_comparison()
-        if self.playback is not None:
-            self._show_instant(self.playback.t_ns)
-        if self._pictures is not None:
-            found, problem = self._pictures.pictures.take(), self._pictures.problems.take()
-            if found is not None and self._state is not None:
-                self.bench.show_state(self._state, camera_picture=found.picture)
-            if problem is not None:
-                self.bench.say("warning", f"the picture cannot be shown: {problem}")
-
-    def _poll_opening(self) -> None:
-        task = self._opening
-        if task is None:
-            return
-        share = task.share.take()
-        if share is not None:
-            self.progress.setValue(round(100 * share))
-        if task.is_running:
-            return
-        self._opening = None
-        self.progress.hide()
-        if task.failure is not None:
-            self.bench.say("error", task.failure)
-            self.bench.open_recording(None)
-        elif task.result is not None:
-            self._show(task.result)
+        opened = self.viewing.poll()
+        if opened is not None:
+            self._show(opened)
+        share = self.viewing.share
+        if share is None:
+            self.transport.progress.hide()
+        else:
+            self.transport.show_share(share)
+        compared = self.runs.poll()
+        if compared is not None:
+            self._show_comparison(compared)
+        page = self.runs.take_page()
+        if page is not None:
+            QDesktopServices.openUrl(QUrl.fromLocalFile(str(page)))
+        self._show_instant()
 
     def _show(self, shown: OpenRecording) -> None:
-        index = shown.index
-        if index.is_empty:
-            self.bench.say("warning", f"{index.path}: an empty recording: nothing to show")
-            self.bench.open_recording(None)
-            return
-        for text in (shown.stranger, index.shortened):
-            if text:
-                self.bench.say("warning", text)
-        is_again = self.playback is not None
-        self.shown = shown
-        if self.playback is None:
-            self.playback = Playback(
-                index.frames_ns.tolist(),
-                start_ns=index.start_ns,
-                end_ns=index.end_ns,
-                clock=WallClock(),
-            )
-            self._pictures = PictureThread(index)
+        is_again = self.pages.currentWidget() is not self.empty
+        self.view.leave()
         self.tracks.show_recording(shown)
         self._on_document()
         self.pages.setCurrentWidget(self._split)
+        self._share_height()
         self._draw_curves(shown)
         # Only now can it be played: whoever shows what can be done must look again.
         self.bench.announce(Topic.RECORDING)
-        if not is_again and self._pair is not None and index.path.parent == self._pair[1]:
+        if not is_again and self.runs.is_fork(shown.index.path):
             self.compare()
+
+    def _share_height(self) -> None:
+        """All rows are seen if the curves keep their least height."""
+        rows = self.tracks.minimumHeight()
+        height = self.pages.height() - self._split.handleWidth()
+        self._split.setSizes([rows, max(height - rows, self.curves.minimumHeight())])
+
+    def _on_rows_scroll(self, _low: int, high: int) -> None:
+        """Curves end where the rows end, whose width a scroll bar takes."""
+        self.curves.leave_right(self._rows.verticalScrollBar().sizeHint().width() if high else 0)
 
     def _draw_curves(self, shown: OpenRecording) -> None:
         self.curves.show_curves(shown.curves, self._theme())
         self.curves.show_span(self.tracks.from_ns, self.tracks.to_ns)
 
-    def _show_instant(self, t_ns: int) -> None:
-        if self.shown is None or self.playback is None:
+    def _show_comparison(self, compared: TwoRuns) -> None:
+        self.view.show_comparison(compared)
+        self.pages.setCurrentWidget(self.view)
+        self.bench.announce(Topic.RECORDING)
+
+    def _show_instant(self) -> None:
+        playing = self._playhead()
+        if playing is None:
             return
-        playing = "▶" if self.playback.is_playing else "‖"
-        start_s = self.shown.index.start_ns / 1e9
-        loop = "  loop" if self.playback.is_looping else ""
-        self.time.setText(
-            f"{playing} {t_ns / 1e9:8.3f} s of {start_s + self.shown.index.duration_s:.1f} s"
-            f"   ×{self.playback.speed:g}{loop}"
-        )
-        if t_ns == self._t_ns:
+        self.transport.show_time(playing)
+        if playing is self.view.playback:
+            self.view.show_instant()
             return
-        self._t_ns = t_ns
-        self._state = self.shown.index.state_at(t_ns)
-        self.tracks.set_playhead(t_ns)
-        self.curves.set_playhead(t_ns)
-        self.bench.show_state(self._state)
-        if self._pictures is not None:
-            self._pictures.ask(t_ns)
+        t_ns = self.viewing.show_instant()
+        if t_ns is not None:
+            self.tracks.set_playhead(t_ns)
+            self.curves.set_playhead(t_ns)
 
     def _on_scrub(self, t_ns: int, has_ended: bool) -> None:
-        if self.playback is not None:
-            self.playback.seek(t_ns)
-            self._show_instant(self.playback.t_ns)
+        playing = self._playhead()
+        if playing is not None:
+            playing.seek(t_ns)
+            self._show_instant()
             if has_ended:
-                self.bench.note("timeline.seek", t_s=round(self.playback.t_ns / 1e9, 3))
+                self.bench.note("timeline.seek", t_s=round(playing.t_ns / 1e9, 3))
 
     def _on_zoom(self) -> None:
         self.curves.show_span(self.tracks.from_ns, self.tracks.to_ns)
@@ -361,20 +261,26 @@ class TimelineDock(QWidget):
 
     # --- actions ---------------------------------------------------------------------------------
 
+    def _playhead(self) -> Playback | None:
+        """Of what is in front: the comparison's, or the recording's."""
+        is_compared = self.pages.currentWidget() is self.view
+        return self.view.playback if is_compared else self.viewing.playback
+
     def _playing(self) -> Playback:
-        if self.playback is None:
+        playing = self._playhead()
+        if playing is None:
             raise ValueError("no recording is open: rehearse, or open a recording first")
-        return self.playback
+        return playing
 
     @property
     def is_open(self) -> bool:
         """Whether a recording can be played."""
-        return self.playback is not None
+        return self._playhead() is not None
 
     @property
     def is_compared(self) -> bool:
         """Whether there is a comparison to open as a page."""
-        return self.comparison is not None
+        return self.runs.compared is not None
 
     def open(self, path: str = "") -> None:
         """Open a recording; without a path, ask for one."""
@@ -383,11 +289,14 @@ class TimelineDock(QWidget):
         if not path:
             dialog = QFileDialog(self, "Open recording", "", "Recordings (*.mcap)")
             dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-            dialog.fileSelected.connect(lambda file: self.bench.do("timeline.open", path=file))
+            dialog.fileSelected.connect(self._open_chosen)
             dialog.open()
             return
-        self._opened = None
+        self._forget()
         self.bench.open_recording(recording_file(Path(path)))
+
+    def _open_chosen(self, path: str) -> None:
+        self.bench.do("timeline.open", path=path)
 
     def play(self) -> None:
         """Play or pause."""
@@ -400,7 +309,7 @@ class TimelineDock(QWidget):
     def seek(self, t_s: float) -> None:
         """Go to a time of the session, seconds."""
         self._playing().seek(round(float(t_s) * 1e9))
-        self._show_instant(self._playing().t_ns)
+        self._show_instant()
 
     def step(self, frames: int) -> None:
         """Go by frames."""
@@ -454,86 +363,30 @@ class TimelineDock(QWidget):
 
     def fork(self, t_s: float | None = None, out: str = "") -> None:
         """Play on from an instant, here unless one is given; the result is B."""
-        session, recording = self.bench.session, self.bench.recording
-        if session is None or recording is None or self._planning is not None:
-            raise ValueError("a fork needs an open recording, and no other fork being planned")
-        if session.is_playing:
-            raise ValueError("a session is playing already: stop it first")
         at_s = self._playing().t_ns / 1e9 if t_s is None else float(t_s)
-        self._forks += 1
-        self._fork_out = (
-            Path(out)
-            if out
-            else recording.parent.with_name(f"{recording.parent.name}-fork-{self._forks}")
-        )
-        self._pair = recording.parent, self._fork_out
+        self.runs.fork(at_s, out)
         self._playing().pause()
-        self._planning = planning_fork(
-            recording,
-            at_s=at_s,
-            document=self.bench.document,
-            out=self._fork_out,
-            more_faults=tuple(self.bench.offered.faults.values()),
-        )
-
-    def _poll_fork(self) -> None:
-        task, session = self._planning, self.bench.session
-        if task is None or task.is_running or session is None:
-            return
-        self._planning = None
-        if task.result is None:
-            self._pair = None
-            self.bench.say("error", task.failure or "the fork cannot be planned")
-            return
-        self.bench.say("info", f"forking into {self._fork_out}: the start is played again first")
-        session.play(SceneJob(task.result.scene, task.result, self._fork_out))
 
     def compare(self, a: str = "", b: str = "") -> None:
         """Compare two folders; without any, the last fork with what it comes from."""
-        if not (a and b) and self._pair is None:
-            raise ValueError("compare: fork a recording first, or name the folders a and b")
-        if self._comparing is not None:
-            raise ValueError("compare: two runs are being compared already")
-        pair = (Path(a), Path(b)) if a and b else self._pair
-        assert pair is not None
-        self._comparing = comparing(*pair)
+        self.runs.compare(a, b)
 
     def open_page(self) -> None:
         """Write the comparison as a page and open it."""
-        if self.comparison is not None and self._page is None:
-            self._page = writing_page(self.comparison)
-
-    def _poll_comparison(self) -> None:
-        task, page = self._comparing, self._page
-        if task is not None and not task.is_running:
-            self._comparing = None
-            if task.result is None:
-                self.bench.say("error", task.failure or "the runs cannot be compared")
-            else:
-                self.comparison = task.result
-                self.view.show_comparison(task.result)
-                self.pages.setCurrentWidget(self.view)
-                self.bench.announce(Topic.RECORDING)
-        if page is not None and not page.is_running:
-            self._page = None
-            if page.result is None:
-                self.bench.say("error", page.failure or "the page cannot be written")
-            else:
-                self.bench.say("info", f"page: {page.result}")
-                QDesktopServices.openUrl(QUrl.fromLocalFile(str(page.result)))
+        self.runs.write_page()
 
     def _leave_comparison(self) -> None:
+        self.view.leave()
         self.pages.setCurrentWidget(self.empty if self.playback is None else self._split)
+        self.bench.announce(Topic.RECORDING)
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """End the threads."""
         self._timer.stop()
-        tasks: list[Task[Any] | None] = [self._opening, self._planning, self._comparing, self._page]
         for callback in (self._on_recording, self._on_document, self._on_theme, self._on_scene):
             self.bench.stop_listening(callback)
-        self._forget()
-        for task in tasks:
-            if task is not None:
-                task.cancel()
-                task.join()
+        self.empty.leave()
+        self.viewing.close()
+        self.runs.close()
+        self.view.close()
         event.accept()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import threading
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,7 @@ from studio.app.timeline.task import Report, Task
 
 if TYPE_CHECKING:  # what a session needs takes a second to import
     from sim.faults.fault import Fault
+    from studio.app.timeline.opening import OpenRecording
     from studio.compare.comparison import Comparison
     from studio.session.session import SessionPlan
 
@@ -60,10 +62,25 @@ def planning_fork(
     return Task("planning a fork", work)
 
 
-def comparing(a: Path, b: Path) -> Task[Comparison]:
+@dataclass(frozen=True, slots=True, eq=False)
+class TwoRuns:
+    """A comparison with both runs' recordings.
+
+    Attributes:
+        comparison: figures and what they are of.
+        recordings: of A and of B.
+    """
+
+    comparison: Comparison
+    recordings: tuple[OpenRecording, OpenRecording]
+
+
+def comparing(a: Path, b: Path) -> Task[TwoRuns]:
     """Begin to compare two folders of rehearsals or forks."""
 
-    def work(_report: Report, _cancelled: threading.Event) -> Comparison:
+    def work(report: Report, cancelled: threading.Event) -> TwoRuns:
+        from studio.app.timeline.opening import open_recording, recording_file
+        from studio.app.timeline.reading import read_index
         from studio.compare.comparison import read_comparison
         from studio.compare.run import what_is_missing
 
@@ -71,7 +88,14 @@ def comparing(a: Path, b: Path) -> Task[Comparison]:
             missing = what_is_missing(folder)
             if missing is not None:
                 raise ValueError(missing)
-        return read_comparison(a, b, tolerance=TOLERANCE)
+        comparison = read_comparison(a, b, tolerance=TOLERANCE)
+        opened: list[OpenRecording] = []
+        for folder in (a, b):
+            index = read_index(recording_file(folder), progress=report, cancelled=cancelled)
+            if index is None:
+                raise ValueError("comparing was cancelled")
+            opened.append(open_recording(index, comparison.scene))
+        return TwoRuns(comparison, (opened[0], opened[1]))
 
     return Task("comparing", work)
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,12 @@ from devices.messages import EncodedFrame
 from devices.recording import RecordingReader
 from devices.streams import Slot, StreamClosedError
 from devices.video import H264Decoder, split_lenses
+from scenes.package import ScenePackage
 from studio.app.timeline.index import Packets, RecordingIndex
+from studio.app.timeline.live_pictures import LiveReplay
+
+if TYPE_CHECKING:
+    from studio.view.surface_drawing import LivePicture
 
 EARLY_PACKETS = 4
 """From so many packets after a keyframe on, the keyframe's own picture is given first, chosen: each
@@ -34,11 +40,13 @@ class PictureAt:
         asked_ns: the time that was asked for.
         t_ns: when it was taken.
         picture: (H, W, 3) RGB.
+        lenses: all lenses' pictures at that time, the front one first.
     """
 
     asked_ns: int
     t_ns: int
     picture: NDArray[np.uint8]
+    lenses: tuple[NDArray[np.uint8], ...]
 
 
 class PictureReader:
@@ -90,7 +98,7 @@ class PictureReader:
             return None
         first, last = needed
         if self._shown is not None and (first, last) == (self._first, self._done):
-            return PictureAt(t_ns, self._shown.t_ns, self._shown.picture)
+            return replace(self._shown, asked_ns=t_ns)
         if first != self._first or last <= self._done:
             self._decoder = H264Decoder()
             self._first, self._done = first, first - 1
@@ -127,8 +135,8 @@ class PictureReader:
             else:
                 whole = self._decoder.decode(packet)
                 if whole is not None:
-                    front = split_lenses(whole, self._lenses)[0]
-                    shown = PictureAt(asked_ns, packet.t_ns, front)
+                    lenses = split_lenses(whole, self._lenses)
+                    shown = PictureAt(asked_ns, packet.t_ns, lenses[0], tuple(lenses))
             if is_early and shown is not None:
                 early(shown)
                 shown = None
@@ -142,14 +150,18 @@ class PictureThread:
 
     Args:
         index: of the recording.
+        scene: that is open: what live surfaces show is made, too; None leaves them empty.
     """
 
-    def __init__(self, index: RecordingIndex) -> None:
+    def __init__(self, index: RecordingIndex, scene: ScenePackage | None = None) -> None:
         self.pictures: Slot[PictureAt] = Slot()
+        self.live: Slot[tuple[LivePicture, ...]] = Slot()
+        """What live surfaces show at the time that was asked for last."""
         self.problems: Slot[str] = Slot()
         self._index = index
         self._wanted: Slot[int] = Slot()
         self._newer = threading.Event()
+        self._replay = None if scene is None else LiveReplay(index, scene)
         self._thread = threading.Thread(target=self._run, name="pictures", daemon=True)
         self._thread.start()
 
@@ -187,5 +199,15 @@ class PictureThread:
                     continue
                 if picture is not None:
                     self.pictures.put(picture)
+                    self._show_surfaces(picture)
         finally:
             reader.close()
+
+    def _show_surfaces(self, picture: PictureAt) -> None:
+        """Unless another time is wanted by now: they take longer than the picture."""
+        if self._replay is None or not self._replay.has_any or self._newer.is_set():
+            return
+        try:
+            self.live.put(self._replay.at(picture.asked_ns, picture.t_ns, picture.lenses))
+        except ValueError as error:
+            self.problems.put(f"a live surface: {error}")

@@ -40,6 +40,16 @@ class Playback:
         return self._is_playing
 
     @property
+    def end_ns(self) -> int:
+        """The last instant."""
+        return self._end_ns
+
+    @property
+    def start_ns(self) -> int:
+        """The first instant."""
+        return self._start_ns
+
+    @property
     def speed(self) -> float:
         """Of `SPEEDS`."""
         return self._speed

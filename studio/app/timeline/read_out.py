@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from studio.app.model.document import Marker
+from studio.app.shell.theme import figures
 from studio.app.timeline.columns import STATE, STATES, last_at
 from studio.app.timeline.opening import OpenRecording
 
@@ -21,7 +22,7 @@ def read_out(shown: OpenRecording, t_ns: int, object_id: str, markers: Sequence[
         object_id: of the row under the mouse, or empty.
         markers: the document's.
     """
-    words = [f"{t_ns / 1e9:8.3f} s"]
+    words = [f"{figures(t_ns / 1e9, '7.2f')} s"]
     tracks = shown.index.tracks.get(object_id)
     number = -1 if tracks is None else tracks.newest(t_ns)
     if tracks is not None and number >= 0:
@@ -29,7 +30,7 @@ def read_out(shown: OpenRecording, t_ns: int, object_id: str, markers: Sequence[
     curve = shown.curves.get(object_id)
     at = -1 if curve is None else last_at(curve.t_ns, t_ns)
     if curve is not None and at >= 0:
-        words.append(f"{curve.world_cm[at]:5.1f} cm {curve.yaw_deg[at]:5.1f}°")
+        words.append(f"off by {curve.world_cm[at]:.1f} cm, {curve.yaw_deg[at]:.1f}°")
     words += [
         f"fault {span.name} {span.largest:g}"
         for span in shown.faults

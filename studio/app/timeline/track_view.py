@@ -25,13 +25,14 @@ from PySide6.QtWidgets import QWidget
 from scenes.state import TrackState
 from studio.app.model.document import Marker
 from studio.app.shell.theme import Theme
+from studio.app.timeline.curves import GUTTER_PX, curve_pen
 from studio.app.timeline.opening import OpenRecording
 from studio.app.timeline.spans import StateSpan
 
-GUTTER_PX = 120
-"""Width of the names at the left; the curves' axis is as wide, so that both share one x axis."""
+RULER_PX, ROW_PX, PAD_PX = 20, 17, 3
+SAMPLE_PX = 16
+"""Length of the piece of an object's curve that stands before its name."""
 
-RULER_PX, ROW_PX, PAD_PX = 22, 18, 3
 LEAST_SPAN_NS = 200_000_000
 """Shortest part that can be zoomed to: two frames of a slow camera."""
 
@@ -96,8 +97,13 @@ class TrackView(QWidget):
             self.from_ns = shown.index.start_ns
             self.to_ns = max(shown.index.end_ns, self.from_ns + LEAST_SPAN_NS)
         rows = 0 if shown is None else len(shown.states)
-        self.setMinimumHeight(RULER_PX + (2 + rows) * ROW_PX + 4)
+        self.setMinimumHeight(RULER_PX + (self._heads + rows) * ROW_PX + 4)
         self.redraw()
+
+    @property
+    def _heads(self) -> int:
+        """Rows above the objects': events, and faults if there are any."""
+        return 2 if self._shown is not None and self._shown.faults else 1
 
     def show_markers(self, markers: Sequence[Marker]) -> None:
         """The document's markers."""
@@ -172,20 +178,26 @@ class TrackView(QWidget):
             return
         theme = self._theme()
         painter.setPen(QColor(theme.faint))
-        names = ("Time", "Events", "Faults")
-        tops = (0, RULER_PX, RULER_PX + ROW_PX)
-        for name, top in zip(names, tops, strict=True):
+        for row, name in enumerate(("Time", "Events", "Faults")[: 1 + self._heads]):
+            top = 0 if row == 0 else RULER_PX + (row - 1) * ROW_PX
             painter.drawText(8, top, GUTTER_PX - 12, ROW_PX, Qt.AlignmentFlag.AlignVCenter, name)
         self._draw_ruler(painter, theme)
         self._draw_events(painter, theme)
         self._draw_faults(painter, theme)
         for number, (object_id, spans) in enumerate(self._shown.states.items()):
-            top = RULER_PX + (2 + number) * ROW_PX
+            top = RULER_PX + (self._heads + number) * ROW_PX
+            left = 8
+            curves = list(self._shown.curves)
+            if object_id in curves:
+                painter.setPen(curve_pen(theme, curves.index(object_id)))
+                middle = top + ROW_PX // 2
+                painter.drawLine(left, middle, left + SAMPLE_PX, middle)
+                left += SAMPLE_PX + 6
             painter.setPen(QColor(theme.text))
             name = QFontMetricsF(painter.font()).elidedText(
-                object_id, Qt.TextElideMode.ElideRight, GUTTER_PX - 16
+                object_id, Qt.TextElideMode.ElideRight, GUTTER_PX - left - 6
             )
-            painter.drawText(8, top, GUTTER_PX - 12, ROW_PX, Qt.AlignmentFlag.AlignVCenter, name)
+            painter.drawText(left, top, GUTTER_PX, ROW_PX, Qt.AlignmentFlag.AlignVCenter, name)
             self._draw_states(painter, theme, spans, top)
 
     def _draw_ruler(self, painter: QPainter, theme: Theme) -> None:
@@ -224,7 +236,7 @@ class TrackView(QWidget):
 
     def _draw_faults(self, painter: QPainter, theme: Theme) -> None:
         assert self._shown is not None
-        top = RULER_PX + ROW_PX
+        top = RULER_PX + ROW_PX  # below the events
         painter.setPen(QColor(theme.warning))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         free_x = 0.0
@@ -305,7 +317,7 @@ class TrackView(QWidget):
 
     def _row_at(self, y: float) -> str:
         names = [] if self._shown is None else list(self._shown.states)
-        number = int((y - RULER_PX) // ROW_PX) - 2
+        number = int((y - RULER_PX) // ROW_PX) - self._heads
         return names[number] if 0 <= number < len(names) else ""
 
 

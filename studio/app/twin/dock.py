@@ -32,6 +32,8 @@ from studio.app.twin.twin_actions import add_twin_actions
 
 POLL_MS = 16
 """Between two looks at the physics: a picture of 60 Hz."""
+TREE_ROWS = 6
+"""Lines of the tree that are seen in the lowest window."""
 SHOW_MS = 80
 """Between two changes of the numbers while objects move: faster, nobody reads them."""
 ICONS = {
@@ -54,6 +56,7 @@ ADDITIONS = (
     ("Mesh from a file …", "twin.add_mesh", {}),
 )
 """What the Add menu holds: its title, the action, and its arguments."""
+NOTHING = "Click an object in the view or in the list: its place and numbers are shown here."
 HINT = "In the view: hold Ctrl and drag an object to move it by physics; let go to throw it."
 
 
@@ -75,7 +78,7 @@ class TwinDock(QWidget):
         self.inspector = Inspector(bench)
         self.add = QToolButton()
         self.run = QToolButton()
-        self.hint = QLabel()
+        self.hint, self.nothing = QLabel(), QLabel(NOTHING)
         self._items: dict[str, TwinItem] = {}
         self._rows: dict[str, QTreeWidgetItem] = {}
         self._shape: tuple[tuple[str, ItemKind, str], ...] | None = None
@@ -120,29 +123,34 @@ class TwinDock(QWidget):
         bar.addWidget(self.add)
         bar.addWidget(self.run)
         bar.addStretch(1)
-        self.hint.setWordWrap(True)
-        self.hint.setContentsMargins(8, 2, 8, 6)
-        below = QWidget()
-        column = QVBoxLayout(below)
-        column.setContentsMargins(0, 0, 0, 0)
-        area = QScrollArea()
-        area.setWidgetResizable(True)
-        area.setFrameShape(QFrame.Shape.NoFrame)
-        area.setWidget(self.inspector)
-        column.addWidget(area)
-        column.addWidget(self.hint)
-        column.addStretch(1)
+        for label in (self.hint, self.nothing):
+            label.setObjectName("faint")
+            label.setWordWrap(True)
+            label.setContentsMargins(8, 2, 8, 6)
+        self.tree.setFrameShape(QFrame.Shape.NoFrame)
+        self.tree.setMinimumHeight(TREE_ROWS * self.fontMetrics().lineSpacing())
+        self.area = QScrollArea()
+        self.area.setWidgetResizable(True)
+        self.area.setFrameShape(QFrame.Shape.NoFrame)
+        self.area.setWidget(self.inspector)
         split = QSplitter(Qt.Orientation.Vertical)
         split.addWidget(self.tree)
-        split.addWidget(below)
+        split.addWidget(self.area)
         split.setStretchFactor(0, 1)
+        split.setStretchFactor(1, 1)
         split.setChildrenCollapsible(False)
         whole = QVBoxLayout(self)
         whole.setContentsMargins(0, 0, 0, 0)
         whole.setSpacing(0)
         whole.addLayout(bar)
         whole.addWidget(split, 1)
+        whole.addWidget(self.nothing)
+        whole.addWidget(self.hint)
         self._recolour()
+
+    def heightForWidth(self, arg__1: int) -> int:
+        """See Qt: what scrolls inside gives way, or the dock would scroll as a whole, too."""
+        return self.minimumSizeHint().height()
 
     # --- what changes ----------------------------------------------------------------------------
 
@@ -166,7 +174,10 @@ class TwinDock(QWidget):
                 self.tree.setCurrentItem(None)  # pyright: ignore[reportArgumentType]
             else:
                 self.tree.setCurrentItem(row)
-        self.inspector.show_item(self._items.get(bench.selection))
+        chosen = self._items.get(bench.selection)
+        self.inspector.show_item(chosen)
+        self.area.setVisible(chosen is not None)
+        self.nothing.setVisible(chosen is None)
         self._show_physics()
 
     def _build(self, found: tuple[TwinItem, ...]) -> None:
@@ -203,6 +214,7 @@ class TwinDock(QWidget):
         self.run.setEnabled(not why_not)
         held = self.physics.grabbed
         self.hint.setText(f"○ {why_not}" if why_not else f"▶ holding {held}" if held else HINT)
+        self.hint.setVisible(bool(why_not or held) or not self._bench.selection)
 
     def _pick(self, row: QTreeWidgetItem | None, _before: QTreeWidgetItem | None = None) -> None:
         item_id = None if row is None else row.data(0, Qt.ItemDataRole.UserRole)

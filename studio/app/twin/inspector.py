@@ -51,6 +51,7 @@ class Inspector(QWidget):
         ]
         for spin in self.extent:
             spin.setMinimum(0.01)
+        self.sides = QLabel()
         self.state, self.mass, self.sigma = QLabel(), QLabel(), QLabel()
         self.sigma.setWordWrap(True)
         self.reset = _button("Reset", "back to where the scan has it", self._do("twin.reset"))
@@ -64,12 +65,14 @@ class Inspector(QWidget):
         for title, spins in (("Place", self.place), ("Heading", [self.yaw]), ("Size", self.extent)):
             for index, spin in enumerate(spins):
                 form.addRow("" if index else title, spin)
+        form.addRow("Size", self.sides)
         form.addRow("Mass", self.mass)
         form.addRow("Certainty", self.sigma)
         buttons = QHBoxLayout()
         for button in (self.reset, self.frame, self.remove):
             buttons.addWidget(button)
         form.addRow(buttons)
+        self._form = form
         self.show_item(None)
 
     def show_item(self, item: TwinItem | None) -> None:
@@ -97,12 +100,23 @@ class Inspector(QWidget):
         for spin, side in zip(self.extent, item.size_m or (0.0, 0.0, 0.0), strict=True):
             _set_value(spin, side)
             spin.setEnabled(item.kind is ItemKind.PRIMITIVE)
+        self._show_size(item)
         about = "about " if item.kind is ItemKind.OBJECT else ""
+        self._form.setRowVisible(self.mass, item.mass_kg is not None)
+        self._form.setRowVisible(self.sigma, item.sigma is not None)
         self.mass.setText("–" if item.mass_kg is None else f"{about}{item.mass_kg:.2f} kg")
         self.sigma.setText(_certainty(item))
         self.reset.setEnabled(item.is_moved and is_by_hand)
         self.remove.setEnabled(item.kind is not ItemKind.OBJECT)
         self.frame.setEnabled(any(name in self._bench.actions for name in FRAME_ACTIONS))
+
+    def _show_size(self, item: TwinItem) -> None:
+        """Fields where a size can be changed, else one line: less to scroll past."""
+        for spin in self.extent:
+            self._form.setRowVisible(spin, item.kind is ItemKind.PRIMITIVE)
+        self._form.setRowVisible(self.sides, item.kind is not ItemKind.PRIMITIVE)
+        sides = " × ".join(f"{side:.2f}" for side in item.size_m or ())
+        self.sides.setText(f"{sides} m" if sides else "–")
 
     def _move(self) -> None:
         if self._item is not None:
@@ -142,7 +156,7 @@ def _certainty(item: TwinItem) -> str:
         return "–"
     x, y, z, yaw = item.sigma
     return (
-        f"{100 * item.confidence:.0f} %\n1σ {1000 * x:.0f}, {1000 * y:.0f}, {1000 * z:.0f} mm, "
+        f"{100 * item.confidence:.0f} %\n± {1000 * x:.0f}, {1000 * y:.0f}, {1000 * z:.0f} mm, "
         f"{math.degrees(yaw):.1f}°"
     )
 

@@ -34,9 +34,9 @@ def rehearsal(tmp_path):
     return folder
 
 
-def test_a_report_is_a_page_with_its_bars_and_a_damaged_one_says_so(rehearsal):
+def test_a_report_is_a_page_with_its_limits_and_a_damaged_one_says_so(rehearsal):
     page = report_page(rehearsal)
-    assert "✖ 1 of 1 bars missed" in page
+    assert "✖ 1 of 1 limits missed" in page
     assert "2.25" in page
     (rehearsal / "report.json").write_text("[1")
     assert "cannot be read" in report_page(rehearsal)

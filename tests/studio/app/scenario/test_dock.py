@@ -56,6 +56,100 @@ def test_a_person_is_dragged_in_one_step_of_undo(dock, qtbot):
     assert scenario(dock).people[0].start == (x, y)
 
 
+def drag(dock, qtbot, start, end):
+    """Drag on the floor plan, from and to (x, y) in metres."""
+    from PySide6.QtCore import Qt
+
+    from studio.app.scenario.floor_plan import to_scene
+
+    view = dock.floor
+    first, last = (view.mapFromScene(to_scene(*place)) for place in (start, end))
+    qtbot.mousePress(view.viewport(), Qt.MouseButton.LeftButton, pos=first)
+    for k in range(1, 6):
+        qtbot.mouseMove(view.viewport(), first + (last - first) * k / 5)
+    qtbot.mouseRelease(view.viewport(), Qt.MouseButton.LeftButton, pos=last)
+
+
+def test_a_person_is_turned_by_the_tip_of_the_arrow(dock, qtbot):
+    import math
+
+    from studio.app.scenario.floor_plan import NOSE_SHARE, PERSON_M
+
+    person = scenario(dock).people[0]
+    (x, y), reach = person.start, NOSE_SHARE * PERSON_M
+    turn = math.radians(person.facing_deg)
+    drag(dock, qtbot, (x + reach * math.cos(turn), y + reach * math.sin(turn)), (x + 0.6, y))
+    assert scenario(dock).people[0].facing_deg == pytest.approx(0.0, abs=3.0)
+    assert scenario(dock).people[0].start == (x, y)
+    dock._bench.history.undo()
+    assert scenario(dock).people[0].facing_deg == person.facing_deg
+
+
+@pytest.mark.parametrize("part", ["left", "whole"])
+def test_a_live_surface_is_dragged_on_the_floor(dock, qtbot, part):
+    from studio.app.scenario.surface_ends import middle_of
+
+    before = scenario(dock).surfaces[1].corners_in_world
+    x, y = middle_of(before, part)
+    drag(dock, qtbot, (x, y), (x - 0.2, y - 0.3))
+    after = scenario(dock).surfaces[1].corners_in_world
+    moved = {"left": (0, 3), "whole": (0, 1, 2, 3)}[part]
+    for k in range(4):
+        by = (-0.2, -0.3, 0.0) if k in moved else (0.0, 0.0, 0.0)
+        wanted = [a + b for a, b in zip(before[k], by, strict=True)]
+        assert after[k] == pytest.approx(wanted, abs=0.03)
+    dock._bench.history.undo()
+    assert scenario(dock).surfaces[1].corners_in_world == before
+
+
+@pytest.mark.parametrize("field", ["_length", "_facing", "_fps", "_camera_facing"])
+def test_steps_of_a_number_in_a_row_are_one_step_of_undo(dock, qtbot, field):
+    from PySide6.QtCore import Qt
+    from PySide6.QtWidgets import QApplication
+
+    number, text, value = getattr(dock, field), dock.editing.text, getattr(dock, field).value()
+    QApplication.setActiveWindow(dock)  # Xvfb has no window manager that would
+    number.setFocus()
+    assert number.hasFocus()
+    for _ in range(4):
+        qtbot.keyClick(number, Qt.Key.Key_Up)
+    assert number.value() > value
+    assert dock.editing.text != text
+    dock._bench.history.undo()
+    assert dock.editing.text == text
+    assert number.value() == value
+
+
+def test_steps_of_an_actions_number_are_one_step_of_undo(dock, qtbot):
+    from PySide6.QtCore import Qt
+    from PySide6.QtWidgets import QDoubleSpinBox
+
+    dock.tabs.setCurrentIndex(1)
+    dock.edit_action(("local-user", 0))
+    text = dock.editing.text
+    number = dock.form.widget.findChild(QDoubleSpinBox)
+    number.setFocus()
+    for _ in range(4):
+        qtbot.keyClick(number, Qt.Key.Key_Up)
+    assert scenario(dock).people[0].actions[0].seconds == pytest.approx(4.5)
+    dock._bench.history.undo()
+    assert dock.editing.text == text
+
+
+def test_the_floors_picture_stays_while_the_same_room_is_opened_again(dock, qtbot):
+    from dataclasses import replace
+
+    bench = dock._bench
+    qtbot.waitUntil(lambda: dock.floor._picture is not None, timeout=20000)
+    scene = bench.scene
+    bench.show_scene(None)
+    bench.show_scene(replace(scene))
+    assert dock.floor._picture is not None
+    bench.show_document(replace(bench.document, scene="desk"))
+    bench.show_scene(None)
+    assert dock.floor._picture is None
+
+
 def test_blocks_are_dragged_removed_and_changed(dock, qtbot):
     from PySide6.QtCore import Qt
 
@@ -75,8 +169,8 @@ def test_blocks_are_dragged_removed_and_changed(dock, qtbot):
     assert scenario(dock).people[0].actions == (before[0], before[2], *before[3:])
     at = blocks.block_rects()["local-user", 1].center().toPoint()
     qtbot.mouseDClick(blocks, Qt.MouseButton.LeftButton, pos=at)
-    assert dock._form is not None
-    assert "push" in dock._form_title.text()
+    assert dock.form.widget is not None
+    assert "push" in dock.form.title.text()
 
 
 def test_every_kind_of_action_and_fault_can_be_added(dock):
@@ -87,7 +181,7 @@ def test_every_kind_of_action_and_fault_can_be_added(dock):
     for do in ACTION_FIELDS:
         assert bench.do("scenario.add_action", person="ben", do=do), do
         dock.edit_action(("ben", len(scenario(dock).people[-1].actions) - 1))
-        assert dock._form is not None
+        assert dock.form.widget is not None
     for name in FAULT_FIELDS:
         assert bench.do("scenario.add_fault", name=name), name
     assert len(scenario(dock).people[-1].actions) == len(ACTION_FIELDS)

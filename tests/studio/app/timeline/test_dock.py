@@ -117,13 +117,13 @@ def test_what_is_under_the_mouse_is_read_out(opened):
 def test_curves_show_the_part_that_the_rows_show(opened, bench):
     plot = opened.curves._plot
     bench.do("timeline.seek", t_s=0.4)
-    for unit in ("yaw error", "error, cm"):
+    for unit in ("heading\noff by, °", "place\noff by, cm"):
         bench.do("timeline.yaw")
         opened.tracks.zoom(0.5, 400_000_000)
         low, high = plot.getViewBox().viewRange()[0]
         span_s = opened.tracks.from_ns / 1e9, opened.tracks.to_ns / 1e9
         assert (low, high) == pytest.approx(span_s)
-        assert unit in plot.getAxis("left").labelText
+        assert opened.curves.unit.text() == unit
         assert opened.curves._line.value() == pytest.approx(0.4)
 
 
@@ -143,6 +143,20 @@ def test_an_empty_recording_leaves_a_message(dock, bench, recording, tmp_path, u
     bench.do("timeline.open", path=str(path))
     until(lambda: bench.recording is None)
     assert "empty recording" in bench.log.lines()[-1].text
+
+
+def test_while_a_session_plays_the_empty_page_offers_to_stop_it(dock, bench):
+    from types import SimpleNamespace
+
+    from studio.app.model.workbench import Topic
+
+    assert not dock.empty.buttons["session.rehearse"].isHidden()
+    assert dock.empty.buttons["session.stop"].isHidden()
+    bench.session = SimpleNamespace(is_playing=True)
+    bench.announce(Topic.SESSION)
+    assert dock.empty.buttons["session.rehearse"].isHidden()
+    assert not dock.empty.buttons["session.stop"].isHidden()
+    assert "being played" in dock.empty.words.text()
 
 
 def test_a_foreign_recording_is_shown_and_says_so(dock, bench, recording, tiny, until):
@@ -174,7 +188,55 @@ def test_two_runs_are_compared_in_a_table(
     until(lambda: opened.comparison is not None)
     model = opened.view.table.model()
     cells = [model.index(0, column).data() for column in range(model.columnCount())]
-    assert cells == ["chair.world_cm", "3.000", "9.000", "+6.000", "cm", "✖ worse"]
+    assert cells == ["chair, place", "3.000", "9.000", "+6.000", "cm", "✖ worse"]
+
+
+@pytest.fixture
+def compared(opened, bench, recording, tmp_path, until, monkeypatch, tiny):
+    """Two runs of which B is a copy of A, compared."""
+    monkeypatch.setattr("studio.compare.comparison.recorded_scene", lambda info: tiny.scene)
+    for name in ("a", "b"):
+        folder = tmp_path / name
+        folder.mkdir()
+        shutil.copy(recording, folder / "recording.mcap")
+        rows = [Row("chair.world_cm", 3.0, "cm")]
+        (folder / "report.json").write_text(json.dumps(as_json("rehearse", rows, 0)))
+    bench.do("timeline.compare", a=str(tmp_path / "a"), b=str(tmp_path / "b"))
+    until(lambda: opened.comparison is not None)
+    return opened
+
+
+def test_both_runs_are_pictured_at_one_instant(compared, bench, until):
+    pictures = compared.view.beside.pictures
+    until(lambda: all(each.has_picture for each in pictures))
+    before = [each.grab().toImage() for each in pictures]
+    assert bench.do("timeline.seek", t_s=1.1)
+    assert {each._t_ns for each in pictures} == {1_100_000_000}
+    assert compared.view.slider.value() == 110
+    assert "off by at most" in pictures[0].caption
+    until(lambda: all(a.grab().toImage() != b for a, b in zip(pictures, before, strict=True)))
+    bench.do("timeline.step_back")
+    assert compared.view.playback.t_ns == 1_000_000_000
+    assert compared.playback.t_ns == 0  # the recording below stays where it was
+
+
+def test_turning_one_run_turns_both(compared, qtbot):
+    from PySide6.QtCore import QPoint, Qt
+
+    one, other = compared.view.beside.pictures
+    orbit = one.orbit
+    qtbot.mousePress(one, Qt.MouseButton.LeftButton, pos=QPoint(20, 40))
+    qtbot.mouseMove(one, QPoint(60, 40))
+    qtbot.mouseRelease(one, Qt.MouseButton.LeftButton, pos=QPoint(60, 40))
+    assert one.orbit == other.orbit
+    assert one.orbit.yaw != orbit.yaw
+
+
+def test_leaving_a_comparison_goes_back_to_the_recording(compared, bench):
+    compared._leave_comparison()
+    assert compared.view.playback is None
+    assert bench.do("timeline.seek", t_s=0.5)
+    assert compared.playback.t_ns == 500_000_000
 
 
 def test_what_cannot_be_compared_is_a_message(dock, bench, tmp_path, until):

@@ -1,0 +1,70 @@
+"""What the timeline shows while no recording is open: what it is for, and how to get one."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+
+from studio.app.model.workbench import Topic, Workbench
+
+WORDS = (
+    "Here a session is looked at again, instant by instant. Rehearse this room, or drop a "
+    "recording (.mcap) or the folder of a rehearsal onto the window."
+)
+PLAYING = "The session is being played and recorded. When it has ended, it can be looked at here."
+REHEARSE, STOP = "session.rehearse", "session.stop"
+WAYS = (
+    ("▶  Rehearse this room", REHEARSE),
+    ("Open a recording …", "timeline.open"),
+    ("■  Stop", STOP),
+)
+"""A button's words, and its action."""
+
+
+class EmptyPage(QWidget):
+    """Words and buttons; other ones while a session is playing.
+
+    Args:
+        bench: whose actions the buttons do.
+    """
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__()
+        self._bench = bench
+        self.words = QLabel()
+        self.words.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.words.setWordWrap(True)
+        self.words.setObjectName("faint")
+        self.buttons: dict[str, QPushButton] = {}
+        row = QHBoxLayout()
+        row.addStretch(1)
+        for title, action_id in WAYS:
+            button = QPushButton(title)
+            button.clicked.connect(partial(_clicked, bench, action_id))
+            self.buttons[action_id] = button
+            row.addWidget(button)
+        row.addStretch(1)
+        column = QVBoxLayout(self)
+        column.addStretch(1)
+        column.addWidget(self.words)
+        column.addLayout(row)
+        column.addStretch(1)
+        bench.listen(Topic.SESSION, self._show_state)
+        self._show_state()
+
+    def _show_state(self) -> None:
+        session = self._bench.session
+        is_playing = session is not None and session.is_playing
+        self.words.setText(PLAYING if is_playing else WORDS)
+        for action_id, button in self.buttons.items():
+            button.setVisible((action_id == STOP) == is_playing)
+
+    def leave(self) -> None:
+        """No longer follow the bench."""
+        self._bench.stop_listening(self._show_state)
+
+
+def _clicked(bench: Workbench, action_id: str, _checked: bool = False) -> None:
+    bench.do(action_id)

@@ -1,0 +1,133 @@
+"""The recording that is open: read on a thread, played, and its instant shown on the bench."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from devices.clock import WallClock
+from scenes.state import SceneState
+from studio.app.model.workbench import Workbench
+from studio.app.timeline.pictures import PictureThread
+from studio.app.timeline.playback import Playback
+from studio.app.timeline.task import Task
+
+if TYPE_CHECKING:
+    from studio.app.timeline.opening import OpenRecording
+
+
+class Viewing:
+    """One recording at a time; `poll` is called by the dock's timer.
+
+    Args:
+        bench: what shows the instant.
+    """
+
+    def __init__(self, bench: Workbench) -> None:
+        self.bench = bench
+        self.path: Path | None = None
+        """What is open or being opened."""
+        self.shown: OpenRecording | None = None
+        self.playback: Playback | None = None
+        self.share: float | None = None
+        """How much has been read, 0..1; None while nothing is."""
+        self._opening: Task[OpenRecording | None] | None = None
+        self._pictures: PictureThread | None = None
+        self._state: SceneState | None = None
+        self._t_ns = -1
+
+    def begin(self, path: Path) -> None:
+        """Begin to read; what is shown stays until it is read."""
+        from studio.app.timeline.opening import opening
+
+        if self._opening is not None:
+            self._opening.cancel()
+        self.path, self.share = path, 0.0
+        self._opening = opening(path, self.bench.scene)
+
+    def forget(self) -> None:
+        """Close it, and cancel what is being read."""
+        if self._opening is not None:
+            self._opening.cancel()
+            self._opening = None
+        if self._pictures is not None:
+            self._pictures.stop()
+            self._pictures = None
+        self.shown = self.playback = self._state = self.share = self.path = None
+        self._t_ns = -1
+
+    def poll(self) -> OpenRecording | None:
+        """Take what the threads have left; a recording that has just been read."""
+        if self._pictures is not None:
+            self._take_pictures(self._pictures)
+        task = self._opening
+        if task is None:
+            return None
+        self.share = task.share.take() or self.share
+        if task.is_running:
+            return None
+        self._opening = self.share = None
+        if task.failure is not None:
+            self.bench.say("error", task.failure)
+            self.bench.open_recording(None)
+        return None if task.result is None else self._opened(task.result)
+
+    def _opened(self, shown: OpenRecording) -> OpenRecording | None:
+        index = shown.index
+        if index.is_empty:
+            self.bench.say("warning", f"{index.path}: an empty recording: nothing to show")
+            self.bench.open_recording(None)
+            return None
+        for text in (shown.stranger, index.shortened):
+            if text:
+                self.bench.say("warning", text)
+        self.shown = shown
+        if self.playback is None:
+            self.playback = Playback(
+                index.frames_ns.tolist(),
+                start_ns=index.start_ns,
+                end_ns=index.end_ns,
+                clock=WallClock(),
+            )
+        if self._pictures is not None:
+            self._pictures.stop()
+        self._pictures = PictureThread(index, self.bench.scene)
+        self._t_ns = -1
+        return shown
+
+    def show_instant(self) -> int | None:
+        """Show the room where the playhead is; the time, or None if it is shown already."""
+        if self.shown is None or self.playback is None:
+            return None
+        t_ns = self.playback.t_ns
+        if t_ns == self._t_ns:
+            return None
+        self._t_ns = t_ns
+        self._state = self.shown.index.state_at(t_ns)
+        # What live surfaces showed last stays until the thread has what they show now.
+        live = tuple(
+            item for item in self.bench.live if item.surface.surface_id in self._state.surfaces
+        )
+        self.bench.show_state(self._state, live=live)
+        if self._pictures is not None:
+            self._pictures.ask(t_ns)
+        return t_ns
+
+    def _take_pictures(self, pictures: PictureThread) -> None:
+        found, live = pictures.pictures.take(), pictures.live.take()
+        if self._state is not None and (found is not None or live is not None):
+            self.bench.show_state(
+                self._state,
+                live=self.bench.live if live is None else live,
+                camera_picture=None if found is None else found.picture,
+            )
+        problem = pictures.problems.take()
+        if problem is not None:
+            self.bench.say("warning", f"the picture cannot be shown: {problem}")
+
+    def close(self) -> None:
+        """End the threads and wait for them."""
+        task = self._opening
+        self.forget()
+        if task is not None:
+            task.join()
