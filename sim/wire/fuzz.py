@@ -11,6 +11,7 @@ import io
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, cast
 
 import numpy as np
@@ -156,6 +157,7 @@ def targets() -> Mapping[str, FuzzTarget]:
     wire = (CameraProtocolError, ProtobufError)
     strings = tuple(text.encode() for text in (OFFSET_V1, OFFSET_V2, OFFSET_V3))
     replies = tuple(json.dumps(reply).encode() for reply in _osc_replies())
+    camera = OscCamera(ManualClock(), info)
     requests = tuple(json.dumps(request).encode() for request in _osc_requests())
     return {
         "packets": FuzzTarget((b"".join(packets), *packets), _read_packets, wire),
@@ -165,7 +167,7 @@ def targets() -> Mapping[str, FuzzTarget]:
         "offsets": FuzzTarget(strings, _read_offsets, (OffsetError,)),
         "OSC replies": FuzzTarget(replies, _read_osc, wire),
         "HTTP replies": FuzzTarget(_http(replies), _read_http, (CameraProtocolError, OSError)),
-        "OSC requests": FuzzTarget(requests, _answer_osc, wire),
+        "OSC requests": FuzzTarget(requests, partial(_answer_osc, camera), wire),
     }
 
 
@@ -337,11 +339,8 @@ def _read_http(data: bytes) -> None:
     read_object(body)
 
 
-_CAMERA = OscCamera(ManualClock(), CameraInfo("IXE36", "Insta360 X4", "v1", 0.5))
-
-
-def _answer_osc(data: bytes) -> None:
+def _answer_osc(camera: OscCamera, data: bytes) -> None:
     """The simulated camera's side; its state goes on from request to request."""
     value = read_object(data)
     for path in ("/osc/commands/execute", "/osc/commands/status"):
-        json.dumps(_CAMERA.answer(path, value, "http://camera")[1])
+        json.dumps(camera.answer(path, value, "http://camera")[1])

@@ -29,7 +29,8 @@ from devices.video import H264Decoder
 from sim.wire.preview_server import PreviewFaults, PreviewServer
 from tests.devices.insta360.conftest import INFO
 
-SHORT = PreviewLimits(connect_s=0.4, reply_s=0.4, packet_s=0.4, picture_s=0.4)
+SHORT = PreviewLimits(connect_s=1.5, reply_s=1.5, packet_s=1.0, picture_s=1.0)
+"""Long enough for a busy machine to answer, short enough to wait for."""
 
 
 class Scripted:
@@ -164,7 +165,7 @@ def test_keep_alives_are_sent_while_waiting(scripted, clock, monkeypatch):
     peer = Scripted(lambda packet: encode(packet) if isinstance(packet, Sync) else b"")
     client = PreviewClient(*peer.address, clock=clock, limits=SHORT)
     client.connect()
-    with pytest.raises(CameraTimeoutError, match=r"no reply to START_LIVE_STREAM within 0\.4 s"):
+    with pytest.raises(CameraTimeoutError, match=r"no reply to START_LIVE_STREAM within 1\.5 s"):
         client.start()
     client.close()
     peer.close()
@@ -195,7 +196,7 @@ def test_nothing_listens(clock):
 @pytest.mark.parametrize(
     ("said", "error", "words"),
     [
-        (b"", CameraTimeoutError, "no handshake within 0.4 s; another app may hold the camera"),
+        (b"", CameraTimeoutError, "no handshake within 1.5 s; another app may hold the camera"),
         (b"HTTP/1.1 400 Bad Request\r\n\r\n", CameraProtocolError, "packet of 1347703880 bytes"),
         (b"\x12\0\0\0\x06\0\0UCD2-other.", CameraProtocolError, "another device or firmware"),
         (
@@ -218,11 +219,11 @@ def test_a_packet_whose_rest_never_comes_ends_the_preview(scripted, clock):
         started = isinstance(packet, Message) and packet.code == Command.START_LIVE_STREAM
         return whole + b"\x00\x10\x00\x00\x01" if started else whole
 
-    limits = PreviewLimits(packet_s=0.3)
+    limits = PreviewLimits(packet_s=0.5)
     with PreviewClient(*scripted(answer), clock=clock, limits=limits) as client:
         client.start()
         with pytest.raises(
-            CameraTimeoutError, match=r"its rest not within 0\.3 s; the Wi-Fi is too weak"
+            CameraTimeoutError, match=r"its rest not within 0\.5 s; the Wi-Fi is too weak"
         ):
             next(client.units())
 
@@ -288,7 +289,7 @@ def test_a_frozen_camera_is_noticed_and_one_that_thaws_goes_on(camera, encoded, 
         client.start()
         next(client.units())
         camera.faults = PreviewFaults(frozen=True)
-        with pytest.raises(CameraTimeoutError, match=r"connected, but no picture for 0\.4 s"):
+        with pytest.raises(CameraTimeoutError, match=r"connected, but no picture for 1 s"):
             list(client.units())
         camera.faults = PreviewFaults()
         assert next(client.units()).unit.data
@@ -345,10 +346,10 @@ def test_a_new_client_takes_over(camera, clock):
 def test_a_delayed_camera_delivers_everything_later(camera, encoded, clock):
     camera.faults = PreviewFaults(delay_s=0.2)
     with PreviewClient(*camera.address, clock=clock) as client:
-        client.start()
         begun_ns = clock.now_ns()
+        client.start()
         taken = list(islice(client.units(), len(encoded)))
-    assert taken[0].received_ns - begun_ns >= 190_000_000
+    assert taken[0].received_ns - begun_ns >= 200_000_000
     assert [one.unit.data for one in taken] == [frame.data for frame in encoded]
 
 

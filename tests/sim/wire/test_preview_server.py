@@ -126,7 +126,7 @@ def test_garbage_is_answered_by_hanging_up(raw):
 
 
 def test_a_silent_client_is_left(server, raw, monkeypatch):
-    monkeypatch.setattr(preview_server, "SILENCE_S", 0.3)
+    monkeypatch.setattr(preview_server, "SILENCE_S", 1.0)
     raw.say(Sync())
     assert raw.next() == Sync()
     assert raw.next() is None
