@@ -32,13 +32,13 @@ class VideoUnit:
     """One access unit as the camera sent it.
 
     Attributes:
-        t_us: microseconds on the camera's clock.
+        stamp: time on the camera's clock, in its own unit (`camera_time.py`).
         data: Annex B, start codes included.
         codec: found from the parameter sets.
         keyframe: whether decoding may start here.
     """
 
-    t_us: int
+    stamp: int
     data: bytes
     codec: Codec
     keyframe: bool
@@ -49,7 +49,7 @@ class UnitAssembler:
 
     def __init__(self) -> None:
         self._held = bytearray()
-        self._held_t_us = 0
+        self._held_stamp = 0
         self._slice: int | None = None
         self._split = False
         self._codec: Codec | None = None
@@ -64,7 +64,7 @@ class UnitAssembler:
         """Whether pictures come in more than one packet, so that each is held until the next."""
         return self._split
 
-    def feed(self, t_us: int, data: bytes) -> list[VideoUnit]:
+    def feed(self, stamp: int, data: bytes) -> list[VideoUnit]:
         """Take one video packet; the units that are whole now.
 
         Raises:
@@ -79,18 +79,18 @@ class UnitAssembler:
             if not self._held:
                 return []  # its beginning was passed on before it was known to go on
         done = self._taken() if begins and self._slice is not None else []
-        self._hold(t_us, data)
+        self._hold(stamp, data)
         if not self._split and self._slice is not None:
             done += self._taken()
         return done
 
-    def _hold(self, t_us: int, data: bytes) -> None:
+    def _hold(self, stamp: int, data: bytes) -> None:
         if len(self._held) + len(data) > LARGEST_UNIT_BYTES:
             raise CameraProtocolError(
                 f"a picture of more than {LARGEST_UNIT_BYTES} bytes: no camera's video"
             )
         if not self._held:
-            self._held_t_us = t_us
+            self._held_stamp = stamp
         self._held += data
         if self._slice is None and self._codec is not None:
             slices = _HEVC_SLICES if self._codec == "hevc" else _H264_SLICES
@@ -103,7 +103,7 @@ class UnitAssembler:
         self._slice = None
         keys = _H264_KEYS if self._codec == "h264" else _HEVC_KEYS
         codec = self._codec or "h264"
-        return [VideoUnit(self._held_t_us, data, codec, first_slice in keys)]
+        return [VideoUnit(self._held_stamp, data, codec, first_slice in keys)]
 
 
 def _heads(data: bytes) -> Iterator[int]:

@@ -79,8 +79,8 @@ INFO_OPTIONS = (
     Option.MEDIA_OFFSET_V3,
 )
 
-PREVIEW_BITRATE = 40
-"""What clients in the field ask for; the unit is taken to be Mbit/s."""
+AUDIO_RATE_HZ = 48_000
+"""Sample rate in the request that is known to work; no audio is asked for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,12 +109,13 @@ class LiveRequest:
     """What a client asks the camera to stream.
 
     Attributes:
-        video, gyro: which channels.
+        video: whether pictures are wanted.
+        gyro: whether inertial samples are. True in the request that is known to work on X3 and X4.
         resolution: number of the main stream's size.
     """
 
     video: bool = True
-    gyro: bool = False
+    gyro: bool = True
     resolution: int = Resolution.SIDE_BY_SIDE_1440_720_30
 
 
@@ -122,12 +123,10 @@ def start_live(request: LiveRequest) -> bytes:
     """Body of `START_LIVE_STREAM`."""
     return message(
         varint_field(2, request.video),
-        varint_field(6, PREVIEW_BITRATE),
+        varint_field(4, AUDIO_RATE_HZ),
         varint_field(7, request.resolution),
         varint_field(8, request.gyro),
-        varint_field(9, PREVIEW_BITRATE),
         varint_field(10, Resolution.SMALL_424_240_15),
-        varint_field(11, 1),
     )
 
 

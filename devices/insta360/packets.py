@@ -28,7 +28,7 @@ _PROTOBUF = 2
 _FLAGS = b"\x80\x00\x00"
 
 VIDEO, GYRO, CLOCK = 0x20, 0x30, 0x40
-"""Channels of stream packets: Annex B video, IMU samples, time stamps."""
+"""Channels of stream packets: Annex B video, IMU samples (56 bytes, as in files), time stamps."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,12 +62,12 @@ class Stream:
 
     Attributes:
         channel: `VIDEO`, `GYRO`, `CLOCK`, or one that is not known.
-        t_us: microseconds on the camera's clock.
+        stamp: time on the camera's clock, milliseconds or microseconds (`camera_time.py`).
         data: the piece.
     """
 
     channel: int
-    t_us: int
+    stamp: int
     data: bytes
 
 
@@ -104,8 +104,8 @@ def _parts(packet: Packet) -> tuple[int, bytes]:
         case Message(code, seq, body):
             seq_bytes = (seq & 0xFFFFFF).to_bytes(3, "little")
             return _MESSAGE, _MESSAGE_HEAD.pack(code, _PROTOBUF, seq_bytes, _FLAGS) + body
-        case Stream(channel, t_us, data):
-            return _STREAM, _STREAM_HEAD.pack(channel, t_us) + data
+        case Stream(channel, stamp, data):
+            return _STREAM, _STREAM_HEAD.pack(channel, stamp) + data
         case Unknown(kind, data):
             return kind, data
 
@@ -152,8 +152,8 @@ def _decoded(payload: bytes) -> Packet:
     if kind == _STREAM:
         if len(rest) < _STREAM_HEAD.size:
             raise _short("stream", len(rest), _STREAM_HEAD.size)
-        channel, t_us = _STREAM_HEAD.unpack_from(rest)
-        return Stream(channel, t_us, rest[_STREAM_HEAD.size :])
+        channel, stamp = _STREAM_HEAD.unpack_from(rest)
+        return Stream(channel, stamp, rest[_STREAM_HEAD.size :])
     if kind == _MESSAGE:
         if len(rest) < _MESSAGE_HEAD.size:
             raise _short("message", len(rest), _MESSAGE_HEAD.size)

@@ -312,7 +312,7 @@ class PreviewClient:
                     f"{self._where}: the preview is {unit.codec.upper()}, wanted H.264; choose "
                     "H.264 in the camera's settings, or read `units`"
                 )
-            t_ns = self._time.session_ns(unit.t_us, taken.received_ns)
+            t_ns = self._time.session_ns(unit.stamp, taken.received_ns)
             yield EncodedFrame(stream_id, seq, t_ns, unit.data, unit.keyframe)
 
     def close(self) -> None:
@@ -393,8 +393,8 @@ class PreviewClient:
                 self._leaving = self._leaving or code == SHUTTING_DOWN
                 if code < FIRST_NOTIFICATION and seq == self._seq:
                     self._reply = packet
-            case Stream(channel, t_us, data) if channel == VIDEO:
-                for unit in self._assembler.feed(t_us, data):
+            case Stream(channel, stamp, data) if channel == VIDEO:
+                for unit in self._assembler.feed(stamp, data):
                     self._queue(unit, now_ns)
             case KeepAlive():
                 pass

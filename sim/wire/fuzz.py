@@ -180,7 +180,7 @@ def _packets(
         *(Message(Command.GET_OPTIONS, seq, body) for seq, body in enumerate(commands)),
         Message(500, 3, b"\x12\x0fcamera is busy."),
         Stream(VIDEO, 1_000_000, PICTURE),
-        Stream(GYRO, 1_000_100, bytes(48)),
+        Stream(GYRO, 1_000_100, bytes(56)),
         Unknown(9, b"12"),
     )
 
@@ -192,7 +192,7 @@ def _read_packets(data: bytes) -> None:
     for piece in (data[:middle], data[middle:]):
         for packet in parser.feed(piece):
             if isinstance(packet, Stream):
-                assembler.feed(packet.t_us, packet.data)
+                assembler.feed(packet.stamp, packet.data)
             elif isinstance(packet, Message):
                 refusal(packet)
     if parser.held_bytes > len(data):

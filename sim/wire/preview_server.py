@@ -93,6 +93,7 @@ class PreviewServer:
         host: address to listen at.
         port: 0 for any free one.
         seed: of jitter and garbage.
+        tick_ns: unit of its time stamps: a millisecond, as of an X4.
 
     Attributes:
         faults: what is wrong now.
@@ -110,9 +111,11 @@ class PreviewServer:
         host: str = "127.0.0.1",
         port: int = 0,
         seed: int = 0,
+        tick_ns: int = 1_000_000,
     ) -> None:
         self.faults = PreviewFaults()
         self._feed, self._clock, self._info, self._seed = feed, clock, info, seed
+        self._tick_ns = tick_ns
         self._listener = socket.create_server((host, port), backlog=8)
         self._listener.settimeout(WAIT_S)
         self._stop = threading.Event()
@@ -186,6 +189,10 @@ class PreviewServer:
             due_ns = begun[0] + frame.t_ns - begun[1]
             self._clock.sleep_until(due_ns)
             yield due_ns, frame
+
+    def stamp(self, t_ns: int) -> int:
+        """A capture time as the camera's clock has it."""
+        return round(t_ns * (1 + 1e-6 * self.faults.drift_ppm) / self._tick_ns)
 
     def sleep_until(self, t_ns: int) -> None:
         """Wait on the session's clock."""
@@ -280,8 +287,8 @@ class _Client:
                     self._server.sleep_until(due_ns + round(1e9 * late_s))
                 if faults.garbage:
                     self._send_bytes(self._random.randbytes(GARBAGE_BYTES))
-                t_us = round(frame.t_ns / 1000 * (1 + 1e-6 * faults.drift_ppm))
-                self._send(Stream(VIDEO, t_us, frame.data))
+                stamp = self._server.stamp(frame.t_ns)
+                self._send(Stream(VIDEO, stamp, frame.data))
                 self._server.sent_units += 1
         except OSError:
             self._over.set()

@@ -22,7 +22,7 @@ def frames():
 
 
 def fed(assembler, pieces):
-    return [unit for t_us, data in pieces for unit in assembler.feed(t_us, data)]
+    return [unit for stamp, data in pieces for unit in assembler.feed(stamp, data)]
 
 
 def test_a_picture_a_packet_is_passed_on_at_once(frames):
@@ -30,7 +30,7 @@ def test_a_picture_a_packet_is_passed_on_at_once(frames):
     for frame in frames:
         (unit,) = assembler.feed(frame.t_ns // 1000, frame.data)
         assert (unit.data, unit.keyframe) == (frame.data, frame.keyframe)
-        assert (unit.t_us, unit.codec) == (frame.t_ns // 1000, "h264")
+        assert (unit.stamp, unit.codec) == (frame.t_ns // 1000, "h264")
     assert not assembler.split
 
 
@@ -60,7 +60,7 @@ def test_pictures_in_pieces_are_whole_from_the_second_keyframe_on(frames, data):
     decoder = H264Decoder()
     for seq, unit in enumerate(units[6:]):
         assert (
-            decoder.decode(EncodedFrame("c", seq, unit.t_us, unit.data, unit.keyframe)) is not None
+            decoder.decode(EncodedFrame("c", seq, unit.stamp, unit.data, unit.keyframe)) is not None
         )
 
 

@@ -30,7 +30,7 @@ packets = st.one_of(
     st.builds(
         Stream,
         channel=st.integers(0, 255),
-        t_us=st.integers(0, (1 << 64) - 1),
+        stamp=st.integers(0, (1 << 64) - 1),
         data=st.binary(max_size=200),
     ),
     st.builds(Unknown, kind=st.sampled_from((0, 2, 3, 7, 255)), data=st.binary(max_size=40)),

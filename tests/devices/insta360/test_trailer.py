@@ -5,12 +5,13 @@ import subprocess
 from dataclasses import replace
 
 import av
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.footage import read_footage
+from devices.footage import FilmedBy, read_footage
 from devices.insta360.metadata import (
     FIRMWARE,
     SERIAL,
@@ -47,7 +48,9 @@ from devices.insta360.trailer import (
     trailer_bytes,
     write_trailer,
 )
+from scenes.cameras import Fisheye, Rig
 from scenes.formats.storage.atomic import WriteError
+from scenes.pose import Pose
 from sim.wire.fuzz import OFFSET_V1, OFFSET_V2, OFFSET_V3
 
 T_NS = np.arange(20, dtype=np.int64) * 1_000_000 + 7_000_000
@@ -144,15 +147,24 @@ def test_exiftool_reads_what_we_wrote(video, tmp_path):
     assert times == pytest.approx(T_NS / 1_000_000, abs=1e-6)
 
 
-def test_the_reader_of_footage_takes_it_for_a_video(video, tmp_path):
-    from scenes.cameras import Fisheye, Rig
-    from scenes.pose import Pose
+def test_a_picture_takes_a_trailer_too(tmp_path):
+    """.insp is a JPEG; the trailer is bare."""
+    target = tmp_path / "IMG_00_001.insp"
+    (tmp_path / "plain.jpg").write_bytes(
+        cv2.imencode(".jpg", np.full((64, 128, 3), 90, np.uint8))[1]
+    )
+    write_trailer(tmp_path / "plain.jpg", target, whole_trailer())
+    assert read_trailer(target) == whole_trailer()
+    picture = cv2.imread(str(target))
+    assert picture is not None
+    assert picture.shape == (64, 128, 3)
 
+
+def test_the_reader_of_footage_takes_it_for_a_video(video, tmp_path):
     target = tmp_path / "a.insv"
     write_trailer(video, target, whole_trailer())
     lens = Fisheye.from_fov(64, np.radians(200))
-    camera = type("FilmedBy", (), {})()
-    camera.rig, camera.world_from_rig = Rig((lens, lens), (Pose.identity(),) * 2), Pose.identity()
+    camera = FilmedBy(Rig((lens, lens), (Pose.identity(),) * 2), Pose.identity())
     frames = list(read_footage(target, camera))
     assert [frame.images[1].shape for frame in frames] == [(64, 64, 3)] * 5
 

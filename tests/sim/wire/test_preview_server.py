@@ -95,8 +95,8 @@ def test_a_preview_begins_anew_with_every_start(raw):
     for seq in (1, 2):
         raw.say(Message(Command.START_LIVE_STREAM, seq))
         assert raw.next() == Message(200, seq)
-        times = [raw.next().t_us for _unit in range(8)]
-        assert times == [10_000 * index for index in range(8)]
+        times = [raw.next().stamp for _unit in range(8)]
+        assert times == [10 * index for index in range(8)]
 
 
 def test_after_a_stop_nothing_comes(server):
@@ -144,20 +144,22 @@ def test_a_client_that_takes_nothing_is_left_and_does_not_hold_the_feed(monkeypa
     server.close()
 
 
-def test_a_clock_that_drifts_is_seen_in_the_time_stamps(server):
+def test_a_clock_that_drifts_is_seen_in_the_time_stamps():
+    server = PreviewServer(lambda: frames(8), WallClock(), INFO, tick_ns=1000)
     server.faults = PreviewFaults(drift_ppm=1000.0)
     with PreviewClient(*server.address, clock=WallClock()) as client:
         client.start()
-        stamps = [taken.unit.t_us for taken in islice(client.units(), 8)]
+        stamps = [taken.unit.stamp for taken in islice(client.units(), 8)]
     assert stamps == [10_010 * index for index in range(8)]
+    server.close()
 
 
 def test_jitter_delays_and_keeps_the_order(server):
     server.faults = PreviewFaults(jitter_s=0.05)
     with PreviewClient(*server.address, clock=WallClock()) as client:
         client.start()
-        stamps = [taken.unit.t_us for taken in islice(client.units(), 8)]
-    assert stamps == [10_000 * index for index in range(8)]
+        stamps = [taken.unit.stamp for taken in islice(client.units(), 8)]
+    assert stamps == [10 * index for index in range(8)]
 
 
 def test_the_port_is_free_again_after_closing(server):
