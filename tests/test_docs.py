@@ -35,7 +35,7 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_every_page_is_there(built: Path) -> None:
     pages = {path.stem for path in built.glob("*.html")}
-    wanted = {path.stem for path in (ROOT / "docs").glob("*.md")}
+    wanted = {path.stem for path in (ROOT / "docs").rglob("*.md")}
     assert pages >= wanted | {"index", "contributing", "changelog", "examples"}
 
 

@@ -166,7 +166,7 @@ def build_pages(out: Path) -> list[str]:
 
 def read_pages() -> Iterator[Page]:
     """The pages in the order of the list beside them."""
-    others = sorted(str(path.relative_to(ROOT)) for path in (ROOT / "docs").glob("*.md"))
+    others = sorted(str(path.relative_to(ROOT)) for path in (ROOT / "docs").rglob("*.md"))
     middle = [name for name in others if name not in FIRST_PAGES]
     for name in (*FIRST_PAGES, *middle):
         yield read_page(name)

@@ -1,0 +1,1 @@
+"""Insta360 cameras: control over HTTP, live preview over TCP, their files and lens calibration."""

@@ -1,0 +1,314 @@
+"""A simulated Insta360 camera's TCP port 6666: the same bytes, fed with H.264 access units.
+
+One client at a time: a new one takes over, so a client that lost its connection finds its way back
+at once. Loopback unless another address is given; the protocol has no password.
+"""
+
+from __future__ import annotations
+
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from random import Random
+
+from devices.clock import Clock
+from devices.insta360.commands import (
+    BAD_REQUEST,
+    FAILED,
+    NOT_IMPLEMENTED,
+    OK,
+    CameraInfo,
+    Command,
+    info_reply,
+    read_get_options,
+    read_set_time,
+    read_start_live,
+)
+from devices.insta360.errors import CameraProtocolError
+from devices.insta360.packets import (
+    VIDEO,
+    KeepAlive,
+    Message,
+    Packet,
+    PacketParser,
+    Stream,
+    Sync,
+    encode,
+)
+from devices.insta360.protobuf import ProtobufError, bytes_field, message, varint_field
+from devices.messages import EncodedFrame
+
+Feed = Callable[[], Iterator[EncodedFrame]]
+"""Called once a preview; yields access units in order of time, beginning with a keyframe."""
+
+SILENCE_S = 10.0
+"""How long a client may say nothing before the camera hangs up, as real ones do."""
+
+SEND_S = 5.0
+"""How long a client may take nothing before the camera hangs up."""
+
+WAIT_S = 0.2
+"""How often threads look whether they are to end."""
+
+CLOSE_S = 5.0
+"""How long `close` waits for a thread that is inside the feed."""
+
+GARBAGE_BYTES = 4096
+"""Size of a piece of garbage between packets."""
+
+_UNKNOWN_COMMAND, _UNKNOWN_BODY, _EXECUTE = 1, 2, 3
+"""Numbers of the camera's errors, as in the vendor's message definitions."""
+
+
+@dataclass(frozen=True, slots=True)
+class PreviewFaults:
+    """What is wrong with the camera or the way to it; may be exchanged while it runs.
+
+    Attributes:
+        delay_s: every picture is sent that much later.
+        jitter_s: and up to that much more, at random.
+        frozen: no pictures, but replies.
+        half_open: nothing is sent or read, but the connection stays.
+        garbage: random bytes before every picture.
+        drift_ppm: the camera's clock runs that much too fast.
+    """
+
+    delay_s: float = 0.0
+    jitter_s: float = 0.0
+    frozen: bool = False
+    half_open: bool = False
+    garbage: bool = False
+    drift_ppm: float = 0.0
+
+
+class PreviewServer:
+    """Listens from the start until `close`.
+
+    Args:
+        feed: where access units come from.
+        clock: session time; units are sent at their pace.
+        info: what the camera says of itself.
+        host: address to listen at.
+        port: 0 for any free one.
+        seed: of jitter and garbage.
+        tick_ns: unit of its time stamps: a millisecond, as of an X4.
+
+    Attributes:
+        faults: what is wrong now.
+
+    Raises:
+        OSError: the port is taken.
+    """
+
+    def __init__(
+        self,
+        feed: Feed,
+        clock: Clock,
+        info: CameraInfo,
+        *,
+        host: str = "127.0.0.1",
+        port: int = 0,
+        seed: int = 0,
+        tick_ns: int = 1_000_000,
+    ) -> None:
+        self.faults = PreviewFaults()
+        self._feed, self._clock, self._info, self._seed = feed, clock, info, seed
+        self._tick_ns = tick_ns
+        self._listener = socket.create_server((host, port), backlog=8)
+        self._listener.settimeout(WAIT_S)
+        self._stop = threading.Event()
+        self._client: _Client | None = None
+        self.connections = 0
+        """Clients so far."""
+        self.sent_units = 0
+        """Access units handed to the network so far."""
+        self.set_times: tuple[int, int] | None = None
+        """What a client set the clock to last: seconds since 1970 and east of Greenwich."""
+        self._thread = threading.Thread(target=self._accept, name="camera 6666", daemon=True)
+        self._thread.start()
+
+    @property
+    def address(self) -> tuple[str, int]:
+        """Where it listens."""
+        host, port = self._listener.getsockname()[:2]
+        return host, port
+
+    def close(self) -> None:
+        """Hang up and stop listening; waits for the threads. Harmless when closed."""
+        self._stop.set()
+        self._thread.join()
+        self._listener.close()
+        if self._client is not None:
+            self._client.close()
+
+    def _accept(self) -> None:
+        while not self._stop.is_set():
+            try:
+                connection, _from = self._listener.accept()
+            except TimeoutError:
+                continue
+            except OSError:
+                return  # the listener is closed
+            if self._client is not None:
+                self._client.close()
+            self.connections += 1
+            self._client = _Client(self, connection, Random(self._seed + self.connections))
+
+    def reply(self, command: Message) -> Message:
+        """What the camera answers to a command; starting and stopping is left to the caller."""
+        try:
+            body = self._body(command)
+        except ProtobufError as error:
+            return _refused(command, BAD_REQUEST, _UNKNOWN_BODY, str(error))
+        if body is None:
+            return _refused(command, NOT_IMPLEMENTED, _UNKNOWN_COMMAND, "unknown command")
+        return Message(OK, command.seq, body)
+
+    def _body(self, command: Message) -> bytes | None:
+        match command.code:
+            case Command.GET_OPTIONS:
+                return info_reply(self._info, read_get_options(command.body))
+            case Command.SET_OPTIONS:
+                self.set_times = read_set_time(command.body) or self.set_times
+                return b""
+            case Command.START_LIVE_STREAM:
+                read_start_live(command.body)
+                return b""
+            case Command.STOP_LIVE_STREAM | Command.GET_CAPTURE_STATUS:
+                return b""
+            case _:
+                return None
+
+    def units(self) -> Iterator[tuple[int, EncodedFrame]]:
+        """Access units at their pace, and when each was due on the session's clock."""
+        begun: tuple[int, int] | None = None
+        for frame in self._feed():
+            begun = begun or (self._clock.now_ns(), frame.t_ns)
+            due_ns = begun[0] + frame.t_ns - begun[1]
+            self._clock.sleep_until(due_ns)
+            yield due_ns, frame
+
+    def stamp(self, t_ns: int) -> int:
+        """A capture time as the camera's clock has it."""
+        return round(t_ns * (1 + 1e-6 * self.faults.drift_ppm) / self._tick_ns)
+
+    def sleep_until(self, t_ns: int) -> None:
+        """Wait on the session's clock."""
+        self._clock.sleep_until(t_ns)
+
+
+def _refused(command: Message, code: int, error: int, words: str) -> Message:
+    body = message(varint_field(1, error), bytes_field(2, words))
+    return Message(code, command.seq, body)
+
+
+class _Client:
+    """One connection: a thread that reads, and one that sends video while a preview runs."""
+
+    def __init__(self, server: PreviewServer, connection: socket.socket, random: Random) -> None:
+        self._server, self._socket, self._random = server, connection, random
+        self._socket.settimeout(WAIT_S)
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._sending = threading.Lock()
+        self._over = threading.Event()
+        self._preview: tuple[threading.Thread, threading.Event] | None = None
+        self._reader = threading.Thread(target=self._read, name="camera 6666 reads", daemon=True)
+        self._reader.start()
+
+    def close(self) -> None:
+        """Hang up and wait for the threads."""
+        self._over.set()
+        with suppress(OSError):
+            self._socket.shutdown(socket.SHUT_RDWR)
+        self._reader.join(CLOSE_S)
+
+    def _read(self) -> None:
+        parser, silent_s = PacketParser(), 0.0
+        try:
+            while not self._over.is_set() and silent_s < SILENCE_S:
+                if self._server.faults.half_open:
+                    self._over.wait(WAIT_S)
+                    continue
+                try:
+                    data = self._socket.recv(1 << 16)
+                except TimeoutError:
+                    silent_s += WAIT_S
+                    continue
+                silent_s = 0.0
+                if not data:
+                    break
+                for packet in parser.feed(data):
+                    self._take(packet)
+        except (OSError, CameraProtocolError):
+            pass  # the client broke off or sends garbage: the camera hangs up
+        finally:
+            self._stop_preview()
+            self._socket.close()
+
+    def _take(self, packet: Packet) -> None:
+        if isinstance(packet, Sync | KeepAlive):
+            self._send(packet)
+        elif isinstance(packet, Message):
+            reply = self._server.reply(packet)
+            if packet.code == Command.STOP_LIVE_STREAM:
+                self._stop_preview()
+            self._send(reply)
+            if packet.code == Command.START_LIVE_STREAM and reply.code == OK:
+                self._start_preview()
+
+    def _start_preview(self) -> None:
+        self._stop_preview()
+        stop = threading.Event()
+        thread = threading.Thread(
+            target=self._stream, args=(stop,), name="camera 6666 sends", daemon=True
+        )
+        self._preview = (thread, stop)
+        thread.start()
+
+    def _stop_preview(self) -> None:
+        if self._preview is not None:
+            thread, stop = self._preview
+            self._preview = None
+            stop.set()
+            thread.join(CLOSE_S)
+
+    def _stream(self, stop: threading.Event) -> None:
+        try:
+            for due_ns, frame in self._server.units():
+                if stop.is_set() or self._over.is_set():
+                    return
+                faults = self._server.faults
+                if faults.frozen or faults.half_open:
+                    continue
+                late_s = faults.delay_s + faults.jitter_s * self._random.random()
+                if late_s > 0:
+                    self._server.sleep_until(due_ns + round(1e9 * late_s))
+                if faults.garbage:
+                    self._send_bytes(self._random.randbytes(GARBAGE_BYTES))
+                stamp = self._server.stamp(frame.t_ns)
+                self._send(Stream(VIDEO, stamp, frame.data))
+                self._server.sent_units += 1
+        except OSError:
+            self._over.set()
+        except CameraProtocolError as error:
+            body = message(varint_field(1, _EXECUTE), bytes_field(2, str(error)))
+            with suppress(OSError):
+                self._send(Message(FAILED, 0, body))
+
+    def _send(self, packet: Packet) -> None:
+        self._send_bytes(encode(packet))
+
+    def _send_bytes(self, data: bytes) -> None:
+        """All of it, or `OSError` when the client takes nothing for `SEND_S`."""
+        with self._sending:
+            rest, waited_s = memoryview(data), 0.0
+            while rest:
+                try:
+                    rest = rest[self._socket.send(rest) :]
+                    waited_s = 0.0
+                except TimeoutError:
+                    waited_s += WAIT_S
+                    if waited_s >= SEND_S or self._over.is_set():
+                        raise
