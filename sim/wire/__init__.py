@@ -1,0 +1,1 @@
+"""Simulated cameras on the wire: the bytes of real devices, on real sockets."""
