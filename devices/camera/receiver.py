@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from devices.adapter import Sink
 from devices.camera.address import AddressKind, CameraAddress
 from devices.camera.file_source import FileSource
+from devices.camera.insta360_source import Insta360Source
 from devices.camera.received import CameraState, CameraStatus, Received
 from devices.camera.rtmp_listener import RtmpListener
 from devices.camera.stream_picture import StreamPicture
@@ -47,6 +48,8 @@ def open_source(address: CameraAddress, clock: Clock) -> Source:
         return RtmpListener(address, clock)
     if address.kind is AddressKind.FILE:
         return FileSource(address, clock)
+    if address.kind is AddressKind.INSTA360:
+        return Insta360Source(address, clock)
     raise SourceError(f"{address.shown}: no receiver for {address.kind}://", is_final=True)
 
 
