@@ -180,6 +180,9 @@ class PreviewClient:
                 f"{self._where}: {error.strerror or error}; is the camera on, its Wi-Fi joined, "
                 "and the address right?"
             ) from None
+        if self._closed:
+            self.close()
+            raise CameraUnreachableError(f"{self._where}: closed while it connected")
         self._packet_ns = self._clock.now_ns()
         self._send(Sync())
         while not self._synced:

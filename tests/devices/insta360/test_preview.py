@@ -182,6 +182,14 @@ def test_another_thread_ends_it(camera, clock):
     assert client.take(0.01) is None
 
 
+def test_closing_before_the_connection_stands_leaves_nothing_open(camera, clock):
+    client = PreviewClient(*camera.address, clock=clock)
+    client.close()
+    with pytest.raises(CameraUnreachableError, match="closed while it connected"):
+        client.connect()
+    assert client.take(0.01) is None
+
+
 def test_nothing_listens(clock):
     with socket.create_server(("127.0.0.1", 0)) as listener:
         address = listener.getsockname()[:2]
