@@ -24,7 +24,8 @@ from devices.insta360.packets import (
     Unknown,
     encode,
 )
-from devices.insta360.preview import PreviewClient, PreviewLimits
+from devices.insta360.preview import PreviewClient
+from devices.insta360.preview_data import PreviewLimits
 from devices.video import H264Decoder
 from sim.wire.preview_server import PreviewFaults, PreviewServer
 from tests.devices.insta360.conftest import INFO

@@ -12,7 +12,8 @@ from devices.insta360.commands import CameraInfo, Command, LiveRequest, set_time
 from devices.insta360.errors import CameraError
 from devices.insta360.osc import OscClient
 from devices.insta360.packets import VIDEO, KeepAlive, Message, PacketParser, Stream, Sync, encode
-from devices.insta360.preview import PreviewClient, PreviewLimits
+from devices.insta360.preview import PreviewClient
+from devices.insta360.preview_data import PreviewLimits
 from devices.messages import EncodedFrame
 from sim.wire import fuzz as fuzzing
 from sim.wire.attack import HostilePeer, attack

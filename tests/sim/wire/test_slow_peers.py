@@ -10,7 +10,8 @@ from devices.clock import WallClock
 from devices.insta360.errors import CameraTimeoutError
 from devices.insta360.osc import OscClient
 from devices.insta360.packets import KeepAlive, Message, Stream, Sync, encode
-from devices.insta360.preview import PreviewClient, PreviewLimits
+from devices.insta360.preview import PreviewClient
+from devices.insta360.preview_data import PreviewLimits
 
 LIMITS = PreviewLimits(connect_s=1.0, reply_s=1.0, packet_s=1.0, picture_s=1.0)
 
