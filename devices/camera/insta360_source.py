@@ -11,7 +11,8 @@ from devices.clock import Clock
 from devices.insta360.camera_time import CameraTime
 from devices.insta360.commands import CameraInfo
 from devices.insta360.errors import CameraError
-from devices.insta360.preview import PreviewClient, PreviewLimits
+from devices.insta360.preview import PreviewClient
+from devices.insta360.preview_data import PreviewLimits
 
 LIMITS = PreviewLimits(connect_s=2.0, reply_s=2.0, packet_s=2.0, picture_s=3.0)
 """How long it waits, seconds: shorter than the defaults, for it is tried again at once."""
