@@ -1,0 +1,297 @@
+"""A camera's stream on a thread of its own: decoded at once, and the newest picture wins."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from devices.adapter import Sink
+from devices.camera.address import AddressKind, CameraAddress
+from devices.camera.file_source import FileSource
+from devices.camera.insta360_source import Insta360Source
+from devices.camera.received import CameraState, CameraStatus, Received
+from devices.camera.rtmp_listener import RtmpListener
+from devices.camera.stream_picture import StreamPicture
+from devices.camera.unit_decoder import UnitDecoder
+from devices.camera.units import Idle, Source, SourceError, StreamEndedError, StreamFormat, Unit
+from devices.clock import Clock
+from devices.messages import EncodedFrame, Event
+from devices.streams import Slot, StreamClosedError, StreamFullError
+
+HELD_AFTER_NS = 1_000_000_000
+"""Age of the last picture, nanoseconds, from which it is called held: 30 missed at 30 Hz."""
+
+FIRST_WAIT_S, LONGEST_WAIT_S = 0.25, 0.5
+"""Seconds between attempts, doubling from one to the other: what is back is found within 5 s."""
+
+CLOSE_S = 5.0
+"""Seconds that `close` waits for the thread; sources answer within 0.2 s."""
+
+MOST_EVENTS = 256
+"""Events kept until they are taken; the oldest go first."""
+
+OVER = frozenset({CameraState.FAILED, CameraState.ENDED})
+"""States in which the receiver has stopped by itself."""
+
+MakeSource = Callable[[CameraAddress, Clock], Source]
+
+
+def open_source(address: CameraAddress, clock: Clock) -> Source:
+    """The source of an address.
+
+    Raises:
+        SourceError: it cannot be opened, or another program of the studio receives it.
+    """
+    if address.kind is AddressKind.RTMP_LISTEN:
+        return RtmpListener(address, clock)
+    if address.kind is AddressKind.FILE:
+        return FileSource(address, clock)
+    if address.kind is AddressKind.INSTA360:
+        return Insta360Source(address, clock)
+    raise SourceError(f"{address.shown}: no receiver for {address.kind}://", is_final=True)
+
+
+@dataclass(slots=True)
+class _Track:
+    """One picture track: its decoder, and what of it waits for the other tracks."""
+
+    form: StreamFormat | None = None
+    decoder: UnitDecoder | None = None
+    picture: StreamPicture | None = None
+
+
+class CameraReceiver:
+    """Receives one camera until it is closed; starts at once, on a thread of its own.
+
+    Args:
+        address: where the pictures come from.
+        clock: session time, by which arrivals are stamped.
+        packets: takes every encoded picture in order, before it is decoded; it must not block. What
+            it has no room for is counted and said.
+        stream_id: written into packets and events.
+        make_source: opens the address; given for sources that are built elsewhere.
+
+    Attributes:
+        latest: the newest picture, for one consumer; `last` is for everybody else.
+    """
+
+    def __init__(
+        self,
+        address: CameraAddress,
+        clock: Clock,
+        *,
+        packets: Sink[EncodedFrame] | None = None,
+        stream_id: str = "camera-360",
+        make_source: MakeSource = open_source,
+    ) -> None:
+        self.latest: Slot[Received] = Slot()
+        self._address = address
+        self._clock = clock
+        self._packets = packets
+        self._stream_id = stream_id
+        self._make_source = make_source
+        self._stop = threading.Event()
+        self._lock = threading.Lock()
+        self._status = CameraStatus(CameraState.CONNECTING, f"connecting to {address.shown}")
+        self._last: Received | None = None
+        self._source: Source | None = None
+        self._events: deque[Event] = deque(maxlen=MOST_EVENTS)
+        self._seq = 0
+        self._arrivals: deque[tuple[int, int, int | None]] = deque(maxlen=64)
+        self._tracks: list[_Track] = []
+        self._is_held = False
+        self._thread = threading.Thread(target=self._run, name=f"receive {stream_id}", daemon=True)
+        self._thread.start()
+
+    @property
+    def address(self) -> CameraAddress:
+        """Where the pictures come from."""
+        return self._address
+
+    @property
+    def listening_at(self) -> str:
+        """For cameras that push: where to, with the real port; empty if the studio connects."""
+        source = self._source
+        return source.shown if isinstance(source, RtmpListener) else ""
+
+    @property
+    def last(self) -> Received | None:
+        """The newest picture, kept while nothing arrives; None before the first."""
+        return self._last
+
+    def status(self) -> CameraStatus:
+        """How it is doing now."""
+        with self._lock:
+            status, last = self._status, self._last
+        if last is None:
+            return status
+        age_ns = max(0, self._clock.now_ns() - last.t_ns)
+        state = status.state
+        if state not in OVER:
+            state = CameraState.HELD if age_ns > HELD_AFTER_NS else CameraState.LIVE
+        return replace(status, state=state, last_age_ns=age_ns, dropped=self.latest.dropped)
+
+    def take_events(self) -> list[Event]:
+        """What happened since the last call, oldest first: gaps, sizes, connections, failures."""
+        taken: list[Event] = []
+        while self._events:
+            taken.append(self._events.popleft())
+        return taken
+
+    def close(self) -> None:
+        """Stop receiving and give everything back; waits for the thread.
+
+        Raises:
+            RuntimeError: the thread did not end within `CLOSE_S`.
+        """
+        self._stop.set()
+        self._thread.join(CLOSE_S)
+        if self._thread.is_alive():
+            raise RuntimeError(
+                f"{self._address.shown}: receiving did not stop within {CLOSE_S:g} s"
+            )
+
+    def _run(self) -> None:
+        try:
+            self._receive()
+        finally:
+            if self._source is not None:
+                self._source.close()
+            self.latest.close()
+
+    def _receive(self) -> None:
+        wait_s = FIRST_WAIT_S
+        while not self._stop.is_set():
+            before = self._status.pictures
+            try:
+                if self._source is None:
+                    self._source = self._make_source(self._address, self._clock)
+                self._tracks = [_Track() for _ in range(self._source.tracks)]
+                for unit in self._source.units(self._stop):
+                    self._take(unit)
+                text, is_final = f"{self._address.shown}: the stream ended", False
+            except StreamEndedError as error:
+                self._flush()
+                self._end(CameraState.ENDED, str(error))
+                return
+            except SourceError as error:
+                text, is_final = str(error), error.is_final
+            if self._stop.is_set():
+                return
+            if is_final:
+                self._end(CameraState.FAILED, text)
+                return
+            wait_s = FIRST_WAIT_S if self._status.pictures > before else wait_s
+            self._say(CameraState.WAITING, f"{text}; trying again")
+            self._notice_hold()
+            self._stop.wait(wait_s)
+            wait_s = min(2 * wait_s, LONGEST_WAIT_S)
+
+    def _take(self, unit: Unit | Idle) -> None:
+        if isinstance(unit, Idle):
+            if self._last is None or self._is_held:
+                state = CameraState.CONNECTING if unit.connected else CameraState.WAITING
+                self._say(state, unit.text)
+            self._notice_hold()
+            return
+        now_ns = self._clock.now_ns()
+        self._save(unit, now_ns)
+        track = self._tracks[unit.track]
+        # Another connection has another format object, even where it says the same.
+        if track.form is not unit.format or track.decoder is None:
+            track.form, track.decoder = unit.format, UnitDecoder(unit.format)
+            self._begin(unit)
+        self._arrivals.append((self._seq, now_ns, unit.pts_ns))
+        damaged = track.decoder.damaged
+        decoded = track.decoder.decode(unit, self._seq)
+        self._seq += 1
+        with self._lock:
+            self._status = replace(
+                self._status,
+                damaged=self._status.damaged + track.decoder.damaged - damaged,
+                received_bytes=self._status.received_bytes + len(unit.data),
+            )
+        if decoded is not None:
+            track.picture = decoded.picture
+            self._hand_out(decoded.number)
+
+    def _hand_out(self, number: int) -> None:
+        """A picture, once every track has one."""
+        pictures = tuple(track.picture for track in self._tracks if track.picture is not None)
+        if len(pictures) < len(self._tracks):
+            return
+        for track in self._tracks:
+            track.picture = None
+        arrived = next((a for a in self._arrivals if a[0] == number), self._arrivals[-1])
+        seq, t_ns, pts_ns = arrived
+        received = Received(seq, t_ns, self._clock.now_ns(), pts_ns, pictures)
+        self._notice_return(received)
+        size_px = (pictures[0].width_px, pictures[0].height_px)
+        if size_px != self._status.size_px:
+            self._event("camera-size", f"pictures of {size_px[0]}×{size_px[1]} px")
+        with self._lock:
+            self._last = received
+            self._status = replace(
+                self._status,
+                state=CameraState.LIVE,
+                reason=f"receiving from {self._address.shown}",
+                size_px=size_px,
+                pictures=self._status.pictures + 1,
+            )
+        self.latest.put(received)
+
+    def _begin(self, unit: Unit) -> None:
+        if unit.track == 0:
+            count = self._status.connections + 1
+            with self._lock:
+                self._status = replace(self._status, connections=count, codec=unit.format.codec)
+            self._event("camera-connected", f"stream {count} began, {unit.format.codec}")
+
+    def _save(self, unit: Unit, now_ns: int) -> None:
+        """Hand the unit to the packet sink; full is counted, and said once in a row."""
+        if self._packets is None:
+            return
+        name = self._stream_id if unit.track == 0 else f"{self._stream_id}/{unit.track}"
+        try:
+            self._packets.put(EncodedFrame(name, self._seq, now_ns, unit.data, unit.keyframe))
+        except (StreamFullError, StreamClosedError) as error:
+            if not self._status.unsaved:
+                self._event("camera-unsaved", f"encoded pictures are not saved: {error}")
+            with self._lock:
+                self._status = replace(self._status, unsaved=self._status.unsaved + 1)
+
+    def _notice_hold(self) -> None:
+        last = self._last
+        if last is None or self._is_held:
+            return
+        if self._clock.now_ns() - last.t_ns > HELD_AFTER_NS:
+            self._is_held = True
+            self._event("camera-held", "no new picture; the last one is shown")
+
+    def _notice_return(self, received: Received) -> None:
+        last = self._last
+        gap_ns = 0 if last is None else received.t_ns - last.t_ns
+        if gap_ns > HELD_AFTER_NS:
+            self._event("camera-gap", f"pictures are back after {gap_ns / 1e9:.1f} s without any")
+        self._is_held = False
+
+    def _flush(self) -> None:
+        """Hand out what the decoders still hold: the end of a file with pictures out of order."""
+        for track in self._tracks:
+            decoded = None if track.decoder is None else track.decoder.flush()
+            if decoded is not None:
+                track.picture = decoded.picture
+                self._hand_out(decoded.number)
+
+    def _end(self, state: CameraState, text: str) -> None:
+        self._say(state, text)
+        self._event(f"camera-{state}", text)
+
+    def _say(self, state: CameraState, reason: str) -> None:
+        with self._lock:
+            self._status = replace(self._status, state=state, reason=reason)
+
+    def _event(self, kind: str, text: str) -> None:
+        self._events.append(Event(self._clock.now_ns(), self._stream_id, kind, text))
