@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scenes.cameras import Fisheye, Pinhole, Rig, pixel_centres
+from scenes.cameras import Camera, Fisheye, Pinhole, Rig, pixel_centres
 from scenes.frames import look_at
 from scenes.pose import Pose
 
@@ -29,7 +29,7 @@ class WarpTable:
     valid: NDArray[np.bool_]
 
 
-def warp_table(source: Fisheye, target: Pinhole | Fisheye, source_from_target: Pose) -> WarpTable:
+def warp_table(source: Camera, target: Pinhole | Fisheye, source_from_target: Pose) -> WarpTable:
     """Table that takes a picture of `source` to the view of `target`, both at the same centre.
 
     Args:
