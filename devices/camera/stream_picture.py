@@ -12,6 +12,7 @@ from typing import Any, cast
 import cv2
 import numpy as np
 from av.video.frame import VideoFrame
+from av.video.reformatter import ColorRange, Colorspace
 from numpy.typing import NDArray
 
 Plane = NDArray[np.uint8]
@@ -24,9 +25,6 @@ FULL_RANGE = 2
 
 BT601_SPACES = frozenset({5, 6})
 """FFmpeg's numbers of the two colour spaces of BT.601."""
-
-LUMA_WEIGHTS = {"bt601": (0.299, 0.114), "bt709": (0.2126, 0.0722)}
-"""Shares of red and blue in Y, ITU-R BT.601 and BT.709."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,34 +56,34 @@ class StreamPicture:
         return int(self.y.shape[0])
 
     def rgb(self) -> NDArray[np.uint8]:
-        """The whole picture, (H, W, 3) uint8."""
-        size = (self.width_px, self.height_px)
-        u = cv2.resize(self.u, size, interpolation=cv2.INTER_LINEAR)
-        v = cv2.resize(self.v, size, interpolation=cv2.INTER_LINEAR)
-        return self.to_rgb(self.y, np.asarray(u, np.uint8), np.asarray(v, np.uint8))
+        """The whole picture, (H, W, 3) uint8; one row or column less where H or W is odd."""
+        height, width = self.height_px & ~1, self.width_px & ~1
+        half = (slice(height // 2), slice(width // 2))
+        return self.to_rgb(self.y[:height, :width], self.u[half], self.v[half])
 
     def to_rgb(self, y: Plane, u: Plane, v: Plane) -> NDArray[np.uint8]:
-        """Any planes of this picture's colours and of one size (h, w) as (h, w, 3) RGB."""
-        stacked = cv2.merge([y, u, v])
-        return np.asarray(cv2.transform(stacked, self._rgb_from_yuv()), dtype=np.uint8)
+        """Any planes of this picture's colours as RGB.
 
-    def _rgb_from_yuv(self) -> NDArray[np.float64]:
-        """(3, 4): R, G, B of Y, U, V and 1."""
-        red, blue = LUMA_WEIGHTS[self.matrix]
-        green = 1.0 - red - blue
-        gain, chroma, black = 255 / 219, 255 / 224, 16.0
-        if self.is_full_range:
-            gain, chroma, black = 1.0, 1.0, 0.0
-        of_v, of_u = 2 * (1 - red) * chroma, 2 * (1 - blue) * chroma
-        rows = np.array(
-            [
-                [gain, 0.0, of_v],
-                [gain, -of_u * blue / green, -of_v * red / green],
-                [gain, of_u, 0.0],
-            ]
+        Args:
+            y: (h, w), both even.
+            u: (h/2, w/2).
+            v: likewise.
+
+        Returns:
+            (h, w, 3) uint8.
+        """
+        height, width = y.shape
+        planes = np.empty((height * 3 // 2, width), np.uint8)
+        planes[:height] = y
+        chroma = planes[height:].reshape(2, height // 2, width // 2)
+        chroma[0], chroma[1] = u, v
+        frame = cast("Any", VideoFrame.from_ndarray(planes, format="yuv420p"))
+        converted = frame.reformat(
+            format="rgb24",
+            src_colorspace=Colorspace.ITU601 if self.matrix == "bt601" else Colorspace.ITU709,
+            src_color_range=ColorRange.JPEG if self.is_full_range else ColorRange.MPEG,
         )
-        offset = -rows @ np.array([black, 128.0, 128.0])
-        return np.concatenate([rows, offset[:, None]], axis=1)
+        return np.asarray(converted.to_ndarray(), dtype=np.uint8)
 
 
 def picture_of(frame: VideoFrame) -> StreamPicture:

@@ -20,11 +20,13 @@ from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from scenes.cameras import Pinhole
 from scenes.package import ScenePackage
+from studio.app.model.document import TwinEdits
 from studio.app.shell.theme import figures
 from studio.app.timeline.columns import last_at
 from studio.app.timeline.opening import OpenRecording
 from studio.app.viewport.orbit import Orbit, home
 from studio.app.viewport.painter import TwinPainter, View
+from studio.app.viewport.scene_drawing import Drawings, SceneDrawing
 from studio.app.viewport.shapes import Shown, shapes_of
 from studio.app.viewport.view_overlay import GROUND, INK, image_of
 
@@ -70,12 +72,12 @@ class RunPicture(QWidget):
         """Whether something has been drawn."""
         return self._image is not None
 
-    def open(self, run: OpenRecording, scene: ScenePackage) -> None:
+    def open(self, run: OpenRecording, drawing: SceneDrawing) -> None:
         """Show this run from now on."""
         self.close_run()
         self.run = run
-        self.orbit = home(scene.footprint_m)
-        self._painter = TwinPainter(scene)
+        self.orbit = home(drawing.scene.footprint_m)
+        self._painter = TwinPainter(drawing)
 
     def close_run(self) -> None:
         """End the thread that draws."""
@@ -107,8 +109,7 @@ class RunPicture(QWidget):
         shapes = shapes_of(
             state,
             shown=Shown(),
-            primitives={},
-            cameras={},
+            twin=TwinEdits(),
             world_from_rig=state.world_from_rig,
         )
         view = View(state, camera, self.orbit.world_from_camera(), shapes=tuple(shapes))
@@ -168,6 +169,7 @@ class Beside(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
+        self._drawings = Drawings()
         self.pictures = (RunPicture("A", self.look_from), RunPicture("B", self.look_from))
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
@@ -180,7 +182,7 @@ class Beside(QWidget):
     def open(self, runs: tuple[OpenRecording, OpenRecording], scene: ScenePackage) -> None:
         """Show two runs."""
         for picture, run in zip(self.pictures, runs, strict=True):
-            picture.open(run, scene)
+            picture.open(run, self._drawings.of(scene))
         self._timer.start(POLL_MS)
 
     def show_instant(self, t_ns: int) -> None:
@@ -198,6 +200,7 @@ class Beside(QWidget):
         self._timer.stop()
         for picture in self.pictures:
             picture.close_run()
+        self._drawings.close()
 
     def _take(self) -> None:
         for picture in self.pictures:
