@@ -39,18 +39,22 @@ SEARCH_RAD = math.radians(3.0)
 """How far a window is looked for: three times a marker's 0.5° and, from 0.5 m on, 1 cm."""
 
 
-def searched(sight: Sight, world_from_rig: Pose) -> Displacements:
+def searched(
+    sight: Sight, world_from_rig: Pose, *, reach_rad: float = SEARCH_RAD, f_px: float = SEARCH_F_PX
+) -> Displacements:
     """Displacements of the best textured windows.
 
     Args:
         sight: the lens.
         world_from_rig: where the room is drawn from.
+        reach_rad: how far a window is looked for.
+        f_px: focal length in px per radian of the picture that is searched.
     """
-    scale = min(1.0, SEARCH_F_PX / sight.camera.f_px)
+    scale = min(1.0, f_px / sight.camera.f_px)
     size = (round(sight.camera.width_px * scale), round(sight.camera.height_px * scale))
     camera, side = sight.camera.resized(*size), SEARCH_WINDOW_PX
     image = cv2.resize(sight.image, size, interpolation=cv2.INTER_AREA)
-    reach = math.ceil(camera.f_px * SEARCH_RAD)
+    reach = math.ceil(camera.f_px * reach_rad)
     margin = side // 2 + reach
     view = lens_view(
         sight, camera, np.asarray(image, np.uint8), world_from_rig,
