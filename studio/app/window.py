@@ -12,10 +12,12 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING
 
+from PySide6.QtCore import QCoreApplication, QEvent
 from PySide6.QtWidgets import QApplication, QMainWindow, QWidget
 
 from studio.app.model.document import Document
 from studio.app.model.document_file import SUFFIX, load_document
+from studio.app.model.memory import give_back_memory
 from studio.app.model.scene_job import SceneJob
 from studio.app.model.script import Step
 from studio.app.model.session_run import SessionRun
@@ -59,6 +61,17 @@ def make_window(
     if problem:
         bench.say("warning", problem)
     return window
+
+
+def dispose(window: MainWindow) -> None:
+    """Delete a closed window with its docks and what they hold, and give the memory back.
+
+    Signals hold what they are connected to for as long as their sender lives, and outside of an
+    event loop Qt keeps windows that are to be deleted later for ever.
+    """
+    window.deleteLater()
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+    give_back_memory()
 
 
 def _make_view(bench: Workbench) -> QWidget:

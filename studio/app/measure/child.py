@@ -90,6 +90,7 @@ def answering() -> dict[str, Any]:
 def open_close(rounds: str) -> dict[str, Any]:
     """Resident memory after each round of open, rehearse, close; in MB."""
     from studio.app.model.document import Document
+    from studio.app.window import dispose
 
     resident: list[float] = []
     scenario = SHORT.read_text(encoding="utf-8")
@@ -100,7 +101,7 @@ def open_close(rounds: str) -> dict[str, Any]:
         window.bench.perform("session.rehearse")
         wait(lambda window=window: not window.run.is_busy)
         window.close()
-        window.deleteLater()
+        dispose(window)
         rest(wait, 0.3)
         resident.append(resident_mb())
     return {"resident_mb": resident}
