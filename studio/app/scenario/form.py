@@ -21,11 +21,9 @@ from studio.app.scenario.fields import Field
 Changed = Callable[[str, Any], object]
 """Takes a key and its new value; None where the key is to go."""
 
-LEAST_PX = 76
-"""Width of a number in the narrowest dock."""
-
-NUMBER_PX = 104
-"""Width of a number beside a slider: sliders of one form end at one place."""
+LEAST, USUAL, ARROWS_PX = "-000.0°", "-000.00 share", 24
+"""What a number has room for in the narrowest dock, and beside a slider, where sliders of one form
+end at one place; and what frame and arrows take, pixels."""
 
 STEPS = 200
 """Of a slider."""
@@ -59,7 +57,7 @@ class Number(QDoubleSpinBox):
         if is_optional:
             self.setSpecialValueText("not set")
         self.setSuffix(field.unit if field.unit == "°" else f" {field.unit}" if field.unit else "")
-        self.setMinimumWidth(LEAST_PX)
+        self.setMinimumWidth(self.fontMetrics().horizontalAdvance(LEAST) + ARROWS_PX)
         self.setKeyboardTracking(False)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAccessibleName(field.title)
@@ -143,7 +141,7 @@ def _with_slider(number: Number, field: Field) -> QWidget:
     follow(number.value())
     number.valueChanged.connect(follow)
     slider.valueChanged.connect(lambda k: number.setValue(low + (high - low) * k / STEPS))
-    number.setFixedWidth(NUMBER_PX)
+    number.setFixedWidth(number.fontMetrics().horizontalAdvance(USUAL) + ARROWS_PX)
     row = QWidget()
     layout = QHBoxLayout(row)
     layout.setContentsMargins(0, 0, 0, 0)

@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 )
 
 from devices.clock import WallClock
-from studio.app.devices.report_html import spoken
+from studio.app.devices.report_html import UNITS, spoken
 from studio.app.timeline.beside import Beside
 from studio.app.timeline.forking import TwoRuns
 from studio.app.timeline.playback import Playback
@@ -73,7 +73,8 @@ class ComparedModel(QAbstractTableModel):
             return None
         sign = "✖ " if row.worse else "● " if row.verdict in ("same", "better") else "○ "
         numbers = (_number(row.a), _number(row.b), _number(row.difference, "+"))
-        return (spoken(row.name), *numbers, row.unit, sign + row.verdict)[index.column()]
+        unit = UNITS.get(row.unit, row.unit)
+        return (spoken(row.name), *numbers, unit, sign + row.verdict)[index.column()]
 
 
 class ComparisonView(QWidget):

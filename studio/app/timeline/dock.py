@@ -154,7 +154,8 @@ class TimelineDock(QWidget):
 
     def _on_recording(self) -> None:
         if self.bench.recording is None:
-            self._forget()
+            if self.viewing.path is not None:  # else two runs may be compared: they stay
+                self._forget()
         elif self.bench.recording != self.viewing.path:
             self._forget()
             self.viewing.begin(self.bench.recording)

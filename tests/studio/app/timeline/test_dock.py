@@ -192,8 +192,8 @@ def test_two_runs_are_compared_in_a_table(
 
 
 @pytest.fixture
-def compared(opened, bench, recording, tmp_path, until, monkeypatch, tiny):
-    """Two runs of which B is a copy of A, compared."""
+def two_folders(recording, tmp_path, monkeypatch, tiny):
+    """Two runs of which B is a copy of A."""
     monkeypatch.setattr("studio.compare.comparison.recorded_scene", lambda info: tiny.scene)
     for name in ("a", "b"):
         folder = tmp_path / name
@@ -201,9 +201,23 @@ def compared(opened, bench, recording, tmp_path, until, monkeypatch, tiny):
         shutil.copy(recording, folder / "recording.mcap")
         rows = [Row("chair.world_cm", 3.0, "cm")]
         (folder / "report.json").write_text(json.dumps(as_json("rehearse", rows, 0)))
-    bench.do("timeline.compare", a=str(tmp_path / "a"), b=str(tmp_path / "b"))
+    return {name: str(tmp_path / name) for name in ("a", "b")}
+
+
+@pytest.fixture
+def compared(opened, bench, two_folders, until):
+    """Both compared, with a recording open."""
+    bench.do("timeline.compare", **two_folders)
     until(lambda: opened.comparison is not None)
     return opened
+
+
+def test_two_runs_can_be_compared_with_no_recording_open(dock, bench, two_folders, until):
+    bench.do("timeline.compare", **two_folders)
+    until(lambda: dock.comparison is not None)
+    assert dock.view.isVisible()
+    assert bench.do("timeline.seek", t_s=0.5)
+    assert dock.view.playback.t_ns == 500_000_000
 
 
 def test_both_runs_are_pictured_at_one_instant(compared, bench, until):
