@@ -40,6 +40,9 @@ from scenes.prepare.progress import Progress
 
 LOOKS_PER_FRAME = 8
 """Frames that are judged for each one that is taken."""
+SHORT_S = 20.0
+"""A shorter video shows no room from all sides at the pace of a walk, seconds: docs/preparation.md
+asks for one to two minutes."""
 LOOKING_SHARE = 0.7
 LITTLE_OVERLAP = 0.35
 LONGEST_SMEAR = 8
@@ -97,7 +100,7 @@ def gather_video(
         if i not in taken
     ]
     if len(taken) < options.least_frames:
-        raise too_few(file.name, len(taken), rejected, wanted=options.least_frames)
+        raise _too_few_frames(file, looks[-1].t_s, len(taken), rejected, options.least_frames)
     frames = _written(file, folder, [looks[i] for i in chosen], options, progress)
     return Capture(
         CaptureKind.VIDEO if options.rig is None else CaptureKind.PANORAMA,
@@ -112,6 +115,20 @@ def gather_video(
 def clock(t_s: float) -> str:
     """A time in a video as people say it, such as 1:07.4."""
     return f"{int(t_s // 60)}:{t_s % 60:04.1f}"
+
+
+def _too_few_frames(
+    file: Path, length_s: float, kept: int, rejected: Sequence[Rejected], wanted: int
+) -> CaptureError:
+    """The error for a video that leaves too few; of a short one, it says that, too."""
+    if length_s >= SHORT_S:
+        return too_few(file.name, kept, rejected, wanted=wanted)
+    short = (
+        f"the video ends at {length_s:.1f} s: film for one to two minutes, walking slowly around"
+    )
+    if not rejected:
+        return too_few(file.name, kept, rejected, wanted=wanted, advice=short)
+    return CaptureError(f"{too_few(file.name, kept, rejected, wanted=wanted)}; {short}")
 
 
 def _looks(file: Path, options: CaptureOptions, progress: Progress) -> list[Look]:
@@ -206,8 +223,11 @@ def _opened(file: Path) -> Iterator[tuple[Any, Any]]:
     try:
         container = av.open(str(file))
     except (FFmpegError, OSError) as error:
+        todo = "it is damaged or not whole: copy it from the camera again"
+        if file.suffix.lower() not in (".mp4", ".mov", ".m4v"):
+            todo = f"export it as MP4, or, where others of its kind open, {todo}"
         raise CaptureError(
-            f"{file}: no video that can be opened ({error.strerror or error}); export it as MP4"
+            f"{file}: no video that can be opened ({error.strerror or error}); {todo}"
         ) from None
     with container:
         if not container.streams.video:

@@ -7,6 +7,7 @@ from pathlib import Path
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QCloseEvent, QColor, QDragEnterEvent, QDropEvent, QPixmap
 from PySide6.QtWidgets import (
+    QComboBox,
     QDoubleSpinBox,
     QFormLayout,
     QHBoxLayout,
@@ -40,6 +41,12 @@ SCALE = (
 POLL_MS = 300
 STATES = {"running": ("calm", "runs"), "done": ("good", "done"), "failed": ("bad", "failed")}
 BAR_CELLS = 10
+QUALITIES = {
+    "preview": "preview: half a minute of training",
+    "default": "usual: two and a half minutes",
+    "fine": "fine: eight minutes",
+}
+"""What people read of each quality; times of two idle cores."""
 
 
 class RoomPage(QScrollArea):
@@ -71,7 +78,13 @@ class RoomPage(QScrollArea):
         self.code_side = _length(" m", "not used", 5.0)
         self.metres = _length(" m", "not used", 1000.0)
         self.ceiling = _length(" m", "not used", 12.0)
+        self.quality = QComboBox()
+        self.quality.setAccessibleName("Quality")
+        for name, words in QUALITIES.items():
+            self.quality.addItem(words, name)
+        self.quality.setCurrentIndex(list(QUALITIES).index("default"))
         form = QFormLayout()
+        form.addRow("Quality", self.quality)
         form.addRow("Printed code, side", self.code_side)
         form.addRow("Splat file, one unit", self.metres)
         form.addRow("or floor to ceiling", self.ceiling)
@@ -155,7 +168,8 @@ class RoomPage(QScrollArea):
         else:
             length_m, ends = self.ends.length_m, self.ends.picks()
             only = Scale(self.scale().code_side_m, length_m, ends if length_m else None)
-            words = preparation_words(self.source, out, only)
+            quality = str(self.quality.currentData())
+            words = preparation_words(self.source, out, only, quality=quality)
             words += [] if self.mesh is None else ["--mesh", str(self.mesh)]
         self.job, self._is_open, self._preview = PreparationJob(words, out), True, None
         self.codes.hide()

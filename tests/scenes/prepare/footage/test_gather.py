@@ -165,6 +165,22 @@ def test_a_video_without_motion_asks_to_walk(canvas, tmp_path):
         gather(video, tmp_path / "work", options=FEW)
 
 
+def test_a_short_video_says_how_short_and_how_long_to_film(canvas, tmp_path):
+    video = write_video(tmp_path / "short.mp4", [look(canvas, 30 * k) for k in range(3)])
+    with pytest.raises(CaptureError, match=r"ends at 0\.\d s: film for one to two minutes"):
+        gather(video, tmp_path / "work", options=FEW)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [("cut.mp4", "not whole: copy it from the camera again"), ("cut.wmv", "export it as MP4, or")],
+)
+def test_a_damaged_video_says_what_to_do(tmp_path, name, words):
+    (tmp_path / name).write_bytes(bytes(range(256)) * 40)
+    with pytest.raises(CaptureError, match=words):
+        gather(tmp_path / name, tmp_path / "work", options=FEW)
+
+
 def test_what_is_no_capture_is_refused(tmp_path, photo_folder):
     (tmp_path / "empty").mkdir()
     (tmp_path / "notes.txt").write_text("hello")
