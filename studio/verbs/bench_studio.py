@@ -21,6 +21,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--kills", type=int, default=5, metavar="N", help="at random moments (5)")
     parser.add_argument("--no-seek", action="store_true", help="leave out the long recording")
     parser.add_argument(
+        "--steps",
+        nargs="*",
+        metavar="STEP",
+        help="only the steps of a designer's, an operator's and a tester's day, or some of them: D3",
+    )
+    parser.add_argument("--no-steps", action="store_true", help="leave the steps out")
+    parser.add_argument(
         "--soak-minutes",
         type=float,
         metavar="N",
@@ -35,20 +42,33 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Measure; exit 1 if a figure misses its bar."""
     from studio.app.measure.soaking import soak_rows
+    from studio.app.measure.steps import OPEN, STEPS
     from studio.console.display import why_no_window
     from studio.console.rows import as_json, as_table, exit_code
 
+    unknown = sorted(set(args.steps or ()) - set(STEPS))
+    if unknown:
+        raise ValueError(f"--steps {' '.join(unknown)}: wanted some of D1 to D10, O1 …, T1 …")
     no_window = why_no_window()
     if no_window is not None:
         raise ValueError(f"{no_window}; on a server: xvfb-run -a ./nexus bench studio")
-    rows = soak_rows(args.soak_minutes, args.out) if args.soak_minutes else _rows(args)
-    print(
-        json.dumps(as_json("bench studio", rows, None), indent=2) if args.json else as_table(rows)
-    )
+    reasons: dict[str, str] = {}
+    if args.soak_minutes:
+        rows = soak_rows(args.soak_minutes, args.out)
+    else:
+        rows = [] if args.steps is not None else _window_rows(args)
+        if not args.no_steps:
+            rows += _day_rows(rows, args.steps or ())
+            reasons = OPEN
+    if args.json:
+        print(json.dumps({**as_json("bench studio", rows, None), "open": reasons}, indent=2))
+    else:
+        print(as_table(rows))
+        print("".join(f"\n{step:4}is not measured here: {why}" for step, why in reasons.items()))
     return exit_code(rows)
 
 
-def _rows(args: argparse.Namespace) -> list[Row]:
+def _window_rows(args: argparse.Namespace) -> list[Row]:
     from studio.app.measure.figures import (
         answering_rows,
         kill_rows,
@@ -68,3 +88,11 @@ def _rows(args: argparse.Namespace) -> list[Row]:
     rows += open_close_rows(args.rounds)
     rows += kill_rows(args.kills)
     return rows
+
+
+def _day_rows(rows: list[Row], only: list[str] | tuple[str, ...]) -> list[Row]:
+    from studio.app.measure.steps import in_order, open_rows, repeated_rows, step_rows
+
+    with tempfile.TemporaryDirectory(prefix="nexus-steps-") as folder:
+        found = step_rows(Path(folder), only)
+    return in_order([*repeated_rows(rows), *found, *([] if only else open_rows())])

@@ -9,7 +9,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -173,6 +173,17 @@ def soaking(seconds: str, folder: str) -> dict[str, Any]:
     return {"failure": failure, "ended_mb": ended_mb}
 
 
+def step(name: str, folder: str) -> dict[str, Any]:
+    """Figures of the steps that one measurement gives, see `steps.MEASUREMENTS`."""
+    from studio.app.measure import designer, operator, tester
+
+    for module in (designer, operator, tester):
+        measure = getattr(module, name, None)
+        if measure is not None:
+            return {"rows": [asdict(row) for row in measure(Path(folder))]}
+    raise ValueError(f"no measurement {name!r}")
+
+
 SHORT = Path(__file__).with_name("short.toml")
 """A rehearsal of a second: what is repeated fifty times."""
 
@@ -183,6 +194,7 @@ MEASURES: dict[str, Callable[..., dict[str, Any]]] = {
     "open_close": open_close,
     "editing": editing,
     "soaking": soaking,
+    "step": step,
 }
 
 
