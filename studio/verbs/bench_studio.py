@@ -24,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--steps",
         nargs="*",
         metavar="STEP",
-        help="only the steps of a designer's, an operator's and a tester's day, or some of them: D3",
+        help="only the steps of a designer's, operator's and tester's day, or some: D3",
     )
     parser.add_argument("--no-steps", action="store_true", help="leave the steps out")
     parser.add_argument(

@@ -23,7 +23,7 @@ MOVED_M, SEEN_BAR_S = 0.05, 2.0
 
 BUMP_S, BUMPED_SESSION_S = 2.0, 6.0
 BUMPS = {"": (0.6, 0.5), ".strong": (2.0, 3.0)}
-"""Degrees and centimetres by the rows' names: what is usual (`sim.faults.bump`), and a hard knock."""
+"""Degrees and centimetres by the rows' names: as usual (`sim.faults.bump`), and a hard knock."""
 
 LIVE = """# A chair is pushed before a small camera, in real time.
 room = "lab"
