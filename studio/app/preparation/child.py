@@ -97,4 +97,5 @@ class Child:
     def _read_said(self) -> None:
         assert self._process.stderr is not None
         for line in self._process.stderr:
-            self._said.append(line.rstrip())
+            # The window says who speaks; a terminal needs the name.
+            self._said.append(line.rstrip().removeprefix("nexus: "))

@@ -73,6 +73,7 @@ class MainWindow(QMainWindow):
         self._autosave = Autosave(home)
         self._contents: dict[str, QWidget] = {}
         self.view: QWidget | None = None
+        self._wear_theme()  # docks take the height of their tabs from it when they are made
         self.setAcceptDrops(True)
         self.resize(1380, 860)
         self.setMinimumSize(860, 560)
@@ -230,19 +231,25 @@ class MainWindow(QMainWindow):
 
     def _on_settings(self) -> None:
         settings = self.bench.settings
-        application = QApplication.instance()
-        if isinstance(application, QApplication):
-            wanted = (settings.theme, settings.text_scale)
-            if application.property("nexus theme") != repr(wanted):
-                apply_theme(application, *wanted)
-                application.setProperty("nexus theme", repr(wanted))
-                if self.view is not None:
-                    self._recolour()
+        if self._wear_theme() and self.view is not None:
+            self._recolour()
         self.menus.refresh()
         try:
             save_settings(settings, self._home / "settings.json")
         except OSError as error:
             self._line.setText(f"▲ settings cannot be saved: {error.strerror}")
+
+    def _wear_theme(self) -> bool:
+        """Give the application the user's theme; whether it had another one."""
+        application = QApplication.instance()
+        if not isinstance(application, QApplication):
+            return False
+        wanted = (self.bench.settings.theme, self.bench.settings.text_scale)
+        if application.property("nexus theme") == repr(wanted):
+            return False
+        apply_theme(application, *wanted)
+        application.setProperty("nexus theme", repr(wanted))
+        return True
 
     def _recolour(self) -> None:
         import qtawesome  # loads fonts: not before the window is shown

@@ -173,7 +173,7 @@ def test_a_short_video_says_how_short_and_how_long_to_film(canvas, tmp_path):
 
 @pytest.mark.parametrize(
     ("name", "words"),
-    [("cut.mp4", "not whole: copy it from the camera again"), ("cut.wmv", "export it as MP4, or")],
+    [("cut.mp4", "not whole: copy it from the camera again"), ("cut.avi", "export it as MP4, or")],
 )
 def test_a_damaged_video_says_what_to_do(tmp_path, name, words):
     (tmp_path / name).write_bytes(bytes(range(256)) * 40)

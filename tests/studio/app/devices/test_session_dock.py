@@ -79,5 +79,5 @@ def test_the_log_is_filtered_searched_and_copied_and_the_report_opens_inside(
     dock.copy_log()
     assert QGuiApplication.clipboard().text().endswith("✖ lens lost")
     bench.open_recording(rehearsal / "recording.mcap")
-    assert "error.cm" in dock.report.toPlainText()
+    assert "error, cm" in dock.report.toPlainText()
     assert not dock.browser_button.isEnabled()
