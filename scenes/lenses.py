@@ -23,7 +23,7 @@ MODEL = "unified_sphere"
 
 STEEPEST = 0.1
 """Least growth of the radius with the angle, against that on the axis, up to which a lens is used:
-nearer to where the picture folds back, an angle cannot be told from a pixel."""
+nearer to where the picture folds back, a pixel does not determine an angle."""
 
 LIMIT_STEPS = 3600
 """Angles from 0 to π at which the growth is looked at."""

@@ -20,6 +20,7 @@ from studio.reports.film import FilmMaker, FilmTitle, Picture, film_frame
 from studio.reports.film_file import FilmFile, FilmThread
 from studio.reports.report import Report, render_report
 from studio.reports.tracks_file import TracksFile
+from studio.session.opening import open_session
 from studio.session.outputs import (
     FILM,
     RECORDING,
@@ -29,14 +30,8 @@ from studio.session.outputs import (
     TRACKS,
     output_folder,
 )
-from studio.session.session import (
-    Pace,
-    Session,
-    SessionOutput,
-    SessionPlan,
-    SessionResult,
-    open_session,
-)
+from studio.session.plan import Pace, SessionPlan
+from studio.session.session import Session, SessionOutput, SessionResult
 from studio.view.twin import Twin
 
 STILLS = 8

@@ -12,7 +12,7 @@ from devices.camera.address import AddressKind, CameraAddress
 from devices.camera.file_source import FileSource
 from devices.camera.insta360_source import Insta360Source
 from devices.camera.received import CameraState, CameraStatus, Received
-from devices.camera.rtmp_listener import RtmpListener
+from devices.camera.rtmp.listener import RtmpListener
 from devices.camera.stream_picture import StreamPicture
 from devices.camera.unit_decoder import UnitDecoder
 from devices.camera.units import Idle, Source, SourceError, StreamEndedError, StreamFormat, Unit

@@ -91,7 +91,7 @@ def picture_of(frame: VideoFrame) -> StreamPicture:
     is_full = int(frame.color_range) == FULL_RANGE or frame.format.name.startswith("yuvj")
     matrix = "bt601" if int(frame.colorspace) in BT601_SPACES else "bt709"
     if frame.format.name not in PLANAR:
-        # swscale keeps the range only if it is told: it is left as it is.
+        # swscale keeps the range only where both ranges are given: it is left as it is.
         frame = frame.reformat(format="yuvj420p" if is_full else "yuv420p")
     width, height = frame.width, frame.height
     half = (-(-height // 2), -(-width // 2))

@@ -8,7 +8,7 @@ START = re.compile(rb"\x00\x00\x00?\x01")
 """The start code before each unit of Annex B, in both its lengths."""
 
 SPS, PPS, DELIMITER = 7, 8, 9
-"""NAL unit types of H.264 that are told apart here (ITU-T H.264, table 7-1)."""
+"""NAL unit types of H.264 that are distinguished here (ITU-T H.264, table 7-1)."""
 
 
 def nal_units(annex_b: bytes) -> list[bytes]:

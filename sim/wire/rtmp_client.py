@@ -6,8 +6,8 @@ import contextlib
 import socket
 from urllib.parse import urlsplit
 
-from devices.camera.amf import AmfValue, decode_amf, encode_amf
-from devices.camera.rtmp_chunks import (
+from devices.camera.rtmp.amf import AmfValue, decode_amf, encode_amf
+from devices.camera.rtmp.chunks import (
     EXTENDED,
     HANDSHAKE_BYTES,
     ChunkReader,

@@ -6,7 +6,7 @@ import threading
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from devices.camera.rtmp_chunks import RtmpError
+from devices.camera.rtmp.chunks import RtmpError
 from devices.clock import Clock
 from devices.messages import EncodedFrame
 from devices.video import H264Encoder

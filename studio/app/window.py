@@ -28,7 +28,8 @@ from studio.app.shell.script_run import ScriptRun
 
 if TYPE_CHECKING:  # takes a second to import: not before the window is shown
     from studio.rehearsal import Performance
-    from studio.session.session import SessionOutput, SessionPlan
+    from studio.session.plan import SessionPlan
+    from studio.session.session import SessionOutput
 
 SWITCH_S = 0.002
 """How long a busy thread may keep the interpreter from the window, seconds."""

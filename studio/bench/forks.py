@@ -9,7 +9,9 @@ from typing import Any
 from devices.recording_codec import track_to_json
 from studio.console.rows import Row, at_least
 from studio.session.fork import open_fork
-from studio.session.session import SessionOutput, SessionPlan, open_session
+from studio.session.opening import open_session
+from studio.session.plan import SessionPlan
+from studio.session.session import SessionOutput
 
 SEED = 5
 INSTANTS_S = (0.0, 0.3, 0.55, 0.8, 1.0, 1.37, 1.75, 2.0, 2.6, 3.2)

@@ -1,24 +1,18 @@
-"""The composition root: `open_session` puts adapters, clock, executor and recorder together."""
+"""A session that runs: each frame is tracked, shown and recorded."""
 
 from __future__ import annotations
 
-import hashlib
 import logging
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass, field, replace
-from enum import StrEnum
-from functools import partial
+from dataclasses import dataclass, replace
 from itertools import chain
-from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from devices.clock import Clock, ManualClock, WallClock
-from devices.recording import Recorder, read_session
+from devices.clock import Clock
+from devices.recording import Recorder
 from devices.recording_codec import (
     FrameStamp,
     RecordedAnnotation,
@@ -31,22 +25,17 @@ from devices.session_info import SessionInfo
 from devices.streams import BoundedQueue
 from scenes.package import ScenePackage
 from scenes.state import Annotation, LiveSurface, SceneState, reduce_state
-from sim.faults.fault import Fault
-from studio.session.fork import Fork
 from studio.session.latency import Latencies
 from studio.session.live_surfaces import LiveSurfaces
-from studio.session.methods import METHODS, NO_MORE, MethodMaker, TruthDetector, make_method
-from studio.session.pipeline import ExactExecutor, Executor, PacedExecutor, RecorderThread
-from studio.session.recorded_scene import recorded_scene, with_camera
+from studio.session.methods import TruthDetector
+from studio.session.pipeline import Executor, RecorderThread
+from studio.session.plan import Pace, SessionPlan
 from studio.session.sources import (
     SessionInput,
     SessionMessage,
-    recorded_messages,
-    simulated_messages,
 )
 from studio.session.tracker_settings import TrackerSettings, settings_event
 from studio.view.surface_drawing import LivePicture
-from tracking.hypotheses.budget import NOMINAL_COSTS, MeasuredCosts
 from tracking.options import TrackerOptions
 from tracking.output import TrackingMethod, TrackOutput
 
@@ -56,47 +45,6 @@ COMMANDS = 64
 """What users may have asked for and a session has not yet done."""
 LINES = 1024
 """What may have been drawn while a frame is tracked: a line that grows comes once a frame."""
-
-
-class Pace(StrEnum):
-    """How time passes in a session."""
-
-    EXACT = "exact"
-    """On one thread, nothing dropped, as fast as it goes: the same every time."""
-    PACED = "paced"
-    """In real time: frames that come while the tracker is busy are dropped and counted."""
-
-
-@dataclass(frozen=True, slots=True)
-class SessionPlan:
-    """What a session is made of.
-
-    Attributes:
-        scene: name of a built-in room or path of a scene package; ignored by a replay.
-        scenario: name or path of a scenario, or None for the scene's own; ignored by a replay.
-        seed: of everything random in the simulation.
-        recording: a recording to play instead of simulating.
-        methods: trackers to run, of `METHODS` and `more_methods`; the first is shown.
-        pace: how time passes.
-        record_to: where to write the recording, or None.
-        fork: a recorded simulation to go on with; its scene, seed and methods are given above.
-        more_methods: trackers beside `METHODS` by name, such as those of plug-ins.
-        more_faults: kinds that the scenario may have beside the built-in ones.
-        options: the tracker's settings to begin with; None for the usual ones, and in a replay for
-            those that are recorded, with their changes.
-    """
-
-    scene: str = "lab"
-    scenario: str | None = None
-    seed: int = 0
-    recording: Path | None = None
-    methods: tuple[str, ...] = METHODS
-    pace: Pace = Pace.EXACT
-    record_to: Path | None = None
-    fork: Fork | None = None
-    more_methods: Mapping[str, MethodMaker] = field(default_factory=lambda: NO_MORE)
-    more_faults: tuple[type[Fault], ...] = ()
-    options: TrackerOptions | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -356,130 +304,6 @@ class Session:
         for name, output in outputs.items():
             for track in output.objects:
                 self._write(RecordedTrack(name, track))
-
-
-def open_session(plan: SessionPlan, *, truth_detector: TruthDetector | None = None) -> Session:
-    """Choose adapters, clock, executor and recorder, and put them together.
-
-    Args:
-        plan: what to play.
-        truth_detector: finds the objects for the paper's method in a simulation; without one, the
-            method finds what differs from the empty room.
-
-    Raises:
-        ValueError: the scene, scenario or recording is bad, or a method is unknown.
-        OSError: a file cannot be opened.
-    """
-    known = (*METHODS, *plan.more_methods)
-    unknown = [name for name in plan.methods if name not in known]
-    if unknown or not plan.methods:
-        raise ValueError(f"tracking method {unknown}: wanted some of {', '.join(known)}")
-    clock: Clock = ManualClock() if plan.pace is Pace.EXACT else WallClock()
-    executor = ExactExecutor(clock) if plan.pace is Pace.EXACT else PacedExecutor(clock)
-    made = _recorded(plan) if plan.recording is not None else _simulated(plan)
-    scene, info, messages, duration_ns = made
-    # Measured costs differ from run to run, and with them the frames in which searches end.
-    is_exact = plan.pace is Pace.EXACT
-    costs = NOMINAL_COSTS if is_exact else MeasuredCosts(time.perf_counter_ns)
-    methods = {
-        name: make_method(
-            name,
-            scene,
-            truth_detector,
-            stopwatch=time.perf_counter_ns,
-            costs=costs,
-            more=plan.more_methods,
-        )
-        for name in plan.methods
-    }
-    return Session(
-        plan,
-        scene,
-        info,
-        messages,
-        methods,
-        duration_ns=duration_ns,
-        clock=clock,
-        executor=executor,
-        truth_detector=truth_detector,
-    )
-
-
-def scene_hash(scene: ScenePackage) -> str:
-    """A digest of everything the tracker takes from a scene: splats, poses, boxes."""
-    digest = hashlib.sha256()
-    clouds = [("room", scene.room), *((o.object_id, o.splats) for o in scene.objects)]
-    for name, cloud in clouds:
-        digest.update(name.encode())
-        for array in (cloud.means, cloud.scales, cloud.rotations, cloud.opacities, cloud.sh):
-            digest.update(array.tobytes())
-    for item in scene.objects:
-        numbers = [*item.box_m, item.support_z_m]
-        digest.update(np.array(numbers, dtype=np.float64).tobytes())
-        digest.update(item.world_from_object.matrix().tobytes())
-    return digest.hexdigest()
-
-
-Made = tuple[ScenePackage, SessionInfo, Callable[[], Iterator[SessionMessage]], int]
-
-
-def _simulated(plan: SessionPlan) -> Made:
-    from sim.camera.camera360 import default_rig
-    from studio.session.provenance import library_versions
-    from studio.session.staging import staging_of
-
-    fork = plan.fork
-    staging = staging_of(plan.scene, plan.scenario, fork, more_faults=plan.more_faults)
-    scenario = staging.scenario
-    scene = with_camera(staging.scene, scenario.camera.world_from_rig)
-    then = () if fork is None else fork.then
-    info = SessionInfo(
-        scene=plan.scene,
-        scene_hash=scene_hash(scene),
-        seed=plan.seed,
-        scenario=staging.scenario_text,
-        scenario_name=scenario.name,
-        mode=str(plan.pace),
-        methods=plan.methods,
-        versions=library_versions(),
-        rig=default_rig(scenario.camera.lens_size_px),
-        fps=scenario.camera.fps,
-        changes=() if fork is None else fork.changes,
-        fork=None if fork is None else fork.origin,
-        reality=staging.reality,
-    )
-    if fork is not None:
-        fork.check_scene(info.scene_hash)
-    steps = staging.steps(plan.seed, then)
-    corners = {item.surface_id: np.array(item.corners_in_world) for item in scenario.surfaces}
-    duration_ns = round((then[-1].scenario if then else scenario).duration_s * 1e9)
-
-    def messages() -> Iterator[SessionMessage]:
-        simulated = simulated_messages(steps(), corners)
-        return simulated if fork is None else fork.proven(simulated)
-
-    return scene, info, messages, duration_ns
-
-
-def _recorded(plan: SessionPlan) -> Made:
-    path = plan.recording
-    assert path is not None
-    if "paper" in plan.methods:
-        raise ValueError(
-            f"{path}: the paper's method cannot be replayed: it works on the simulator's masks, "
-            "which a recording does not hold; rehearse again with the same seed"
-        )
-    info = read_session(path)
-    scene = recorded_scene(info)
-    found = scene_hash(scene)
-    if found != info.scene_hash:
-        raise ValueError(
-            f"{path}: recorded with another version of scene {info.scene!r} "
-            f"({info.scene_hash[:12]}, here {found[:12]}); tracks cannot be compared"
-        )
-    # What is recorded now is what is tracked now: every frame, by these methods.
-    info = replace(info, methods=plan.methods, mode=str(plan.pace))
-    return scene, info, partial(recorded_messages, path, info), 0
 
 
 def _discard(_value: RecordedValue) -> None:

@@ -17,7 +17,9 @@ from scenes.state import TrackState
 from studio.evaluate.filmed.perfect_detector import PerfectDetector
 from studio.evaluate.samples import Sample
 from studio.evaluate.scores import ScoreBoard
-from studio.session.session import Session, SessionOutput, SessionPlan, open_session
+from studio.session.opening import open_session
+from studio.session.plan import SessionPlan
+from studio.session.session import Session, SessionOutput
 from studio.sweep.plan import Run
 
 Row = dict[str, Any]

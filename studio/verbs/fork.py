@@ -43,7 +43,7 @@ def run(args: argparse.Namespace) -> int:
     from studio.rehearsal import perform
     from studio.session.fork import open_fork
     from studio.session.outputs import check_target
-    from studio.session.session import SessionPlan
+    from studio.session.plan import SessionPlan
 
     check_target(args.out)
     if args.recording.resolve().parent == args.out.resolve():

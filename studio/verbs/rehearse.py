@@ -73,7 +73,7 @@ def run(args: argparse.Namespace) -> int:
     from studio.console.rows import as_json, as_table, exit_code
     from studio.rehearsal import perform
     from studio.session.outputs import check_target
-    from studio.session.session import Pace, SessionPlan
+    from studio.session.plan import Pace, SessionPlan
 
     check_target(args.out)
     plan = SessionPlan(

@@ -95,8 +95,9 @@ def run(args: argparse.Namespace) -> int:
     from studio.console.display import why_no_window
     from studio.console.progress import text_progress
     from studio.rehearsal import perform
+    from studio.session.opening import open_session
     from studio.session.outputs import check_target
-    from studio.session.session import Pace, SessionPlan, open_session
+    from studio.session.plan import Pace, SessionPlan
 
     info = read_session(args.recording)
     if info.mode != Pace.EXACT:

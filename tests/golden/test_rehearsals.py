@@ -21,7 +21,8 @@ from devices.recording_codec import RecordedTrack, RecordedTruth
 from scenes.state import TrackState
 from studio.evaluate.metrics import error_table
 from studio.evaluate.scores import ScoreBoard
-from studio.session.session import SessionPlan, open_session
+from studio.session.opening import open_session
+from studio.session.plan import SessionPlan
 
 HERE = Path(__file__).parent
 CEILINGS = tomllib.loads((HERE / "ceilings.toml").read_text(encoding="utf-8"))

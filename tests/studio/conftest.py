@@ -18,8 +18,10 @@ from scenes.pose import Pose
 from scenes.splats import SplatCloud
 from scenes.state import Avatar, ObjectModel, TrackedObject, TrackState
 from sim.truth import GroundTruth
+from studio.session.opening import scene_hash
 from studio.session.pipeline import ExactExecutor, PacedExecutor
-from studio.session.session import Pace, Session, scene_hash
+from studio.session.plan import Pace
+from studio.session.session import Session
 from studio.session.sources import SessionInput, SessionMessage
 from tracking.output import TrackOutput
 

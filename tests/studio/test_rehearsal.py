@@ -12,7 +12,7 @@ from studio import rehearsal
 from studio.cli import main
 from studio.console.progress import Progress, text_progress
 from studio.session.outputs import OUTPUT_NAMES
-from studio.session.session import SessionPlan
+from studio.session.plan import SessionPlan
 from studio.view.twin import ABOVE_M, Twin, lens_camera
 
 pytestmark = pytest.mark.usefixtures("no_display", "no_traceback")

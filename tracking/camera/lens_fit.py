@@ -1,8 +1,8 @@
 """Finds the lenses of a 360° camera together with its pose, from live pictures of a known room.
 
 As in the refinement of the pose alone, the room is drawn as the camera is believed to see it, and
-windows of the drawing are looked for in the live pictures; here they also tell how long each lens
-is, where its axis meets the picture and how it distorts. The room is the target: nothing printed is
+windows of the drawing are looked for in the live pictures; here they also determine each lens's
+focal length, principal point and distortion. The room is the target: nothing printed is
 held before the camera.
 """
 
@@ -215,7 +215,7 @@ def _moved(
 
 
 def _prior(state: _State, start: _State, terms: int) -> tuple[Points, Points]:
-    """The change expected beforehand and its information: the start, and that lenses are alike."""
+    """The change expected beforehand and its information: the start, and equal lenses."""
     shape_sigma = PRIOR_SHAPE_RAD.copy()
     shape_sigma[terms:TERMS] = 1e-6
     count = len(state.rig.lenses)

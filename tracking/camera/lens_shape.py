@@ -1,6 +1,6 @@
 """What a fisheye's focal length, centre and distortion do to its picture, and lenses so changed.
 
-A lens's radius is f·(θ + k1·θ³ + k2·θ⁵ + k3·θ⁷ + k4·θ⁹). The powers are much alike, so what is
+A lens's radius is f·(θ + k1·θ³ + k2·θ⁵ + k3·θ⁷ + k4·θ⁹). The powers are correlated, so what is
 fitted are sums of them of which each moves the picture in a way of its own: odd polynomials of the
 angle over the rim's that are orthogonal over the lens circle, each of root mean square 1. Like
 displacements their amounts are in radians, pixels over the focal length, and so hold at any size of

@@ -132,7 +132,9 @@ def bumped(folder: Path) -> list[Row]:
 
 def _after_a_bump(scenario: Path, deg: float) -> tuple[int, float]:
     """Objects that were shown elsewhere, and when half of the camera's turn was known, seconds."""
-    from studio.session.session import SessionOutput, SessionPlan, open_session
+    from studio.session.opening import open_session
+    from studio.session.plan import SessionPlan
+    from studio.session.session import SessionOutput
 
     session = open_session(SessionPlan(scenario=str(scenario), methods=("own",), seed=1))
     lies = {item.object_id: item.world_from_object for item in session.scene.objects}

@@ -132,7 +132,7 @@ def judging(folder: Path) -> list[Row]:
     from studio.compare.page import write_comparison
     from studio.console.progress import Progress
     from studio.rehearsal import perform
-    from studio.session.session import SessionPlan
+    from studio.session.plan import SessionPlan
 
     for name, seed in (("a", 0), ("b", 1)):
         plan = SessionPlan(scenario="lab-short", methods=("own",), seed=seed)

@@ -16,7 +16,8 @@ if TYPE_CHECKING:  # what a session needs takes a second to import: not before t
     from sim.faults.fault import Fault
     from studio.rehearsal import Performance
     from studio.session.methods import MethodMaker
-    from studio.session.session import Session, SessionOutput, SessionPlan
+    from studio.session.plan import SessionPlan
+    from studio.session.session import Session, SessionOutput
 
 Watch = Callable[["SessionOutput"], None]
 
@@ -97,7 +98,7 @@ class SceneJob:
                     cancelled=self._cancelled,
                 )
             else:
-                from studio.session.session import open_session
+                from studio.session.opening import open_session
 
                 progress.begin("replaying")
                 session = open_session(self._plan)

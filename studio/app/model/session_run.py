@@ -109,7 +109,7 @@ class SessionRun:
             ValueError: a session is playing, or the chosen tracker is not there.
             OSError: the scenario cannot be written down.
         """
-        from studio.session.session import Pace, SessionPlan
+        from studio.session.plan import Pace, SessionPlan
 
         if self.is_playing:
             raise ValueError("a session is playing already: stop it first")
@@ -135,7 +135,7 @@ class SessionRun:
             OSError: the recording cannot be read.
         """
         from devices.recording import read_session
-        from studio.session.session import SessionPlan
+        from studio.session.plan import SessionPlan
 
         if self.is_playing:
             raise ValueError("a session is playing already: stop it first")

@@ -150,7 +150,8 @@ class Trials:
     def _rehearse(self, plan: TrialPlan, path: Path) -> None:
         from studio.evaluate.scores import ScoreBoard
         from studio.session.methods import METHODS
-        from studio.session.session import SessionPlan, open_session
+        from studio.session.opening import open_session
+        from studio.session.plan import SessionPlan
 
         session = open_session(
             SessionPlan(

@@ -15,7 +15,7 @@ if TYPE_CHECKING:  # what a session needs takes a second to import
     from sim.faults.fault import Fault
     from studio.app.timeline.opening import OpenRecording
     from studio.compare.comparison import Comparison
-    from studio.session.session import SessionPlan
+    from studio.session.plan import SessionPlan
 
 TOLERANCE = 0.1
 """Share by which a figure of B may be worse than A's: what `nexus compare` takes, too."""
@@ -43,7 +43,7 @@ def planning_fork(
     def work(_report: Report, _cancelled: threading.Event) -> SessionPlan:
         from studio.session.fork import open_fork
         from studio.session.outputs import check_target
-        from studio.session.session import SessionPlan
+        from studio.session.plan import SessionPlan
 
         check_target(out)
         if recording.resolve().parent == out.resolve():

@@ -20,8 +20,8 @@ from studio.app.timeline.index import RecordingIndex
 from studio.app.timeline.reading import read_index
 from studio.app.timeline.spans import FaultSpan, StateSpan, fault_spans, state_spans
 from studio.app.timeline.task import Report, Task
+from studio.session.opening import scene_hash
 from studio.session.outputs import RECORDING
-from studio.session.session import scene_hash
 
 
 @dataclass(frozen=True, slots=True, eq=False)

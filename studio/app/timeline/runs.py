@@ -11,7 +11,7 @@ from studio.app.timeline.forking import TwoRuns, comparing, planning_fork, writi
 from studio.app.timeline.task import Task
 
 if TYPE_CHECKING:
-    from studio.session.session import SessionPlan
+    from studio.session.plan import SessionPlan
 
 
 class Runs:

@@ -13,9 +13,9 @@ from typing import Generic, TypeVar
 from devices.streams import Slot
 from scenes.mesh import CollisionMesh
 from studio.app.model.workbench import Topic, Workbench
-from studio.app.viewport.collision_wire import collision_mesh
-from studio.app.viewport.floor_errors import FloorErrors, floor_errors
-from studio.app.viewport.shapes import GREEN, Shape, Shown, Wire
+from studio.app.viewport.drawing.collision_wire import collision_mesh
+from studio.app.viewport.drawing.floor_errors import FloorErrors, floor_errors
+from studio.app.viewport.drawing.shapes import GREEN, Shape, Shown, Wire
 
 T = TypeVar("T")
 

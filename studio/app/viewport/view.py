@@ -25,17 +25,17 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from devices.streams import Slot
 from scenes.cameras import Pinhole
 from studio.app.model.workbench import Topic, Workbench
-from studio.app.viewport.corners import CornerHandles, surface_at
-from studio.app.viewport.dragging import Aim, CornerDrag, Drag, GrabDrag, HandleDrag
-from studio.app.viewport.gizmo import Gizmo
-from studio.app.viewport.items import boxes_of, pose_of
+from studio.app.viewport.by_hand.corners import surface_at
+from studio.app.viewport.by_hand.dragging import Aim, CornerDrag, Drag, GrabDrag, HandleDrag
+from studio.app.viewport.by_hand.handles import Handles, handles_of, taken
+from studio.app.viewport.by_hand.items import boxes_of
+from studio.app.viewport.by_hand.picking import Pick, pick, point_at
+from studio.app.viewport.by_hand.tools import CORNERS_HINT, HINTS, HOLDING, InHand, Tool
+from studio.app.viewport.drawing.painter import Painted, TwinPainter, View
+from studio.app.viewport.drawing.scene_drawing import Drawings
+from studio.app.viewport.drawing.shapes import box_edges, shapes_of
 from studio.app.viewport.layers import Layers
 from studio.app.viewport.orbit import home
-from studio.app.viewport.painter import Painted, TwinPainter, View
-from studio.app.viewport.picking import Pick, pick, point_at
-from studio.app.viewport.scene_drawing import Drawings
-from studio.app.viewport.shapes import box_edges, shapes_of
-from studio.app.viewport.tools import CORNERS_HINT, HINTS, InHand, Tool
 from studio.app.viewport.view_overlay import INK, Overlay, image_of
 from studio.app.viewport.viewer import MODES, Mode, Viewer
 from studio.app.viewport.walk import Walker
@@ -50,9 +50,6 @@ FAST, SLOW = 4.0, 0.25
 WHEEL_STEP = 120.0
 CLICK_PX = 4.0
 """A press that moves less than this is a click, pixels."""
-
-HOLDING = (Tool.SELECT, Tool.MOVE, Tool.TURN)
-"""Tools with which a press can take hold of something instead of picking a place."""
 
 FLIGHT = {
     Qt.Key.Key_W: (0, 0, 1),
@@ -195,7 +192,8 @@ class TwinView(QWidget):
             overlay.names_of_people(self.bench.state)
         if self._layers.errors is not None:
             overlay.error_scale(QRectF(self.rect()), self._layers.errors)
-        drag, gizmo, corners = self._drag, self._gizmo(), self._corners()
+        drag, handles = self._drag, self._handles()
+        gizmo, corners = handles.gizmo, handles.corners
         if gizmo is not None:
             overlay.gizmo(gizmo, drag.handle if isinstance(drag, HandleDrag) else None)
         if corners is not None:
@@ -305,25 +303,10 @@ class TwinView(QWidget):
             y_px * camera.height_px / max(self.height(), 1),
         )
 
-    def _gizmo(self) -> Gizmo | None:
-        if self.hand.tool not in (Tool.MOVE, Tool.TURN) or self.viewer is None:
-            return None
-        pose = pose_of(self.bench, self.bench.selection)
-        if pose is None or not self.bench.is_by_hand:
-            return None
-        turns = self.hand.tool is Tool.TURN
+    def _handles(self) -> Handles:
+        assert self.viewer is not None
         camera, eye = self._screen_camera(), self.viewer.world_from_camera()
-        return Gizmo(pose, camera, eye, moves=not turns, turns=turns)
-
-    def _corners(self) -> CornerHandles | None:
-        """Handles of the selected live surface, if it is the document's own that is shown."""
-        chosen = self.bench.selection
-        surface = self.bench.document.twin.surfaces.get(chosen)
-        if surface is None or self.viewer is None or self.hand.tool not in HOLDING:
-            return None
-        if self.bench.state.surfaces.get(chosen) is not surface:
-            return None
-        return CornerHandles(surface, self._screen_camera(), self.viewer.world_from_camera())
+        return handles_of(self.bench, self.hand.tool, camera=camera, world_from_camera=eye)
 
     # --- mouse and keys --------------------------------------------------------------------------
 
@@ -333,8 +316,11 @@ class TwinView(QWidget):
         if _with_control(event) and event.button() == Qt.MouseButton.LeftButton:
             self._drag = self._grabbed(event.position())
             return
-        if event.button() == Qt.MouseButton.LeftButton:
-            self._drag = self._taken(event.position().x(), event.position().y())
+        if event.button() == Qt.MouseButton.LeftButton and self.viewer is not None:
+            at_px = (event.position().x(), event.position().y())
+            self._drags += 1
+            merge = f"drag {id(self)} {self._drags}"
+            self._drag = taken(self.bench, self._handles(), at_px=at_px, merge=merge)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """See Qt."""
@@ -440,20 +426,6 @@ class TwinView(QWidget):
         hand = self.hand
         self.take(Tool.SELECT)
         self._finished(hand)
-
-    def _taken(self, x_px: float, y_px: float) -> Drag | None:
-        """What a press of the left button takes hold of: a corner, a handle, or nothing."""
-        self._drags += 1
-        merge = f"drag {id(self)} {self._drags}"
-        corners, gizmo = self._corners(), self._gizmo()
-        corner = None if corners is None else corners.hit(x_px, y_px)
-        if corners is not None and corner is not None:
-            return CornerDrag(self.bench, corners, corner=corner, merge=merge)
-        handle = None if gizmo is None else gizmo.hit(x_px, y_px)
-        if gizmo is None or handle is None:
-            return None
-        start_px = (x_px, y_px)
-        return HandleDrag(self.bench, gizmo, handle=handle, start_px=start_px, merge=merge)
 
     def _grabbed(self, at: QPointF) -> Drag | None:
         """Grip what is under the mouse, for the running physics to pull."""

@@ -12,9 +12,9 @@ from typing import Protocol
 from scenes.pose import Pose
 from studio.app.model.actions import Action
 from studio.app.model.workbench import Workbench
-from studio.app.viewport.placing import move_item
-from studio.app.viewport.shapes import Shown
-from studio.app.viewport.tools import Tool
+from studio.app.viewport.by_hand.placing import move_item
+from studio.app.viewport.by_hand.tools import Tool
+from studio.app.viewport.drawing.shapes import Shown
 from studio.app.viewport.view import TwinView
 from studio.app.viewport.viewer import MODES
 

@@ -9,13 +9,13 @@ from PySide6.QtWidgets import QGridLayout, QWidget
 from scenes.cameras import Pinhole
 from scenes.pose import Pose
 from studio.app.model.workbench import Topic, Workbench
-from studio.app.viewport.items import pose_of
+from studio.app.viewport.by_hand.items import pose_of
+from studio.app.viewport.by_hand.placing import places_text
+from studio.app.viewport.by_hand.tools import InHand, Tool
+from studio.app.viewport.drawing.painter import TwinPainter, View
+from studio.app.viewport.drawing.scene_drawing import Drawings
+from studio.app.viewport.drawing.shapes import Shown, shapes_of
 from studio.app.viewport.layers import Layers
-from studio.app.viewport.painter import TwinPainter, View
-from studio.app.viewport.placing import places_text
-from studio.app.viewport.scene_drawing import Drawings
-from studio.app.viewport.shapes import Shown, shapes_of
-from studio.app.viewport.tools import InHand, Tool
 from studio.app.viewport.view import FIELD_OF_VIEW, TwinView
 from studio.app.viewport.view_actions import add_view_actions
 from studio.app.viewport.view_overlay import image_of

@@ -12,10 +12,10 @@ from PySide6.QtGui import QColor, QImage, QLinearGradient, QPainter, QPen
 from scenes.cameras import Pinhole
 from scenes.pose import Pose
 from scenes.state import SceneState, TrackState
-from studio.app.viewport.floor_errors import STOPS, FloorErrors
-from studio.app.viewport.gizmo import Gizmo, Handle
-from studio.app.viewport.picking import length_m
-from studio.app.viewport.tools import InHand, Tool
+from studio.app.viewport.by_hand.gizmo import Gizmo, Handle
+from studio.app.viewport.by_hand.picking import length_m
+from studio.app.viewport.by_hand.tools import InHand, Tool
+from studio.app.viewport.drawing.floor_errors import STOPS, FloorErrors
 from studio.view.overlay import STATE_COLOURS, STATE_WORDS
 
 INK, GROUND = QColor(236, 239, 243), QColor(14, 16, 20, 190)
@@ -101,7 +101,7 @@ class Overlay:
             area = QRectF(x - radius, y - radius, 2 * radius, 2 * radius)
             self._painter.setPen(QPen(GROUND, 2.0))
             self._painter.setBrush(PICKED if corner == held else INK)
-            # The picture's top left is told from the others by its shape, not its colour alone.
+            # The picture's top left differs from the others by its shape, not its colour alone.
             if corner == 0:
                 self._painter.drawRect(area)
             else:

@@ -8,7 +8,7 @@ import pytest
 from devices.session_info import ForkOrigin, ScenarioChange
 from studio import rehearsal
 from studio.console.progress import Progress
-from studio.session.session import SessionPlan
+from studio.session.plan import SessionPlan
 
 OTHER = "[camera]\nfps = 10\n[faults]\ndrop_share = 0.1\n"
 

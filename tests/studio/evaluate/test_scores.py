@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from studio.evaluate.scores import ScoreBoard, accuracy_rows
-from studio.session.session import SessionPlan
+from studio.session.plan import SessionPlan
 
 
 @pytest.fixture

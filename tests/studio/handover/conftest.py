@@ -17,7 +17,7 @@ from studio.console.progress import Progress
 from studio.handover.moments import Moments
 from studio.handover.viewer_page import write_viewer
 from studio.handover.web_files import MissingWebFilesError, licences, web_modules
-from studio.session.session import SessionPlan
+from studio.session.plan import SessionPlan
 
 
 def load_browser():

@@ -7,7 +7,7 @@ import pytest
 
 from studio.reports import film_file
 from studio.reports.film_file import FilmFile, FilmThread, Stills
-from studio.session.session import SessionPlan
+from studio.session.plan import SessionPlan
 
 
 def frames(count):

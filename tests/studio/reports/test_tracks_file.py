@@ -8,7 +8,7 @@ from devices.recording_codec import track_to_json
 from scenes.pose import Pose
 from scenes.state import TrackedObject, TrackState
 from studio.reports.tracks_file import TracksFile
-from studio.session.session import SessionPlan
+from studio.session.plan import SessionPlan
 
 
 def track(object_id, seq):

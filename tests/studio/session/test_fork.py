@@ -8,7 +8,7 @@ from devices.recording import Recorder, read_session
 from devices.session_info import ForkOrigin, ScenarioChange
 from sim.scenario import parse_scenario
 from studio.session.fork import Fork, open_fork
-from studio.session.session import SessionPlan
+from studio.session.plan import SessionPlan
 from studio.session.sources import recorded_messages
 
 TEXT = "room = 'lab'\nduration_s = 1.2\n[camera]\nfps = 10\n"

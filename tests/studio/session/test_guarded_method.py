@@ -10,7 +10,7 @@ import pytest
 
 from scenes.state import TrackState
 from studio.session.guarded_method import GuardedMethod
-from studio.session.session import SessionPlan
+from studio.session.plan import SessionPlan
 from tracking.output import TrackOutput
 
 

@@ -14,7 +14,8 @@ from scenes.package.reality import Reality
 from scenes.prepare.cutout.likewise import TakenApart
 from scenes.splats import concatenate
 from sim.reality import parts
-from studio.session.session import SessionPlan, open_session
+from studio.session.opening import open_session
+from studio.session.plan import SessionPlan
 from studio.session.staging import staging_of
 from tests.scanned_cell import scan
 

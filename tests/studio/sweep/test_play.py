@@ -11,7 +11,7 @@ import pytest
 from devices.recording_codec import RecordedTruth
 from scenes.pose import Pose
 from studio.session.pipeline import CancelledError
-from studio.session.session import SessionPlan
+from studio.session.plan import SessionPlan
 from studio.sweep.child import RunDiedError, RunRefusedError, play_in_child
 from studio.sweep.plan import parse_sweep
 from studio.sweep.play import Arrival, lost_share, play, shown_cm

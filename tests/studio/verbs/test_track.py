@@ -17,7 +17,7 @@ from studio.evaluate.filmed.conditions import Conditions
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.takes import RECORDING, TakeCache
 from studio.evaluate.tables.stations import carried
-from studio.session.session import SessionPlan
+from studio.session.plan import SessionPlan
 from studio.verbs.track import Tally, tracks_as_json
 
 

@@ -1,6 +1,6 @@
 import pytest
 
-from studio.session.session import SessionPlan
+from studio.session.plan import SessionPlan
 
 
 @pytest.fixture(scope="session")

@@ -1,4 +1,4 @@
-"""Words and frames can be told from what they stand on: WCAG 2.2, level AA."""
+"""Words and frames contrast with their background: WCAG 2.2, level AA."""
 
 import re
 from pathlib import Path

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from studio.console.display import why_no_window
-from tests.studio.app.looks.likeness import difference
+from tests.studio.app.looks.picture_difference import difference
 from tests.studio.app.looks.shots import BUSY, EMPTY, Shot, open_stage, settle
 
 WHY_NOT = why_no_window()

@@ -81,10 +81,10 @@ from studio.app.model.workbench import Topic
 class Panel(QLabel):
     def __init__(self, bench):
         super().__init__("{text}")
-        self.heard = 0
+        self.selections = 0
         bench.listen(Topic.SELECTION, self.hear)
     def hear(self):
-        self.heard += 1
+        self.selections += 1
         {then}
 
 def register(studio):
@@ -147,7 +147,7 @@ def test_a_panel_is_a_dock_that_follows_its_file_and_comes_back_in_the_next_wind
     window.until(lambda: first.plugins.panels["Mine"].text() == "two")
     assert docks["Mine"] is dock
     first.bench.select("chair-1")
-    assert first.plugins.panels["Mine"].heard == 1
+    assert first.plugins.panels["Mine"].selections == 1
     assert not first.bench.log.lines("error")
 
     first.close()
@@ -171,11 +171,11 @@ def test_a_panel_that_raises_when_it_hears_something_is_said_once_and_others_hea
     save(path, 1000, "one", then="raise KeyError('nobody')")
     window.until(lambda: panel_id("Mine") in made.bench.actions)
     assert made.bench.do(panel_id("Mine"))
-    heard = []
-    made.bench.listen(Topic.SELECTION, lambda: heard.append(made.bench.selection))
+    selections = []
+    made.bench.listen(Topic.SELECTION, lambda: selections.append(made.bench.selection))
     for name in ("chair-1", "chair-2"):
         made.bench.select(name)
-    assert heard == ["chair-1", "chair-2"]
+    assert selections == ["chair-1", "chair-2"]
     (line,) = made.bench.log.lines("error")
     assert line.text.startswith(f"panel Mine: {path}:12: ")
     assert "KeyError: 'nobody'" in line.text

@@ -155,7 +155,8 @@ def test_a_trial_plays_it(editing):
 
 
 def test_its_size_is_in_the_truth_of_a_session(tmp_path, editing):
-    from studio.session.session import SessionPlan, open_session
+    from studio.session.opening import open_session
+    from studio.session.plan import SessionPlan
 
     mini = (
         'room = "lab"\nduration_s = 0.4\n[camera]\nfps = 5\nlens_size_px = 200\n'

@@ -8,7 +8,7 @@ from studio import rehearsal
 from studio.app.model.scene_job import SceneJob
 from studio.console.display import why_no_window
 from studio.session.pipeline import CancelledError
-from studio.session.session import SessionPlan
+from studio.session.plan import SessionPlan
 
 WHY_NOT = why_no_window()
 pytestmark = [

@@ -1,7 +1,7 @@
 import pytest
 
 from studio.app.timeline.reading import read_index
-from studio.session.session import SessionPlan
+from studio.session.plan import SessionPlan
 
 
 @pytest.fixture(scope="session")

@@ -120,9 +120,9 @@ def test_the_action_reads_beside_the_window_and_is_one_step(bench, tmp_path, unt
 
 def test_a_mesh_is_picked_and_placed_in_the_view(bench, tmp_path):
     from scenes.pose import Pose
-    from studio.app.viewport.items import boxes_of
-    from studio.app.viewport.items import pose_of as shown_pose_of
-    from studio.app.viewport.placing import move_item
+    from studio.app.viewport.by_hand.items import boxes_of
+    from studio.app.viewport.by_hand.items import pose_of as shown_pose_of
+    from studio.app.viewport.by_hand.placing import move_item
 
     geometry = read_geometry(box(tmp_path / "a.stl"), fallback=GREY)
     document, mesh_id = mesh_added(bench.document, {}, geometry, source="a", place=(0, 0, 0))

@@ -10,9 +10,9 @@ from studio.app.model.document import Document
 from studio.app.model.settings import Settings
 from studio.app.model.workbench import Workbench
 from studio.app.twin.additions import surface_added
+from studio.app.viewport.drawing.scene_drawing import Drawings
 from studio.app.viewport.layers import Layers
 from studio.app.viewport.orbit import Orbit
-from studio.app.viewport.scene_drawing import Drawings
 from studio.console.display import why_no_window
 
 WHY_NOT = why_no_window()

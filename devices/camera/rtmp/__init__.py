@@ -1,0 +1,1 @@
+"""Cameras that push RTMP: what they say, and who listens."""

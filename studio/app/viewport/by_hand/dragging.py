@@ -1,0 +1,158 @@
+"""What the mouse has hold of in a view: a handle, a corner of a live surface, or an object."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.cameras import Pinhole
+from scenes.pose import Pose
+from studio.app.model.grabbing import Grabbing
+from studio.app.model.workbench import Workbench
+from studio.app.twin.additions import corner_dragged
+from studio.app.twin.edits import EditError
+from studio.app.viewport.by_hand.corners import CornerHandles
+from studio.app.viewport.by_hand.gizmo import Gizmo, Handle
+from studio.app.viewport.by_hand.items import pose_of
+from studio.app.viewport.by_hand.picking import met_plane, ray_of
+from studio.app.viewport.by_hand.placing import move_item, note_pose
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Aim:
+    """Where the mouse points.
+
+    Attributes:
+        x_px, y_px: in the picture.
+        camera, world_from_camera: of the picture.
+    """
+
+    x_px: float
+    y_px: float
+    camera: Pinhole
+    world_from_camera: Pose
+
+
+class Drag(Protocol):
+    """Something in hand, from the press of the button to its release."""
+
+    def to(self, aim: Aim) -> None:
+        """The mouse has moved."""
+        ...
+
+    def end(self) -> None:
+        """The button was released."""
+        ...
+
+
+class HandleDrag:
+    """Moves or turns an item by one of its handles.
+
+    Args:
+        bench: whose item it is.
+        gizmo: as it was at the press.
+        handle: which is held.
+        start_px: where the press was.
+        merge: makes all of it one step of undo.
+    """
+
+    def __init__(
+        self,
+        bench: Workbench,
+        gizmo: Gizmo,
+        *,
+        handle: Handle,
+        start_px: tuple[float, float],
+        merge: str,
+    ) -> None:
+        self.handle: Handle = handle
+        self._bench, self._gizmo = bench, gizmo
+        self._item_id = bench.selection
+        self._start_px, self._merge = start_px, merge
+
+    def to(self, aim: Aim) -> None:
+        """See `Drag`."""
+        pose = self._gizmo.dragged(self.handle, self._start_px, (aim.x_px, aim.y_px))
+        move_item(self._bench, self._item_id, pose, merge=self._merge)
+
+    def end(self) -> None:
+        """See `Drag`."""
+        pose = pose_of(self._bench, self._item_id)
+        if pose is not None:
+            note_pose(self._bench, self._item_id, pose)
+
+
+class CornerDrag:
+    """Moves one corner of a live surface on the surface's plane.
+
+    A place that would leave no convex quad is passed over; the log says so once.
+
+    Args:
+        bench: whose surface it is.
+        handles: as they were at the press.
+        corner: 0 top left, clockwise.
+        merge: makes all of it one step of undo.
+    """
+
+    def __init__(
+        self, bench: Workbench, handles: CornerHandles, *, corner: int, merge: str
+    ) -> None:
+        self.corner = corner
+        self._bench, self._handles, self._merge = bench, handles, merge
+        self._has_moved = self._has_warned = False
+
+    def to(self, aim: Aim) -> None:
+        """See `Drag`."""
+        place = self._handles.dragged(aim.x_px, aim.y_px)
+        if place is None:
+            return
+        surface_id, bench = self._handles.surface.surface_id, self._bench
+        try:
+            document = corner_dragged(bench.document, surface_id, self.corner, place)
+        except EditError:
+            if not self._has_warned:
+                bench.say(
+                    "warning",
+                    f"{surface_id}: corner {self.corner} cannot go there: the four would be no "
+                    "convex quad; it stays at the last place that fits",
+                )
+            self._has_warned = True
+            return
+        self._has_moved = True
+        bench.change(f"Drag a corner of {surface_id}", document, merge=self._merge)
+
+    def end(self) -> None:
+        """Write the drag down as the line of a script that does the same."""
+        surface_id = self._handles.surface.surface_id
+        surface = self._bench.document.twin.surfaces.get(surface_id)
+        if surface is None or not self._has_moved:
+            return
+        place = [round(float(v), 4) for v in surface.corners_in_world[self.corner]]
+        self._bench.note("twin.drag_corner", item=surface_id, corner=self.corner, place=place)
+
+
+class GrabDrag:
+    """Pulls an object by the running physics, on the upright plane that faces the viewer.
+
+    Args:
+        grabbing: the physics, which has gripped it.
+        grip: (3,) where it was gripped, world metres.
+    """
+
+    def __init__(self, grabbing: Grabbing, grip: NDArray[np.float64]) -> None:
+        self._grabbing, self._grip = grabbing, grip
+
+    def to(self, aim: Aim) -> None:
+        """See `Drag`."""
+        eye, ray = ray_of(aim.camera, aim.world_from_camera, aim.x_px, aim.y_px)
+        ahead = aim.world_from_camera.rotation[:, 2]
+        target = met_plane(eye, ray, point=self._grip, normal=ahead)
+        if target is not None:
+            self._grabbing.drag(target)
+
+    def end(self) -> None:
+        """See `Drag`."""
+        self._grabbing.release()

@@ -1,0 +1,72 @@
+"""What can be taken hold of in a view: the selected item's gizmo, a live surface's corners."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from scenes.cameras import Pinhole
+from scenes.pose import Pose
+from studio.app.model.workbench import Workbench
+from studio.app.viewport.by_hand.corners import CornerHandles
+from studio.app.viewport.by_hand.dragging import CornerDrag, Drag, HandleDrag
+from studio.app.viewport.by_hand.gizmo import Gizmo
+from studio.app.viewport.by_hand.items import pose_of
+from studio.app.viewport.by_hand.tools import HOLDING, Tool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Handles:
+    """The handles of what is selected.
+
+    Attributes:
+        gizmo: of an item that is moved or turned by hand, or None.
+        corners: of a live surface of the document, or None.
+    """
+
+    gizmo: Gizmo | None
+    corners: CornerHandles | None
+
+
+def handles_of(
+    bench: Workbench, tool: Tool, *, camera: Pinhole, world_from_camera: Pose
+) -> Handles:
+    """The handles that the selected item has in a view while a tool is in hand.
+
+    Args:
+        bench: whose selection.
+        tool: in hand.
+        camera: of the view, in the widget's pixels.
+        world_from_camera: where the view is seen from.
+    """
+    chosen, gizmo, corners = bench.selection, None, None
+    pose = pose_of(bench, chosen)
+    if tool in (Tool.MOVE, Tool.TURN) and pose is not None and bench.is_by_hand:
+        turns = tool is Tool.TURN
+        gizmo = Gizmo(pose, camera, world_from_camera, moves=not turns, turns=turns)
+    surface = bench.document.twin.surfaces.get(chosen)
+    # A session or a recording may show another surface of that name.
+    is_shown = surface is not None and bench.state.surfaces.get(chosen) is surface
+    if surface is not None and is_shown and tool in HOLDING:
+        corners = CornerHandles(surface, camera, world_from_camera)
+    return Handles(gizmo, corners)
+
+
+def taken(
+    bench: Workbench, handles: Handles, *, at_px: tuple[float, float], merge: str
+) -> Drag | None:
+    """What a press of the left button takes hold of: a corner, a handle, or nothing.
+
+    Args:
+        bench: whose item it is.
+        handles: of what is selected.
+        at_px: where the press was, pixels of the widget.
+        merge: makes all of the drag one step of undo.
+    """
+    gizmo, corners = handles.gizmo, handles.corners
+    corner = None if corners is None else corners.hit(*at_px)
+    if corners is not None and corner is not None:
+        return CornerDrag(bench, corners, corner=corner, merge=merge)
+    handle = None if gizmo is None else gizmo.hit(*at_px)
+    if gizmo is None or handle is None:
+        return None
+    return HandleDrag(bench, gizmo, handle=handle, start_px=at_px, merge=merge)

@@ -1,0 +1,49 @@
+"""What can be selected and moved in a view, and where it is now."""
+
+from __future__ import annotations
+
+from scenes.pose import Pose
+from studio.app.model.workbench import Workbench
+from studio.app.viewport.by_hand.picking import Boxes
+
+CAMERA_BOX_M = (0.2, 0.2, 0.2)
+PERSON_BOX_M = (0.5, 0.5, 1.8)
+"""What stands for the extent of a placed camera and of a person when they are picked, metres."""
+
+
+def pose_of(bench: Workbench, item_id: str) -> Pose | None:
+    """Pose of an object, body or camera in the world; None if there is none of that id."""
+    twin = bench.document.twin
+    if item_id in twin.primitives:
+        return twin.primitives[item_id].world_from_primitive
+    if item_id in twin.cameras:
+        return twin.cameras[item_id]
+    if item_id in twin.meshes:
+        return twin.meshes[item_id].world_from_mesh
+    tracked = bench.state.objects.get(item_id)
+    if tracked is not None:
+        return tracked.world_from_object
+    scanned = {} if bench.scene is None else {o.object_id: o for o in bench.scene.objects}
+    return scanned[item_id].world_from_object if item_id in scanned else None
+
+
+def boxes_of(bench: Workbench) -> Boxes:
+    """Base pose and extents of everything that can be picked, by id."""
+    found: dict[str, tuple[Pose, tuple[float, float, float]]] = {}
+    for item in () if bench.scene is None else bench.scene.objects:
+        pose = pose_of(bench, item.object_id)
+        assert pose is not None
+        found[item.object_id] = (pose, item.box_m)
+    twin = bench.document.twin
+    for key, body in twin.primitives.items():
+        found[key] = (body.world_from_primitive, body.size_m)
+    for key, mesh in twin.meshes.items():
+        found[key] = (mesh.world_from_mesh, mesh.geometry.size_m)
+    for key, world_from_camera in twin.cameras.items():
+        place = world_from_camera.translation - (0.0, 0.0, 0.5 * CAMERA_BOX_M[2])
+        found[key] = (Pose.from_yaw(0.0, place), CAMERA_BOX_M)
+    for key, avatar in bench.state.avatars.items():
+        x, y, z = (float(v) for v in avatar.world_from_head.translation)
+        height = PERSON_BOX_M[2]
+        found[key] = (Pose.from_yaw(0.0, (x, y, z + 0.15 - height)), PERSON_BOX_M)
+    return found

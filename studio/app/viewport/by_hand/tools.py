@@ -1,0 +1,60 @@
+"""What a click or drag in a view means: the tools, and what each has in hand."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Tool(StrEnum):
+    """The tool in hand."""
+
+    SELECT = "select"
+    MOVE = "move"
+    TURN = "turn"
+    MEASURE = "measure"
+    DRAW = "draw"
+    SURFACE = "surface"
+
+
+HOLDING = (Tool.SELECT, Tool.MOVE, Tool.TURN)
+"""Tools with which a press can take hold of something instead of picking a place."""
+
+HINTS: dict[Tool, str] = {
+    Tool.SELECT: "",
+    Tool.MOVE: "drag an arrow, or the square to move on the floor",
+    Tool.TURN: "drag the ring",
+    Tool.MEASURE: "click two places or more; Esc ends",
+    Tool.DRAW: "click places to draw a line through; Enter keeps it, Esc drops it",
+    Tool.SURFACE: "click a flat surface's four corners, top left first; Esc leaves",
+}
+"""What to do with each, shown over the view."""
+
+CORNERS_HINT = "drag a corner to fit the surface"
+"""Shown while a live surface is selected."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class InHand:
+    """A tool and the places that were picked with it.
+
+    Attributes:
+        tool: which.
+        places: (3,) world metres each.
+    """
+
+    tool: Tool = Tool.SELECT
+    places: Sequence[NDArray[np.float64]] = field(default=())
+
+    def picked(self, place: NDArray[np.float64]) -> InHand:
+        """With one more place."""
+        return replace(self, places=(*self.places, np.asarray(place, dtype=np.float64)))
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether nothing more can be picked: a surface has four corners."""
+        return self.tool is Tool.SURFACE and len(self.places) == 4

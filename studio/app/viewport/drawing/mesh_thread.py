@@ -1,0 +1,71 @@
+"""One thread with one OpenGL context that draws the shapes of all views of a window."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from devices.streams import BoundedQueue, Slot, StreamClosedError, StreamFullError
+from scenes.cameras import Pinhole
+from scenes.pose import Pose
+from studio.app.viewport.drawing.mesh_picture import MeshDrawer, MeshPicture, NoOpenGLError
+from studio.app.viewport.drawing.shapes import Shape
+
+MOST_WAITING = 16
+"""Pictures that wait at a time: every view and small picture waits for one of its own at most."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Wanted:
+    """A picture that somebody waits for; the slot is closed without one if there is none."""
+
+    shapes: Sequence[Shape]
+    camera: Pinhole
+    world_from_camera: Pose
+    drawn: Slot[MeshPicture] = field(default_factory=Slot)
+
+
+class MeshThread:
+    """Draws shapes for whoever asks, one after the other. Methods may be called from any thread."""
+
+    def __init__(self) -> None:
+        self.problems: Slot[str] = Slot()
+        """Why meshes cannot be drawn here, once."""
+        self._queue: BoundedQueue[_Wanted] = BoundedQueue(MOST_WAITING, name="mesh pictures")
+        self._thread = threading.Thread(target=self._run, name="meshes", daemon=True)
+        self._thread.start()
+
+    def draw(
+        self, shapes: Sequence[Shape], camera: Pinhole, world_from_camera: Pose
+    ) -> MeshPicture | None:
+        """Draw shapes through a camera and wait; None where there is no OpenGL, or when closed."""
+        wanted = _Wanted(shapes, camera, world_from_camera)
+        try:
+            self._queue.put(wanted)
+        except (StreamClosedError, StreamFullError):
+            return None
+        return wanted.drawn.take(timeout_s=None)
+
+    def close(self) -> None:
+        """Give the context back; who still waits gets no picture."""
+        self._queue.close()
+        self._thread.join()
+
+    def _run(self) -> None:
+        drawer: MeshDrawer | None = None
+        try:
+            drawer = MeshDrawer()
+            while (wanted := self._queue.take(timeout_s=None)) is not None:
+                wanted.drawn.put(
+                    drawer.draw(wanted.shapes, wanted.camera, wanted.world_from_camera)
+                )
+                wanted.drawn.close()
+        except (NoOpenGLError, ImportError) as error:
+            self.problems.put(str(error))
+        finally:
+            self._queue.close()
+            while (left := self._queue.take()) is not None:
+                left.drawn.close()
+            if drawer is not None:
+                drawer.close()

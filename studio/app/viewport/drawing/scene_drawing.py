@@ -1,0 +1,86 @@
+"""What all views of a scene draw with: its prepared splats, and the thread that draws meshes.
+
+A view has a thread of its own for its pictures of splats; what costs memory or an OpenGL context
+is there once.
+"""
+
+from __future__ import annotations
+
+import threading
+
+from scenes.package import ScenePackage
+from scenes.render.native import NativeRenderer
+from studio.app.viewport.drawing.mesh_thread import MeshThread
+from studio.view.twin import Twin
+
+
+class SceneDrawing:
+    """Draws one scene for any number of views.
+
+    Args:
+        scene: the scan.
+    """
+
+    def __init__(self, scene: ScenePackage) -> None:
+        self.scene = scene
+        self.twin = Twin(scene, NativeRenderer())
+        self._meshes: MeshThread | None = None
+        self._preparing = threading.Lock()
+        self._is_prepared = self._is_closed = False
+
+    @property
+    def meshes(self) -> MeshThread | None:
+        """Draws shapes; None before `prepare`."""
+        return self._meshes
+
+    @property
+    def is_prepared(self) -> bool:
+        """Whether `prepare` is done."""
+        return self._is_prepared
+
+    def prepare(self) -> None:
+        """Prepare what the first picture does without: coarse splats and OpenGL.
+
+        It may be called from any thread: the first one does it, the others wait.
+        """
+        with self._preparing:
+            if self._is_prepared or self._is_closed:
+                return
+            self.twin.make_coarse()
+            self._meshes = MeshThread()
+            self._is_prepared = True
+
+    def problem(self) -> str | None:
+        """Why meshes cannot be drawn here, once."""
+        return None if self._meshes is None else self._meshes.problems.take()
+
+    def close(self) -> None:
+        """Give the OpenGL context back."""
+        with self._preparing:
+            self._is_closed = True
+        if self._meshes is not None:
+            self._meshes.close()
+
+
+class Drawings:
+    """The drawing of the scene that is open: there from the first view that asks for it."""
+
+    def __init__(self) -> None:
+        self._now: SceneDrawing | None = None
+
+    def of(self, scene: ScenePackage) -> SceneDrawing:
+        """The scene's drawing; that of another scene is closed."""
+        if self._now is None or self._now.scene is not scene:
+            self.close()
+            self._now = SceneDrawing(scene)
+        return self._now
+
+    def problem(self) -> str | None:
+        """See `SceneDrawing.problem`."""
+        return None if self._now is None else self._now.problem()
+
+    def close(self) -> None:
+        """The scene is no longer shown."""
+        if self._now is not None:
+            self._now.close()
+        self._now = None
