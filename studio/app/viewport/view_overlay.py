@@ -54,6 +54,7 @@ class Overlay:
         self._painter = painter
         self._camera = camera
         self._camera_from_world = world_from_camera.inverse()
+        self._labelled: list[QRectF] = []
 
     def labels(
         self, state: SceneState, heights_m: Mapping[str, float], names: Mapping[str, str]
@@ -69,14 +70,14 @@ class Overlay:
                 text = (
                     f"{STATE_SHAPES[track.state]} {names.get(key, key)} {STATE_WORDS[track.state]}"
                 )
-                self.words(at + QPointF(0, -10), text, QColor(red, green, blue), centred=True)
+                self._label(at + QPointF(0, -10), text, QColor(red, green, blue))
 
     def names_of_people(self, state: SceneState) -> None:
         """Who is who."""
         for key, avatar in state.avatars.items():
             at = self._pixel(avatar.world_from_head.translation + np.array([0, 0, 0.22]))
             if at is not None:
-                self.words(at, key, INK, centred=True)
+                self._label(at, key, INK)
 
     def gizmo(self, gizmo: Gizmo, held: Handle | None) -> None:
         """Handles of the selected item; the held one is thicker."""
@@ -147,18 +148,31 @@ class Overlay:
             shift = share * metrics.horizontalAdvance(text)
             self._painter.drawText(QPointF(left + share * width - shift, below), text)
 
-    def words(self, at: QPointF, text: str, colour: QColor, *, centred: bool = False) -> None:
-        """Words on a dark ground, whose left end (or middle) is at a place."""
-        metrics = self._painter.fontMetrics()
-        width, height = metrics.horizontalAdvance(text), metrics.height()
-        left = at.x() - (0.5 * width if centred else 0)
-        area = QRectF(left - 5, at.y() - metrics.ascent() - 2, width + 10, height + 4)
+    def words(self, at: QPointF, text: str, colour: QColor) -> None:
+        """Words on a dark ground, whose left end is at a place."""
         self._painter.setPen(Qt.PenStyle.NoPen)
         self._painter.setBrush(GROUND)
-        self._painter.drawRoundedRect(area, 4, 4)
+        self._painter.drawRoundedRect(self._ground(at, text), 4, 4)
         self._painter.setBrush(Qt.BrushStyle.NoBrush)
         self._painter.setPen(colour)
-        self._painter.drawText(QPointF(left, at.y()), text)
+        self._painter.drawText(at, text)
+
+    def _label(self, at: QPointF, text: str, colour: QColor) -> None:
+        """Words whose middle is at a place, or above the labels that are there already."""
+        at = at - QPointF(0.5 * self._painter.fontMetrics().horizontalAdvance(text), 0)
+        area = self._ground(at, text)
+        for other in sorted(self._labelled, key=lambda placed: -placed.bottom()):
+            if area.intersects(other):
+                area.moveBottom(other.top() - 1)
+        self._labelled.append(area)
+        self.words(
+            QPointF(at.x(), at.y() + area.top() - self._ground(at, text).top()), text, colour
+        )
+
+    def _ground(self, at: QPointF, text: str) -> QRectF:
+        metrics = self._painter.fontMetrics()
+        width, height = metrics.horizontalAdvance(text), metrics.height()
+        return QRectF(at.x() - 5, at.y() - metrics.ascent() - 2, width + 10, height + 4)
 
     def _pixel(self, point: NDArray[np.float64]) -> QPointF | None:
         pixels, seen = self._camera.project(self._camera_from_world @ np.atleast_2d(point))

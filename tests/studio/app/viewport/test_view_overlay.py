@@ -1,0 +1,37 @@
+"""Labels over a view can all be read."""
+
+import numpy as np
+import pytest
+from PySide6.QtGui import QImage, QPainter
+
+from scenes.cameras import Pinhole
+from scenes.frames import look_at
+from scenes.state import Avatar, SceneState
+from studio.app.viewport.view_overlay import Overlay
+from studio.console.display import why_no_window
+
+WHY_NOT = why_no_window()
+pytestmark = [
+    pytest.mark.gui,
+    pytest.mark.skipif(WHY_NOT is not None, reason=f"no window here: {WHY_NOT}"),
+]
+
+
+def test_labels_of_people_who_stand_together_are_above_one_another(qapp):
+    image = QImage(400, 300, QImage.Format.Format_RGB32)
+    painter = QPainter(image)
+    overlay = Overlay(
+        painter,
+        Pinhole.from_fov(400, 300, 1.0),
+        look_at(np.array([0.0, -4.0, 1.7]), np.array([0.0, 0.0, 1.7])),
+    )
+    people = {}
+    for name, x in (("ana", 0.0), ("benjamin", 0.05), ("caroline", 0.1)):
+        head = look_at(np.array([x, 0.0, 1.65]), np.array([0.0, 5.0, 1.65]))
+        people[name] = Avatar(name, "remote", head)
+    overlay.names_of_people(SceneState(avatars=people))
+    painter.end()
+    placed = overlay._labelled
+    assert len(placed) == 3
+    for at, area in enumerate(placed):
+        assert not any(area.intersects(other) for other in placed[:at])
