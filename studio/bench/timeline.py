@@ -28,7 +28,7 @@ from studio.console.rows import Row, at_most
 DURATION_S, FPS, LENS_PX, BITRATE = 300.0, 10.0, 1440, 24_000_000
 """Of the recording: five minutes with the camera of a scenario that says nothing of it."""
 
-GROUPS = 8
+GROUPS = 4
 """Groups of pictures that are encoded; the rest of the recording repeats them."""
 
 OBJECTS = tuple(f"object-{number}" for number in range(5))

@@ -33,9 +33,6 @@ from studio.evaluate.filmed.takes import (
 )
 from studio.session.provenance import library_versions
 
-KEYFRAMES_S = 2.0
-"""From one keyframe of a take to the next, seconds: what the published tables were filmed with."""
-
 ENCODER_FPS = 10.0
 """Pictures a second for which the encoder plans its bits, unless `fps` says otherwise. Chosen equal
 for every pace, so that each picture gets the same bits."""
@@ -160,7 +157,6 @@ class FilmSet:
             fps,
             round(conditions.bitrate_mbps * 1e6),
             stream_id=STREAM_ID,
-            keyframe_interval=max(1, round(KEYFRAMES_S * fps)),
         )
         info = _session_info(self.room.name, seed, camera.rig, fps)
         object_ids = {item.object_id for item in self.room.objects}
