@@ -34,7 +34,7 @@ def play(tiny, tmp_path, monkeypatch, application):
     """Opens the window on a rehearsal in the tiny room; `until` waits while Qt works."""
     from studio.app.model.document import Document
     from studio.app.window import make_window
-    from studio.session import session as session_module
+    from studio.session import opening
 
     windows = []
 
@@ -43,7 +43,7 @@ def play(tiny, tmp_path, monkeypatch, application):
             return tiny.session(plan, **options, **given)
 
         monkeypatch.setattr(rehearsal, "open_session", open_tiny)
-        monkeypatch.setattr(session_module, "open_session", open_tiny)
+        monkeypatch.setattr(opening, "open_session", open_tiny)
         out = tmp_path / "demo"
         job = SceneJob("tiny", SessionPlan(methods=("own",)), out)
         window = make_window(Document("tiny"), rehearse_to=out)
@@ -154,9 +154,9 @@ def close_when(application):
 
 def test_a_replay_in_a_window_is_compared_to_its_end(tiny, monkeypatch, close_when):
     from studio.app import window
-    from studio.session import session as session_module
+    from studio.session import opening
 
-    monkeypatch.setattr(session_module, "open_session", tiny.session)
+    monkeypatch.setattr(opening, "open_session", tiny.session)
     close_when(lambda w: w.run.line == "the replay has ended")
     seen = []
     window.replay_in_window(SessionPlan(methods=("own",)), seen.append)
