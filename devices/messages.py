@@ -36,14 +36,16 @@ class Frame:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EncodedFrame:
-    """A compressed video packet exactly as it left the encoder; both lenses side by side.
+    """A compressed video packet exactly as it left the encoder.
 
     Attributes:
         stream_id: which camera.
         seq: frame counter.
         t_ns: capture time.
-        data: one access unit (H.264 Annex B).
+        data: one access unit; Annex B for H.264 and HEVC.
         keyframe: whether decoding may start here.
+        codec: FFmpeg's name of how it is coded.
+        begins: whether it is the first of a connection: the decoder starts anew.
     """
 
     stream_id: str
@@ -51,6 +53,8 @@ class EncodedFrame:
     t_ns: int
     data: bytes
     keyframe: bool
+    codec: str = "h264"
+    begins: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)

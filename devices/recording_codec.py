@@ -122,6 +122,10 @@ class Encoded:
     data: bytes
 
 
+VIEWERS_CODECS: Mapping[str, str] = MappingProxyType({"hevc": "h265"})
+"""What `foxglove.CompressedVideo` calls codecs that FFmpeg calls otherwise."""
+
+
 SCHEMAS: Mapping[str, Mapping[str, str]] = {
     "foxglove.CompressedVideo": {
         "timestamp": "object",
@@ -129,6 +133,7 @@ SCHEMAS: Mapping[str, Mapping[str, str]] = {
         "data": "string",
         "format": "string",
         "keyframe": "boolean",
+        "begins": "boolean",
     },
     "gaussiannexus.FrameStamp": {"received_ns": "integer", "world_from_rig": "array"},
     "gaussiannexus.TrackedObject": {
@@ -198,9 +203,11 @@ def encode_message(value: RecordedValue) -> Encoded:
             "timestamp": {"sec": value.t_ns // 10**9, "nsec": value.t_ns % 10**9},
             "frame_id": value.stream_id,
             "data": base64.b64encode(value.data).decode("ascii"),
-            "format": "h264",
+            "format": VIEWERS_CODECS.get(value.codec, value.codec),
             "keyframe": value.keyframe,
         }
+        if value.begins:
+            fields["begins"] = True
         head = (f"/{value.stream_id}/video", "foxglove.CompressedVideo", value.t_ns, value.seq)
     elif isinstance(value, FrameStamp):
         fields = {
@@ -317,8 +324,15 @@ def _stream_of(topic: str) -> str:
 
 def _video(encoded: Encoded, fields: dict[str, Any]) -> EncodedFrame:
     data = base64.b64decode(fields["data"], validate=True)
+    form = str(fields["format"])
     return EncodedFrame(
-        fields["frame_id"], encoded.seq, encoded.t_ns, data, bool(fields["keyframe"])
+        fields["frame_id"],
+        encoded.seq,
+        encoded.t_ns,
+        data,
+        bool(fields["keyframe"]),
+        codec=next((ours for ours, theirs in VIEWERS_CODECS.items() if theirs == form), form),
+        begins=bool(fields.get("begins", False)),
     )
 
 

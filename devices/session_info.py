@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from devices.camera.lenses.layout import Arrangement, LensLayout
 from scenes.cameras import Fisheye, Rig, camera_from_json, camera_to_json
 from scenes.pose import Pose
 
@@ -45,6 +46,21 @@ class ForkOrigin:
 
 
 @dataclass(frozen=True, slots=True)
+class LiveStream:
+    """How a live camera's packets become the pictures that were tracked.
+
+    Attributes:
+        layout: how the stream's picture holds the lenses.
+        lens_size_px: side of the lens pictures that are made of it.
+        tracks: picture tracks; track k > 0 is recorded as stream `ID/k`.
+    """
+
+    layout: LensLayout
+    lens_size_px: int
+    tracks: int = 1
+
+
+@dataclass(frozen=True, slots=True)
 class SessionInfo:
     """How the session was made: enough to play it again.
 
@@ -54,7 +70,7 @@ class SessionInfo:
         seed: of everything random, or None for real devices.
         scenario: text of the scenario file it began with, or empty.
         scenario_name: its name, or empty.
-        mode: "exact" or "paced".
+        mode: "exact", "paced" or "live".
         methods: trackers that ran, the first is the one shown.
         versions: program and library versions by name.
         rig: the camera's lenses.
@@ -63,6 +79,7 @@ class SessionInfo:
         fork: the recording that it goes on from, or None.
         reality: in words, what stood for the real room where only a scan of it exists, and what
             that leaves out; empty where the room is known or real.
+        stream: of a live camera; None where the simulator's own pictures are recorded.
     """
 
     scene: str
@@ -78,6 +95,7 @@ class SessionInfo:
     changes: tuple[ScenarioChange, ...] = ()
     fork: ForkOrigin | None = None
     reality: str = ""
+    stream: LiveStream | None = None
 
 
 def session_to_json(session: SessionInfo) -> str:
@@ -100,6 +118,7 @@ def session_to_json(session: SessionInfo) -> str:
             "changes": [asdict(change) for change in session.changes],
             "fork": None if session.fork is None else asdict(session.fork),
             "reality": session.reality,
+            "stream": None if session.stream is None else _stream_to_json(session.stream),
         }
     )
 
@@ -132,7 +151,25 @@ def session_from_json(text: str) -> SessionInfo:
         changes=tuple(_change(change) for change in fields.get("changes", ())),
         fork=_fork(fields.get("fork")),
         reality=str(fields.get("reality", "")),
+        stream=_stream(fields.get("stream")),
     )
+
+
+def _stream_to_json(stream: LiveStream) -> dict[str, Any]:
+    return {
+        "arrangement": str(stream.layout.arrangement),
+        "turns": list(stream.layout.turns),
+        "lens_size_px": stream.lens_size_px,
+        "tracks": stream.tracks,
+    }
+
+
+def _stream(fields: Mapping[str, Any] | None) -> LiveStream | None:
+    if fields is None:
+        return None
+    turns = tuple(int(turn) for turn in fields["turns"])
+    layout = LensLayout(Arrangement(fields["arrangement"]), turns)
+    return LiveStream(layout, int(fields["lens_size_px"]), int(fields["tracks"]))
 
 
 def _change(fields: Mapping[str, Any]) -> ScenarioChange:

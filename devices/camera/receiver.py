@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from devices.adapter import Sink
 from devices.camera.address import AddressKind, CameraAddress
@@ -13,9 +13,8 @@ from devices.camera.file_source import FileSource
 from devices.camera.insta360_source import Insta360Source
 from devices.camera.received import CameraState, CameraStatus, Received
 from devices.camera.rtmp.listener import RtmpListener
-from devices.camera.stream_picture import StreamPicture
-from devices.camera.unit_decoder import UnitDecoder
-from devices.camera.units import Idle, Source, SourceError, StreamEndedError, StreamFormat, Unit
+from devices.camera.stream_decoder import DecodedPictures, StreamDecoder
+from devices.camera.units import Idle, Source, SourceError, StreamEndedError, Unit
 from devices.clock import Clock
 from devices.messages import EncodedFrame, Event
 from devices.streams import Slot, StreamClosedError, StreamFullError
@@ -51,15 +50,6 @@ def open_source(address: CameraAddress, clock: Clock) -> Source:
     if address.kind is AddressKind.INSTA360:
         return Insta360Source(address, clock)
     raise SourceError(f"{address.shown}: no receiver for {address.kind}://", is_final=True)
-
-
-@dataclass(slots=True)
-class _Track:
-    """One picture track: its decoder, and what of it waits for the other tracks."""
-
-    form: StreamFormat | None = None
-    decoder: UnitDecoder | None = None
-    picture: StreamPicture | None = None
 
 
 class CameraReceiver:
@@ -100,7 +90,7 @@ class CameraReceiver:
         self._events: deque[Event] = deque(maxlen=MOST_EVENTS)
         self._seq = 0
         self._arrivals: deque[tuple[int, int, int | None]] = deque(maxlen=64)
-        self._tracks: list[_Track] = []
+        self._decoder = StreamDecoder(1)
         self._is_held = False
         self._thread = threading.Thread(target=self._run, name=f"receive {stream_id}", daemon=True)
         self._thread.start()
@@ -168,7 +158,7 @@ class CameraReceiver:
             try:
                 if self._source is None:
                     self._source = self._make_source(self._address, self._clock)
-                self._tracks = [_Track() for _ in range(self._source.tracks)]
+                self._decoder = StreamDecoder(self._source.tracks)
                 for unit in self._source.units(self._stop):
                     self._take(unit)
                 text, is_final = f"{self._address.shown}: the stream ended", False
@@ -197,33 +187,26 @@ class CameraReceiver:
             self._notice_hold()
             return
         now_ns = self._clock.now_ns()
-        self._save(unit, now_ns)
-        track = self._tracks[unit.track]
-        # Another connection has another format object, even where it says the same.
-        if track.form is not unit.format or track.decoder is None:
-            track.form, track.decoder = unit.format, UnitDecoder(unit.format)
+        begins = self._decoder.begins(unit)
+        self._save(unit, now_ns, begins=begins)
+        if begins:
             self._begin(unit)
         self._arrivals.append((self._seq, now_ns, unit.pts_ns))
-        damaged = track.decoder.damaged
-        decoded = track.decoder.decode(unit, self._seq)
+        damaged = self._decoder.damaged
+        decoded = self._decoder.decode(unit, self._seq)
         self._seq += 1
         with self._lock:
             self._status = replace(
                 self._status,
-                damaged=self._status.damaged + track.decoder.damaged - damaged,
+                damaged=self._status.damaged + self._decoder.damaged - damaged,
                 received_bytes=self._status.received_bytes + len(unit.data),
             )
         if decoded is not None:
-            track.picture = decoded.picture
-            self._hand_out(decoded.number)
+            self._hand_out(decoded)
 
-    def _hand_out(self, number: int) -> None:
+    def _hand_out(self, decoded: DecodedPictures) -> None:
         """A picture, once every track has one."""
-        pictures = tuple(track.picture for track in self._tracks if track.picture is not None)
-        if len(pictures) < len(self._tracks):
-            return
-        for track in self._tracks:
-            track.picture = None
+        number, pictures = decoded.number, decoded.pictures
         arrived = next((a for a in self._arrivals if a[0] == number), self._arrivals[-1])
         seq, t_ns, pts_ns = arrived
         received = Received(seq, t_ns, self._clock.now_ns(), pts_ns, pictures)
@@ -249,13 +232,23 @@ class CameraReceiver:
                 self._status = replace(self._status, connections=count, codec=unit.format.codec)
             self._event("camera-connected", f"stream {count} began, {unit.format.codec}")
 
-    def _save(self, unit: Unit, now_ns: int) -> None:
+    def _save(self, unit: Unit, now_ns: int, *, begins: bool) -> None:
         """Hand the unit to the packet sink; full is counted, and said once in a row."""
         if self._packets is None:
             return
         name = self._stream_id if unit.track == 0 else f"{self._stream_id}/{unit.track}"
         try:
-            self._packets.put(EncodedFrame(name, self._seq, now_ns, unit.data, unit.keyframe))
+            self._packets.put(
+                EncodedFrame(
+                    name,
+                    self._seq,
+                    now_ns,
+                    unit.data,
+                    unit.keyframe,
+                    codec=unit.format.codec,
+                    begins=begins,
+                )
+            )
         except (StreamFullError, StreamClosedError) as error:
             if not self._status.unsaved:
                 self._event("camera-unsaved", f"encoded pictures are not saved: {error}")
@@ -279,11 +272,8 @@ class CameraReceiver:
 
     def _flush(self) -> None:
         """Hand out what the decoders still hold: the end of a file with pictures out of order."""
-        for track in self._tracks:
-            decoded = None if track.decoder is None else track.decoder.flush()
-            if decoded is not None:
-                track.picture = decoded.picture
-                self._hand_out(decoded.number)
+        for decoded in self._decoder.flush():
+            self._hand_out(decoded)
 
     def _end(self, state: CameraState, text: str) -> None:
         self._say(state, text)

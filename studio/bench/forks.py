@@ -79,7 +79,7 @@ def play(plan: SessionPlan) -> list[Frame]:
         frames.append(
             (
                 output.input.frame.seq,
-                output.input.packet.data,
+                b"" if output.input.packet is None else output.input.packet.data,
                 [track_to_json(track) for track in output.shown.objects],
                 [(name, pose.matrix().tolist()) for name, pose in poses.items()],
             )

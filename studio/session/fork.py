@@ -124,6 +124,7 @@ class Fork:
         if (
             recorded is None
             or recorded.packet is None
+            or packet is None
             or (recorded.packet.seq, recorded.packet.data) != (packet.seq, packet.data)
             or recorded.stamp.received_ns != frame.received_ns
         ):

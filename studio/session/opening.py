@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -25,6 +26,7 @@ from studio.session.sources import (
     simulated_messages,
 )
 from tracking.hypotheses.budget import NOMINAL_COSTS, MeasuredCosts
+from tracking.output import TrackingMethod
 
 
 def open_session(plan: SessionPlan, *, truth_detector: TruthDetector | None = None) -> Session:
@@ -43,14 +45,62 @@ def open_session(plan: SessionPlan, *, truth_detector: TruthDetector | None = No
     unknown = [name for name in plan.methods if name not in known]
     if unknown or not plan.methods:
         raise ValueError(f"tracking method {unknown}: wanted some of {', '.join(known)}")
+    if plan.pace is Pace.LIVE:
+        raise ValueError("a live session is opened with its camera: open_live_session")
     clock: Clock = ManualClock() if plan.pace is Pace.EXACT else WallClock()
     executor = ExactExecutor(clock) if plan.pace is Pace.EXACT else PacedExecutor(clock)
     made = _recorded(plan) if plan.recording is not None else _simulated(plan)
     scene, info, messages, duration_ns = made
+    return Session(
+        plan,
+        scene,
+        info,
+        messages,
+        _methods(plan, scene, truth_detector),
+        duration_ns=duration_ns,
+        clock=clock,
+        executor=executor,
+        truth_detector=truth_detector,
+    )
+
+
+def open_live_session(
+    plan: SessionPlan,
+    scene: ScenePackage,
+    info: SessionInfo,
+    messages: Callable[[], Iterator[SessionMessage]],
+    clock: Clock,
+) -> Session:
+    """A session on a live camera: what enters is tracked, what is tracked can be replayed.
+
+    Args:
+        plan: of pace `LIVE`.
+        scene: where the camera stands.
+        info: how it is recorded.
+        messages: of the camera, the newest each time one is taken.
+        clock: session time, which the camera's receiver keeps, too.
+    """
+    # One thread: a picture is taken when the tracker is ready for it. Those in between are replaced
+    # in the receiver.
+    return Session(
+        plan,
+        scene,
+        info,
+        messages,
+        _methods(plan, scene, None),
+        duration_ns=0,
+        clock=clock,
+        executor=ExactExecutor(clock),
+    )
+
+
+def _methods(
+    plan: SessionPlan, scene: ScenePackage, truth_detector: TruthDetector | None
+) -> dict[str, TrackingMethod[Any]]:
     # Measured costs differ from run to run, and with them the frames in which searches end.
-    is_exact = plan.pace is Pace.EXACT
-    costs = NOMINAL_COSTS if is_exact else MeasuredCosts(time.perf_counter_ns)
-    methods = {
+    is_paced = plan.pace is Pace.PACED
+    costs = MeasuredCosts(time.perf_counter_ns) if is_paced else NOMINAL_COSTS
+    return {
         name: make_method(
             name,
             scene,
@@ -61,17 +111,6 @@ def open_session(plan: SessionPlan, *, truth_detector: TruthDetector | None = No
         )
         for name in plan.methods
     }
-    return Session(
-        plan,
-        scene,
-        info,
-        messages,
-        methods,
-        duration_ns=duration_ns,
-        clock=clock,
-        executor=executor,
-        truth_detector=truth_detector,
-    )
 
 
 def scene_hash(scene: ScenePackage) -> str:

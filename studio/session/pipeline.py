@@ -149,6 +149,15 @@ class RecorderThread:
                 raise self._failure from None
             raise
 
+    def offer(self, value: RecordedValue) -> None:
+        """Hand over one message without waiting.
+
+        Raises:
+            StreamFullError: the disk is too slow.
+            StreamClosedError: writing failed earlier, or the recording ended.
+        """
+        self._queue.put(value)
+
     def _write(self) -> None:
         try:
             while (value := self._queue.take(timeout_s=None)) is not None:

@@ -20,6 +20,9 @@ class Pace(StrEnum):
     """On one thread, nothing dropped, as fast as it goes: the same every time."""
     PACED = "paced"
     """In real time: frames that come while the tracker is busy are dropped and counted."""
+    LIVE = "live"
+    """In a camera's own time: as paced, but what was tracked is marked, so that a replay does the
+    same."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,9 +9,11 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from itertools import chain
+from pathlib import Path
 from typing import Any
 
 from devices.clock import Clock
+from devices.messages import EncodedFrame
 from devices.recording import Recorder
 from devices.recording_codec import (
     FrameStamp,
@@ -26,6 +28,7 @@ from devices.streams import BoundedQueue
 from scenes.package import ScenePackage
 from scenes.state import Annotation, LiveSurface, SceneState, reduce_state
 from studio.session.latency import Latencies
+from studio.session.live_recording import LiveRecording
 from studio.session.live_surfaces import LiveSurfaces
 from studio.session.methods import TruthDetector
 from studio.session.pipeline import Executor, RecorderThread
@@ -131,8 +134,12 @@ class Session:
         self._settings = TrackerSettings(self._methods, plan.options)
         self._frames = self._lost = 0
         self._next_seq = 0
+        self._first_seq: int | None = None
         self._is_located = False
+        # A live camera's receiver replaces pictures that nobody takes; a simulated one sends all.
+        self._gaps_are_drops = info.stream is not None
         self._write: Callable[[RecordedValue], None] = _discard
+        self._live_recording: LiveRecording | None = None
 
     @property
     def latencies(self) -> Latencies:
@@ -142,7 +149,13 @@ class Session:
     @property
     def counts(self) -> tuple[int, int, int]:
         """Pictures so far: tracked, waiting or dropped, and those that never came."""
-        return self._frames, max(self._next_seq - self._lost - self._frames, 0), self._lost
+        taken = self._next_seq - (self._first_seq or 0)
+        return self._frames, max(taken - self._lost - self._frames, 0), self._lost
+
+    @property
+    def recording_failure(self) -> str:
+        """Why nothing is recorded any more, in a sentence; empty while all is well."""
+        return "" if self._live_recording is None else self._live_recording.failure
 
     def make_live(self, surface: LiveSurface) -> None:
         """Show live video on a surface from the next frame on; any thread may ask.
@@ -167,6 +180,16 @@ class Session:
         """
         self._settings.try_out(options)
 
+    def record_packet(self, packet: EncodedFrame) -> None:
+        """Record what a live camera sent; any thread, never waits for the disk.
+
+        Raises:
+            StreamFullError: the disk is too slow.
+            StreamClosedError: recording has stopped.
+        """
+        if self._live_recording is not None:
+            self._live_recording.offer(packet)
+
     def run(
         self,
         watch: Callable[[SessionOutput], None],
@@ -183,13 +206,10 @@ class Session:
             CancelledError: it was cancelled; the recording keeps its `.part` name.
             ValueError, OSError: an input is bad, or the disk is full.
         """
-        recorder: Recorder | None = None
+        recorder: Recorder | LiveRecording | None = None
         with ExitStack() as stack:
             if self.plan.record_to is not None:
-                recorder = stack.enter_context(Recorder(self.plan.record_to, self.info))
-                self._write = recorder.write
-                if self.plan.pace is Pace.PACED:
-                    self._write = stack.enter_context(RecorderThread(recorder)).write
+                recorder = self._recorded(self.plan.record_to, stack)
             dropped = self._executor.run(
                 self._timed_messages,
                 entered=self._enter,
@@ -197,7 +217,21 @@ class Session:
                 cancelled=cancelled or threading.Event(),
             )
         shed = recorder.shed_video if recorder is not None else 0
+        if self._gaps_are_drops:
+            dropped = self.counts[1]
         return SessionResult(self._frames, dropped, self._lost, self._latencies, shed)
+
+    def _recorded(self, path: Path, stack: ExitStack) -> Recorder | LiveRecording:
+        """Record from now on until the stack is left."""
+        if self.plan.pace is Pace.LIVE:
+            self._live_recording = stack.enter_context(LiveRecording(path, self.info))
+            self._write = self._live_recording.write
+            return self._live_recording
+        recorder = stack.enter_context(Recorder(path, self.info))
+        self._write = recorder.write
+        if self.plan.pace is Pace.PACED:
+            self._write = stack.enter_context(RecorderThread(recorder)).write
+        return recorder
 
     def _timed_messages(self) -> Iterator[SessionMessage]:
         messages = self._messages()
@@ -278,7 +312,10 @@ class Session:
 
     def _enter(self, message: SessionMessage) -> None:
         live, frame = message.input, message.frame
-        self._lost += frame.seq - self._next_seq
+        if self._first_seq is None:
+            self._first_seq = frame.seq if self._gaps_are_drops else 0
+        if not self._gaps_are_drops:
+            self._lost += frame.seq - self._next_seq
         self._next_seq = frame.seq + 1
         for event in live.events:
             if not self._settings.take(event):  # those are written when they are followed
@@ -287,7 +324,8 @@ class Session:
             frame.stream_id, frame.seq, frame.t_ns, frame.received_ns, frame.world_from_rig
         )
         self._write(stamp)
-        self._write(live.packet)
+        if live.packet is not None:
+            self._write(live.packet)
         for avatar in live.avatars:
             self._write(RecordedAvatar(frame.t_ns, avatar))
         for line in live.annotations:

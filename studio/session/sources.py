@@ -42,7 +42,7 @@ class SessionInput:
 
     Attributes:
         frame: what the tracker sees.
-        packet: the frame as it left the camera.
+        packet: the frame as it left the camera; None where packets are recorded as they arrive.
         avatars: people at that time.
         events: what happened since the frame before.
         surfaces: what has become live since the frame before.
@@ -50,7 +50,7 @@ class SessionInput:
     """
 
     frame: Frame
-    packet: EncodedFrame
+    packet: EncodedFrame | None
     avatars: tuple[Avatar, ...] = ()
     events: tuple[Event, ...] = ()
     surfaces: tuple[LiveSurface, ...] = ()
@@ -115,7 +115,7 @@ def recorded_messages(path: Path, session: SessionInfo) -> Iterator[SessionMessa
         RecordingError: the recording is damaged.
         ValueError: a video packet cannot be decoded.
     """
-    assembler = FrameAssembler(session.rig)
+    assembler = FrameAssembler(session)
     same_time: list[RecordedValue] = []
     waiting: list[Waiting] = []
     for value in read_recording(path):

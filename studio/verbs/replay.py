@@ -100,7 +100,7 @@ def run(args: argparse.Namespace) -> int:
     from studio.session.plan import Pace, SessionPlan
 
     info = read_session(args.recording)
-    if info.mode != Pace.EXACT:
+    if info.mode == Pace.PACED:
         raise ValueError(
             f"{args.recording}: recorded in real time ({info.mode}): which frames the tracker "
             "missed depended on the machine, so its tracks cannot be reproduced"

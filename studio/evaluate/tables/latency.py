@@ -148,7 +148,7 @@ class _Decoder:
     def __init__(
         self, take: Take, values: tuple[RecordedValue, ...], known_world_from_rig: Pose
     ) -> None:
-        self._assembler = FrameAssembler(take.session().rig)
+        self._assembler = FrameAssembler(take.session())
         self._values = iter(values)
         self._known = known_world_from_rig
 
