@@ -96,6 +96,10 @@ class H264Encoder:
         context.open()
         self._context = context
 
+    def begin_group(self) -> None:
+        """Make the next picture a keyframe; those after it count from there."""
+        self._count = 0
+
     def encode(self, rgb: NDArray[np.uint8], seq: int, t_ns: int) -> list[EncodedFrame]:
         """Compress one picture.
 

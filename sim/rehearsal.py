@@ -61,6 +61,7 @@ class SimulatedStep:
         avatars: local and remote people.
         events: what has happened since the frame before.
         annotations: lines that have been drawn or have grown since the frame before.
+        taken: what the sensor gave, before the encoder: (H, W, 3) uint8, one a lens.
     """
 
     frame: Frame
@@ -69,6 +70,7 @@ class SimulatedStep:
     avatars: tuple[Avatar, ...]
     events: tuple[Event, ...]
     annotations: tuple[Annotation, ...] = ()
+    taken: tuple[NDArray[np.uint8], ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,6 +94,7 @@ def simulate(
     seed: int,
     scanned: Scanned | None = None,
     then: Sequence[Switch] = (),
+    keyframe_interval: int | None = None,
 ) -> Iterator[SimulatedStep]:
     """Play a scenario. Frames come in time order; those lost on the way don't come.
 
@@ -102,6 +105,8 @@ def simulate(
         scanned: needed for a room that is made of splats.
         then: other scenarios that the session goes on with, in order of time. Frames before an
             instant are the same bytes as without its switch.
+        keyframe_interval: pictures from one keyframe of the video to the next; None as the encoder
+            has it.
 
     Raises:
         ScenarioError: a scenario doesn't fit the room, or cannot go on from the one before.
@@ -109,7 +114,8 @@ def simulate(
     validate_scenario(scenario, room)
     validate_switches(scenario, then, room)
     room = with_twins(room, scenario.faults.of(Twins))
-    return _Session(room, scenario, seed, scanned, then).steps()
+    session = _Session(room, scenario, seed, scanned, then, keyframe_interval=keyframe_interval)
+    return session.steps()
 
 
 class _Session:
@@ -120,6 +126,8 @@ class _Session:
         seed: int,
         scanned: Scanned | None,
         then: Sequence[Switch],
+        *,
+        keyframe_interval: int | None,
     ) -> None:
         # More streams may be added at the end: those before keep theirs.
         streams = np.random.default_rng(seed).spawn(5)
@@ -168,6 +176,7 @@ class _Session:
             settings.lens_size_px,
             settings.fps,
             round(settings.bitrate_mbps * 1e6),
+            keyframe_interval=keyframe_interval,
         )
         self._decoder = H264Decoder()
         self._first_poses = self._world.object_poses()
@@ -200,7 +209,7 @@ class _Session:
                     continue
                 packed = sender.submit(self._send, images, seq, passage.stamp_ns)
                 sent = receiver.submit(self._receive, packed, len(images))
-                ready, waiting = waiting, self._step(sent, passage, view, tuple(events))
+                ready, waiting = waiting, self._step(sent, images, passage, view, tuple(events))
                 events = []
                 if ready is not None:
                     yield ready()
@@ -283,6 +292,7 @@ class _Session:
     def _step(
         self,
         sent: Future[tuple[EncodedFrame, tuple[NDArray[np.uint8], ...]]],
+        taken: tuple[NDArray[np.uint8], ...],
         passage: Passage,
         view: CameraView,
         events: tuple[Event, ...],
@@ -297,7 +307,7 @@ class _Session:
             packet, images = sent.result()
             stamp = passage.seq, passage.stamp_ns, received_ns
             frame = Frame(STREAM_ID, *stamp, images, self._rig, known)
-            return SimulatedStep(frame, packet, truth, avatars, events, annotations)
+            return SimulatedStep(frame, packet, truth, avatars, events, annotations, taken)
 
         return finish
 

@@ -110,6 +110,12 @@ VERBS = (
         "nexus simulate dataset lab --form bop --out out/lab-bop",
     ),
     Verb(
+        "simulate camera",
+        "studio.verbs.simulate_camera",
+        "stream a simulated 360° camera over RTMP, RTSP or as an Insta360, with faults",
+        "nexus simulate camera lab --push rtmp://127.0.0.1:1935/live/room",
+    ),
+    Verb(
         "evaluate random-rooms",
         "studio.verbs.evaluate_random_rooms",
         "track objects of many kinds in rooms by seed, and say where it fails",

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import socket
 import threading
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
@@ -58,6 +59,9 @@ CLOSE_S = 5.0
 GARBAGE_BYTES = 4096
 """Size of a piece of garbage between packets."""
 
+MOST_ABANDONED = 8
+"""Connections that are kept open after the camera vanished from them; the oldest is closed."""
+
 _UNKNOWN_COMMAND, _UNKNOWN_BODY, _EXECUTE = 1, 2, 3
 """Numbers of the camera's errors, as in the vendor's message definitions."""
 
@@ -94,6 +98,8 @@ class PreviewServer:
         port: 0 for any free one.
         seed: of jitter and garbage.
         tick_ns: unit of its time stamps: a millisecond, as of an X4.
+        paced: whether units are sent at the pace of their times; else as soon as the feed yields
+            them.
 
     Attributes:
         faults: what is wrong now.
@@ -112,14 +118,16 @@ class PreviewServer:
         port: int = 0,
         seed: int = 0,
         tick_ns: int = 1_000_000,
+        paced: bool = True,
     ) -> None:
         self.faults = PreviewFaults()
         self._feed, self._clock, self._info, self._seed = feed, clock, info, seed
-        self._tick_ns = tick_ns
+        self._tick_ns, self._paced = tick_ns, paced
         self._listener = socket.create_server((host, port), backlog=8)
         self._listener.settimeout(WAIT_S)
         self._stop = threading.Event()
         self._client: _Client | None = None
+        self._abandoned: deque[_Client] = deque()
         self.connections = 0
         """Clients so far."""
         self.sent_units = 0
@@ -140,8 +148,21 @@ class PreviewServer:
         self._stop.set()
         self._thread.join()
         self._listener.close()
-        if self._client is not None:
-            self._client.close()
+        for client in (*self._abandoned, self._client):
+            if client is not None:
+                client.close()
+
+    def abandon(self) -> None:
+        """Leave the present client alone for good, its connection open: a camera that vanished.
+
+        Another client finds the camera as if it had just been switched on.
+        """
+        client, self._client = self._client, None
+        if client is not None:
+            client.vanish()
+            self._abandoned.append(client)
+        while len(self._abandoned) > MOST_ABANDONED:
+            self._abandoned.popleft().close()
 
     def _accept(self) -> None:
         while not self._stop.is_set():
@@ -185,6 +206,9 @@ class PreviewServer:
         """Access units at their pace, and when each was due on the session's clock."""
         begun: tuple[int, int] | None = None
         for frame in self._feed():
+            if not self._paced:
+                yield self._clock.now_ns(), frame
+                continue
             begun = begun or (self._clock.now_ns(), frame.t_ns)
             due_ns = begun[0] + frame.t_ns - begun[1]
             self._clock.sleep_until(due_ns)
@@ -213,6 +237,7 @@ class _Client:
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._sending = threading.Lock()
         self._over = threading.Event()
+        self._vanished = threading.Event()
         self._preview: tuple[threading.Thread, threading.Event] | None = None
         self._reader = threading.Thread(target=self._read, name="camera 6666 reads", daemon=True)
         self._reader.start()
@@ -224,11 +249,15 @@ class _Client:
             self._socket.shutdown(socket.SHUT_RDWR)
         self._reader.join(CLOSE_S)
 
+    def vanish(self) -> None:
+        """Send and read nothing any more, without hanging up."""
+        self._vanished.set()
+
     def _read(self) -> None:
         parser, silent_s = PacketParser(), 0.0
         try:
             while not self._over.is_set() and silent_s < SILENCE_S:
-                if self._server.faults.half_open:
+                if self._server.faults.half_open or self._vanished.is_set():
                     self._over.wait(WAIT_S)
                     continue
                 try:
@@ -277,7 +306,7 @@ class _Client:
     def _stream(self, stop: threading.Event) -> None:
         try:
             for due_ns, frame in self._server.units():
-                if stop.is_set() or self._over.is_set():
+                if stop.is_set() or self._over.is_set() or self._vanished.is_set():
                     return
                 faults = self._server.faults
                 if faults.frozen or faults.half_open:

@@ -104,6 +104,14 @@ class RtmpClient:
         self._drain()
         self._socket.sendall(_message(VIDEO, data, time_ms))
 
+    def send_bytes(self, data: bytes) -> None:
+        """Bytes that are no message, for tests of what receives them.
+
+        Raises:
+            OSError: as `send_video`.
+        """
+        self._socket.sendall(data)
+
     def _drain(self) -> None:
         """Take what the server sent meanwhile: acknowledgements."""
         timeout_s = self._socket.gettimeout()

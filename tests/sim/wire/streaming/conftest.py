@@ -1,0 +1,71 @@
+import time
+from threading import Lock
+
+import pytest
+
+from devices.clock import WallClock
+from devices.video import H264Encoder
+from sim.wire.faults.reading import read_fault
+from sim.wire.faults.schedule import FaultSchedule
+from sim.wire.feed import numbered_pictures
+from sim.wire.film.film import FilmFormat
+from sim.wire.film.film_file import FilmWriter, read_film
+from sim.wire.streaming.camera import CameraPlan, FilmCamera
+
+FPS = 25
+
+
+@pytest.fixture(scope="session")
+def film(tmp_path_factory):
+    """Two seconds of numbered pictures, a keyframe every fifth."""
+    folder = tmp_path_factory.mktemp("film")
+    writer = FilmWriter(folder, "numbers", FilmFormat(320, 160, FPS, "side_by_side"))
+    encoder = H264Encoder(320, 160, FPS, 1_000_000, keyframe_interval=5)
+    for k, picture in enumerate(numbered_pictures((320, 160), FPS, count=2 * FPS)):
+        packet = encoder.encode(picture.rgb, k, picture.t_ns)[0]
+        writer.add_unit(packet.data, t_ns=picture.t_ns, keyframe=packet.keyframe, shows=k)
+    writer.finish(2_000_000_000)
+    return read_film(folder)
+
+
+class Heard:
+    """Events of a camera, in order."""
+
+    def __init__(self):
+        self._lock = Lock()
+        self.events = []
+
+    def __call__(self, event):
+        with self._lock:
+            self.events.append(event)
+
+    def named(self, name):
+        with self._lock:
+            return [event for event in self.events if event.name == name]
+
+
+@pytest.fixture
+def heard():
+    return Heard()
+
+
+@pytest.fixture
+def make_camera(film, heard):
+    """Makes cameras of the film that are closed in the end."""
+    made = []
+
+    def make(*faults, seconds=None, truth=None):
+        schedule = FaultSchedule(map(read_fault, faults))
+        camera = FilmCamera(
+            CameraPlan(film, schedule, seconds),
+            WallClock(),
+            wall_ns=time.time_ns,
+            say=heard,
+            truth=truth,
+        )
+        made.append(camera)
+        return camera
+
+    yield make
+    for camera in made:
+        camera.close()

@@ -1,0 +1,118 @@
+"""The simulated camera as a process of its own, received by the studio's own receiver."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+
+import pytest
+
+from devices.camera.address import parse_address
+from devices.camera.receiver import CameraReceiver
+from devices.clock import WallClock
+from sim.wire.streaming.truth_file import read_truth
+from studio.cli import main
+
+SCRIPT = "import sys; from studio.cli import main; sys.exit(main())"
+SMALL = ("--size", "320x160", "--fps", "20", "--bitrate", "1", "--film-seconds", "1.5")
+
+
+@pytest.fixture(scope="module")
+def home(tmp_path_factory):
+    return tmp_path_factory.mktemp("home")
+
+
+@pytest.fixture
+def receiver():
+    made = CameraReceiver(parse_address("rtmp://127.0.0.1:0/live/room"), WallClock())
+    until = time.monotonic() + 10
+    while not made.listening_at and time.monotonic() < until:
+        time.sleep(0.01)
+    yield made
+    made.close()
+
+
+@contextmanager
+def camera(home, *words):
+    """The camera as a child; gives its events as they come, and ends it as a parent does."""
+    child = subprocess.Popen(
+        [sys.executable, "-c", SCRIPT, "simulate", "camera", *words, *SMALL, "--json"],
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "NEXUS_HOME": str(home)},
+    )
+    try:
+        yield child, map(json.loads, child.stdout)
+    finally:
+        if child.poll() is None:
+            child.send_signal(signal.SIGTERM)
+        child.stdout.close()
+        assert child.wait(30) == 0
+
+
+def named(events, name):
+    """The next event of a name."""
+    return next(event for event in events if event["event"] == name)
+
+
+def pictures(receiver, count):
+    taken = []
+    until = time.monotonic() + 30
+    while len(taken) < count and time.monotonic() < until:
+        received = receiver.latest.take(0.2)
+        if received is not None:
+            taken.append(received)
+    return taken
+
+
+def test_a_child_streams_and_its_truth_fits_what_arrives(home, receiver, tmp_path):
+    truth = tmp_path / "truth.jsonl"
+    words = ("lab", "--push", receiver.listening_at, "--truth", str(truth))
+    with camera(home, *words) as (child, events):
+        started = named(events, "started")
+        assert started["push"] == [receiver.listening_at]
+        assert (started["size"], started["has_truth"]) == ([320, 160], True)
+        named(events, "connected")
+        received = pictures(receiver, 30)
+        child.send_signal(signal.SIGTERM)
+        ended = named(events, "ended")
+        assert ended["reason"] == "cancelled"
+        assert ended["outputs"]["rtmp"]["sent"] >= 30
+        assert child.wait(30) == 0
+    assert len(received) == 30
+    rows = {row.time.stamp_ns // 1_000_000: row for row in read_truth(truth)}
+    for each in received:
+        row = rows[each.pts_ns // 1_000_000]
+        assert row.world_from_object.keys() >= {"chair-1", "book-1"}
+        assert row.world_from_rig is not None
+        assert row.sent_ns["rtmp"] >= row.time.wall_ns - 20_000_000
+
+
+def test_it_ends_by_itself_and_says_which_faults_there_were(home, receiver):
+    words = ("--push", receiver.listening_at, "--seconds", "1.5", "--fault", "loss:at=0.5,for=0.5")
+    with camera(home, "lab", *words) as (child, events):
+        begun, ended = named(events, "fault_begins"), named(events, "fault_ends")
+        assert (begun["kind"], begun["at_s"]) == ("loss", 0.5)
+        assert ended["t_ns"] - begun["t_ns"] == pytest.approx(5e8, abs=6e7)
+        assert named(events, "ended")["reason"] == "played"
+        assert child.wait(30) == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        (("lab", "--fault", "flood"), "flood"),
+        (("lab", "--size", "300x200"), "2:1"),
+        (("lab", "--push", "rtmp://example.org/live/room"), "--network"),
+        (("lab", "--push", "http://127.0.0.1/"), "rtmp://"),
+        (("none.mcap",), "none.mcap"),
+    ],
+)
+def test_bad_input_is_refused_in_one_line(words, why, capsys, monkeypatch, tmp_path):
+    monkeypatch.setenv("NEXUS_HOME", str(tmp_path))
+    assert main(["simulate", "camera", *words]) == 3
+    assert why in capsys.readouterr().err
+    assert not list(tmp_path.glob("films/*"))
