@@ -20,6 +20,11 @@ from scenes.pose import Pose
 
 LensPicture = NDArray[np.uint8]
 
+USUAL_LENS_DISTANCE_M = 0.03
+"""Metres between the two lenses of a 360° camera along their axis where nobody measured them: X3 and
+X4 are 33 and 37 mm thick at the lenses, whose pupils lie some millimetres inside. What the back
+lens sees is off by what this is off."""
+
 DEFAULT_FOV_DEG = 200.0
 """Field of view, degrees, of a lens whose calibration is not known: that of the X3's and X4's."""
 
@@ -78,15 +83,23 @@ def own_lens_size_px(picture: StreamPicture, layout: LensLayout) -> int:
     return layout.boxes(picture.width_px, picture.height_px)[0].width
 
 
-def assumed_rig(layout: LensLayout, lens_size_px: int, *, fov_deg: float = DEFAULT_FOV_DEG) -> Rig:
-    """The lenses of a camera that is not calibrated: equidistant, back to back, at one place.
+def assumed_rig(
+    layout: LensLayout,
+    lens_size_px: int,
+    *,
+    fov_deg: float = DEFAULT_FOV_DEG,
+    lens_distance_m: float = USUAL_LENS_DISTANCE_M,
+) -> Rig:
+    """The lenses of a camera that is not calibrated: equidistant, back to back.
 
-    Of an equirectangular picture it is exact: those fisheyes are made here.
+    Of an equirectangular picture it is exact: those fisheyes are made here, at one place.
     """
     lens = Fisheye.from_fov(lens_size_px, math.radians(fov_deg))
     if layout.arrangement is Arrangement.ONE_LENS:
         return Rig((lens,), (Pose.identity(),))
-    back = Pose(FRONT_FROM_BACK_LENS.rotation, np.zeros(3))
+    is_sphere = layout.arrangement is Arrangement.EQUIRECTANGULAR
+    apart_m = 0.0 if is_sphere else lens_distance_m
+    back = Pose(FRONT_FROM_BACK_LENS.rotation, np.array([0.0, 0.0, -apart_m]))
     return Rig((lens, lens), (Pose.identity(), back))
 
 

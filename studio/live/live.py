@@ -1,0 +1,487 @@
+"""A live session from the camera's first picture to its end; commands come from any thread."""
+
+from __future__ import annotations
+
+import threading
+from collections import Counter, deque
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from devices.camera.lenses.layout import LensLayout
+from devices.camera.lenses.search import FoundLayout
+from devices.camera.received import CameraStatus, Received
+from devices.camera.receiver import CameraReceiver
+from devices.clock import Clock
+from devices.footage import FootageError
+from devices.messages import Event, Frame
+from devices.session_info import SessionInfo
+from scenes.package import ScenePackage
+from scenes.pose import rotation_angle
+from scenes.render.renderer import Renderer
+from scenes.state import LiveSurface
+from studio.live.camera_frames import STREAM_ID, CameraFrames, PacketTap
+from studio.live.placing import (
+    PICTURES,
+    SURE,
+    Locate,
+    PlacedCamera,
+    PlacingError,
+    layout_of,
+    place_camera,
+)
+from studio.live.setup import LiveSetup
+from studio.live.status import LiveState, LiveStatus
+from studio.session.latency import Latencies
+from studio.session.opening import open_live_session, scene_hash
+from studio.session.plan import Pace, SessionPlan
+from studio.session.provenance import library_versions
+from studio.session.session import Session, SessionOutput, SessionResult
+from tracking.options import TrackerOptions
+
+POLL_S = 0.1
+"""Seconds between looks at the camera while there is nothing else to do."""
+
+PICTURES_APART_S = 0.4
+"""Seconds between the pictures that lenses are fitted to: who walks is elsewhere by then."""
+
+SHOWN_STAGES = 300
+"""Pictures whose durations a window shows: ten seconds at 30 Hz."""
+
+MOST_EVENTS = 10_000
+"""Events that the report lists; the oldest go first."""
+
+MOVED_RAD, MOVED_M = np.deg2rad(0.15), 0.005
+"""Change of the camera's pose from which its finding again is an event: three times what a refined
+pose of a camera that stands still is uncertain by."""
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """Something that a person changed while the session ran."""
+
+    t_ns: int
+    text: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LiveResult:
+    """How a live session went.
+
+    Attributes:
+        session: pictures and durations; None where the camera was never ready.
+        camera: the receiver's last word.
+        placed: lenses and pose.
+        duration_s: from the first tracked picture to the end.
+        live_s: of these, seconds live.
+        events: what happened, oldest first.
+        changes: what people changed, oldest first.
+        latencies: durations of all stages from a picture's last byte to its poses.
+        recording: where it is recorded; None if it is not.
+        recording_failure: why the recording is not whole; empty if it is.
+    """
+
+    session: SessionResult | None
+    camera: CameraStatus
+    placed: PlacedCamera | None
+    duration_s: float
+    live_s: float
+    events: tuple[Event, ...]
+    changes: tuple[Change, ...]
+    latencies: Latencies
+    recording: Path | None
+    recording_failure: str
+
+
+class LiveSession:
+    """One camera in one room. `run` plays it on the caller's thread; all else is for any thread.
+
+    Args:
+        scene_name: as `open_scene` takes it.
+        scene: the room.
+        setup: the devices.
+        clock: session time.
+        renderer: draws splats.
+        locate: finds the camera's pose.
+        record_to: the recording; None for none.
+        asks: whether a person confirms a doubtful layout and says when to go live and to try again;
+            without one, the likeliest layout is taken and it goes live as soon as it can.
+    """
+
+    def __init__(
+        self,
+        scene_name: str,
+        scene: ScenePackage,
+        setup: LiveSetup,
+        *,
+        clock: Clock,
+        renderer: Renderer,
+        locate: Locate,
+        record_to: Path | None = None,
+        asks: bool = False,
+    ) -> None:
+        self.scene = scene
+        self.setup = setup
+        self.latencies = Latencies()
+        self._scene_name = scene_name
+        self._clock = clock
+        self._renderer = renderer
+        self._locate = locate
+        self._record_to = record_to
+        self._asks = asks
+        self._ended = threading.Event()
+        self._wakes = threading.Event()
+        self._goes_live = threading.Event()
+        self._lock = threading.Lock()
+        self._waiting: deque[Event] = deque(maxlen=MOST_EVENTS)
+        self._events: deque[Event] = deque(maxlen=MOST_EVENTS)
+        self._changes: deque[Change] = deque(maxlen=MOST_EVENTS)
+        self._options = TrackerOptions()
+        self._former: deque[TrackerOptions] = deque(maxlen=MOST_EVENTS)
+        self._state, self._text = LiveState.CONNECTING, "waiting for the camera's first picture"
+        self._layout: FoundLayout | None = None
+        self._chosen: LensLayout | None = setup.layout
+        self._placed: PlacedCamera | None = None
+        self._frames: CameraFrames | None = None
+        self._session: Session | None = None
+        self._last: SessionOutput | None = None
+        self._first_ns = self._live_ns = self._end_ns = 0
+        self._relocating: threading.Thread | None = None
+        self._tap = PacketTap()
+        self._receiver = CameraReceiver(setup.camera, clock, packets=self._tap, stream_id=STREAM_ID)
+
+    # Commands.
+
+    def go_live(self) -> None:
+        """Go live as soon as the objects are found."""
+        self._goes_live.set()
+
+    def end(self) -> None:
+        """End the session; `run` returns soon after."""
+        self._ended.set()
+        self._wakes.set()
+        if self._frames is not None:
+            self._frames.end()
+
+    def choose_layout(self, layout: LensLayout) -> None:
+        """The picture holds the lenses like this."""
+        self._chosen = layout
+        self._change(f"layout: {layout.shown}")
+        self._wakes.set()
+
+    def try_again(self) -> None:
+        """Look for the camera again after it was not found."""
+        self._wakes.set()
+
+    def adjust_tracker(self, options: TrackerOptions) -> None:
+        """Track with other settings from the next picture on.
+
+        Raises:
+            StreamFullError: more was asked for than the session could take.
+        """
+        session = self._session
+        if session is not None:
+            session.adjust_tracker(options)
+        self._former.append(self._options)
+        self._options = options
+        self._change(f"tracker: {options}")
+
+    def undo_adjustment(self) -> bool:
+        """Go back to the settings before the last change; False if there is none."""
+        if not self._former:
+            return False
+        former = self._former.pop()
+        if self._session is not None:
+            self._session.adjust_tracker(former)
+        self._options = former
+        self._change(f"tracker, undone: {former}")
+        return True
+
+    def make_live(self, surface: LiveSurface) -> None:
+        """Show live video on a surface.
+
+        Raises:
+            StreamFullError: more was asked for than the session could take.
+            ValueError: nothing is tracked yet.
+        """
+        if self._session is None:
+            raise ValueError("live surfaces: wait until the camera is placed")
+        self._session.make_live(surface)
+        self._change(f"live surface {surface.surface_id}")
+
+    def relocate(self) -> None:
+        """Look for the camera anywhere in the room, beside the running session."""
+        if self._relocating is None or not self._relocating.is_alive():
+            self._relocating = threading.Thread(target=self._relocated, name="locate", daemon=True)
+            self._relocating.start()
+
+    # What is seen of it.
+
+    @property
+    def options(self) -> TrackerOptions:
+        """The tracker's settings now."""
+        return self._options
+
+    @property
+    def picture(self) -> Received | None:
+        """What the camera showed last."""
+        return self._receiver.last
+
+    @property
+    def layout(self) -> LensLayout | None:
+        """How its picture holds the lenses, as it is used."""
+        return self._chosen or (None if self._layout is None else self._layout.layout)
+
+    def events(self) -> tuple[Event, ...]:
+        """What happened so far, oldest first."""
+        with self._lock:
+            return tuple(self._events)
+
+    def status(self) -> LiveStatus:
+        """How it is doing now."""
+        session, last = self._session, self._last
+        tracks = () if last is None else last.shown.objects
+        live_ns = self._live_ns
+        return LiveStatus(
+            self._state,
+            self._text,
+            self._receiver.status(),
+            self._receiver.listening_at,
+            self._layout,
+            self._placed,
+            self.latencies.stages(last=SHOWN_STAGES),
+            0 if session is None else session.counts[0],
+            0 if session is None else session.counts[1],
+            dict(Counter(str(track.state) for track in tracks)),
+            (self._clock.now_ns() - live_ns) / 1e9 if live_ns else None,
+            "" if session is None else session.recording_failure,
+        )
+
+    # The way of a session.
+
+    def run(self, watch: Callable[[SessionOutput], None]) -> LiveResult:
+        """Play it to its end.
+
+        Args:
+            watch: sees every result, on this thread.
+
+        Raises:
+            PlacingError: the camera is not found and nobody is asked.
+            ValueError, OSError: an input is bad.
+        """
+        result: SessionResult | None = None
+        try:
+            placed = self._connected_and_placed()
+            if placed is not None:
+                result = self._track(placed, watch)
+        finally:
+            self._end_ns = self._clock.now_ns()
+            self._tap.close()
+            camera = self._receiver.status()
+            self._receiver.close()
+            self._say(LiveState.ENDED, "the session has ended")
+        since = self._first_ns or self._end_ns
+        return LiveResult(
+            result,
+            camera,
+            placed,
+            (self._end_ns - since) / 1e9,
+            (self._end_ns - self._live_ns) / 1e9 if self._live_ns else 0.0,
+            self.events(),
+            tuple(self._changes),
+            self.latencies,
+            self._record_to,
+            "" if self._session is None else self._session.recording_failure,
+        )
+
+    def _connected_and_placed(self) -> PlacedCamera | None:
+        """A camera that is ready; None if the session was ended before."""
+        while (pictures := self._still_pictures()) is not None:
+            layout = self._agreed_layout(pictures[-1])
+            if layout is None:
+                return None
+            self._say(LiveState.PLACING, "finding lenses and place of the camera")
+            try:
+                return place_camera(
+                    pictures,
+                    layout,
+                    self.setup,
+                    self.scene,
+                    renderer=self._renderer,
+                    locate=self._locate,
+                    say=lambda text: self._say(LiveState.PLACING, text),
+                )
+            except (PlacingError, FootageError, OSError) as error:
+                if not self._asks:
+                    raise
+                self._note("camera-refused", str(error))
+                self._say(LiveState.REFUSED, str(error))
+                self._wakes.clear()
+                while not (self._wakes.wait(POLL_S) or self._ended.is_set()):
+                    continue
+        return None
+
+    def _still_pictures(self) -> list[Received] | None:
+        """The camera's next pictures, some time apart; None if the session was ended before."""
+        pictures: list[Received] = []
+        while len(pictures) < PICTURES and not self._ended.is_set():
+            over = self._receiver.latest.closed
+            received = self._receiver.latest.take(timeout_s=POLL_S)
+            status = self._receiver.status()
+            self._say(LiveState.CONNECTING, status.reason)
+            if received is None and over:
+                if pictures:
+                    return pictures
+                raise PlacingError(f"no picture of the camera: {status.reason}")
+            apart_ns = PICTURES_APART_S * 1e9
+            if received is None or (pictures and received.t_ns - pictures[-1].t_ns < apart_ns):
+                continue
+            if pictures and len(pictures[0].pictures) != len(received.pictures):
+                pictures.clear()
+            pictures.append(received)
+        return None if self._ended.is_set() else pictures
+
+    def _agreed_layout(self, received: Received) -> LensLayout | None:
+        """How the picture holds the lenses; None if the session was ended before it was agreed."""
+        self._layout = layout_of(received)
+        if self._chosen is None and self._asks and self._layout.confidence < SURE:
+            self._wakes.clear()
+            self._say(
+                LiveState.CONFIRMING,
+                f"the picture looks like {self._layout.layout.shown} "
+                f"({self._layout.confidence:.0%} sure): confirm or choose",
+            )
+            while self._chosen is None and not self._ended.is_set():
+                self._wakes.wait(POLL_S)
+        if self._ended.is_set():
+            return None
+        layout = self._chosen or self._layout.layout
+        self._note("camera-layout", f"the picture holds the lenses {layout.shown}")
+        return layout
+
+    def _track(self, placed: PlacedCamera, watch: Callable[[SessionOutput], None]) -> SessionResult:
+        self._placed = placed
+        self._note("camera-placed", placed.found)
+        plan = SessionPlan(
+            scene=self._scene_name, methods=("own",), pace=Pace.LIVE, record_to=self._record_to
+        )
+        info = SessionInfo(
+            scene=self._scene_name,
+            scene_hash=scene_hash(self.scene),
+            seed=None,
+            scenario="",
+            scenario_name="",
+            mode=str(Pace.LIVE),
+            methods=plan.methods,
+            versions=library_versions(),
+            rig=placed.rig,
+            fps=self._measured_fps(),
+            stream=placed.stream,
+        )
+        frames = CameraFrames(
+            self._receiver,
+            placed.rig,
+            placed.stream,
+            clock=self._clock,
+            tap=self._tap,
+            world_from_rig=placed.world_from_rig,
+        )
+        self._frames = frames
+        session = open_live_session(
+            plan,
+            self.scene,
+            info,
+            lambda: frames.messages(self._taken_events, session.record_packet),
+            self._clock,
+        )
+        if self._options != TrackerOptions():
+            session.adjust_tracker(self._options)
+        self._session = session
+        self._say(LiveState.FINDING, "finding the objects")
+        if self._ended.is_set():
+            frames.end()
+        return session.run(lambda output: self._watched(output, watch))
+
+    def _watched(self, output: SessionOutput, watch: Callable[[SessionOutput], None]) -> None:
+        frames = self._frames
+        assert frames is not None
+        self._events.extend(output.input.events)
+        if frames.times is not None:
+            whole_ns = output.now_ns - frames.times.arrived_ns
+            track_ns = output.now_ns - frames.times.made_ns
+            stages = {**frames.times.stages(), "track": track_ns, "whole": whole_ns}
+            if self._last is not None:  # the first picture's search is nobody's delay
+                self.latencies.add(stages)
+        self._notice_camera(output)
+        if self._last is None:
+            self._first_ns = output.now_ns
+            self._say(LiveState.READY, "objects found: go live")
+        self._last = output
+        if self._state is LiveState.READY and (self._goes_live.is_set() or not self._asks):
+            self._live_ns = self._clock.now_ns()
+            self._note("live", "the session is live")
+            self._say(LiveState.LIVE, "live")
+        watch(output)
+
+    def _notice_camera(self, output: SessionOutput) -> None:
+        """An event where the tracker has found the camera again after it moved."""
+        last = self._last
+        was = None if last is None else last.shown.world_from_rig
+        now = output.shown.world_from_rig
+        if was is None or now is None:
+            return
+        step = was.inverse() @ now
+        turn_rad = rotation_angle(step.rotation)
+        shift_m = float(np.linalg.norm(step.translation))
+        if turn_rad > MOVED_RAD or shift_m > MOVED_M:
+            self._note(
+                "camera-moved",
+                f"the camera moved by {np.degrees(turn_rad):.1f}° and {100 * shift_m:.1f} cm and "
+                f"was found again: {output.shown.camera}",
+            )
+
+    def _relocated(self) -> None:
+        placed, last, frames = self._placed, self._receiver.last, self._frames
+        if placed is None or last is None or frames is None:
+            return
+        from devices.replay import stream_images
+
+        images = stream_images(last.pictures, placed.stream)
+        frame = Frame(STREAM_ID, last.seq, last.t_ns, last.decoded_ns, images, placed.rig, None)
+        output = self._last
+        near = None if output is None else output.shown.world_from_rig
+        found = self._locate(frame, near)
+        if found.refusal:
+            self._note("camera-refused", f"the camera was not found: {found.refusal}")
+            return
+        frames.world_from_rig = found.world_from_rig
+        self._placed = replace(placed, world_from_rig=found.world_from_rig)
+        self._note("camera-placed", found.described())
+
+    def _measured_fps(self) -> float:
+        """Pictures a second so far; 30 where too few came to say."""
+        status, last = self._receiver.status(), self._receiver.last
+        if last is None or status.pictures < 10 or last.t_ns <= 0:
+            return 30.0
+        return min(max(status.pictures / (last.t_ns / 1e9), 1.0), 240.0)
+
+    # Words.
+
+    def _taken_events(self) -> tuple[Event, ...]:
+        taken: list[Event] = []
+        while self._waiting:
+            taken.append(self._waiting.popleft())
+        return tuple(taken)
+
+    def _note(self, kind: str, text: str) -> None:
+        """An event of the session, recorded with the next picture."""
+        self._waiting.append(Event(self._clock.now_ns(), "session", kind, text))
+
+    def _change(self, text: str) -> None:
+        self._changes.append(Change(self._clock.now_ns(), text))
+        self._note("changed", text)
+
+    def _say(self, state: LiveState, text: str) -> None:
+        self._state, self._text = state, text

@@ -1,0 +1,165 @@
+"""From a camera's first pictures to frames that can be tracked: layout, lenses, where it stands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from devices.camera.lenses.layout import LensLayout
+from devices.camera.lenses.lens_pictures import assumed_rig, own_lens_size_px
+from devices.camera.lenses.search import FoundLayout, find_layout
+from devices.camera.received import Received
+from devices.footage import read_camera
+from devices.messages import Frame
+from devices.replay import stream_images
+from devices.session_info import LiveStream
+from scenes.cameras import Rig
+from scenes.package import ScenePackage
+from scenes.pose import Pose
+from scenes.render.renderer import PosedSplats, Renderer
+from studio.live.camera_frames import STREAM_ID
+from studio.live.setup import LiveSetup, Place
+from tracking.camera.lens_fit import LensCalibration, calibrate_lenses
+
+PICTURES = 3
+"""Pictures that the lenses are fitted to: the fewest whose median forgets who walks by."""
+
+SURE = 0.95
+"""Probability of a layout from which nobody needs to be asked."""
+
+SHOWN_LENS_PX = 720
+"""Side of the lens pictures that people look at to confirm a layout."""
+
+
+class PlacingError(ValueError):
+    """A camera that cannot be used yet: says what was seen and what to do."""
+
+
+class Placed(Protocol):
+    """Where a search found the camera."""
+
+    @property
+    def world_from_rig(self) -> Pose:
+        """The pose."""
+        ...
+
+    @property
+    def refusal(self) -> str:
+        """Why it is not to be used; empty if it is."""
+        ...
+
+    def described(self) -> str:
+        """One line for people."""
+        ...
+
+
+Locate = Callable[[Frame, Pose | None], Placed]
+"""Finds the camera in the room from one frame; the pose is where it was last, to be tried first."""
+
+Say = Callable[[str], None]
+"""Is told what is being done, in a sentence."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlacedCamera:
+    """A camera that is ready to be tracked with.
+
+    Attributes:
+        stream: how its pictures become lens pictures.
+        rig: its lenses.
+        world_from_rig: where it stands.
+        calibration: how well both are known; None where they were not fitted.
+        found: one line: how the camera was found.
+    """
+
+    stream: LiveStream
+    rig: Rig
+    world_from_rig: Pose
+    calibration: LensCalibration | None
+    found: str
+
+
+def stream_of(received: Received, layout: LensLayout, setup: LiveSetup) -> LiveStream:
+    """How pictures of this kind become lens pictures under a layout."""
+    size = setup.lens_size_px or own_lens_size_px(received.pictures[0], layout)
+    return LiveStream(layout, size, len(received.pictures))
+
+
+def layout_of(received: Received) -> FoundLayout:
+    """The layout of a camera's picture, and how sure it is."""
+    return find_layout(received.pictures[0])
+
+
+def place_camera(
+    pictures: Sequence[Received],
+    layout: LensLayout,
+    setup: LiveSetup,
+    scene: ScenePackage,
+    *,
+    renderer: Renderer,
+    locate: Locate,
+    say: Say,
+) -> PlacedCamera:
+    """Lenses and pose of a camera, from pictures of a moment in which it stands still.
+
+    Args:
+        pictures: one or more, oldest first.
+        layout: how they hold the lenses.
+        setup: what is known beforehand.
+        scene: the room that it stands in.
+        renderer: draws splats.
+        locate: finds the pose.
+        say: progress.
+
+    Raises:
+        PlacingError: it is not found, or its lenses are not.
+        FootageError, OSError: the camera file is bad.
+    """
+    stream = stream_of(pictures[0], layout, setup)
+    rig = _assumed_lenses(stream, setup)
+    frames = [_frame(received, stream, rig) for received in pictures]
+    found = "at the scan's place"
+    where = scene.world_from_rig
+    if setup.place is Place.FIND:
+        say("looking for the camera in the room")
+        located = locate(frames[-1], None)
+        if located.refusal:
+            raise PlacingError(
+                f"the camera was not found in {scene.name} ({located.refusal}): switch the lights "
+                'on, see that the lenses are free, or set place = "scan" if it stands where the '
+                "scan has it"
+            )
+        where, found = located.world_from_rig, located.described()
+    if not setup.calibrates:
+        return PlacedCamera(stream, rig, where, None, found)
+    say("fitting lenses and pose to the room")
+    objects = tuple(PosedSplats(item.splats, item.world_from_object) for item in scene.objects)
+    calibration = calibrate_lenses(frames, where, scene.room, renderer, objects=objects)
+    if not calibration.trusted:
+        raise PlacingError(
+            f"lenses and place do not fit the room: {calibration.refusal}. Check the scene, the "
+            f"layout ({layout.shown}) and that nothing covers the lenses"
+        )
+    return PlacedCamera(stream, calibration.rig, calibration.world_from_rig, calibration, found)
+
+
+def _assumed_lenses(stream: LiveStream, setup: LiveSetup) -> Rig:
+    if setup.camera_file is None:
+        return assumed_rig(
+            stream.layout, stream.lens_size_px, lens_distance_m=setup.lens_distance_m
+        )
+    given = read_camera(setup.camera_file).rig
+    count = len(assumed_rig(stream.layout, stream.lens_size_px).lenses) * stream.tracks
+    if len(given.lenses) != count:
+        raise PlacingError(
+            f"{setup.camera_file}: {len(given.lenses)} lenses, the stream has {count} "
+            f"({stream.layout.shown}); give the file of this camera"
+        )
+    size = stream.lens_size_px
+    return Rig(tuple(lens.resized(size, size) for lens in given.lenses), given.rig_from_lens)
+
+
+def _frame(received: Received, stream: LiveStream, rig: Rig) -> Frame:
+    images = stream_images(received.pictures, stream)
+    return Frame(STREAM_ID, received.seq, received.t_ns, received.decoded_ns, images, rig, None)

@@ -1,0 +1,147 @@
+"""Which devices a live session has and how they are set: a TOML file that a person writes.
+
+[camera]
+address = "rtmp://:1935/live/room"
+layout = "auto"
+place = "find"
+"""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+
+from devices.camera.address import AddressError, CameraAddress, parse_address
+from devices.camera.lenses.layout import LENSES, Arrangement, LensLayout
+from devices.camera.lenses.lens_pictures import USUAL_LENS_DISTANCE_M
+from sim.tables import ScenarioError, Table
+
+AUTO = "auto"
+"""Word for what is found from the pictures."""
+
+
+class Place(StrEnum):
+    """Where the session learns from where the camera stands."""
+
+    FIND = "find"
+    """Searched for in the room's splats, anywhere."""
+    SCAN = "scan"
+    """About where the scan says that it stands, to some 2° and 10 cm."""
+
+
+class SetupError(ValueError):
+    """A file of devices that cannot be used: names the file, the key, the value and what to do."""
+
+
+@dataclass(frozen=True, slots=True)
+class LiveSetup:
+    """The devices of a live session.
+
+    Attributes:
+        camera: where the pictures come from.
+        layout: how they hold the lenses; None to find it in the first picture.
+        lens_size_px: side of the lens pictures that are tracked; None for the stream's own.
+        camera_file: lenses as they were calibrated, JSON; None to begin with usual ones.
+        lens_distance_m: between the lenses of a camera without camera file, along their axis.
+        place: how the camera's pose is found.
+        calibrates: whether lenses and pose are fitted to the room before going live.
+    """
+
+    camera: CameraAddress
+    layout: LensLayout | None = None
+    lens_size_px: int | None = None
+    camera_file: Path | None = None
+    lens_distance_m: float = USUAL_LENS_DISTANCE_M
+    place: Place = Place.FIND
+    calibrates: bool = True
+
+
+def read_setup(path: Path) -> LiveSetup:
+    """The setup in a file.
+
+    Raises:
+        SetupError: something in it is wrong.
+        OSError: it cannot be read.
+    """
+    try:
+        values = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise SetupError(f"{path}: no TOML: {error}") from None
+    try:
+        top = Table(values, str(path), "")
+        camera = top.table("camera")
+        setup = LiveSetup(
+            camera=_address(camera),
+            layout=_layout(camera),
+            lens_size_px=_lens_size_px(camera),
+            camera_file=_beside(path, camera.optional_text("lenses")),
+            lens_distance_m=camera.number(
+                "lens_distance_m", USUAL_LENS_DISTANCE_M, low=0.0, high=0.2
+            ),
+            place=_place(camera),
+            calibrates=camera.text("calibration", AUTO) != "off",
+        )
+        camera.done()
+        top.done()
+    except ScenarioError as error:
+        raise SetupError(str(error)) from None
+    return setup
+
+
+def parse_layout(text: str) -> LensLayout | None:
+    """A layout in words, such as `side_by_side 90 270` (degrees clockwise); None for `auto`.
+
+    Raises:
+        ValueError: it is none.
+    """
+    words = text.replace(",", " ").split()
+    wanted = (
+        f"wanted {AUTO}, or one of {', '.join(Arrangement)} with each picture's turn in degrees "
+        "clockwise, such as side_by_side 0 0"
+    )
+    if words == [AUTO]:
+        return None
+    try:
+        arrangement = Arrangement(words[0])
+        turns = tuple(int(word) for word in words[1:]) or (0,) * LENSES[arrangement]
+        # A turn that is no multiple of 90° is no quarter, which the layout refuses.
+        quarters = tuple(-1 if turn % 90 else turn // 90 % 4 for turn in turns)
+        return LensLayout(arrangement, quarters)
+    except (ValueError, IndexError):
+        raise ValueError(f"layout {text!r}: {wanted}") from None
+
+
+def _address(camera: Table) -> CameraAddress:
+    try:
+        return parse_address(camera.text("address"))
+    except AddressError as error:
+        raise SetupError(str(error)) from None
+
+
+def _layout(camera: Table) -> LensLayout | None:
+    text = camera.text("layout", AUTO)
+    try:
+        return parse_layout(text)
+    except ValueError as error:
+        raise camera.error("layout", text, str(error).partition("wanted ")[2]) from None
+
+
+def _lens_size_px(camera: Table) -> int | None:
+    size = camera.integer("lens_size_px", 0, low=0, high=4096)
+    if size and (size < 64 or size % 2):
+        raise camera.error("lens_size_px", size, "an even number of at least 64, or 0")
+    return size or None
+
+
+def _place(camera: Table) -> Place:
+    text = camera.text("place", Place.FIND)
+    try:
+        return Place(text)
+    except ValueError:
+        raise camera.error("place", text, f"one of {', '.join(Place)}") from None
+
+
+def _beside(path: Path, name: str | None) -> Path | None:
+    return None if name is None else path.parent / name
