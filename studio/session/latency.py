@@ -39,6 +39,11 @@ class Latencies:
             full = f"{prefix}.{name}" if prefix else name
             self._durations.setdefault(full, _Ring()).add(duration_ns)
 
+    def newest(self, name: str, *, last: int = KEPT) -> NDArray[np.int64]:
+        """The last durations of one stage, ns, oldest first; empty if there is no such stage."""
+        durations = self._durations.get(name)
+        return np.zeros(0, np.int64) if durations is None else durations.newest(last)
+
     def stages(self, *, last: int = KEPT) -> tuple[StageTime, ...]:
         """Percentiles of every stage.
 

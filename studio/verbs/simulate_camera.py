@@ -9,6 +9,7 @@ import sys
 import threading
 import time
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
@@ -17,7 +18,7 @@ from studio.console.progress import Progress, text_progress
 
 if TYPE_CHECKING:
     from devices.clock import Clock
-    from sim.wire.faults.schedule import WireFault
+    from sim.wire.faults.schedule import FaultSchedule, WireFault
     from sim.wire.film.film import Film
     from sim.wire.streaming.camera import CameraPlan, FilmCamera
     from sim.wire.streaming.events import CameraEvent
@@ -28,6 +29,9 @@ DEFAULT_PUSH = "rtmp://127.0.0.1:1935/live/room"
 
 STATUS_S = 1.0
 """Seconds between two status lines."""
+
+CONTROL_LEAD_S = 0.1
+"""Seconds from a line of standard input to its fault: later than what was already asked about."""
 
 LOCAL = frozenset({"127.0.0.1", "localhost", "::1"})
 """Hosts that are this computer."""
@@ -79,6 +83,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "bump or light; repeatable",
     )
     parser.add_argument("--faults", type=Path, metavar="FILE", help="the same as TOML [[fault]]")
+    parser.add_argument(
+        "--control",
+        action="store_true",
+        help="take more faults while it streams, one a line of standard input, at= from then",
+    )
     parser.add_argument("--truth", type=Path, metavar="FILE", help="write the truth as JSON lines")
     parser.add_argument("--json", action="store_true", help="print events as lines of JSON")
 
@@ -125,6 +134,8 @@ def _stream(
     try:
         voice.say("started", _outputs(args, camera, clock), _about(plan.film, args))
         camera.start()
+        if args.control:
+            _take_faults(plan.schedule, camera, voice)
         while camera.is_running:
             camera.join(STATUS_S)
             voice.status(camera)
@@ -138,6 +149,23 @@ def _stream(
         }
         voice.say("ended", {"reason": reason, "taken": camera.taken, "outputs": totals})
     return 0
+
+
+def _take_faults(schedule: FaultSchedule, camera: FilmCamera, voice: _Voice) -> None:
+    """Read faults from standard input on a thread of its own, until it ends."""
+    from sim.wire.faults.reading import read_fault
+    from sim.wire.faults.schedule import FaultError
+
+    def read() -> None:
+        for line in sys.stdin:
+            try:
+                fault = read_fault(line)
+                now_s = camera.now_ns() / 1e9 + CONTROL_LEAD_S
+                schedule.add(replace(fault, at_s=now_s + fault.at_s))
+            except FaultError as error:
+                voice.say("refused", {"why": str(error)})
+
+    threading.Thread(target=read, name="control", daemon=True).start()
 
 
 def _outputs(args: argparse.Namespace, camera: FilmCamera, clock: Clock) -> dict[str, Any]:

@@ -165,12 +165,24 @@ class FaultSchedule:
     """
 
     def __init__(self, faults: Iterable[WireFault] = ()) -> None:
-        kept = tuple(fault for fault in faults if fault.kind not in FILMED)
-        if len(kept) > MOST_FAULTS:
-            raise FaultError(f"faults: {len(kept)}, wanted at most {MOST_FAULTS}")
-        self.faults = tuple(sorted(kept, key=lambda fault: (fault.at_s, fault.kind)))
+        self._set(tuple(fault for fault in faults if fault.kind not in FILMED))
+
+    def _set(self, faults: tuple[WireFault, ...]) -> None:
+        if len(faults) > MOST_FAULTS:
+            raise FaultError(f"faults: {len(faults)}, wanted at most {MOST_FAULTS}")
+        self.faults = tuple(sorted(faults, key=lambda fault: (fault.at_s, fault.kind)))
         self._drifts = [f for f in self.faults if f.kind is FaultKind.CLOCK_DRIFT]
         self._returns_s = sorted(f.end_s for f in self.faults if f.kind is FaultKind.RESTART)
+
+    def add(self, fault: WireFault) -> None:
+        """One more, while the camera streams; it begins after the moments that were asked about.
+
+        Raises:
+            FaultError: there are too many, or it is one of the film or needs pictures made before.
+        """
+        if fault.kind in FILMED or fault.kind is FaultKind.FREEZE:
+            raise FaultError(f"fault {fault.kind}: give it when the camera is started")
+        self._set((*self.faults, fault))
 
     def at(self, t_ns: int) -> WireState:
         """What a moment is like, nanoseconds from the stream's beginning."""

@@ -27,7 +27,7 @@ from PySide6.QtWidgets import (
 
 from devices.streams import Slot
 from studio.app.devices.latency_bar import LatencyBar
-from studio.app.devices.preflight import Check, checks_for, run_checks, save_checks, worst
+from studio.session.preflight import Check, checks_for, run_checks, save_checks, worst
 from studio.app.devices.report_html import report_page
 from studio.app.devices.tracker_panel import TrackerPanel
 from studio.app.model.actions import Action

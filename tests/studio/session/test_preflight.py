@@ -3,7 +3,7 @@
 import json
 import threading
 
-from studio.app.devices.preflight import Check, checks_for, run_checks, save_checks, worst
+from studio.session.preflight import Check, checks_for, run_checks, save_checks, worst
 
 
 def test_this_machine_can_run_a_session(tmp_path):

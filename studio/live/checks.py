@@ -1,0 +1,115 @@
+"""What is looked at before going live: the camera's stream and its light beside the machine."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from devices.camera.received import CameraState, Received
+from studio.live.live import LiveSession
+from studio.session.preflight import Check, Probe, checks_for
+
+FIRST_PICTURE_S = 3.0
+"""Seconds that a camera may take to its first picture, as operators are promised."""
+
+STEADY_S = 1.0
+"""Seconds over which pictures are counted."""
+
+LEAST_FPS = 5.0
+"""Pictures a second below which an object carried at walking pace, 1.2 m/s, moves by more than its
+own width between two pictures."""
+
+DARK, BRIGHT = 0.12, 0.85
+"""Share of the brightness range in which the median pixel of a picture should lie: darker, noise
+covers edges; brighter, surfaces are white all over."""
+
+CLIPPED_SHARE = 0.25
+"""Share of a picture's pixels at either end of the range from which details are missing."""
+
+POLL_S = 0.05
+
+Sleep = Callable[[float], None]
+
+
+def live_checks(
+    session: LiveSession, *, recordings: Path, sleep: Sleep = time.sleep
+) -> Mapping[str, Probe]:
+    """The checks of a live session, by name.
+
+    Args:
+        session: its camera is being received already.
+        recordings: folder that the recording goes into.
+        sleep: waits, seconds.
+    """
+    machine = dict(checks_for(recordings=recordings))
+    machine.pop("camera")
+    machine.pop("display")
+    return {
+        "camera": lambda: _camera(session, sleep),
+        "stream": lambda: _stream(session, sleep),
+        "light": lambda: _light(session, sleep),
+        **machine,
+    }
+
+
+def _camera(session: LiveSession, sleep: Sleep) -> Check:
+    picture = _first_picture(session, sleep)
+    status = session.status()
+    if picture is not None:
+        size = f"{status.camera.size_px[0]}×{status.camera.size_px[1]} px"
+        return Check("camera", "PASS", f"{status.camera.codec}, {size}")
+    if status.listening_at and status.camera.state is not CameraState.FAILED:
+        fix = f"enter {status.listening_at} in the camera's app and start streaming there"
+        return Check("camera", "WARN", f"nothing sent yet ({status.camera.reason})", fix)
+    fix = "switch it on, and check address and network; docs/devices says how for each camera"
+    return Check("camera", "FAIL", status.camera.reason, fix)
+
+
+def _stream(session: LiveSession, sleep: Sleep) -> Check:
+    if _first_picture(session, sleep) is None:
+        return Check("stream", "WARN", "no picture to judge", "see the camera's line")
+    before = session.status().camera
+    sleep(STEADY_S)
+    after = session.status().camera
+    fps = (after.pictures - before.pictures) / STEADY_S
+    damaged = after.damaged - before.damaged
+    found = f"{fps:.0f} pictures a second, {after.damaged} damaged"
+    if fps < LEAST_FPS:
+        fix = "move the camera or its phone nearer to the access point, or lower its bitrate"
+        return Check("stream", "WARN", found, fix)
+    if damaged:
+        return Check("stream", "WARN", found, "use a cable, or another Wi-Fi channel")
+    return Check("stream", "PASS", found)
+
+
+def _light(session: LiveSession, sleep: Sleep) -> Check:
+    picture = _first_picture(session, sleep)
+    if picture is None:
+        return Check("light", "WARN", "no picture to judge", "see the camera's line")
+    luma = picture.pictures[0].y
+    # Outside the lens circles a picture is black: only what is inside is judged.
+    inside = luma[luma > 24][:: max(1, luma.size // 200_000)].astype(np.float64) / 255.0
+    if inside.size < 100:
+        return Check("light", "FAIL", "the picture is black", "take the lens cap off; light on")
+    middle = float(np.median(inside))
+    clipped = float(np.mean(inside > 0.98))
+    found = f"median brightness {middle:.0%}, {clipped:.0%} of it white"
+    if middle < DARK:
+        return Check("light", "WARN", found, "switch the lights on that were on in the scan")
+    if middle > BRIGHT or clipped > CLIPPED_SHARE:
+        return Check("light", "WARN", found, "lower the camera's exposure, or close the blinds")
+    return Check("light", "PASS", found)
+
+
+def _first_picture(session: LiveSession, sleep: Sleep) -> Received | None:
+    """The camera's newest picture; None if none came in time."""
+    waited_s = 0.0
+    while session.picture is None and waited_s < FIRST_PICTURE_S:
+        if session.status().camera.state in (CameraState.FAILED, CameraState.ENDED):
+            break
+        sleep(POLL_S)
+        waited_s += POLL_S
+    return session.picture
