@@ -69,6 +69,23 @@ class FreeSpace:
     footprint_m: FloatArray
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Clearance:
+    """Distance to the nearest surface, on a grid of cubes.
+
+    Attributes:
+        distance_m: (X, Y, Z) from the middle of each cube, metres.
+        floor: (X, Y) where there is a floor, below furniture, too.
+        low_m: (3,) lowest corner of the grid, world metres.
+        cell_m: side of a cube, metres.
+    """
+
+    distance_m: FloatArray
+    floor: NDArray[np.bool_]
+    low_m: FloatArray
+    cell_m: float
+
+
 def find_free_space(room: SplatCloud, *, ceiling_m: float) -> FreeSpace:
     """Free places above the floor, spread over the room.
 
@@ -78,6 +95,24 @@ def find_free_space(room: SplatCloud, *, ceiling_m: float) -> FreeSpace:
 
     Raises:
         ValueError: nothing lies on the floor's level, or nothing above it is free.
+    """
+    around = clearance(room)
+    low, cell, floor = around.low_m, around.cell_m, around.floor
+    stand, places = _chosen(around.distance_m, floor, low, cell, ceiling_m)
+    columns = np.argwhere(floor)
+    corners = np.quantile(columns, (0.005, 0.995), axis=0, method="nearest")
+    footprint = low[:2] + cell * (corners + np.array([[0.0], [1.0]]))
+    return FreeSpace(stand, places, footprint)
+
+
+def clearance(room: SplatCloud) -> Clearance:
+    """How far every place in and around a room is from its surfaces.
+
+    Args:
+        room: world frame, metres, the floor at z = 0.
+
+    Raises:
+        ValueError: the room is too small to stand in, or nothing lies on the floor's level.
     """
     points = _surface_points(room)
     low, high = np.quantile(points, (0.01, 0.99), axis=0)
@@ -105,11 +140,7 @@ def find_free_space(room: SplatCloud, *, ceiling_m: float) -> FreeSpace:
     # Splats under furniture are missing; columns between floor columns have a floor, too.
     closed: Any = image_filters.binary_closing(floor, iterations=round(0.4 / cell))
     floor = np.asarray(closed, np.bool_) | floor
-    stand, places = _chosen(distance_m, floor, low, cell, ceiling_m)
-    columns = np.argwhere(floor)
-    corners = np.quantile(columns, (0.005, 0.995), axis=0, method="nearest")
-    footprint = low[:2] + cell * (corners + np.array([[0.0], [1.0]]))
-    return FreeSpace(stand, places, footprint)
+    return Clearance(distance_m, floor, low, cell)
 
 
 def views_from(places_m: FloatArray) -> list[tuple[Pinhole, Pose]]:

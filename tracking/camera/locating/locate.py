@@ -1,0 +1,220 @@
+"""Finds where a 360° camera stands in a known room, from one picture of each lens and no marker.
+
+The room is drawn from places all over its free space as small panoramas; the live picture is
+compared with all of them at every turn, since a turn only shifts a panorama's columns. The likeliest
+poses are refined by windows of the drawn room found in the live pictures, and weighed by how many
+are found; the best is refined with the lenses, and refused where the picture speaks nearly as much
+for another place, or for none.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.messages import Frame
+from scenes.cameras import Rig
+from scenes.pose import Pose
+from scenes.render.renderer import PosedSplats, Renderer
+from scenes.splats import SplatCloud
+from tracking.camera.lens_fit import calibrate_lenses
+from tracking.camera.locating.hypotheses import hypotheses, is_apart
+from tracking.camera.locating.refinement import Refined, refined
+from tracking.camera.locating.room_map import RoomMap, map_of
+
+LEAST_SHARE = 0.3
+"""Least share of the room's textured windows found at the end."""
+
+LEAST_ODDS_NATS = 3.0 * math.log(1000.0)
+"""Least log odds of the best place to the next: a thousand to one, if three neighbouring windows
+that are hidden or alike are so together."""
+
+NEAR_NATS = 10.0 * LEAST_ODDS_NATS
+"""Log likelihood ratio from which the last known place is taken without looking elsewhere."""
+
+MAP_SHARE, HYPOTHESES_SHARE = 0.5, 0.8
+"""Shares of the whole time after which the map is drawn, and after which hypotheses are refined."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Located:
+    """Where a camera stands.
+
+    Attributes:
+        world_from_rig: the pose; not to be used if there is a refusal.
+        sigma: (6,) standard deviations: rotation in radians, translation in metres, rig axes; what
+            the windows leave open and what the scan's world may be off.
+        odds_nats: log odds of this place to the next best one.
+        found_share: 0..1, of the drawn room's textured windows those that are in the live pictures.
+        rig: the lenses as they came out beside the pose.
+        refusal: why the pose is not to be used; empty if it is.
+    """
+
+    world_from_rig: Pose
+    sigma: NDArray[np.float64]
+    odds_nats: float
+    found_share: float
+    rig: Rig
+    refusal: str = ""
+
+    @property
+    def trusted(self) -> bool:
+        """Whether the pose is to be used."""
+        return not self.refusal
+
+    def described(self) -> str:
+        """One line for a report."""
+        if self.refusal:
+            return f"camera NOT located ({self.refusal})"
+        x, y, z = self.world_from_rig.translation.tolist()
+        degrees = np.degrees(float(np.linalg.norm(self.sigma[:3])))
+        millimetres = 1000 * float(np.linalg.norm(self.sigma[3:]))
+        return (
+            f"camera located at x {x:.2f}, y {y:.2f}, z {z:.2f} m, to ±{degrees:.2f}°, "
+            f"{millimetres:.0f} mm; {self.found_share:.0%} of the room's details found"
+        )
+
+
+Progress = Callable[[float, str], None]
+"""Takes the share that is done, 0..1, and what is being done."""
+
+
+def prepare_map(
+    room: SplatCloud,
+    renderer: Renderer,
+    *,
+    objects: tuple[PosedSplats, ...] = (),
+    rng: np.random.Generator,
+    progress: Progress | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> RoomMap | None:
+    """Draw a room from places all over it, ahead of `locate_camera`; None if that was cancelled.
+
+    It serves as long as the room stays the same; an object that was moved hardly matters.
+
+    Args:
+        room: splats of what stands still; world metres, Z up, the floor at 0.
+        renderer: draws splats.
+        objects: movable objects at their last known poses.
+        rng: shifts the grid of places.
+        progress: is called with the share that is drawn.
+        cancelled: says whether to stop.
+
+    Raises:
+        ValueError: the room is too small to stand in, or nothing in it is free.
+    """
+
+    def advance(share: float) -> bool:
+        if progress is not None:
+            progress(share, "drawing the room from everywhere")
+        return cancelled is None or not cancelled()
+
+    return map_of(room, renderer, objects=objects, rng=rng, advance=advance)
+
+
+def locate_camera(
+    frame: Frame,
+    room: SplatCloud,
+    renderer: Renderer,
+    *,
+    objects: tuple[PosedSplats, ...] = (),
+    near: Pose | None = None,
+    rng: np.random.Generator,
+    room_map: RoomMap | None = None,
+    progress: Progress | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> Located:
+    """Find where a camera stands: anywhere in the room, turned anyhow, tilted by up to some 12°.
+
+    Args:
+        frame: live pictures of all lenses, known to about 1 %; upright, its y axes down.
+        room: splats of what stands still; world metres, Z up, the floor at 0.
+        renderer: draws splats.
+        objects: movable objects at their last known poses; some may be elsewhere.
+        near: `world_from_rig` where it was last known to stand, tried first.
+        rng: shifts the grid of places that are compared: another attempt sees other ones.
+        room_map: of `prepare_map`, where there is one.
+        progress: is called with the share that is done, and what is being done.
+        cancelled: says whether to stop; the result is then refused.
+
+    Raises:
+        ValueError: the room is too small to stand in, or nothing in it is free.
+    """
+
+    def report(share: float, what: str) -> None:
+        if progress is not None:
+            progress(share, what)
+
+    posed = (PosedSplats(room, Pose.identity()), *objects)
+    found: list[Refined] = []
+    if near is not None:
+        report(0.0, "looking where it stood")
+        found.append(refined(frame, near, posed, renderer))
+    if not found or found[0].nats < NEAR_NATS:
+        if room_map is None:
+            room_map = prepare_map(
+                room,
+                renderer,
+                objects=objects,
+                rng=rng,
+                progress=lambda share, what: report(MAP_SHARE * share, what),
+                cancelled=cancelled,
+            )
+        candidates = [] if room_map is None else hypotheses(room_map, frame)
+        for number, pose in enumerate(candidates):
+            done = number / len(candidates)
+            report(MAP_SHARE + (HYPOTHESES_SHARE - MAP_SHARE) * done, "comparing places")
+            if cancelled is not None and cancelled():
+                break
+            found.append(refined(frame, pose, posed, renderer))
+    if cancelled is not None and cancelled():
+        return _refused(frame, found, "it was cancelled")
+    report(HYPOTHESES_SHARE, "refining")
+    located = _judged(frame, found, room, renderer, objects)
+    report(1.0, "done")
+    return located
+
+
+def _judged(
+    frame: Frame,
+    found: list[Refined],
+    room: SplatCloud,
+    renderer: Renderer,
+    objects: tuple[PosedSplats, ...],
+) -> Located:
+    """The best of some refined hypotheses, refined with the lenses, and whether it holds."""
+    best, *others = sorted(found, key=lambda each: each.nats, reverse=True)
+    rivals = [o.nats for o in others if is_apart(o.world_from_rig, best.world_from_rig)]
+    odds = best.nats - max(rivals, default=0.0)
+    if best.nats < LEAST_ODDS_NATS:
+        share = best.found / max(best.windows, 1)
+        return _refused(
+            frame,
+            found,
+            f"nowhere in the room are more than {share:.0%} of its details in the picture: is this "
+            "the room, is it lit, and is nobody right before the camera?",
+        )
+    fit = calibrate_lenses([frame], best.world_from_rig, room, renderer, objects=objects)
+    refusal = fit.refusal
+    if odds < LEAST_ODDS_NATS:
+        refusal = (
+            f"another place looks nearly the same (log odds {odds:.0f}, wanted "
+            f"{LEAST_ODDS_NATS:.0f}): move the camera, or say where it stands"
+        )
+    elif not fit.found_share > LEAST_SHARE:
+        refusal = (
+            f"{fit.found_share:.0%} of the room's details are in the picture, wanted "
+            f"{LEAST_SHARE:.0%}: is this the room, is it lit, and is nobody right before the camera?"
+        )
+    return Located(fit.world_from_rig, fit.sigma, odds, fit.found_share, fit.rig, refusal)
+
+
+def _refused(frame: Frame, found: list[Refined], why: str) -> Located:
+    """Nothing found; the pose is the likeliest one all the same."""
+    best = max(found, key=lambda each: each.nats, default=Refined(Pose.identity(), 0, 0))
+    share = best.found / max(best.windows, 1)
+    return Located(best.world_from_rig, np.full(6, math.inf), 0.0, share, frame.rig, why)

@@ -1,0 +1,83 @@
+"""From half a metre off to a centimetre: windows of the drawn room found in small live pictures."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from devices.messages import Frame
+from scenes.pose import Pose, rotation_from_vector
+from scenes.render.renderer import PosedSplats, Renderer
+from tracking.camera.displacements import Displacements
+from tracking.camera.lens_view import Sight
+from tracking.camera.rigid_fit import rigid_fit
+from tracking.camera.window_search import searched
+
+ROUNDS = ((14.0, 45.0, 6.0, 0.3), (12.0, 60.0, 6.0, 0.2), (8.0, 90.0, 3.0, 0.1))
+"""Rounds: how far in degrees a window is looked for, px per radian of the searched pictures, and the
+standard deviations about and along each axis, degrees and metres, of the pose from which it is
+drawn: those of the map's grid and tilts, then of what the round before leaves."""
+
+WEIGHED = (3.0, 90.0)
+"""How far in degrees, and in which pictures, windows are looked for to weigh a refined pose."""
+
+FOUND_BY_CHANCE = 0.1
+"""Share of windows that are found at a wrong pose: the median of 60 in five rooms was 0.08."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Refined:
+    """A hypothesis, refined.
+
+    Attributes:
+        world_from_rig: the pose.
+        found: windows of the drawn room that are in the live pictures.
+        windows: all with texture.
+    """
+
+    world_from_rig: Pose
+    found: int
+    windows: int
+
+    @property
+    def nats(self) -> float:
+        """Log likelihood ratio of the windows found, against a pose at which chance finds them."""
+        if self.found <= FOUND_BY_CHANCE * self.windows:
+            return 0.0
+        share = self.found / self.windows
+        missed = (1.0 - share) * math.log(max(1.0 - share, 1e-9) / (1.0 - FOUND_BY_CHANCE))
+        return self.windows * (share * math.log(share / FOUND_BY_CHANCE) + missed)
+
+
+def refined(
+    frame: Frame, world_from_rig: Pose, posed: tuple[PosedSplats, ...], renderer: Renderer
+) -> Refined:
+    """Refine a pose that may be off by half a metre and ten degrees, and weigh it.
+
+    Args:
+        frame: live pictures of all lenses; their focal length may be off by a few per cent.
+        world_from_rig: the pose to start from.
+        posed: splats of the room and of what stands in it.
+        renderer: draws splats.
+    """
+    sights = [
+        Sight(camera, rig_from_lens, image, posed, renderer)
+        for camera, rig_from_lens, image in zip(
+            frame.rig.lenses, frame.rig.rig_from_lens, frame.images, strict=True
+        )
+    ]
+
+    def seen(pose: Pose, reach_deg: float, f_px: float) -> list[Displacements]:
+        reach = math.radians(reach_deg)
+        return [searched(sight, pose, reach_rad=reach, f_px=f_px) for sight in sights]
+
+    pose = world_from_rig
+    for reach_deg, f_px, turn_deg, shift_m in ROUNDS:
+        sigma = np.repeat((math.radians(turn_deg), shift_m), 3)
+        fit = rigid_fit(seen(pose, reach_deg, f_px), np.zeros(6), np.diag(sigma**-2))
+        pose = pose @ Pose(rotation_from_vector(fit.twist[:3]), fit.twist[3:])
+    lenses = seen(pose, *WEIGHED)
+    windows = sum(round(len(lens.pixels) / lens.share) for lens in lenses if lens.share > 0)
+    return Refined(pose, sum(len(lens.pixels) for lens in lenses), windows)
