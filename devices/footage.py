@@ -23,15 +23,12 @@ from numpy.typing import NDArray
 
 from devices.messages import Frame
 from devices.video import split_lenses
+from devices.video_files import PAIRED, VIDEO_SUFFIXES
 from scenes.cameras import Rig, rig_from_json
 from scenes.pose import Pose
 
-VIDEO_SUFFIXES = frozenset({".mp4", ".mov", ".m4v", ".mkv", ".insv"})
 TIMES_FILE = "times.csv"
 STREAM_ID = "footage"
-
-PAIRED = ("_00_", "_10_")
-"""The part of the name that says which lens, of cameras that write one file a lens."""
 
 AVCOL_SPC_BT470BG, AVCOL_SPC_SMPTE170M = 5, 6
 """The two numbers by which FFmpeg says that colour is BT.601."""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import json
+from dataclasses import asdict, dataclass
 from enum import StrEnum
 from pathlib import Path
-from urllib.parse import SplitResult, urlsplit
+from urllib.parse import SplitResult, parse_qsl, urlsplit
 
-from devices.footage import VIDEO_SUFFIXES
+from devices.video_files import VIDEO_SUFFIXES
 
 RTMP_PORT = 1935
 """TCP port of RTMP where an address gives none: the one registered for it."""
@@ -17,6 +18,9 @@ RTSP_PORT = 554
 
 INSTA360_PORT = 6666
 """TCP port on which Insta360 cameras answer in their own Wi-Fi."""
+
+DEVICE_MODES = {"size": "video_size", "fps": "framerate", "format": "input_format"}
+"""What a V4L2 device is set to, as in `v4l2:/dev/video0?size=2880x1440`: our name, FFmpeg's."""
 
 EXAMPLES = (
     "rtmp://:1935/live/room, rtsp://HOST/stream, udp://:5000, https://HOST/stream.m3u8, "
@@ -52,6 +56,7 @@ class CameraAddress:
         port: TCP or UDP port, 0 for any free one or where there is none.
         path: RTMP's `application/key`, a device or a file; empty where it does not matter.
         udp_transport: of RTSP, whether the pictures come over UDP instead of the same connection.
+        modes: of a device, what it is set to: pairs of a name in `DEVICE_MODES` and a value.
     """
 
     kind: AddressKind
@@ -60,15 +65,34 @@ class CameraAddress:
     port: int = 0
     path: str = ""
     udp_transport: bool = False
+    modes: tuple[tuple[str, str], ...] = ()
 
     @property
     def shown(self) -> str:
         """The address without user and password, for messages and logs."""
         scheme, mark, rest = self.text.partition("://")
+        scheme += "+udp" if self.udp_transport else ""
         authority, slash, path = rest.partition("/")
-        if not mark or "@" not in authority:
+        if not mark:
             return self.text
         return f"{scheme}://{authority.rpartition('@')[2]}{slash}{path}"
+
+
+def address_to_json(address: CameraAddress) -> str:
+    """One line that `address_from_json` reads; a password is in it."""
+    return json.dumps(asdict(address))
+
+
+def address_from_json(text: str) -> CameraAddress:
+    """Inverse of `address_to_json`.
+
+    Raises:
+        ValueError, KeyError, TypeError: it is none.
+    """
+    fields = json.loads(text)
+    fields["kind"] = AddressKind(fields["kind"])
+    fields["modes"] = tuple((str(name), str(value)) for name, value in fields["modes"])
+    return CameraAddress(**fields)
 
 
 def parse_address(text: str) -> CameraAddress:
@@ -154,12 +178,19 @@ def _hls(url: SplitResult, typed: str) -> CameraAddress:
 
 
 def _device(typed: str) -> CameraAddress:
-    path = typed[len("v4l2:") :].removeprefix("//")
+    path, _, query = typed[len("v4l2:") :].removeprefix("//").partition("?")
     if not path.startswith("/dev/"):
         raise AddressError(
             f"camera address {typed!r}: {path!r} is no device, wanted e.g. v4l2:/dev/video0"
         )
-    return CameraAddress(AddressKind.V4L2, typed, path=path)
+    modes = tuple(parse_qsl(query, keep_blank_values=True))
+    for name, value in modes:
+        if name not in DEVICE_MODES or not value.isascii() or not value.isalnum():
+            raise AddressError(
+                f"camera address {typed!r}: {name}={value} is no mode of a device, wanted e.g. "
+                "v4l2:/dev/video0?size=2880x1440&fps=30&format=mjpeg"
+            )
+    return CameraAddress(AddressKind.V4L2, typed, path=path, modes=modes)
 
 
 def _file(path: str) -> CameraAddress:

@@ -43,7 +43,7 @@ class FileSource:
         start_ns: int | None = None
         try:
             for unit in opened:
-                if unit is None or unit.pts_ns is None:
+                if unit.pts_ns is None:
                     continue
                 now_ns = self._clock.now_ns()
                 if start_ns is None or now_ns > start_ns + unit.pts_ns + MOST_BEHIND_NS:

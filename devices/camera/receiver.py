@@ -11,6 +11,7 @@ from devices.adapter import Sink
 from devices.camera.address import AddressKind, CameraAddress
 from devices.camera.file_source import FileSource
 from devices.camera.insta360_source import Insta360Source
+from devices.camera.pull.source import PullSource
 from devices.camera.received import CameraState, CameraStatus, Received
 from devices.camera.rtmp.listener import RtmpListener
 from devices.camera.stream_decoder import DecodedPictures, StreamDecoder
@@ -41,7 +42,7 @@ def open_source(address: CameraAddress, clock: Clock) -> Source:
     """The source of an address.
 
     Raises:
-        SourceError: it cannot be opened, or another program of the studio receives it.
+        SourceError: a file or a port cannot be opened.
     """
     if address.kind is AddressKind.RTMP_LISTEN:
         return RtmpListener(address, clock)
@@ -49,7 +50,7 @@ def open_source(address: CameraAddress, clock: Clock) -> Source:
         return FileSource(address, clock)
     if address.kind is AddressKind.INSTA360:
         return Insta360Source(address, clock)
-    raise SourceError(f"{address.shown}: no receiver for {address.kind}://", is_final=True)
+    return PullSource(address, clock)
 
 
 class CameraReceiver:
