@@ -49,6 +49,12 @@ VERBS = (
         "nexus rehearse lab --headless --seed 7 --out out/demo",
     ),
     Verb(
+        "live",
+        "studio.verbs.live",
+        "receive a 360° camera, follow the objects and record it all",
+        "nexus live lab --simulated --headless --seconds 60 --json",
+    ),
+    Verb(
         "replay",
         "studio.verbs.replay",
         "track a recording again and compare with the recorded tracks",

@@ -22,7 +22,7 @@ from scenes.package import ScenePackage
 from scenes.pose import rotation_angle
 from scenes.render.renderer import Renderer
 from scenes.state import LiveSurface
-from studio.live.camera_frames import STREAM_ID, CameraFrames, PacketTap
+from studio.live.camera_frames import STREAM_ID, CameraFrames, PacketTap, PictureTimes
 from studio.live.placing import (
     PICTURES,
     SURE,
@@ -233,6 +233,15 @@ class LiveSession:
     def layout(self) -> LensLayout | None:
         """How its picture holds the lenses, as it is used."""
         return self._chosen or (None if self._layout is None else self._layout.layout)
+
+    @property
+    def picture_times(self) -> PictureTimes | None:
+        """When the picture that was tracked last went through the first stages."""
+        return None if self._frames is None else self._frames.times
+
+    def now_ns(self) -> int:
+        """Session time."""
+        return self._clock.now_ns()
 
     def events(self) -> tuple[Event, ...]:
         """What happened so far, oldest first."""

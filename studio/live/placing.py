@@ -71,6 +71,8 @@ class PlacedCamera:
         world_from_rig: where it stands.
         calibration: how well both are known; None where they were not fitted.
         found: one line: how the camera was found.
+        t_ns: session time of the last picture that was used.
+        searched: the pose that the search gave, before the fit; None if there was no search.
     """
 
     stream: LiveStream
@@ -78,6 +80,8 @@ class PlacedCamera:
     world_from_rig: Pose
     calibration: LensCalibration | None
     found: str
+    t_ns: int
+    searched: Pose | None = None
 
 
 def stream_of(received: Received, layout: LensLayout, setup: LiveSetup) -> LiveStream:
@@ -119,11 +123,12 @@ def place_camera(
     stream = stream_of(pictures[0], layout, setup)
     rig = _assumed_lenses(stream, setup)
     frames = [_frame(received, stream, rig) for received in pictures]
-    found = "at the scan's place"
+    found, t_ns = "at the scan's place", pictures[-1].t_ns
+    searched: Pose | None = None
     where = scene.world_from_rig
     if setup.place is Place.FIND:
         say("looking for the camera in the room")
-        located = locate(frames[-1], None)
+        located = locate(frames[-1], scene.world_from_rig)
         if located.refusal:
             raise PlacingError(
                 f"the camera was not found in {scene.name} ({located.refusal}): switch the lights "
@@ -131,8 +136,9 @@ def place_camera(
                 "scan has it"
             )
         where, found = located.world_from_rig, located.described()
+        searched = where
     if not setup.calibrates:
-        return PlacedCamera(stream, rig, where, None, found)
+        return PlacedCamera(stream, rig, where, None, found, t_ns, searched)
     say("fitting lenses and pose to the room")
     objects = tuple(PosedSplats(item.splats, item.world_from_object) for item in scene.objects)
     calibration = calibrate_lenses(frames, where, scene.room, renderer, objects=objects)
@@ -141,7 +147,9 @@ def place_camera(
             f"lenses and place do not fit the room: {calibration.refusal}. Check the scene, the "
             f"layout ({layout.shown}) and that nothing covers the lenses"
         )
-    return PlacedCamera(stream, calibration.rig, calibration.world_from_rig, calibration, found)
+    return PlacedCamera(
+        stream, calibration.rig, calibration.world_from_rig, calibration, found, t_ns, searched
+    )
 
 
 def _assumed_lenses(stream: LiveStream, setup: LiveSetup) -> Rig:

@@ -27,7 +27,6 @@ from PySide6.QtWidgets import (
 
 from devices.streams import Slot
 from studio.app.devices.latency_bar import LatencyBar
-from studio.session.preflight import Check, checks_for, run_checks, save_checks, worst
 from studio.app.devices.report_html import report_page
 from studio.app.devices.tracker_panel import TrackerPanel
 from studio.app.model.actions import Action
@@ -35,6 +34,7 @@ from studio.app.model.settings import settings_folder
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.shell.theme import SHAPES, THEMES, figures
 from studio.session.outputs import REPORT_HTML
+from studio.session.preflight import Check, checks_for, run_checks, save_checks, worst
 
 POLL_MS = 250
 STALE_S = 1.0

@@ -58,9 +58,9 @@ bump_cm = {cm}
 
 def project(folder: Path) -> list[Row]:
     """O1, O2: a project opens as it was left; one button looks at everything."""
-    from studio.session.preflight import checks_for, run_checks, save_checks
     from studio.app.model.document import Document, Marker
     from studio.app.model.document_file import load_document, save_document
+    from studio.session.preflight import checks_for, run_checks, save_checks
 
     path = folder / "tomorrow.nexus"
     save_document(Document("lab", markers=(Marker(5, "door"),)), path)

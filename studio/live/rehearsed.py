@@ -1,0 +1,249 @@
+"""A live session on a simulated camera that fails as real ones do, held against its truth."""
+
+from __future__ import annotations
+
+import resource
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+from types import TracebackType
+
+import numpy as np
+
+from sim.camera.camera360 import default_rig
+from sim.wire.fuzz import FuzzError, fuzz, targets
+from sim.wire.streaming.truth_file import TruthRow, read_truth
+from studio.console.rows import Row, at_most
+from studio.live.against_truth import (
+    Published,
+    bump_rows,
+    calibration_rows,
+    delay_rows,
+    located_row,
+    matched,
+    object_row,
+    recovery_row,
+)
+from studio.live.live import LiveResult, LiveSession
+from studio.live.simulated_camera import SimulatedCamera, SimulatedFeed
+from studio.live.status import LiveState
+from studio.session.session import SessionOutput
+
+CUT_AT_S, CUT_FOR_S = 15.0, 20.0
+"""Seconds live until the camera is cut off, and for how long: an operator's Wi-Fi drop."""
+
+AFTER_CUT_S = 10.0
+"""Seconds that must be left after a cut to see it return."""
+
+BUMP = "bump:at=10,size=0.6"
+"""Fault of the film: a knock by a hip. Played forward and backward, one comes every 20 s."""
+
+FILM_S = 20.0
+"""Seconds of the script that are drawn."""
+
+KEPT = 9_000
+"""Published pictures that are compared: five minutes at 30 Hz."""
+
+FUZZED = 500
+"""Hostile inputs a parser at the end of a session; a million each is a command of its own."""
+
+RSS_BAR_PERCENT = 2.0
+"""Growth of memory over a session, percent: the product's promise for an hour."""
+
+STREAM_S = 900.0
+"""Longest that the simulated camera may take to draw its film, seconds."""
+
+POLL_S = 0.2
+
+Say = Callable[[str], None]
+
+
+class RehearsedLive:
+    """The camera, its faults, and what the session made of both. Use as a context manager.
+
+    Args:
+        session: receives from an RTMP port of its own.
+        scene: what the camera shows.
+        scenario: what happens there; None for the scene's own.
+        seed: of all that is random.
+        truth: file for the camera's truth.
+        seconds: that the session is live; None for no end.
+    """
+
+    def __init__(
+        self,
+        session: LiveSession,
+        scene: str,
+        scenario: str | None,
+        *,
+        seed: int,
+        truth: Path,
+        seconds: float | None,
+    ) -> None:
+        self._session = session
+        self._truth = truth
+        self._seconds = seconds
+        self._feed = SimulatedFeed(scene, scenario, seed, FILM_S, faults=(BUMP,))
+        self._stack = ExitStack()
+        self._camera: SimulatedCamera | None = None
+        self._published: deque[Published] = deque(maxlen=KEPT)
+        self._rss_kib: deque[tuple[float, float]] = deque(maxlen=20_000)
+        self._wall_from_session_ns = time.time_ns() - session.now_ns()
+        self._over = threading.Event()
+
+    def __enter__(self) -> RehearsedLive:
+        url = self._listening_at()
+        self._camera = self._stack.enter_context(
+            SimulatedCamera(self._feed, push_to=url, truth=self._truth)
+        )
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._over.set()
+        self._stack.__exit__(kind, error, traceback)
+
+    def wait_for_stream(self, say: Say) -> None:
+        """Wait until the camera streams; its film may have to be drawn first.
+
+        Raises:
+            ValueError: it ended, or takes too long.
+        """
+        camera, since, said = self._running(), time.monotonic(), ""
+        while not any(event.get("event") == "started" for event in camera.events()):
+            if camera.failure:
+                raise ValueError(f"simulated camera: {camera.failure}")
+            if time.monotonic() - since > STREAM_S:
+                raise ValueError(f"simulated camera: no stream within {STREAM_S:g} s")
+            text = camera.last_drawing()
+            if text and text != said:
+                said = text
+                say(f"the simulated camera is made ready: {text}")
+            time.sleep(POLL_S)
+
+    def watch(self, output: SessionOutput) -> None:
+        """Take what the session published of a picture."""
+        times = self._session.picture_times
+        if times is None:
+            return
+        zero = self._wall_from_session_ns
+        self._published.append(
+            Published(
+                times.pts_ns,
+                zero + times.arrived_ns,
+                zero + output.now_ns,
+                {track.object_id: track.world_from_object for track in output.shown.objects},
+                output.shown.world_from_rig,
+            )
+        )
+
+    def direct(self) -> None:
+        """Begin to cut the camera off as planned, and to watch the memory; returns at once."""
+        threading.Thread(target=self._directed, name="direct the rehearsal", daemon=True).start()
+
+    def rows(self, result: LiveResult) -> list[Row]:
+        """The figures against the truth."""
+        truth = read_truth(self._truth)
+        if not self._published or not truth:
+            return []
+        published = list(self._published)
+        pairs = matched(published, truth)
+        zero = self._wall_from_session_ns
+        noticed = [zero + e.t_ns for e in result.events if e.kind in NOTICED]
+        rows = delay_rows(pairs)
+        rows.append(recovery_row(published, self._cuts_ended_ns()))
+        rows += bump_rows(published, truth, noticed)
+        rows += self._placing_rows(result, truth)
+        rows.append(object_row(pairs))
+        rows.append(self._memory_row())
+        rows.append(_fuzz_row())
+        return rows
+
+    def _placing_rows(self, result: LiveResult, truth: list[TruthRow]) -> list[Row]:
+        placed = result.placed
+        if placed is None:
+            return []
+        wall_ns = self._wall_from_session_ns + placed.t_ns
+        nearest = min(truth, key=lambda row: abs(row.time.wall_ns - wall_ns))
+        true_pose = nearest.world_from_rig
+        if true_pose is None:
+            return []
+        rows: list[Row] = []
+        if placed.calibration is not None:
+            true_rig = default_rig(placed.stream.lens_size_px)
+            rows += calibration_rows(placed.rig, placed.world_from_rig, true_rig, true_pose)
+        if placed.searched is not None:
+            rows.append(located_row([(placed.searched, true_pose)]))
+        return rows
+
+    def _cuts_ended_ns(self) -> list[int]:
+        return [
+            int(event["wall_ns"])
+            for event in self._running().events()
+            if event.get("event") == "fault_ends" and event.get("kind") == "black_hole"
+        ]
+
+    def _memory_row(self) -> Row:
+        """Growth from the end of the session's first quarter to its last tenth."""
+        kib = np.array([value for _, value in self._rss_kib])
+        if len(kib) < 20:
+            return at_most("live.rss_growth_percent", float("nan"), "%", bar=RSS_BAR_PERCENT)
+        quarter, tenth = len(kib) // 4, max(len(kib) // 10, 1)
+        before = float(np.median(kib[quarter : quarter + tenth]))
+        growth = 100.0 * (float(np.median(kib[-tenth:])) / before - 1.0)
+        return at_most("live.rss_growth_percent", growth, "%", bar=RSS_BAR_PERCENT)
+
+    def _directed(self) -> None:
+        cut = False
+        while not self._over.wait(POLL_S):
+            status = self._session.status()
+            if status.state is LiveState.ENDED:
+                return
+            live_s = status.live_s
+            if live_s is None:
+                continue
+            self._rss_kib.append((live_s, _resident_kib()))
+            wanted = CUT_AT_S + CUT_FOR_S + AFTER_CUT_S
+            is_long = self._seconds is None or self._seconds >= wanted
+            if not cut and is_long and live_s >= CUT_AT_S:
+                cut = True
+                self._running().fault(f"black_hole:for={CUT_FOR_S:g}")
+
+    def _listening_at(self) -> str:
+        deadline = time.monotonic() + 5.0
+        while not (url := self._session.status().listening_at):
+            if time.monotonic() > deadline:
+                raise ValueError("simulated camera: the session listens on no RTMP port")
+            time.sleep(0.05)
+        return url
+
+    def _running(self) -> SimulatedCamera:
+        assert self._camera is not None, "used outside its context"
+        return self._camera
+
+
+NOTICED = frozenset({"camera-moved"})
+"""Kinds of the session's events by which it says that the camera was moved."""
+
+
+def _resident_kib() -> float:
+    with open("/proc/self/statm", encoding="ascii") as file:
+        return int(file.read().split()[1]) * resource.getpagesize() / 1024
+
+
+def _fuzz_row() -> Row:
+    """Hostile inputs to every parser that a camera reaches; a defect is counted."""
+    crashes = 0
+    for name in targets():
+        try:
+            fuzz(name, FUZZED)
+        except FuzzError:
+            crashes += 1
+    return at_most("live.fuzz.crashes", crashes, "", bar=0)

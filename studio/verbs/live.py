@@ -1,0 +1,202 @@
+"""`nexus live SCENE`: a live 360° camera in, objects followed, everything recorded."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import signal
+import sys
+import tempfile
+import threading
+from collections.abc import Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from studio.live.live import LiveResult, LiveSession
+    from studio.live.rehearsed import RehearsedLive
+    from studio.live.setup import LiveSetup
+    from studio.session.preflight import Check
+    from studio.session.session import SessionOutput
+
+DEFAULT_CAMERA = "rtmp://:1935/live/room"
+"""Where the studio listens when nothing is said: any camera's app can push there."""
+
+DEFAULT_OUT = Path("out/live")
+
+STATUS_S = 1.0
+"""Seconds between two status lines."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's flags."""
+    parser.add_argument("scene", nargs="?", default="lab", help="room or scene package")
+    source = parser.add_mutually_exclusive_group()
+    source.add_argument(
+        "--camera", metavar="ADDRESS", help=f"where its pictures come from ({DEFAULT_CAMERA})"
+    )
+    source.add_argument("--devices", type=Path, metavar="FILE", help="devices as TOML")
+    source.add_argument(
+        "--simulated",
+        action="store_true",
+        help="a simulated camera in a process of its own, cut off for 20 s and bumped by 0.6°; "
+        "the session is held against its truth",
+    )
+    parser.add_argument("--layout", default="auto", help="such as 'side_by_side 0 0' (auto)")
+    parser.add_argument(
+        "--place",
+        choices=("find", "scan"),
+        default="find",
+        help="look for the camera in the room, or take it to stand where the scan has it",
+    )
+    parser.add_argument("--scenario", metavar="F", help="with --simulated: what happens")
+    parser.add_argument("--seed", type=int, default=0, help="with --simulated: all that is random")
+    parser.add_argument("--seconds", type=float, metavar="N", help="end after so long live")
+    parser.add_argument("--headless", action="store_true", help="without a window")
+    parser.add_argument("--no-record", action="store_true", help="leave no recording")
+    parser.add_argument(
+        "--out", type=Path, default=DEFAULT_OUT, metavar="DIR", help=f"results ({DEFAULT_OUT})"
+    )
+    parser.add_argument("--json", action="store_true", help="print the figures as JSON")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Play it; exit 1 if a check or a figure fails."""
+    from studio.console.display import why_no_window
+
+    if args.seconds is not None and not args.seconds > 0:
+        raise ValueError(f"--seconds {args.seconds:g}: wanted more than 0")
+    if (args.scenario or args.seed) and not args.simulated:
+        raise ValueError("--scenario and --seed go with --simulated: a real camera has neither")
+    no_window = "" if args.headless else why_no_window()
+    if no_window is None:
+        from studio.app.window import live_in_window
+
+        return live_in_window(args)
+    if no_window:
+        print(f"{no_window}: going live without a window", file=sys.stderr)
+    return _headless(args)
+
+
+def setup_of(args: argparse.Namespace) -> LiveSetup:
+    """The devices that the flags ask for.
+
+    Raises:
+        ValueError, OSError: an address, a layout or a file is bad.
+    """
+    from devices.camera.address import parse_address
+    from studio.live.setup import LiveSetup, Place, parse_layout, read_setup
+
+    if args.devices is not None:
+        return read_setup(args.devices)
+    # A simulated camera pushes to a port of its own: several sessions can run beside each other.
+    address = "rtmp://127.0.0.1:0/live/room" if args.simulated else args.camera or DEFAULT_CAMERA
+    return LiveSetup(
+        parse_address(address), layout=parse_layout(args.layout), place=Place(args.place)
+    )
+
+
+def _headless(args: argparse.Namespace) -> int:
+    from devices.clock import WallClock
+    from scenes.opening import open_scene
+    from scenes.render.native import NativeRenderer
+    from studio.console.rows import as_json, as_table, exit_code
+    from studio.live.checks import live_checks
+    from studio.live.live import LiveSession
+    from studio.live.locating import RoomLocator
+    from studio.live.recording_name import recording_in
+    from studio.live.rehearsed import RehearsedLive
+    from studio.live.report import live_rows, write_report
+    from studio.session.preflight import run_checks, save_checks
+
+    scene = open_scene(args.scene)
+    args.out.mkdir(parents=True, exist_ok=True)
+    renderer = NativeRenderer()
+    session = LiveSession(
+        args.scene,
+        scene,
+        setup_of(args),
+        clock=WallClock(),
+        renderer=renderer,
+        locate=RoomLocator(scene, renderer),
+        record_to=None if args.no_record else recording_in(args.out),
+    )
+    with ExitStack() as stack:
+        rehearsed: RehearsedLive | None = None
+        if args.simulated:
+            truth = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "truth.jsonl"
+            rehearsed = stack.enter_context(
+                RehearsedLive(
+                    session,
+                    args.scene,
+                    args.scenario,
+                    seed=args.seed,
+                    truth=truth,
+                    seconds=args.seconds,
+                )
+            )
+            rehearsed.wait_for_stream(lambda text: print(text, file=sys.stderr))
+        elif session.status().listening_at:
+            print(f"enter in the camera: {session.status().listening_at}", file=sys.stderr)
+        checks = run_checks(live_checks(session, recordings=args.out))
+        save_checks(checks, args.out / "preflight.json")
+        _print_checks(checks)
+        result = _play(session, rehearsed, args)
+        rows = live_rows(result)
+        if rehearsed is not None:
+            rows += rehearsed.rows(result)
+    path = write_report(args.out, result, rows, scene=args.scene, checks=checks)
+    if args.json:
+        print(json.dumps(as_json("live", rows, args.seed if args.simulated else None), indent=2))
+    else:
+        print(as_table(rows))
+    print(f"report: {path}", file=sys.stderr)
+    if result.recording_failure:
+        print(f"nexus live: {result.recording_failure}", file=sys.stderr)
+        return 1
+    return exit_code(rows)
+
+
+def _play(
+    session: LiveSession, rehearsed: RehearsedLive | None, args: argparse.Namespace
+) -> LiveResult:
+    """Run it on this thread, with a status line, until its time is over or Ctrl-C."""
+    over = threading.Event()
+    threading.Thread(
+        target=_watch_over, args=(session, args.seconds, over), name="status", daemon=True
+    ).start()
+    if rehearsed is not None:
+        rehearsed.direct()
+
+    def watch(output: SessionOutput) -> None:
+        if rehearsed is not None:
+            rehearsed.watch(output)
+
+    previous = signal.signal(signal.SIGINT, lambda *_: session.end())
+    try:
+        return session.run(watch)
+    finally:
+        signal.signal(signal.SIGINT, previous)
+        over.set()
+
+
+def _watch_over(session: LiveSession, seconds: float | None, over: threading.Event) -> None:
+    """Say how it goes, and end it when it was live for long enough."""
+    said = ""
+    while not over.wait(STATUS_S):
+        status = session.status()
+        if seconds is not None and status.live_s is not None and status.live_s >= seconds:
+            session.end()
+            return
+        line = f"{status.state}: {status.text}"
+        if line != said:
+            said = line
+            print(line, file=sys.stderr, flush=True)
+
+
+def _print_checks(checks: Sequence[Check]) -> None:
+    marks = {"PASS": "✓", "WARN": "!", "FAIL": "✗"}
+    for check in checks:
+        fix = f": {check.fix}" if check.fix else ""
+        print(f"{marks[check.verdict]} {check.name}: {check.what}{fix}", file=sys.stderr)
