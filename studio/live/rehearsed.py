@@ -234,8 +234,8 @@ NOTICED = frozenset({"camera-moved"})
 
 
 def _resident_kib() -> float:
-    with open("/proc/self/statm", encoding="ascii") as file:
-        return int(file.read().split()[1]) * resource.getpagesize() / 1024
+    pages = Path("/proc/self/statm").read_text(encoding="ascii").split()[1]
+    return int(pages) * resource.getpagesize() / 1024
 
 
 def _fuzz_row() -> Row:

@@ -21,8 +21,8 @@ from scenes.pose import Pose
 LensPicture = NDArray[np.uint8]
 
 USUAL_LENS_DISTANCE_M = 0.03
-"""Metres between the two lenses of a 360° camera along their axis where nobody measured them: X3 and
-X4 are 33 and 37 mm thick at the lenses, whose pupils lie some millimetres inside. What the back
+"""Metres between the two lenses of a 360° camera along their axis where nobody measured them: X3
+and X4 are 33 and 37 mm thick at the lenses, whose pupils lie some millimetres inside. What the back
 lens sees is off by what this is off."""
 
 DEFAULT_FOV_DEG = 200.0
