@@ -140,8 +140,10 @@ def bump_rows(
     waits: list[float] = []
     moved_cm: list[float] = []
     for bump_ns in bumps:
-        after = [t for t in noticed_ns if t >= bump_ns]
-        waits.append((min(after) - bump_ns) / 1e9 if after else math.inf)
+        # What happens while nothing arrives can be seen from the next picture on.
+        seen_ns = min(item.arrived_ns for item in published if item.arrived_ns > bump_ns)
+        after = [t for t in noticed_ns if t >= seen_ns]
+        waits.append((min(after) - seen_ns) / 1e9 if after else math.inf)
         moved_cm.append(_moved_cm(published, truth, bump_ns))
     noticed_s, moved = max(waits, default=math.nan), max(moved_cm, default=math.nan)
     return [
@@ -153,8 +155,9 @@ def bump_rows(
 def _moved_cm(published: Sequence[Published], truth: Sequence[TruthRow], bump_ns: int) -> float:
     """Largest distance of an object at rest from where it was published before a bump, cm."""
     until_ns = bump_ns + round(SETTLED_S * 1e9)
-    rows = [row for row in truth if bump_ns - 1e9 <= row.time.wall_ns <= until_ns]
     before = [item for item in published if item.arrived_ns <= bump_ns]
+    since_ns = before[-1].arrived_ns - 1e9 if before else bump_ns
+    rows = [row for row in truth if since_ns <= row.time.wall_ns <= until_ns]
     after = [item for item in published if bump_ns < item.arrived_ns <= until_ns]
     if not before or not rows:
         return 0.0

@@ -80,12 +80,14 @@ class RtmpListener:
         """Why the last one was, with its address."""
         self._selector = selectors.DefaultSelector()
         self._socket = _listening(address)
+        # Kept, since a window may ask after the socket is closed.
+        self._bound_host, self._bound_port = self._socket.getsockname()[:2]
         self._selector.register(self._socket, selectors.EVENT_READ)
 
     @property
     def port(self) -> int:
         """The port it listens on, also where the address asked for any free one."""
-        return int(self._socket.getsockname()[1])
+        return int(self._bound_port)
 
     def units(self, stop: threading.Event) -> Iterator[Unit | Idle]:
         """Pictures of one publisher, until it leaves.
@@ -111,7 +113,7 @@ class RtmpListener:
     @property
     def shown(self) -> str:
         """The address for the camera, with the port that it really is."""
-        host = str(self._socket.getsockname()[0])
+        host = str(self._bound_host)
         host = "THIS-COMPUTER" if host in ("0.0.0.0", "::") else host
         return f"rtmp://{host}:{self.port}/{self._wanted or 'live/any'}"
 
