@@ -21,7 +21,7 @@ READ_BYTES = 1 << 16
 CONNECT_S = 1.0
 """How long the far end may take to accept."""
 
-HELD_BYTES = 1 << 18
+HELD_BYTES = 1 << 16
 """Bytes that wait for a slow side, at most: a camera's own buffer is hardly more."""
 
 

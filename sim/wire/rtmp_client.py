@@ -19,8 +19,9 @@ from devices.camera.rtmp.chunks import (
 CHUNK_BYTES = 4096
 """Chunk size that it announces, bytes: OBS's."""
 
-GREETING_S = 1.0
-"""Longest that connecting, or an answer of the server, may take: a dead way is found soon."""
+GREETING_S = 1.5
+"""Longest that connecting, or an answer of the server, may take: a dead way is found soon. A server
+that holds another publisher for dead answers within a second."""
 
 SEND_BYTES = 1 << 18
 """Bytes that wait in the socket, at most: 0.25 s at 8 Mbit/s. With the system's megabytes a camera
