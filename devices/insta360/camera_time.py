@@ -1,4 +1,4 @@
-"""A camera's clock on the session's: its unit is measured, its offset is the fastest packet's.
+"""A camera's clock on the session's: its unit is measured, then it is mapped by what comes fastest.
 
 Published descriptions disagree on the unit of the time stamps: microseconds or milliseconds. So it
 is measured from the stream itself; until then, and where stamps do not run, times are those of
@@ -9,14 +9,10 @@ from __future__ import annotations
 
 import math
 
-WINDOW_NS = 30_000_000_000
-"""How far back the fastest packet is looked for. Two crystals 100 ppm apart drift 3 ms in it."""
+from devices.clock_mapping import ClockEstimate, ClockMapping, add_arrival, estimate
 
 LEARN_NS = 300_000_000
 """Time over which ticks are counted. Units differ by 1000, so a ratio off by 30 still decides."""
-
-JUMP_NS = 5_000_000_000
-"""Change of the offset at which the camera's clock is taken to have been set anew."""
 
 _UNITS_NS = (1, 1_000, 1_000_000)
 _FARTHEST = 30.0
@@ -25,23 +21,25 @@ _FARTHEST = 30.0
 class CameraTime:
     """Estimates capture times from the camera's time stamps and their arrival.
 
-    The smallest difference of arrival and time stamp of the last `WINDOW_NS` or two is taken for
-    the offset of the two clocks. What the fastest packet itself needed stays in it: times are late
-    by that much, and they never lie after the arrival.
+    The two clocks are mapped by `devices.clock_mapping`. What the fastest packet itself needed
+    stays in the times: they are late by that much, and they never lie after the arrival.
     """
 
     def __init__(self) -> None:
         self._first: tuple[int, int] | None = None
         self._tick_ns: int | None = None
-        self._began_ns = 0
-        self._least_ns = 0
-        self._least_before_ns: int | None = None
+        self._mapping = ClockMapping()
         self._given_ns = -1
 
     @property
     def tick_ns(self) -> int | None:
         """Unit of the camera's time stamps, nanoseconds; None while it is not known."""
         return self._tick_ns
+
+    @property
+    def estimate(self) -> ClockEstimate | None:
+        """The camera's clock in nanoseconds against the session's; None while it is not known."""
+        return estimate(self._mapping)
 
     def session_ns(self, stamp: int, received_ns: int) -> int:
         """Capture time on the session's clock; grows from call to call.
@@ -54,9 +52,11 @@ class CameraTime:
             self._learn(stamp, received_ns)
         time_ns = received_ns
         if self._tick_ns is not None:
-            time_ns = stamp * self._tick_ns + self._offset_ns(
-                received_ns - stamp * self._tick_ns, received_ns
-            )
+            device_ns = stamp * self._tick_ns
+            self._mapping = add_arrival(self._mapping, device_ns, received_ns)
+            known = estimate(self._mapping)
+            if known is not None:
+                time_ns = min(received_ns, known.session_ns(device_ns))
         self._given_ns = max(time_ns, self._given_ns + 1)
         return self._given_ns
 
@@ -72,22 +72,5 @@ class CameraTime:
         unit_ns = min(_UNITS_NS, key=lambda unit: abs(math.log(ratio / unit)))
         if 1 / _FARTHEST < ratio / unit_ns < _FARTHEST:
             self._tick_ns = unit_ns
-            self._restart(received_ns - stamp * unit_ns, received_ns)
         else:
             self._first = (stamp, received_ns)
-
-    def _restart(self, offset_ns: int, received_ns: int) -> None:
-        self._began_ns, self._least_ns, self._least_before_ns = received_ns, offset_ns, None
-
-    def _offset_ns(self, offset_ns: int, received_ns: int) -> int:
-        """Smallest offset of this window and the one before, this packet's included."""
-        if abs(offset_ns - self._least_ns) > JUMP_NS:
-            self._restart(offset_ns, received_ns)
-        elif received_ns - self._began_ns > WINDOW_NS:
-            before_ns = self._least_ns
-            self._restart(offset_ns, received_ns)
-            self._least_before_ns = before_ns
-        self._least_ns = min(self._least_ns, offset_ns)
-        if self._least_before_ns is None:
-            return self._least_ns
-        return min(self._least_ns, self._least_before_ns)

@@ -19,6 +19,14 @@ from devices.camera.rtmp.chunks import (
 CHUNK_BYTES = 4096
 """Chunk size that it announces, bytes: OBS's."""
 
+GREETING_S = 1.5
+"""Longest that connecting, or an answer of the server, may take: a dead way is found soon. A server
+that holds another publisher for dead answers within a second."""
+
+SEND_BYTES = 1 << 18
+"""Bytes that wait in the socket, at most: 0.25 s at 8 Mbit/s. With the system's megabytes a camera
+would send into a dead connection for many seconds before it noticed."""
+
 COMMAND, VIDEO = 20, 9
 """Message type ids."""
 
@@ -28,7 +36,7 @@ class RtmpClient:
 
     Args:
         url: `rtmp://HOST:PORT/APPLICATION/KEY`.
-        timeout_s: longest wait for the peer, and longest that a message may take to be sent.
+        timeout_s: longest that a message may take to be sent.
 
     Raises:
         OSError: no connection, or none in time.
@@ -40,12 +48,14 @@ class RtmpClient:
         application, _, key = parts.path.strip("/").rpartition("/")
         self._chunks = ChunkReader()
         self._socket = socket.create_connection(
-            (parts.hostname or "127.0.0.1", parts.port or 1935), timeout_s
+            (parts.hostname or "127.0.0.1", parts.port or 1935), GREETING_S
         )
         try:
             self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BYTES)
             self._greet()
             self._publish(url, application, key)
+            self._socket.settimeout(timeout_s)
         except BaseException:
             self._socket.close()
             raise

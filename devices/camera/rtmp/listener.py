@@ -10,6 +10,7 @@ import contextlib
 import selectors
 import socket
 import threading
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
@@ -29,7 +30,12 @@ send at least one picture a second.
 
 REPLACED_AFTER_S = 1.0
 """Seconds without a byte after which a second publisher takes the place of the first: the camera
-itself, back on a new connection before the old one is known to be dead."""
+itself, back on a new connection before the old one is known to be dead. Whoever asks sooner waits
+for that long at most, for many cameras give up when they are refused once."""
+
+IN_FLIGHT_S = 0.2
+"""Seconds after a second publisher has asked from which bytes of the first show that it lives: what
+was on its way when it vanished has arrived by then."""
 
 GREETING_S = 5.0
 """Seconds from a connection to its first published picture, else it is closed."""
@@ -51,6 +57,7 @@ class _Peer:
     session: RtmpSession
     since_ns: int
     heard_ns: int
+    asked_ns: int = 0
     unsent: bytearray = field(default_factory=bytearray)
 
 
@@ -131,6 +138,7 @@ class RtmpListener:
                 self._accept()
             elif (peer := self._peers.get(key.fd)) is not None:
                 self._read(peer)
+        self._settle_waiting()
         self._drop_late()
 
     def _accept(self) -> None:
@@ -140,9 +148,7 @@ class RtmpListener:
             return
         name = str(where[0])
         if len(self._peers) >= MOST_CONNECTIONS:
-            accepted.close()
-            self._note_refusal(name, f"already {MOST_CONNECTIONS} connections")
-            return
+            self._make_room()
         accepted.setblocking(False)
         with contextlib.suppress(OSError):
             accepted.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -151,17 +157,44 @@ class RtmpListener:
         self._peers[accepted.fileno()] = peer
         self._selector.register(accepted, selectors.EVENT_READ)
 
-    def _admit(self, path: str) -> str:
-        """Why nobody may publish to `path` now; empty if somebody may."""
+    def _make_room(self) -> None:
+        """Close the oldest connection that publishes nothing, of the host that has most of them.
+
+        Whoever opens many connections and says nothing keeps no camera out.
+        """
+        others = [peer for peer in self._peers.values() if peer is not self._publisher]
+        counts = Counter(peer.name for peer in others)
+        self._end(
+            min(others, key=lambda peer: (-counts[peer.name], peer.since_ns)),
+            f"more than {MOST_CONNECTIONS} connections",
+        )
+
+    def _admit(self, path: str) -> str | None:
+        """Why nobody may publish to `path`; empty if somebody may, None if it is not known yet."""
         if self._wanted and path != self._wanted:
             return f"this studio waits for {self._wanted!r}, not for {path!r}"
         holder = self._publisher
         if holder is None:
             return ""
         if self._clock.now_ns() - holder.heard_ns < REPLACED_AFTER_S * 1e9:
-            return f"{holder.name} is already pushing; stop it first"
+            return None
         self._drop(holder)
         return ""
+
+    def _settle_waiting(self) -> None:
+        """Admit whoever waits once the publisher is gone or silent, refuse them once it is not."""
+        for peer in [peer for peer in self._peers.values() if peer.session.waiting]:
+            holder, now_ns = self._publisher, self._clock.now_ns()
+            if holder is None:
+                peer.session.settle("")
+            elif holder.heard_ns > peer.asked_ns + IN_FLIGHT_S * 1e9:
+                peer.session.settle(f"{holder.name} is already pushing; stop it first")
+            elif now_ns - holder.heard_ns >= REPLACED_AFTER_S * 1e9:
+                self._drop(holder)
+                peer.session.settle("")
+            else:
+                continue
+            self._after(peer, was_published=False)
 
     def _read(self, peer: _Peer) -> None:
         try:
@@ -180,10 +213,16 @@ class RtmpListener:
         except (RtmpError, BitstreamError) as error:
             self._end(peer, f"{peer.name}: {error}")
             return
-        if peer.session.stage is Stage.PUBLISHING and not was_published:
-            self._publisher = peer
         peer.heard_ns = self._clock.now_ns()
         self._units += units
+        if peer.session.waiting and not peer.asked_ns:
+            peer.asked_ns = peer.heard_ns
+        self._after(peer, was_published=was_published)
+
+    def _after(self, peer: _Peer, *, was_published: bool) -> None:
+        """What a peer's new stage asks for."""
+        if peer.session.stage is Stage.PUBLISHING and not was_published:
+            self._publisher = peer
         self._send(peer)
         if peer.session.stage is Stage.ENDED:
             self._end(peer, peer.session.refusal or f"{peer.name} ended its stream")

@@ -47,16 +47,19 @@ class RtmpSession:
     """One connection.
 
     Args:
-        admit: asked with `application/key` when somebody wants to publish.
+        admit: asked with `application/key` when somebody wants to publish; None if that is not
+            known yet, then `settle` says it.
 
     Attributes:
         stage: how far it has come.
         refusal: why it was refused, else empty.
+        waiting: the `application/key` that is not settled, else empty.
     """
 
-    def __init__(self, admit: Callable[[str], Refusal]) -> None:
+    def __init__(self, admit: Callable[[str], Refusal | None]) -> None:
         self.stage = Stage.GREETING
         self.refusal: Refusal = ""
+        self.waiting = ""
         self._admit = admit
         self._greeting = bytearray()
         self._chunks = ChunkReader()
@@ -159,10 +162,21 @@ class RtmpSession:
         )
 
     def _publish(self, key: str) -> None:
-        if self.stage is not Stage.COMMANDS:
+        if self.stage is not Stage.COMMANDS or self.waiting:
             return
         path = f"{self._application}/{key.partition('?')[0]}".strip("/")
         refusal = self._admit(path)
+        if refusal is None:
+            self.waiting = path
+        else:
+            self._settle(path, refusal)
+
+    def settle(self, refusal: Refusal) -> None:
+        """Answer who waits: why it may not publish, or empty; `replies` has what is to be sent."""
+        path, self.waiting = self.waiting, ""
+        self._settle(path, refusal)
+
+    def _settle(self, path: str, refusal: Refusal) -> None:
         if refusal:
             self._refuse("NetStream.Publish.BadName", refusal)
             return

@@ -24,7 +24,7 @@ def test_the_unit_is_measured_and_the_fastest_packet_sets_the_offset(unit_ns):
     for (stamp, taken_ns), delay in zip(stamps(300, unit_ns=unit_ns), delays, strict=True):
         late.append(time.session_ns(stamp, taken_ns + int(delay)) - taken_ns)
     assert time.tick_ns == unit_ns
-    assert set(late[41:]) == {5 * MS}
+    assert np.abs(np.array(late[41:]) - 5 * MS).max() < MS, "jitter of 4 ms is gone"
     assert late[:9] == delays[:9].tolist(), "arrival, until the unit is known"
 
 
@@ -51,10 +51,11 @@ def test_times_grow_and_never_lie_after_the_arrival():
 @pytest.mark.parametrize("ppm", [-100, 100])
 def test_a_clock_that_runs_too_fast_or_too_slow_is_followed(ppm):
     time = CameraTime()
-    for index in range(30 * 600):
+    for index in range(30 * 120):
         taken_ns = index * 33 * MS
         given = time.session_ns(round(taken_ns / 1000 * (1 + 1e-6 * ppm)), taken_ns + 5 * MS)
-    assert abs(given - taken_ns - 5 * MS) <= 7 * MS
+    assert abs(given - taken_ns - 5 * MS) <= MS // 10
+    assert abs(time.estimate.drift_ppm + ppm) < 1
 
 
 @pytest.mark.parametrize("stamp", [0, 77, (1 << 64) - 1])
