@@ -108,7 +108,7 @@ class RtmpClient:
         Raises:
             OSError: the connection broke, or nothing could be sent in time.
         """
-        self._drain()
+        self.look()
         self._socket.sendall(_message(VIDEO, data, time_ms))
 
     def send_bytes(self, data: bytes) -> None:
@@ -119,8 +119,12 @@ class RtmpClient:
         """
         self._socket.sendall(data)
 
-    def _drain(self) -> None:
-        """Take what the server sent meanwhile: acknowledgements."""
+    def look(self) -> None:
+        """Take what the server sent meanwhile, such as acknowledgements; never waits.
+
+        Raises:
+            OSError: the server has closed the connection.
+        """
         timeout_s = self._socket.gettimeout()
         self._socket.settimeout(0.0)
         try:
