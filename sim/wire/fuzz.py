@@ -1,4 +1,4 @@
-"""Every parser of the Insta360 devices against hostile bytes: each input is read or refused.
+"""Every parser of Insta360 and of RTSP against hostile bytes: each input is read or refused.
 
 A refusal is the one error that a parser's docstring names. Anything else is a defect; its seed
 makes it again.
@@ -80,6 +80,8 @@ from devices.insta360.trailer import (
 from devices.insta360.trailer import GYRO as GYRO_RECORD
 from sim.wire.hostile import hostile_bytes
 from sim.wire.osc_camera import OscCamera
+from sim.wire.rtsp.requests import Request, RequestReader, RtspError, interleaved
+from sim.wire.rtsp.transport import read_transport
 
 OFFSET_V1 = "2_2657.621_2684.250_2687.750_-0.259_-0.011_89.729_2651.033_8066.330_2692.030_0.247_-0.221_89.754_10752_5376_1137"  # noqa: E501 - one string
 OFFSET_V2 = "2_2663.416_2684.250_2687.750_-0.259_-0.011_89.729_0.000000_0.000000_0.000000_1.00000000_-0.18974844_0.27346808_-0.09002038_10752_5376_113_2658.524_8066.330_2692.030_0.247_-0.221_89.754_0.000792_0.000132_-0.031986_1.00000000_-0.18765773_0.27116153_-0.08905181_10752_5376_113_132096"  # noqa: E501 - one string
@@ -88,6 +90,17 @@ OFFSET_V3 = "2_2.000000_4291.910_4291.470_2684.250_2687.750_-0.259_-0.011_89.729
 
 PICTURE = b"\0\0\0\1\x67\x42\0\x1e\0\0\0\1\x68\xce\0\0\1\x65\x88" + bytes(range(3, 60))
 """Shape of an H.264 keyframe: parameter sets and a slice; it cannot be decoded."""
+
+RTSP_REQUESTS = (
+    b"OPTIONS * RTSP/1.0\r\nCSeq: 1\r\nUser-Agent: Lavf\r\n\r\n",
+    b"DESCRIBE rtsp://127.0.0.1/room RTSP/1.0\r\nCSeq: 2\r\nAccept: application/sdp\r\n\r\n",
+    b"SETUP rtsp://127.0.0.1/room/trackID=0 RTSP/1.0\r\nCSeq: 3\r\n"
+    b"Transport: RTP/AVP/UDP;unicast;client_port=5000-5001, RTP/AVP/TCP;interleaved=0-1\r\n\r\n",
+    b"PLAY rtsp://127.0.0.1/room RTSP/1.0\r\nCSeq: 4\r\nSession: 1\r\nRange: npt=0.0-\r\n\r\n",
+    b"GET_PARAMETER * RTSP/1.0\r\nCSeq: 5\r\nContent-Length: 4\r\n\r\nname",
+    interleaved(1, bytes(32)),
+)
+"""What players send, in the order they send it."""
 
 
 class FuzzError(Exception):
@@ -167,6 +180,7 @@ def targets() -> Mapping[str, FuzzTarget]:
         "offsets": FuzzTarget(strings, _read_offsets, (OffsetError,)),
         "OSC replies": FuzzTarget(replies, _read_osc, wire),
         "HTTP replies": FuzzTarget(_http(replies), _read_http, (CameraProtocolError, OSError)),
+        "RTSP requests": FuzzTarget(RTSP_REQUESTS, _read_rtsp, (RtspError,)),
         "OSC requests": FuzzTarget(requests, partial(_answer_osc, camera), wire),
     }
 
@@ -344,3 +358,15 @@ def _answer_osc(camera: OscCamera, data: bytes) -> None:
     value = read_object(data)
     for path in ("/osc/commands/execute", "/osc/commands/status"):
         json.dumps(camera.answer(path, value, "http://camera")[1])
+
+
+def _read_rtsp(data: bytes) -> None:
+    """As the server does, in pieces; at the end a connection holds no more than it was sent."""
+    reader = RequestReader()
+    middle = len(data) // 3
+    for piece in (data[:middle], data[middle:]):
+        for found in reader.feed(piece):
+            if isinstance(found, Request):
+                read_transport(found.headers.get("transport", ""))
+    if reader.held_bytes > len(data):
+        raise FuzzError(f"{reader.held_bytes} bytes held of {len(data)}")

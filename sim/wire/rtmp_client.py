@@ -6,7 +6,7 @@ import contextlib
 import socket
 from urllib.parse import urlsplit
 
-from devices.camera.rtmp.amf import AmfValue, decode_amf, encode_amf
+from devices.camera.rtmp.amf import AmfError, AmfValue, decode_amf, encode_amf
 from devices.camera.rtmp.chunks import (
     EXTENDED,
     HANDSHAKE_BYTES,
@@ -26,6 +26,10 @@ that holds another publisher for dead answers within a second."""
 SEND_BYTES = 1 << 18
 """Bytes that wait in the socket, at most: 0.25 s at 8 Mbit/s. With the system's megabytes a camera
 would send into a dead connection for many seconds before it noticed."""
+
+MOST_READS = 200
+"""Pieces in which an answer may come: servers send it in one to three. One that sends other
+messages for ever, or a byte at a time, is none."""
 
 COMMAND, VIDEO = 20, 9
 """Message type ids."""
@@ -81,14 +85,15 @@ class RtmpClient:
         self._socket.sendall(encode_message(COMMAND, data, chunk_bytes=CHUNK_BYTES))
 
     def _wait(self, name: str) -> None:
-        while True:
+        for _read in range(MOST_READS):
             for message in self._messages():
                 if message.kind != COMMAND:
                     continue
-                values = decode_amf(message.data)
+                values = _values(message.data)
                 if values and values[0] == name:
                     _check(values)
                     return
+        raise RtmpError(f"RTMP: no {name} within {MOST_READS} answers of the server")
 
     def _messages(self) -> list[Message]:
         data = self._socket.recv(65536)
@@ -98,12 +103,14 @@ class RtmpClient:
 
     def _exactly(self, count: int) -> bytes:
         data = b""
-        while len(data) < count:
+        for _read in range(MOST_READS):
+            if len(data) == count:
+                return data
             more = self._socket.recv(count - len(data))
             if not more:
                 raise RtmpError("RTMP: the server closed the connection in the greeting")
             data += more
-        return data
+        raise RtmpError(f"RTMP: the server's greeting comes in more than {MOST_READS} pieces")
 
     def send_video(self, data: bytes, time_ms: int) -> None:
         """One video message.
@@ -111,7 +118,7 @@ class RtmpClient:
         Raises:
             OSError: the connection broke, or nothing could be sent in time.
         """
-        self._drain()
+        self.look()
         self._socket.sendall(_message(VIDEO, data, time_ms))
 
     def send_bytes(self, data: bytes) -> None:
@@ -122,8 +129,12 @@ class RtmpClient:
         """
         self._socket.sendall(data)
 
-    def _drain(self) -> None:
-        """Take what the server sent meanwhile: acknowledgements."""
+    def look(self) -> None:
+        """Take what the server sent meanwhile, such as acknowledgements; never waits.
+
+        Raises:
+            OSError: the server has closed the connection.
+        """
         timeout_s = self._socket.gettimeout()
         self._socket.settimeout(0.0)
         try:
@@ -143,6 +154,13 @@ class RtmpClient:
     def close(self) -> None:
         """Close without a word, as a camera that loses power does."""
         self._socket.close()
+
+
+def _values(data: bytes) -> list[AmfValue]:
+    try:
+        return decode_amf(data)
+    except AmfError as error:
+        raise RtmpError(f"RTMP: the server's answer cannot be read ({error})") from None
 
 
 def _check(values: list[AmfValue]) -> None:

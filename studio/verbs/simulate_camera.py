@@ -46,6 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=int, default=0, help="decides everything random")
     out = parser.add_argument_group("where it streams to")
     out.add_argument("--push", metavar="URL", action="append", help=f"RTMP, e.g. {DEFAULT_PUSH}")
+    out.add_argument("--rtsp", type=int, metavar="PORT", help="serve RTSP there; 0: any port")
     out.add_argument("--insta360", type=int, metavar="PORT", help="TCP 6666 of a camera; 0: any")
     out.add_argument("--osc", type=int, metavar="PORT", help="its HTTP interface; 0: any")
     out.add_argument(
@@ -132,7 +133,7 @@ def _stream(
     camera = FilmCamera(plan, clock, wall_ns=time.time_ns, say=voice.event, truth=truth)
     reason = "cancelled"
     try:
-        voice.say("started", _outputs(args, camera, clock), _about(plan.film, args))
+        voice.say("started", _outputs(args, plan, camera, clock), _about(plan.film, args))
         camera.start()
         if args.control:
             _take_faults(plan.schedule, camera, voice)
@@ -168,13 +169,22 @@ def _take_faults(schedule: FaultSchedule, camera: FilmCamera, voice: _Voice) -> 
     threading.Thread(target=read, name="control", daemon=True).start()
 
 
-def _outputs(args: argparse.Namespace, camera: FilmCamera, clock: Clock) -> dict[str, Any]:
+def _outputs(
+    args: argparse.Namespace, plan: CameraPlan, camera: FilmCamera, clock: Clock
+) -> dict[str, Any]:
     """Make the outputs that were asked for; where each is."""
     from sim.wire.streaming.insta360_output import Insta360Output, Insta360Ports
     from sim.wire.streaming.rtmp_output import RtmpOutput
+    from sim.wire.streaming.rtsp_output import RtspOutput, RtspPlace
 
     host = "0.0.0.0" if args.network else "127.0.0.1"
     where: dict[str, Any] = {}
+    if args.rtsp is not None:
+        place = RtspPlace(host, args.rtsp)
+        served = RtspOutput(place, plan.film, camera.setting(), wall_ns=time.time_ns)
+        camera.add(served)
+        where["rtsp"] = served.url
+        where["rtsp_port"] = served.port
     if args.insta360 is not None or args.osc is not None:
         ports = Insta360Ports(host, args.insta360 or 0, args.osc)
         output = Insta360Output(ports, clock, camera.setting())

@@ -88,3 +88,13 @@ def test_lenses_side_by_side_come_apart_again():
     )
     with pytest.raises(ValueError, match="8 px wide: cannot be shared by 3"):
         split_lenses(side_by_side(lenses), 3)
+
+
+def test_a_group_can_begin_at_any_picture():
+    encoder = H264Encoder(WIDTH, HEIGHT, FPS, 1_000_000, keyframe_interval=4)
+    kinds = []
+    for seq, picture in enumerate(moving_pictures(10)):
+        if seq == 6:
+            encoder.begin_group()
+        kinds.append(encoder.encode(picture, seq, seq * 100_000_000)[0].keyframe)
+    assert [seq for seq, keyframe in enumerate(kinds) if keyframe] == [0, 4, 6]

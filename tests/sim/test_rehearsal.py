@@ -147,3 +147,17 @@ def test_what_is_drawn_comes_with_the_frames(small_room):
     assert last["ben-1"].points_in_world[-1] == pytest.approx([1, 1, 1])
     assert sum(bool(step.annotations) for step in drawn) < len(drawn)
     assert any(step.avatars[0].ray is not None for step in drawn)
+
+
+def test_what_the_sensor_gave_is_there_beside_what_was_decoded(steps):
+    for step in steps[:3]:
+        for taken, decoded in zip(step.taken, step.frame.images, strict=True):
+            assert taken.shape == decoded.shape
+            assert 0 < np.abs(taken.astype(int) - decoded.astype(int)).mean() < 4.0
+
+
+def test_keyframes_are_as_far_apart_as_is_asked(small_room, scenario):
+    played = simulate(small_room, scenario, seed=7, keyframe_interval=3)
+    assert [step.packet.keyframe for step, _ in zip(played, range(4), strict=False)] == [
+        *(True, False, False, True)
+    ]

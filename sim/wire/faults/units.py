@@ -68,7 +68,8 @@ def still_of(film: Film, number: int) -> Still:
     if picture is None:
         raise ValueError(f"{film.name}: no whole picture at unit {number}, nothing to freeze")
     count = max(1, round(film.form.fps))
-    rate = round(8 * film.size_bytes * NANOSECONDS / film.duration_ns)
+    # With the film's own rate the parameter sets stay the same: a camera's do not change either.
+    rate = film.form.bitrate or round(8 * film.size_bytes * NANOSECONDS / film.duration_ns)
     height, width = picture.shape[:2]
     encoder = H264Encoder(width, height, film.form.fps, max(100_000, rate), keyframe_interval=count)
     units: list[tuple[bytes, bool]] = []

@@ -119,7 +119,7 @@ def draw_film(
         ScenarioError: the scenario doesn't fit the room.
         OSError: the disk is full.
     """
-    form = FilmFormat(*options.size_px, options.fps, options.layout.value)
+    form = FilmFormat(*options.size_px, options.fps, options.layout.value, options.bitrate)
     writer = FilmWriter(folder, scenario.name, form)
     steps = simulate(
         room,

@@ -59,12 +59,14 @@ class FilmFormat:
         height_px: likewise.
         fps: nominal pictures a second.
         layout: how the lens pictures lie in it, as a person names it; "unknown" of a video.
+        bitrate: that the encoder was given, bits per second; 0 where that is not known.
     """
 
     width_px: int
     height_px: int
     fps: float
     layout: str
+    bitrate: int = 0
 
 
 class Film:

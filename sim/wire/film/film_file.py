@@ -102,6 +102,7 @@ class FilmWriter:
             "height_px": self._form.height_px,
             "fps": self._form.fps,
             "layout": self._form.layout,
+            "bitrate": self._form.bitrate,
             "duration_ns": duration_ns,
             "objects": names,
             "faults": {k: dict(t.faults) for k, t in enumerate(self._truth) if t.faults},
@@ -164,7 +165,13 @@ def read_film(folder: Path) -> Film:
     try:
         about = cast("dict[str, Any]", json.loads((folder / ABOUT).read_text(encoding="utf-8")))
         _check_version(about["version"], folder)
-        form = FilmFormat(about["width_px"], about["height_px"], about["fps"], about["layout"])
+        form = FilmFormat(
+            about["width_px"],
+            about["height_px"],
+            about["fps"],
+            about["layout"],
+            about.get("bitrate", 0),
+        )
         with np.load(folder / INDEX, allow_pickle=False) as arrays:
             values = {name: np.asarray(arrays[name]) for name in arrays.files}
         return Film(

@@ -167,7 +167,7 @@ def _as_it_is(address: CameraAddress) -> list[_Timed] | None:
         if container.tracks != 1:
             return None
         for unit in container:
-            if unit is None or not _fits(unit, taken):
+            if not _fits(unit, taken):
                 return None
             if taken or unit.keyframe:
                 taken.append(_Timed(cast("int", unit.pts_ns), unit.data, unit.keyframe))

@@ -15,6 +15,11 @@ some more. When they are too many, all are dropped and the next keyframe goes on
 MOST_BYTES = 128 << 20
 """Bytes that wait at most: 7 s at 150 Mbit a second."""
 
+OVERDUE_NS = 2_000_000_000
+"""How late the oldest unit may be, nanoseconds, before all are dropped: a receiver that takes less
+than it is sent would else see a picture that is ever older. Live encoders drop after one to three
+seconds; ours is the longest distance of keyframes that is usual, so that a group fits."""
+
 
 class Outbox:
     """One writer, one reader. Shut at first: nothing is kept for nobody."""
@@ -41,7 +46,7 @@ class Outbox:
         with self._changed:
             if not self._is_open:
                 return
-            if len(self._units) >= MOST_UNITS or self._bytes + len(unit.data) > MOST_BYTES:
+            if self._is_full(unit):
                 self._empty()
             if self._wants_keyframe and not unit.keyframe:
                 self.dropped += 1
@@ -67,6 +72,15 @@ class Outbox:
                 self._changed.wait(max(0.0, wait_s))
                 unit = self._due(now())
             return unit
+
+    def _is_full(self, unit: OutgoingUnit) -> bool:
+        if not self._units:
+            return False
+        return (
+            len(self._units) >= MOST_UNITS
+            or self._bytes + len(unit.data) > MOST_BYTES
+            or unit.taken_ns - self._units[0].send_ns > OVERDUE_NS
+        )
 
     def _due(self, now_ns: int) -> OutgoingUnit | None:
         if not self._units or self._units[0].send_ns > now_ns:

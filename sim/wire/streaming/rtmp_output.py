@@ -103,6 +103,8 @@ class RtmpOutput:
             if not self._outbox.is_open:
                 self._outbox.open()
             unit = self._outbox.take(self._setting.now, LOOK_S)
+            if unit is None:
+                client.look()
             if unit is None or unit.is_lost:
                 continue
             if state.garbage_bytes:

@@ -1,12 +1,17 @@
 """Hostile bytes against every parser, against the clients, and against the simulated cameras."""
 
 import gc
+import socket
 import threading
+import time
 import tracemalloc
+from random import Random
 
 import numpy as np
 import pytest
 
+from devices.camera.rtmp.amf import encode_amf
+from devices.camera.rtmp.chunks import HANDSHAKE_BYTES, RtmpError, encode_message
 from devices.clock import ManualClock, WallClock
 from devices.insta360.commands import CameraInfo, Command, LiveRequest, set_time, start_live
 from devices.insta360.errors import CameraError
@@ -22,6 +27,8 @@ from sim.wire.hostile import LONGEST_INPUT, hostile_bytes, hostile_stream
 from sim.wire.osc_camera import OscCamera
 from sim.wire.osc_server import OscServer
 from sim.wire.preview_server import PreviewServer
+from sim.wire.rtmp_client import RtmpClient
+from sim.wire.rtsp.server import RtspServer, RtspStream
 
 STREAMS = 1000
 """Hostile peers that each client and each simulated camera meets."""
@@ -160,6 +167,53 @@ def test_hostile_apps_against_the_simulated_http_interface(memory):
     assert attack(server.address, valid, STREAMS) > 0
     assert OscClient(*server.address, clock=ManualClock()).info().serial == "IXSE42"
     server.close()
+    assert memory() < MOST_BYTES
+
+
+class Still:
+    """What a player of the RTSP server is sent: nothing."""
+
+    def take(self, timeout_s):
+        time.sleep(timeout_s)
+
+    def sent(self, unit):
+        pass
+
+    def close(self):
+        pass
+
+
+def test_hostile_players_against_the_rtsp_server(memory):
+    stream = RtspStream("room", lambda _host: "v=0\r\n", Still, time.time_ns)
+    server = RtspServer(stream, Random(1))
+    threads = threading.active_count()
+    assert attack(server.address, fuzzing.RTSP_REQUESTS, STREAMS) > 0
+    with socket.create_connection(server.address, 5) as player:
+        player.sendall(fuzzing.RTSP_REQUESTS[0])
+        assert player.recv(100).startswith(b"RTSP/1.0 200 OK")
+    assert server.connections == STREAMS + 1
+    server.close()
+    assert threading.active_count() < threads
+    assert memory() < MOST_BYTES
+
+
+def test_hostile_servers_against_what_pushes(memory):
+    answers = (
+        encode_message(20, encode_amf("_result", 1.0, {"level": "status"}, None), chunk_bytes=128),
+        encode_message(20, encode_amf("onStatus", 0.0, None, {"level": "error"}), chunk_bytes=128),
+        encode_message(5, bytes(4), chunk_bytes=128),
+    )
+    peer = HostilePeer(answers, greeting=b"\x03" + bytes(2 * HANDSHAKE_BYTES))
+    refused = 0
+    for _stream in range(STREAMS):
+        try:
+            RtmpClient("rtmp://{}:{}/live/room".format(*peer.address), timeout_s=2.0).close()
+        except (OSError, RtmpError):
+            refused += 1
+    served = peer.served
+    peer.close()
+    assert served == STREAMS
+    assert refused > STREAMS // 2
     assert memory() < MOST_BYTES
 
 

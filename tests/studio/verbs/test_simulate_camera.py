@@ -6,13 +6,17 @@ import signal
 import subprocess
 import sys
 import time
+import urllib.request
 from contextlib import contextmanager
+from fractions import Fraction
 
+import av
 import pytest
 
 from devices.camera.address import parse_address
 from devices.camera.receiver import CameraReceiver
 from devices.clock import WallClock
+from sim.wire.feed import numbered_pictures
 from sim.wire.streaming.truth_file import read_truth
 from studio.cli import main
 
@@ -116,3 +120,48 @@ def test_bad_input_is_refused_in_one_line(words, why, capsys, monkeypatch, tmp_p
     assert main(["simulate", "camera", *words]) == 3
     assert why in capsys.readouterr().err
     assert not list(tmp_path.glob("films/*"))
+
+
+def test_a_video_is_served_once_over_rtsp(home, tmp_path):
+    video = numbered_video(tmp_path / "room.mp4", seconds=3)
+    with camera(home, str(video), "--rtsp", "0") as (child, events):
+        started = named(events, "started")
+        assert (started["layout"], started["has_truth"]) == ("unknown", False)
+        with av.open(started["rtsp"], options={"rtsp_transport": "tcp"}, timeout=5) as stream:
+            frames = stream.decode(video=0)
+            assert [next(frames).width for _ in range(10)] == [320] * 10
+        assert named(events, "ended")["reason"] == "played"
+        assert child.wait(30) == 0
+
+
+def test_nothing_can_be_drawn_into_a_finished_video(tmp_path, capsys, monkeypatch):
+    monkeypatch.setenv("NEXUS_HOME", str(tmp_path))
+    video = numbered_video(tmp_path / "room.mp4", seconds=1)
+    assert main(["simulate", "camera", str(video), "--fault", "bump:at=1"]) == 3
+    assert "bump" in capsys.readouterr().err
+
+
+def test_an_insta360_and_its_http_interface_are_said_with_their_ports(home):
+    with camera(home, "lab", "--insta360", "0", "--osc", "0") as (child, events):
+        started = named(events, "started")
+        url = f"http://127.0.0.1:{started['osc_port']}/osc/info"
+        asked = urllib.request.Request(url, headers={"X-XSRF-Protected": "1"})
+        with urllib.request.urlopen(asked, timeout=5) as answer:
+            assert json.loads(answer.read())["model"] == "Insta360 X4"
+        assert started["insta360"] == f"insta360://127.0.0.1:{started['insta360_port']}"
+        child.send_signal(signal.SIGINT)
+        assert named(events, "ended")["reason"] == "cancelled"
+        assert child.wait(30) == 0
+
+
+def numbered_video(path, *, seconds):
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("libx264", rate=20, options={"bf": "0", "g": "10"})
+        stream.width, stream.height, stream.pix_fmt = 320, 160, "yuv420p"
+        stream.time_base = Fraction(1, 20)
+        for k, picture in enumerate(numbered_pictures((320, 160), 20, count=20 * seconds)):
+            frame = av.VideoFrame.from_ndarray(picture.rgb, format="rgb24")
+            frame.pts = k
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode(None))
+    return path

@@ -11,6 +11,7 @@ from sim.wire.faults.schedule import FaultSchedule
 from sim.wire.faults.units import UnitFaults, still_of, stills_of
 from sim.wire.feed import numbered_pictures, read_number
 from sim.wire.film.film import Film, FilmFormat
+from sim.wire.rtsp.packets import parameter_sets
 
 S = 1_000_000_000
 
@@ -25,7 +26,7 @@ def film():
     ]
     return Film(
         "numbers",
-        FilmFormat(320, 160, 10, "side_by_side"),
+        FilmFormat(320, 160, 10, "side_by_side", 1_000_000),
         data=b"".join(unit.data for unit in units),
         offsets=np.concatenate([[0], np.cumsum([len(unit.data) for unit in units])]),
         t_ns=np.array([unit.t_ns for unit in units]),
@@ -99,4 +100,5 @@ def test_a_still_is_a_second_of_one_picture_and_costs_little(film):
     still = still_of(film, 17)
     assert (still.shows, len(still.units)) == (17, 10)
     assert [keyframe for _, keyframe in still.units] == [True] + [False] * 9
+    assert parameter_sets(still.units[0][0]) == parameter_sets(film.unit(0).data)
     assert max(len(data) for data, _ in still.units[2:]) < len(still.units[0][0]) / 2

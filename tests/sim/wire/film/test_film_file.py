@@ -16,7 +16,7 @@ from sim.wire.film.film_file import (
     read_film,
 )
 
-FORM = FilmFormat(320, 160, 25, "stacked")
+FORM = FilmFormat(320, 160, 25, "stacked", 5_000)
 
 
 def fill(folder, size=10):

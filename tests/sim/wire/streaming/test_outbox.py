@@ -8,8 +8,8 @@ from sim.wire.streaming import outbox as module
 from sim.wire.streaming.outbox import Outbox
 
 
-def unit(number, *, keyframe=False, send_ns=0, size=1):
-    return OutgoingUnit(number, 0, 0, 0, send_ns, bytes(size), keyframe, number, 0.0, False)
+def unit(number, *, keyframe=False, send_ns=0, size=1, taken_ns=0):
+    return OutgoingUnit(number, 0, 0, taken_ns, send_ns, bytes(size), keyframe, number, 0.0, False)
 
 
 def opened():
@@ -45,6 +45,18 @@ def test_nothing_leaves_before_its_time():
     box.put(unit(0, keyframe=True, send_ns=10))
     assert take(box, 9) is None
     assert take(box, 10).number == 0
+
+
+def test_a_receiver_that_is_too_slow_misses_pictures_instead_of_seeing_old_ones():
+    box = opened()
+    step_ns = 100_000_000
+    for number in range(40):
+        t_ns = number * step_ns
+        box.put(unit(number, keyframe=number % 5 == 0, send_ns=t_ns, taken_ns=t_ns))
+    oldest = take(box, 40 * step_ns)
+    assert oldest.keyframe
+    assert 20 <= oldest.number <= 25
+    assert len(box) + 1 == 40 - oldest.number
 
 
 @given(st.lists(st.tuples(st.booleans(), st.integers(1, 9)), max_size=80))
