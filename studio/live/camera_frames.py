@@ -141,6 +141,12 @@ class CameraFrames:
             record: takes every packet from the first keyframe on; must not wait.
         """
         self._tap.open(record)
+        try:
+            yield from self._messages(more)
+        finally:
+            self._tap.close()
+
+    def _messages(self, more: Callable[[], tuple[Event, ...]]) -> Iterator[SessionMessage]:
         waiting: list[Event] = []
         while not self._ended.is_set():
             # Asked before taking: what came before the end is still taken.
