@@ -26,6 +26,12 @@ DARK, BRIGHT = 0.12, 0.85
 """Share of the brightness range in which the median pixel of a picture should lie: darker, noise
 covers edges; brighter, surfaces are white all over."""
 
+BLACK = 0.04
+"""Share of the brightness range up to which a pixel counts as outside the lens circles."""
+
+JUDGED_PIXELS = 200_000
+"""Pixels of a picture that are judged, evenly over it: the median is exact to a thousandth."""
+
 CLIPPED_SHARE = 0.25
 """Share of a picture's pixels at either end of the range from which details are missing."""
 
@@ -89,9 +95,11 @@ def _light(session: LiveSession, sleep: Sleep) -> Check:
     picture = _first_picture(session, sleep)
     if picture is None:
         return Check("light", "WARN", "no picture to judge", "see the camera's line")
-    luma = picture.pictures[0].y
+    shown = picture.pictures[0]
+    black, span = (0.0, 255.0) if shown.is_full_range else (16.0, 219.0)
+    luma = (shown.y.ravel()[:: max(1, shown.y.size // JUDGED_PIXELS)] - black) / span
     # Outside the lens circles a picture is black: only what is inside is judged.
-    inside = luma[luma > 24][:: max(1, luma.size // 200_000)].astype(np.float64) / 255.0
+    inside = luma[luma > BLACK]
     if inside.size < 100:
         return Check("light", "FAIL", "the picture is black", "take the lens cap off; light on")
     middle = float(np.median(inside))
