@@ -1,4 +1,4 @@
-"""What is looked at before going live: a camera that streams, one that does not, one in the dark."""
+"""What is looked at before going live: a camera that streams, none, and one in the dark."""
 
 from __future__ import annotations
 
