@@ -90,7 +90,7 @@ def test_pictures_are_back_within_five_seconds(kind, fault, capsys):
     for _ in range(3):
         with linked(kind) as link:
             if fault == "black hole of 20 s":
-                times.append(black_hole(link, 20.0))
+                times.append(black_hole(link, 20.0 + 1.3 * len(times)))
             else:
                 act = link.restart if fault == "camera restart" else link.relay.half_open
                 times.append(back_after_s(link, act))
