@@ -177,7 +177,8 @@ class CameraReceiver:
             wait_s = FIRST_WAIT_S if self._status.pictures > before else wait_s
             self._say(CameraState.WAITING, f"{text}; trying again")
             self._notice_hold()
-            self._stop.wait(wait_s)
+            # Whoever listens has nothing to try again, and must not keep a camera waiting.
+            self._stop.wait(0.0 if self.listening_at else wait_s)
             wait_s = min(2 * wait_s, LONGEST_WAIT_S)
 
     def _take(self, unit: Unit | Idle) -> None:

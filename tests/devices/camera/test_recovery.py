@@ -1,13 +1,24 @@
 """Streams that come back: after a black hole, a half-open socket, a restart, garbage."""
 
+import io
 import random
+import socket
 import threading
 import time
+from contextlib import suppress
+from dataclasses import replace
 
+import av
 import pytest
 
-from tests.devices.camera.parties.programs import wait_for
+from devices.camera.address import parse_address
+from devices.camera.receiver import CameraReceiver
+from devices.clock import WallClock
+from sim.wire.feed import numbered_pictures
+from sim.wire.rtmp_push import RtmpPush
+from tests.devices.camera.parties.programs import free_port, wait_for
 from tests.devices.camera.recovery import (
+    FPS,
     KINDS,
     OTHER_SIZE,
     SIZE,
@@ -90,10 +101,60 @@ def test_pictures_are_back_within_five_seconds(kind, fault, capsys):
     for _ in range(3):
         with linked(kind) as link:
             if fault == "black hole of 20 s":
-                times.append(black_hole(link, 20.0))
+                times.append(black_hole(link, 20.0 + 1.3 * len(times)))
             else:
                 act = link.restart if fault == "camera restart" else link.relay.half_open
                 times.append(back_after_s(link, act))
     with capsys.disabled():
         print(f"\n{kind}, {fault}: back after", ", ".join(f"{t:.2f} s" for t in sorted(times)))
     assert sorted(times)[1] <= 5.0
+
+
+def two_sizes():
+    """A second in one size, then in another, on one connection."""
+    yield from numbered_pictures(SIZE, FPS, count=FPS)
+    yield from numbered_pictures(OTHER_SIZE, FPS, count=3 * FPS)
+
+
+def test_a_resolution_that_changes_while_rtmp_is_pushed():
+    clock = WallClock()
+    receiver = CameraReceiver(parse_address("rtmp://127.0.0.1:0/live/room"), clock)
+    wait_for(lambda: receiver.listening_at)
+    pictures = (replace(p, t_ns=round(k * 1e9 / FPS)) for k, p in enumerate(two_sizes()))
+    push = RtmpPush(receiver.listening_at, pictures, clock)
+    wait_for(lambda: receiver.status().size_px == OTHER_SIZE)
+    assert push.connections == 1
+    push.close()
+    receiver.close()
+
+
+def test_a_resolution_that_changes_within_a_transport_stream():
+    """The same sender and the same packet ids: only the parameter sets in the stream say it."""
+    port = free_port(socket.SOCK_DGRAM)
+    receiver = CameraReceiver(parse_address(f"udp://127.0.0.1:{port}"), WallClock())
+    wait_for(lambda: "waiting" in receiver.status().reason)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        for size in (SIZE, OTHER_SIZE):
+            end = time.monotonic() + 30
+            while receiver.status().size_px != size and time.monotonic() < end:
+                for data in datagrams(size):
+                    with suppress(ConnectionRefusedError):
+                        sender.sendto(data, ("127.0.0.1", port))
+                    time.sleep(0.002)
+            assert receiver.status().size_px == size
+    assert receiver.status().connections == 1
+    receiver.close()
+
+
+def datagrams(size):
+    """A second of pictures as a transport stream, seven packets a datagram."""
+    file = io.BytesIO()
+    with av.open(file, "w", format="mpegts") as container:
+        stream = container.add_stream("libx264", rate=FPS)
+        stream.width, stream.height, stream.pix_fmt = *size, "yuv420p"
+        stream.options = {"tune": "zerolatency", "g": "15"}
+        for picture in numbered_pictures(size, FPS, count=FPS):
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture.rgb, format="rgb24")))
+        container.mux(stream.encode())
+    whole = file.getvalue()
+    return [whole[at : at + 1316] for at in range(0, len(whole), 1316)]
