@@ -46,9 +46,9 @@ def hypotheses(room_map: RoomMap, frame: Frame) -> list[Pose]:
     best = best[np.argsort(score.ravel()[best])[::-1]]
     chosen: list[Pose] = []
     which = np.stack(np.unravel_index(best, score.shape), axis=1)
-    for place, tilt, column in which.tolist():
-        rotation = (turned(column) @ upright[tilt]).rotation
-        pose = Pose(rotation, room_map.places[place])
+    for place, tilt, column in which:
+        turn = turned(int(column))
+        pose = Pose(turn.rotation @ upright[int(tilt)].rotation, room_map.places[int(place)])
         if all(is_apart(pose, other) for other in chosen):
             chosen.append(pose)
         if len(chosen) == HYPOTHESES:

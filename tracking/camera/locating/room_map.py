@@ -106,8 +106,9 @@ def free_places(room: SplatCloud, rng: np.random.Generator) -> Points:
         ValueError: the room is too small to stand in, or nothing in it is free.
     """
     around = clearance(room)
-    count = around.distance_m.shape[2]
-    levels: Points = float(around.low_m[2]) + around.cell_m * (np.arange(count) + 0.5)
+    count: int = around.distance_m.shape[2]
+    steps = np.arange(count, dtype=np.float64) + 0.5
+    levels = float(around.low_m[2]) + around.cell_m * steps
     free = (around.distance_m > LEAST_CLEARANCE_M) & around.floor[:, :, None]
     free &= (levels > HEIGHTS_M[0]) & (levels < HEIGHTS_M[1])
     cells = np.argwhere(free)
