@@ -81,13 +81,20 @@ class CameraPlace:
     moved: tuple[str, ...]
 
 
-def film_place(room: PhysicalRoom, conditions: Conditions, rng: np.random.Generator) -> CameraPlace:
+def film_place(
+    room: PhysicalRoom,
+    conditions: Conditions,
+    rng: np.random.Generator,
+    *,
+    rig: Rig | None = None,
+) -> CameraPlace:
     """Put a camera somewhere in a room and take a picture through each of its lenses.
 
     Args:
         room: with its objects where they were scanned.
         conditions: of the sensor; the pose error and the bit rate are not used here.
         rng: decides everything: place, people, objects, exposure and the error of the known lens.
+        rig: of that camera; the simulated camera's own if not given.
 
     Raises:
         ValueError: nothing in the room is free.
@@ -97,7 +104,7 @@ def film_place(room: PhysicalRoom, conditions: Conditions, rng: np.random.Genera
     objects, moved = _objects(room, world_from_rig.translation, of_objects)
     standing = _people(room, world_from_rig.translation, of_people)
     figures = [person_body(name, of_people) for name in standing]
-    true_rig = default_rig(conditions.lens_size_px)
+    true_rig = default_rig(conditions.lens_size_px) if rig is None else rig
     bodies = [*(body_of_object(item) for item in room.objects), *figures]
     camera = Camera360(room, true_rig, world_from_rig, bodies)
     view = camera.view({**objects, **standing})
@@ -107,8 +114,7 @@ def film_place(room: PhysicalRoom, conditions: Conditions, rng: np.random.Genera
     images = tuple(sensor.expose([lens.rgb for lens in view.lenses], 0.0))
     wrong = 1.0 + float(of_lens.uniform(-LENS_ERROR, LENS_ERROR))
     known = tuple(replace(lens, f_px=wrong * lens.f_px) for lens in true_rig.lenses)
-    rig = Rig(known, true_rig.rig_from_lens)
-    frame = Frame(STREAM_ID, 0, 0, 0, images, rig, None)
+    frame = Frame(STREAM_ID, 0, 0, 0, images, Rig(known, true_rig.rig_from_lens), None)
     return CameraPlace(world_from_rig, true_rig, frame, len(standing), moved)
 
 

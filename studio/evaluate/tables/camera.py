@@ -17,6 +17,7 @@ from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.trial import Trial, last_of, performed
 from studio.evaluate.findings import TITLES, Drawing, Findings, aligned, own_bar, row_name
 from studio.evaluate.metrics import spread
+from studio.evaluate.tables.camera_alone import calibrated, located
 
 SCENES = ("lab", "desk")
 FRAMES = 2
@@ -50,7 +51,10 @@ def evaluate(asked: Asked) -> Findings:
                     answers = performed(film_set, trial, taken, changed, seed=seed, what=what)
                     for name, answer in last_of(answers).items():
                         left[name].setdefault((scene, factor), []).append(answer.camera_left())
-    return _report(left, asked)
+    findings = _report(left, asked)
+    findings.rows.extend(located(asked))
+    findings.rows.extend(calibrated(asked))
+    return findings
 
 
 def _report(left: Mapping[str, Mapping[tuple[str, float], list[Left]]], asked: Asked) -> Findings:

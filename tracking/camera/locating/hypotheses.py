@@ -1,10 +1,11 @@
-"""Poses at which a camera may stand: places of a map, turned and tilted as the picture fits best."""
+"""Poses at which a camera may stand: places of a map, turned and tilted as the picture fits."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from devices.messages import Frame
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA
@@ -44,9 +45,10 @@ def hypotheses(room_map: RoomMap, frame: Frame) -> list[Pose]:
     best = np.argpartition(score.ravel(), -count)[-count:]
     best = best[np.argsort(score.ravel()[best])[::-1]]
     chosen: list[Pose] = []
-    for place, tilt, column in np.stack(np.unravel_index(best, score.shape), axis=1):
-        rotation = (turned(int(column)) @ upright[tilt]).rotation
-        pose = Pose(rotation, room_map.places[place])
+    which = np.stack(np.unravel_index(best, score.shape), axis=1)
+    for place, tilt, column in which:
+        turn = turned(int(column))
+        pose = Pose(turn.rotation @ upright[int(tilt)].rotation, room_map.places[int(place)])
         if all(is_apart(pose, other) for other in chosen):
             chosen.append(pose)
         if len(chosen) == HYPOTHESES:
@@ -63,7 +65,7 @@ def is_apart(a: Pose, b: Pose) -> bool:
     )
 
 
-def _tilts() -> list[np.ndarray]:
+def _tilts() -> list[NDArray[np.float64]]:
     """Rotations of a level camera about horizontal axes."""
     return [
         rotation_from_vector(math.radians(degrees) * np.array([math.cos(at), math.sin(at), 0.0]))

@@ -1,10 +1,10 @@
 """Finds where a 360° camera stands in a known room, from one picture of each lens and no marker.
 
 The room is drawn from places all over its free space as small panoramas; the live picture is
-compared with all of them at every turn, since a turn only shifts a panorama's columns. The likeliest
-poses are refined by windows of the drawn room found in the live pictures, and weighed by how many
-are found; the best is refined with the lenses, and refused where the picture speaks nearly as much
-for another place, or for none.
+compared with all of them at every turn, since a turn only shifts a panorama's columns. The
+likeliest poses are refined by windows of the drawn room found in the live pictures, and weighed by
+how many are found; the best is refined with the lenses, and refused where the picture speaks nearly
+as much for another place, or for none. Then other places are drawn, a few times.
 """
 
 from __future__ import annotations
@@ -36,8 +36,16 @@ that are hidden or alike are so together."""
 NEAR_NATS = 10.0 * LEAST_ODDS_NATS
 """Log likelihood ratio from which the last known place is taken without looking elsewhere."""
 
+ATTEMPTS = 3
+"""Grids of places, each shifted against the others, that are compared before the camera is given
+up: what one places half a metre from it, another places near."""
+
 MAP_SHARE, HYPOTHESES_SHARE = 0.5, 0.8
-"""Shares of the whole time after which the map is drawn, and after which hypotheses are refined."""
+"""Shares of an attempt's time after which the map is drawn, and hypotheses are refined."""
+
+
+NOWHERE = Refined(Pose.identity(), 0, 0)
+"""What is known before anything was looked at."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -144,77 +152,93 @@ def locate_camera(
     Raises:
         ValueError: the room is too small to stand in, or nothing in it is free.
     """
-
-    def report(share: float, what: str) -> None:
-        if progress is not None:
-            progress(share, what)
-
-    posed = (PosedSplats(room, Pose.identity()), *objects)
-    found: list[Refined] = []
+    search = _Search(frame, room, renderer, objects)
     if near is not None:
-        report(0.0, "looking where it stood")
-        found.append(refined(frame, near, posed, renderer))
-    if not found or found[0].nats < NEAR_NATS:
-        if room_map is None:
+        if progress is not None:
+            progress(0.0, "looking where it stood")
+        search.refine(near)
+        if search.found[0].nats > NEAR_NATS and (located := search.judged()).trusted:
+            return located
+    located = search.refused("nothing was looked at")
+    for attempt in range(ATTEMPTS):
+
+        def report(share: float, what: str, attempt: int = attempt) -> None:
+            if progress is not None:
+                progress((attempt + share) / ATTEMPTS, what)
+
+        if room_map is None or attempt:
             room_map = prepare_map(
                 room,
                 renderer,
                 objects=objects,
                 rng=rng,
-                progress=lambda share, what: report(MAP_SHARE * share, what),
+                progress=lambda share, what, report=report: report(MAP_SHARE * share, what),
                 cancelled=cancelled,
             )
         candidates = [] if room_map is None else hypotheses(room_map, frame)
         for number, pose in enumerate(candidates):
-            done = number / len(candidates)
-            report(MAP_SHARE + (HYPOTHESES_SHARE - MAP_SHARE) * done, "comparing places")
             if cancelled is not None and cancelled():
                 break
-            found.append(refined(frame, pose, posed, renderer))
-    if cancelled is not None and cancelled():
-        return _refused(frame, found, "it was cancelled")
-    report(HYPOTHESES_SHARE, "refining")
-    located = _judged(frame, found, room, renderer, objects)
-    report(1.0, "done")
+            done = number / len(candidates)
+            report(MAP_SHARE + (HYPOTHESES_SHARE - MAP_SHARE) * done, "comparing places")
+            search.refine(pose)
+        if cancelled is not None and cancelled():
+            return search.refused("it was cancelled")
+        report(HYPOTHESES_SHARE, "refining")
+        located = search.judged()
+        if located.trusted:
+            break
     return located
 
 
-def _judged(
-    frame: Frame,
-    found: list[Refined],
-    room: SplatCloud,
-    renderer: Renderer,
-    objects: tuple[PosedSplats, ...],
-) -> Located:
-    """The best of some refined hypotheses, refined with the lenses, and whether it holds."""
-    best, *others = sorted(found, key=lambda each: each.nats, reverse=True)
-    rivals = [o.nats for o in others if is_apart(o.world_from_rig, best.world_from_rig)]
-    odds = best.nats - max(rivals, default=0.0)
-    if best.nats < LEAST_ODDS_NATS:
+class _Search:
+    """Everything that has been found of where one picture was taken."""
+
+    def __init__(
+        self,
+        frame: Frame,
+        room: SplatCloud,
+        renderer: Renderer,
+        objects: tuple[PosedSplats, ...],
+    ) -> None:
+        self._frame, self._room, self._renderer, self._objects = frame, room, renderer, objects
+        self._posed = (PosedSplats(room, Pose.identity()), *objects)
+        self.found: list[Refined] = []
+
+    def refine(self, pose: Pose) -> None:
+        """Refine a hypothesis and weigh it."""
+        self.found.append(refined(self._frame, pose, self._posed, self._renderer))
+
+    def judged(self) -> Located:
+        """The best hypothesis, refined with the lenses, and whether it holds."""
+        best, *others = sorted(self.found, key=lambda each: each.nats, reverse=True)
+        rivals = [o.nats for o in others if is_apart(o.world_from_rig, best.world_from_rig)]
+        odds = best.nats - max(rivals, default=0.0)
+        if best.nats < LEAST_ODDS_NATS:
+            return self.refused(
+                "no place in the room accounts for the picture: is this the room, is it lit, and "
+                "is nobody right before the camera?"
+            )
+        if odds < LEAST_ODDS_NATS:
+            return self.refused(
+                f"another place looks nearly the same (log odds {odds:.0f}, wanted "
+                f"{LEAST_ODDS_NATS:.0f}): move the camera, or say where it stands",
+                odds,
+            )
+        fit = calibrate_lenses(
+            [self._frame], best.world_from_rig, self._room, self._renderer, objects=self._objects
+        )
+        refusal = fit.refusal
+        if not fit.found_share > LEAST_SHARE:
+            refusal = (
+                f"{fit.found_share:.0%} of the room's details are in the picture, wanted "
+                f"{LEAST_SHARE:.0%}: is this the room, is it lit, and is nobody before the camera?"
+            )
+        return Located(fit.world_from_rig, fit.sigma, odds, fit.found_share, fit.rig, refusal)
+
+    def refused(self, why: str, odds: float = 0.0) -> Located:
+        """Nothing found; the pose is the likeliest one all the same."""
+        best = max(self.found, key=lambda each: each.nats, default=NOWHERE)
         share = best.found / max(best.windows, 1)
-        return _refused(
-            frame,
-            found,
-            f"nowhere in the room are more than {share:.0%} of its details in the picture: is this "
-            "the room, is it lit, and is nobody right before the camera?",
-        )
-    fit = calibrate_lenses([frame], best.world_from_rig, room, renderer, objects=objects)
-    refusal = fit.refusal
-    if odds < LEAST_ODDS_NATS:
-        refusal = (
-            f"another place looks nearly the same (log odds {odds:.0f}, wanted "
-            f"{LEAST_ODDS_NATS:.0f}): move the camera, or say where it stands"
-        )
-    elif not fit.found_share > LEAST_SHARE:
-        refusal = (
-            f"{fit.found_share:.0%} of the room's details are in the picture, wanted "
-            f"{LEAST_SHARE:.0%}: is this the room, is it lit, and is nobody right before the camera?"
-        )
-    return Located(fit.world_from_rig, fit.sigma, odds, fit.found_share, fit.rig, refusal)
-
-
-def _refused(frame: Frame, found: list[Refined], why: str) -> Located:
-    """Nothing found; the pose is the likeliest one all the same."""
-    best = max(found, key=lambda each: each.nats, default=Refined(Pose.identity(), 0, 0))
-    share = best.found / max(best.windows, 1)
-    return Located(best.world_from_rig, np.full(6, math.inf), 0.0, share, frame.rig, why)
+        unknown = np.full(6, math.inf)
+        return Located(best.world_from_rig, unknown, odds, share, self._frame.rig, why)

@@ -88,12 +88,11 @@ def panorama_of(grey: FloatArray, usable: NDArray[np.bool_]) -> Panorama:
     """
     weight = usable.astype(np.float32)
     side = NEIGHBOURHOOD // 2 + 3
-    around, mask = (np.pad(a, ((side, side), (0, 0)), mode="edge") for a in (grey, weight))
-    around, mask = (np.pad(a, ((0, 0), (side, side)), mode="wrap") for a in (around, mask))
+    around, mask = _beyond(grey, side), _beyond(weight, side)
     inner = (slice(side, -side), slice(side, -side))
     share = np.maximum(blurred(mask, BLUR_STEPS), np.float32(1e-6))
-    fine = blurred(mask * around, BLUR_STEPS) / share
-    share = np.maximum(box_blurred(mask, NEIGHBOURHOOD), np.float32(1e-6))
+    fine: FloatArray = blurred(mask * around, BLUR_STEPS) / share
+    share: FloatArray = np.maximum(box_blurred(mask, NEIGHBOURHOOD), np.float32(1e-6))
     mean = box_blurred(mask * fine, NEIGHBOURHOOD) / share
     square = box_blurred(mask * fine * fine, NEIGHBOURHOOD) / share
     contrast = np.sqrt(np.maximum(square - mean * mean, 0.0)) + np.float32(LEAST_CONTRAST)
@@ -102,6 +101,12 @@ def panorama_of(grey: FloatArray, usable: NDArray[np.bool_]) -> Panorama:
     return Panorama(
         np.where(usable, details, 0).astype(np.float32), (weight * solid).astype(np.float32)
     )
+
+
+def _beyond(picture: FloatArray, side: int) -> FloatArray:
+    """A panorama with what lies beyond its border: round the horizon it goes on."""
+    higher = np.concatenate([picture[:1]] * side + [picture] + [picture[-1:]] * side)
+    return np.concatenate([higher[:, -side:], higher, higher[:, :side]], axis=1)
 
 
 def live_panorama(frame: Frame, world_from_rig: Pose) -> Panorama:

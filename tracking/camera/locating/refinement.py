@@ -16,8 +16,8 @@ from tracking.camera.rigid_fit import rigid_fit
 from tracking.camera.window_search import searched
 
 ROUNDS = ((14.0, 45.0, 6.0, 0.3), (12.0, 60.0, 6.0, 0.2), (8.0, 90.0, 3.0, 0.1))
-"""Rounds: how far in degrees a window is looked for, px per radian of the searched pictures, and the
-standard deviations about and along each axis, degrees and metres, of the pose from which it is
+"""Rounds: how far in degrees a window is looked for, px per radian of the searched pictures, and
+the standard deviations about and along each axis, degrees and metres, of the pose from which it is
 drawn: those of the map's grid and tilts, then of what the round before leaves."""
 
 WEIGHED = (3.0, 90.0)
