@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from enum import StrEnum
 from types import MappingProxyType
 from typing import Protocol, TypeVar, runtime_checkable
 
@@ -20,6 +21,47 @@ STAGES = ("rectify", "detect", "pose", "smooth")
 """Names of the timed stages, in the order they run."""
 
 
+class CameraMoment(StrEnum):
+    """What happened to the camera's pose."""
+
+    BUMPED = "bumped"
+    FOUND = "found"
+    NOT_FOUND = "not-found"
+
+
+@dataclass(frozen=True, slots=True)
+class CameraNotice:
+    """A moment of which somebody who watches must know.
+
+    From `BUMPED` to `FOUND` objects keep the poses that they had. After `NOT_FOUND` they keep them,
+    too, while the camera is looked for near its old place; moved farther, it must be located anew.
+
+    Attributes:
+        moment: what happened.
+        turned_deg: by how much the camera turned; None if that is not known.
+        shifted_cm: likewise how far it was shifted.
+        since_s: time since the bump was noticed, seconds.
+    """
+
+    moment: CameraMoment
+    turned_deg: float | None = None
+    shifted_cm: float | None = None
+    since_s: float = 0.0
+
+    def described(self) -> str:
+        """One line for a log."""
+        by = "by an unknown amount"
+        if self.turned_deg is not None and self.shifted_cm is not None:
+            by = f"by {self.turned_deg:.2f}° and {self.shifted_cm:.1f} cm"
+        match self.moment:
+            case CameraMoment.BUMPED:
+                return f"the camera was moved {by}; objects are held"
+            case CameraMoment.FOUND:
+                return f"the camera's pose is known again after {self.since_s:.1f} s: moved {by}"
+            case CameraMoment.NOT_FOUND:
+                return "the camera was moved and is not found near its old place; objects are held"
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class TrackOutput:
     """Result of one frame.
@@ -30,12 +72,14 @@ class TrackOutput:
         world_from_rig: camera pose that the method used; None if it had none.
         camera: a line that says whether and how far the camera's pose was refined, or why not;
             empty if the method does not refine it.
+        notice: what this frame says of the camera's standing; None while nothing changes.
     """
 
     objects: tuple[TrackedObject, ...]
     stage_ns: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
     world_from_rig: Pose | None = None
     camera: str = ""
+    notice: CameraNotice | None = None
 
 
 State = TypeVar("State")
