@@ -33,33 +33,36 @@ class CameraMoment(StrEnum):
 class CameraNotice:
     """A moment of which somebody who watches must know.
 
-    From `BUMPED` to `FOUND` objects keep the poses that they had. After `NOT_FOUND` they keep them,
-    too, while the camera is looked for near its old place; moved farther, it must be located anew.
+    A bump that the pictures explain is followed by `FOUND` at once, in the same frame. While they
+    explain nothing, objects keep the poses that they had; `NOT_FOUND` says that the camera is not
+    near its old place, or its view is blocked: it has to be freed or located anew. It is looked for
+    on, and `FOUND` then says so.
 
     Attributes:
         moment: what happened.
-        turned_deg: by how much the camera turned; None if that is not known.
-        shifted_cm: likewise how far it was shifted.
-        since_s: time since the bump was noticed, seconds.
+        turned_deg: by how much the camera turned, degrees.
+        shifted_cm: how far it was shifted, centimetres.
+        since_s: for how long its pictures had explained nothing, seconds.
     """
 
     moment: CameraMoment
-    turned_deg: float | None = None
-    shifted_cm: float | None = None
+    turned_deg: float = 0.0
+    shifted_cm: float = 0.0
     since_s: float = 0.0
 
     def described(self) -> str:
         """One line for a log."""
-        by = "by an unknown amount"
-        if self.turned_deg is not None and self.shifted_cm is not None:
-            by = f"by {self.turned_deg:.2f}° and {self.shifted_cm:.1f} cm"
+        by = f"by {self.turned_deg:.2f}° and {self.shifted_cm:.1f} cm"
         match self.moment:
             case CameraMoment.BUMPED:
-                return f"the camera was moved {by}; objects are held"
+                return f"the camera was moved {by}"
             case CameraMoment.FOUND:
-                return f"the camera's pose is known again after {self.since_s:.1f} s: moved {by}"
+                return f"the camera's pose is known, after {self.since_s:.1f} s"
             case CameraMoment.NOT_FOUND:
-                return "the camera was moved and is not found near its old place; objects are held"
+                return (
+                    "the camera is not found near its old place, or its view is blocked; objects "
+                    "keep their poses: free its view, or locate it anew"
+                )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,14 +75,14 @@ class TrackOutput:
         world_from_rig: camera pose that the method used; None if it had none.
         camera: a line that says whether and how far the camera's pose was refined, or why not;
             empty if the method does not refine it.
-        notice: what this frame says of the camera's standing; None while nothing changes.
+        notices: what this frame says of where the camera stands; nothing while it does not change.
     """
 
     objects: tuple[TrackedObject, ...]
     stage_ns: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
     world_from_rig: Pose | None = None
     camera: str = ""
-    notice: CameraNotice | None = None
+    notices: tuple[CameraNotice, ...] = ()
 
 
 State = TypeVar("State")

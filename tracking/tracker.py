@@ -23,10 +23,10 @@ from tracking.background.images import BackgroundImages, Exposure, LensExposures
 from tracking.background.layers import LayerCache, LayerKey, window_of
 from tracking.background.learning import Band, Care, band_of, learn, looked_at, whole_lens
 from tracking.camera.calibration import MOST_CARRIED, Calibration, calibrate
+from tracking.camera.common_motion import CommonMotion
 from tracking.camera.rig_state import (
-    Bump,
     RigState,
-    camera_notice,
+    camera_notices,
     looked_through,
     rig_state,
 )
@@ -159,15 +159,15 @@ class Tracker:
         )
         layers = LayerCache(state.layers)
         rig = self._locate(state, frame, marker_world_from_rig, layers)
-        notice = camera_notice(state.rig, rig, frame.t_ns)
-        if rig.is_doubtful:
+        notices = camera_notices(state.rig, rig, frame.t_ns)
+        if rig.blind is not None:
             located = self._stopwatch()
             tracks = {name: held(track, frame.t_ns) for name, track in state.tracks.items()}
             following = replace(
                 state,
                 tracks=MappingProxyType(tracks), rig=rig, schedule=schedule, t_ns=frame.t_ns,
             )  # fmt: skip
-            return following, self._output(following, frame, (began, located), notice)
+            return following, self._output(following, frame, (began, located), notices)
         is_elsewhere = state.rig is not None and rig.background is not state.rig.background
         if is_elsewhere:
             anew = {name: seen_anew(track) for name, track in state.tracks.items()}
@@ -212,14 +212,14 @@ class Tracker:
             MappingProxyType(tracks), rig, schedule, frame.t_ns, search, layers.kept(), options
         )
         times = began, rectified, detected, posed
-        return following, self._output(following, frame, times, notice)
+        return following, self._output(following, frame, times, notices)
 
     def _output(
         self,
         state: TrackerState,
         frame: Frame,
         times_ns: Sequence[int],
-        notice: CameraNotice | None,
+        notices: tuple[CameraNotice, ...],
     ) -> TrackOutput:
         """What is reported of a frame; `times_ns` are the begins of its stages, as many as ran."""
         assert state.rig is not None
@@ -234,7 +234,7 @@ class Tracker:
             MappingProxyType({**dict.fromkeys(STAGES, 0), **stages}),
             calibration.world_from_rig,
             calibration.described() if state.options.calibrate else "",
-            notice,
+            notices,
         )
 
     def _locate(
@@ -255,12 +255,16 @@ class Tracker:
             calibration = self._calibrated(state, frame, nominal)
         else:
             known = looked_through(known, frame)
-            bump = known.bump
-            if bump is None or not bump.is_due(frame.t_ns):
+            blind, motion = known.blind, known.motion
+            if motion is not None:
+                calibration = self._carried(state, frame, known.calibration, motion)
+            elif blind is not None and blind.is_due(frame.t_ns):
+                nominal = known.calibration.world_from_rig
+                calibration = self._calibrated(state, frame, nominal, is_near=False)
+                if not calibration.trusted:
+                    return replace(known, blind=replace(blind, tried_ns=frame.t_ns))
+            else:
                 return known
-            calibration = self._after_bump(state, frame, known.calibration, bump)
-            if not calibration.trusted and bump.then_from_now is None:
-                return replace(known, bump=replace(bump, tried_ns=frame.t_ns))
         background = render_background(
             self._renderer, self._room, frame.rig, calibration.world_from_rig
         )
@@ -274,15 +278,12 @@ class Tracker:
             )
         return rig_state(frame, marker_world_from_rig, calibration, background, ranges_m=ranges_m)
 
-    def _after_bump(
-        self, state: TrackerState, frame: Frame, before: Calibration, bump: Bump
+    def _carried(
+        self, state: TrackerState, frame: Frame, before: Calibration, motion: CommonMotion
     ) -> Calibration:
-        """The camera's pose after a bump: carried along its motion, or looked for in the room."""
-        if bump.then_from_now is None:
-            return self._calibrated(state, frame, before.world_from_rig, is_near=False)
-        carried = before.carried_along(bump.then_from_now)
-        is_exact = bump.stands and carried.carried <= MOST_CARRIED
-        if is_exact or not state.options.calibrate:
+        """The pose of a camera that moved by what its pictures say, now and then refined anew."""
+        carried = before.carried_along(motion.then_from_now)
+        if carried.carried <= MOST_CARRIED or not state.options.calibrate:
             return carried
         refined = self._calibrated(state, frame, carried.world_from_rig)
         return refined if refined.trusted else carried

@@ -1,4 +1,4 @@
-"""Pose of the 360° camera, and whether it still holds: standing, bumped, found again or not."""
+"""Pose of the 360° camera, and whether it still holds: standing, moved, or blind."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from devices.messages import Frame
 from scenes.pose import Pose, rotation_angle
 from tracking.background.images import BackgroundImages
 from tracking.camera.calibration import Calibration
-from tracking.camera.common_motion import MOVED_RAD, CommonMotion, can_watch, common_motion
+from tracking.camera.common_motion import CommonMotion, can_watch, common_motion
 from tracking.camera.glance import Glance, glance_at, is_suspect, renewed
 from tracking.camera.watch import Watch, watched
 from tracking.output import CameraMoment, CameraNotice
@@ -22,9 +22,6 @@ RIG_MOVED_M = 0.02
 RIG_TURNED_RAD = np.deg2rad(0.6)
 """Marker turn in rad from which the camera was moved."""
 
-LONGEST_SWING_NS = 2_000_000_000
-"""How long a camera that still swings is waited for, ns; then its pose is taken as it is."""
-
 BLIND_LOOKS = 3
 """Consecutive frames that show nothing of what was seen before the camera is looked for: a flash or
 a hand before the lens is over by then."""
@@ -33,29 +30,25 @@ RETRY_NS = 2_000_000_000
 """Between two attempts to find a camera in the room again, ns: one takes half a second of work."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Bump:
-    """A camera that was moved and whose new pose is not taken over yet; objects are held.
+@dataclass(frozen=True, slots=True)
+class Blind:
+    """Since when a camera shows nothing of what it saw: moved far, covered, or without light.
 
     Attributes:
-        noticed_ns: frame time at which it was noticed.
-        then_from_now: the rig's pose in its axes before; None where the pictures do not tell.
-        flow_rad: by which the picture moved.
-        stands: whether it moved no more between the last two frames.
-        tried_ns: frame time of the last attempt to find it in the room; None before.
+        since_ns: frame time of the first such picture.
+        looks: how many there were in a row.
+        tried_ns: frame time of the last attempt to find the camera in the room; None before.
     """
 
-    noticed_ns: int
-    then_from_now: Pose | None
-    flow_rad: float = 0.0
-    stands: bool = False
+    since_ns: int
+    looks: int = 1
     tried_ns: int | None = None
 
     def is_due(self, now_ns: int) -> bool:
-        """Whether its new pose can be taken over, or looked for."""
-        if self.then_from_now is not None:
-            return self.stands or now_ns - self.noticed_ns > LONGEST_SWING_NS
-        return self.tried_ns is None or now_ns - self.tried_ns >= RETRY_NS
+        """Whether the camera is to be looked for in the room."""
+        if self.tried_ns is None:
+            return self.looks >= BLIND_LOOKS
+        return now_ns - self.tried_ns >= RETRY_NS
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,8 +61,8 @@ class RigState:
         background: the empty room from there.
         watches: what each lens saw there.
         glances: the patches of each that every frame is compared with.
-        bump: since it was moved; None while it stands.
-        blind_looks: consecutive frames, until the last, that showed nothing of what was seen.
+        blind: since it shows nothing of what it saw; None while it does.
+        motion: by which it was found to have moved in the last frame; None if it stood.
     """
 
     marker_world_from_rig: Pose
@@ -77,8 +70,8 @@ class RigState:
     background: BackgroundImages
     watches: tuple[Watch, ...]
     glances: tuple[Glance, ...]
-    bump: Bump | None = None
-    blind_looks: int = 0
+    blind: Blind | None = None
+    motion: CommonMotion | None = None
 
     def is_unmoved(self, marker_world_from_rig: Pose) -> bool:
         """Whether the marker's pose is unchanged but for its jitter."""
@@ -87,11 +80,6 @@ class RigState:
             float(np.linalg.norm(moved.translation)) < RIG_MOVED_M
             and rotation_angle(moved.rotation) < RIG_TURNED_RAD
         )
-
-    @property
-    def is_doubtful(self) -> bool:
-        """Whether the camera may be elsewhere: then nothing that it sees says where objects are."""
-        return self.bump is not None or self.blind_looks > 0
 
 
 def rig_state(
@@ -125,48 +113,25 @@ def looked_through(known: RigState, frame: Frame) -> RigState:
         known: the state so far.
         frame: the live pictures.
     """
-    is_calm = not known.is_doubtful
-    looks = zip(known.glances, frame.images, strict=True)
-    if is_calm and not any(is_suspect(glance, image) for glance, image in looks):
+    looks = tuple(zip(known.glances, frame.images, strict=True))
+    if known.blind is None and not any(is_suspect(*look) for look in looks):
         return known
     if not can_watch(known.watches):
         return known
     motion = common_motion(known.watches, frame.images)
     if motion is None or not (motion.is_small or motion.is_common):
-        return _blind(known, frame)
+        before = known.blind
+        blind = Blind(frame.t_ns) if before is None else replace(before, looks=before.looks + 1)
+        return replace(known, blind=blind)
     if motion.is_small:
-        looks = zip(known.glances, frame.images, strict=True)
-        glances = tuple(renewed(glance, image) for glance, image in looks)
-        return replace(known, glances=glances, bump=None, blind_looks=0)
-    return replace(known, bump=_moved(known.bump, motion, frame.t_ns), blind_looks=0)
+        return replace(known, glances=tuple(renewed(*look) for look in looks), blind=None)
+    return replace(known, blind=None, motion=motion)
 
 
-def _moved(before: Bump | None, motion: CommonMotion, now_ns: int) -> Bump:
-    """The bump of a motion that was measured."""
-    now = motion.then_from_now
-    if before is None:
-        return Bump(now_ns, now, motion.flow_rad)
-    if before.then_from_now is None:
-        return replace(before, then_from_now=now, flow_rad=motion.flow_rad, stands=False)
-    swung = before.then_from_now.inverse() @ now
-    # What is seen is a few metres away: a shift looks like a turn by its size over those.
-    swing = rotation_angle(swung.rotation) + float(np.linalg.norm(swung.translation)) / 2.0
-    return replace(before, then_from_now=now, flow_rad=motion.flow_rad, stands=swing < MOVED_RAD)
-
-
-def _blind(known: RigState, frame: Frame) -> RigState:
-    """The state after a frame that shows nothing of what was seen."""
-    looks = known.blind_looks + 1
-    bump = known.bump
-    if bump is not None:
-        bump = replace(bump, then_from_now=None, stands=False)
-    elif looks >= BLIND_LOOKS:
-        bump = Bump(frame.t_ns, None)
-    return replace(known, bump=bump, blind_looks=looks)
-
-
-def camera_notice(before: RigState | None, after: RigState, now_ns: int) -> CameraNotice | None:
-    """What is to be said of the camera after a frame; None while nothing changes.
+def camera_notices(
+    before: RigState | None, after: RigState, now_ns: int
+) -> tuple[CameraNotice, ...]:
+    """What is to be said of the camera after a frame, in order; nothing while it stands.
 
     Args:
         before: state before the frame.
@@ -174,27 +139,24 @@ def camera_notice(before: RigState | None, after: RigState, now_ns: int) -> Came
         now_ns: frame time.
     """
     if before is None:
-        return None
-    old, new = before.bump, after.bump
-    if new is not None and new.tried_ns is not None and (old is None or old.tried_ns is None):
-        return CameraNotice(CameraMoment.NOT_FOUND, since_s=_seconds(new.noticed_ns, now_ns))
-    if new is not None and old is None:
-        turn, shift = _size(new.then_from_now)
-        return CameraNotice(CameraMoment.BUMPED, turn, shift, 0.0)
-    if new is None and old is not None:
-        then, now = before.calibration.world_from_rig, after.calibration.world_from_rig
-        turn, shift = _size(then.inverse() @ now)
-        return CameraNotice(CameraMoment.FOUND, turn, shift, _seconds(old.noticed_ns, now_ns))
-    return None
+        return ()
+    old, new = before.blind, after.blind
+    was_tried = old is not None and old.tried_ns is not None
+    if new is not None:
+        is_lost = new.tried_ns is not None and not was_tried
+        return (CameraNotice(CameraMoment.NOT_FOUND, since_s=_s(new, now_ns)),) if is_lost else ()
+    then, now = before.calibration.world_from_rig, after.calibration.world_from_rig
+    if after.calibration is before.calibration:
+        return (CameraNotice(CameraMoment.FOUND, 0.0, 0.0, _s(old, now_ns)),) if was_tried else ()
+    moved = then.inverse() @ now
+    turned_deg = float(np.degrees(rotation_angle(moved.rotation)))
+    shifted_cm = 100.0 * float(np.linalg.norm(moved.translation))
+    return tuple(
+        CameraNotice(moment, turned_deg, shifted_cm, _s(old, now_ns))
+        for moment in (CameraMoment.BUMPED, CameraMoment.FOUND)
+    )
 
 
-def _size(then_from_now: Pose | None) -> tuple[float | None, float | None]:
-    """Degrees and centimetres of a motion; None where it is not known."""
-    if then_from_now is None:
-        return None, None
-    centimetres = 100.0 * float(np.linalg.norm(then_from_now.translation))
-    return float(np.degrees(rotation_angle(then_from_now.rotation))), centimetres
-
-
-def _seconds(since_ns: int, now_ns: int) -> float:
-    return (now_ns - since_ns) / 1e9
+def _s(since: Blind | None, now_ns: int) -> float:
+    """Seconds since a camera has been blind; 0 if it never was."""
+    return 0.0 if since is None else (now_ns - since.since_ns) / 1e9

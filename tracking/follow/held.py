@@ -32,5 +32,10 @@ def held(track: Track, now_ns: int) -> Track:
 
 
 def seen_anew(track: Track) -> Track:
-    """The track of an object that is seen from elsewhere now: place kept, remembered look gone."""
-    return replace(track, rest=None, appearance=None)
+    """The track of an object that is seen from elsewhere now: place kept, patches not.
+
+    Its remembered appearance is still a good one, but no longer of the same pixels.
+    """
+    memory = track.appearance
+    moved = None if memory is None else replace(memory, was_at_rest=False)
+    return replace(track, rest=None, appearance=moved)
