@@ -1,6 +1,6 @@
 """Schedule of the periodic work that no single frame needs.
 
-Resting objects are measured in turn, the background is learned, the camera's motion is checked.
+Resting objects are measured in turn, and the background is learned.
 """
 
 from __future__ import annotations
@@ -23,19 +23,7 @@ LEARN_PHASE = 2
 """First frame of that period: halfway between measurements, so that no frame does both."""
 
 
-WATCH_PERIOD = 8
-"""Frames between two checks of the camera's motion, a lens at a time. Chosen on the rooms lab and
-desk."""
-
-WATCH_PHASE = 5
-"""First frame of that period: a frame that neither learns nor measures a resting object."""
-
-
-DUE = (
-    (TURN_PERIOD, TURN_PHASE),
-    (LEARN_PERIOD, LEARN_PHASE),
-    (WATCH_PERIOD, WATCH_PHASE),
-)
+DUE = ((TURN_PERIOD, TURN_PHASE), (LEARN_PERIOD, LEARN_PHASE))
 """(period, phase) of all periodic work."""
 
 
@@ -97,11 +85,6 @@ class Schedule:
     def learns(self) -> int | None:
         """Running number of the background band to learn, modulo the bands; None if none is due."""
         return self._turn(LEARN_PERIOD, LEARN_PHASE)
-
-    @property
-    def watches(self) -> int | None:
-        """Running number of the lens to check for camera motion; None if none is due."""
-        return self._turn(WATCH_PERIOD, WATCH_PHASE)
 
     def _turn(self, period: int, phase: int) -> int | None:
         is_due = (self.beat - phase) % period == 0 and not self.deferred

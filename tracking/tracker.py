@@ -22,12 +22,18 @@ from scenes.state import ObjectModel, TrackState
 from tracking.background.images import BackgroundImages, Exposure, LensExposures, render_background
 from tracking.background.layers import LayerCache, LayerKey, window_of
 from tracking.background.learning import Band, Care, band_of, learn, looked_at, whole_lens
-from tracking.camera.calibration import Calibration, calibrate
-from tracking.camera.rig_state import RigState, looked_through
-from tracking.camera.watch import watched
+from tracking.camera.calibration import MOST_CARRIED, Calibration, calibrate
+from tracking.camera.common_motion import CommonMotion
+from tracking.camera.rig_state import (
+    RigState,
+    camera_notices,
+    looked_through,
+    rig_state,
+)
 from tracking.evidence.evidence import Neighbour, Scene
 from tracking.follow.first_frame import settled
 from tracking.follow.follow import first_look, follow
+from tracking.follow.held import held, seen_anew
 from tracking.follow.redetection import Search, is_missing, redetect
 from tracking.follow.track import Task, Track, new_track, report
 from tracking.follow.yaw_review import is_under_review, was_reviewed
@@ -35,7 +41,7 @@ from tracking.hypotheses.budget import NOMINAL_COSTS, StepCosts
 from tracking.model.object_model import TrackModel, make_model
 from tracking.model.support_planes import FLOOR_M, support_planes_in
 from tracking.options import TrackerOptions
-from tracking.output import Stopwatch, TrackOutput, no_stopwatch
+from tracking.output import STAGES, CameraNotice, Stopwatch, TrackOutput, no_stopwatch
 from tracking.schedule import Schedule
 from tracking.window.window import Layer
 
@@ -152,7 +158,20 @@ class Tracker:
             Schedule(frame.seq) if state.schedule is None else state.schedule.following(frame.seq)
         )
         layers = LayerCache(state.layers)
-        rig = self._locate(state, frame, marker_world_from_rig, schedule, layers)
+        rig = self._locate(state, frame, marker_world_from_rig, layers)
+        notices = camera_notices(state.rig, rig, frame.t_ns)
+        if rig.blind is not None:
+            located = self._stopwatch()
+            tracks = {name: held(track, frame.t_ns) for name, track in state.tracks.items()}
+            following = replace(
+                state,
+                tracks=MappingProxyType(tracks), rig=rig, schedule=schedule, t_ns=frame.t_ns,
+            )  # fmt: skip
+            return following, self._output(following, frame, (began, located), notices)
+        is_elsewhere = state.rig is not None and rig.background is not state.rig.background
+        if is_elsewhere:
+            anew = {name: seen_anew(track) for name, track in state.tracks.items()}
+            state = replace(state, tracks=MappingProxyType(anew))
         scene = self._scene(frame, rig, layers, is_first=schedule.is_first)
         rectified = self._stopwatch()
         tracks = dict(state.tracks)
@@ -189,57 +208,67 @@ class Tracker:
             exposure = scene.exposures[band.lens]
             background = self._learned(rig.background, frame, tracks, exposure, band, care, layers)
             rig = replace(rig, background=background)
-        objects = tuple(report(m, tracks[m.object_id], frame) for m in self._models)
-        ended = self._stopwatch()
-        stages = {
-            "rectify": rectified - began,
-            "detect": detected - rectified,
-            "pose": posed - detected,
-            "smooth": ended - posed,
-        }
         following = TrackerState(
             MappingProxyType(tracks), rig, schedule, frame.t_ns, search, layers.kept(), options
         )
-        camera = rig.calibration.described() if options.calibrate else ""
-        output = TrackOutput(objects, MappingProxyType(stages), scene.world_from_rig, camera)
-        return following, output
+        times = began, rectified, detected, posed
+        return following, self._output(following, frame, times, notices)
+
+    def _output(
+        self,
+        state: TrackerState,
+        frame: Frame,
+        times_ns: Sequence[int],
+        notices: tuple[CameraNotice, ...],
+    ) -> TrackOutput:
+        """What is reported of a frame; `times_ns` are the begins of its stages, as many as ran."""
+        assert state.rig is not None
+        objects = tuple(report(m, state.tracks[m.object_id], frame) for m in self._models)
+        ends = (*times_ns[1:], self._stopwatch())
+        stages = {
+            name: end - begin for name, begin, end in zip(STAGES, times_ns, ends, strict=False)
+        }
+        calibration = state.rig.calibration
+        return TrackOutput(
+            objects,
+            MappingProxyType({**dict.fromkeys(STAGES, 0), **stages}),
+            calibration.world_from_rig,
+            calibration.described() if state.options.calibrate else "",
+            notices,
+        )
 
     def _locate(
         self,
         state: TrackerState,
         frame: Frame,
         marker_world_from_rig: Pose,
-        schedule: Schedule,
         layers: LayerCache,
     ) -> RigState:
-        """The refined camera pose and its background, both kept while the camera does not move."""
+        """The camera's pose and its background, both kept while the camera does not move."""
         known = state.rig
-        if known is not None:
-            if known.is_unmoved(marker_world_from_rig):
-                known, rig_from_turned = looked_through(known, frame, schedule.watches)
-                if not known.is_bumped:
-                    return known
-                nominal = known.calibration.world_from_rig @ rig_from_turned
+        if known is None:
+            calibration = self._calibrated(state, frame, marker_world_from_rig)
+        elif not known.is_unmoved(marker_world_from_rig):
+            # Where the marker went, the refined camera went too: a better start than it.
+            marked = marker_world_from_rig @ known.marker_world_from_rig.inverse()
+            nominal = marked @ known.calibration.world_from_rig
+            calibration = self._calibrated(state, frame, nominal)
+        else:
+            known = looked_through(known, frame)
+            blind, motion = known.blind, known.motion
+            if motion is not None:
+                calibration = self._carried(state, frame, known.calibration, motion)
+            elif blind is not None and blind.is_due(frame.t_ns):
+                nominal = known.calibration.world_from_rig
+                calibration = self._calibrated(state, frame, nominal, is_near=False)
+                if not calibration.trusted:
+                    return replace(known, blind=replace(blind, tried_ns=frame.t_ns))
             else:
-                # Where the marker went, the refined camera went too: a better start than it.
-                nominal = (
-                    marker_world_from_rig
-                    @ known.marker_world_from_rig.inverse()
-                    @ known.calibration.world_from_rig
-                )
-        else:
-            nominal = marker_world_from_rig
-        if state.options.calibrate:
-            standing = tuple(
-                PosedSplats(m.source.splats, state.tracks[m.object_id].world_from_object)
-                for m in self._models
-            )
-            calibration = calibrate(frame, nominal, self._room, self._renderer, objects=standing)
-        else:
-            calibration = Calibration.unrefined(nominal)
+                return known
         background = render_background(
             self._renderer, self._room, frame.rig, calibration.world_from_rig
         )
+        ranges_m = background.ranges_m
         exposures = LensExposures(frame.images, background)
         for index, lens in enumerate(frame.rig.lenses):
             band = whole_lens(index, lens.height_px)
@@ -247,8 +276,31 @@ class Tracker:
             background = self._learned(
                 background, frame, state.tracks, exposures[index], band, care, layers
             )
-        watches = tuple(map(watched, frame.images, frame.rig.lenses))
-        return RigState(marker_world_from_rig, calibration, background, watches)
+        return rig_state(frame, marker_world_from_rig, calibration, background, ranges_m=ranges_m)
+
+    def _carried(
+        self, state: TrackerState, frame: Frame, before: Calibration, motion: CommonMotion
+    ) -> Calibration:
+        """The pose of a camera that moved by what its pictures say, now and then refined anew."""
+        carried = before.carried_along(motion.then_from_now)
+        if carried.carried <= MOST_CARRIED or not state.options.calibrate:
+            return carried
+        refined = self._calibrated(state, frame, carried.world_from_rig)
+        return refined if refined.trusted else carried
+
+    def _calibrated(
+        self, state: TrackerState, frame: Frame, nominal: Pose, *, is_near: bool = True
+    ) -> Calibration:
+        """A pose of the camera refined against the room, if that is asked for."""
+        if not state.options.calibrate:
+            return Calibration.unrefined(nominal)
+        standing = tuple(
+            PosedSplats(m.source.splats, state.tracks[m.object_id].world_from_object)
+            for m in self._models
+        )
+        return calibrate(
+            frame, nominal, self._room, self._renderer, objects=standing, is_near=is_near
+        )
 
     def _learned(
         self,

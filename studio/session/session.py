@@ -27,6 +27,7 @@ from devices.session_info import SessionInfo
 from devices.streams import BoundedQueue
 from scenes.package import ScenePackage
 from scenes.state import Annotation, LiveSurface, SceneState, reduce_state
+from studio.session.camera_events import camera_events
 from studio.session.latency import Latencies
 from studio.session.live_recording import LiveRecording
 from studio.session.live_surfaces import LiveSurfaces
@@ -268,6 +269,7 @@ class Session:
             self.plan.fork.check_tracks(message, outputs)
         self._record_tracks(outputs)
         shown = outputs[self.plan.methods[0]]
+        message = self._noted(message, shown)
         live = message.input
         for change in chain(
             shown.objects, live.avatars, self._new_lines(), self._new_surfaces(live)
@@ -287,6 +289,14 @@ class Session:
             self._write(event)
             events = events if event in events else (*events, event)
         return replace(message, input=replace(live, events=events))
+
+    def _noted(self, message: SessionMessage, shown: TrackOutput) -> SessionMessage:
+        """The message with what the shown tracker says of where the camera stands, recorded."""
+        live = message.input
+        said = camera_events(live.frame.t_ns, shown.notices)
+        for event in said:
+            self._write(event)
+        return replace(message, input=replace(live, events=(*live.events, *said)))
 
     def _new_lines(self) -> Iterator[Annotation]:
         """What has been drawn since the last frame that was tracked."""

@@ -23,6 +23,7 @@ from devices.replay import FrameAssembler
 from devices.session_info import SessionInfo
 from scenes.state import Annotation, Avatar, LiveSurface, TrackedObject
 from sim.truth import GroundTruth
+from studio.session.camera_events import is_camera_event
 from studio.session.live_surfaces import live_surface
 
 if TYPE_CHECKING:
@@ -137,7 +138,7 @@ def _grouped(
     waiting: list[Waiting],
 ) -> Iterator[SessionMessage]:
     """The message that these values of one time make; what comes between frames is `waiting`."""
-    waiting += [v for v in values if isinstance(v, Waiting)]
+    waiting += [v for v in values if isinstance(v, Waiting) and not is_camera_event(v)]
     for value in values:
         frame = assembler.feed(value)
         if frame is None or not isinstance(value, EncodedFrame):

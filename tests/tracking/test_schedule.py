@@ -19,17 +19,17 @@ def schedules(numbers: Sequence[int]) -> list[Schedule]:
 
 
 def turns(seen: Sequence[Schedule]) -> list[list[int]]:
-    """Whose turn it was: of what is measured, learned and looked through."""
-    kinds = ([schedule.measures, schedule.learns, schedule.watches] for schedule in seen)
-    measured, learned, watched = zip(*kinds, strict=True)
-    return [[turn for turn in kind if turn is not None] for kind in (measured, learned, watched)]
+    """Whose turn it was: of what is measured and of what is learned."""
+    kinds = ([schedule.measures, schedule.learns] for schedule in seen)
+    measured, learned = zip(*kinds, strict=True)
+    return [[turn for turn in kind if turn is not None] for kind in (measured, learned)]
 
 
 def test_a_stream_that_keeps_pace_has_everything_done_in_turn() -> None:
     seen = schedules(range(100, 180))
-    assert turns(seen) == [list(range(20)), list(range(20)), list(range(10))]
+    assert turns(seen) == [list(range(20)), list(range(20))]
     for schedule in seen:
-        due = [schedule.measures, schedule.learns, schedule.watches]
+        due = [schedule.measures, schedule.learns]
         assert sum(turn is not None for turn in due) == (not schedule.is_free)
 
 

@@ -21,6 +21,7 @@ from studio.evaluate.metrics import pose_error
 from tests.conftest import over
 from tracking.baseline.paper import PaperTracker
 from tracking.camera.calibration import calibrate
+from tracking.output import CameraMoment
 from tracking.tracker import Tracker
 
 LENS = Fisheye.from_fov(1200, math.radians(200))
@@ -112,27 +113,50 @@ def test_calibration_recovers_an_injected_error(scene, picture, renderer):
     assert float(np.linalg.norm(left.translation)) < 0.010
 
 
-def test_a_bumped_camera_is_noticed_without_a_marker(scene, picture, renderer, monkeypatch):
+@pytest.mark.parametrize(("degrees", "metres"), [(0.3, 0.0), (0.6, 0.004), (2.5, 0.04)])
+def test_a_bumped_camera_moves_no_object(scene, picture, renderer, degrees, metres):
     room, splats, models = scene
-    monkeypatch.setattr("tracking.schedule.WATCH_PERIOD", 1)
-    bumped = marker_off(room.world_from_rig, 0.6, 0.004)
+    bumped = marker_off(room.world_from_rig, degrees, metres)
     tracker = Tracker(splats, models, renderer)
     state, first = tracker.step(tracker.start(), picture({}), 0)
-    for seq in (1, 2):
+    assert first.notices == ()
+    before = {name: track.world_from_object for name, track in by_id(first).items()}
+    said = []
+    for seq in (1, 2, 3):
         state, output = tracker.step(state, picture({}, seq=seq, camera=bumped), seq * FRAME_NS)
-    assert rotation_angle(first.world_from_rig.rotation.T @ bumped.rotation) > math.radians(0.4)
-    left = output.world_from_rig.inverse() @ bumped
-    assert math.degrees(rotation_angle(left.rotation)) < 0.15
-    for physical in room.objects:
-        tracked = by_id(output)[physical.object_id]
-        assert pose_error(tracked.world_from_object, physical.world_from_object).world_cm < 1.5
+        said.append([notice.moment for notice in output.notices])
+        turned = first.world_from_rig.inverse() @ output.world_from_rig
+        left = (room.world_from_rig.inverse() @ bumped).inverse() @ turned
+        assert math.degrees(rotation_angle(left.rotation)) < 0.03
+        assert float(np.linalg.norm(left.translation)) < 0.002
+        for name, track in by_id(output).items():
+            away = track.world_from_object.translation - before[name].translation
+            assert float(np.linalg.norm(away)) < 0.01, (name, seq)
+    assert said == [[CameraMoment.BUMPED, CameraMoment.FOUND], [], []]
 
 
-def test_a_camera_that_stands_keeps_its_pose_while_things_move(
-    scene, picture, renderer, monkeypatch
-):
+def test_a_covered_camera_holds_what_it_saw_and_says_that_it_is_lost(scene, picture, renderer):
+    _, splats, models = scene
+    tracker = Tracker(splats, models, renderer)
+    seen = picture({})
+    state, first = tracker.step(tracker.start(), seen, 0)
+    said = []
+    for seq in range(1, 6):
+        plain = tuple(np.full_like(image, 40) for image in seen.images)
+        covered = replace(seen, seq=seq, t_ns=seq * FRAME_NS, images=plain)
+        state, output = tracker.step(state, covered, seq * FRAME_NS)
+        said += [notice.moment for notice in output.notices]
+        for name, track in by_id(output).items():
+            assert track.world_from_object is by_id(first)[name].world_from_object
+            assert track.state is TrackState.STATIC
+    assert said == [CameraMoment.NOT_FOUND]
+    state, output = tracker.step(state, picture({}, seq=6), 6 * FRAME_NS)
+    assert [notice.moment for notice in output.notices] == [CameraMoment.FOUND]
+    assert output.world_from_rig is first.world_from_rig
+
+
+def test_a_camera_that_stands_keeps_its_pose_while_things_move(scene, picture, renderer):
     room, splats, models = scene
-    monkeypatch.setattr("tracking.schedule.WATCH_PERIOD", 1)
     tracker = Tracker(splats, models, renderer)
     state, first = tracker.step(tracker.start(), picture({}), 0)
     chair = room.objects[0].world_from_object

@@ -8,7 +8,7 @@ from there, ever finer. People and moved objects are outliers.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from scenes.splats import SplatCloud
 from tracking.camera.displacements import Displacements
 from tracking.camera.lens_view import Sight
 from tracking.camera.rigid_fit import rigid_fit
-from tracking.camera.window_search import searched
+from tracking.camera.window_search import SEARCH_RAD, searched
 from tracking.camera.window_slopes import by_slopes
 
 BLURS_PX = (1.5, 1.0, 0.8)
@@ -42,6 +42,12 @@ PRIOR_TURN_RAD = np.deg2rad(0.5) / np.sqrt(3.0)
 PRIOR_SHIFT_M = 0.01 / np.sqrt(3.0)
 """Standard deviation along each axis of a marker's estimate, which is off by 1 cm in all."""
 
+NEAR_INFORMATION = np.diag(np.repeat((PRIOR_TURN_RAD, PRIOR_SHIFT_M), 3) ** -2.0)
+"""(6, 6) inverse covariance of a marker's estimate."""
+
+FAR_INFORMATION = np.diag(np.repeat((LARGEST_TURN_RAD, LARGEST_SHIFT_M), 3) ** -2.0)
+"""(6, 6) likewise of a camera that is somewhere near."""
+
 SCAN_TURN_RAD = np.deg2rad(0.03)
 """Standard deviation about each axis by which a scan's world is turned, as a whole, where a camera
 looks: no window shows it. `desk` is turned by 0.024°, of six other scans the worst by 0.13°."""
@@ -49,6 +55,16 @@ looks: no window shows it. `desk` is turned by 0.024°, of six other scans the w
 SCAN_SHIFT_M = 0.0015
 """Likewise its shift along each axis. A scan whose scale is off by 0.2 % shifts a camera that
 stands 1.5 m from the origin by 3 mm in all; from 0.5 to 6.3 mm were left in eight scans."""
+
+
+CARRIED_TURN_RAD = np.deg2rad(0.01)
+CARRIED_SHIFT_M = 0.0005
+"""Standard deviations about and along each axis of a motion that the pictures alone gave: after
+bumps of 0.4° to 3° and up to 5 cm 0.002° to 0.008° and 0.1 to 0.4 mm were left."""
+
+MOST_CARRIED = 4
+"""Motions in a row that a pose is carried along before it is refined again: by then they add 0.02°,
+less than what a scan's world may be off by."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,6 +79,7 @@ class Calibration:
         turn_rad: by which the refinement turned the marker's pose, used or not.
         shift_m: by which it shifted it.
         refusal: why the refined pose is not used; empty if it is.
+        carried: motions of the camera since, along which the pose was carried.
     """
 
     world_from_rig: Pose
@@ -71,6 +88,17 @@ class Calibration:
     turn_rad: float
     shift_m: float
     refusal: str = ""
+    carried: int = 0
+
+    def carried_along(self, then_from_now: Pose) -> Calibration:
+        """The pose of the camera once it has moved by what its own pictures say."""
+        of_motion = np.repeat((CARRIED_TURN_RAD, CARRIED_SHIFT_M), 3) ** 2
+        return replace(
+            self,
+            world_from_rig=self.world_from_rig @ then_from_now,
+            sigma=np.sqrt(self.sigma**2 + of_motion),
+            carried=self.carried + 1,
+        )
 
     @property
     def trusted(self) -> bool:
@@ -99,6 +127,7 @@ def calibrate(
     renderer: Renderer,
     *,
     objects: tuple[PosedSplats, ...] = (),
+    is_near: bool = True,
 ) -> Calibration:
     """Refine a camera pose that is right to about half a degree and a centimetre.
 
@@ -108,6 +137,8 @@ def calibrate(
         room: splats of what stands still.
         renderer: draws splats.
         objects: movable objects at their expected poses; drawn with the room.
+        is_near: whether the pose is as right as that; otherwise it is looked for in all
+            `LARGEST_TURN_RAD` and `LARGEST_SHIFT_M` around.
     """
     pose = nominal_world_from_rig
     posed = (PosedSplats(room, Pose.identity()), *objects)
@@ -117,11 +148,13 @@ def calibrate(
             frame.rig.lenses, frame.rig.rig_from_lens, frame.images, strict=True
         )
     ]
-    seen = [searched(sight, pose) for sight in sights]
-    pose, information = _moved(pose, seen, nominal_world_from_rig)
+    reach_rad = SEARCH_RAD if is_near else LARGEST_TURN_RAD
+    prior = NEAR_INFORMATION if is_near else FAR_INFORMATION
+    seen = [searched(sight, pose, reach_rad=reach_rad) for sight in sights]
+    pose, information = _moved(pose, seen, nominal_world_from_rig, prior)
     for blur_px in BLURS_PX:
         seen = [by_slopes(sight, pose, blur_px=blur_px) for sight in sights]
-        pose, information = _moved(pose, seen, nominal_world_from_rig)
+        pose, information = _moved(pose, seen, nominal_world_from_rig, prior)
     share = float(np.mean([lens.share for lens in seen]))
     moved = nominal_world_from_rig.inverse() @ pose
     turn, shift = rotation_angle(moved.rotation), float(np.linalg.norm(moved.translation))
@@ -133,13 +166,15 @@ def calibrate(
 
 
 def _moved(
-    world_from_rig: Pose, seen: list[Displacements], nominal_world_from_rig: Pose
+    world_from_rig: Pose,
+    seen: list[Displacements],
+    nominal_world_from_rig: Pose,
+    prior: NDArray[np.float64],
 ) -> tuple[Pose, NDArray[np.float64]]:
     """The pose that the displacements ask for, and its (6, 6) information in the rig's axes."""
     apart = world_from_rig.inverse() @ nominal_world_from_rig
     skew = 0.5 * (apart.rotation - apart.rotation.T)
     expected = np.array([skew[2, 1], skew[0, 2], skew[1, 0], *apart.translation])
-    prior = np.diag([1 / PRIOR_TURN_RAD**2] * 3 + [1 / PRIOR_SHIFT_M**2] * 3)
     fit = rigid_fit(seen, expected, prior)
     step = Pose(rotation_from_vector(fit.twist[:3]), fit.twist[3:])
     return world_from_rig @ step, fit.information

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import os
 import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +15,7 @@ from scenes.pose import Pose, rotation_angle
 from studio.app.measure.process import BEGIN
 from studio.app.measure.shown import has_picture, shown_window
 from studio.console.rows import Row, at_least, at_most
+from tracking.output import CameraMoment, TrackOutput
 
 OPEN_BAR_S, CHECK_BAR_S = 10.0, 30.0
 DELAY_BAR_MS = 1000.0
@@ -22,8 +25,15 @@ MOVED_M, SEEN_BAR_S = 0.05, 2.0
 """An object moved if it is shown farther than this from where it lies; a bump is to be seen by."""
 
 BUMP_S, BUMPED_SESSION_S = 2.0, 6.0
-BUMPS = {"": (0.6, 0.5), ".strong": (2.0, 3.0)}
-"""Degrees and centimetres by the rows' names: as usual (`sim.faults.bump`), and a hard knock."""
+BUMPS = {"": (0.6, 0.5), ".slight": (0.3, 0.0), ".strong": (2.0, 3.0), ".hardest": (3.0, 5.0)}
+"""Degrees and centimetres by the rows' names: as usual (`sim.faults.bump`), and lighter and harder
+ones. Before two of them a chair is being pushed, and the light changes with the bump."""
+
+STILL_M = 1e-3
+"""What truly moved by less lies still."""
+
+SHIFTED_BAR_CM = 5.0
+"""Farthest that an object at rest may be shown from where it was shown before a bump."""
 
 LIVE = """# A chair is pushed before a small camera, in real time.
 room = "lab"
@@ -53,6 +63,17 @@ bitrate_mbps = 6.0
 bump_s = {at_s}
 bump_deg = {deg}
 bump_cm = {cm}
+"""
+BUSY = """
+[faults.exposure]
+from_s = {at_s}
+ev = -0.5
+
+[[people]]
+id = "local-user"
+start = [-1.25, 1.5]
+facing_deg = -40.0
+actions = [{{ do = "push", object = "chair-1", to = [-0.45, 0.4] }}]
 """
 
 
@@ -118,45 +139,105 @@ def live(folder: Path) -> list[Row]:
 def bumped(folder: Path) -> list[Row]:
     """O6: the camera is bumped; objects that lie still are shown where they lie."""
     rows: list[Row] = []
-    for name, (deg, cm) in BUMPS.items():
+    found: list[AfterBump] = []
+    for number, (name, (deg, cm)) in enumerate(BUMPS.items()):
         path = folder / f"bumped{name}.toml"
         text = BUMPED.format(seconds=BUMPED_SESSION_S, at_s=BUMP_S, deg=deg, cm=cm)
-        path.write_text(text, encoding="utf-8")
-        thrown, first_s = _after_a_bump(path, deg)
+        busy = BUSY.format(at_s=BUMP_S) if number % 2 else ""
+        path.write_text(text + busy, encoding="utf-8")
+        after = _after_a_bump(path, deg)
+        found.append(after)
         rows += [
-            at_most(f"studio.O6{name}.objects_thrown", thrown, "", bar=0),
-            at_most(f"studio.O6{name}.seen_after_s", first_s, "s", bar=SEEN_BAR_S),
+            at_most(f"studio.O6{name}.objects_thrown", len(after.thrown), "", bar=0),
+            at_most(f"studio.O6{name}.seen_after_s", after.followed_s, "s", bar=SEEN_BAR_S),
         ]
-    return rows
+    noticed_s = max(after.noticed_s for after in found)
+    moved_cm = max(after.moved_cm for after in found)
+    return [
+        *rows,
+        at_most("live.bump.noticed_s", noticed_s, "s", bar=SEEN_BAR_S),
+        at_most("live.bump.moved_cm.max", moved_cm, "cm", bar=SHIFTED_BAR_CM),
+    ]
 
 
-def _after_a_bump(scenario: Path, deg: float) -> tuple[int, float]:
-    """Objects that were shown elsewhere, and when half of the camera's turn was known, seconds."""
+@dataclass(frozen=True, slots=True)
+class AfterBump:
+    """What a session showed after a bump.
+
+    Attributes:
+        thrown: objects at rest that were shown elsewhere than where they lie.
+        followed_s: when half of the camera's turn was known, seconds after the bump.
+        noticed_s: when the tracker said that the camera was bumped.
+        moved_cm: farthest that an object at rest was shown from where it was before the bump.
+    """
+
+    thrown: frozenset[str]
+    followed_s: float
+    noticed_s: float
+    moved_cm: float
+
+
+def _after_a_bump(scenario: Path, deg: float) -> AfterBump:
+    """A session with a bump, and what it showed after it."""
     from studio.session.opening import open_session
     from studio.session.plan import SessionPlan
     from studio.session.session import SessionOutput
 
     session = open_session(SessionPlan(scenario=str(scenario), methods=("own",), seed=1))
-    lies = {item.object_id: item.world_from_object for item in session.scene.objects}
-    thrown: set[str] = set()
-    poses: list[tuple[float, Pose]] = []
+    outputs: list[tuple[float, TrackOutput, Mapping[str, Pose]]] = []
 
     def watch(output: SessionOutput) -> None:
-        for track in output.shown.objects:
-            away = track.world_from_object.translation - lies[track.object_id].translation
-            if float(np.linalg.norm(away)) > MOVED_M:
-                thrown.add(track.object_id)
-        if output.shown.world_from_rig is not None:
-            poses.append((output.input.frame.t_ns / 1e9, output.shown.world_from_rig))
+        truth = output.message.truth
+        if truth is not None:
+            lies = truth.recorded.world_from_object
+            outputs.append((output.input.frame.t_ns / 1e9, output.shown, lies))
 
     session.run(watch)
-    before = [pose for t_s, pose in poses if t_s < BUMP_S]
-    if not before:
-        return len(thrown), BUMPED_SESSION_S
-    turned = (
-        (t_s - BUMP_S, np.degrees(rotation_angle((before[-1].inverse() @ pose).rotation)))
-        for t_s, pose in poses
-        if t_s >= BUMP_S
-    )
-    first_s = next((t_s for t_s, angle in turned if angle > 0.5 * deg), BUMPED_SESSION_S)
-    return len(thrown), first_s
+    return judged_bump(outputs, deg, at_s=BUMP_S, lasts_s=BUMPED_SESSION_S)
+
+
+def judged_bump(
+    outputs: Sequence[tuple[float, TrackOutput, Mapping[str, Pose]]],
+    deg: float,
+    *,
+    at_s: float,
+    lasts_s: float,
+) -> AfterBump:
+    """What a tracker's answers show after a bump.
+
+    Args:
+        outputs: per frame its time in seconds, the answer, and where objects really are.
+        deg: by how much the camera turned, degrees.
+        at_s: when.
+        lasts_s: given for what never came.
+    """
+    before = [output for output in outputs if output[0] < at_s]
+    after = [output for output in outputs if output[0] >= at_s]
+    if not before or before[-1][1].world_from_rig is None:
+        return AfterBump(frozenset(), lasts_s, lasts_s, 0.0)
+    _, last, lay = before[-1]
+    first_rig = last.world_from_rig
+    shown = {track.object_id: track.world_from_object for track in last.objects}
+    resting = {
+        name for name in lay if all(_apart_m(o[2][name], lay[name]) < STILL_M for o in after)
+    }
+    thrown: set[str] = set()
+    followed_s, noticed_s, moved_m = lasts_s, lasts_s, 0.0
+    for t_s, output, _ in after:
+        for track in output.objects:
+            if track.object_id not in resting:
+                continue
+            moved_m = max(moved_m, _apart_m(track.world_from_object, shown[track.object_id]))
+            if _apart_m(track.world_from_object, lay[track.object_id]) > MOVED_M:
+                thrown.add(track.object_id)
+        if any(notice.moment is CameraMoment.BUMPED for notice in output.notices):
+            noticed_s = min(noticed_s, t_s - at_s)
+        if output.world_from_rig is not None and first_rig is not None:
+            turned = first_rig.inverse() @ output.world_from_rig
+            if np.degrees(rotation_angle(turned.rotation)) > 0.5 * deg:
+                followed_s = min(followed_s, t_s - at_s)
+    return AfterBump(frozenset(thrown), followed_s, noticed_s, 100.0 * moved_m)
+
+
+def _apart_m(one: Pose, other: Pose) -> float:
+    return float(np.linalg.norm(one.translation - other.translation))

@@ -1,7 +1,7 @@
 """The days of designer, operator and tester step by step: which are measured here, which are open.
 
 Every measurement runs in a process of its own, may give figures of several steps, and names each
-row `studio.STEP.FIGURE`.
+row `studio.STEP.FIGURE` or `live.WHAT.FIGURE`.
 """
 
 from __future__ import annotations
@@ -29,6 +29,9 @@ MEASUREMENTS: dict[str, tuple[str, ...]] = {
     "plug_in": ("T8",),
 }
 """Steps by the measurement that gives their rows."""
+
+LIVE_ROWS = {"bump": "O6"}
+"""Steps by the second part of rows `live.…`, which state what a live camera must do."""
 
 OPEN: dict[str, str] = {
     "D1": "needs a clean machine: `./nexus setup` fetches about 0.8 GB (bar 400 MB)",
@@ -97,6 +100,7 @@ def in_order(rows: Sequence[Row]) -> list[Row]:
     """Steps in the order of their tables."""
 
     def place(row: Row) -> int:
-        return STEPS.index(row.name.split(".")[1])
+        what = row.name.split(".")[1]
+        return STEPS.index(LIVE_ROWS.get(what, what))
 
     return sorted(rows, key=place)

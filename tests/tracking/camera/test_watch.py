@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from scenes.cameras import Fisheye, pixel_centres
-from scenes.pose import rotation_from_vector
-from tracking.camera.watch import turned_since, watched
+from scenes.pose import Pose, rotation_from_vector
+from tracking.camera.watch import pictured, residual, watched
 
 LENS = Fisheye.from_fov(960, math.radians(200))
 RNG = np.random.default_rng(11)
@@ -37,28 +37,48 @@ def seen(turn, *, gain=1.0, seed=0, hidden=0.0):
     return drawn.clip(0, 255).astype(np.uint8)
 
 
-@pytest.mark.parametrize("turn_deg", [(0, 0, 0), (0.2, 0, 0), (0, -0.5, 0.3), (1.0, 0.6, -0.8)])
-def test_a_turn_is_measured_to_a_fiftieth_of_a_degree(turn_deg):
-    turn = np.radians(turn_deg)
-    found = turned_since(watched(seen((0, 0, 0)), LENS), seen(turn, seed=1, gain=0.95))
-    assert found is not None
-    assert np.degrees(np.abs(found - turn).max()) < 0.02
+FAR = np.zeros((LENS.height_px, LENS.width_px), np.float32)
 
 
-def test_somebody_in_front_of_a_third_of_the_lens_changes_nothing():
-    turn = np.radians((0.0, 0.4, 0.0))
-    found = turned_since(watched(seen((0, 0, 0)), LENS), seen(turn, seed=1, hidden=0.35))
-    assert found is not None
-    assert np.degrees(np.abs(found - turn).max()) < 0.03
+@pytest.fixture(scope="module")
+def watch():
+    return watched(seen((0, 0, 0)), LENS, Pose.identity(), FAR)
 
 
-def test_it_does_not_guess_when_all_is_hidden():
-    watch = watched(seen((0, 0, 0)), LENS)
-    assert turned_since(watch, seen((0, 0, 0), hidden=1.0)) is None
-    other = RNG.integers(0, 255, (960, 960, 3), dtype=np.uint8)
-    assert turned_since(watch, cv2.GaussianBlur(other, (0, 0), 8.0)) is None
+@pytest.mark.parametrize("turn_deg", [(0.2, 0, 0), (0, -0.5, 0.3)])
+def test_details_follow_a_turn(watch, turn_deg):
+    twist = np.array([*np.radians(turn_deg), 0, 0, 0])
+    pictures = pictured(seen(twist[:3], seed=1))
+    for details, picture in zip(watch.sizes, pictures, strict=True):
+        here = np.abs(residual(details, watch.rig_from_lens, twist, picture))
+        there = np.abs(residual(details, watch.rig_from_lens, np.zeros(6), picture))
+        assert np.median(here) < 0.5 * np.median(there)
 
 
-def test_a_blank_room_cannot_be_watched():
+def test_derivatives_are_those_of_the_residual(watch):
+    details = watch.sizes[-1]
+    still = pictured(seen((0, 0, 0)))[-1]
+    twist = np.radians((0.03, -0.02, 0.04, 0, 0, 0))
+    change = residual(details, watch.rig_from_lens, twist, still)
+    expected = details.by_twist @ twist
+    assert np.corrcoef(change, expected)[0, 1] > 0.98
+
+
+def test_other_light_leaves_details_as_they_are(watch):
+    darker = pictured(seen((0, 0, 0), gain=0.7, seed=2))[-1]
+    left = residual(watch.sizes[-1], watch.rig_from_lens, np.zeros(6), darker)
+    assert np.median(np.abs(left)) < 0.2 * np.median(np.abs(watch.sizes[-1].values))
+
+
+def test_a_shift_moves_what_is_near_and_not_what_is_far():
+    near = np.full_like(FAR, 2.0)
+    by_shift = watched(seen((0, 0, 0)), LENS, Pose.identity(), near).sizes[-1].flow_by_twist
+    sizes = np.linalg.norm(by_shift[:, :, 3:], axis=(1, 2))
+    np.testing.assert_allclose(sizes, math.sqrt(2) / 2.0, rtol=0.4)
+    far = watched(seen((0, 0, 0)), LENS, Pose.identity(), FAR).sizes[-1].flow_by_twist
+    np.testing.assert_allclose(far[:, :, 3:], 0.0, atol=1e-9)
+
+
+def test_a_blank_room_has_no_details():
     blank = np.full((960, 960, 3), 120, np.uint8)
-    assert turned_since(watched(blank, LENS), blank) is None
+    assert [len(size.rays) for size in watched(blank, LENS, Pose.identity(), FAR).sizes] == [0, 0]
