@@ -8,8 +8,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-
 from devices.camera.lenses.layout import LensLayout
 from devices.camera.lenses.search import FoundLayout
 from devices.camera.received import CameraStatus, Received
@@ -19,7 +17,6 @@ from devices.footage import FootageError
 from devices.messages import Event, Frame
 from devices.session_info import SessionInfo
 from scenes.package import ScenePackage
-from scenes.pose import rotation_angle
 from scenes.render.renderer import Renderer
 from scenes.state import LiveSurface
 from studio.live.camera_frames import STREAM_ID, CameraFrames, PacketTap, PictureTimes
@@ -40,6 +37,7 @@ from studio.session.plan import Pace, SessionPlan
 from studio.session.provenance import library_versions
 from studio.session.session import Session, SessionOutput, SessionResult
 from tracking.options import TrackerOptions
+from tracking.output import CameraMoment
 
 POLL_S = 0.1
 """Seconds between looks at the camera while there is nothing else to do."""
@@ -53,9 +51,9 @@ SHOWN_STAGES = 300
 MOST_EVENTS = 10_000
 """Events that the report lists; the oldest go first."""
 
-MOVED_RAD, MOVED_M = np.deg2rad(0.15), 0.005
-"""Change of the camera's pose from which its finding again is an event: three times what a refined
-pose of a camera that stands still is uncertain by."""
+SEARCH_EVERY_S = 15.0
+"""Seconds between searches for a camera that is lost: one takes up to ten on two cores, beside the
+session; whoever stands before it or carries it may be gone by the next."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,6 +146,8 @@ class LiveSession:
         self._session: Session | None = None
         self._last: SessionOutput | None = None
         self._first_ns = self._live_ns = self._end_ns = 0
+        self._is_camera_lost = False
+        self._next_search_ns = 0
         self._relocating: threading.Thread | None = None
         self._tap = PacketTap()
         self._receiver = CameraReceiver(setup.camera, clock, packets=self._tap, stream_id=STREAM_ID)
@@ -266,6 +266,7 @@ class LiveSession:
             dict(Counter(str(track.state) for track in tracks)),
             (self._clock.now_ns() - live_ns) / 1e9 if live_ns else None,
             "" if session is None else session.recording_failure,
+            self._is_camera_lost,
         )
 
     # The way of a session.
@@ -435,21 +436,15 @@ class LiveSession:
         watch(output)
 
     def _notice_camera(self, output: SessionOutput) -> None:
-        """An event where the tracker has found the camera again after it moved."""
-        last = self._last
-        was = None if last is None else last.shown.world_from_rig
-        now = output.shown.world_from_rig
-        if was is None or now is None:
-            return
-        step = was.inverse() @ now
-        turn_rad = rotation_angle(step.rotation)
-        shift_m = float(np.linalg.norm(step.translation))
-        if turn_rad > MOVED_RAD or shift_m > MOVED_M:
-            self._note(
-                "camera-moved",
-                f"the camera moved by {np.degrees(turn_rad):.1f}° and {100 * shift_m:.1f} cm and "
-                f"was found again: {output.shown.camera}",
-            )
+        """Look for the camera anywhere in the room while its pictures show it nowhere near."""
+        for notice in output.shown.notices:
+            if notice.moment is CameraMoment.NOT_FOUND:
+                self._is_camera_lost = True
+            elif notice.moment is CameraMoment.FOUND:
+                self._is_camera_lost = False
+        if self._is_camera_lost and output.now_ns >= self._next_search_ns:
+            self._next_search_ns = output.now_ns + round(SEARCH_EVERY_S * 1e9)
+            self.relocate()
 
     def _relocated(self) -> None:
         placed, last, frames = self._placed, self._receiver.last, self._frames

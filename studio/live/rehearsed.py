@@ -31,6 +31,7 @@ from studio.live.live import LiveResult, LiveSession
 from studio.live.simulated_camera import SimulatedCamera, SimulatedFeed
 from studio.live.status import LiveState
 from studio.session.session import SessionOutput
+from tracking.output import CameraMoment
 
 CUT_AT_S, CUT_FOR_S = 15.0, 20.0
 """Seconds live until the camera is cut off, and for how long: an operator's Wi-Fi drop."""
@@ -229,7 +230,7 @@ class RehearsedLive:
         return self._camera
 
 
-NOTICED = frozenset({"camera-moved"})
+NOTICED = frozenset({str(CameraMoment.BUMPED), str(CameraMoment.NOT_FOUND)})
 """Kinds of the session's events by which it says that the camera was moved."""
 
 

@@ -54,6 +54,8 @@ class LiveStatus:
         objects: how many objects are in each state of tracking.
         live_s: seconds since it went live; None before.
         recording_failure: why nothing is recorded any more; empty while all is well.
+        is_camera_lost: whether the camera stands nowhere near its old place or its view is blocked;
+            objects keep their poses, and it is looked for.
     """
 
     state: LiveState
@@ -68,3 +70,4 @@ class LiveStatus:
     objects: Mapping[str, int] | None = None
     live_s: float | None = None
     recording_failure: str = ""
+    is_camera_lost: bool = False
