@@ -186,11 +186,13 @@ def object_row(pairs: Sequence[Matched]) -> Row:
     return Row("live.object_cm.p50", float(np.median(errors_cm)) if errors_cm else None, "cm")
 
 
-def calibration_rows(rig: Rig, pose: Pose, true_rig: Rig, true_pose: Pose) -> list[Row]:
+def calibration_rows(
+    rig: Rig, world_from_rig: Pose, true_rig: Rig, world_from_true_rig: Pose
+) -> list[Row]:
     """Lenses and pose against the true ones; both rigs have the same picture size."""
     px_bar, deg_bar, mm_bar = CALIBRATION_BARS
     pixels = max(lens_apart_px(a, b) for a, b in zip(rig.lenses, true_rig.lenses, strict=True))
-    step = true_pose.inverse() @ pose
+    step = world_from_true_rig.inverse() @ world_from_rig
     return [
         at_most("live.calibration.px", pixels, "px", bar=px_bar),
         at_most(

@@ -35,14 +35,14 @@ class RoomLocator:
         self._rng = np.random.default_rng(SEED)
         self._map: RoomMap | None = None
 
-    def __call__(self, frame: Frame, near: Pose | None) -> Located:
+    def __call__(self, frame: Frame, last_world_from_rig: Pose | None) -> Located:
         """Where the camera stands; the result says why if it was not found.
 
         Raises:
             ValueError: the room is too small to stand in.
         """
         with self._lock:
-            if near is None and self._map is None:
+            if last_world_from_rig is None and self._map is None:
                 self._map = prepare_map(
                     self._scene.room, self._renderer, objects=self._objects, rng=self._rng
                 )
@@ -51,7 +51,7 @@ class RoomLocator:
                 self._scene.room,
                 self._renderer,
                 objects=self._objects,
-                near=near,
+                near=last_world_from_rig,
                 rng=self._rng,
                 room_map=self._map,
             )

@@ -72,7 +72,7 @@ class PlacedCamera:
         calibration: how well both are known; None where they were not fitted.
         found: one line: how the camera was found.
         t_ns: session time of the last picture that was used.
-        searched: the pose that the search gave, before the fit; None if there was no search.
+        searched_world_from_rig: what the search gave, before the fit; None without a search.
     """
 
     stream: LiveStream
@@ -81,7 +81,7 @@ class PlacedCamera:
     calibration: LensCalibration | None
     found: str
     t_ns: int
-    searched: Pose | None = None
+    searched_world_from_rig: Pose | None = None
 
 
 def stream_of(received: Received, layout: LensLayout, setup: LiveSetup) -> LiveStream:
@@ -124,7 +124,7 @@ def place_camera(
     rig = _assumed_lenses(stream, setup)
     frames = [_frame(received, stream, rig) for received in pictures]
     found, t_ns = "at the scan's place", pictures[-1].t_ns
-    searched: Pose | None = None
+    searched_world_from_rig: Pose | None = None
     where = scene.world_from_rig
     if setup.place is Place.FIND:
         say("looking for the camera in the room")
@@ -136,9 +136,9 @@ def place_camera(
                 "scan has it"
             )
         where, found = located.world_from_rig, located.described()
-        searched = where
+        searched_world_from_rig = where
     if not setup.calibrates:
-        return PlacedCamera(stream, rig, where, None, found, t_ns, searched)
+        return PlacedCamera(stream, rig, where, None, found, t_ns, searched_world_from_rig)
     say("fitting lenses and pose to the room")
     objects = tuple(PosedSplats(item.splats, item.world_from_object) for item in scene.objects)
     calibration = calibrate_lenses(frames, where, scene.room, renderer, objects=objects)
@@ -148,7 +148,13 @@ def place_camera(
             f"layout ({layout.shown}) and that nothing covers the lenses"
         )
     return PlacedCamera(
-        stream, calibration.rig, calibration.world_from_rig, calibration, found, t_ns, searched
+        stream,
+        calibration.rig,
+        calibration.world_from_rig,
+        calibration,
+        found,
+        t_ns,
+        searched_world_from_rig,
     )
 
 

@@ -180,8 +180,8 @@ class RehearsedLive:
         if placed.calibration is not None:
             true_rig = default_rig(placed.stream.lens_size_px)
             rows += calibration_rows(placed.rig, placed.world_from_rig, true_rig, true_pose)
-        if placed.searched is not None:
-            rows.append(located_row([(placed.searched, true_pose)]))
+        if placed.searched_world_from_rig is not None:
+            rows.append(located_row([(placed.searched_world_from_rig, true_pose)]))
         return rows
 
     def _cuts_ended_ns(self) -> list[int]:
