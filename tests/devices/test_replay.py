@@ -33,7 +33,12 @@ def packets(count: int, first: int) -> list[EncodedFrame]:
         packet = encoder.encode(picture.astype(np.uint8), first + k, (first + k) * 10)[0]
         made.append(
             EncodedFrame(
-                packet.stream_id, packet.seq, packet.t_ns, packet.data, packet.keyframe, begins=not k
+                packet.stream_id,
+                packet.seq,
+                packet.t_ns,
+                packet.data,
+                packet.keyframe,
+                begins=not k,
             )
         )
     return made
