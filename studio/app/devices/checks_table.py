@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QColor
+from PySide6.QtCore import QRect, QSize, Qt
+from PySide6.QtGui import QColor, QResizeEvent
 from PySide6.QtWidgets import QHeaderView, QTreeWidget, QTreeWidgetItem
 
 from studio.app.shell.theme import SHAPES, Theme
@@ -16,6 +16,10 @@ KINDS = {"PASS": "good", "WARN": "warning", "FAIL": "bad"}
 
 VERDICTS = {"PASS": "ready", "WARN": "ready, with warnings", "FAIL": "not ready"}
 """Of all checks together, in words."""
+
+
+MARGIN_PX = 8
+"""Around an item's text, as the style sheet has it and some more."""
 
 
 class ChecksTable(QTreeWidget):
@@ -42,3 +46,20 @@ class ChecksTable(QTreeWidget):
             self.addTopLevelItem(item)
         for column in (0, 1):
             self.resizeColumnToContents(column)
+        self._fit_rows()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """See Qt."""
+        super().resizeEvent(event)
+        self._fit_rows()
+
+    def _fit_rows(self) -> None:
+        """Rows as high as what was found takes in its column: the view counts two lines at most."""
+        width_px = max(self.columnWidth(2) - 2 * MARGIN_PX, 1)
+        for place in range(self.topLevelItemCount()):
+            item = self.topLevelItem(place)
+            assert item is not None
+            box = QRect(0, 0, width_px, 10_000)
+            flags = int(Qt.TextFlag.TextWordWrap) | int(Qt.TextFlag.TextWrapAnywhere)
+            height_px = self.fontMetrics().boundingRect(box, flags, item.text(2)).height()
+            item.setSizeHint(2, QSize(width_px, height_px + MARGIN_PX))

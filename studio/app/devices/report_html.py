@@ -39,7 +39,7 @@ def browser_page(folder: Path) -> Path:
 
 
 def report_page(folder: Path) -> str:
-    """Simple HTML of a folder's report and of the pictures beside it; says so where it is damaged."""
+    """Simple HTML of a folder's report and pictures; says so where it is damaged."""
     name = LIVE_JSON if is_live(folder) else REPORT_JSON
     try:
         values: dict[str, Any] = dict(json.loads((folder / name).read_text("utf-8")))

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import (
     QLabel,
     QLineEdit,
     QPushButton,
+    QSizePolicy,
     QVBoxLayout,
     QWidget,
 )
@@ -22,7 +23,7 @@ from devices.camera.lenses.layout import LENSES, Arrangement, LensLayout
 from studio.app.live.own_address import reachable
 from studio.app.model.live_run import LiveRun, Step
 from studio.app.model.workbench import Workbench
-from studio.app.shell.theme import SHAPES
+from studio.app.shell.theme import SHAPES, THEMES
 from studio.live.setup import AUTO, layout_text, parse_layout
 
 EXAMPLES = (
@@ -51,6 +52,7 @@ CHOOSES = frozenset({Step.CHECK, Step.CONFIRM, Step.TRY_AGAIN})
 """Steps before which the layout can be chosen."""
 
 
+_WIDE = QSizePolicy.Policy.Expanding
 _LEFT = Qt.AlignmentFlag.AlignLeft
 _TOOLTIP = Qt.ItemDataRole.ToolTipRole
 
@@ -68,25 +70,27 @@ class CameraPage(QWidget):
         self._bench, self._live = bench, live
         self.simulated = QCheckBox("simulated")
         self.simulated.setToolTip(
-            "a simulated camera that fails as real ones do: bumped every 20 s, cut off once for 20 s"
+            "fails as real cameras do: bumped every 20 s, cut off once for 20 s"
         )
         self.simulated.toggled.connect(self._chosen)
         self.line = QLabel()
         self.line.setWordWrap(True)
+        self.line.setSizePolicy(_WIDE, QSizePolicy.Policy.Preferred)
         form = QFormLayout()
         form.setLabelAlignment(_LEFT)
         form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.ExpandingFieldsGrow)
         form.addRow("Camera", self._make_address())
         form.addRow("", self.line)
+        self.enter_label, self.enter = QLabel("Enter in its app"), self._make_enter()
+        form.addRow(self.enter_label, self.enter)
         form.addRow("Lenses", self._make_layout())
         self.place = QComboBox()
         self.place.setAccessibleName("Where the camera stands")
+        self.place.setSizePolicy(_WIDE, QSizePolicy.Policy.Fixed)
         for place, words in PLACES.items():
             self.place.addItem(words, place)
         self.place.activated.connect(self._chosen)
         form.addRow("Place", self.place)
-        self.enter_label, self.enter = QLabel("Enter in its app"), self._make_enter()
-        form.addRow(self.enter_label, self.enter)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(8, 8, 8, 8)
         layout.addLayout(form)
@@ -199,8 +203,9 @@ class CameraPage(QWidget):
 
     def _show_line(self) -> None:
         problem = self.problem
+        theme = THEMES[self._bench.settings.theme]
         self.line.setText(f"{SHAPES['bad']} {problem}" if problem else self._hint())
-        self.line.setObjectName("" if problem else "faint")
+        self.line.setStyleSheet(f"color: {theme.bad if problem else theme.faint};")
 
     @property
     def problem(self) -> str:

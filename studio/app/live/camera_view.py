@@ -20,7 +20,7 @@ from studio.app.shell.theme import SHAPES, THEMES, figures
 from studio.live.live import LiveSession
 from studio.live.status import LiveState, LiveStatus
 
-SIDE_PX = 124
+SIDE_PX = 116
 """Side of a lens picture, chosen: up and down of a room can be seen in it."""
 
 WIDTH_PX = 2 * SIDE_PX + GAP_PX
@@ -44,6 +44,7 @@ class CameraView(QWidget):
         super().__init__()
         self._bench = bench
         self._shown: tuple[int, LensLayout | None] | None = None
+        self._is_idle = True
         self._counted: tuple[int, float, float] = (0, 0.0, 0.0)
         self.picture = QLabel("no picture yet")
         self.picture.setObjectName("faint")
@@ -74,14 +75,15 @@ class CameraView(QWidget):
         self.recolour()
 
     def show_idle(self) -> None:
-        """No session plays; figures of the last one stay until the next begins."""
-        if self._shown is None:
+        """No session plays: nothing is shown."""
+        if self._is_idle:
             return
-        self._shown = None
+        self._is_idle, self._shown = True, None
         self.picture.setPixmap(QPixmap())
         self.picture.setText("no picture yet")
-        for value in self.values.values():
-            value.setText("–")
+        for name in self.values:
+            self._put(name, "–")
+            self._colour(name, "")
 
     def show_session(
         self, session: LiveSession, status: LiveStatus, *, layout: LensLayout | None
@@ -93,11 +95,12 @@ class CameraView(QWidget):
             status: of it.
             layout: how its picture holds the lenses, as far as that is known.
         """
+        self._is_idle = False
         self._show_picture(session, layout)
         camera = status.camera
         is_held = camera.state is CameraState.HELD
         mark = f"{SHAPES['warning']} " if is_held else ""
-        self._put("Last picture", f"{mark}{age_words(camera.last_age_ns)} ago")
+        self._put("Last picture", mark + age_words(camera.last_age_ns))
         self._colour("Last picture", "warning" if is_held else "")
         self._put("Rate", f"{figures(self._rate(camera.pictures), '5.1f')} /s")
         self._put("Tracked", f"{figures(status.frames, '7d')}")

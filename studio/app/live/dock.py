@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from PySide6.QtCore import QTimer, QUrl
+from PySide6.QtCore import Qt, QTimer, QUrl
 from PySide6.QtGui import QCloseEvent, QDesktopServices
 from PySide6.QtWidgets import (
+    QFrame,
     QHBoxLayout,
     QLabel,
     QPushButton,
+    QScrollArea,
     QTabWidget,
     QTextBrowser,
     QVBoxLayout,
@@ -33,6 +35,12 @@ from studio.session.preflight import worst
 POLL_MS = 200
 """Between two looks at the session: 5 Hz, as often as its picture is drawn anew."""
 
+LEAST_PAGE_PX = 90
+"""Height below which a page is not worth showing, chosen."""
+
+TABS = {"confirming": "Camera", "refused": "Camera", "live": "Delay"}
+"""What comes to the front with a state, once."""
+
 NO_DELAYS = "Go live to see how long each step takes."
 NO_CHECKS = "Looks at camera, stream, light, tracker, disk, clock, drawing and memory."
 NO_REPORT = "<p>No report yet: it opens when a live session has ended.</p>"
@@ -50,15 +58,16 @@ class LiveDock(QWidget):
         assert bench.live_run is not None, "made with the window"
         self._bench, self.live = bench, bench.live_run
         self._job: LiveJob | None = None
+        self._state = LiveState.ENDED
         self._shown_report: Path | None = None
         self.head = LiveHead(bench, self.live)
         self.camera = CameraView(bench)
         self.tabs = QTabWidget()
         self.page = CameraPage(bench, self.live)
-        self.tabs.addTab(self.page, "Camera")
+        self.tabs.addTab(_scrolled(self.page), "Camera")
         self.tabs.addTab(self._make_checks(), "Checks")
-        self.tabs.addTab(self._make_delays(), "Delay")
-        self.tabs.addTab(self._make_tracker(), "Tracker")
+        self.tabs.addTab(_scrolled(self._make_delays()), "Delay")
+        self.tabs.addTab(_scrolled(self._make_tracker()), "Tracker")
         self.tabs.addTab(self._make_report(), "Report")
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -145,6 +154,10 @@ class LiveDock(QWidget):
             self.head.show_idle(job)
             self.camera.show_idle()
             return
+        if status.state != self._state:
+            self._state = status.state
+            if status.state in TABS:
+                self.show_tab(TABS[status.state])
         banner = banner_of(status, session.events(), now_ns=session.now_ns())
         drawing = job.drawing if job is not None else ""
         self.head.show_status(status, banner, drawing=drawing, is_locating=session.is_locating)
@@ -200,6 +213,17 @@ class LiveDock(QWidget):
         for callback in (self._on_session, self._on_settings):
             self._bench.stop_listening(callback)
         event.accept()
+
+
+def _scrolled(page: QWidget) -> QScrollArea:
+    """A page that scrolls where the dock is low: state and button above it always stay."""
+    area = QScrollArea()
+    area.setWidgetResizable(True)
+    area.setFrameShape(QFrame.Shape.NoFrame)
+    area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+    area.setMinimumHeight(LEAST_PAGE_PX)
+    area.setWidget(page)
+    return area
 
 
 def _page() -> tuple[QWidget, QVBoxLayout]:

@@ -6,7 +6,15 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
 from studio.app.live.live_actions import NO_STEP
-from studio.app.live.words import IDLE, Banner, Help, Light, elapsed_words, light_of
+from studio.app.live.words import (
+    IDLE,
+    Banner,
+    Help,
+    Light,
+    begun_with_a_capital,
+    elapsed_words,
+    light_of,
+)
 from studio.app.model.live_job import LiveJob
 from studio.app.model.live_run import LiveRun, Step
 from studio.app.model.workbench import Workbench
@@ -18,6 +26,9 @@ LIVE_RED = "#c62828"
 
 LINES = 2
 """Of the sentence below the state: what is longer is in its tooltip."""
+
+OBJECTS = {"occluded": "hidden", "static": "at rest"}
+"""States of tracking as people read them; others stay."""
 
 STARTS = "Choose a camera, then check and connect."
 
@@ -98,7 +109,7 @@ class LiveHead(QWidget):
                 text = " ".join(str(job.failure).split()) or type(job.failure).__name__
             elif job.last_words:
                 self._show_light(Light("calm", "ended"))
-                text = f"{job.last_words[:1].upper()}{job.last_words[1:]}."
+                text = begun_with_a_capital(job.last_words)
         self._show_text(text)
         self.refresh_button()
 
@@ -121,7 +132,7 @@ class LiveHead(QWidget):
             text = _objects(status)
             self.badge.setText(f"LIVE {elapsed_words(status.live_s or 0.0)}")
         self.badge.setVisible(status.state is LiveState.LIVE)
-        self._show_text(f"{text[:1].upper()}{text[1:]}")
+        self._show_text(begun_with_a_capital(text))
         self._show_banner(banner, is_locating=is_locating)
         self.refresh_button()
 
@@ -150,7 +161,8 @@ class LiveHead(QWidget):
     def _show_light(self, light: Light) -> None:
         self._light = light
         text = f"{SHAPES[light.kind]} {light.word}"
-        colour = f"color: {getattr(THEMES[self._bench.settings.theme], light.kind)};"
+        theme = THEMES[self._bench.settings.theme]
+        colour = f"color: {getattr(theme, light.kind, theme.calm)};"
         if self.state.text() != text or self.state.styleSheet() != colour:
             self.state.setText(text)
             self.state.setStyleSheet(colour)
@@ -181,4 +193,6 @@ def _objects(status: LiveStatus) -> str:
     found = status.objects or {}
     if not found:
         return "no objects in this room"
-    return "objects: " + ", ".join(f"{count} {state}" for state, count in sorted(found.items()))
+    return "objects: " + ", ".join(
+        f"{count} {OBJECTS.get(state, state)}" for state, count in sorted(found.items())
+    )

@@ -1,4 +1,4 @@
-"""Small upright lens pictures of a live camera: to confirm its layout by, and to see that it lives."""
+"""Small upright lens pictures of a live camera: its layout is confirmed by them."""
 
 from __future__ import annotations
 

@@ -23,6 +23,6 @@ def own_address() -> str:
 
 def reachable(listening_at: str) -> str:
     """A listener's address with this computer's own in it."""
-    return (
-        listening_at.replace(ANYWHERE, own_address()) if ANYWHERE in listening_at else listening_at
-    )
+    if ANYWHERE not in listening_at:
+        return listening_at
+    return listening_at.replace(ANYWHERE, own_address())

@@ -1,4 +1,4 @@
-"""How a live session is doing, in a shape, a word and a sentence; what to do where it goes wrong."""
+"""How a live session is doing, in a shape, a word and a sentence, and what to do."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from enum import StrEnum
 
 from devices.camera.received import CameraState
 from devices.messages import Event
-from studio.app.shell.theme import figures
 from studio.live.status import TRACKS, LiveState, LiveStatus
 
 MOVED_SHOWN_S = 20.0
@@ -128,12 +127,18 @@ def _banner_of_place(events: Sequence[Event], now_ns: int) -> Banner | None:
 
 
 def _sentence(text: str) -> str:
-    return f"{text[:1].upper()}{text[1:].rstrip('.')}."
+    return f"{begun_with_a_capital(text).rstrip('.')}."
+
+
+def begun_with_a_capital(text: str) -> str:
+    """A sentence as it begins; addresses stay as they are."""
+    first = text.partition(" ")[0]
+    return f"{text[:1].upper()}{text[1:]}" if first.isalpha() else text
 
 
 def age_words(age_ns: int | None) -> str:
-    """How long ago something was, of one width below 1000 s."""
-    return "–" if age_ns is None else f"{figures(age_ns / 1e9, '5.1f')} s"
+    """How long ago something was."""
+    return "–" if age_ns is None else f"{age_ns / 1e9:.1f} s ago"
 
 
 def elapsed_words(seconds: float) -> str:
@@ -143,5 +148,5 @@ def elapsed_words(seconds: float) -> str:
 
 
 def size_words(size_bytes: int) -> str:
-    """Size of a file, of one width up to 10 GB."""
-    return f"{figures(size_bytes / 1e6, '6.1f')} MB"
+    """Size of a file."""
+    return f"{size_bytes / 1e6:.1f} MB"

@@ -24,8 +24,8 @@ if TYPE_CHECKING:  # what a session needs takes a second to import: not before t
     from studio.session.session import SessionOutput
 
 CLOSE_S = 5.0
-"""Seconds that a window that closes waits for the session: packets are written out in less. What
-cannot be interrupted, such as a search for the camera, records nothing and ends with the program."""
+"""Seconds that a window that closes waits for the session: packets are written out in less.
+What cannot be interrupted, a search for the camera, records nothing and ends with the program."""
 
 LOOK_S = 0.2
 """Seconds between two looks at the simulated camera and the clock, chosen: nobody notices less."""
@@ -215,16 +215,22 @@ class LiveJob(SceneJob):
             self._rehearsed.watch(output)
 
     def _watch_over(self) -> None:
-        """End it where the simulated camera has failed, or its time is over."""
+        """Say how it goes; end it where the simulated camera has failed, or its time is over."""
         live, limit_s = self.live, self.plan.seconds
         assert live is not None
+        said = ""
         while not self._over.wait(LOOK_S):
+            status = live.status()
+            line = f"{status.state}: {status.text}"
+            if line != said and not self._cancelled.is_set():
+                said = line
+                self.lines.put(line)
             failure = "" if self._rehearsed is None else self._rehearsed.failure
             if failure and not self._cancelled.is_set():
                 self.failure = ValueError(f"simulated camera: {failure}")
                 live.end()
                 return
-            live_s = live.status().live_s
+            live_s = status.live_s
             if limit_s is not None and live_s is not None and live_s >= limit_s:
                 live.end()
                 return
