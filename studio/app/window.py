@@ -17,6 +17,8 @@ from PySide6.QtWidgets import QApplication, QMainWindow, QWidget
 
 from studio.app.model.document import Document
 from studio.app.model.document_file import SUFFIX, load_document
+from studio.app.model.live_job import LivePlan
+from studio.app.model.live_run import LiveRun
 from studio.app.model.memory import give_back_memory
 from studio.app.model.scene_job import SceneJob
 from studio.app.model.script import Step
@@ -27,6 +29,8 @@ from studio.app.shell.main_window import MainWindow, make_history
 from studio.app.shell.script_run import ScriptRun
 
 if TYPE_CHECKING:  # takes a second to import: not before the window is shown
+    import argparse
+
     from studio.rehearsal import Performance
     from studio.session.plan import SessionPlan
     from studio.session.session import SessionOutput
@@ -58,6 +62,7 @@ def make_window(
     made.append(bench)
     run = SessionRun(bench, out=rehearse_to, scenarios=home / "scenarios")
     bench.session = run
+    bench.live_run = LiveRun(bench, run, out=rehearse_to.with_name("live"))
     window = MainWindow(bench, run, home=home, make_view=_make_view, plugins=plugins)
     if problem:
         bench.say("warning", problem)
@@ -151,6 +156,50 @@ def replay_in_window(plan: SessionPlan, watch: Callable[[SessionOutput], None]) 
     _raise_failure(job)
 
 
+def live_in_window(args: argparse.Namespace) -> int:
+    """`nexus live` with a display: the window with the live session in front, connecting at once.
+
+    Args:
+        args: as `studio.verbs.live` takes them.
+
+    Returns:
+        The exit code: 1 where the session that was begun here failed, or its recording.
+
+    Raises:
+        KeyboardInterrupt: Ctrl+C, or the process got a signal to end.
+        ValueError, OSError: address, layout, file or room are bad.
+    """
+    from studio.verbs.live import setup_of
+
+    setup = setup_of(args)
+    application = _application()
+    window = make_window(Document(args.scene, seed=args.seed), rehearse_to=args.out)
+    live = window.bench.live_run
+    assert live is not None
+    live.out = args.out
+    live.use(setup, is_simulated=args.simulated)
+    live.plan = LivePlan(
+        args.scene,
+        setup,
+        args.out,
+        args.simulated,
+        scenario=args.scenario,
+        seed=args.seed,
+        seconds=args.seconds,
+        records=not args.no_record,
+    )
+    window.bench.set(has_started=True)
+    window.show_dock("live")
+    live.begin()
+    job = live.job
+    _exec(application, window)
+    if job is None or job.failure is None:
+        return 0
+    if isinstance(job.failure, ValueError | OSError):
+        raise job.failure
+    return 1
+
+
 def _play(plan: SessionPlan, job: SceneJob, out: Path) -> None:
     application = _application()
     document = replace(Document(plan.scene), seed=plan.seed, scenario_name=plan.scenario or "")
@@ -166,6 +215,11 @@ def _conditions(window: MainWindow) -> dict[str, Callable[..., bool]]:
         "wait.idle": lambda: not run.is_busy and not bench.busy,
         "wait.playing": lambda s=0.0: (
             run.output is not None and run.output.input.frame.t_ns >= float(s) * 1e9
+        ),
+        "wait.live": lambda state="live": (
+            bench.live_run is not None
+            and bench.live_run.session is not None
+            and bench.live_run.session.status().state == state
         ),
         "wait.scene": lambda: bench.scene is not None and window.is_filled,
     }

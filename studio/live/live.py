@@ -213,7 +213,7 @@ class LiveSession:
 
     def relocate(self) -> None:
         """Look for the camera anywhere in the room, beside the running session."""
-        if self._relocating is None or not self._relocating.is_alive():
+        if not self.is_locating:
             self._relocating = threading.Thread(target=self._relocated, name="locate", daemon=True)
             self._relocating.start()
 
@@ -223,6 +223,21 @@ class LiveSession:
     def options(self) -> TrackerOptions:
         """The tracker's settings now."""
         return self._options
+
+    @property
+    def is_locating(self) -> bool:
+        """Whether the camera is looked for beside the running session."""
+        return self._relocating is not None and self._relocating.is_alive()
+
+    @property
+    def record_to(self) -> Path | None:
+        """Where it is recorded; None if it is not."""
+        return self._record_to
+
+    @property
+    def tracked(self) -> Session | None:
+        """What tracks and records its pictures; None before the camera is placed."""
+        return self._session
 
     @property
     def picture(self) -> Received | None:

@@ -111,6 +111,16 @@ class RehearsedLive:
         self._over.set()
         self._stack.__exit__(kind, error, traceback)
 
+    @property
+    def failure(self) -> str:
+        """Why the camera ended by itself, in its words; empty while it runs."""
+        return self._running().failure
+
+    @property
+    def drawing(self) -> str:
+        """How far the drawing of its film is; empty before and after."""
+        return self._running().last_drawing()
+
     def wait_for_stream(self, say: Say) -> None:
         """Wait until the camera streams; its film may have to be drawn first.
 

@@ -8,6 +8,7 @@ place = "find"
 
 from __future__ import annotations
 
+import json
 import tomllib
 from dataclasses import dataclass
 from enum import StrEnum
@@ -88,6 +89,40 @@ def read_setup(path: Path) -> LiveSetup:
     except ScenarioError as error:
         raise SetupError(str(error)) from None
     return setup
+
+
+def setup_text(setup: LiveSetup) -> str:
+    """The file that `read_setup` reads the same setup from; a password of the address is in it."""
+    usual = LiveSetup(setup.camera)
+    values: dict[str, str | float] = {
+        "address": address_text(setup.camera),
+        "layout": layout_text(setup.layout),
+        "place": str(setup.place),
+    }
+    if setup.lens_size_px is not None:
+        values["lens_size_px"] = setup.lens_size_px
+    if setup.camera_file is not None:
+        values["lenses"] = str(setup.camera_file.resolve())
+    if setup.lens_distance_m != usual.lens_distance_m:
+        values["lens_distance_m"] = setup.lens_distance_m
+    if not setup.calibrates:
+        values["calibration"] = "off"
+    # What JSON writes of a text or a number, TOML reads the same.
+    return "[camera]\n" + "".join(f"{key} = {json.dumps(value)}\n" for key, value in values.items())
+
+
+def address_text(address: CameraAddress) -> str:
+    """What `parse_address` reads the same address from; a password is in it."""
+    if address.udp_transport:
+        return "rtsp+udp://" + address.text.partition("://")[2]
+    return address.text
+
+
+def layout_text(layout: LensLayout | None) -> str:
+    """A layout in the words that `parse_layout` reads."""
+    if layout is None:
+        return AUTO
+    return " ".join([layout.arrangement, *(str(90 * turn) for turn in layout.turns)])
 
 
 def parse_layout(text: str) -> LensLayout | None:

@@ -26,14 +26,14 @@ from PySide6.QtWidgets import (
 )
 
 from devices.streams import Slot
+from studio.app.devices.checks_table import KINDS, VERDICTS, ChecksTable
 from studio.app.devices.latency_bar import LatencyBar
-from studio.app.devices.report_html import report_page
+from studio.app.devices.report_html import browser_page, report_page
 from studio.app.devices.tracker_panel import TrackerPanel
 from studio.app.model.actions import Action
 from studio.app.model.settings import settings_folder
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.shell.theme import SHAPES, THEMES, figures
-from studio.session.outputs import REPORT_HTML
 from studio.session.preflight import Check, checks_for, run_checks, save_checks, worst
 
 POLL_MS = 250
@@ -46,7 +46,6 @@ NUMBERS = (2, 3, 4)
 DEVICE_LINES = 4
 """The heading, and the devices."""
 _AT_THE_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-KINDS = {"PASS": "good", "WARN": "warning", "FAIL": "bad"}
 LEVELS = {"info": "calm", "warning": "warning", "error": "bad"}
 
 
@@ -115,8 +114,7 @@ class SessionDock(QWidget):
         self.check_button.clicked.connect(lambda: self._bench.do("session.check"))
         self.checks_line = QLabel("Looks at camera, tracker, disk, clock, drawing and memory.")
         self.checks_line.setWordWrap(True)
-        self.checks = _table(["", "Check", "Found"])
-        self.checks.setWordWrap(True)
+        self.checks = ChecksTable()
         row = QHBoxLayout()
         row.addWidget(self.check_button)
         row.addWidget(self.checks_line, 1)
@@ -186,19 +184,9 @@ class SessionDock(QWidget):
 
     def _show_checks(self, checks: list[Check]) -> None:
         self.check_button.setEnabled(True)
-        self.checks.clear()
-        for check in checks:
-            found = f"{check.what}\n→ {check.fix}" if check.fix else check.what
-            kind = KINDS[check.verdict]
-            item = QTreeWidgetItem([f"{SHAPES[kind]} {check.verdict}", check.name, found])
-            item.setForeground(0, self._colour(kind))
-            item.setToolTip(2, found)
-            self.checks.addTopLevelItem(item)
-        for column in (0, 1):
-            self.checks.resizeColumnToContents(column)
-        words = {"PASS": "ready", "WARN": "ready, with warnings", "FAIL": "not ready"}
+        self.checks.show_checks(checks, THEMES[self._bench.settings.theme])
         verdict = worst(checks)
-        self.checks_line.setText(f"{SHAPES[KINDS[verdict]]} {words[verdict]}")
+        self.checks_line.setText(f"{SHAPES[KINDS[verdict]]} {VERDICTS[verdict]}")
         try:
             save_checks(checks, settings_folder() / "preflight.json")
         except OSError as error:
@@ -284,11 +272,11 @@ class SessionDock(QWidget):
             return
         self._shown_report = folder
         self.report.setHtml(report_page(folder))
-        self.browser_button.setEnabled((folder / REPORT_HTML).is_file())
+        self.browser_button.setEnabled(browser_page(folder).is_file())
 
     def _open_report(self) -> None:
         if self._shown_report is not None:
-            _open(self._shown_report / REPORT_HTML)
+            _open(browser_page(self._shown_report))
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """No longer follow the bench: the window closes."""

@@ -20,19 +20,33 @@ LEAST_LABEL_PX = 18
 
 
 class LatencyBar(QWidget):
-    """Two bars with the stages' numbers in them, and a key below."""
+    """Two bars with the stages' numbers in them, and a key below.
 
-    def __init__(self) -> None:
+    Args:
+        nothing: what is said while there are no stages.
+    """
+
+    def __init__(self, nothing: str = NOTHING) -> None:
         super().__init__()
+        self._nothing = nothing
         self._stages: tuple[StageTime, ...] = ()
+        self._whole: StageTime | None = None
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setAccessibleName("Time per stage")
         self.setToolTip("usual: the median; slow: one frame in twenty takes longer")
 
-    def show_stages(self, stages: Sequence[StageTime]) -> None:
-        """Show these."""
-        self._stages = tuple(stages)
-        self.updateGeometry()
+    def show_stages(self, stages: Sequence[StageTime], whole: StageTime | None = None) -> None:
+        """Show these.
+
+        Args:
+            stages: in their order.
+            whole: of all together, where that was measured; None to add the stages up, of which
+                not all are slow in the same frame.
+        """
+        is_other = len(stages) != len(self._stages)
+        self._stages, self._whole = tuple(stages), whole
+        if is_other:
+            self.updateGeometry()
         self.update()
 
     def sizeHint(self) -> QSize:
@@ -51,7 +65,7 @@ class LatencyBar(QWidget):
             painter.drawText(
                 self.rect(),
                 Qt.AlignmentFlag.AlignCenter,
-                "Rehearse (F5) to see how long each step takes.",
+                self._nothing,
             )
             return
         label_px = self.fontMetrics().horizontalAdvance("usual 000.0 ms  ")
@@ -64,7 +78,8 @@ class LatencyBar(QWidget):
             label = QRectF(0, top, label_px, line_px)
             painter.drawText(label, flags | Qt.AlignmentFlag.AlignLeft, name)
             number = label.adjusted(0, 0, -self.fontMetrics().horizontalAdvance("  "), 0)
-            painter.drawText(number, flags | Qt.AlignmentFlag.AlignRight, f"{sum(times):.1f} ms")
+            total_ms = sum(times) if self._whole is None else getattr(self._whole, key)
+            painter.drawText(number, flags | Qt.AlignmentFlag.AlignRight, f"{total_ms:.1f} ms")
             left = float(label_px)
             for place, time_ms in enumerate(times):
                 width = (self.width() - label_px) * time_ms / longest

@@ -13,11 +13,13 @@ from studio.console.progress import Progress
 
 if TYPE_CHECKING:  # what a session needs takes a second to import: not before the window is shown
     from scenes.package import ScenePackage
+    from scenes.state import LiveSurface
     from sim.faults.fault import Fault
     from studio.rehearsal import Performance
     from studio.session.methods import MethodMaker
     from studio.session.plan import SessionPlan
     from studio.session.session import Session, SessionOutput
+    from tracking.options import TrackerOptions
 
 Watch = Callable[["SessionOutput"], None]
 
@@ -47,6 +49,10 @@ class SceneJob:
         self.session: Session | None = None
         self.performance: Performance | None = None
         self.failure: BaseException | None = None
+        self.last_words = ""
+        """What is said at its end; empty for the usual words."""
+        self.recording: Path | None = None
+        """What it has recorded, where that is not beside the performance's figures."""
         self._plan, self._out, self._watch = plan, out, watch
         self._scene = scene
         self._cancelled = threading.Event()
@@ -67,6 +73,11 @@ class SceneJob:
         """Whether it is still at work."""
         return self._thread.is_alive()
 
+    @property
+    def stops(self) -> bool:
+        """Whether it was asked to stop."""
+        return self._cancelled.is_set()
+
     def ask_to_stop(self) -> None:
         """Ask it to stop, without waiting for it."""
         self._cancelled.set()
@@ -76,6 +87,28 @@ class SceneJob:
         self.ask_to_stop()
         if self._thread.is_alive():
             self._thread.join()
+
+    def adjust_tracker(self, options: TrackerOptions) -> bool:
+        """Track with other settings from the next picture on; False while there is no session.
+
+        Raises:
+            StreamFullError: more was asked for than the session could take.
+        """
+        if self.session is None:
+            return False
+        self.session.adjust_tracker(options)
+        return True
+
+    def make_live(self, surface: LiveSurface) -> None:
+        """Show live video on a surface.
+
+        Raises:
+            StreamFullError: more was asked for than the session could take.
+            ValueError: there is no session.
+        """
+        if self.session is None:
+            raise ValueError("a live surface needs a session: rehearse first")
+        self.session.make_live(surface)
 
     def _run(self) -> None:
         progress = Progress(lambda text, _final: self.lines.put(text))

@@ -236,7 +236,8 @@ class SessionRun:
         frame, room = self.output.input.frame, session.scene.room
         pose = self.output.shown.world_from_rig
         surface = clicked_surface(name, np.asarray(clicks_px, dtype=float), frame, pose, room)
-        session.make_live(surface)
+        assert self._job is not None
+        self._job.make_live(surface)
 
     def poll(self) -> None:
         """Take what the threads have left since the last time."""
@@ -266,9 +267,8 @@ class SessionRun:
     def _adjust(self, job: SceneJob) -> None:
         """Let the session that plays follow the document's settings, after a change or undo."""
         wanted = self._bench.document.tracker.options
-        if self.is_playing and job.session is not None and wanted != self._options:
+        if self.is_playing and wanted != self._options and job.adjust_tracker(wanted):
             self._options = wanted
-            job.session.adjust_tracker(wanted)
             self._bench.say("info", f"the tracker goes on with {options_text(wanted)}")
 
     def _poll_share(self) -> None:
@@ -313,6 +313,8 @@ class SessionRun:
             self._begin(following, plays=self._next_plays)
         elif job.performance is not None:
             self._bench.open_recording(job.performance.folder / RECORDING)
+        elif job.recording is not None:
+            self._bench.open_recording(job.recording)
 
     def _last_words(self, job: SceneJob, was_playing: bool) -> str:
         from studio.session.pipeline import CancelledError
@@ -330,6 +332,9 @@ class SessionRun:
             text = f"{verdict}; the report is in {job.performance.folder}"
             self._bench.say("warning" if missed else "info", text)
             return text
+        if job.last_words:
+            self._bench.say("info", job.last_words)
+            return job.last_words
         return "the replay has ended" if was_playing else "ready"
 
     def _scenario_file(self, document: Document) -> str | None:

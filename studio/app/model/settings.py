@@ -37,6 +37,7 @@ class Settings:
         has_started: whether the studio was ever opened: the first page is shown until then.
         plugin_folder: where plug-ins are looked for; empty for the usual place.
         panels: titles of plug-ins' panels that are open.
+        cameras: addresses of live cameras, newest first, without passwords.
         layers: whether each layer of the view is drawn, by name, where it differs from the first.
     """
 
@@ -51,6 +52,7 @@ class Settings:
     has_started: bool = False
     plugin_folder: str = ""
     panels: tuple[str, ...] = ()
+    cameras: tuple[str, ...] = ()
     layers: Mapping[str, bool] = field(default_factory=dict)
 
     def opened(self, scene: str) -> Settings:
@@ -116,7 +118,7 @@ def _checked(name: str, value: Any) -> Any:
     if name == "layers":
         good = isinstance(value, dict) and all(isinstance(v, bool) for v in value.values())
         return value if good else None
-    if name in ("recent", "panels"):
+    if name in ("recent", "panels", "cameras"):
         good = isinstance(value, list) and all(isinstance(v, str) for v in value)
         return tuple(value[:RECENT]) if good else None
     if name == "theme":

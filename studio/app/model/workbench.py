@@ -28,6 +28,7 @@ from studio.app.model.settings import Settings
 if TYPE_CHECKING:
     from scenes.package import ScenePackage
     from studio.app.model.grabbing import Grabbing
+    from studio.app.model.live_run import LiveRun
     from studio.app.model.sessions import Sessions
     from studio.view.surface_drawing import LivePicture
 
@@ -85,6 +86,8 @@ class Workbench:
         """Opens scenes and plays sessions; there from the time the window is."""
         self.grabbing: Grabbing | None = None
         """Moves objects by physics; there from the time the twin's dock is."""
+        self.live_run: LiveRun | None = None
+        """Directs the live session; there from the time the window is."""
         self.offered = Offered()
         """Trackers and faults of plug-ins."""
         self.busy: MutableSet[str] = set()

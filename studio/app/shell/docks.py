@@ -65,6 +65,15 @@ DOCKS = (
         "Ctrl+3",
     ),
     Dock(
+        "live",
+        "Live",
+        "mdi6.broadcast",
+        "right",
+        "studio.app.live.dock:LiveDock",
+        "a real 360° camera: connect, check, go live, end",
+        "Ctrl+7",
+    ),
+    Dock(
         "preparation",
         "Preparation",
         "mdi6.image-multiple-outline",

@@ -12,6 +12,7 @@ from PySide6.QtCore import QByteArray, QTimer
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QResizeEvent
 from PySide6.QtWidgets import QApplication, QFileDialog, QLabel, QMainWindow, QVBoxLayout, QWidget
 
+from studio.app.live.live_actions import LiveActions
 from studio.app.model.autosave import Autosave, Recovered, discard, recoverable
 from studio.app.model.session_run import SessionRun
 from studio.app.model.settings import save_settings
@@ -97,6 +98,8 @@ class MainWindow(QMainWindow):
         self.first_page: FirstPage | None = None
         add_file_actions(bench, run, self._ask_for_file)
         add_session_actions(bench, run)
+        if bench.live_run is not None:
+            LiveActions(bench, bench.live_run, self._ask_for_file).add()
         add_shell_actions(bench, self)
         self.menus.build()
         self._listen()

@@ -13,7 +13,18 @@ from studio.app.model.actions import Action
 from studio.app.model.keys import keys_of
 from studio.app.model.workbench import Workbench
 
-ORDER = ("File", "Edit", "View", "Twin", "Session", "Timeline", "Scenario", "Preparation", "Help")
+ORDER = (
+    "File",
+    "Edit",
+    "View",
+    "Twin",
+    "Session",
+    "Live",
+    "Timeline",
+    "Scenario",
+    "Preparation",
+    "Help",
+)
 """Menus from the left; others follow."""
 
 TOOLBAR = (

@@ -86,7 +86,9 @@ def _edit(bench: Workbench) -> list[Action]:
         Path(path).write_text("\n".join(bench.trace()) + "\n", encoding="utf-8")
         bench.say("info", f"saved {path}: nexus studio --script {shlex.quote(path)}")
 
-    def copy_command(action: str = "session.rehearse") -> None:
+    def copy_command(action: str = "") -> None:
+        is_live = bench.live_run is not None and bench.live_run.is_running
+        action = action or ("live.next" if is_live else "session.rehearse")
         command = bench.actions.get(action).command
         if command is None:
             lines = [line for line in bench.trace() if line.split()[0] == action]

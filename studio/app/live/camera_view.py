@@ -1,0 +1,182 @@
+"""What the camera shows, small, beside how its stream and the recording do."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QImage, QPixmap
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QWidget
+
+from devices.camera.lenses.layout import LensLayout
+from devices.camera.received import CameraState
+from studio.app.live.lens_thumbnail import GAP_PX, lens_thumbnail
+from studio.app.live.words import age_words, size_words
+from studio.app.model.workbench import Workbench
+from studio.app.shell.theme import SHAPES, THEMES, figures
+from studio.live.live import LiveSession
+from studio.live.status import LiveState, LiveStatus
+
+SIDE_PX = 116
+"""Side of a lens picture, chosen: up and down of a room can be seen in it."""
+
+WIDTH_PX = 2 * SIDE_PX + GAP_PX
+"""Most that the pictures take beside each other."""
+
+FIGURES = ("Last picture", "Rate", "Tracked", "Dropped", "Gaps", "Recording")
+"""What stands beside the picture."""
+
+RATE_S = 1.0
+"""Seconds over which pictures are counted."""
+
+
+class CameraView(QWidget):
+    """The camera's upright lens pictures and the figures of its stream.
+
+    Args:
+        bench: for the theme.
+    """
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__()
+        self._bench = bench
+        self._shown: tuple[int, LensLayout | None] | None = None
+        self._is_idle = True
+        self._counted: tuple[int, float, float] = (0, 0.0, 0.0)
+        self.picture = QLabel("no picture yet")
+        self.picture.setObjectName("faint")
+        self.picture.setAccessibleName("Picture of the camera")
+        self.picture.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.picture.setFixedSize(WIDTH_PX + 2, SIDE_PX + 2)
+        grid = QGridLayout()
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setVerticalSpacing(2)
+        grid.setColumnStretch(1, 1)
+        self.values: dict[str, QLabel] = {}
+        for row, name in enumerate(FIGURES):
+            title, value = QLabel(name), QLabel("–")
+            title.setObjectName("faint")
+            value.setAlignment(Qt.AlignmentFlag.AlignRight)
+            value.setAccessibleName(name)
+            # A number that grows wider must not move what is beside it.
+            value.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+            grid.addWidget(title, row, 0)
+            grid.addWidget(value, row, 1)
+            self.values[name] = value
+        grid.setRowStretch(len(FIGURES), 1)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(8, 4, 8, 8)
+        layout.setSpacing(12)
+        layout.addWidget(self.picture, 0, Qt.AlignmentFlag.AlignTop)
+        layout.addLayout(grid, 1)
+        self.recolour()
+
+    def show_idle(self) -> None:
+        """No session plays: nothing is shown."""
+        if self._is_idle:
+            return
+        self._is_idle, self._shown = True, None
+        self.picture.setPixmap(QPixmap())
+        self.picture.setText("no picture yet")
+        for name in self.values:
+            self._put(name, "–")
+            self._colour(name, "")
+
+    def show_session(
+        self, session: LiveSession, status: LiveStatus, *, layout: LensLayout | None
+    ) -> None:
+        """Show a session.
+
+        Args:
+            session: whose picture.
+            status: of it.
+            layout: how its picture holds the lenses, as far as that is known.
+        """
+        self._is_idle = False
+        self._show_picture(session, layout)
+        camera = status.camera
+        is_held = camera.state is CameraState.HELD
+        mark = f"{SHAPES['warning']} " if is_held else ""
+        self._put("Last picture", mark + age_words(camera.last_age_ns))
+        self._colour("Last picture", "warning" if is_held else "")
+        self._put("Rate", f"{figures(self._rate(camera.pictures), '5.1f')} /s")
+        self._put("Tracked", f"{figures(status.frames, '7d')}")
+        self._put("Dropped", f"{figures(status.dropped, '7d')}")
+        gaps = sum(event.kind == "camera-gap" for event in session.events())
+        self._put("Gaps", f"{gaps}, {camera.damaged} damaged")
+        self._colour("Gaps", "warning" if gaps or camera.damaged else "")
+        self._show_recording(session, status)
+
+    def recolour(self) -> None:
+        """Follow the theme."""
+        theme = THEMES[self._bench.settings.theme]
+        self.picture.setStyleSheet(
+            f"border: 1px solid {theme.line}; background: {theme.field}; color: {theme.faint};"
+        )
+
+    def _show_picture(self, session: LiveSession, layout: LensLayout | None) -> None:
+        received = session.picture
+        if received is None:
+            return
+        key = received.seq, layout
+        if key == self._shown:
+            return
+        self._shown = key
+        pixels = lens_thumbnail(received, layout, side_px=SIDE_PX)
+        pixmap = QPixmap.fromImage(_image(pixels))
+        if pixmap.width() > WIDTH_PX:
+            pixmap = pixmap.scaledToWidth(WIDTH_PX, _SMOOTH)
+        self.picture.setPixmap(pixmap)
+
+    def _show_recording(self, session: LiveSession, status: LiveStatus) -> None:
+        path = session.record_to
+        if status.recording_failure:
+            self._put("Recording", f"{SHAPES['bad']} stopped")
+            self._colour("Recording", "bad")
+        elif path is None:
+            self._put("Recording", "off")
+            self._colour("Recording", "")
+        else:
+            size = _size(path)
+            is_on = status.state in (LiveState.FINDING, LiveState.READY, LiveState.LIVE)
+            self._put("Recording", f"{SHAPES['good']} {size_words(size)}" if is_on else "not yet")
+            self._colour("Recording", "good" if is_on else "")
+
+    def _rate(self, pictures: int) -> float:
+        now = time.monotonic()
+        before, at, fps = self._counted
+        if pictures < before or now - at >= RATE_S:
+            fps = max(pictures - before, 0) / max(now - at, 1e-3) if at else 0.0
+            self._counted = pictures, now, fps
+        return fps
+
+    def _put(self, name: str, text: str) -> None:
+        if self.values[name].text() != text:
+            self.values[name].setText(text)
+
+    def _colour(self, name: str, kind: str) -> None:
+        theme = THEMES[self._bench.settings.theme]
+        sheet = f"color: {getattr(theme, kind)};" if kind else ""
+        if self.values[name].styleSheet() != sheet:
+            self.values[name].setStyleSheet(sheet)
+
+
+_SMOOTH = Qt.TransformationMode.SmoothTransformation
+
+
+def _size(recording: Path) -> int:
+    """Bytes on the disk, finished or not; 0 before there are any."""
+    for path in (recording, recording.with_name(recording.name + ".part")):
+        try:
+            return path.stat().st_size
+        except OSError:
+            continue
+    return 0
+
+
+def _image(pixels: NDArray[np.uint8]) -> QImage:
+    height, width = pixels.shape[:2]
+    return QImage(pixels.tobytes(), width, height, 4 * width, QImage.Format.Format_RGBA8888).copy()

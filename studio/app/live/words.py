@@ -1,0 +1,152 @@
+"""How a live session is doing, in a shape, a word and a sentence, and what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+from devices.camera.received import CameraState
+from devices.messages import Event
+from studio.live.status import TRACKS, LiveState, LiveStatus
+
+MOVED_SHOWN_S = 20.0
+"""Seconds for which a camera that was found again by itself is mentioned: time to look at the twin
+and to see whether objects stand where they should."""
+
+MOVED = frozenset({"camera-moved", "camera-bumped", "camera-found"})
+"""Kinds of events that say that the camera moved and is known again."""
+
+LOST = frozenset({"camera-refused", "camera-not-found"})
+"""Kinds of events that say that nobody knows where the camera is."""
+
+PLACED = "camera-placed"
+"""Kind of the event that says that the camera was found by a search."""
+
+
+@dataclass(frozen=True, slots=True)
+class Light:
+    """A state as people see it.
+
+    Attributes:
+        kind: of the theme's colours and shapes.
+        word: the state.
+    """
+
+    kind: str
+    word: str
+
+
+IDLE = Light("calm", "not connected")
+
+LIGHTS = {
+    LiveState.CONNECTING: Light("unknown", "connecting"),
+    LiveState.CONFIRMING: Light("warning", "confirming"),
+    LiveState.PLACING: Light("unknown", "placing"),
+    LiveState.REFUSED: Light("bad", "refused"),
+    LiveState.FINDING: Light("unknown", "finding objects"),
+    LiveState.READY: Light("good", "ready"),
+    LiveState.LIVE: Light("good", "live"),
+    LiveState.ENDED: Light("calm", "ended"),
+}
+"""By state, while the camera's pictures come."""
+
+
+class Help(StrEnum):
+    """What a banner's button does."""
+
+    NONE = ""
+    FIND = "Find the camera again"
+
+
+@dataclass(frozen=True, slots=True)
+class Banner:
+    """Something that somebody must know or do.
+
+    Attributes:
+        kind: of the theme's colours and shapes.
+        text: what is so, and what to do.
+        help: what a button offers.
+    """
+
+    kind: str
+    text: str
+    help: Help = Help.NONE
+
+
+def light_of(status: LiveStatus) -> Light:
+    """The state of a session; a camera whose pictures stop comes first."""
+    if status.state is not LiveState.ENDED:
+        if status.camera.state is CameraState.FAILED:
+            return Light("bad", "failed")
+        if status.camera.state is CameraState.HELD and status.state is not LiveState.CONNECTING:
+            return Light("warning", "held")
+    return LIGHTS[status.state]
+
+
+def banner_of(status: LiveStatus, events: Sequence[Event], *, now_ns: int) -> Banner | None:
+    """The most important thing that is wrong; None if nothing is.
+
+    Args:
+        status: of the session.
+        events: of the session, oldest first.
+        now_ns: session time.
+    """
+    if status.state is LiveState.ENDED:
+        return None
+    if status.camera.state is CameraState.FAILED:
+        return Banner("bad", f"No camera: {status.camera.reason}. End, and correct the address.")
+    if status.recording_failure:
+        return Banner("bad", f"Nothing is recorded any more: {status.recording_failure}")
+    if status.state not in TRACKS:
+        return None
+    if status.camera.state is CameraState.HELD:
+        reason = status.camera.reason
+        return Banner(
+            "warning",
+            f"No picture comes ({reason}): objects stay where they were. It connects again by "
+            "itself; look after the camera's power, its app and the Wi-Fi.",
+        )
+    return _banner_of_place(events, now_ns)
+
+
+def _banner_of_place(events: Sequence[Event], now_ns: int) -> Banner | None:
+    """What the last event that says where the camera is asks for."""
+    for event in reversed(events):
+        if event.kind in LOST:
+            text = f"{_sentence(event.text)} See that its view is free."
+            return Banner("bad", text, Help.FIND)
+        if event.kind in MOVED:
+            if now_ns - event.t_ns > MOVED_SHOWN_S * 1e9:
+                return None
+            text = f"{_sentence(event.text)} If objects stand beside their places:"
+            return Banner("warning", text, Help.FIND)
+        if event.kind == PLACED:
+            return None
+    return None
+
+
+def _sentence(text: str) -> str:
+    return f"{begun_with_a_capital(text).rstrip('.')}."
+
+
+def begun_with_a_capital(text: str) -> str:
+    """A sentence as it begins; addresses stay as they are."""
+    first = text.partition(" ")[0]
+    return f"{text[:1].upper()}{text[1:]}" if first.isalpha() else text
+
+
+def age_words(age_ns: int | None) -> str:
+    """How long ago something was."""
+    return "–" if age_ns is None else f"{age_ns / 1e9:.1f} s ago"
+
+
+def elapsed_words(seconds: float) -> str:
+    """A duration as a clock shows it."""
+    whole = int(seconds)
+    return f"{whole // 3600}:{whole // 60 % 60:02d}:{whole % 60:02d}"
+
+
+def size_words(size_bytes: int) -> str:
+    """Size of a file."""
+    return f"{size_bytes / 1e6:.1f} MB"
