@@ -9,24 +9,19 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from devices.camera.lenses.layout import LensLayout
-from devices.camera.lenses.search import FoundLayout
 from devices.camera.received import CameraStatus, Received
 from devices.camera.receiver import CameraReceiver
 from devices.clock import Clock
-from devices.footage import FootageError
 from devices.messages import Event, Frame
 from devices.session_info import SessionInfo
 from scenes.package import ScenePackage
 from scenes.render.renderer import Renderer
 from scenes.state import LiveSurface
+from studio.live.approach import Approach, Voice
 from studio.live.camera_frames import STREAM_ID, CameraFrames, PacketTap, PictureTimes
 from studio.live.placing import (
-    PICTURES,
-    SURE,
     Locate,
     PlacedCamera,
-    PlacingError,
-    layout_of,
     place_camera,
 )
 from studio.live.setup import LiveSetup
@@ -38,12 +33,6 @@ from studio.session.provenance import library_versions
 from studio.session.session import Session, SessionOutput, SessionResult
 from tracking.options import TrackerOptions
 from tracking.output import CameraMoment
-
-POLL_S = 0.1
-"""Seconds between looks at the camera while there is nothing else to do."""
-
-PICTURES_APART_S = 0.4
-"""Seconds between the pictures that lenses are fitted to: who walks is elsewhere by then."""
 
 SHOWN_STAGES = 300
 """Pictures whose durations a window shows: ten seconds at 30 Hz."""
@@ -130,7 +119,6 @@ class LiveSession:
         self._record_to = record_to
         self._asks = asks
         self._ended = threading.Event()
-        self._wakes = threading.Event()
         self._goes_live = threading.Event()
         self._lock = threading.Lock()
         self._waiting: deque[Event] = deque(maxlen=MOST_EVENTS)
@@ -139,8 +127,6 @@ class LiveSession:
         self._options = TrackerOptions()
         self._former: deque[TrackerOptions] = deque(maxlen=MOST_EVENTS)
         self._state, self._text = LiveState.CONNECTING, "waiting for the camera's first picture"
-        self._layout: FoundLayout | None = None
-        self._chosen: LensLayout | None = setup.layout
         self._placed: PlacedCamera | None = None
         self._frames: CameraFrames | None = None
         self._session: Session | None = None
@@ -151,6 +137,8 @@ class LiveSession:
         self._relocating: threading.Thread | None = None
         self._tap = PacketTap()
         self._receiver = CameraReceiver(setup.camera, clock, packets=self._tap, stream_id=STREAM_ID)
+        voice = Voice(self._say, self._note)
+        self._approach = Approach(self._receiver, setup, place=self._place, voice=voice, asks=asks)
 
     # Commands.
 
@@ -161,19 +149,18 @@ class LiveSession:
     def end(self) -> None:
         """End the session; `run` returns soon after."""
         self._ended.set()
-        self._wakes.set()
+        self._approach.end()
         if self._frames is not None:
             self._frames.end()
 
     def choose_layout(self, layout: LensLayout) -> None:
         """The picture holds the lenses like this."""
-        self._chosen = layout
         self._change(f"layout: {layout.shown}")
-        self._wakes.set()
+        self._approach.choose_layout(layout)
 
     def try_again(self) -> None:
         """Look for the camera again after it was not found."""
-        self._wakes.set()
+        self._approach.try_again()
 
     def adjust_tracker(self, options: TrackerOptions) -> None:
         """Track with other settings from the next picture on.
@@ -247,7 +234,7 @@ class LiveSession:
     @property
     def layout(self) -> LensLayout | None:
         """How its picture holds the lenses, as it is used."""
-        return self._chosen or (None if self._layout is None else self._layout.layout)
+        return self._approach.layout
 
     @property
     def picture_times(self) -> PictureTimes | None:
@@ -273,7 +260,7 @@ class LiveSession:
             self._text,
             self._receiver.status(),
             self._receiver.listening_at,
-            self._layout,
+            self._approach.found_layout,
             self._placed,
             self.latencies.stages(last=SHOWN_STAGES),
             0 if session is None else session.counts[0],
@@ -298,7 +285,7 @@ class LiveSession:
         """
         result: SessionResult | None = None
         try:
-            placed = self._connected_and_placed()
+            placed = self._approach.run()
             if placed is not None:
                 result = self._track(placed, watch)
         finally:
@@ -321,70 +308,16 @@ class LiveSession:
             "" if self._session is None else self._session.recording_failure,
         )
 
-    def _connected_and_placed(self) -> PlacedCamera | None:
-        """A camera that is ready; None if the session was ended before."""
-        while (pictures := self._still_pictures()) is not None:
-            layout = self._agreed_layout(pictures[-1])
-            if layout is None:
-                return None
-            self._say(LiveState.PLACING, "finding lenses and place of the camera")
-            try:
-                return place_camera(
-                    pictures,
-                    layout,
-                    self.setup,
-                    self.scene,
-                    renderer=self._renderer,
-                    locate=self._locate,
-                    say=lambda text: self._say(LiveState.PLACING, text),
-                )
-            except (PlacingError, FootageError, OSError) as error:
-                if not self._asks:
-                    raise
-                self._note("camera-refused", str(error))
-                self._say(LiveState.REFUSED, str(error))
-                self._wakes.clear()
-                while not (self._wakes.wait(POLL_S) or self._ended.is_set()):
-                    continue
-        return None
-
-    def _still_pictures(self) -> list[Received] | None:
-        """The camera's next pictures, some time apart; None if the session was ended before."""
-        pictures: list[Received] = []
-        while len(pictures) < PICTURES and not self._ended.is_set():
-            over = self._receiver.latest.closed
-            received = self._receiver.latest.take(timeout_s=POLL_S)
-            status = self._receiver.status()
-            self._say(LiveState.CONNECTING, status.reason)
-            if received is None and over:
-                if pictures:
-                    return pictures
-                raise PlacingError(f"no picture of the camera: {status.reason}")
-            apart_ns = PICTURES_APART_S * 1e9
-            if received is None or (pictures and received.t_ns - pictures[-1].t_ns < apart_ns):
-                continue
-            if pictures and len(pictures[0].pictures) != len(received.pictures):
-                pictures.clear()
-            pictures.append(received)
-        return None if self._ended.is_set() else pictures
-
-    def _agreed_layout(self, received: Received) -> LensLayout | None:
-        """How the picture holds the lenses; None if the session was ended before it was agreed."""
-        self._layout = layout_of(received)
-        if self._chosen is None and self._asks and self._layout.confidence < SURE:
-            self._wakes.clear()
-            self._say(
-                LiveState.CONFIRMING,
-                f"the picture looks like {self._layout.layout.shown} "
-                f"({self._layout.confidence:.0%} sure): confirm or choose",
-            )
-            while self._chosen is None and not self._ended.is_set():
-                self._wakes.wait(POLL_S)
-        if self._ended.is_set():
-            return None
-        layout = self._chosen or self._layout.layout
-        self._note("camera-layout", f"the picture holds the lenses {layout.shown}")
-        return layout
+    def _place(self, pictures: list[Received], layout: LensLayout) -> PlacedCamera:
+        return place_camera(
+            pictures,
+            layout,
+            self.setup,
+            self.scene,
+            renderer=self._renderer,
+            locate=self._locate,
+            say=lambda text: self._say(LiveState.PLACING, text),
+        )
 
     def _track(self, placed: PlacedCamera, watch: Callable[[SessionOutput], None]) -> SessionResult:
         self._placed = placed
