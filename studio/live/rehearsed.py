@@ -72,6 +72,7 @@ class RehearsedLive:
         seed: of all that is random.
         truth: file for the camera's truth.
         seconds: that the session is live; None for no end.
+        feed: what the camera plays; None for the usual film at full size.
     """
 
     def __init__(
@@ -83,11 +84,12 @@ class RehearsedLive:
         seed: int,
         truth: Path,
         seconds: float | None,
+        feed: SimulatedFeed | None = None,
     ) -> None:
         self._session = session
         self._truth = truth
         self._seconds = seconds
-        self._feed = SimulatedFeed(scene, scenario, seed, FILM_S, faults=(BUMP,))
+        self._feed = feed or SimulatedFeed(scene, scenario, seed, FILM_S, faults=(BUMP,))
         self._stack = ExitStack()
         self._camera: SimulatedCamera | None = None
         self._published: deque[Published] = deque(maxlen=KEPT)

@@ -1,0 +1,52 @@
+"""The verb's flags: what goes together, and words for what does not."""
+
+from __future__ import annotations
+
+import argparse
+
+import pytest
+
+from devices.camera.address import AddressKind
+from studio.cli import main
+from studio.live.setup import Place
+from studio.verbs.live import add_arguments, setup_of
+
+
+def parsed(*words):
+    parser = argparse.ArgumentParser()
+    add_arguments(parser)
+    return parser.parse_args(words)
+
+
+def test_flags_become_a_setup():
+    usual = setup_of(parsed())
+    assert (usual.camera.kind, usual.camera.port) == (AddressKind.RTMP_LISTEN, 1935)
+    assert usual.place is Place.FIND
+    assert setup_of(parsed("--simulated")).camera.port == 0
+    chosen = setup_of(parsed("--camera", "insta360://10.0.0.2", "--layout", "stacked 90 270"))
+    assert chosen.camera.kind is AddressKind.INSTA360
+    assert chosen.layout.turns == (1, 3)
+
+
+def test_a_file_of_devices_is_read(tmp_path):
+    path = tmp_path / "devices.toml"
+    path.write_text('[camera]\naddress = "rtmp://:1999/a/b"\nplace = "scan"\n')
+    assert setup_of(parsed("--devices", str(path))).place is Place.SCAN
+
+
+@pytest.mark.parametrize(
+    ("words", "named"),
+    [
+        (("--camera", "telegraph://x"), "telegraph"),
+        (("--layout", "sideways"), "sideways"),
+        (("--seconds", "0"), "--seconds 0"),
+        (("--seed", "3"), "--simulated"),
+        (("--devices", "nowhere.toml"), "nowhere.toml"),
+    ],
+)
+def test_mistakes_are_one_line(words, named, capsys, tmp_path, monkeypatch, no_traceback):
+    monkeypatch.chdir(tmp_path)
+    assert main(["live", "lab", "--headless", *words]) != 0
+    said = capsys.readouterr().err
+    assert named in said
+    assert "Traceback" not in said
