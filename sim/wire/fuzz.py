@@ -78,6 +78,7 @@ from devices.insta360.trailer import (
     trailer_bytes,
 )
 from devices.insta360.trailer import GYRO as GYRO_RECORD
+from sim.wire.fuzz_streams import stream_targets
 from sim.wire.hostile import hostile_bytes
 from sim.wire.osc_camera import OscCamera
 from sim.wire.rtsp.requests import Request, RequestReader, RtspError, interleaved
@@ -182,6 +183,7 @@ def targets() -> Mapping[str, FuzzTarget]:
         "HTTP replies": FuzzTarget(_http(replies), _read_http, (CameraProtocolError, OSError)),
         "RTSP requests": FuzzTarget(RTSP_REQUESTS, _read_rtsp, (RtspError,)),
         "OSC requests": FuzzTarget(requests, partial(_answer_osc, camera), wire),
+        **{name: FuzzTarget(*parts) for name, parts in stream_targets(PICTURE).items()},
     }
 
 

@@ -1,4 +1,4 @@
-"""A whole session on a small simulated camera in a process of its own; and cameras that fail."""
+"""A whole session on a small simulated camera in its own process; and cameras that fail."""
 
 from __future__ import annotations
 
