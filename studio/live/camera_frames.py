@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from devices.camera.received import Received
 from devices.camera.receiver import CameraReceiver
 from devices.clock import Clock
+from devices.clock_mapping import ClockEstimate, ClockMapping, add_arrival, estimate
 from devices.messages import EncodedFrame, Event, Frame
 from devices.replay import stream_images
 from devices.session_info import LiveStream
@@ -72,6 +73,8 @@ class PictureTimes:
 
     Attributes:
         pts_ns: the camera's own time of it; None where its stream has none.
+        captured_ns: that time on the session's clock, known but for the shortest time that the way
+            to us takes; None where the stream has no time or too little was seen of its clock.
         arrived_ns: its last byte.
         decoded_ns: its planes.
         taken_ns: when the tracker was ready for it.
@@ -79,14 +82,16 @@ class PictureTimes:
     """
 
     pts_ns: int | None
+    captured_ns: int | None
     arrived_ns: int
     decoded_ns: int
     taken_ns: int
     made_ns: int
 
     def stages(self) -> dict[str, int]:
-        """Durations in ns by stage."""
-        return {
+        """Durations in ns by stage; `way` is what the picture took longer than the fastest."""
+        way = {} if self.captured_ns is None else {"way": self.arrived_ns - self.captured_ns}
+        return way | {
             "decode": self.decoded_ns - self.arrived_ns,
             "wait": self.taken_ns - self.decoded_ns,
             "lens pictures": self.made_ns - self.taken_ns,
@@ -125,7 +130,13 @@ class CameraFrames:
         self._stream = stream
         self._clock = clock
         self._tap = tap
+        self._mapping = ClockMapping()
         self._ended = threading.Event()
+
+    @property
+    def camera_clock(self) -> ClockEstimate | None:
+        """The camera's clock on the session's; None before enough was seen of it."""
+        return estimate(self._mapping)
 
     def end(self) -> None:
         """No more messages; any thread."""
@@ -171,7 +182,12 @@ class CameraFrames:
         taken_ns = self._clock.now_ns()
         images = stream_images(received.pictures, self._stream)
         self.times = PictureTimes(
-            received.pts_ns, received.t_ns, received.decoded_ns, taken_ns, self._clock.now_ns()
+            received.pts_ns,
+            self._captured_ns(received),
+            received.t_ns,
+            received.decoded_ns,
+            taken_ns,
+            self._clock.now_ns(),
         )
         frame = Frame(
             stream_id=STREAM_ID,
@@ -183,3 +199,11 @@ class CameraFrames:
             world_from_rig=self.world_from_rig,
         )
         return SessionMessage(SessionInput(frame, None, events=events))
+
+    def _captured_ns(self, received: Received) -> int | None:
+        """When the picture was taken, on the session's clock; never after its arrival."""
+        if received.pts_ns is None:
+            return None
+        self._mapping = add_arrival(self._mapping, received.pts_ns, received.t_ns)
+        clock = self.camera_clock
+        return None if clock is None else min(clock.session_ns(received.pts_ns), received.t_ns)

@@ -269,6 +269,7 @@ class LiveSession:
             (self._clock.now_ns() - live_ns) / 1e9 if live_ns else None,
             "" if session is None else session.recording_failure,
             self._is_camera_lost,
+            None if self._frames is None else self._frames.camera_clock,
         )
 
     # The way of a session.
@@ -367,7 +368,8 @@ class LiveSession:
         assert frames is not None
         self._events.extend(output.input.events)
         if frames.times is not None:
-            whole_ns = output.now_ns - frames.times.arrived_ns
+            since_ns = frames.times.captured_ns or frames.times.arrived_ns
+            whole_ns = output.now_ns - since_ns
             track_ns = output.now_ns - frames.times.made_ns
             stages = {**frames.times.stages(), "track": track_ns, "whole": whole_ns}
             if self._last is not None:  # the first picture's search is nobody's delay

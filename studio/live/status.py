@@ -8,6 +8,7 @@ from enum import StrEnum
 
 from devices.camera.lenses.search import FoundLayout
 from devices.camera.received import CameraStatus
+from devices.clock_mapping import ClockEstimate
 from studio.live.placing import PlacedCamera
 from studio.session.latency import StageTime
 
@@ -47,8 +48,8 @@ class LiveStatus:
         layout: of the camera's picture, once there is one; its first is used unless another one was
             chosen.
         placed: lenses and pose; None before they are found.
-        stages: durations of the last pictures by stage; `whole` is from the last byte of a picture
-            to its poses.
+        stages: durations of the last pictures by stage; `whole` is from a picture's capture to its
+            poses where the camera's stream has times, else from its last byte.
         frames: pictures that were tracked.
         dropped: pictures that came while the tracker was busy.
         objects: how many objects are in each state of tracking.
@@ -56,6 +57,8 @@ class LiveStatus:
         recording_failure: why nothing is recorded any more; empty while all is well.
         is_camera_lost: whether the camera stands nowhere near its old place or its view is blocked;
             objects keep their poses, and it is looked for.
+        camera_clock: the camera's clock on the session's; None before enough was seen of it, or
+            where the stream has no times.
     """
 
     state: LiveState
@@ -71,3 +74,4 @@ class LiveStatus:
     live_s: float | None = None
     recording_failure: str = ""
     is_camera_lost: bool = False
+    camera_clock: ClockEstimate | None = None

@@ -137,10 +137,10 @@ def _stream(
         camera.start()
         if args.control:
             _take_faults(plan.schedule, camera, voice)
-        while camera.is_running:
+        while camera.is_running and not voice.is_left:
             camera.join(STATUS_S)
             voice.status(camera)
-        reason = "played"
+        reason = "left" if voice.is_left else "played"
     except KeyboardInterrupt:
         pass  # the usual way to end it
     finally:
@@ -326,6 +326,13 @@ class _Voice:
         self._is_json = is_json
         self._lock = threading.Lock()
         self._is_terminal = sys.stdout.isatty()
+        self._parent = os.getppid()
+        self._is_deaf = False
+
+    @property
+    def is_left(self) -> bool:
+        """Whether nobody reads the events any more: a child that nobody would end must end."""
+        return self._is_deaf or (self._is_json and os.getppid() != self._parent)
 
     def progress(self) -> Progress:
         """Says how far the drawing is: on the terminal, or as events."""
@@ -343,10 +350,18 @@ class _Voice:
         with self._lock:
             if self._is_json:
                 line = {"event": name, "wall_ns": time.time_ns(), **whole}
-                print(json.dumps(line), flush=True)
+                self._print(json.dumps(line))
             else:
                 words = ", ".join(f"{key} {value}" for key, value in whole.items() if key != "t_ns")
-                print(f"{name.replace('_', ' ')}: {words}", flush=True)
+                self._print(f"{name.replace('_', ' ')}: {words}")
+
+    def _print(self, line: str) -> None:
+        try:
+            print(line, flush=True)
+        except BrokenPipeError:
+            # It is not this thread's to end the camera; nothing more can be said, not even at exit.
+            self._is_deaf = True
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
     def status(self, camera: FilmCamera) -> None:
         """How it goes, on a line that is written over."""

@@ -155,6 +155,11 @@ class Insta360Output:
         if state.vanished != self._state.vanished:
             self._preview.abandon()
         silent = state.black_hole or state.vanished
+        # What is sent after a silence begins with a keyframe, as nothing before it was sent.
+        if silent:
+            self._outbox.shut()
+        elif self._preview.faults.half_open:
+            self._outbox.open()
         self._preview.faults = PreviewFaults(half_open=silent, garbage=state.garbage_bytes > 0)
         if self._osc is not None:
             self._osc.faults = OscFaults(half_open=silent, garbage=state.garbage_bytes > 0)

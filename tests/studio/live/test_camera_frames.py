@@ -39,5 +39,7 @@ def test_a_disk_that_is_too_slow_is_the_receiver_s_to_count():
 
 
 def test_stages_follow_one_another():
-    times = PictureTimes(None, 100, 130, 170, 175)
+    times = PictureTimes(None, None, 100, 130, 170, 175)
     assert times.stages() == {"decode": 30, "wait": 40, "lens pictures": 5}
+    times = PictureTimes(7, 90, 100, 130, 170, 175)
+    assert times.stages() == {"way": 10, "decode": 30, "wait": 40, "lens pictures": 5}

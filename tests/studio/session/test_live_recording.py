@@ -1,4 +1,4 @@
-"""A live recording is whole when all went well, and a full disk ends it without ending the session."""
+"""A live recording is whole if all went well; a full disk ends it without ending the session."""
 
 from __future__ import annotations
 

@@ -9,6 +9,7 @@ import time
 import urllib.request
 from contextlib import contextmanager
 from fractions import Fraction
+from pathlib import Path
 
 import av
 import pytest
@@ -152,6 +153,47 @@ def test_an_insta360_and_its_http_interface_are_said_with_their_ports(home):
         child.send_signal(signal.SIGINT)
         assert named(events, "ended")["reason"] == "cancelled"
         assert child.wait(30) == 0
+
+
+ORPHAN = """
+import subprocess, sys
+child = subprocess.Popen([sys.executable, *sys.argv[1:]], stdout=subprocess.PIPE, text=True)
+while '"started"' not in child.stdout.readline():
+    pass
+print(child.pid, flush=True)
+sys.stdin.read()
+"""
+
+
+@pytest.mark.skipif(not Path("/proc").exists(), reason="reads /proc, which only Linux has")
+def test_a_child_whose_parent_is_killed_ends_by_itself(home):
+    words = ["-c", SCRIPT, "simulate", "camera", "lab", "--rtsp", "0", *SMALL, "--json"]
+    parent = subprocess.Popen(
+        [sys.executable, "-c", ORPHAN, *words],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "NEXUS_HOME": str(home)},
+    )
+    pid = int(parent.stdout.readline())
+    assert Path(f"/proc/{pid}").exists()
+    parent.kill()
+    parent.wait(10)
+    parent.stdin.close()
+    parent.stdout.close()
+    until = time.monotonic() + 20
+    while time.monotonic() < until and not is_over(pid):
+        time.sleep(0.1)
+    assert is_over(pid)
+
+
+def is_over(pid):
+    """Whether a process has ended, waited for or not."""
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    except OSError:
+        return True
+    return state == "Z"
 
 
 def numbered_video(path, *, seconds):

@@ -48,6 +48,16 @@ def test_it_comes_back_after_a_black_hole_and_after_it_vanished(make_camera, hea
     assert len(heard.named("connected")) >= 2
 
 
+def test_after_a_short_black_hole_the_first_picture_is_a_keyframe(make_camera):
+    camera = make_camera("black_hole:at=1.02,for=0.7")
+    taken, output = streamed(camera, lambda t: t and t[-1][0] - t[0][0] > 2e9)
+    gaps = [(b[0] - a[0], b[2]) for a, b in itertools.pairwise(taken)]
+    longest, first = max(gaps)
+    assert longest > 0.6e9
+    assert first % 5 == 0
+    assert output.connections == 1
+
+
 def test_after_a_restart_it_is_at_the_same_port(make_camera):
     camera = make_camera("restart:at=1,for=1")
     _taken, output = streamed(camera, lambda t: t and t[-1][0] - t[0][0] > 4e9)
