@@ -176,7 +176,12 @@ class Tracker:
         rectified = self._stopwatch()
         tracks = dict(state.tracks)
         tasks = {m.object_id: self._task(scene, m, tracks, schedule, options) for m in self._models}
-        looks = {name: first_look(task) for name, task in tasks.items()}
+        if is_elsewhere:
+            # The camera moved: what rested rests still, unless a measurement clearly says no.
+            tasks = {name: replace(task, is_turn=True) for name, task in tasks.items()}
+            looks = {name: track.state is TrackState.STATIC for name, track in tracks.items()}
+        else:
+            looks = {name: first_look(task) for name, task in tasks.items()}
         detected = self._stopwatch()
         searched = False
         is_busy = not schedule.is_free and frame.t_ns - state.t_ns < UNHURRIED_NS

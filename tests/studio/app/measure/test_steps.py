@@ -1,7 +1,11 @@
 """Every step of the three days has a figure or a reason; some of the figures are measured."""
 
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 
+from scenes.pose import Pose, rotation_from_vector
 from sim.faults.settings import LINES, NUMBERS
 from studio.app.measure import designer, operator, tester
 from studio.app.measure.steps import (
@@ -16,6 +20,7 @@ from studio.app.measure.steps import (
 from studio.app.measure.tester import FAULT_LINES
 from studio.console.display import why_no_window
 from studio.console.rows import Row
+from tracking.output import CameraMoment, CameraNotice
 
 WHY_NOT = why_no_window()
 REPEATED = {"D2": "studio.first_picture_s", "D9": "studio.fps"}
@@ -41,6 +46,42 @@ def test_figures_of_other_rows_are_held_to_the_bars_of_the_steps():
 def test_rows_come_in_the_order_of_the_tables():
     names = [row.name.split(".")[1] for row in in_order(open_rows()[::-1])]
     assert names == [step for step in STEPS if step in OPEN]
+
+
+def test_rows_of_a_live_camera_stand_with_the_step_that_asks_for_them():
+    rows = [Row(name, 1.0, "") for name in ("studio.T1.x", "live.bump.noticed_s", "studio.O5.x")]
+    assert [row.name for row in in_order(rows)] == [
+        "studio.O5.x", "live.bump.noticed_s", "studio.T1.x",
+    ]  # fmt: skip
+
+
+def test_a_bump_is_judged_by_what_lies_still():
+    still, pushed = Pose.identity(), Pose.from_yaw(0.0, (0.3, 0.0, 0.0))
+    slid = Pose.from_yaw(0.0, (0.06, 0.0, 0.0))
+    turned = Pose(rotation_from_vector(np.radians((0.0, 2.0, 0.0))), np.zeros(3))
+
+    def shown(a, b, rig, *notices):
+        tracks = [
+            SimpleNamespace(object_id=n, world_from_object=p) for n, p in (("a", a), ("b", b))
+        ]
+        return SimpleNamespace(objects=tracks, world_from_rig=rig, notices=notices)
+
+    bumped = CameraNotice(CameraMoment.BUMPED, 2.0, 0.0)
+    lies, moves = {"a": still, "b": still}, {"a": still, "b": pushed}
+    good = [
+        (1.8, shown(still, still, still), lies),
+        (2.0, shown(still, still, still), lies),
+        (2.4, shown(still, pushed, turned, bumped), moves),
+    ]
+    found = operator.judged_bump(good, 2.0, at_s=2.0, lasts_s=6.0)
+    assert found.thrown == frozenset()
+    assert (found.noticed_s, found.followed_s) == pytest.approx((0.4, 0.4))
+    assert found.moved_cm == 0.0
+    bad = [*good[:2], (2.4, shown(slid, pushed, still), moves)]
+    worse = operator.judged_bump(bad, 2.0, at_s=2.0, lasts_s=6.0)
+    assert worse.thrown == {"a"}
+    assert worse.moved_cm == pytest.approx(6.0)
+    assert (worse.noticed_s, worse.followed_s) == (6.0, 6.0)
 
 
 def test_there_is_a_line_for_every_fault():
