@@ -219,6 +219,12 @@ class CameraPage(QWidget):
             return str(error)
         return ""
 
+    @property
+    def is_pushed(self) -> bool:
+        """Whether a person has to enter an address in the camera's app."""
+        choice = self._live.choice
+        return not choice.is_simulated and choice.address.strip().lower().startswith("rtmp:")
+
     def _hint(self) -> str:
         choice = self._live.choice
         if choice.is_simulated:

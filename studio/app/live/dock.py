@@ -42,7 +42,7 @@ TABS = {"confirming": "Camera", "refused": "Camera", "live": "Delay"}
 """What comes to the front with a state, once."""
 
 NO_DELAYS = "Go live to see how long each step takes."
-NO_CHECKS = "Looks at camera, stream, light, tracker, disk, clock, drawing and memory."
+NO_CHECKS = "Nothing was checked yet."
 NO_REPORT = "<p>No report yet: it opens when a live session has ended.</p>"
 
 
@@ -86,7 +86,6 @@ class LiveDock(QWidget):
         self.check_button = QPushButton("Check again")
         self.check_button.clicked.connect(lambda: self._bench.do("live.check_again"))
         self.checks_line = QLabel(NO_CHECKS)
-        self.checks_line.setWordWrap(True)
         self.checks = ChecksTable()
         row = QHBoxLayout()
         row.addWidget(self.check_button)
@@ -142,7 +141,10 @@ class LiveDock(QWidget):
         job = self.live.job
         if job is not None and job is not self._job:
             self._job = job
-            self.show_tab("Checks")
+            self.checks.clear()
+            self.checks_line.setText("checking …")
+            # Of a camera that pushes, the address to enter there is needed first.
+            self.show_tab("Camera" if self.page.is_pushed else "Checks")
         if job is not None:
             self._take_checks(job)
         if not self.isVisible():
@@ -173,8 +175,6 @@ class LiveDock(QWidget):
             self.checks.show_checks(checks, THEMES[self._bench.settings.theme])
             verdict = worst(list(checks))
             self.checks_line.setText(f"{SHAPES[KINDS[verdict]]} {VERDICTS[verdict]}")
-        elif job.is_checking and not job.checks:
-            self.checks_line.setText("checking …")
 
     def _refresh_buttons(self, job: LiveJob | None) -> None:
         is_running = self.live.is_running

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from PySide6.QtGui import QGuiApplication
 
+from studio.app.live.own_address import reachable
 from studio.app.model.actions import Action
 from studio.app.model.live_run import LiveRun, Step
 from studio.app.model.workbench import Workbench
@@ -229,5 +230,6 @@ class LiveActions:
 
     def copy_address(self) -> None:
         """Put it on the clipboard."""
-        QGuiApplication.clipboard().setText(self.listening_at())
-        self._bench.say("info", f"copied: {self.listening_at()}")
+        address = reachable(self.listening_at())
+        QGuiApplication.clipboard().setText(address)
+        self._bench.say("info", f"copied: {address}")
