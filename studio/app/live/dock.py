@@ -27,6 +27,7 @@ from studio.app.live.camera_view import CameraView
 from studio.app.live.head import LiveHead
 from studio.app.live.words import banner_of
 from studio.app.model.live_job import LiveJob
+from studio.app.model.live_run import LiveRun
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.shell.theme import SHAPES, THEMES
 from studio.live.status import LiveState
@@ -55,8 +56,9 @@ class LiveDock(QWidget):
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__()
-        assert bench.live_run is not None, "made with the window"
-        self._bench, self.live = bench, bench.live_run
+        live = bench.shared(LiveRun)
+        assert live is not None, "made with the window"
+        self._bench, self.live = bench, live
         self._job: LiveJob | None = None
         self._state = LiveState.ENDED
         self._shown_report: Path | None = None

@@ -14,8 +14,6 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from studio.app.live.live_actions import NO_STEP
-from studio.app.live.own_address import reachable
 from studio.app.live.words import (
     IDLE,
     Banner,
@@ -26,7 +24,8 @@ from studio.app.live.words import (
     light_of,
 )
 from studio.app.model.live_job import LiveJob
-from studio.app.model.live_run import LiveRun, Step
+from studio.app.model.live_run import NO_STEP, LiveRun, Step
+from studio.app.model.own_address import reachable
 from studio.app.model.workbench import Workbench
 from studio.app.shell.theme import SHAPES, THEMES
 from studio.live.status import LiveState, LiveStatus

@@ -11,6 +11,7 @@ from devices.camera.address import parse_address
 from devices.clock import WallClock
 from sim.wire.rtmp_push import RtmpPush, StreamOptions
 from studio.app.model.document import Document
+from studio.app.model.live_run import LiveRun
 from studio.live.setup import LiveSetup, Place
 from studio.session import opening
 from tests.studio.live.conftest import FPS, LAYOUT, textured
@@ -40,7 +41,7 @@ def opened(tiny, tmp_path, qapp, monkeypatch):
     until(lambda: window.is_filled)
     window.bench.show_scene(tiny.scene)
     window.bench.do("dock.live")
-    live = window.bench.live_run
+    live = window.bench.shared(LiveRun)
     pushes = []
 
     def state():

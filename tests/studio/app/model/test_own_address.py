@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from studio.app.live.own_address import own_address, reachable
+from studio.app.model.own_address import own_address, reachable
 
 
 def test_a_listener_on_all_interfaces_gets_an_address():
