@@ -29,8 +29,6 @@ from studio.app.shell.main_window import MainWindow, make_history
 from studio.app.shell.script_run import ScriptRun
 
 if TYPE_CHECKING:  # takes a second to import: not before the window is shown
-    import argparse
-
     from studio.rehearsal import Performance
     from studio.session.plan import SessionPlan
     from studio.session.session import SessionOutput
@@ -62,7 +60,7 @@ def make_window(
     made.append(bench)
     run = SessionRun(bench, out=rehearse_to, scenarios=home / "scenarios")
     bench.session = run
-    bench.live_run = LiveRun(bench, run, out=rehearse_to.with_name("live"))
+    bench.share(LiveRun(bench, run, out=rehearse_to.with_name("live")))
     window = MainWindow(bench, run, home=home, make_view=_make_view, plugins=plugins)
     if problem:
         bench.say("warning", problem)
@@ -156,48 +154,31 @@ def replay_in_window(plan: SessionPlan, watch: Callable[[SessionOutput], None]) 
     _raise_failure(job)
 
 
-def live_in_window(args: argparse.Namespace) -> int:
+def live_in_window(plan: LivePlan) -> int:
     """`nexus live` with a display: the window with the live session in front, connecting at once.
 
-    Args:
-        args: as `studio.verbs.live` takes them.
-
     Returns:
-        The exit code: 1 where the session that was begun here failed, or its recording.
+        The exit code: 1 where the session that was begun here came to nothing.
 
     Raises:
         KeyboardInterrupt: Ctrl+C, or the process got a signal to end.
-        ValueError, OSError: address, layout, file or room are bad.
+        ValueError, OSError: the room, the camera or the disk are bad.
     """
-    from studio.verbs.live import setup_of
-
-    setup = setup_of(args)
     application = _application()
-    window = make_window(Document(args.scene, seed=args.seed), rehearse_to=args.out)
-    live = window.bench.live_run
+    window = make_window(Document(plan.scene, seed=plan.seed), rehearse_to=plan.out)
+    live = window.bench.shared(LiveRun)
     assert live is not None
-    live.out = args.out
-    live.use(setup, is_simulated=args.simulated)
-    live.plan = LivePlan(
-        args.scene,
-        setup,
-        args.out,
-        args.simulated,
-        scenario=args.scenario,
-        seed=args.seed,
-        seconds=args.seconds,
-        records=not args.no_record,
-    )
+    live.out, live.plan = plan.out, plan
+    live.use(plan.setup, is_simulated=plan.is_simulated)
     window.bench.set(has_started=True)
     window.show_dock("live")
     live.begin()
     job = live.job
+    assert job is not None
     _exec(application, window)
-    if job is None or job.failure is None:
-        return 0
     if isinstance(job.failure, ValueError | OSError):
         raise job.failure
-    return 1
+    return 1 if job.failure is not None or job.live is None else 0
 
 
 def _play(plan: SessionPlan, job: SceneJob, out: Path) -> None:
@@ -211,15 +192,14 @@ def _play(plan: SessionPlan, job: SceneJob, out: Path) -> None:
 def _conditions(window: MainWindow) -> dict[str, Callable[..., bool]]:
     """What a script can wait for."""
     run, bench = window.run, window.bench
+    live = bench.shared(LiveRun)
     return {
         "wait.idle": lambda: not run.is_busy and not bench.busy,
         "wait.playing": lambda s=0.0: (
             run.output is not None and run.output.input.frame.t_ns >= float(s) * 1e9
         ),
         "wait.live": lambda state="live": (
-            bench.live_run is not None
-            and bench.live_run.session is not None
-            and bench.live_run.session.status().state == state
+            live is not None and live.session is not None and live.session.status().state == state
         ),
         "wait.scene": lambda: bench.scene is not None and window.is_filled,
     }

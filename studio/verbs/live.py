@@ -71,9 +71,20 @@ def run(args: argparse.Namespace) -> int:
         raise ValueError("--scenario and --seed go with --simulated: a real camera has neither")
     no_window = "" if args.headless else why_no_window()
     if no_window is None:
+        from studio.app.model.live_job import LivePlan
         from studio.app.window import live_in_window
 
-        return live_in_window(args)
+        plan = LivePlan(
+            args.scene,
+            setup_of(args),
+            args.out,
+            is_simulated=args.simulated,
+            scenario=args.scenario,
+            seed=args.seed,
+            seconds=args.seconds,
+            records=not args.no_record,
+        )
+        return live_in_window(plan)
     if no_window:
         print(f"{no_window}: going live without a window", file=sys.stderr)
     return _headless(args)

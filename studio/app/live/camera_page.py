@@ -20,8 +20,8 @@ from PySide6.QtWidgets import (
 
 from devices.camera.address import AddressError, parse_address
 from devices.camera.lenses.layout import LENSES, Arrangement, LensLayout
-from studio.app.live.own_address import reachable
 from studio.app.model.live_run import LiveRun, Step
+from studio.app.model.own_address import reachable
 from studio.app.model.workbench import Workbench
 from studio.app.shell.theme import SHAPES, THEMES
 from studio.live.setup import AUTO, layout_text, parse_layout
@@ -218,6 +218,12 @@ class CameraPage(QWidget):
         except AddressError as error:
             return str(error)
         return ""
+
+    @property
+    def is_pushed(self) -> bool:
+        """Whether a person has to enter an address in the camera's app."""
+        choice = self._live.choice
+        return not choice.is_simulated and choice.address.strip().lower().startswith("rtmp:")
 
     def _hint(self) -> str:
         choice = self._live.choice

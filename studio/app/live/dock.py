@@ -27,6 +27,7 @@ from studio.app.live.camera_view import CameraView
 from studio.app.live.head import LiveHead
 from studio.app.live.words import banner_of
 from studio.app.model.live_job import LiveJob
+from studio.app.model.live_run import LiveRun
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.shell.theme import SHAPES, THEMES
 from studio.live.status import LiveState
@@ -42,7 +43,7 @@ TABS = {"confirming": "Camera", "refused": "Camera", "live": "Delay"}
 """What comes to the front with a state, once."""
 
 NO_DELAYS = "Go live to see how long each step takes."
-NO_CHECKS = "Looks at camera, stream, light, tracker, disk, clock, drawing and memory."
+NO_CHECKS = "Nothing was checked yet."
 NO_REPORT = "<p>No report yet: it opens when a live session has ended.</p>"
 
 
@@ -55,8 +56,9 @@ class LiveDock(QWidget):
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__()
-        assert bench.live_run is not None, "made with the window"
-        self._bench, self.live = bench, bench.live_run
+        live = bench.shared(LiveRun)
+        assert live is not None, "made with the window"
+        self._bench, self.live = bench, live
         self._job: LiveJob | None = None
         self._state = LiveState.ENDED
         self._shown_report: Path | None = None
@@ -86,7 +88,6 @@ class LiveDock(QWidget):
         self.check_button = QPushButton("Check again")
         self.check_button.clicked.connect(lambda: self._bench.do("live.check_again"))
         self.checks_line = QLabel(NO_CHECKS)
-        self.checks_line.setWordWrap(True)
         self.checks = ChecksTable()
         row = QHBoxLayout()
         row.addWidget(self.check_button)
@@ -142,7 +143,10 @@ class LiveDock(QWidget):
         job = self.live.job
         if job is not None and job is not self._job:
             self._job = job
-            self.show_tab("Checks")
+            self.checks.clear()
+            self.checks_line.setText("checking …")
+            # Of a camera that pushes, the address to enter there is needed first.
+            self.show_tab("Camera" if self.page.is_pushed else "Checks")
         if job is not None:
             self._take_checks(job)
         if not self.isVisible():
@@ -173,8 +177,6 @@ class LiveDock(QWidget):
             self.checks.show_checks(checks, THEMES[self._bench.settings.theme])
             verdict = worst(list(checks))
             self.checks_line.setText(f"{SHAPES[KINDS[verdict]]} {VERDICTS[verdict]}")
-        elif job.is_checking and not job.checks:
-            self.checks_line.setText("checking …")
 
     def _refresh_buttons(self, job: LiveJob | None) -> None:
         is_running = self.live.is_running

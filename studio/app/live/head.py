@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
 
-from studio.app.live.live_actions import NO_STEP
 from studio.app.live.words import (
     IDLE,
     Banner,
@@ -16,7 +24,8 @@ from studio.app.live.words import (
     light_of,
 )
 from studio.app.model.live_job import LiveJob
-from studio.app.model.live_run import LiveRun, Step
+from studio.app.model.live_run import NO_STEP, LiveRun, Step
+from studio.app.model.own_address import reachable
 from studio.app.model.workbench import Workbench
 from studio.app.shell.theme import SHAPES, THEMES
 from studio.live.status import LiveState, LiveStatus
@@ -77,9 +86,32 @@ class LiveHead(QWidget):
         layout.addLayout(row)
         layout.addWidget(self.text)
         layout.addWidget(self._make_banner())
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
         self.badge.hide()
         self.refresh_button()
         self.recolour()
+
+    def hasHeightForWidth(self) -> bool:
+        """No: what is around it would take its usual height for its least, and scroll."""
+        return False
+
+    def sizeHint(self) -> QSize:
+        """As high as its words take at its width."""
+        layout = self.layout()
+        assert layout is not None
+        return QSize(layout.totalSizeHint().width(), layout.totalHeightForWidth(self.width()))
+
+    def minimumSizeHint(self) -> QSize:
+        """See `sizeHint`."""
+        layout = self.layout()
+        assert layout is not None
+        return QSize(layout.totalMinimumSize().width(), self.sizeHint().height())
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """See Qt."""
+        super().resizeEvent(event)
+        if event.oldSize().width() != event.size().width():
+            self.updateGeometry()
 
     def _make_banner(self) -> QWidget:
         self.banner = QFrame()
@@ -132,7 +164,7 @@ class LiveHead(QWidget):
             text = _objects(status)
             self.badge.setText(f"LIVE {elapsed_words(status.live_s or 0.0)}")
         self.badge.setVisible(status.state is LiveState.LIVE)
-        self._show_text(begun_with_a_capital(text))
+        self._show_text(begun_with_a_capital(reachable(text)))
         self._show_banner(banner, is_locating=is_locating)
         self.refresh_button()
 
@@ -186,6 +218,7 @@ class LiveHead(QWidget):
         self.banner_button.setText("Looking …" if is_locating else Help.FIND)
         self.banner_button.setEnabled(not is_locating)
         self.banner.setVisible(banner is not None)
+        self.updateGeometry()
 
 
 def _objects(status: LiveStatus) -> str:

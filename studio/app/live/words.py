@@ -132,7 +132,7 @@ def _sentence(text: str) -> str:
 
 def begun_with_a_capital(text: str) -> str:
     """A sentence as it begins; addresses stay as they are."""
-    first = text.partition(" ")[0]
+    first = text.partition(" ")[0].rstrip(":,;")
     return f"{text[:1].upper()}{text[1:]}" if first.isalpha() else text
 
 

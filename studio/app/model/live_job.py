@@ -221,7 +221,7 @@ class LiveJob(SceneJob):
         said = ""
         while not self._over.wait(LOOK_S):
             status = live.status()
-            line = f"{status.state}: {status.text}"
+            line = status.text
             if line != said and not self._cancelled.is_set():
                 said = line
                 self.lines.put(line)

@@ -56,6 +56,10 @@ class Step(StrEnum):
     ENDING = "Ending …"
 
 
+NO_STEP = frozenset({Step.OPENING, Step.GOES_LIVE, Step.ENDING})
+"""Where the next step comes by itself."""
+
+
 class Plays(Protocol):
     """What plays the jobs; `SessionRun` is the one there is."""
 

@@ -11,7 +11,7 @@ from collections.abc import Callable, MutableSet
 from dataclasses import replace
 from enum import Enum, auto
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,12 +28,14 @@ from studio.app.model.settings import Settings
 if TYPE_CHECKING:
     from scenes.package import ScenePackage
     from studio.app.model.grabbing import Grabbing
-    from studio.app.model.live_run import LiveRun
     from studio.app.model.sessions import Sessions
     from studio.view.surface_drawing import LivePicture
 
 TRACE = 2000
 """Script lines that are kept of what the user did."""
+
+
+Part = TypeVar("Part")
 
 
 class Topic(Enum):
@@ -86,8 +88,6 @@ class Workbench:
         """Opens scenes and plays sessions; there from the time the window is."""
         self.grabbing: Grabbing | None = None
         """Moves objects by physics; there from the time the twin's dock is."""
-        self.live_run: LiveRun | None = None
-        """Directs the live session; there from the time the window is."""
         self.offered = Offered()
         """Trackers and faults of plug-ins."""
         self.busy: MutableSet[str] = set()
@@ -99,6 +99,7 @@ class Workbench:
         self._listeners: defaultdict[Topic, list[Callable[[], None]]] = defaultdict(list)
         self._trace: deque[str] = deque(maxlen=TRACE)
         self._depth = 0
+        self._parts: dict[type[object], object] = {}
 
     # --- the document ----------------------------------------------------------------------------
 
@@ -194,6 +195,15 @@ class Workbench:
     def _compose(self) -> None:
         self._state = composed(self._base, self._document.twin)
         self._call(Topic.STATE)
+
+    def share(self, part: object) -> None:
+        """Give docks and actions something that is shared like the bench, by its class."""
+        self._parts[type(part)] = part
+
+    def shared(self, kind: type[Part]) -> Part | None:
+        """What was shared of a class; None if nothing was."""
+        part = self._parts.get(kind)
+        return part if isinstance(part, kind) else None
 
     def offer(self, offered: Offered) -> None:
         """These are the trackers and faults of plug-ins now."""

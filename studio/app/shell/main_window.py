@@ -12,8 +12,8 @@ from PySide6.QtCore import QByteArray, QTimer
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QResizeEvent
 from PySide6.QtWidgets import QApplication, QFileDialog, QLabel, QMainWindow, QVBoxLayout, QWidget
 
-from studio.app.live.live_actions import LiveActions
 from studio.app.model.autosave import Autosave, Recovered, discard, recoverable
+from studio.app.model.live_run import LiveRun
 from studio.app.model.session_run import SessionRun
 from studio.app.model.settings import save_settings
 from studio.app.model.workbench import Topic, Workbench
@@ -25,6 +25,7 @@ from studio.app.shell.docks import CLOSED_AT_FIRST, DOCKS, Dock, make_content
 from studio.app.shell.file_actions import add_file_actions
 from studio.app.shell.first_page import FirstPage, scene_title
 from studio.app.shell.history import QtHistory
+from studio.app.shell.live_actions import LiveActions
 from studio.app.shell.menus import Menus
 from studio.app.shell.notice import Notice
 from studio.app.shell.script_run import ScriptRun
@@ -98,8 +99,9 @@ class MainWindow(QMainWindow):
         self.first_page: FirstPage | None = None
         add_file_actions(bench, run, self._ask_for_file)
         add_session_actions(bench, run)
-        if bench.live_run is not None:
-            LiveActions(bench, bench.live_run, self._ask_for_file).add()
+        live = bench.shared(LiveRun)
+        if live is not None:
+            LiveActions(bench, live, self._ask_for_file).add()
         add_shell_actions(bench, self)
         self.menus.build()
         self._listen()

@@ -11,6 +11,7 @@ from typing import Protocol
 from PySide6.QtGui import QGuiApplication
 
 from studio.app.model.actions import Action
+from studio.app.model.live_run import LiveRun
 from studio.app.model.script import read_script
 from studio.app.model.settings import TEXT_SCALES, THEMES
 from studio.app.model.workbench import Workbench
@@ -87,7 +88,8 @@ def _edit(bench: Workbench) -> list[Action]:
         bench.say("info", f"saved {path}: nexus studio --script {shlex.quote(path)}")
 
     def copy_command(action: str = "") -> None:
-        is_live = bench.live_run is not None and bench.live_run.is_running
+        live = bench.shared(LiveRun)
+        is_live = live is not None and live.is_running
         action = action or ("live.next" if is_live else "session.rehearse")
         command = bench.actions.get(action).command
         if command is None:

@@ -6,7 +6,14 @@ import pytest
 
 from devices.camera.address import AddressKind
 from devices.camera.lenses.layout import Arrangement, LensLayout
-from studio.live.setup import LiveSetup, Place, SetupError, parse_layout, read_setup
+from studio.live.setup import (
+    LiveSetup,
+    Place,
+    SetupError,
+    parse_layout,
+    read_setup,
+    setup_text,
+)
 
 
 def written(tmp_path, text):
@@ -74,3 +81,17 @@ def test_layouts_in_words():
     for wrong in ("", "stacked 0", "side_by_side 0 0 0", "one_lens x"):
         with pytest.raises(ValueError, match="wanted auto"):
             parse_layout(wrong)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        'address = "rtmp://:1935/live/room"',
+        'address = "rtsp+udp://me:pass%22word@10.0.0.2/x"\nlayout = "stacked 90 270"',
+        'address = "v4l2:/dev/video0?size=2880x1440"\nplace = "scan"\ncalibration = "off"',
+        'address = "udp://:5000"\nlens_size_px = 960\nlens_distance_m = 0.028\nlenses = "x.json"',
+    ],
+)
+def test_what_is_written_is_read_again(tmp_path, text):
+    setup = read_setup(written(tmp_path, f"[camera]\n{text}\n"))
+    assert read_setup(written(tmp_path, setup_text(setup))) == setup

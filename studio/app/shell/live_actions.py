@@ -9,16 +9,14 @@ from pathlib import Path
 from PySide6.QtGui import QGuiApplication
 
 from studio.app.model.actions import Action
-from studio.app.model.live_run import LiveRun, Step
+from studio.app.model.live_run import NO_STEP, LiveRun, Step
+from studio.app.model.own_address import reachable
 from studio.app.model.workbench import Workbench
 
 TOML = "Devices (*.toml)"
 
 Ask = Callable[[str, str, bool], str]
 """Asks for a file: title, kinds, whether it is written; an empty path if nobody chose one."""
-
-NO_STEP = frozenset({Step.OPENING, Step.GOES_LIVE, Step.ENDING})
-"""Where the next step comes by itself."""
 
 
 class LiveActions:
@@ -229,5 +227,6 @@ class LiveActions:
 
     def copy_address(self) -> None:
         """Put it on the clipboard."""
-        QGuiApplication.clipboard().setText(self.listening_at())
-        self._bench.say("info", f"copied: {self.listening_at()}")
+        address = reachable(self.listening_at())
+        QGuiApplication.clipboard().setText(address)
+        self._bench.say("info", f"copied: {address}")

@@ -1,0 +1,181 @@
+"""An operator's way through the live panel, with a real stream on a real socket."""
+
+from __future__ import annotations
+
+import json
+import time
+
+import pytest
+
+from devices.messages import Event
+from studio.app.model.live_run import Step
+from studio.console.display import why_no_window
+from tests.studio.live.conftest import LAYOUT
+from tracking.options import TrackerOptions
+
+WHY_NOT = why_no_window()
+pytestmark = [
+    pytest.mark.gui,
+    pytest.mark.skipif(WHY_NOT is not None, reason=f"no window here: {WHY_NOT}"),
+]
+
+
+def test_from_the_first_check_to_the_report_with_one_button(opened):
+    head, dock = opened.dock.head, opened.dock
+    assert head.next.text() == "Check and connect"
+    assert not head.badge.isVisible()
+    opened.go_live()
+    opened.until(lambda: head.badge.isVisible() and head.next.text() == "End")
+    assert head.badge.text().startswith("LIVE 0:00:0")
+    assert "● live" in head.state.text()
+    assert not head.cancel.isVisible()
+    # The twin follows the outputs, the thumbnail the camera, and the figures count.
+    opened.until(lambda: not opened.bench.is_by_hand and opened.bench.camera_picture is not None)
+    opened.until(lambda: not dock.camera.picture.pixmap().isNull())
+    values = dock.camera.values
+    opened.until(lambda: "MB" in values["Recording"].text())
+    opened.until(lambda: int(values["Tracked"].text()) > 5)
+    assert values["Last picture"].text().endswith("s ago")
+    # The checks have come, each with a verdict, and of what is not good what to do.
+    opened.until(lambda: dock.checks.topLevelItemCount() > 5)
+    job = opened.live.job
+    opened.until(lambda: job.checks[0].verdict == "PASS")
+    assert [check.name for check in job.checks][:3] == ["camera", "stream", "light"]
+    opened.until(lambda: opened.live.session.status().live_s > 1)
+    head.next.click()
+    opened.until(lambda: not opened.live.is_running)
+    opened.until(lambda: "report is" in head.text.text())
+    assert head.next.text() == "Check and connect"
+    folder = opened.live.out
+    report = json.loads((folder / "live.json").read_text())
+    assert any(row["name"] == "live.frames" and row["value"] > 5 for row in report["rows"])
+    assert (folder / "live.html").is_file()
+    assert (folder / "preflight.json").is_file()
+    assert dock.tabs.tabText(dock.tabs.currentIndex()) == "Report"
+    assert "frames" in dock.report.toPlainText()
+    # What was recorded is open in the timeline.
+    timeline = opened.window.content("timeline")
+    opened.until(lambda: timeline.is_open)
+    assert opened.bench.recording == job.recording
+
+
+def test_an_address_that_is_none_is_refused_in_words(opened):
+    dock = opened.dock
+    dock.page.address.setEditText("http://nowhere")
+    assert "wanted a path that ends in .m3u8" in dock.page.line.text()
+    dock.head.next.click()
+    assert not opened.live.is_running
+    assert "wanted a path that ends in .m3u8" in opened.window.line
+    dock.page.address.setEditText("rtsp://127.0.0.1/x")
+    assert "✖" not in dock.page.line.text()
+
+
+def test_a_camera_that_does_not_answer_is_waited_for_and_cancelled(opened):
+    opened.bench.do("live.use", address="rtsp://127.0.0.1:9/x", place="scan")
+    dock = opened.dock
+    dock.head.next.click()
+    opened.until(lambda: "cannot be opened" in dock.head.text.text())
+    assert "connecting" in dock.head.state.text()
+    assert opened.live.step is Step.GO_LIVE_SOON
+    begin = time.monotonic()
+    dock.head.cancel.click()
+    opened.until(lambda: not opened.live.is_running)
+    assert time.monotonic() - begin < 10
+    assert opened.live.step is Step.CHECK
+    assert opened.bench.settings.cameras == ("rtsp://127.0.0.1:9/x",)
+
+
+def test_a_doubtful_layout_is_looked_at_and_confirmed(opened):
+    dock = opened.dock
+    opened.use(layout=None)
+    dock.head.next.click()
+    opened.push()
+    opened.until(lambda: opened.state() == "confirming" and dock.head.next.text() == "Confirm")
+    assert dock.tabs.tabText(dock.tabs.currentIndex()) == "Camera"
+    arrangement = dock.page.arrangement
+    assert arrangement.isEnabled()
+    arrangement.setCurrentIndex(arrangement.findData("stacked"))
+    arrangement.activated.emit(arrangement.currentIndex())
+    assert opened.live.shown_layout().arrangement == "stacked"
+    arrangement.setCurrentIndex(arrangement.findData("side_by_side"))
+    arrangement.activated.emit(arrangement.currentIndex())
+    opened.until(lambda: dock.camera.picture.pixmap().width() > 200)
+    dock.head.next.click()
+    opened.until(lambda: opened.state() == "ready")
+    assert opened.live.session.layout == LAYOUT
+
+
+def test_a_camera_that_vanishes_is_held_with_its_age_and_returns(opened):
+    dock = opened.dock
+    opened.go_live().close()
+    opened.until(lambda: "held" in dock.head.state.text())
+    assert dock.head.banner.isVisible()
+    assert "objects stay where they were" in dock.head.banner_text.text()
+    assert not dock.head.banner_button.isVisible()
+    shown = dock.camera.picture.pixmap().cacheKey()
+    opened.until(lambda: dock.camera.values["Last picture"].text() > "▲ 2")
+    assert dock.camera.picture.pixmap().cacheKey() == shown
+    assert opened.state() == "live"
+    opened.push()
+    opened.until(lambda: "● live" in dock.head.state.text())
+    opened.until(lambda: not dock.head.banner.isVisible())
+    opened.until(lambda: dock.camera.values["Gaps"].text().startswith("1"))
+
+
+def test_settings_change_while_it_is_live_and_are_undone(opened):
+    opened.go_live()
+    session = opened.live.session
+    opened.bench.do("tracker.set", texture=False)
+    opened.until(lambda: session.options.texture is False)
+    opened.dock.undo_button.click()
+    assert session.options == TrackerOptions()
+    opened.until(lambda: opened.bench.document.tracker.options == TrackerOptions())
+    opened.bench.do("tracker.set", recover=False)
+    opened.until(lambda: session.options.recover is False)
+    opened.bench.do("edit.undo")
+    opened.until(lambda: session.options == TrackerOptions())
+    opened.bench.do("live.end")
+    opened.until(lambda: not opened.live.is_running)
+    changes = json.loads((opened.live.out / "live.json").read_text())["changes"]
+    assert len(changes) == 4
+
+
+def test_a_lost_camera_has_a_button_that_looks_for_it(opened, monkeypatch):
+    opened.go_live()
+    session, head = opened.live.session, opened.dock.head
+    asked = []
+    monkeypatch.setattr(session, "relocate", lambda: asked.append(True))
+    lost = Event(session.now_ns(), "session", "camera-refused", "the camera was not found: dark")
+    monkeypatch.setattr(session, "events", lambda: (lost,))
+    opened.until(head.banner.isVisible)
+    assert "The camera was not found: dark." in head.banner_text.text()
+    head.banner_button.click()
+    assert asked == [True]
+    found = Event(session.now_ns(), "session", "camera-placed", "found")
+    monkeypatch.setattr(session, "events", lambda: (lost, found))
+    opened.until(lambda: not head.banner.isVisible())
+
+
+def test_closing_the_window_while_live_keeps_the_recording(opened):
+    opened.go_live()
+    job = opened.live.job
+    recording = job.live.record_to
+    begin = time.monotonic()
+    opened.window.close()
+    assert time.monotonic() - begin < 10
+    assert not job.running
+    assert recording.is_file()
+
+
+def test_devices_are_saved_and_opened(opened, tmp_path):
+    opened.bench.do("live.use", address="rtsp://me:secret@10.0.0.2/x", layout="stacked 90 90")
+    path = tmp_path / "devices.toml"
+    opened.bench.do("live.save_devices", path=str(path))
+    opened.bench.do("live.use", address="udp://:5000", layout="auto", place="scan")
+    opened.bench.do("live.open_devices", path=str(path))
+    choice = opened.live.choice
+    assert choice.address == "rtsp://me:secret@10.0.0.2/x"
+    assert (choice.layout, choice.place) == ("stacked 90 90", "find")
+    assert opened.dock.page.address.currentText() == choice.address
+    assert "secret" not in opened.live.command()
+    assert opened.live.command().startswith("nexus live tiny --headless --camera rtsp://10.0.0.2/x")

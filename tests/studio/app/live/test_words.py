@@ -1,0 +1,86 @@
+"""States and banners in words: what is most important comes first."""
+
+from __future__ import annotations
+
+import pytest
+
+from devices.camera.received import CameraState, CameraStatus
+from devices.messages import Event
+from studio.app.live.words import (
+    MOVED_SHOWN_S,
+    Help,
+    age_words,
+    banner_of,
+    begun_with_a_capital,
+    elapsed_words,
+    light_of,
+    size_words,
+)
+from studio.app.shell.theme import SHAPES
+from studio.live.status import LiveState, LiveStatus
+
+S = 1_000_000_000
+
+
+def status(state=LiveState.LIVE, camera=CameraState.LIVE, *, reason="all is well", failure=""):
+    return LiveStatus(state, "live", CameraStatus(camera, reason), recording_failure=failure)
+
+
+def event(kind, t_s, text="the camera did something"):
+    return Event(round(t_s * S), "session", kind, text)
+
+
+@pytest.mark.parametrize("state", list(LiveState))
+def test_every_state_has_a_shape_and_a_word_of_its_own(state):
+    light = light_of(status(state))
+    assert light.kind in SHAPES
+    assert light.word
+    others = {light_of(status(other)).word for other in LiveState if other is not state}
+    assert light.word not in others
+
+
+def test_a_camera_that_stops_comes_before_the_state():
+    assert light_of(status(camera=CameraState.HELD)).word == "held"
+    assert light_of(status(camera=CameraState.FAILED)).word == "failed"
+    assert light_of(status(LiveState.CONNECTING, CameraState.HELD)).word == "connecting"
+    assert light_of(status(LiveState.ENDED, CameraState.FAILED)).word == "ended"
+
+
+def test_the_most_important_banner_is_shown():
+    lost = (event("camera-refused", 1),)
+    failed = banner_of(status(camera=CameraState.FAILED, failure="disk"), lost, now_ns=2 * S)
+    assert failed is not None
+    assert failed.text.startswith("No camera: all is well")
+    full = banner_of(status(failure="the disk is full"), lost, now_ns=2 * S)
+    assert full is not None
+    assert "the disk is full" in full.text
+    held = banner_of(status(camera=CameraState.HELD), lost, now_ns=2 * S)
+    assert held is not None
+    assert held.help is Help.NONE
+    found = banner_of(status(), lost, now_ns=2 * S)
+    assert found is not None
+    assert (found.kind, found.help) == ("bad", Help.FIND)
+    assert banner_of(status(LiveState.ENDED, failure="disk"), lost, now_ns=2 * S) is None
+    assert banner_of(status(LiveState.PLACING), lost, now_ns=2 * S) is None
+
+
+def test_a_bump_is_shown_for_a_while_and_a_lost_camera_until_it_is_found():
+    moved = (event("camera-moved", 10),)
+    soon = banner_of(status(), moved, now_ns=11 * S)
+    assert soon is not None
+    assert soon.help is Help.FIND
+    late_ns = round((10.1 + MOVED_SHOWN_S) * S)
+    assert banner_of(status(), moved, now_ns=late_ns) is None
+    lost = (*moved, event("camera-refused", 11))
+    assert banner_of(status(), lost, now_ns=1000 * S) is not None
+    assert banner_of(status(), (*lost, event("camera-placed", 12)), now_ns=13 * S) is None
+    assert banner_of(status(), (event("changed", 1),), now_ns=S) is None
+
+
+def test_numbers_as_people_read_them():
+    assert age_words(None) == "–"
+    assert age_words(round(12.34 * S)) == "12.3 s ago"
+    assert elapsed_words(3725.9) == "1:02:05"
+    assert size_words(12_345_678) == "12.3 MB"
+    assert begun_with_a_capital("objects: 3 tracked") == "Objects: 3 tracked"
+    assert begun_with_a_capital("rtsp://x: refused") == "rtsp://x: refused"
