@@ -10,7 +10,7 @@ as much for another place, or for none. Then other places are drawn, a few times
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -191,6 +191,13 @@ def locate_camera(
     return located
 
 
+def best_of(found: Sequence[Refined]) -> tuple[Refined, float]:
+    """The likeliest of some refined hypotheses, and its log odds to the next best place, nats."""
+    best, *others = sorted(found, key=lambda each: each.nats, reverse=True)
+    rivals = [o.nats for o in others if is_apart(o.world_from_rig, best.world_from_rig)]
+    return best, best.nats - max(rivals, default=0.0)
+
+
 class _Search:
     """Everything that has been found of where one picture was taken."""
 
@@ -211,9 +218,7 @@ class _Search:
 
     def judged(self) -> Located:
         """The best hypothesis, refined with the lenses, and whether it holds."""
-        best, *others = sorted(self.found, key=lambda each: each.nats, reverse=True)
-        rivals = [o.nats for o in others if is_apart(o.world_from_rig, best.world_from_rig)]
-        odds = best.nats - max(rivals, default=0.0)
+        best, odds = best_of(self.found)
         if best.nats < LEAST_ODDS_NATS:
             return self.refused(
                 "no place in the room accounts for the picture: is this the room, is it lit, and "
