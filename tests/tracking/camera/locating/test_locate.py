@@ -51,7 +51,7 @@ def test_a_camera_is_found_without_knowing_anything_of_its_place(find, there):
 def test_where_it_stood_is_tried_first(find, there):
     said = []
     near = there @ Pose.from_yaw(0.0, (0.1, -0.1, 0.05))
-    result = find(near=near, progress=lambda _share, what: said.append(what))
+    result = find(near_world_from_rig=near, progress=lambda _share, what: said.append(what))
     degrees, metres = left_of(result, there)
     assert result.trusted
     assert (degrees < 0.3, metres < 0.02) == (True, True)

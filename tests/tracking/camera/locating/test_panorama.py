@@ -44,9 +44,7 @@ def test_the_drawn_room_is_what_is_seen_there_and_not_elsewhere(frame, there, ro
 
 
 def test_a_lens_that_is_missing_leaves_its_half_without_weight(frame, there):
-    rig = replace(
-        frame.rig, lenses=frame.rig.lenses[:1], rig_from_lens=frame.rig.rig_from_lens[:1]
-    )
+    rig = replace(frame.rig, lenses=frame.rig.lenses[:1], rig_from_lens=frame.rig.rig_from_lens[:1])
     both = live_panorama(frame, there)
     one = live_panorama(replace(frame, images=frame.images[:1], rig=rig), there)
     assert 0.4 < one.weight.sum() / both.weight.sum() < 0.7

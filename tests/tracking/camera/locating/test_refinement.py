@@ -1,6 +1,7 @@
 """Refinement: from decimetres to centimetres, and the weight of what was found."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -31,7 +32,7 @@ def test_a_wrong_pose_finds_little_more_than_chance(frame, there, table, objects
 def test_nats_grow_with_what_is_found_from_zero_at_chance():
     values = [Refined(Pose.identity(), found, 100).nats for found in range(0, 101, 10)]
     assert values[:2] == [0.0, 0.0]
-    assert all(a < b for a, b in zip(values[1:], values[2:], strict=False))
+    assert all(a < b for a, b in pairwise(values[1:]))
     assert values[-1] == pytest.approx(-100 * math.log(FOUND_BY_CHANCE), rel=1e-6)
 
 
