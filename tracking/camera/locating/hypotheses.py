@@ -56,9 +56,9 @@ def hypotheses(room_map: RoomMap, frame: Frame) -> list[Pose]:
     return chosen
 
 
-def is_apart(a: Pose, b: Pose) -> bool:
+def is_apart(world_from_rig: Pose, world_from_other: Pose) -> bool:
     """Whether two poses are different places to stand, and not one seen with an error."""
-    step = a.inverse() @ b
+    step = world_from_rig.inverse() @ world_from_other
     return (
         float(np.linalg.norm(step.translation)) > APART_M
         or rotation_angle(step.rotation) > APART_RAD

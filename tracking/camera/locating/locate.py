@@ -10,7 +10,7 @@ as much for another place, or for none. Then other places are drawn, a few times
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -130,7 +130,7 @@ def locate_camera(
     renderer: Renderer,
     *,
     objects: tuple[PosedSplats, ...] = (),
-    near: Pose | None = None,
+    near_world_from_rig: Pose | None = None,
     rng: np.random.Generator,
     room_map: RoomMap | None = None,
     progress: Progress | None = None,
@@ -143,7 +143,7 @@ def locate_camera(
         room: splats of what stands still; world metres, Z up, the floor at 0.
         renderer: draws splats.
         objects: movable objects at their last known poses; some may be elsewhere.
-        near: `world_from_rig` where it was last known to stand, tried first.
+        near_world_from_rig: `world_from_rig` where it last stood, tried first.
         rng: shifts the grid of places that are compared: another attempt sees other ones.
         room_map: of `prepare_map`, where there is one.
         progress: is called with the share that is done, and what is being done.
@@ -153,10 +153,10 @@ def locate_camera(
         ValueError: the room is too small to stand in, or nothing in it is free.
     """
     search = _Search(frame, room, renderer, objects)
-    if near is not None:
+    if near_world_from_rig is not None:
         if progress is not None:
             progress(0.0, "looking where it stood")
-        search.refine(near)
+        search.refine(near_world_from_rig)
         if search.found[0].nats > NEAR_NATS and (located := search.judged()).trusted:
             return located
     located = search.refused("nothing was looked at")
@@ -176,12 +176,12 @@ def locate_camera(
                 cancelled=cancelled,
             )
         candidates = [] if room_map is None else hypotheses(room_map, frame)
-        for number, pose in enumerate(candidates):
+        for number, world_from_rig in enumerate(candidates):
             if cancelled is not None and cancelled():
                 break
             done = number / len(candidates)
             report(MAP_SHARE + (HYPOTHESES_SHARE - MAP_SHARE) * done, "comparing places")
-            search.refine(pose)
+            search.refine(world_from_rig)
         if cancelled is not None and cancelled():
             return search.refused("it was cancelled")
         report(HYPOTHESES_SHARE, "refining")
@@ -189,6 +189,13 @@ def locate_camera(
         if located.trusted:
             break
     return located
+
+
+def best_of(found: Sequence[Refined]) -> tuple[Refined, float]:
+    """The likeliest of some refined hypotheses, and its log odds to the next best place, nats."""
+    best, *others = sorted(found, key=lambda each: each.nats, reverse=True)
+    rivals = [o.nats for o in others if is_apart(o.world_from_rig, best.world_from_rig)]
+    return best, best.nats - max(rivals, default=0.0)
 
 
 class _Search:
@@ -205,15 +212,13 @@ class _Search:
         self._posed = (PosedSplats(room, Pose.identity()), *objects)
         self.found: list[Refined] = []
 
-    def refine(self, pose: Pose) -> None:
+    def refine(self, world_from_rig: Pose) -> None:
         """Refine a hypothesis and weigh it."""
-        self.found.append(refined(self._frame, pose, self._posed, self._renderer))
+        self.found.append(refined(self._frame, world_from_rig, self._posed, self._renderer))
 
     def judged(self) -> Located:
         """The best hypothesis, refined with the lenses, and whether it holds."""
-        best, *others = sorted(self.found, key=lambda each: each.nats, reverse=True)
-        rivals = [o.nats for o in others if is_apart(o.world_from_rig, best.world_from_rig)]
-        odds = best.nats - max(rivals, default=0.0)
+        best, odds = best_of(self.found)
         if best.nats < LEAST_ODDS_NATS:
             return self.refused(
                 "no place in the room accounts for the picture: is this the room, is it lit, and "

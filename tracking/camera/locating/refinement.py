@@ -69,15 +69,14 @@ def refined(
         )
     ]
 
-    def seen(pose: Pose, reach_deg: float, f_px: float) -> list[Displacements]:
+    def seen(reach_deg: float, f_px: float) -> list[Displacements]:
         reach = math.radians(reach_deg)
-        return [searched(sight, pose, reach_rad=reach, f_px=f_px) for sight in sights]
+        return [searched(sight, world_from_rig, reach_rad=reach, f_px=f_px) for sight in sights]
 
-    pose = world_from_rig
     for reach_deg, f_px, turn_deg, shift_m in ROUNDS:
         sigma = np.repeat((math.radians(turn_deg), shift_m), 3)
-        fit = rigid_fit(seen(pose, reach_deg, f_px), np.zeros(6), np.diag(sigma**-2))
-        pose = pose @ Pose(rotation_from_vector(fit.twist[:3]), fit.twist[3:])
-    lenses = seen(pose, *WEIGHED)
+        fit = rigid_fit(seen(reach_deg, f_px), np.zeros(6), np.diag(sigma**-2))
+        world_from_rig = world_from_rig @ Pose(rotation_from_vector(fit.twist[:3]), fit.twist[3:])
+    lenses = seen(*WEIGHED)
     windows = sum(round(len(lens.pixels) / lens.share) for lens in lenses if lens.share > 0)
-    return Refined(pose, sum(len(lens.pixels) for lens in lenses), windows)
+    return Refined(world_from_rig, sum(len(lens.pixels) for lens in lenses), windows)

@@ -19,7 +19,7 @@ from scenes.prepare.foreign.foreign import (
     no_movable_object,
     upright_scene,
 )
-from scenes.prepare.foreign.free_space import find_free_space, views_from
+from scenes.prepare.foreign.free_space import clearance, find_free_space, views_from
 from scenes.rays import RayScene
 from scenes.render.native import NativeRenderer
 
@@ -114,6 +114,15 @@ def test_a_unit_that_leaves_no_place_is_named(file):
 def test_a_wrong_unit_is_refused(metres, height, said):
     with pytest.raises(ValueError, match=said):
         Unit(metres, height)
+
+
+def test_clearance_is_the_distance_to_the_nearest_surface(flat_room):
+    around = clearance(flat_room)
+    for place, distance_m in (((-1.0, -1.0, 1.3), 1.0), ((1.3, 1.2, 1.1), 0.38)):
+        cell = np.floor((np.array(place) - around.low_m) / around.cell_m).astype(int)
+        assert around.distance_m[tuple(cell)] == pytest.approx(distance_m, abs=0.15)
+        assert around.floor[tuple(cell[:2])]
+    assert not around.floor[0, 0]
 
 
 def test_places_are_free_and_apart(flat_room):
