@@ -51,7 +51,7 @@ class RoomLocator:
                 self._scene.room,
                 self._renderer,
                 objects=self._objects,
-                near=last_world_from_rig,
+                near_world_from_rig=last_world_from_rig,
                 rng=self._rng,
                 room_map=self._map,
             )
