@@ -15,6 +15,7 @@ from scenes.pose import Pose
 from scenes.render.levels.thinning import thinned
 from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
 from scenes.splats import SplatCloud
+from studio.view.open_room import RoomSides, Side, room_sides
 from studio.view.surface_drawing import LivePicture, draw_surface
 
 Colour = tuple[float, float, float]
@@ -29,6 +30,10 @@ CUT_M = 2.15
 """What is higher is left out of the view from above: the ceiling."""
 
 MARGIN_M = 0.15
+
+MOST_OPEN_ROOMS = 6
+"""Rooms without some of their sides that are kept: an orbit passes three sets of sides, coarse and
+fine."""
 
 COARSE_SPLATS = 200_000
 """Splats of the room in a coarse picture."""
@@ -61,6 +66,8 @@ class Twin:
         self._renderer = renderer
         self._footprint = scene.footprint_m
         self._usual = usual_colour(scene.room)
+        self._sides: RoomSides | None = None
+        self._open_rooms: dict[tuple[frozenset[Side], bool], PosedSplats] = {}
         self._top_m = float(scene.room.means[:, 2].max(initial=0.0))
 
     def picture(
@@ -96,9 +103,15 @@ class Twin:
         near_m: float = 0.05,
         coarse: bool = False,
         live: Sequence[LivePicture] = (),
+        opens: bool = False,
     ) -> DrawnTwin:
-        """The picture as `picture` has it, with its depth."""
+        """The picture as `picture` has it, with its depth.
+
+        With `opens`, a room seen from outside is drawn without the walls and the ceiling between.
+        """
         room = self._coarse_room if coarse else self._room
+        if opens:
+            room = self._opened(room, world_from_camera, is_coarse=coarse)
         posed = [
             PosedSplats(item.splats, poses.get(object_id, item.world_from_object))
             for object_id, item in self._objects.items()
@@ -110,6 +123,23 @@ class Twin:
         for surface in live:
             draw_surface(picture, drawn.depth, camera, world_from_camera, surface)
         return DrawnTwin(picture, drawn.depth)
+
+    def _opened(
+        self, room: PosedSplats, world_from_camera: Pose, *, is_coarse: bool
+    ) -> PosedSplats:
+        """The room without the sides that hide it from an eye outside."""
+        if self._sides is None:
+            self._sides = room_sides(self._room.cloud, self._footprint)
+        hiding = self._sides.hiding(world_from_camera.translation)
+        if not hiding:
+            return room
+        key = hiding, is_coarse
+        if key not in self._open_rooms:
+            if len(self._open_rooms) >= MOST_OPEN_ROOMS:
+                self._open_rooms.clear()
+            cloud = self._sides.without(room.cloud, hiding)
+            self._open_rooms[key] = PosedSplats(cloud, Pose.identity())
+        return self._open_rooms[key]
 
     def _behind(
         self, camera: Pinhole | Fisheye, world_from_camera: Pose
@@ -123,6 +153,7 @@ class Twin:
 
     def make_coarse(self) -> None:
         """Choose the splats of coarse pictures: a second's work for a million of them."""
+        self._open_rooms.clear()
         cloud = thinned(self._room.cloud, COARSE_SPLATS)
         self._coarse_room = PosedSplats(cloud, Pose.identity())
 

@@ -136,7 +136,12 @@ class TwinPainter:
         camera = scaled(view.camera, grade.scale)
         poses = {key: track.world_from_object for key, track in view.state.objects.items()}
         drawn = self._drawing.twin.drawn(
-            poses, camera, view.world_from_camera, coarse=grade.thinned, live=view.live
+            poses,
+            camera,
+            view.world_from_camera,
+            coarse=grade.thinned,
+            live=view.live,
+            opens=True,
         )
         picture, depth = drawn.picture, drawn.depth
         thread = self._drawing.meshes
