@@ -41,14 +41,12 @@ LEAST_LOCATED_PERCENT = 95.0
 LONGEST_S = 30.0
 """Bars: how many poses are right and trusted, and how long that takes at most, the map included."""
 
-DISTORTION = (0.017, 0.0266, -0.0104, 0.0007)
-"""k1 to k4 of the lenses that are calibrated: those of a camera that is sold."""
-
 OFF_CENTRE = 0.005
-"""By which their principal points are off the middle, of the picture's side."""
+"""By which the principal points of lenses that are calibrated are off the middle, of the picture's
+side."""
 
 TOO_LONG = 1.05
-"""Focal length from which their calibration starts, over the true one at the rim."""
+"""Focal length from which their calibration starts, over the true one."""
 
 START_DEG, START_CM = 2.0, 2.0
 """Error of the pose from which it starts."""
@@ -154,15 +152,14 @@ def _apart(world_from_rig: Pose, place: CameraPlace) -> tuple[float, float]:
 
 
 def _sold_rig(size_px: int) -> Rig:
-    """Two lenses as they are sold: distorted, and not in the middle of their pictures."""
+    """Two lenses that are not in the middle of their pictures, as none that is sold is."""
     plain = default_rig(size_px)
     lenses: list[Fisheye] = []
     for lens, side in zip(plain.lenses, (1.0, -1.0), strict=True):
         off = side * OFF_CENTRE * size_px
-        bent = replace(lens, cx=lens.cx + off, cy=lens.cy - off, distortion=DISTORTION)
         # The circle stays inside the picture.
-        shrunk = (0.5 * size_px - abs(off)) / bent.circle_px
-        lenses.append(replace(bent, f_px=bent.f_px * shrunk))
+        shrunk = 1.0 - 2.0 * OFF_CENTRE
+        lenses.append(replace(lens, cx=lens.cx + off, cy=lens.cy - off, f_px=shrunk * lens.f_px))
     return Rig(tuple(lenses), plain.rig_from_lens)
 
 
