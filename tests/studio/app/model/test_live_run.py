@@ -38,9 +38,7 @@ class Playing(LiveJob):
 
     def __init__(self, plan, state):
         super().__init__(plan, options=TrackerOptions())
-        self.live = SimpleNamespace(
-            status=lambda: SimpleNamespace(state=state), go_live=lambda: None
-        )
+        self.live = SimpleNamespace(state=state, go_live=lambda: None)
 
     @property
     def running(self):
