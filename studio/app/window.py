@@ -199,7 +199,7 @@ def _conditions(window: MainWindow) -> dict[str, Callable[..., bool]]:
             run.output is not None and run.output.input.frame.t_ns >= float(s) * 1e9
         ),
         "wait.live": lambda state="live": (
-            live is not None and live.session is not None and live.session.status().state == state
+            live is not None and live.session is not None and live.session.state == state
         ),
         "wait.scene": lambda: bench.scene is not None and window.is_filled,
     }

@@ -212,6 +212,16 @@ class LiveSession:
         return self._options
 
     @property
+    def state(self) -> LiveState:
+        """As in `status`, at no cost."""
+        return self._state
+
+    @property
+    def listening_at(self) -> str:
+        """As in `status`, at no cost."""
+        return self._receiver.listening_at
+
+    @property
     def is_locating(self) -> bool:
         """Whether the camera is looked for beside the running session."""
         return self._relocating is not None and self._relocating.is_alive()

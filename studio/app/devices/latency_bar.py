@@ -79,7 +79,7 @@ class LatencyBar(QWidget):
             painter.drawText(label, flags | Qt.AlignmentFlag.AlignLeft, name)
             number = label.adjusted(0, 0, -self.fontMetrics().horizontalAdvance("  "), 0)
             total_ms = sum(times) if self._whole is None else getattr(self._whole, key)
-            painter.drawText(number, flags | Qt.AlignmentFlag.AlignRight, f"{total_ms:.1f} ms")
+            painter.drawText(number, flags | Qt.AlignmentFlag.AlignRight, _ms(total_ms))
             left = float(label_px)
             for place, time_ms in enumerate(times):
                 width = (self.width() - label_px) * time_ms / longest
@@ -101,8 +101,8 @@ class LatencyBar(QWidget):
             painter.drawText(row, Qt.AlignmentFlag.AlignVCenter, stage.name)
             flags = Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignRight
             slow_px = self.fontMetrics().horizontalAdvance("slow 0000.0 ms")
-            painter.drawText(row, flags, f"{stage.p95_ms:.1f} ms")
-            painter.drawText(row.adjusted(0, 0, -slow_px, 0), flags, f"{stage.p50_ms:.1f} ms")
+            painter.drawText(row, flags, _ms(stage.p95_ms))
+            painter.drawText(row.adjusted(0, 0, -slow_px, 0), flags, _ms(stage.p50_ms))
 
     def _draw_headings(self, painter: QPainter, line_px: float) -> None:
         row = QRectF(0, 2.5 * line_px, self.width(), line_px)
@@ -111,3 +111,8 @@ class LatencyBar(QWidget):
         painter.setPen(self.palette().placeholderText().color())
         painter.drawText(row, flags, TITLES["p95_ms"])
         painter.drawText(row.adjusted(0, 0, -slow_px, 0), flags, TITLES["p50_ms"])
+
+
+def _ms(time_ms: float) -> str:
+    """A time that fits its column: from a second on without a tenth."""
+    return f"{time_ms:.1f} ms" if time_ms < 1000 else f"{time_ms:.0f} ms"

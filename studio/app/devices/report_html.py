@@ -60,7 +60,7 @@ def report_page(folder: Path) -> str:
     head = "<tr><th align=left>Figure</th><th align=right>Value</th><th align=left></th>"
     return (
         f"<h3>{html.escape(folder.name)}</h3><p>{verdict}</p>"
-        f"<table cellspacing=0 cellpadding=3 width='100%'>{head}"
+        f"<table cellspacing=0 cellpadding=3 width='99%'>{head}"
         f"<th align=right>Limit</th><th></th></tr>{''.join(lines)}</table>{pictures}"
         f"{_texts('Changes', values)}{_texts('Events', values)}"
     )

@@ -179,7 +179,7 @@ class CameraPage(QWidget):
         self._show_layout()
         self._show_line()
         session = live.session
-        listening_at = "" if session is None else session.status().listening_at
+        listening_at = "" if session is None else session.listening_at
         is_entered = bool(listening_at) and not choice.is_simulated
         self.enter_label.setVisible(is_entered)
         self.enter.setVisible(is_entered)

@@ -187,7 +187,7 @@ class LiveDock(QWidget):
         """A session began, went on or ended: only what changes by hand is shown at once."""
         self.head.refresh_button()
         session = self.live.session
-        if session is None or session.status().state in (LiveState.CONFIRMING, LiveState.REFUSED):
+        if session is None or session.state in (LiveState.CONFIRMING, LiveState.REFUSED):
             self.page.refresh()
         job = self.live.job
         if job is None or job.running or job.report is None or job.report == self._shown_report:

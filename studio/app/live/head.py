@@ -34,7 +34,7 @@ LIVE_RED = "#c62828"
 """Of the badge, in both themes; white on it has 5.6:1."""
 
 LINES = 2
-"""Of the sentence below the state: what is longer is in its tooltip."""
+"""Of the sentence below the state that are kept free, so that little moves when it changes."""
 
 OBJECTS = {"occluded": "hidden", "static": "at rest"}
 """States of tracking as people read them; others stay."""
@@ -204,7 +204,6 @@ class LiveHead(QWidget):
             return
         self.text.setText(text)
         self.text.setToolTip(text)
-        self.text.setMinimumHeight(LINES * self.fontMetrics().lineSpacing())
 
     def _show_banner(self, banner: Banner | None, *, is_locating: bool) -> None:
         if banner != self._banner:
@@ -218,6 +217,8 @@ class LiveHead(QWidget):
         self.banner_button.setText("Looking …" if is_locating else Help.FIND)
         self.banner_button.setEnabled(not is_locating)
         self.banner.setVisible(banner is not None)
+        lines = LINES if banner is None else 1
+        self.text.setMinimumHeight(lines * self.fontMetrics().lineSpacing())
         self.updateGeometry()
 
 

@@ -9,19 +9,21 @@ from enum import StrEnum
 from devices.camera.received import CameraState
 from devices.messages import Event
 from studio.live.status import TRACKS, LiveState, LiveStatus
+from studio.session.camera_events import SOURCE
+from tracking.output import CameraMoment
 
 MOVED_SHOWN_S = 20.0
 """Seconds for which a camera that was found again by itself is mentioned: time to look at the twin
 and to see whether objects stand where they should."""
 
-MOVED = frozenset({"camera-moved", "camera-bumped", "camera-found"})
-"""Kinds of events that say that the camera moved and is known again."""
+MOVED = frozenset({(SOURCE, str(CameraMoment.BUMPED)), ("session", "camera-refused")})
+"""Source and kind of events after which somebody should look whether objects are where they are."""
 
-LOST = frozenset({"camera-refused", "camera-not-found"})
-"""Kinds of events that say that nobody knows where the camera is."""
+LOST = frozenset({(SOURCE, str(CameraMoment.NOT_FOUND)), ("session", "camera-refused")})
+"""Of events that say why nobody knows where the camera is."""
 
-PLACED = "camera-placed"
-"""Kind of the event that says that the camera was found by a search."""
+PLACED = ("session", "camera-placed")
+"""Of the event that says that the camera was found by a search."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +83,8 @@ def light_of(status: LiveStatus) -> Light:
             return Light("bad", "failed")
         if status.camera.state is CameraState.HELD and status.state is not LiveState.CONNECTING:
             return Light("warning", "held")
+        if status.is_camera_lost:
+            return Light("bad", "camera lost")
     return LIGHTS[status.state]
 
 
@@ -107,22 +111,22 @@ def banner_of(status: LiveStatus, events: Sequence[Event], *, now_ns: int) -> Ba
             f"No picture comes ({reason}): objects stay where they were. It connects again by "
             "itself; look after the camera's power, its app and the Wi-Fi.",
         )
-    return _banner_of_place(events, now_ns)
+    return _banner_of_place(status, events, now_ns)
 
 
-def _banner_of_place(events: Sequence[Event], now_ns: int) -> Banner | None:
-    """What the last event that says where the camera is asks for."""
-    for event in reversed(events):
-        if event.kind in LOST:
-            text = f"{_sentence(event.text)} See that its view is free."
-            return Banner("bad", text, Help.FIND)
-        if event.kind in MOVED:
-            if now_ns - event.t_ns > MOVED_SHOWN_S * 1e9:
-                return None
+def _banner_of_place(status: LiveStatus, events: Sequence[Event], now_ns: int) -> Banner | None:
+    """What is known of where the camera is."""
+    newest = list(reversed(events))
+    if status.is_camera_lost:
+        lost = (event.text for event in newest if (event.source, event.kind) in LOST)
+        text = _sentence(next(lost, "it is not known where the camera is"))
+        return Banner("bad", text, Help.FIND)
+    for event in newest:
+        if now_ns - event.t_ns > MOVED_SHOWN_S * 1e9 or (event.source, event.kind) == PLACED:
+            return None
+        if (event.source, event.kind) in MOVED:
             text = f"{_sentence(event.text)} If objects stand beside their places:"
             return Banner("warning", text, Help.FIND)
-        if event.kind == PLACED:
-            return None
     return None
 
 

@@ -137,7 +137,7 @@ class LiveRun:
             return Step.ENDING
         if job.live is None:
             return Step.OPENING
-        state = job.live.status().state
+        state = job.live.state
         if state in STEPS:
             return STEPS[state]
         return Step.GOES_LIVE if self._goes_live else Step.GO_LIVE_SOON

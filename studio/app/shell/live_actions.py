@@ -223,7 +223,7 @@ class LiveActions:
     def listening_at(self) -> str:
         """Where a camera may push to; empty where none can."""
         session = self._live.session
-        return "" if session is None else session.status().listening_at
+        return "" if session is None else session.listening_at
 
     def copy_address(self) -> None:
         """Put it on the clipboard."""

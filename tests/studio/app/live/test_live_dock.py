@@ -147,12 +147,17 @@ def test_a_lost_camera_has_a_button_that_looks_for_it(opened, monkeypatch):
     monkeypatch.setattr(session, "relocate", lambda: asked.append(True))
     lost = Event(session.now_ns(), "session", "camera-refused", "the camera was not found: dark")
     monkeypatch.setattr(session, "events", lambda: (lost,))
+    monkeypatch.setattr(session, "_is_camera_lost", True)
     opened.until(head.banner.isVisible)
     assert "The camera was not found: dark." in head.banner_text.text()
+    assert "camera lost" in head.state.text()
+    opened.until(lambda: asked)  # the session looks for it by itself, too, every 15 s
+    asked.clear()
     head.banner_button.click()
     assert asked == [True]
     found = Event(session.now_ns(), "session", "camera-placed", "found")
     monkeypatch.setattr(session, "events", lambda: (lost, found))
+    monkeypatch.setattr(session, "_is_camera_lost", False)
     opened.until(lambda: not head.banner.isVisible())
 
 

@@ -18,16 +18,35 @@ from studio.app.live.words import (
 )
 from studio.app.shell.theme import SHAPES
 from studio.live.status import LiveState, LiveStatus
+from studio.session.camera_events import camera_events
+from tracking.output import CameraMoment, CameraNotice
 
 S = 1_000_000_000
 
 
-def status(state=LiveState.LIVE, camera=CameraState.LIVE, *, reason="all is well", failure=""):
-    return LiveStatus(state, "live", CameraStatus(camera, reason), recording_failure=failure)
+def status(
+    state=LiveState.LIVE,
+    camera=CameraState.LIVE,
+    *,
+    reason="all is well",
+    failure="",
+    is_lost=False,
+):
+    return LiveStatus(
+        state,
+        "live",
+        CameraStatus(camera, reason),
+        recording_failure=failure,
+        is_camera_lost=is_lost,
+    )
 
 
-def event(kind, t_s, text="the camera did something"):
-    return Event(round(t_s * S), "session", kind, text)
+def event(kind, t_s, source="session", text="the camera did something"):
+    return Event(round(t_s * S), source, kind, text)
+
+
+def moment(of, t_s):
+    return camera_events(round(t_s * S), (CameraNotice(of, 0.6, 0.5, 2.0),))[0]
 
 
 @pytest.mark.parametrize("state", list(LiveState))
@@ -57,24 +76,35 @@ def test_the_most_important_banner_is_shown():
     held = banner_of(status(camera=CameraState.HELD), lost, now_ns=2 * S)
     assert held is not None
     assert held.help is Help.NONE
-    found = banner_of(status(), lost, now_ns=2 * S)
+    found = banner_of(status(is_lost=True), lost, now_ns=2 * S)
     assert found is not None
     assert (found.kind, found.help) == ("bad", Help.FIND)
     assert banner_of(status(LiveState.ENDED, failure="disk"), lost, now_ns=2 * S) is None
     assert banner_of(status(LiveState.PLACING), lost, now_ns=2 * S) is None
 
 
-def test_a_bump_is_shown_for_a_while_and_a_lost_camera_until_it_is_found():
-    moved = (event("camera-moved", 10),)
-    soon = banner_of(status(), moved, now_ns=11 * S)
+def test_a_bump_is_shown_for_a_while():
+    # What the tracker says in the frame of a bump that its pictures explain.
+    bump = (moment(CameraMoment.BUMPED, 10), moment(CameraMoment.FOUND, 10))
+    soon = banner_of(status(), bump, now_ns=11 * S)
     assert soon is not None
-    assert soon.help is Help.FIND
+    assert soon.kind == "warning"
+    assert "0.60° and 0.5 cm" in soon.text
     late_ns = round((10.1 + MOVED_SHOWN_S) * S)
-    assert banner_of(status(), moved, now_ns=late_ns) is None
-    lost = (*moved, event("camera-refused", 11))
-    assert banner_of(status(), lost, now_ns=1000 * S) is not None
-    assert banner_of(status(), (*lost, event("camera-placed", 12)), now_ns=13 * S) is None
+    assert banner_of(status(), bump, now_ns=late_ns) is None
+    placed = (*bump, event("camera-placed", 12))
+    assert banner_of(status(), placed, now_ns=13 * S) is None
     assert banner_of(status(), (event("changed", 1),), now_ns=S) is None
+
+
+def test_a_lost_camera_is_shown_until_it_is_found():
+    lost = (moment(CameraMoment.BUMPED, 9), moment(CameraMoment.NOT_FOUND, 10))
+    shown = banner_of(status(is_lost=True), lost, now_ns=1000 * S)
+    assert shown is not None
+    assert (shown.kind, shown.help) == ("bad", Help.FIND)
+    assert "free its view" in shown.text
+    assert light_of(status(is_lost=True)).word == "camera lost"
+    assert banner_of(status(), lost, now_ns=1000 * S) is None
 
 
 def test_numbers_as_people_read_them():

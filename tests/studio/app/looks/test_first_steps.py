@@ -95,7 +95,7 @@ def test_a_recording_is_scrubbed_by_mouse_and_jumped_through_by_key(window, look
 def test_nothing_scrolls_sideways_in_the_smallest_usual_window(window):
     from PySide6.QtWidgets import QAbstractScrollArea, QPlainTextEdit
 
-    for dock_id in ("twin", "scenario", "session", "preparation", "timeline"):
+    for dock_id in ("twin", "scenario", "session", "live", "preparation", "timeline"):
         window.bench.do(f"dock.{dock_id}")
         settle(0.1)
         area = window.docks[dock_id]
