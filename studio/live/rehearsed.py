@@ -30,6 +30,7 @@ from studio.live.against_truth import (
 from studio.live.live import LiveResult, LiveSession
 from studio.live.simulated_camera import SimulatedCamera, SimulatedFeed
 from studio.live.status import LiveState
+from studio.session.camera_events import event_kind
 from studio.session.session import SessionOutput
 from tracking.output import CameraMoment
 
@@ -242,7 +243,7 @@ class RehearsedLive:
         return self._camera
 
 
-NOTICED = frozenset({str(CameraMoment.BUMPED), str(CameraMoment.NOT_FOUND)})
+NOTICED = frozenset(map(event_kind, (CameraMoment.BUMPED, CameraMoment.NOT_FOUND)))
 """Kinds of the session's events by which it says that the camera was moved."""
 
 

@@ -9,17 +9,17 @@ from enum import StrEnum
 from devices.camera.received import CameraState
 from devices.messages import Event
 from studio.live.status import TRACKS, LiveState, LiveStatus
-from studio.session.camera_events import SOURCE
+from studio.session.camera_events import SOURCE, event_kind
 from tracking.output import CameraMoment
 
 MOVED_SHOWN_S = 20.0
 """Seconds for which a camera that was found again by itself is mentioned: time to look at the twin
 and to see whether objects stand where they should."""
 
-MOVED = frozenset({(SOURCE, str(CameraMoment.BUMPED)), ("session", "camera-refused")})
+MOVED = frozenset({(SOURCE, event_kind(CameraMoment.BUMPED)), ("session", "camera-refused")})
 """Source and kind of events after which somebody should look whether objects are where they are."""
 
-LOST = frozenset({(SOURCE, str(CameraMoment.NOT_FOUND)), ("session", "camera-refused")})
+LOST = frozenset({(SOURCE, event_kind(CameraMoment.NOT_FOUND)), ("session", "camera-refused")})
 """Of events that say why nobody knows where the camera is."""
 
 PLACED = ("session", "camera-placed")
