@@ -100,7 +100,7 @@ class LiveDock(QWidget):
     def _make_delays(self) -> QWidget:
         self.latency = LatencyBar(NO_DELAYS)
         page, layout = _page()
-        layout.addWidget(QLabel("From a picture's last byte to its poses"))
+        layout.addWidget(QLabel("From a picture's capture to its poses"))
         layout.addWidget(self.latency)
         layout.addStretch(1)
         return page
