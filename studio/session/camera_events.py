@@ -12,13 +12,13 @@ SOURCE = "camera-pose"
 
 
 def camera_events(t_ns: int, notices: Sequence[CameraNotice]) -> tuple[Event, ...]:
-    """The events of a frame's notices; the kind is the `CameraMoment`'s value.
+    """The events of a frame's notices; the kind is `camera-` and the `CameraMoment`'s value.
 
     Args:
         t_ns: frame time.
         notices: of the shown tracker.
     """
-    return tuple(Event(t_ns, SOURCE, str(n.moment), n.described()) for n in notices)
+    return tuple(Event(t_ns, SOURCE, f"camera-{n.moment}", n.described()) for n in notices)
 
 
 def is_camera_event(value: object) -> bool:

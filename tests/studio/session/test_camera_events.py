@@ -29,8 +29,8 @@ def bumping(session, seq):
 
 def test_events_say_what_and_how_far():
     bumped, found = camera_events(7, (BUMPED, FOUND))
-    assert bumped == Event(7, SOURCE, "bumped", "the camera was moved by 1.23° and 2.3 cm")
-    assert found.kind == "found"
+    assert bumped == Event(7, SOURCE, "camera-bumped", "the camera was moved by 1.23° and 2.3 cm")
+    assert found.kind == "camera-found"
     assert is_camera_event(bumped)
     assert not is_camera_event(replace(bumped, source="physics"))
     assert camera_events(7, ()) == ()
@@ -45,7 +45,10 @@ def test_a_session_says_and_records_them_and_a_replay_says_its_own(tiny, tmp_pat
         o.input.frame.seq: [e.kind for e in o.input.events if is_camera_event(e)] for o in outputs
     }
     assert {seq: kinds for seq, kinds in said.items() if kinds} == {3: ["bumped", "found"]}
-    assert [v.kind for v in read_recording(path) if is_camera_event(v)] == ["bumped", "found"]
+    assert [v.kind for v in read_recording(path) if is_camera_event(v)] == [
+        "camera-bumped",
+        "camera-found",
+    ]
     again = [e for m in recorded_messages(path, session.info) for e in m.input.events]
     assert again
     assert not any(map(is_camera_event, again))
