@@ -31,6 +31,8 @@ class FrameStamp:
         t_ns: capture time.
         received_ns: when it reached the session.
         world_from_rig: the camera's pose as the session knew it, or None.
+        steps_ms: of a live session, durations of the steps of the tracker's searches in this frame,
+            in order, milliseconds: how many steps were done followed from them.
     """
 
     stream_id: str
@@ -38,6 +40,7 @@ class FrameStamp:
     t_ns: int
     received_ns: int
     world_from_rig: Pose | None
+    steps_ms: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,7 +138,11 @@ SCHEMAS: Mapping[str, Mapping[str, str]] = {
         "keyframe": "boolean",
         "begins": "boolean",
     },
-    "gaussiannexus.FrameStamp": {"received_ns": "integer", "world_from_rig": "array"},
+    "gaussiannexus.FrameStamp": {
+        "received_ns": "integer",
+        "world_from_rig": "array",
+        "steps_ms": "array",
+    },
     "gaussiannexus.TrackedObject": {
         "object_id": "string",
         "world_from_object": "array",
@@ -214,6 +221,8 @@ def encode_message(value: RecordedValue) -> Encoded:
             "received_ns": value.received_ns,
             "world_from_rig": _optional_pose_to_json(value.world_from_rig),
         }
+        if value.steps_ms:
+            fields["steps_ms"] = list(value.steps_ms)
         head = (f"/{value.stream_id}/frame", "gaussiannexus.FrameStamp", value.t_ns, value.seq)
     elif isinstance(value, RecordedTrack):
         fields = track_to_json(value.track)
@@ -344,6 +353,7 @@ def _stamp(encoded: Encoded, fields: dict[str, Any]) -> FrameStamp:
         encoded.t_ns,
         int(fields["received_ns"]),
         None if pose is None else Pose.from_matrix(pose),
+        tuple(float(value) for value in fields.get("steps_ms", ())),
     )
 
 

@@ -25,7 +25,7 @@ from studio.session.sources import (
     recorded_messages,
     simulated_messages,
 )
-from tracking.hypotheses.budget import NOMINAL_COSTS, MeasuredCosts
+from tracking.hypotheses.budget import NOMINAL_COSTS, MeasuredCosts, RepeatedCosts, StepCosts
 from tracking.output import TrackingMethod
 
 
@@ -51,16 +51,23 @@ def open_session(plan: SessionPlan, *, truth_detector: TruthDetector | None = No
     executor = ExactExecutor(clock) if plan.pace is Pace.EXACT else PacedExecutor(clock)
     made = _recorded(plan) if plan.recording is not None else _simulated(plan)
     scene, info, messages, duration_ns = made
+    # A live recording says how long the steps of searches took; what else must repeat is nominal.
+    costs: StepCosts = NOMINAL_COSTS
+    if plan.pace is Pace.PACED:
+        costs = MeasuredCosts(time.perf_counter_ns)
+    elif plan.recording is not None and info.stream is not None:
+        costs = RepeatedCosts()
     return Session(
         plan,
         scene,
         info,
         messages,
-        _methods(plan, scene, truth_detector),
+        _methods(plan, scene, truth_detector, costs),
         duration_ns=duration_ns,
         clock=clock,
         executor=executor,
         truth_detector=truth_detector,
+        costs=costs,
     )
 
 
@@ -82,24 +89,26 @@ def open_live_session(
     """
     # One thread: a picture is taken when the tracker is ready for it. Those in between are replaced
     # in the receiver.
+    costs = MeasuredCosts(time.perf_counter_ns)
     return Session(
         plan,
         scene,
         info,
         messages,
-        _methods(plan, scene, None),
+        _methods(plan, scene, None, costs),
         duration_ns=0,
         clock=clock,
         executor=ExactExecutor(clock),
+        costs=costs,
     )
 
 
 def _methods(
-    plan: SessionPlan, scene: ScenePackage, truth_detector: TruthDetector | None
+    plan: SessionPlan,
+    scene: ScenePackage,
+    truth_detector: TruthDetector | None,
+    costs: StepCosts,
 ) -> dict[str, TrackingMethod[Any]]:
-    # Measured costs differ from run to run, and with them the frames in which searches end.
-    is_paced = plan.pace is Pace.PACED
-    costs = MeasuredCosts(time.perf_counter_ns) if is_paced else NOMINAL_COSTS
     return {
         name: make_method(
             name,

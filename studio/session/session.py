@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from devices.clock import Clock
-from devices.messages import EncodedFrame
+from devices.messages import EncodedFrame, Frame
 from devices.recording import Recorder
 from devices.recording_codec import (
     FrameStamp,
@@ -40,6 +40,7 @@ from studio.session.sources import (
 )
 from studio.session.tracker_settings import TrackerSettings, settings_event
 from studio.view.surface_drawing import LivePicture
+from tracking.hypotheses.budget import NOMINAL_COSTS, MeasuredCosts, RepeatedCosts, StepCosts
 from tracking.options import TrackerOptions
 from tracking.output import TrackingMethod, TrackOutput
 
@@ -116,6 +117,7 @@ class Session:
         clock: Clock,
         executor: Executor,
         truth_detector: TruthDetector | None = None,
+        costs: StepCosts = NOMINAL_COSTS,
     ) -> None:
         self.plan = plan
         self.scene = scene
@@ -125,6 +127,8 @@ class Session:
         self._clock = clock
         self._executor = executor
         self._truth_detector = truth_detector
+        self._costs = costs
+        self._is_live = plan.pace is Pace.LIVE
         self._latencies = Latencies()
         self._methods = dict(methods)
         self._states: dict[str, Any] = {name: m.start() for name, m in self._methods.items()}
@@ -254,6 +258,8 @@ class Session:
         trial = None
         if self._is_located:
             trial = self._settings.tried(self._states, message.frame, self._clock.now_ns())
+        if isinstance(self._costs, RepeatedCosts):
+            self._costs.give(message.steps_ms)
         for place, (name, method) in enumerate(self._methods.items()):
             if not self._is_located:
                 outputs[name] = TrackOutput(())
@@ -267,6 +273,8 @@ class Session:
             outputs[name] = output
         if self.plan.fork is not None:
             self.plan.fork.check_tracks(message, outputs)
+        if self._is_live and isinstance(self._costs, MeasuredCosts):
+            self._write(_stamp(message.frame, self._costs.taken()))
         self._record_tracks(outputs)
         shown = outputs[self.plan.methods[0]]
         message = self._noted(message, shown)
@@ -330,10 +338,8 @@ class Session:
         for event in live.events:
             if not self._settings.take(event):  # those are written when they are followed
                 self._write(event)
-        stamp = FrameStamp(
-            frame.stream_id, frame.seq, frame.t_ns, frame.received_ns, frame.world_from_rig
-        )
-        self._write(stamp)
+        if not self._is_live:
+            self._write(_stamp(frame, message.steps_ms))
         if live.packet is not None:
             self._write(live.packet)
         for avatar in live.avatars:
@@ -352,6 +358,17 @@ class Session:
         for name, output in outputs.items():
             for track in output.objects:
                 self._write(RecordedTrack(name, track))
+
+
+def _stamp(frame: Frame, steps_ms: tuple[float, ...]) -> FrameStamp:
+    return FrameStamp(
+        frame.stream_id,
+        frame.seq,
+        frame.t_ns,
+        frame.received_ns,
+        frame.world_from_rig,
+        steps_ms,
+    )
 
 
 def _discard(_value: RecordedValue) -> None:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from devices.messages import EncodedFrame, Event, Frame
 from devices.recording import read_recording
 from devices.recording_codec import (
+    FrameStamp,
     RecordedAnnotation,
     RecordedAvatar,
     RecordedSurface,
@@ -66,11 +67,13 @@ class SessionMessage:
         input: what the stages see.
         truth: the simulator's, live or recorded; None of a real camera.
         recorded: tracks of a recording, each with the name of its method; empty unless replayed.
+        steps_ms: of a recorded live session, see `FrameStamp`.
     """
 
     input: SessionInput
     truth: GroundTruth | None = None
     recorded: tuple[tuple[str, TrackedObject], ...] = ()
+    steps_ms: tuple[float, ...] = ()
 
     @property
     def frame(self) -> Frame:
@@ -153,5 +156,6 @@ def _grouped(
         )
         truth = next((GroundTruth(v) for v in values if isinstance(v, RecordedTruth)), None)
         tracks = tuple((v.method, v.track) for v in values if isinstance(v, RecordedTrack))
-        yield SessionMessage(live, truth, tracks)
+        stamp = next((v for v in values if isinstance(v, FrameStamp)), None)
+        yield SessionMessage(live, truth, tracks, () if stamp is None else stamp.steps_ms)
         waiting.clear()

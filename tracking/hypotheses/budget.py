@@ -7,6 +7,7 @@ from their costs: nominal ones, the same in every run, or running estimates from
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable, Sequence
 from enum import Enum
 from typing import ParamSpec, Protocol, TypeVar, cast
@@ -16,6 +17,11 @@ T = TypeVar("T")
 
 ESTIMATE_SHARE = 0.2
 """Weight of a new duration in the running estimate of a step's cost. Chosen on lab and desk."""
+
+
+MOST_DURATIONS = 100_000
+"""Durations that are kept until they are taken: more than the steps of any frame (a first one with
+all objects gone has some thousands)."""
 
 
 class Step(Enum):
@@ -71,28 +77,65 @@ class NominalCosts:
         return work(), step.nominal_ms
 
 
-class MeasuredCosts:
-    """Running estimates of the costs on this machine, beginning with the nominal ones.
+class _Estimates:
+    """Running estimates of the costs of steps, beginning with the nominal ones."""
 
-    Args:
-        stopwatch: returns nanoseconds from any origin.
-    """
-
-    def __init__(self, stopwatch: Callable[[], int]) -> None:
-        self._stopwatch = stopwatch
+    def __init__(self) -> None:
         self._estimates_ms = {step: step.nominal_ms for step in Step}
 
     def cost_ms(self, step: Step) -> float:
         """Estimated duration of a step in ms."""
         return self._estimates_ms[step]
 
+    def _learn(self, step: Step, duration_ms: float) -> None:
+        self._estimates_ms[step] += ESTIMATE_SHARE * (duration_ms - self._estimates_ms[step])
+
+
+class MeasuredCosts(_Estimates):
+    """Costs as they are measured on this machine.
+
+    Args:
+        stopwatch: returns nanoseconds from any origin.
+    """
+
+    def __init__(self, stopwatch: Callable[[], int]) -> None:
+        super().__init__()
+        self._stopwatch = stopwatch
+        self._durations_ms: deque[float] = deque(maxlen=MOST_DURATIONS)
+
     def timed(self, step: Step, work: Callable[[], T]) -> tuple[T, float]:
         """Result of a step, and its measured duration in ms."""
         began_ns = self._stopwatch()
         result = work()
         duration_ms = (self._stopwatch() - began_ns) / 1e6
-        self._estimates_ms[step] += ESTIMATE_SHARE * (duration_ms - self._estimates_ms[step])
+        self._learn(step, duration_ms)
+        self._durations_ms.append(duration_ms)
         return result, duration_ms
+
+    def taken(self) -> tuple[float, ...]:
+        """Durations of the steps since the last call, in order, ms: what `RepeatedCosts` needs."""
+        durations = tuple(self._durations_ms)
+        self._durations_ms.clear()
+        return durations
+
+
+class RepeatedCosts(_Estimates):
+    """Costs as they were measured once: the same steps in the same frames again."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._durations_ms: deque[float] = deque()
+
+    def give(self, durations_ms: Sequence[float]) -> None:
+        """The durations of the next frame's steps; what the frame before left is forgotten."""
+        self._durations_ms.clear()
+        self._durations_ms.extend(durations_ms)
+
+    def timed(self, step: Step, work: Callable[[], T]) -> tuple[T, float]:
+        """Result of a step, and its duration then; a step more than then costs the nominal."""
+        duration_ms = self._durations_ms.popleft() if self._durations_ms else step.nominal_ms
+        self._learn(step, duration_ms)
+        return work(), duration_ms
 
 
 NOMINAL_COSTS = NominalCosts()

@@ -9,6 +9,7 @@ from tracking.hypotheses.budget import (
     FrameBudget,
     MeasuredCosts,
     NominalCosts,
+    RepeatedCosts,
     Step,
     steps_within,
 )
@@ -119,3 +120,41 @@ def test_nominal_costs_are_the_same_whatever_a_step_takes():
     costs = NominalCosts()
     assert costs.timed(Step.GATHER, lambda: 7) == (7, Step.GATHER.nominal_ms)
     assert steps_within(costs, Step.LOCAL_HYPOTHESIS, 14_999_999) == 2
+
+
+@given(
+    st.lists(st.tuples(st.integers(1, 12), st.lists(st.integers(1, 10**8), max_size=12))),
+    st.floats(0.5, 40.0),
+)
+def test_measured_costs_repeat_the_same_steps_in_the_same_frames(frames, budget_ms):
+    """Whatever the steps took: with their durations given, as many are done in every frame."""
+    clock = {"now": 0}
+    pending = [ns for _, durations in frames for ns in durations]
+
+    def stopwatch():
+        clock["now"] += pending.pop() if pending and clock["now"] % 2 else 1
+        return clock["now"]
+
+    measured, repeated = MeasuredCosts(stopwatch), RepeatedCosts()
+    for count, _ in frames:
+        logs = [], []
+        for costs, log in zip((measured, repeated), logs, strict=True):
+            if costs is repeated:
+                repeated.give(durations)
+            try:
+                long_sum(list(range(count)), FrameBudget(budget_ms, (), costs), log)
+            except BudgetExhausted:
+                pass
+            if costs is measured:
+                durations = measured.taken()
+        assert logs[0] == logs[1]
+        assert measured.taken() == ()
+        for step in Step:
+            assert measured.cost_ms(step) == repeated.cost_ms(step)
+
+
+def test_more_steps_than_were_recorded_cost_the_nominal():
+    costs = RepeatedCosts()
+    costs.give([7.0])
+    assert costs.timed(Step.CUT, lambda: "a") == ("a", 7.0)
+    assert costs.timed(Step.CUT, lambda: "b") == ("b", Step.CUT.nominal_ms)
