@@ -15,6 +15,9 @@ from studio.session.plan import Pace, SessionPlan
 from studio.session.sources import SessionInput, recorded_messages
 from studio.verbs.replay import Comparison
 
+OF_SIMULATIONS = (Pace.EXACT, Pace.PACED)
+"""Live sessions have a camera: tests/studio/live."""
+
 
 def run(tiny, plan, **options):
     outputs = []
@@ -56,7 +59,7 @@ def test_stages_of_the_shown_tracker_have_plain_names(tiny):
     assert "stage.pose.ms.p95" in names
 
 
-@pytest.mark.parametrize("pace", list(Pace))
+@pytest.mark.parametrize("pace", OF_SIMULATIONS)
 def test_what_is_recorded_comes_back(tiny, tmp_path, pace):
     path = tmp_path / "recording.mcap"
     plan = SessionPlan(pace=pace, record_to=path)
@@ -72,7 +75,7 @@ def test_what_is_recorded_comes_back(tiny, tmp_path, pace):
     assert len(tracks) == 2 * 2 * result.frames
 
 
-@pytest.mark.parametrize("pace", list(Pace))
+@pytest.mark.parametrize("pace", OF_SIMULATIONS)
 def test_what_is_drawn_is_recorded_and_stays_in_the_state(tiny, tmp_path, pace):
     def drawn(message):
         seq = message.frame.seq
@@ -123,7 +126,7 @@ def test_replay_with_another_tracker_is_noticed(tiny, tmp_path):
     assert {r.name for r in comparison.rows() if r.passed is False} == {"replay.tracks.different"}
 
 
-@pytest.mark.parametrize("pace", list(Pace))
+@pytest.mark.parametrize("pace", OF_SIMULATIONS)
 def test_cancelling_stops_and_leaves_only_the_part_file(tiny, tmp_path, pace):
     path = tmp_path / "recording.mcap"
     cancelled = threading.Event()
@@ -134,7 +137,7 @@ def test_cancelling_stops_and_leaves_only_the_part_file(tiny, tmp_path, pace):
     assert path.with_name("recording.mcap.part").exists()
 
 
-@pytest.mark.parametrize("pace", list(Pace))
+@pytest.mark.parametrize("pace", OF_SIMULATIONS)
 def test_an_error_of_the_source_reaches_the_caller(tiny, pace):
     def broken():
         yield next(tiny.inputs())
@@ -202,7 +205,7 @@ def test_unknown_methods_are_refused():
 BOARD = np.array([[-0.5, 1.5, 1.7], [0.5, 1.5, 1.7], [0.5, 1.5, 1.0], [-0.5, 1.5, 1.0]])
 
 
-@pytest.mark.parametrize("pace", list(Pace))
+@pytest.mark.parametrize("pace", OF_SIMULATIONS)
 def test_surfaces_show_live_video_and_come_back_from_the_recording(tiny, tmp_path, pace):
     def inputs():
         for message in tiny.inputs():

@@ -1,5 +1,7 @@
 """A long computation that is spread over frames, and what its steps cost."""
 
+import contextlib
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -136,18 +138,17 @@ def test_measured_costs_repeat_the_same_steps_in_the_same_frames(frames, budget_
         return clock["now"]
 
     measured, repeated = MeasuredCosts(stopwatch), RepeatedCosts()
+
+    def steps_of(costs, count):
+        log = []
+        with contextlib.suppress(BudgetExhausted):
+            long_sum(list(range(count)), FrameBudget(budget_ms, (), costs), log)
+        return log
+
     for count, _ in frames:
-        logs = [], []
-        for costs, log in zip((measured, repeated), logs, strict=True):
-            if costs is repeated:
-                repeated.give(durations)
-            try:
-                long_sum(list(range(count)), FrameBudget(budget_ms, (), costs), log)
-            except BudgetExhausted:
-                pass
-            if costs is measured:
-                durations = measured.taken()
-        assert logs[0] == logs[1]
+        done = steps_of(measured, count)
+        repeated.give(measured.taken())
+        assert steps_of(repeated, count) == done
         assert measured.taken() == ()
         for step in Step:
             assert measured.cost_ms(step) == repeated.cost_ms(step)
