@@ -1,7 +1,7 @@
 """The network between a camera and the studio, which fails on command: for TCP and for UDP.
 
 A black hole is the worst kind: what was connected before it stays open, says nothing for ever, and
-is never told that it is dead. Loopback only.
+never learns that it is dead. Loopback only.
 """
 
 from __future__ import annotations

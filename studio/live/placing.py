@@ -58,7 +58,7 @@ Locate = Callable[[Frame, Pose | None], Placed]
 """Finds the camera in the room from one frame; the pose is where it was last, to be tried first."""
 
 Say = Callable[[str], None]
-"""Is told what is being done, in a sentence."""
+"""Takes a sentence about what is being done."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

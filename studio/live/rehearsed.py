@@ -63,34 +63,33 @@ POLL_S = 0.2
 Say = Callable[[str], None]
 
 
+def usual_feed(scene: str, scenario: str | None, seed: int) -> SimulatedFeed:
+    """A film of a scene at full size and rate, in which the camera is bumped."""
+    return SimulatedFeed(scene, scenario, seed, FILM_S, faults=(BUMP,))
+
+
 class RehearsedLive:
     """The camera, its faults, and what the session made of both. Use as a context manager.
 
     Args:
         session: receives from an RTMP port of its own.
-        scene: what the camera shows.
-        scenario: what happens there; None for the scene's own.
-        seed: of all that is random.
+        feed: what the camera plays.
         truth: file for the camera's truth.
         seconds: that the session is live; None for no end.
-        feed: what the camera plays; None for the usual film at full size.
     """
 
     def __init__(
         self,
         session: LiveSession,
-        scene: str,
-        scenario: str | None,
+        feed: SimulatedFeed,
         *,
-        seed: int,
         truth: Path,
         seconds: float | None,
-        feed: SimulatedFeed | None = None,
     ) -> None:
         self._session = session
         self._truth = truth
         self._seconds = seconds
-        self._feed = feed or SimulatedFeed(scene, scenario, seed, FILM_S, faults=(BUMP,))
+        self._feed = feed
         self._stack = ExitStack()
         self._camera: SimulatedCamera | None = None
         self._published: deque[Published] = deque(maxlen=KEPT)

@@ -117,7 +117,7 @@ def _headless(args: argparse.Namespace) -> int:
     from studio.live.live import LiveSession
     from studio.live.locating import RoomLocator
     from studio.live.recording_name import recording_in
-    from studio.live.rehearsed import RehearsedLive
+    from studio.live.rehearsed import RehearsedLive, usual_feed
     from studio.live.report import live_rows, write_report
     from studio.session.preflight import run_checks, save_checks
 
@@ -140,9 +140,7 @@ def _headless(args: argparse.Namespace) -> int:
             rehearsed = stack.enter_context(
                 RehearsedLive(
                     session,
-                    args.scene,
-                    args.scenario,
-                    seed=args.seed,
+                    usual_feed(args.scene, args.scenario, args.seed),
                     truth=truth,
                     seconds=args.seconds,
                 )

@@ -43,8 +43,8 @@ MOST_LOOKS = 600
 `WAIT_S`, or as many pieces. Players take ten; one that sends a byte at a time is sent away."""
 
 SESSION_S = 60
-"""How long a player that is sent packets may say nothing, seconds: RTSP's usual timeout, which it
-is told. Over TCP players report every few seconds."""
+"""How long a player that is sent packets may say nothing, seconds: RTSP's usual timeout, which
+the answer names. Over TCP players report every few seconds."""
 
 SEND_S = 5.0
 """How long a player may take nothing before the camera hangs up."""

@@ -1,4 +1,4 @@
-"""Pushes a camera's units over RTMP, connects again when that breaks, and fails as it is told."""
+"""Pushes a camera's units over RTMP, connects again when that breaks, and fails on request."""
 
 from __future__ import annotations
 

@@ -146,7 +146,7 @@ class LiveJob(SceneJob):
         from studio.live.live import LiveSession
         from studio.live.locating import RoomLocator
         from studio.live.recording_name import recording_in
-        from studio.live.rehearsed import RehearsedLive
+        from studio.live.rehearsed import RehearsedLive, usual_feed
 
         plan = self.plan
         self.lines.put("opening the scene …")
@@ -177,9 +177,7 @@ class LiveJob(SceneJob):
                 self._rehearsed = stack.enter_context(
                     RehearsedLive(
                         live,
-                        plan.scene,
-                        plan.scenario,
-                        seed=plan.seed,
+                        usual_feed(plan.scene, plan.scenario, plan.seed),
                         truth=truth,
                         seconds=plan.seconds,
                     )

@@ -39,9 +39,7 @@ def a_session(record_to=None):
 def test_a_session_is_held_against_the_camera_s_truth(tmp_path):
     session = a_session(tmp_path / "live.mcap")
     said = []
-    with RehearsedLive(
-        session, "lab", None, seed=0, truth=tmp_path / "truth.jsonl", seconds=5.0, feed=SMALL
-    ) as rehearsed:
+    with RehearsedLive(session, SMALL, truth=tmp_path / "truth.jsonl", seconds=5.0) as rehearsed:
         rehearsed.wait_for_stream(said.append)
         over = threading.Event()
 
@@ -79,9 +77,7 @@ def test_a_camera_that_cannot_start_says_why(tmp_path):
 
     session = a_session()
     with (
-        RehearsedLive(
-            session, "lab", None, seed=0, truth=tmp_path / "t", seconds=None, feed=feed
-        ) as rehearsed,
+        RehearsedLive(session, feed, truth=tmp_path / "t", seconds=None) as rehearsed,
         pytest.raises(ValueError, match="no-such-room"),
     ):
         rehearsed.wait_for_stream(lambda text: None)

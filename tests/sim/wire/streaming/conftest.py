@@ -28,7 +28,7 @@ def film(tmp_path_factory):
     return read_film(folder)
 
 
-class Heard:
+class EventLog:
     """Events of a camera, in order."""
 
     def __init__(self):
@@ -45,12 +45,12 @@ class Heard:
 
 
 @pytest.fixture
-def heard():
-    return Heard()
+def event_log():
+    return EventLog()
 
 
 @pytest.fixture
-def make_camera(film, heard):
+def make_camera(film, event_log):
     """Makes cameras of the film that are closed in the end."""
     made = []
 
@@ -60,7 +60,7 @@ def make_camera(film, heard):
             CameraPlan(film, schedule, seconds),
             WallClock(),
             wall_ns=time.time_ns,
-            say=heard,
+            say=event_log,
             truth=truth,
         )
         made.append(camera)

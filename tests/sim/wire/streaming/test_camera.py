@@ -38,9 +38,9 @@ def test_it_plays_at_its_pace_for_as_long_as_it_is_asked(make_camera):
     assert units[-1][0] - units[0][0] == pytest.approx(74 / 25, abs=0.3)
 
 
-def test_faults_are_said_when_they_begin_and_end(make_camera, heard):
+def test_faults_are_said_when_they_begin_and_end(make_camera, event_log):
     played(make_camera("delay:at=0.4,for=0.4,size=0.1", "freeze:at=0.6,for=9", seconds=1.2))
-    said = [(e.name, e.values["kind"], e.t_ns / 1e9) for e in heard.events]
+    said = [(e.name, e.values["kind"], e.t_ns / 1e9) for e in event_log.events]
     assert said == [
         ("fault_begins", "delay", pytest.approx(0.4)),
         ("fault_begins", "freeze", pytest.approx(0.6)),

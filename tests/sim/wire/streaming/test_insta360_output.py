@@ -39,13 +39,13 @@ def test_pictures_come_in_order(make_camera):
     assert output.sent_units >= 30
 
 
-def test_it_comes_back_after_a_black_hole_and_after_it_vanished(make_camera, heard):
+def test_it_comes_back_after_a_black_hole_and_after_it_vanished(make_camera, event_log):
     camera = make_camera("black_hole:at=1,for=0.6", "half_open:at=3,for=0.6")
     taken, output = streamed(camera, lambda t: t and t[-1][0] - t[0][0] > 6e9)
     gaps = [b[0] - a[0] for a, b in itertools.pairwise(taken)]
     assert sum(gap > 0.5e9 for gap in gaps) >= 2
     assert output.connections >= 2
-    assert len(heard.named("connected")) >= 2
+    assert len(event_log.named("connected")) >= 2
 
 
 def test_after_a_short_black_hole_the_first_picture_is_a_keyframe(make_camera):

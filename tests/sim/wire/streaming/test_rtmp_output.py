@@ -74,22 +74,22 @@ def test_a_delay_moves_arrivals_and_not_the_camera_times(make_camera, receiver):
     assert 0.3 < largest_gap_s(taken) < 2.0
 
 
-def test_after_a_black_hole_the_same_connection_goes_on(make_camera, receiver, heard):
+def test_after_a_black_hole_the_same_connection_goes_on(make_camera, receiver, event_log):
     camera = make_camera("black_hole:at=1,for=1")
     taken = streamed(camera, receiver, lambda t: t and t[-1][1] > 2_600_000_000)
     assert largest_gap_s(taken) > 0.9
-    assert len(heard.named("connected")) == 1
+    assert len(event_log.named("connected")) == 1
 
 
-def test_after_half_open_it_comes_back_beside_its_old_connection(make_camera, receiver, heard):
+def test_after_half_open_it_comes_back_beside_its_old_connection(make_camera, receiver, event_log):
     camera = make_camera("half_open:at=1,for=0.8")
     taken = streamed(camera, receiver, lambda t: t and t[-1][1] > 3_000_000_000)
     assert largest_gap_s(taken) > 0.7
-    assert len(heard.named("connected")) >= 2
-    assert heard.named("disconnected")[0].values["error"] == "the camera vanished"
+    assert len(event_log.named("connected")) >= 2
+    assert event_log.named("disconnected")[0].values["error"] == "the camera vanished"
 
 
-def test_after_a_restart_its_clock_begins_anew(make_camera, receiver, heard):
+def test_after_a_restart_its_clock_begins_anew(make_camera, receiver, event_log):
     camera = make_camera("restart:at=1,for=0.5")
 
     def came_back(taken):
@@ -97,19 +97,19 @@ def test_after_a_restart_its_clock_begins_anew(make_camera, receiver, heard):
 
     taken = streamed(camera, receiver, lambda t: came_back(t) and t[-1][1] > 500_000_000)
     assert min(stamp for _, stamp, _ in taken[-8:]) < 1_500_000_000
-    assert len(heard.named("connected")) == 2
+    assert len(event_log.named("connected")) == 2
 
 
-def test_garbage_breaks_the_connection_and_it_is_made_again(make_camera, receiver, heard):
+def test_garbage_breaks_the_connection_and_it_is_made_again(make_camera, receiver, event_log):
     camera = make_camera("garbage:at=1,for=0.3")
     streamed(camera, receiver, lambda t: t and t[-1][1] > 3_000_000_000)
-    assert len(heard.named("connected")) >= 2
+    assert len(event_log.named("connected")) >= 2
 
 
-def test_without_a_receiver_it_says_so_once_and_goes_on(make_camera, heard):
+def test_without_a_receiver_it_says_so_once_and_goes_on(make_camera, event_log):
     camera = make_camera(seconds=1.5)
     camera.add(RtmpOutput("rtmp://127.0.0.1:9/live/room", camera.setting()))
     camera.start()
     camera.join(10)
     assert not camera.is_running
-    assert [event.values["to"] for event in heard.named("refused")] == ["rtmp"]
+    assert [event.values["to"] for event in event_log.named("refused")] == ["rtmp"]

@@ -85,11 +85,11 @@ def test_packets_that_are_lost_over_udp_damage_pictures(make_camera, film):
     assert steps(taken) != {1}
 
 
-def test_a_black_hole_is_a_gap_on_the_same_connection(make_camera, film, heard):
+def test_a_black_hole_is_a_gap_on_the_same_connection(make_camera, film, event_log):
     output = served(make_camera("black_hole:at=1.5,for=1"), film)
     taken = pulled(output.url, until=lambda t: t[-1][0] - t[0][0] > 2.5)
     assert max(b[0] - a[0] for a, b in itertools.pairwise(taken)) > 0.8
-    assert len(heard.named("connected")) == 1
+    assert len(event_log.named("connected")) == 1
 
 
 def test_after_a_restart_it_serves_at_the_same_port(make_camera, film):
