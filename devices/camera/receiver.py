@@ -221,7 +221,7 @@ class CameraReceiver:
             self._status = replace(
                 self._status,
                 state=CameraState.LIVE,
-                reason=f"receiving from {self._address.shown}",
+                reason=f"receiving from {self.listening_at or self._address.shown}",
                 size_px=size_px,
                 pictures=self._status.pictures + 1,
             )

@@ -376,7 +376,8 @@ class LiveSession:
     def _watched(self, output: SessionOutput, watch: Callable[[SessionOutput], None]) -> None:
         frames = self._frames
         assert frames is not None
-        self._events.extend(output.input.events)
+        with self._lock:
+            self._events.extend(output.input.events)
         if frames.times is not None:
             since_ns = frames.times.captured_ns or frames.times.arrived_ns
             whole_ns = output.now_ns - since_ns
