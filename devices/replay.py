@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from devices.adapter import DeviceStatus, IteratorDevice, Sink
-from devices.camera.lenses.lens_pictures import lens_pictures
-from devices.camera.stream_decoder import StreamDecoder
-from devices.camera.stream_picture import StreamPicture
-from devices.camera.units import StreamFormat, Unit
 from devices.clock import Clock
 from devices.messages import EncodedFrame, Frame
+from devices.packet_pictures import PacketPictures
 from devices.recording import read_recording, read_session
 from devices.recording_codec import FrameStamp, RecordedValue
-from devices.session_info import LiveStream, SessionInfo
-from devices.video import H264Decoder, split_lenses
+from devices.session_info import SessionInfo
 
 
 class FrameAssembler:
@@ -30,8 +23,7 @@ class FrameAssembler:
 
     def __init__(self, session: SessionInfo) -> None:
         self._rig = session.rig
-        self._live = None if session.stream is None else _LivePackets(session.stream)
-        self._decoders: dict[str, H264Decoder] = {}
+        self._pictures = PacketPictures(session)
         self._stamps: dict[str, FrameStamp] = {}
 
     def feed(self, value: RecordedValue) -> Frame | None:
@@ -46,11 +38,7 @@ class FrameAssembler:
             return None
         stamp = self._stamps.get(value.stream_id.partition("/")[0])
         is_wanted = stamp is not None and stamp.seq == value.seq
-        if self._live is not None:
-            images = self._live.images(value, is_wanted=is_wanted)
-        else:
-            picture = self._decoders.setdefault(value.stream_id, H264Decoder()).decode(value)
-            images = None if picture is None else split_lenses(picture, len(self._rig.lenses))
+        images = self._pictures.lenses(value, is_wanted=is_wanted)
         if images is None or stamp is None or not is_wanted:
             return None
         return Frame(
@@ -62,42 +50,6 @@ class FrameAssembler:
             rig=self._rig,
             world_from_rig=stamp.world_from_rig,
         )
-
-
-class _LivePackets:
-    """Decodes a live camera's packets as its receiver did."""
-
-    def __init__(self, stream: LiveStream) -> None:
-        self._stream = stream
-        self._decoder = StreamDecoder(stream.tracks)
-        self._formats: dict[int, StreamFormat] = {}
-
-    def images(
-        self, packet: EncodedFrame, *, is_wanted: bool
-    ) -> tuple[NDArray[np.uint8], ...] | None:
-        """Lens pictures of the moment that a packet completes; None unless it is wanted."""
-        track = int(packet.stream_id.partition("/")[2] or 0)
-        if packet.begins or track not in self._formats:
-            self._formats[track] = StreamFormat(packet.codec)
-        unit = Unit(self._formats[track], packet.data, packet.keyframe, None, track)
-        decoded = self._decoder.decode(unit, packet.seq)
-        if decoded is None or not is_wanted:
-            return None
-        return stream_images(decoded.pictures, self._stream)
-
-
-def stream_images(
-    pictures: Sequence[StreamPicture], stream: LiveStream
-) -> tuple[NDArray[np.uint8], ...]:
-    """Upright lens pictures of what a live camera showed, as `Frame.images` holds them.
-
-    Args:
-        pictures: one for all lenses, or one a track.
-        stream: how they hold the lenses; of several tracks, how each of them does.
-    """
-    size = stream.lens_size_px
-    made = [lens_pictures(picture, stream.layout, lens_size_px=size) for picture in pictures]
-    return tuple(image for images in made for image in images)
 
 
 class ReplayCamera:

@@ -11,7 +11,7 @@ from devices.camera.receiver import CameraReceiver
 from devices.clock import Clock
 from devices.clock_mapping import ClockEstimate, ClockMapping, add_arrival, estimate
 from devices.messages import EncodedFrame, Event, Frame
-from devices.replay import stream_images
+from devices.packet_pictures import stream_images
 from devices.session_info import LiveStream
 from scenes.cameras import Rig
 from scenes.pose import Pose

@@ -411,7 +411,7 @@ class LiveSession:
         placed, last, frames = self._placed, self._receiver.last, self._frames
         if placed is None or last is None or frames is None:
             return
-        from devices.replay import stream_images
+        from devices.packet_pictures import stream_images
 
         images = stream_images(last.pictures, placed.stream)
         frame = Frame(STREAM_ID, last.seq, last.t_ns, last.decoded_ns, images, placed.rig, None)

@@ -12,7 +12,7 @@ from devices.camera.lenses.search import FoundLayout, find_layout
 from devices.camera.received import Received
 from devices.footage import read_camera
 from devices.messages import Frame
-from devices.replay import stream_images
+from devices.packet_pictures import stream_images
 from devices.session_info import LiveStream
 from scenes.cameras import Rig
 from scenes.package import ScenePackage

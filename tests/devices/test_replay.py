@@ -9,8 +9,9 @@ from devices.camera.lenses.lens_pictures import assumed_rig
 from devices.camera.stream_decoder import StreamDecoder
 from devices.camera.units import StreamFormat, Unit
 from devices.messages import EncodedFrame
+from devices.packet_pictures import stream_images
 from devices.recording_codec import FrameStamp
-from devices.replay import FrameAssembler, stream_images
+from devices.replay import FrameAssembler
 from devices.session_info import LiveStream, SessionInfo, session_from_json, session_to_json
 from devices.video import H264Encoder
 from scenes.pose import Pose

@@ -17,7 +17,7 @@ def seek_rows(folder: Path) -> list[Row]:
     index = read_index(path)
     assert index is not None, "reading ends early only when it is cancelled"
     assert index.packets is not None, "the recording holds pictures"
-    reader = PictureReader(path, index.packets, lenses=2)
+    reader = PictureReader(path, index.packets)
     try:
         return measure_seeks(
             (index.start_ns, index.end_ns),

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.messages import EncodedFrame
+from devices.packet_pictures import PacketPictures
 from devices.recording import RecordingReader
 from devices.streams import Slot, StreamClosedError
-from devices.video import H264Decoder, split_lenses
 from scenes.package import ScenePackage
 from studio.app.timeline.index import Packets, RecordingIndex
 from studio.app.timeline.live_pictures import LiveReplay
@@ -57,17 +57,15 @@ class PictureReader:
     Args:
         path: the recording.
         packets: where its pictures are.
-        lenses: how many are side by side.
 
     Raises:
         RecordingError, OSError: as `RecordingReader`.
     """
 
-    def __init__(self, path: Path, packets: Packets, *, lenses: int) -> None:
+    def __init__(self, path: Path, packets: Packets) -> None:
         self._reader = RecordingReader(path)
         self._packets = packets
-        self._lenses = lenses
-        self._decoder = H264Decoder()
+        self._decoder = PacketPictures(self._reader.session)
         self._first = self._done = -1
         """Packets that the decoder has taken: the keyframe and the last."""
         self._shown: PictureAt | None = None
@@ -100,7 +98,7 @@ class PictureReader:
         if self._shown is not None and (first, last) == (self._first, self._done):
             return replace(self._shown, asked_ns=t_ns)
         if first != self._first or last <= self._done:
-            self._decoder = H264Decoder()
+            self._decoder = PacketPictures(self._reader.session)
             self._first, self._done = first, first - 1
         self._shown = None
         try:
@@ -130,13 +128,9 @@ class PictureReader:
             assert isinstance(packet, EncodedFrame)
             self._done += 1
             is_early = self._done == self._first and last - self._done >= EARLY_PACKETS
-            if self._done < last and not is_early:
-                self._decoder.skip(packet)
-            else:
-                whole = self._decoder.decode(packet)
-                if whole is not None:
-                    lenses = split_lenses(whole, self._lenses)
-                    shown = PictureAt(asked_ns, packet.t_ns, lenses[0], tuple(lenses))
+            lenses = self._decoder.lenses(packet, is_wanted=self._done == last or is_early)
+            if lenses is not None:
+                shown = PictureAt(asked_ns, packet.t_ns, lenses[0], lenses)
             if is_early and shown is not None:
                 early(shown)
                 shown = None
@@ -182,8 +176,7 @@ class PictureThread:
         if packets is None:
             return
         try:
-            lenses = len(self._index.session.rig.lenses)
-            reader = PictureReader(self._index.path, packets, lenses=lenses)
+            reader = PictureReader(self._index.path, packets)
         except (ValueError, OSError) as error:
             self.problems.put(str(error))
             return

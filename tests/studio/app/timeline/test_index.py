@@ -86,7 +86,7 @@ def test_a_state_is_that_of_all_messages_until_then(busy, t_ms):
 
 def test_a_picture_is_that_of_the_replay(recording, index):
     frames = list(ReplayCamera(recording).frames())
-    reader = PictureReader(recording, index.packets, lenses=2)
+    reader = PictureReader(recording, index.packets)
     for number in (7, 2, 3, 11, 11, 0):
         shown = reader.picture_at(frames[number].t_ns + 1)
         assert shown.t_ns == frames[number].t_ns
@@ -95,14 +95,14 @@ def test_a_picture_is_that_of_the_replay(recording, index):
 
 
 def test_there_is_no_picture_before_the_first(recording, index):
-    reader = PictureReader(recording, index.packets, lenses=2)
+    reader = PictureReader(recording, index.packets)
     assert reader.picture_at(-1) is None
     reader.close()
 
 
 def test_what_is_stale_is_not_decoded_and_what_follows_is_right(recording, index):
     frames = list(ReplayCamera(recording).frames())
-    reader = PictureReader(recording, index.packets, lenses=2)
+    reader = PictureReader(recording, index.packets)
     assert reader.picture_at(frames[9].t_ns, is_stale=lambda: True) is None
     shown = reader.picture_at(frames[9].t_ns)
     assert np.array_equal(shown.picture, frames[9].images[0])
@@ -111,7 +111,7 @@ def test_what_is_stale_is_not_decoded_and_what_follows_is_right(recording, index
 
 def test_the_keyframe_comes_early_where_the_picture_takes_long(recording, index):
     frames = list(ReplayCamera(recording).frames())
-    reader, early = PictureReader(recording, index.packets, lenses=2), []
+    reader, early = PictureReader(recording, index.packets), []
     shown = reader.picture_at(frames[9].t_ns, early=early.append)
     assert [picture.t_ns for picture in early] == [frames[0].t_ns]
     assert np.array_equal(early[0].picture, frames[0].images[0])
