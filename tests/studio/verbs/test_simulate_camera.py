@@ -21,7 +21,13 @@ from sim.wire.feed import numbered_pictures
 from sim.wire.streaming.truth_file import read_truth
 from studio.cli import main
 
-SCRIPT = "import sys; from studio.cli import main; sys.exit(main())"
+SCRIPT = """
+import signal, sys
+# Whoever runs the tests in the background has SIGINT ignored, which children inherit.
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from studio.cli import main
+sys.exit(main())
+"""
 SMALL = ("--size", "320x160", "--fps", "20", "--bitrate", "1", "--film-seconds", "1.5")
 
 
