@@ -12,18 +12,21 @@ from devices.camera.lenses.layout import LensLayout
 from devices.camera.received import CameraStatus, Received
 from devices.camera.receiver import CameraReceiver
 from devices.clock import Clock
-from devices.messages import Event, Frame
+from devices.messages import Event
 from devices.session_info import SessionInfo
 from scenes.package import ScenePackage
 from scenes.render.renderer import Renderer
 from scenes.state import LiveSurface
 from studio.live.approach import Approach, Voice
 from studio.live.camera_frames import STREAM_ID, CameraFrames, PacketTap, PictureTimes
+from studio.live.changes import Change, Changes
 from studio.live.placing import (
     Locate,
+    Placed,
     PlacedCamera,
     place_camera,
 )
+from studio.live.relocation import Lookout, Relocation
 from studio.live.setup import LiveSetup
 from studio.live.status import LiveState, LiveStatus
 from studio.session.latency import Latencies
@@ -32,25 +35,12 @@ from studio.session.plan import Pace, SessionPlan
 from studio.session.provenance import library_versions
 from studio.session.session import Session, SessionOutput, SessionResult
 from tracking.options import TrackerOptions
-from tracking.output import CameraMoment
 
 SHOWN_STAGES = 300
 """Pictures whose durations a window shows: ten seconds at 30 Hz."""
 
 MOST_EVENTS = 10_000
 """Events that the report lists; the oldest go first."""
-
-SEARCH_EVERY_S = 15.0
-"""Seconds between searches for a camera that is lost: one takes up to ten on two cores, beside the
-session; whoever stands before it or carries it may be gone by the next."""
-
-
-@dataclass(frozen=True, slots=True)
-class Change:
-    """Something that a person changed while the session ran."""
-
-    t_ns: int
-    text: str
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -123,18 +113,16 @@ class LiveSession:
         self._lock = threading.Lock()
         self._waiting: deque[Event] = deque(maxlen=MOST_EVENTS)
         self._events: deque[Event] = deque(maxlen=MOST_EVENTS)
-        self._changes: deque[Change] = deque(maxlen=MOST_EVENTS)
-        self._options = TrackerOptions()
-        self._former: deque[TrackerOptions] = deque(maxlen=MOST_EVENTS)
+        self._changes = Changes(clock)
         self._state, self._text = LiveState.CONNECTING, "waiting for the camera's first picture"
         self._placed: PlacedCamera | None = None
         self._frames: CameraFrames | None = None
         self._session: Session | None = None
         self._last: SessionOutput | None = None
         self._first_ns = self._live_ns = self._end_ns = 0
-        self._is_camera_lost = False
-        self._next_search_ns = 0
-        self._relocating: threading.Thread | None = None
+        self._relocation = Relocation(
+            locate, self._look, done=self._relocated, failed=self._not_relocated
+        )
         self._tap = PacketTap()
         self._receiver = CameraReceiver(setup.camera, clock, packets=self._tap, stream_id=STREAM_ID)
         voice = Voice(self._say, self._note)
@@ -155,7 +143,7 @@ class LiveSession:
 
     def choose_layout(self, layout: LensLayout) -> None:
         """The picture holds the lenses like this."""
-        self._change(f"layout: {layout.shown}")
+        self._note("changed", self._changes.add(f"layout: {layout.shown}"))
         self._approach.choose_layout(layout)
 
     def try_again(self) -> None:
@@ -168,22 +156,18 @@ class LiveSession:
         Raises:
             StreamFullError: more was asked for than the session could take.
         """
-        session = self._session
-        if session is not None:
-            session.adjust_tracker(options)
-        self._former.append(self._options)
-        self._options = options
-        self._change(f"tracker: {options}")
+        if self._session is not None:
+            self._session.adjust_tracker(options)
+        self._note("changed", self._changes.adjust(options))
 
     def undo_adjustment(self) -> bool:
         """Go back to the settings before the last change; False if there is none."""
-        if not self._former:
+        said = self._changes.undo()
+        if not said:
             return False
-        former = self._former.pop()
         if self._session is not None:
-            self._session.adjust_tracker(former)
-        self._options = former
-        self._change(f"tracker, undone: {former}")
+            self._session.adjust_tracker(self._changes.options)
+        self._note("changed", said)
         return True
 
     def make_live(self, surface: LiveSurface) -> None:
@@ -196,20 +180,18 @@ class LiveSession:
         if self._session is None:
             raise ValueError("live surfaces: wait until the camera is placed")
         self._session.make_live(surface)
-        self._change(f"live surface {surface.surface_id}")
+        self._note("changed", self._changes.add(f"live surface {surface.surface_id}"))
 
     def relocate(self) -> None:
         """Look for the camera anywhere in the room, beside the running session."""
-        if not self.is_locating:
-            self._relocating = threading.Thread(target=self._relocated, name="locate", daemon=True)
-            self._relocating.start()
+        self._relocation.start()
 
     # What is seen of it.
 
     @property
     def options(self) -> TrackerOptions:
         """The tracker's settings now."""
-        return self._options
+        return self._changes.options
 
     @property
     def state(self) -> LiveState:
@@ -224,7 +206,7 @@ class LiveSession:
     @property
     def is_locating(self) -> bool:
         """Whether the camera is looked for beside the running session."""
-        return self._relocating is not None and self._relocating.is_alive()
+        return self._relocation.is_running
 
     @property
     def record_to(self) -> Path | None:
@@ -278,7 +260,7 @@ class LiveSession:
             dict(Counter(str(track.state) for track in tracks)),
             (self._clock.now_ns() - live_ns) / 1e9 if live_ns else None,
             "" if session is None else session.recording_failure,
-            self._is_camera_lost,
+            self._relocation.is_lost,
             None if self._frames is None else self._frames.camera_clock,
         )
 
@@ -313,7 +295,7 @@ class LiveSession:
             (self._end_ns - since) / 1e9,
             (self._end_ns - self._live_ns) / 1e9 if self._live_ns else 0.0,
             self.events(),
-            tuple(self._changes),
+            self._changes.kept(),
             self.latencies,
             self._record_to,
             "" if self._session is None else self._session.recording_failure,
@@ -365,8 +347,8 @@ class LiveSession:
             lambda: frames.messages(self._taken_events, session.record_packet),
             self._clock,
         )
-        if self._options != TrackerOptions():
-            session.adjust_tracker(self._options)
+        if self._changes.options != TrackerOptions():
+            session.adjust_tracker(self._changes.options)
         self._session = session
         self._say(LiveState.FINDING, "finding the objects")
         if self._ended.is_set():
@@ -385,7 +367,7 @@ class LiveSession:
             stages = {**frames.times.stages(), "track": track_ns, "whole": whole_ns}
             if self._last is not None:  # the first picture's search is nobody's delay
                 self.latencies.add(stages)
-        self._notice_camera(output)
+        self._relocation.notice(output.shown.notices, output.now_ns)
         if self._last is None:
             self._first_ns = output.now_ns
             self._say(LiveState.READY, "objects found: go live")
@@ -396,34 +378,23 @@ class LiveSession:
             self._say(LiveState.LIVE, "live")
         watch(output)
 
-    def _notice_camera(self, output: SessionOutput) -> None:
-        """Look for the camera anywhere in the room while its pictures show it nowhere near."""
-        for notice in output.shown.notices:
-            if notice.moment is CameraMoment.NOT_FOUND:
-                self._is_camera_lost = True
-            elif notice.moment is CameraMoment.FOUND:
-                self._is_camera_lost = False
-        if self._is_camera_lost and output.now_ns >= self._next_search_ns:
-            self._next_search_ns = output.now_ns + round(SEARCH_EVERY_S * 1e9)
-            self.relocate()
+    def _look(self) -> Lookout | None:
+        placed, received, output = self._placed, self._receiver.last, self._last
+        if placed is None or received is None:
+            return None
+        return Lookout(received, placed, None if output is None else output.shown.world_from_rig)
 
-    def _relocated(self) -> None:
-        placed, last, frames = self._placed, self._receiver.last, self._frames
-        if placed is None or last is None or frames is None:
-            return
-        from devices.packet_pictures import stream_images
-
-        images = stream_images(last.pictures, placed.stream)
-        frame = Frame(STREAM_ID, last.seq, last.t_ns, last.decoded_ns, images, placed.rig, None)
-        output = self._last
-        near = None if output is None else output.shown.world_from_rig
-        found = self._locate(frame, near)
-        if found.refusal:
-            self._note("camera-refused", f"the camera was not found: {found.refusal}")
+    def _relocated(self, found: Placed) -> None:
+        placed, frames = self._placed, self._frames
+        if found.refusal or placed is None or frames is None:
+            self._not_relocated(found.refusal)
             return
         frames.world_from_rig = found.world_from_rig
         self._placed = replace(placed, world_from_rig=found.world_from_rig)
         self._note("camera-placed", found.described())
+
+    def _not_relocated(self, why: str) -> None:
+        self._note("camera-refused", f"the camera was not found: {why}")
 
     def _measured_fps(self) -> float:
         """Pictures a second so far; 30 where too few came to say."""
@@ -443,10 +414,6 @@ class LiveSession:
     def _note(self, kind: str, text: str) -> None:
         """An event of the session, recorded with the next picture."""
         self._waiting.append(Event(self._clock.now_ns(), "session", kind, text))
-
-    def _change(self, text: str) -> None:
-        self._changes.append(Change(self._clock.now_ns(), text))
-        self._note("changed", text)
 
     def _say(self, state: LiveState, text: str) -> None:
         self._state, self._text = state, text

@@ -89,7 +89,7 @@ def light_of(status: LiveStatus) -> Light:
 
 
 def banner_of(status: LiveStatus, events: Sequence[Event], *, now_ns: int) -> Banner | None:
-    """The most important thing that is wrong; None if nothing is.
+    """The most important fault; None if there is none.
 
     Args:
         status: of the session.

@@ -356,7 +356,7 @@ STEPS = {
     "live": Step.END,
     "ended": Step.ENDING,
 }
-"""By the session's state, where only one thing can be done."""
+"""By the session's state, where only one step is possible."""
 
 
 def shown_address(text: str) -> str:

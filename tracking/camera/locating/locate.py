@@ -31,7 +31,7 @@ LEAST_SHARE = 0.3
 
 LEAST_ODDS_NATS = 3.0 * math.log(1000.0)
 """Least log odds of the best place to the next: a thousand to one, if three neighbouring windows
-that are hidden or alike are so together."""
+that are hidden or look the same are so together."""
 
 NEAR_NATS = 10.0 * LEAST_ODDS_NATS
 """Log likelihood ratio from which the last known place is taken without looking elsewhere."""
