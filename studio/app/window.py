@@ -19,7 +19,6 @@ from studio.app.model.document import Document
 from studio.app.model.document_file import SUFFIX, load_document
 from studio.app.model.live_job import LivePlan
 from studio.app.model.live_run import LiveRun
-from studio.app.model.memory import give_back_memory
 from studio.app.model.scene_job import SceneJob
 from studio.app.model.script import Step
 from studio.app.model.session_run import SessionRun
@@ -27,6 +26,7 @@ from studio.app.model.settings import load_settings, settings_folder
 from studio.app.model.workbench import Workbench
 from studio.app.shell.main_window import MainWindow, make_history
 from studio.app.shell.script_run import ScriptRun
+from studio.session.memory import give_back_memory
 
 if TYPE_CHECKING:  # takes a second to import: not before the window is shown
     from studio.rehearsal import Performance

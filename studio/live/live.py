@@ -30,11 +30,15 @@ from studio.live.relocation import Lookout, Relocation
 from studio.live.setup import LiveSetup
 from studio.live.status import LiveState, LiveStatus
 from studio.session.latency import Latencies
+from studio.session.memory import return_free_pages
 from studio.session.opening import open_live_session, scene_hash
 from studio.session.plan import Pace, SessionPlan
 from studio.session.provenance import library_versions
 from studio.session.session import Session, SessionOutput, SessionResult
 from tracking.options import TrackerOptions
+
+RETURN_PAGES_EVERY_S = 20.0
+"""Seconds between two returns of free memory to the system: some ms of one picture each."""
 
 SHOWN_STAGES = 300
 """Pictures whose durations a window shows: ten seconds at 30 Hz."""
@@ -119,7 +123,7 @@ class LiveSession:
         self._frames: CameraFrames | None = None
         self._session: Session | None = None
         self._last: SessionOutput | None = None
-        self._first_ns = self._live_ns = self._end_ns = 0
+        self._first_ns = self._live_ns = self._end_ns = self._next_return_ns = 0
         self._relocation = Relocation(
             locate, self._look, done=self._relocated, failed=self._not_relocated
         )
@@ -376,6 +380,9 @@ class LiveSession:
             self._live_ns = self._clock.now_ns()
             self._note("live", "the session is live")
             self._say(LiveState.LIVE, "live")
+        if output.now_ns >= self._next_return_ns:
+            self._next_return_ns = output.now_ns + round(RETURN_PAGES_EVERY_S * 1e9)
+            return_free_pages()
         watch(output)
 
     def _look(self) -> Lookout | None:

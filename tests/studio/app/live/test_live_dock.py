@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import time
 
 import pytest
@@ -27,7 +26,7 @@ def test_from_the_first_check_to_the_report_with_one_button(opened):
     assert not head.badge.isVisible()
     opened.go_live()
     opened.until(lambda: head.badge.isVisible() and head.next.text() == "End")
-    assert re.fullmatch(r"LIVE 0:0\d:\d\d", head.badge.text())
+    assert head.badge.text().startswith("LIVE 0:00:0")
     assert "● live" in head.state.text()
     assert not head.cancel.isVisible()
     # The twin follows the outputs, the thumbnail the camera, and the figures count.
