@@ -6,10 +6,10 @@ Loopback only. For tests and measurements: what is attacked must live on, in bou
 from __future__ import annotations
 
 import socket
-import threading
 from collections.abc import Sequence
 from contextlib import suppress
 
+from sim.wire.accepting import AcceptingPort
 from sim.wire.hostile import hostile_stream
 
 PATIENCE_S = 1.0
@@ -35,33 +35,22 @@ class HostilePeer:
         self._valid, self._first_seed = tuple(valid), first_seed
         self.served = 0
         """Connections so far."""
-        self._stop = threading.Event()
-        self._listener = socket.create_server(("127.0.0.1", 0), backlog=8)
-        self._listener.settimeout(WAIT_S)
-        self._thread = threading.Thread(target=self._serve, name="hostile peer", daemon=True)
-        self._thread.start()
+        self._port = AcceptingPort("127.0.0.1", 0, name="hostile peer")
+        self._port.start(self._serve)
 
     @property
     def address(self) -> tuple[str, int]:
         """Where it listens."""
-        host, port = self._listener.getsockname()[:2]
-        return host, port
+        return self._port.address
 
     def close(self) -> None:
         """Stop; waits for the thread."""
-        self._stop.set()
-        self._thread.join()
-        self._listener.close()
+        self._port.close()
 
-    def _serve(self) -> None:
-        while not self._stop.is_set():
-            try:
-                connection, _from = self._listener.accept()
-            except TimeoutError:
-                continue
-            self.served += 1
-            seed = self._first_seed + self.served - 1
-            _misbehave(connection, seed, self._valid, self._greeting)
+    def _serve(self, connection: socket.socket) -> None:
+        self.served += 1
+        seed = self._first_seed + self.served - 1
+        _misbehave(connection, seed, self._valid, self._greeting)
 
 
 def attack(

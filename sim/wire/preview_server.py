@@ -40,6 +40,7 @@ from devices.insta360.packets import (
 )
 from devices.insta360.protobuf import ProtobufError, bytes_field, message, varint_field
 from devices.messages import EncodedFrame
+from sim.wire.accepting import AcceptingPort
 
 Feed = Callable[[], Iterator[EncodedFrame]]
 """Called once a preview; yields access units in order of time, beginning with a keyframe."""
@@ -123,9 +124,7 @@ class PreviewServer:
         self.faults = PreviewFaults()
         self._feed, self._clock, self._info, self._seed = feed, clock, info, seed
         self._tick_ns, self._paced = tick_ns, paced
-        self._listener = socket.create_server((host, port), backlog=8)
-        self._listener.settimeout(WAIT_S)
-        self._stop = threading.Event()
+        self._port = AcceptingPort(host, port, name="camera 6666")
         self._client: _Client | None = None
         self._abandoned: deque[_Client] = deque()
         self.connections = 0
@@ -134,20 +133,16 @@ class PreviewServer:
         """Access units handed to the network so far."""
         self.set_times: tuple[int, int] | None = None
         """What a client set the clock to last: seconds since 1970 and east of Greenwich."""
-        self._thread = threading.Thread(target=self._accept, name="camera 6666", daemon=True)
-        self._thread.start()
+        self._port.start(self._accept)
 
     @property
     def address(self) -> tuple[str, int]:
         """Where it listens."""
-        host, port = self._listener.getsockname()[:2]
-        return host, port
+        return self._port.address
 
     def close(self) -> None:
         """Hang up and stop listening; waits for the threads. Harmless when closed."""
-        self._stop.set()
-        self._thread.join()
-        self._listener.close()
+        self._port.close()
         for client in (*self._abandoned, self._client):
             if client is not None:
                 client.close()
@@ -164,18 +159,11 @@ class PreviewServer:
         while len(self._abandoned) > MOST_ABANDONED:
             self._abandoned.popleft().close()
 
-    def _accept(self) -> None:
-        while not self._stop.is_set():
-            try:
-                connection, _from = self._listener.accept()
-            except TimeoutError:
-                continue
-            except OSError:
-                return  # the listener is closed
-            if self._client is not None:
-                self._client.close()
-            self.connections += 1
-            self._client = _Client(self, connection, Random(self._seed + self.connections))
+    def _accept(self, connection: socket.socket) -> None:
+        if self._client is not None:
+            self._client.close()
+        self.connections += 1
+        self._client = _Client(self, connection, Random(self._seed + self.connections))
 
     def reply(self, command: Message) -> Message:
         """What the camera answers to a command; starting and stopping is left to the caller."""

@@ -15,6 +15,7 @@ from random import Random
 from typing import Protocol
 from urllib.parse import urlsplit
 
+from sim.wire.accepting import AcceptingPort
 from sim.wire.rtsp.requests import (
     Interleaved,
     Request,
@@ -138,9 +139,7 @@ class RtspServer:
         self.faults = RtspFaults()
         self.stream = stream
         self._random = random
-        self._listener = socket.create_server((host, port), backlog=16)
-        self._listener.settimeout(WAIT_S)
-        self._stop = threading.Event()
+        self._port = AcceptingPort(host, port, name="camera RTSP")
         self._lock = threading.Lock()
         self._clients: list[_Client] = []
         self._abandoned: deque[_Client] = deque()
@@ -150,20 +149,16 @@ class RtspServer:
         """Of these, sent away because there were too many."""
         self.plays = 0
         """How often a player began to be sent packets."""
-        self._thread = threading.Thread(target=self._accept, name="camera RTSP", daemon=True)
-        self._thread.start()
+        self._port.start(self._accept)
 
     @property
     def address(self) -> tuple[str, int]:
         """Where it listens."""
-        host, port = self._listener.getsockname()[:2]
-        return host, port
+        return self._port.address
 
     def close(self) -> None:
         """Hang up and stop listening; waits for the threads. Harmless when closed."""
-        self._stop.set()
-        self._thread.join()
-        self._listener.close()
+        self._port.close()
         with self._lock:
             clients = (*self._clients, *self._abandoned)
             self._clients.clear()
@@ -182,26 +177,18 @@ class RtspServer:
         for client in old:
             client.close()
 
-    def _accept(self) -> None:
-        while not self._stop.is_set():
-            with self._lock:
-                self._clients = [client for client in self._clients if client.is_alive]
-            try:
-                connection, _from = self._listener.accept()
-            except TimeoutError:
-                continue
-            except OSError:
-                return  # the listener is closed
-            self.connections += 1
-            with self._lock:
-                if len(self._clients) < MOST_CLIENTS:
-                    random = Random(self._random.getrandbits(64))
-                    self._clients.append(_Client(self, connection, random))
-                    continue
-            self.refused += 1
-            with connection, suppress(OSError):
-                connection.settimeout(WAIT_S)
-                connection.sendall(reply(503, 0))
+    def _accept(self, connection: socket.socket) -> None:
+        self.connections += 1
+        with self._lock:
+            self._clients = [client for client in self._clients if client.is_alive]
+            if len(self._clients) < MOST_CLIENTS:
+                random = Random(self._random.getrandbits(64))
+                self._clients.append(_Client(self, connection, random))
+                return
+        self.refused += 1
+        with connection, suppress(OSError):
+            connection.settimeout(WAIT_S)
+            connection.sendall(reply(503, 0))
 
 
 class _Client:

@@ -1,0 +1,60 @@
+"""A listening TCP port whose thread hands out its connections: what simulated servers share."""
+
+from __future__ import annotations
+
+import socket
+import threading
+from collections.abc import Callable
+
+WAIT_S = 0.1
+"""Longest wait for a connection, seconds: how soon a close is noticed."""
+
+
+class AcceptingPort:
+    """Listens from the beginning, hands out connections from `start` until `close`.
+
+    Args:
+        host: where to listen.
+        port: 0 for any free one.
+        name: of the thread.
+
+    Raises:
+        OSError: the port is taken.
+    """
+
+    def __init__(self, host: str, port: int, *, name: str) -> None:
+        self._listener = socket.create_server((host, port), backlog=16)
+        self._listener.settimeout(WAIT_S)
+        bound_host, bound_port = self._listener.getsockname()[:2]
+        self._address = str(bound_host), int(bound_port)
+        self._stop = threading.Event()
+        self._taken: Callable[[socket.socket], None] | None = None
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+
+    @property
+    def address(self) -> tuple[str, int]:
+        """Host and port, also after `close`."""
+        return self._address
+
+    def start(self, taken: Callable[[socket.socket], None]) -> None:
+        """Hand every connection to `taken`, on the port's thread, which it may keep busy."""
+        self._taken = taken
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stop listening; waits for the thread. Harmless when closed."""
+        self._stop.set()
+        if self._thread.ident is not None:
+            self._thread.join()
+        self._listener.close()
+
+    def _run(self) -> None:
+        while not self._stop.is_set():
+            try:
+                connection, _from = self._listener.accept()
+            except TimeoutError:
+                continue
+            except OSError:
+                return  # the listener is closed
+            assert self._taken is not None
+            self._taken(connection)
