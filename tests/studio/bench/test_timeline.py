@@ -11,7 +11,7 @@ def test_seeks_in_a_synthetic_recording_are_measured(tmp_path):
     index = read_index(path)
     assert tuple(index.tracks) == OBJECTS
     assert index.packets.keyframe.sum() == 3
-    reader = PictureReader(path, index.packets, lenses=2)
+    reader = PictureReader(path, index.packets)
     asked = []
 
     def state_at(t_ns):

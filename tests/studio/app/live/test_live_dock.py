@@ -12,6 +12,7 @@ from studio.app.model.live_run import Step
 from studio.console.display import why_no_window
 from tests.studio.live.conftest import LAYOUT
 from tracking.options import TrackerOptions
+from tracking.output import CameraMoment, CameraNotice
 
 WHY_NOT = why_no_window()
 pytestmark = [
@@ -143,21 +144,21 @@ def test_settings_change_while_it_is_live_and_are_undone(opened):
 def test_a_lost_camera_has_a_button_that_looks_for_it(opened, monkeypatch):
     opened.go_live()
     session, head = opened.live.session, opened.dock.head
-    asked = []
-    monkeypatch.setattr(session, "relocate", lambda: asked.append(True))
-    lost = Event(session.now_ns(), "session", "camera-refused", "the camera was not found: dark")
-    monkeypatch.setattr(session, "events", lambda: (lost,))
-    monkeypatch.setattr(session, "_is_camera_lost", True)
+    relocation, searches = session._relocation, []
+    monkeypatch.setattr(relocation, "start", lambda: searches.append(True))
+    refused = Event(session.now_ns(), "session", "camera-refused", "the camera was not found: dark")
+    monkeypatch.setattr(session, "events", lambda: (refused,))
+    relocation.notice((CameraNotice(CameraMoment.NOT_FOUND),), session.now_ns())
+    assert searches == [True]  # a lost camera is looked for without being asked, every 15 s
     opened.until(head.banner.isVisible)
     assert "The camera was not found: dark." in head.banner_text.text()
     assert "camera lost" in head.state.text()
-    opened.until(lambda: asked)  # the session looks for it by itself, too, every 15 s
-    asked.clear()
+    searches.clear()
     head.banner_button.click()
-    assert asked == [True]
-    found = Event(session.now_ns(), "session", "camera-placed", "found")
-    monkeypatch.setattr(session, "events", lambda: (lost, found))
-    monkeypatch.setattr(session, "_is_camera_lost", False)
+    assert searches == [True]
+    placed = Event(session.now_ns(), "session", "camera-placed", "found")
+    monkeypatch.setattr(session, "events", lambda: (refused, placed))
+    relocation.notice((CameraNotice(CameraMoment.FOUND),), session.now_ns())
     opened.until(lambda: not head.banner.isVisible())
 
 
