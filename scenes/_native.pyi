@@ -402,6 +402,49 @@ class Relighter:
     ) -> Alone:
         """The object in that light, to be drawn like `fine`."""
 
+class ObservedWindow(TypedDict):
+    """A window's pictures, see `tracking.evidence.observation.Observation`; width and height."""
+
+    size: tuple[int, int]
+    live: NDArray[np.float32]
+    empty: NDArray[np.float32]
+    expected: NDArray[np.float32]
+    changed: NDArray[np.float32]
+    room_misfit: NDArray[np.float32]
+    foreign_misfit: NDArray[np.float32]
+    hidden: NDArray[np.float32]
+    range_m: NDArray[np.float32]
+    is_first: bool
+
+class ComparedPictures(TypedDict):
+    """An object drawn alone with `finer` pixels each way per pixel of a window."""
+
+    finer: int
+    rgb: NDArray[np.float32]
+    alpha: NDArray[np.float32]
+    depth: NDArray[np.float32]
+    compass: NDArray[np.float32]
+    compass_alpha: NDArray[np.float32]
+
+class ComparisonTerms(TypedDict):
+    """How a pose is compared; `part` is left, top, width and height."""
+
+    part: tuple[int, int, int, int]
+    ring_px: int
+    shared_px2: float
+    sigma: float
+    most_misfit: float
+    occluded: float
+
+class PoseLikelihood:
+    """How far a window speaks for poses; the twin is `tracking.likelihood.numpy_twin`."""
+
+    def __init__(self, constants: Mapping[str, object]) -> None: ...
+    def support(
+        self, window: ObservedWindow, drawn: ComparedPictures, terms: ComparisonTerms
+    ) -> tuple[float, float, float, float, float]:
+        """Nats, samples, open fraction, matched fraction, area in px²."""
+
 class DrawnArrays(TypedDict):
     """An object drawn alone."""
 

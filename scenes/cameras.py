@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any, Protocol
 
 import numpy as np
@@ -251,8 +252,12 @@ def _slope_coefficients(distortion: Sequence[float]) -> list[float]:
     return [(2 * n + 1) * k for n, k in enumerate((1.0, *distortion))]
 
 
-def _first_turn(distortion: Sequence[float]) -> float:
-    """The smallest angle at which d(θ) stops growing, radians; inf if there is none."""
+@lru_cache(maxsize=64)
+def _first_turn(distortion: tuple[float, float, float, float]) -> float:
+    """The smallest angle at which d(θ) stops growing, radians; inf if there is none.
+
+    Remembered: a window's camera is made many times a picture, always of the same lens.
+    """
     if not any(distortion):
         return math.inf
     slopes = np.array(_slope_coefficients(distortion))

@@ -17,7 +17,8 @@ from tracking.hypotheses.hypothesis import CLEAR_NATS, Hypothesis, is_other
 from tracking.hypotheses.prior import MOVED, STAYED, UNSEEN
 from tracking.hypotheses.refinement import placed, refined
 from tracking.hypotheses.yaws import likeliest_yaws
-from tracking.likelihood.pose_likelihood import PoseSupport, pose_support
+from tracking.likelihood.pixel_model import PoseSupport
+from tracking.likelihood.pose_likelihood import pose_support
 from tracking.model.symmetry import ROUND
 from tracking.solve.gauss_newton import Fit
 

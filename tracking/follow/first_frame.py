@@ -20,7 +20,8 @@ from tracking.follow.redetection import heights_of, redetect_all
 from tracking.follow.track import Task, Track
 from tracking.hypotheses.hypothesis import is_other
 from tracking.hypotheses.prior import moved_log_prior
-from tracking.likelihood.pose_likelihood import PoseSupport, pose_support
+from tracking.likelihood.pixel_model import PoseSupport
+from tracking.likelihood.pose_likelihood import pose_support
 
 ROUNDS = 4
 """Rounds of searching and weighing at most. In three random rooms no session needed more than

@@ -17,7 +17,7 @@ from tracking.evidence.observation import Observation
 from tracking.evidence.rendering import ReducedRendering
 from tracking.hypotheses.budget import NOMINAL_COSTS, StepCosts
 from tracking.hypotheses.hypothesis import CLEAR_NATS, Hypothesis
-from tracking.likelihood.pose_likelihood import PoseSupport
+from tracking.likelihood.pixel_model import PoseSupport
 from tracking.model.object_model import TrackModel
 from tracking.solve.gauss_newton import SILHOUETTE_BIAS_M, SILHOUETTE_BIAS_SIGMA_M, Fit
 from tracking.solve.motion import Motion

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.pose import Pose
-from tracking.likelihood.pose_likelihood import PoseSupport
+from tracking.likelihood.pixel_model import PoseSupport
 from tracking.model.object_model import TrackModel
 from tracking.model.symmetry import ROUND
 from tracking.solve.gauss_newton import Fit

@@ -14,8 +14,9 @@ from tracking.evidence.rendering import RenderingCache, reduced_rendering
 from tracking.evidence.surroundings import surroundings_in
 from tracking.hypotheses.budget import FrameBudget, Step
 from tracking.hypotheses.hypothesis import Hypothesis
+from tracking.likelihood.drawn_object import radius_px
 from tracking.likelihood.patch_fit import fit_patch_closely, fit_patch_roughly
-from tracking.likelihood.pose_likelihood import pose_support, radius_px
+from tracking.likelihood.pose_likelihood import pose_support
 from tracking.model.object_model import TrackModel
 from tracking.model.symmetry import ROUND
 from tracking.solve.gauss_newton import Fit, Prior, judge, solve

@@ -27,7 +27,8 @@ from tracking.hypotheses.proposals import (
     proposed,
 )
 from tracking.hypotheses.refinement import ALIGNED_PX, aligned, aligned_coarsely, climbed, refined
-from tracking.likelihood.pose_likelihood import ROUGHLY, pose_support
+from tracking.likelihood.pixel_model import ROUGHLY
+from tracking.likelihood.pose_likelihood import pose_support
 from tracking.model.object_model import TrackModel
 from tracking.model.symmetry import ROUND
 from tracking.model.templates import Cuts
@@ -217,11 +218,16 @@ def _aligned(scene: Scene, model: TrackModel, looks: Sequence[LensLook], rough: 
 
 def of_all_places(model: TrackModel, rough: Sequence[Rough]) -> list[Rough]:
     """The best rough poses, no more of one place than another could need."""
+    places = np.array([pose.translation for _, pose, _ in rough]).reshape(-1, 3)
+    beside = np.zeros(len(rough), dtype=np.int64)
     chosen: list[Rough] = []
-    for item in rough:
-        beside = sum(_is_beside(model, item[1], pose) for _, pose, _ in chosen)
-        if len(chosen) < ALIGNED and beside < ALIGNED_AT_A_PLACE:
+    for index, item in enumerate(rough):
+        if len(chosen) == ALIGNED:
+            break
+        if beside[index] < ALIGNED_AT_A_PLACE:
             chosen.append(item)
+            apart_m = np.linalg.norm(places - places[index], axis=1)
+            beside += apart_m < OTHER_PLACE * model.radius_m
     return chosen
 
 

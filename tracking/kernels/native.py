@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 from scenes._native import (
     Alone,
+    PoseLikelihood,
     Relighter,
     RoomLearner,
     SeenWindow,
@@ -22,12 +23,21 @@ from scenes._native import (
 from tracking.kernels.options import OPTIONS
 
 if TYPE_CHECKING:
-    from scenes._native import DrawnArrays, TrackLayer, TrackProblem
+    from scenes._native import (
+        ComparedPictures,
+        DrawnArrays,
+        ObservedWindow,
+        TrackLayer,
+        TrackProblem,
+    )
 
 __all__ = [
     "KERNELS",
     "Alone",
+    "ComparedPictures",
     "DrawnArrays",
+    "ObservedWindow",
+    "PoseLikelihood",
     "Relighter",
     "RoomLearner",
     "SeenWindow",

@@ -24,7 +24,7 @@ from tracking.follow.belief import (
 )
 from tracking.hypotheses.hypothesis import CLEAR_NATS
 from tracking.hypotheses.refinement import placed
-from tracking.likelihood.pose_likelihood import PoseSupport
+from tracking.likelihood.pixel_model import PoseSupport
 
 
 def support(nats, samples=20.0):

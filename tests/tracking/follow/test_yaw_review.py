@@ -22,7 +22,8 @@ from tracking.follow.yaw_review import (
 )
 from tracking.hypotheses.budget import Step
 from tracking.hypotheses.hypothesis import Hypothesis
-from tracking.likelihood.pose_likelihood import PoseSupport, pose_support
+from tracking.likelihood.pixel_model import PoseSupport
+from tracking.likelihood.pose_likelihood import pose_support
 from tracking.solve.gauss_newton import Prior, solve
 from tracking.solve.motion import pose_vector
 

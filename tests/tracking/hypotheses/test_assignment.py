@@ -9,7 +9,7 @@ import pytest
 from scenes.pose import Pose
 from tracking.hypotheses.assignment import AssignmentCandidates, assign, is_same_spot
 from tracking.hypotheses.hypothesis import CLEAR_NATS, Hypothesis, distinct
-from tracking.likelihood.pose_likelihood import PoseSupport
+from tracking.likelihood.pixel_model import PoseSupport
 
 
 def a_model(name, *, radius_m=0.5, narrow_m=0.3):

@@ -9,14 +9,10 @@ import pytest
 
 from scenes.pose import Pose
 from tracking.evidence.observation import observation_of, observe
+from tracking.kernels.native import PoseLikelihood
 from tracking.likelihood import pose_likelihood
-from tracking.likelihood.pose_likelihood import (
-    EXACTLY,
-    FOREIGN,
-    NOT_IN_VIEW,
-    ROUGHLY,
-    pose_support,
-)
+from tracking.likelihood.pixel_model import EXACTLY, FOREIGN, NOT_IN_VIEW, ROUGHLY, for_native
+from tracking.likelihood.pose_likelihood import pose_support
 from tracking.model.misfit import MOST_MISFIT
 from tracking.model.relighting import LIGHT_SIGMA
 
@@ -135,7 +131,8 @@ def test_nats_are_those_of_independent_samples(table, as_scanned, monkeypatch):
 def test_a_light_that_no_room_has_costs_its_prior(table, as_scanned, monkeypatch):
     true = table.poses["book-1"]
     free = support(table, as_scanned, "book-1", true)
-    monkeypatch.setattr(pose_likelihood, "LIGHT_SIGMA", tuple(0.01 * s for s in LIGHT_SIGMA))
+    firm = {**for_native(), "light_sigma": tuple(0.01 * s for s in LIGHT_SIGMA)}
+    monkeypatch.setattr(pose_likelihood, "LIKELIHOOD", PoseLikelihood(firm))
     held = support(table, as_scanned, "book-1", true)
     assert held.nats < free.nats
 

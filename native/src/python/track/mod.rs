@@ -10,4 +10,5 @@ pub mod relight;
 pub mod request;
 pub mod seen_window;
 pub mod setting;
+pub mod support;
 pub mod templates;

@@ -8,12 +8,13 @@ use crate::python::alone::Alone;
 use crate::python::check::check_length;
 use crate::python::track::setting::Setting;
 use crate::render::alone::Drawing;
-use crate::track::appearance::relight::{light_of, relit, Drawn, Light, LightModel};
+use crate::track::appearance::light_fit::{Light, LightModel};
+use crate::track::appearance::relight::{light_of, relit, Drawn};
 
 /// The constants of `tracking.relight`.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-struct Constants {
+pub(crate) struct LightConstants {
     strange: f64,
     even: f64,
     white: f64,
@@ -22,6 +23,21 @@ struct Constants {
     enough_px: usize,
     seen: f32,
     least_power: f64,
+}
+
+impl LightConstants {
+    pub(crate) fn model(&self) -> LightModel {
+        LightModel {
+            strange: self.strange,
+            even: self.even,
+            white: self.white,
+            fits: self.fits,
+            range: self.range,
+            enough_px: self.enough_px,
+            seen: self.seen,
+            least_power: self.least_power,
+        }
+    }
 }
 
 /// An object drawn as scanned and coloured by where it faces, and where each of its splats does.
@@ -77,19 +93,9 @@ pub struct Relighter {
 #[pymethods]
 impl Relighter {
     #[new]
-    fn new(constants: Constants) -> Self {
-        let c = constants;
+    fn new(constants: LightConstants) -> Self {
         Relighter {
-            model: LightModel {
-                strange: c.strange,
-                even: c.even,
-                white: c.white,
-                fits: c.fits,
-                range: c.range,
-                enough_px: c.enough_px,
-                seen: c.seen,
-                least_power: c.least_power,
-            },
+            model: constants.model(),
             simd: Simd::detect(),
         }
     }

@@ -1,8 +1,10 @@
 //! What an object looks like: cut out of the picture, drawn under its light, and compared.
 
 pub mod cut;
+pub mod light_fit;
 pub mod memory;
 pub mod reduction;
 pub mod relight;
 pub mod similarity;
+pub mod support;
 pub mod templates;

@@ -1,0 +1,204 @@
+//! What Python sees of how far a window speaks for an object at a pose.
+
+use numpy::PyReadonlyArrayDyn;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+use crate::machine::simd::Simd;
+use crate::python::check::check_length;
+use crate::python::track::relight::LightConstants;
+use crate::track::appearance::support::{support, Drawn, Part, SupportModel, Terms, Window};
+
+type Floats<'py> = PyReadonlyArrayDyn<'py, f32>;
+
+/// The constants of `tracking.likelihood.pose_likelihood`.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct Constants {
+    light: LightConstants,
+    light_sigma: [f64; 3],
+    foreign: f32,
+    behind_m: f32,
+    behind_share: f32,
+    least_px: f64,
+    least_changed: f32,
+    least_lit: usize,
+    residual_sigma: f32,
+    most_misfit: f32,
+}
+
+/// A window's pictures.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct WindowRequest<'py> {
+    size: [usize; 2],
+    live: Floats<'py>,
+    empty: Floats<'py>,
+    expected: Floats<'py>,
+    changed: Floats<'py>,
+    room_misfit: Floats<'py>,
+    foreign_misfit: Floats<'py>,
+    hidden: Floats<'py>,
+    range_m: Floats<'py>,
+    is_first: bool,
+}
+
+impl WindowRequest<'_> {
+    fn window(&self) -> PyResult<Window<'_>> {
+        let count = self.size[0] * self.size[1];
+        let pictures = [
+            ("live", &self.live, 3 * count),
+            ("empty", &self.empty, 3 * count),
+            ("expected", &self.expected, 3 * count),
+            ("changed", &self.changed, count),
+            ("room_misfit", &self.room_misfit, count),
+            ("foreign_misfit", &self.foreign_misfit, count),
+            ("hidden", &self.hidden, count),
+            ("range_m", &self.range_m, count),
+        ];
+        for (name, values, wanted) in pictures {
+            check_length(name, values.as_slice()?, wanted)?;
+        }
+        Ok(Window {
+            width: self.size[0],
+            live: self.live.as_slice()?,
+            empty: self.empty.as_slice()?,
+            expected: self.expected.as_slice()?,
+            changed: self.changed.as_slice()?,
+            room_misfit: self.room_misfit.as_slice()?,
+            foreign_misfit: self.foreign_misfit.as_slice()?,
+            hidden: self.hidden.as_slice()?,
+            range_m: self.range_m.as_slice()?,
+            is_first: self.is_first,
+        })
+    }
+}
+
+/// An object drawn alone, as scanned and coloured by where it faces.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct DrawnRequest<'py> {
+    finer: usize,
+    rgb: Floats<'py>,
+    alpha: Floats<'py>,
+    depth: Floats<'py>,
+    compass: Floats<'py>,
+    compass_alpha: Floats<'py>,
+}
+
+impl DrawnRequest<'_> {
+    fn drawn(&self, part: Part) -> PyResult<Drawn<'_>> {
+        let count = part.width * part.height * self.finer * self.finer;
+        let pictures = [
+            ("rgb", &self.rgb, 3 * count),
+            ("alpha", &self.alpha, count),
+            ("depth", &self.depth, count),
+            ("compass", &self.compass, 3 * count),
+            ("compass_alpha", &self.compass_alpha, count),
+        ];
+        for (name, values, wanted) in pictures {
+            check_length(name, values.as_slice()?, wanted)?;
+        }
+        Ok(Drawn {
+            finer: self.finer,
+            rgb: self.rgb.as_slice()?,
+            alpha: self.alpha.as_slice()?,
+            depth: self.depth.as_slice()?,
+            compass: self.compass.as_slice()?,
+            compass_alpha: self.compass_alpha.as_slice()?,
+        })
+    }
+}
+
+/// How a pose is compared; `part` is left, top, width and height.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct TermsRequest {
+    part: [usize; 4],
+    ring_px: usize,
+    shared_px2: f64,
+    sigma: f32,
+    most_misfit: f32,
+    occluded: f32,
+}
+
+impl TermsRequest {
+    fn terms(&self, [columns, rows]: [usize; 2]) -> PyResult<Terms> {
+        let [left, top, width, height] = self.part;
+        if width == 0 || height == 0 || left + width > columns || top + height > rows {
+            let part = self.part;
+            return Err(PyValueError::new_err(format!(
+                "part: {part:?}, wanted pixels within {columns}×{rows}"
+            )));
+        }
+        Ok(Terms {
+            part: Part {
+                left,
+                top,
+                width,
+                height,
+            },
+            ring_px: self.ring_px,
+            shared_px2: self.shared_px2,
+            sigma: self.sigma,
+            most_misfit: self.most_misfit,
+            occluded: self.occluded,
+        })
+    }
+}
+
+/// The likelihood of poses; the twin is `tracking.likelihood.numpy_twin`.
+#[pyclass(frozen, module = "scenes._native", name = "PoseLikelihood")]
+pub struct PoseLikelihood {
+    model: SupportModel,
+    simd: Simd,
+}
+
+#[pymethods]
+impl PoseLikelihood {
+    #[new]
+    fn new(constants: Constants) -> Self {
+        let c = constants;
+        PoseLikelihood {
+            model: SupportModel {
+                light: c.light.model(),
+                light_sigma: c.light_sigma,
+                foreign: c.foreign,
+                behind_m: c.behind_m,
+                behind_share: c.behind_share,
+                least_px: c.least_px,
+                least_changed: c.least_changed,
+                least_lit: c.least_lit,
+                residual_sigma: c.residual_sigma,
+                most_misfit: c.most_misfit,
+            },
+            simd: Simd::detect(),
+        }
+    }
+
+    /// Nats, samples, open fraction, matched fraction and area of an object drawn in a part of a
+    /// window.
+    fn support(
+        &self,
+        py: Python<'_>,
+        window: WindowRequest<'_>,
+        drawn: DrawnRequest<'_>,
+        terms: TermsRequest,
+    ) -> PyResult<(f64, f64, f64, f64, f64)> {
+        let terms = terms.terms(window.size)?;
+        let (window, drawn) = (window.window()?, drawn.drawn(terms.part)?);
+        let found = py.detach(|| {
+            self.simd.run(
+                #[inline(always)]
+                || support(&window, &drawn, &terms, &self.model),
+            )
+        });
+        Ok((
+            found.nats,
+            found.samples,
+            found.open_fraction,
+            found.matched_fraction,
+            found.area_px,
+        ))
+    }
+}

@@ -1,0 +1,90 @@
+"""An object drawn alone in the part of a window that it is compared in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from scenes.cameras import Fisheye
+from scenes.pose import Pose
+from scenes.render.renderer import PosedSplats, Renderer, Rendering
+from tracking.evidence.observation import Observation
+from tracking.model.object_model import RENDER_OPTIONS, TrackModel
+from tracking.window.extent import part_of
+
+MARGIN_PX = 4
+"""Margin around an object's box that is drawn, px: the reach of the lens's blur and of splats."""
+
+RING = 0.25
+"""Width of the surroundings in which another light would show, too, in radii of the object: they
+are then about as large as the silhouette."""
+
+FINE_PX = 80
+"""Objects drawn smaller than this, px, are drawn at twice the size and averaged: at few pixels the
+low-pass filter of single splats widens the silhouette."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DrawnObject:
+    """An object drawn on black.
+
+    Attributes:
+        part: rows and columns of the window.
+        finer: pixels drawn each way per pixel of it.
+        colours: as scanned.
+        compass: coloured by where each surface faces, see `tracking.model.relighting`.
+    """
+
+    part: tuple[slice, slice]
+    finer: int
+    colours: Rendering
+    compass: Rendering
+
+
+def draw_object(
+    observation: Observation, model: TrackModel, world_from_object: Pose, renderer: Renderer
+) -> DrawnObject | None:
+    """The object at a pose in an observation's window; None if it is outside."""
+    radius = radius_px(observation, model, world_from_object)
+    part = _part(observation, model, world_from_object, radius)
+    if part is None:
+        return None
+    camera: Fisheye = part_of(observation.camera, part)
+    size = (camera.width_px, camera.height_px)
+    finer = 2 if max(size) < FINE_PX else 1
+    fine = camera.resized(finer * size[0], finer * size[1]) if finer > 1 else camera
+    level = model.level_for(radius)
+    colours, compass = (
+        renderer.render(
+            (PosedSplats(cloud, world_from_object),),
+            fine,
+            observation.world_from_camera,
+            RENDER_OPTIONS,
+        )
+        for cloud in (level.splats, level.relightable.compass)
+    )
+    return DrawnObject(part, finer, colours, compass)
+
+
+def radius_px(observation: Observation, model: TrackModel, world_from_object: Pose) -> float:
+    """Radius of an object's sphere in an observation's pixels."""
+    eye = observation.world_from_camera.translation
+    range_m = float(np.linalg.norm(model.centre_at(world_from_object) - eye))
+    return observation.camera.f_px * model.radius_m / max(range_m, model.radius_m)
+
+
+def _part(
+    observation: Observation, model: TrackModel, world_from_object: Pose, radius: float
+) -> tuple[slice, slice] | None:
+    """Rows and columns around an object's box; None if it is outside the window."""
+    camera = observation.camera
+    corners = observation.world_from_camera.inverse() @ model.box_at(world_from_object)
+    pixels, seen = camera.project(corners)
+    size = np.array([camera.width_px, camera.height_px])
+    margin = MARGIN_PX + RING * radius
+    low = np.maximum(np.floor(pixels.min(axis=0) - margin), 0).astype(int)
+    high = np.minimum(np.ceil(pixels.max(axis=0) + margin), size).astype(int)
+    if not seen.any() or (low >= high).any():
+        return None
+    return slice(int(low[1]), int(high[1])), slice(int(low[0]), int(high[0]))
