@@ -32,11 +32,11 @@ from sim.faults.twins import Twins, with_twins
 from sim.people.actors import TICK_NS, Actor, introduce
 from sim.people.figure import person_body
 from sim.people.posture import PART_NAMES, part_poses
-from sim.physics import physics_of
+from sim.people.remote import remote_annotations, remote_avatar
+from sim.physics.any_room import physics_of
 from sim.reality.world_error import WorldError
-from sim.remote import remote_annotations, remote_avatar
-from sim.scenario import Scenario, validate_scenario
-from sim.switch import Switch, validate_switches
+from sim.scenarios.scenario import Scenario, validate_scenario
+from sim.scenarios.switch import Switch, validate_switches
 from sim.truth import GroundTruth, IdMasks, PersonTruth
 
 STREAM_ID = "camera-360"

@@ -28,7 +28,7 @@ from sim.dataset.pinhole_views import PinholeView, ViewSampler, ViewTruth, views
 from sim.dataset.surfaces import MILLIMETRES
 from sim.dataset.visibility import Seen, seen
 from sim.rehearsal import SimulatedStep
-from sim.scenario import Scenario
+from sim.scenarios.scenario import Scenario
 
 SPLIT = "test"
 """Folder of the scenes."""

@@ -22,7 +22,7 @@ from sim.dataset.symmetry import yaw_symmetry
 from sim.dataset.video_file import PacketFile
 from sim.dataset.visibility import OUTSIDE, Seen, seen
 from sim.rehearsal import SimulatedStep
-from sim.scenario import Scenario
+from sim.scenarios.scenario import Scenario
 
 LENS_SETS = ("sequence", "sequence_back")
 """Folders of the front and the back lens; only the first has a meaning for `nexus evaluate`."""

@@ -18,7 +18,7 @@ from sim.dataset.photos import write_capture
 from sim.dataset.room_folder import FolderOptions, Pictures, write_room, write_sequences
 from sim.phone.phone import SAMPLE_CAPTURE, PhoneOptions
 from sim.rehearsal import Scanned, SimulatedStep, simulate
-from sim.scenario import Scenario, validate_scenario
+from sim.scenarios.scenario import Scenario, validate_scenario
 
 Form = Literal["room-c", "bop"]
 

@@ -1,1 +1,1 @@
-"""People: what they are in a model, what they do, and who decides it."""
+"""People: how they look, what they do, and who decides it."""

@@ -9,7 +9,17 @@ from numpy.typing import NDArray
 
 from scenes.mesh import PhysicalRoom
 from scenes.state import Annotation
-from sim.people.actions import (
+from sim.people.carrying import carry, put
+from sim.people.handing_over import hand_over, receive
+from sim.people.person import TICK_NS, Person, Script
+from sim.people.pointing import draw, point
+from sim.people.posture import Posture
+from sim.people.pushing import push, turn
+from sim.people.sitting import sit, stand_up
+from sim.people.walking import NoWayError, hide, stand, walk
+from sim.physics.any_room import Physics
+from sim.physics.moving.people import PersonTarget
+from sim.scenarios.actions import (
     Action,
     Carry,
     Draw,
@@ -25,16 +35,6 @@ from sim.people.actions import (
     Walk,
     name_of,
 )
-from sim.people.carrying import carry, put
-from sim.people.embodiment import PersonTarget
-from sim.people.handing_over import hand_over, receive
-from sim.people.person import TICK_NS, Person, Script
-from sim.people.pointing import draw, point
-from sim.people.posture import Posture
-from sim.people.pushing import push, turn
-from sim.people.sitting import sit, stand_up
-from sim.people.walking import NoWayError, hide, stand, walk
-from sim.physics import Physics
 from sim.tables import ScenarioError
 
 __all__ = ["TICK_NS", "Actor", "introduce"]

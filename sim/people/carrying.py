@@ -8,12 +8,12 @@ from collections.abc import Generator
 import numpy as np
 
 from scenes.pose import Pose, wrap_angle
-from sim.people.actions import Carry, Put
+from sim.navigation.planar import bearing
 from sim.people.person import ON_FLOOR_M, TICK_S, Hand, Person, Script, Vector
 from sim.people.reaching import reach
 from sim.people.supports import HIGHEST_M, support_at
 from sim.people.walking import face, stand, walk_to
-from sim.planar import bearing
+from sim.scenarios.actions import Carry, Put
 
 LIFT_M = 0.14
 CARRIED_AT_M = np.array([0.36, -0.08, 1.08])

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from devices.messages import PoseSample
 from scenes.pose import Pose, wrap_angle
-from sim.people.embodiment import HAND_RADIUS_M, HANDS, HandTarget, PersonTarget
+from sim.navigation.planar import direction
 from sim.people.posture import (
     FULL_STRIDE_M,
     SIDES,
@@ -20,8 +20,8 @@ from sim.people.posture import (
     bend_to_reach,
     resting_hand,
 )
-from sim.physics import Physics
-from sim.planar import direction
+from sim.physics.any_room import Physics
+from sim.physics.moving.people import HAND_RADIUS_M, HANDS, HandTarget, PersonTarget
 
 HEAD = "head"
 BODY_IDS = (HEAD, *HANDS)

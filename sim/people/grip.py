@@ -10,8 +10,8 @@ import numpy as np
 from scenes.mesh import PhysicalObject
 from scenes.pose import Pose, wrap_angle
 from sim.bodies import UNIT_BOX_CORNERS
-from sim.people.embodiment import HAND_RADIUS_M
-from sim.planar import Vector, bearing, direction
+from sim.navigation.planar import Vector, bearing, direction
+from sim.physics.moving.people import HAND_RADIUS_M
 
 HAND_HEIGHT_M = 0.455
 SEAT_SHARE = 0.965

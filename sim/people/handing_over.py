@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from sim.people.actions import HandOver, Receive
+from sim.navigation.planar import bearing
 from sim.people.carrying import bring, take
 from sim.people.person import TICK_S, Hand, Person, Script, Vector
 from sim.people.reaching import reach
 from sim.people.walking import face, stand
-from sim.planar import bearing
+from sim.scenarios.actions import HandOver, Receive
 
 PATIENCE_S = 30.0
 """Time that a person holds something out, or waits for it, at most."""

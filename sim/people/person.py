@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from scenes.mesh import PhysicalRoom
 from scenes.state import Annotation
-from sim.floor import FloorMap, FreeFloor
-from sim.people.embodiment import HANDS, HandTarget, PersonTarget
+from sim.navigation.floor import FloorMap, FreeFloor
+from sim.navigation.planar import direction, towards
 from sim.people.posture import (
     FULL_STRIDE_M,
     SEAT_BACK_M,
@@ -22,8 +22,8 @@ from sim.people.posture import (
     bend_to_reach,
     resting_hand,
 )
-from sim.physics import Physics
-from sim.planar import direction, towards
+from sim.physics.any_room import Physics
+from sim.physics.moving.people import HANDS, HandTarget, PersonTarget
 
 Vector = NDArray[np.float64]
 Script = Iterator[str | None]

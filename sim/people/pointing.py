@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from scenes.state import Annotation
-from sim.people.actions import Draw, Point
+from sim.navigation.planar import bearing
+from sim.people.drawn_line import drawn_part, length_m
 from sim.people.person import TICK_S, Person, Script, Vector, shoulder
 from sim.people.reaching import let_hang
 from sim.people.walking import face
-from sim.planar import bearing
-from sim.polyline import drawn_part, length_m
+from sim.scenarios.actions import Draw, Point
 
 ARM_M = 0.56
 """Reach of a stretched arm from the shoulder to the middle of the hand."""

@@ -9,12 +9,12 @@ import numpy as np
 from scenes.mesh import PhysicalObject
 from scenes.pose import Pose
 from sim.bodies import UNIT_BOX_CORNERS
-from sim.people.actions import Sit
+from sim.navigation.planar import bearing, direction
 from sim.people.person import TICK_S, Person, Script, Vector
 from sim.people.posture import SEAT_BACK_M
 from sim.people.supports import HIGHEST_SEAT_M, support_at, tops_at
 from sim.people.walking import face, stand, walk_to
-from sim.planar import bearing, direction
+from sim.scenarios.actions import Sit
 
 SITTING_DOWN_S = 1.1
 USUAL_SEAT_M = 0.45

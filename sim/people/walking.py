@@ -7,11 +7,11 @@ import math
 import numpy as np
 
 from scenes.pose import wrap_angle
-from sim.paths import has_way, walking_path
-from sim.people.actions import Hide, Walk
+from sim.navigation.paths import has_way, walking_path
+from sim.navigation.planar import towards
 from sim.people.person import TICK_S, Person, Script, Vector
 from sim.people.posture import WALKING_SPEED_M_S
-from sim.planar import towards
+from sim.scenarios.actions import Hide, Walk
 
 TURN_RATE_RAD_S = 3.2
 ACCELERATION_M_S2 = 2.5

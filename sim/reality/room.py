@@ -10,8 +10,8 @@ from scenes.mesh import PhysicalRoom
 from scenes.package import ScenePackage
 from scenes.prepare.cutout.likewise import TakenApart
 from scenes.render.renderer import Renderer
+from sim.physics.scanned.objects import scanned_object
 from sim.reality.light import irradiance_at, main_light
-from sim.scanned import scanned_object
 
 CHEST_M = 1.2
 """Height at which a room's light is asked for, metres."""

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from scenes.samples import sample_room
 from sim.rehearsal import SimulatedStep, simulate
-from sim.scenario import DEFAULT_SCENARIOS, Scenario, load_scenario
+from sim.scenarios.scenario import DEFAULT_SCENARIOS, Scenario, load_scenario
 from studio.console.rows import Row, at_least, at_most
 
 ROOM = "lab"

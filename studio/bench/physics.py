@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from scenes.pose import Pose
 from sim.bodies import UNIT_BOX_CORNERS
-from sim.collision.surface import rescanned, surface_of
-from sim.scan_like import block, scan_like
-from sim.twin import STEP_NS, Twin
+from sim.physics.collision.surface import rescanned, surface_of
+from sim.physics.scanned.scan_like import block, scan_like
+from sim.physics.scanned.twin import STEP_NS, Twin
 from studio.bench.physics_room import (
     BOARD_HEIGHTS_M,
     HIGH_M,

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from scenes.mesh import BoxPart, PhysicalObject
 from scenes.pose import Pose
-from sim.scan_like import block, scan_like
+from sim.physics.scanned.scan_like import block, scan_like
 
 Block = tuple[tuple[float, float, float], tuple[float, float, float]]
 

@@ -26,8 +26,8 @@ from devices.recording_codec import (
 from devices.session_info import ForkOrigin, ScenarioChange, SessionInfo
 from scenes.state import LiveSurface, TrackedObject
 from sim.faults.fault import Fault
-from sim.scenario import Scenario, load_scenario, parse_scenario
-from sim.switch import Switch
+from sim.scenarios.scenario import Scenario, load_scenario, parse_scenario
+from sim.scenarios.switch import Switch
 from sim.tables import ScenarioError
 from studio.session.provenance import library_versions
 from studio.session.sources import SessionMessage, time_ns_of

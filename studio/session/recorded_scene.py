@@ -8,7 +8,7 @@ from devices.session_info import SessionInfo
 from scenes.opening import open_scene
 from scenes.package import ScenePackage
 from scenes.pose import Pose
-from sim.scenario import recorded_camera
+from sim.scenarios.scenario import recorded_camera
 from sim.tables import ScenarioError
 
 

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 from scenes.mesh import PhysicalRoom
 from scenes.package import ScenePackage
 from sim.faults.fault import Fault
-from sim.scenario import Scenario
-from sim.switch import Switch, validate_switches
+from sim.scenarios.scenario import Scenario
+from sim.scenarios.switch import Switch, validate_switches
 from studio.session.fork import Fork
 
 if TYPE_CHECKING:
@@ -103,8 +103,8 @@ def _built_in(
 ) -> Staging:
     from scenes.opening import open_scene
     from scenes.samples import sample_room
-    from sim.scanned import missing, only_scanned, with_scanned
-    from sim.scenario import DEFAULT_SCENARIOS
+    from sim.physics.scanned.objects import missing, only_scanned, with_scanned
+    from sim.scenarios.scenario import DEFAULT_SCENARIOS
 
     room = sample_room(room_name)
     added = () if scene is None else only_scanned(room, scene)
@@ -126,14 +126,14 @@ def _scan(
 ) -> Staging:
     from scenes.prepare.cutout.likewise import TakenApart
     from scenes.render.native import NativeRenderer
-    from sim.first_scenario import first_scenario
+    from sim.physics.scanned.objects import missing
     from sim.reality.look import SplatLook
     from sim.reality.parts import parts_of
     from sim.reality.room import scanned_room
     from sim.reality.world_error import drawn_error
     from sim.rehearsal import Scanned
-    from sim.scanned import missing
-    from sim.scenario import parse_scenario
+    from sim.scenarios.first import first_scenario
+    from sim.scenarios.scenario import parse_scenario
 
     reality, renderer = scene.reality, NativeRenderer()
     if reality is not None:
@@ -172,7 +172,7 @@ def _scan(
 
 
 def _read(scenario_name: str, *, more_faults: Sequence[type[Fault]]) -> tuple[Scenario, str]:
-    from sim.scenario import load_scenario
+    from sim.scenarios.scenario import load_scenario
 
     scenario = load_scenario(scenario_name, more_faults=more_faults)
     return scenario, Path(scenario.source).read_text(encoding="utf-8")
@@ -185,7 +185,7 @@ def _with_camera(room: PhysicalRoom, scenario: Scenario) -> PhysicalRoom:
 
 
 def _check(scenario: Scenario, room: PhysicalRoom, fork: Fork | None) -> None:
-    from sim.scenario import validate_scenario
+    from sim.scenarios.scenario import validate_scenario
 
     validate_scenario(scenario, room)
     if fork is not None:

@@ -11,7 +11,7 @@ from typing import Any
 
 import sim
 from sim.faults.settings import LINES, NUMBERS
-from sim.scenario import load_scenario, parse_scenario
+from sim.scenarios.scenario import load_scenario, parse_scenario
 from sim.tables import ScenarioError, Table
 from studio.session.methods import METHODS
 from studio.sweep.toml_text import toml_text

@@ -18,7 +18,7 @@ from devices.session_info import SessionInfo
 from scenes.formats.registry import read_splats
 from scenes.samples import sample_room
 from sim.rehearsal import simulate
-from sim.scenario import load_scenario
+from sim.scenarios.scenario import load_scenario
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 SCRIPTS = sorted(EXAMPLES.glob("*.py"))

@@ -10,7 +10,7 @@ import pytest
 from scenes.frames import look_at
 from scenes.mesh import BoxPart, CollisionMesh, PhysicalObject, PhysicalRoom, TexturedMesh
 from scenes.pose import Pose
-from sim.scan_like import block, scan_like
+from sim.physics.scanned.scan_like import block, scan_like
 
 RIG_POSITION = np.array([0.0, -0.5, 1.2])
 TABLE_TOP_M = 0.72

@@ -9,7 +9,7 @@ import pytest
 
 from scenes.pose import rotation_angle
 from sim.rehearsal import simulate
-from sim.scenario import parse_scenario
+from sim.scenarios.scenario import parse_scenario
 from sim.tables import ScenarioError
 
 SCENARIO = """

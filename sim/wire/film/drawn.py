@@ -21,7 +21,7 @@ from sim.faults.fault import Fault, WayFault
 from sim.faults.freeze import Freeze
 from sim.faults.settings import Faults
 from sim.rehearsal import Scanned, SimulatedStep, simulate
-from sim.scenario import Scenario
+from sim.scenarios.scenario import Scenario
 from sim.wire.film.film import FilmFormat, PictureTruth
 from sim.wire.film.film_file import FilmWriter
 from sim.wire.film.layouts import Layout, lens_size_px, packed

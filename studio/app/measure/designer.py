@@ -19,7 +19,7 @@ SPLATS = 1_000_000
 LOAD_BAR_S, CANCEL_BAR_S = 10.0, 2.0
 SINK_BAR_MM, JITTER_BAR_MM, WALL_BAR_MM = 5.0, 1.0, 20.0
 """Bars; the wall's is the collision margin of the physics and what its solver lets in, see
-`tests/sim/test_by_hand.py`."""
+`tests/sim/physics/test_by_hand.py`."""
 
 CUT_BAR_S, CUT_CLICKS_BAR = 60.0, 8
 CAST_CLICKS_BAR, SURFACE_BAR_PX, SURFACE_CLICKS_BAR, SHARE_CLICKS_BAR = 12, 2.0, 5, 3
@@ -95,8 +95,8 @@ def cutting(folder: Path) -> list[Row]:
 def by_hand(_folder: Path) -> list[Row]:
     """D6: a chair is dragged through a wall, a book is dropped on the desk."""
     from scenes.opening import open_scene
-    from sim.by_hand import physics_by_hand
-    from sim.world import STEP_NS
+    from sim.physics.by_hand import physics_by_hand
+    from sim.physics.world import STEP_NS
 
     scene = open_scene("lab")
     physics = physics_by_hand(scene)

@@ -78,7 +78,7 @@ def generating(folder: Path) -> list[Row]:
     """T1, T3: the same seed gives the same bytes; faults of a scenario are in the truth."""
     from scenes.samples import sample_room
     from sim.rehearsal import simulate
-    from sim.scenario import parse_scenario
+    from sim.scenarios.scenario import parse_scenario
 
     room, scenario = sample_room("lab"), parse_scenario(SPEED, source="speed")
 
@@ -107,7 +107,7 @@ def _fault_rows(folder: Path) -> list[Row]:
     from scenes.samples import sample_room
     from sim.faults.settings import LINES, NUMBERS
     from sim.rehearsal import simulate
-    from sim.scenario import parse_scenario
+    from sim.scenarios.scenario import parse_scenario
 
     room, unseen = sample_room("lab"), []
     for name, line in FAULT_LINES.items():

@@ -18,7 +18,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QMenu, QSizePolicy, QToolTip, QWidget
 
-from sim.people.actions import name_of
+from sim.scenarios.actions import name_of
 from studio.app.model.workbench import Workbench
 from studio.app.scenario.colours import on, person_colour, theme_of
 from studio.app.scenario.fields import ACTION_FIELDS

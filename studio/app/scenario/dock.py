@@ -18,8 +18,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from sim.people.actions import name_of
-from sim.scenario import Scenario, scenario_names
+from sim.scenarios.actions import name_of
+from sim.scenarios.scenario import Scenario, scenario_names
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.scenario.action_blocks import ActionBlocks, Key
 from studio.app.scenario.action_form import ActionForm

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from sim.faults.fault import Fault
-from sim.scenario import (
+from sim.scenarios.scenario import (
     DEFAULT_SCENARIOS,
     SCENARIO_FOLDER,
     Scenario,

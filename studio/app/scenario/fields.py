@@ -64,7 +64,7 @@ ACTION_FIELDS: Mapping[str, tuple[Field, ...]] = {
         Field("colour", "colour", "colour"),
     ),
 }
-"""By action, in the order of a form; ranges are the reader's (`sim.people.action_tables`)."""
+"""By action, in the order of a form; ranges are the reader's (`sim.scenarios.action_tables`)."""
 
 _FROM = Field("from_s", "from", unit="s", high=3600.0)
 _UNTIL = Field("to_s", "until", unit="s", high=3600.0)

@@ -29,8 +29,8 @@ from PySide6.QtWidgets import (
     QGraphicsView,
 )
 
-from sim.people.actions import name_of
-from sim.scenario import Scenario
+from sim.scenarios.actions import name_of
+from sim.scenarios.scenario import Scenario
 from studio.app.model.workbench import Workbench
 from studio.app.scenario.colours import on, person_colour, theme_of
 from studio.app.scenario.plan import Block, Item, RoomPlan

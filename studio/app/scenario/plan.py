@@ -12,9 +12,17 @@ from numpy.typing import NDArray
 from scenes.mesh import PhysicalRoom
 from scenes.package import ScenePackage
 from scenes.pose import wrap_angle
-from sim.floor import FloorMap
-from sim.paths import has_way, walking_path
-from sim.people.actions import (
+from sim.navigation.floor import FloorMap
+from sim.navigation.paths import has_way, walking_path
+from sim.people.carrying import BEFORE_GOAL_M, LIFT_M
+from sim.people.drawn_line import length_m
+from sim.people.handing_over import BETWEEN_M, PATIENCE_S
+from sim.people.person import CAMERA_MARGIN_M, COMFORTABLE_REACH_M, ON_FLOOR_M
+from sim.people.posture import SEAT_BACK_M, WALKING_SPEED_M_S
+from sim.people.pushing import PUSH_TIME_LIMIT_S, REACH_M
+from sim.people.sitting import SITTING_DOWN_S
+from sim.people.walking import ACCELERATION_M_S2, TURN_RATE_RAD_S
+from sim.scenarios.actions import (
     Action,
     Carry,
     Draw,
@@ -29,15 +37,7 @@ from sim.people.actions import (
     Turn,
     Walk,
 )
-from sim.people.carrying import BEFORE_GOAL_M, LIFT_M
-from sim.people.handing_over import BETWEEN_M, PATIENCE_S
-from sim.people.person import CAMERA_MARGIN_M, COMFORTABLE_REACH_M, ON_FLOOR_M
-from sim.people.posture import SEAT_BACK_M, WALKING_SPEED_M_S
-from sim.people.pushing import PUSH_TIME_LIMIT_S, REACH_M
-from sim.people.sitting import SITTING_DOWN_S
-from sim.people.walking import ACCELERATION_M_S2, TURN_RATE_RAD_S
-from sim.polyline import length_m
-from sim.scenario import Scenario
+from sim.scenarios.scenario import Scenario
 
 Place = NDArray[np.float64]
 

@@ -72,7 +72,7 @@ class BackdropJob:
 
     def _plan(self) -> RoomPlan:
         from scenes.samples import sample_room
-        from sim.scanned import only_scanned, with_scanned
+        from sim.physics.scanned.objects import only_scanned, with_scanned
 
         if self.scene.physical is None:
             return room_plan(self.scene, None)

@@ -178,7 +178,7 @@ class Trials:
 
 def trial_text(plan: TrialPlan) -> str:
     """The scenario of a trial: its beginning, filmed with small lenses."""
-    from sim.scenario import parse_scenario
+    from sim.scenarios.scenario import parse_scenario
 
     scenario = parse_scenario(plan.text, source="scenario", more_faults=plan.more_faults)
     text = with_duration(plan.text, min(plan.seconds, scenario.duration_s))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.state import TrackState
-from sim.scenario import Scenario, parse_scenario
+from sim.scenarios.scenario import Scenario, parse_scenario
 from sim.tables import ScenarioError
 from studio.app.timeline.columns import STATE, STATES, Rows
 from studio.app.timeline.index import RecordingIndex

@@ -9,7 +9,7 @@ from scenes.pose import Pose
 from studio.app.model.document import Primitive
 
 if TYPE_CHECKING:
-    from sim.primitives import Primitive as Solid
+    from sim.physics.moving.primitives import Primitive as Solid
 
 DENSITY_KG_PER_M3 = 150.0
 """Of a body that was added by hand: a moving box with something in it, light wooden furniture."""
@@ -17,8 +17,8 @@ DENSITY_KG_PER_M3 = 150.0
 
 def solid_of(item: Primitive) -> Solid:
     """A primitive of the document for the physics."""
-    from sim.primitives import Primitive as Solid
-    from sim.primitives import Shape
+    from sim.physics.moving.primitives import Primitive as Solid
+    from sim.physics.moving.primitives import Shape
 
     shapes = {"box": Shape.BOX, "ball": Shape.SPHERE, "cylinder": Shape.CYLINDER}
     return Solid(

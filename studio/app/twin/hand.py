@@ -21,7 +21,7 @@ from studio.app.twin.edits import EditError, name_of, put_all, taken_ids
 from studio.app.twin.running_physics import RoomPoses, RunningPhysics
 
 if TYPE_CHECKING:
-    from sim.by_hand import PhysicsByHand
+    from sim.physics.by_hand import PhysicsByHand
 
 PATIENCE_NS = 3_000_000_000
 """Time after a release in which everything should come to rest; then the step of undo is made."""
@@ -37,7 +37,7 @@ TOUCHED_SHARE = 0.1
 
 def physics_of(scene: ScenePackage) -> PhysicsByHand:
     """The physics of a scene, imported when it is first needed: it takes half a second."""
-    from sim.by_hand import physics_by_hand
+    from sim.physics.by_hand import physics_by_hand
 
     return physics_by_hand(scene)
 

@@ -16,20 +16,20 @@ from devices.streams import BoundedQueue, Slot, StreamClosedError, StreamFullErr
 from scenes.pose import Pose
 
 if TYPE_CHECKING:
-    from sim.by_hand import PhysicsByHand
-    from sim.primitives import Primitive
+    from sim.physics.by_hand import PhysicsByHand
+    from sim.physics.moving.primitives import Primitive
 
 log = logging.getLogger(__name__)
 
 STEP_NS = 2_000_000
-"""One step of physics, as `sim.world.STEP_NS`."""
+"""One step of physics, as `sim.physics.world.STEP_NS`."""
 TICK_NS = 1_000_000_000 // 60
 """Between two poses: a picture of 60 Hz."""
 MOST_BEHIND_NS = 50_000_000
 """Time that is made up for in one tick; of more, physics runs slower than the clock instead."""
 REST_NS = 250_000_000
 """Time for which everything has to be at rest: longer than anything hangs in the air at its apex
-below `sim.rest.RESTING_M_PER_S`, which gravity gives in a millisecond."""
+below `sim.physics.moving.rest.RESTING_M_PER_S`, which gravity gives in a millisecond."""
 IDLE_S = 0.2
 """Longest wait for a command while nothing moves."""
 COMMANDS = 256

@@ -292,7 +292,7 @@ class TwinView(QWidget):
             ).start()
 
     def _free_floor(self):  # noqa: ANN202
-        from sim.floor import FreeFloor
+        from sim.navigation.floor import FreeFloor
 
         return self.floor if isinstance(self.floor, FreeFloor) else None
 

@@ -14,7 +14,7 @@ from studio.app.viewport.orbit import Orbit, orbit_of
 from studio.app.viewport.walk import Walker, walker_from
 
 if TYPE_CHECKING:
-    from sim.floor import FreeFloor
+    from sim.navigation.floor import FreeFloor
 
 Mode = Literal["orbit", "fly", "walk"]
 MODES: tuple[Mode, ...] = ("orbit", "fly", "walk")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from scenes.package import ScenePackage
-from sim.floor import FloorMap, FreeFloor
+from sim.navigation.floor import FloorMap, FreeFloor
 
 
 def visitor_floor(scene: ScenePackage) -> FreeFloor:

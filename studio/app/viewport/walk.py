@@ -13,7 +13,7 @@ from scenes.frames import look_at
 from scenes.pose import Pose
 
 if TYPE_CHECKING:
-    from sim.floor import FreeFloor
+    from sim.navigation.floor import FreeFloor
 
 EYES_M = 1.65
 """Height of a standing visitor's eyes, metres: the mean of adults."""

@@ -6,7 +6,7 @@ import pytest
 
 from sim.dataset.write import DatasetOptions, write_dataset
 from sim.phone.phone import PhoneOptions
-from sim.scenario import parse_scenario
+from sim.scenarios.scenario import parse_scenario
 
 SCENARIO = """
 room = "small"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sim.rehearsal import simulate
-from sim.scenario import parse_scenario
+from sim.scenarios.scenario import parse_scenario
 
 SCENARIO = """
 room = "small"

@@ -21,7 +21,7 @@ from sim.faults.settings import LINES, NUMBERS, Faults
 from sim.faults.span import Span
 from sim.faults.twins import Twins
 from sim.faults.white_balance import WhiteBalance
-from sim.scenario import parse_scenario, validate_scenario
+from sim.scenarios.scenario import parse_scenario, validate_scenario
 from sim.tables import ScenarioError
 
 HEAD = """

@@ -7,7 +7,19 @@ import numpy as np
 import pytest
 
 from scenes.pose import Pose, wrap_angle
-from sim.people.actions import (
+from sim.people.actors import TICK_NS, Actor, introduce
+from sim.people.carrying import carry
+from sim.people.handing_over import hand_over
+from sim.people.person import shoulder
+from sim.people.pointing import point
+from sim.people.posture import PART_NAMES, part_poses
+from sim.people.pushing import push
+from sim.people.reaching import reach
+from sim.people.sitting import sit
+from sim.people.supports import support_at
+from sim.people.walking import walk
+from sim.physics.any_room import physics_of
+from sim.scenarios.actions import (
     Carry,
     Draw,
     HandOver,
@@ -22,18 +34,6 @@ from sim.people.actions import (
     Walk,
     name_of,
 )
-from sim.people.actors import TICK_NS, Actor, introduce
-from sim.people.carrying import carry
-from sim.people.handing_over import hand_over
-from sim.people.person import shoulder
-from sim.people.pointing import point
-from sim.people.posture import PART_NAMES, part_poses
-from sim.people.pushing import push
-from sim.people.reaching import reach
-from sim.people.sitting import sit
-from sim.people.supports import support_at
-from sim.people.walking import walk
-from sim.physics import physics_of
 from sim.tables import ScenarioError
 
 CAMERA_XY = np.array([0.0, -0.5])

@@ -9,10 +9,10 @@ from devices.messages import PoseSample
 from scenes.frames import look_at
 from scenes.mesh import BoxPart, PhysicalObject
 from scenes.pose import Pose
-from sim.collision.surface import surface_of
 from sim.people.driven import DrivenPerson, GripSample
-from sim.scan_like import block
-from sim.twin import Twin
+from sim.physics.collision.surface import surface_of
+from sim.physics.scanned.scan_like import block
+from sim.physics.scanned.twin import Twin
 
 TICK_NS = 10_000_000
 ROOM = block((0, 0, 0), (4, 3, 2.5), is_room=True)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from sim.scenario import load_scenario
+from sim.scenarios.scenario import load_scenario
 from studio.bench.camera import FPS_BAR, measure_camera
 
 

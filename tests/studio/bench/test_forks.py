@@ -2,7 +2,7 @@
 
 import pytest
 
-from sim.scenario import parse_scenario
+from sim.scenarios.scenario import parse_scenario
 from studio.bench import forks
 from studio.bench.forks import INSTANTS_S, SCENARIO, measure_forks
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from scenes.pose import Pose
-from sim.collision.surface import surface_of
-from sim.engine import mujoco
-from sim.twin import Twin
+from sim.physics.collision.surface import surface_of
+from sim.physics.engine import mujoco
+from sim.physics.scanned.twin import Twin
 from studio.bench import physics
 from studio.bench.physics_room import HIGH_M, LOW_M, cartons, exact_room, scanned_room
 from studio.cli import main

@@ -6,7 +6,7 @@ import pytest
 
 from devices.recording import Recorder, read_session
 from devices.session_info import ForkOrigin, ScenarioChange
-from sim.scenario import parse_scenario
+from sim.scenarios.scenario import parse_scenario
 from studio.session.fork import Fork, open_fork
 from studio.session.plan import SessionPlan
 from studio.session.sources import recorded_messages

@@ -9,7 +9,7 @@ import pytest
 
 from sim.faults.blur import Blur
 from sim.faults.occluder import Occluder
-from sim.scenario import load_scenario, parse_scenario
+from sim.scenarios.scenario import load_scenario, parse_scenario
 from sim.tables import ScenarioError
 from studio.sweep.plan import WITHOUT, load_sweep, parse_sweep, sweep_names
 from studio.sweep.toml_text import toml_text

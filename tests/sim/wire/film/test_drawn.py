@@ -6,7 +6,7 @@ import pytest
 from devices.messages import EncodedFrame
 from devices.video import H264Decoder
 from scenes.samples import sample_room
-from sim.scenario import load_scenario
+from sim.scenarios.scenario import load_scenario
 from sim.wire.faults.reading import read_fault
 from sim.wire.faults.schedule import film_faults
 from sim.wire.film.drawn import FilmOptions, draw_film, filmed_scenario

@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from scenes.samples import sample_room
-from sim.scenario import parse_scenario, validate_scenario
+from sim.scenarios.scenario import parse_scenario, validate_scenario
 from studio.app.measure.soaking import (
     Sample,
     Sampler,

@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from sim.scenario import load_scenario
+from sim.scenarios.scenario import load_scenario
 from sim.tables import ScenarioError
 from studio.app.model.autosave import recoverable
 from studio.app.model.document import Document
@@ -37,7 +37,7 @@ def test_a_scene_begins_with_its_own_scenario(editing):
 
 
 def load_scenario_named(text):
-    from sim.scenario import parse_scenario
+    from sim.scenarios.scenario import parse_scenario
 
     return parse_scenario(text, source="lab-rearrange.toml")
 

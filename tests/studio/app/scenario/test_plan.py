@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from scenes.samples import sample_room
-from sim.floor import FloorMap
+from sim.navigation.floor import FloorMap
 from sim.people.actors import TICK_NS, Actor, introduce
-from sim.people.embodiment import HANDS
-from sim.scenario import load_scenario, parse_scenario
+from sim.physics.moving.people import HANDS
+from sim.scenarios.scenario import load_scenario, parse_scenario
 from studio.app.scenario.plan import Item, RoomPlan, planned
 
 

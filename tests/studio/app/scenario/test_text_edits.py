@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sim.scenario import SCENARIO_FOLDER, parse_scenario
+from sim.scenarios.scenario import SCENARIO_FOLDER, parse_scenario
 from studio.app.scenario import text_edits as edits
 from studio.app.scenario.fields import ACTION_FIELDS, FAULT_FIELDS, new_values
 from studio.app.scenario.toml_spans import EditError, block_of, span_of
@@ -150,7 +150,7 @@ def test_every_fault_is_added_changed_and_removed(name, fault):
 
 def test_all_kinds_of_the_simulator_have_a_form():
     from sim.faults.settings import LINES, NUMBERS
-    from sim.people.actions import ACTION_NAMES
+    from sim.scenarios.actions import ACTION_NAMES
 
     assert set(ACTION_FIELDS) == set(ACTION_NAMES.values())
     assert set(FAULT_FIELDS) == {kind.name for kind in (*NUMBERS, *LINES)}

@@ -7,7 +7,7 @@ import pytest
 
 from devices.clock import ManualClock, WallClock
 from scenes.pose import Pose
-from sim.by_hand import physics_by_hand
+from sim.physics.by_hand import physics_by_hand
 from studio.app.twin.running_physics import COMMANDS, MOST_BEHIND_NS, TICK_NS, RunningPhysics
 
 BOOK = "book-1"

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from scenes.frames import look_at
-from sim.floor import CELL_M, FreeFloor
+from sim.navigation.floor import CELL_M, FreeFloor
 from studio.app.viewport.orbit import home, orbit_of
 from studio.app.viewport.viewer import MODES, Viewer, object_eyes
 from studio.app.viewport.walk import EYES_M, Walker, walker_from

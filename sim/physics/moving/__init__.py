@@ -1,0 +1,1 @@
+"""What moves in a model: objects, virtual solids, people, what a tracker moves."""

@@ -1,0 +1,100 @@
+"""Objects that only the scan knows, in the simulated room: solid where the cut found them solid.
+
+The physical room's own objects keep their meshes, masses and friction. What was added to the scan
+of it has none of these: it collides by its parts and weighs what was guessed from its size.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from scenes.mesh import BoxPart, PhysicalObject, PhysicalRoom, TexturedMesh
+from scenes.package import ScenePackage
+from scenes.pose import Pose
+from scenes.prepare.cutout.object.added import ADDED
+from scenes.prepare.cutout.object.solid_parts import guessed_mass_kg
+from scenes.samples.atlas import mesh_from_surfaces
+from scenes.samples.shapes import OBJECT_CELL_M, box, placed
+from scenes.samples.textures import plain
+from scenes.state import ObjectModel
+from sim.physics.scanned.feet import with_feet
+
+FRICTION = 0.45
+"""Of wood, felt and plastic on a floor; no picture shows it."""
+GREY = (128, 128, 128)
+
+
+def only_scanned(room: PhysicalRoom, scene: ScenePackage) -> tuple[ObjectModel, ...]:
+    """The objects that were added to the scan of a room.
+
+    Args:
+        room: what exists.
+        scene: a scan of it. What was cut out of the scan is in the room's meshes already.
+    """
+    known = {item.object_id for item in room.objects}
+    added = {stage.name for stage in scene.stages}
+    return tuple(
+        item
+        for item in scene.objects
+        if item.object_id not in known and f"{ADDED} {item.object_id}" in added
+    )
+
+
+def with_scanned(room: PhysicalRoom, added: Sequence[ObjectModel]) -> PhysicalRoom:
+    """The room with objects that only the scan knows; its own stay as they are."""
+    return replace(room, objects=(*room.objects, *(scanned_object(item) for item in added)))
+
+
+def scanned_object(item: ObjectModel) -> PhysicalObject:
+    """An object as far as a scan shows it; its box where nobody has made parts of it.
+
+    It stands on feet where the scan has missed its own; nobody sees those.
+    """
+    parts = item.parts or (_whole(item.box_m),)
+    mass_kg = item.guessed_mass_kg or guessed_mass_kg(parts, item.box_m)
+    return PhysicalObject(
+        object_id=item.object_id,
+        kind=item.kind,
+        meshes=(_mesh(parts),),
+        box_m=item.box_m,
+        parts=with_feet(parts, item.box_m),
+        mass_kg=mass_kg,
+        friction=FRICTION,
+        world_from_object=item.world_from_object,
+    )
+
+
+def missing(item: ObjectModel) -> str:
+    """What the simulation had to do without, as a sentence for people."""
+    solid = f"its {len(item.parts)} solid parts" if item.parts else "the box around it"
+    mass = "" if item.guessed_mass_kg else "; its mass is guessed from that box"
+    return (
+        f"{item.object_id}: the simulated room has no mesh of it, so the camera sees {solid} in "
+        f"grey{mass}"
+    )
+
+
+def _whole(box_m: tuple[float, float, float]) -> BoxPart:
+    x, y, z = (0.5 * side for side in box_m)
+    return BoxPart(Pose.from_yaw(0.0, (0.0, 0.0, z)), (x, y, z))
+
+
+def _mesh(parts: tuple[BoxPart, ...]) -> TexturedMesh:
+    """The parts' surfaces, grey: colours of the splats would show the tracker its own model."""
+    surfaces = [
+        surface
+        for part in parts
+        for surface in placed(
+            box(
+                (-np.array(part.half_size_m)).tolist(),
+                part.half_size_m,
+                material=plain(GREY),
+                cell_m=OBJECT_CELL_M,
+            ),
+            part.object_from_box,
+        )
+    ]
+    return mesh_from_surfaces(surfaces, width_px=1024)
