@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 
 from scenes.mesh import PhysicalRoom
 from scenes.state import Annotation
-from sim.people.carrying import carry, put
-from sim.people.handing_over import hand_over, receive
+from sim.people.acts.carrying import carry, put
+from sim.people.acts.handing_over import hand_over, receive
+from sim.people.acts.pointing import draw, point
+from sim.people.acts.pushing import push, turn
+from sim.people.acts.sitting import sit, stand_up
+from sim.people.acts.walking import NoWayError, hide, stand, walk
 from sim.people.person import TICK_NS, Person, Script
-from sim.people.pointing import draw, point
 from sim.people.posture import Posture
-from sim.people.pushing import push, turn
-from sim.people.sitting import sit, stand_up
-from sim.people.walking import NoWayError, hide, stand, walk
 from sim.physics.any_room import Physics
 from sim.physics.moving.people import PersonTarget
 from sim.scenarios.actions import (

@@ -14,14 +14,14 @@ from scenes.package import ScenePackage
 from scenes.pose import wrap_angle
 from sim.navigation.floor import FloorMap
 from sim.navigation.paths import has_way, walking_path
-from sim.people.carrying import BEFORE_GOAL_M, LIFT_M
+from sim.people.acts.carrying import BEFORE_GOAL_M, LIFT_M
+from sim.people.acts.handing_over import BETWEEN_M, PATIENCE_S
+from sim.people.acts.pushing import PUSH_TIME_LIMIT_S, REACH_M
+from sim.people.acts.sitting import SITTING_DOWN_S
+from sim.people.acts.walking import ACCELERATION_M_S2, TURN_RATE_RAD_S
 from sim.people.drawn_line import length_m
-from sim.people.handing_over import BETWEEN_M, PATIENCE_S
 from sim.people.person import CAMERA_MARGIN_M, COMFORTABLE_REACH_M, ON_FLOOR_M
 from sim.people.posture import SEAT_BACK_M, WALKING_SPEED_M_S
-from sim.people.pushing import PUSH_TIME_LIMIT_S, REACH_M
-from sim.people.sitting import SITTING_DOWN_S
-from sim.people.walking import ACCELERATION_M_S2, TURN_RATE_RAD_S
 from sim.scenarios.actions import (
     Action,
     Carry,
@@ -42,7 +42,7 @@ from sim.scenarios.scenario import Scenario
 Place = NDArray[np.float64]
 
 HAND_M_S = 0.7
-"""How fast hands reach, as `sim.people.reaching.reach` has it, metres a second."""
+"""How fast hands reach, as `sim.people.acts.reaching.reach` has it, metres a second."""
 TAKE_S = 0.6 / HAND_M_S + 2 * LIFT_M / HAND_M_S + 0.2
 """A hand to an object, down and up again, seconds."""
 RELEASE_S = LIFT_M / 0.35 + LIFT_M / HAND_M_S + 0.55

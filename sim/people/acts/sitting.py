@@ -10,10 +10,10 @@ from scenes.mesh import PhysicalObject
 from scenes.pose import Pose
 from sim.bodies import UNIT_BOX_CORNERS
 from sim.navigation.planar import bearing, direction
+from sim.people.acts.supports import HIGHEST_SEAT_M, support_at, tops_at
+from sim.people.acts.walking import face, stand, walk_to
 from sim.people.person import TICK_S, Person, Script, Vector
 from sim.people.posture import SEAT_BACK_M
-from sim.people.supports import HIGHEST_SEAT_M, support_at, tops_at
-from sim.people.walking import face, stand, walk_to
 from sim.scenarios.actions import Sit
 
 SITTING_DOWN_S = 1.1

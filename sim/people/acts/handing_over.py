@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from sim.navigation.planar import bearing
-from sim.people.carrying import bring, take
+from sim.people.acts.carrying import bring, take
+from sim.people.acts.reaching import reach
+from sim.people.acts.walking import face, stand
 from sim.people.person import TICK_S, Hand, Person, Script, Vector
-from sim.people.reaching import reach
-from sim.people.walking import face, stand
 from sim.scenarios.actions import HandOver, Receive
 
 PATIENCE_S = 30.0

@@ -8,16 +8,16 @@ import pytest
 
 from scenes.pose import Pose, wrap_angle
 from sim.people.actors import TICK_NS, Actor, introduce
-from sim.people.carrying import carry
-from sim.people.handing_over import hand_over
+from sim.people.acts.carrying import carry
+from sim.people.acts.handing_over import hand_over
+from sim.people.acts.pointing import point
+from sim.people.acts.pushing import push
+from sim.people.acts.reaching import reach
+from sim.people.acts.sitting import sit
+from sim.people.acts.supports import support_at
+from sim.people.acts.walking import walk
 from sim.people.person import shoulder
-from sim.people.pointing import point
 from sim.people.posture import PART_NAMES, part_poses
-from sim.people.pushing import push
-from sim.people.reaching import reach
-from sim.people.sitting import sit
-from sim.people.supports import support_at
-from sim.people.walking import walk
 from sim.physics.any_room import physics_of
 from sim.scenarios.actions import (
     Carry,

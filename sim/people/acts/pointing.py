@@ -6,10 +6,10 @@ import numpy as np
 
 from scenes.state import Annotation
 from sim.navigation.planar import bearing
+from sim.people.acts.reaching import let_hang
+from sim.people.acts.walking import face
 from sim.people.drawn_line import drawn_part, length_m
 from sim.people.person import TICK_S, Person, Script, Vector, shoulder
-from sim.people.reaching import let_hang
-from sim.people.walking import face
 from sim.scenarios.actions import Draw, Point
 
 ARM_M = 0.56

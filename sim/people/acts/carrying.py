@@ -9,10 +9,10 @@ import numpy as np
 
 from scenes.pose import Pose, wrap_angle
 from sim.navigation.planar import bearing
+from sim.people.acts.reaching import reach
+from sim.people.acts.supports import HIGHEST_M, support_at
+from sim.people.acts.walking import face, stand, walk_to
 from sim.people.person import ON_FLOOR_M, TICK_S, Hand, Person, Script, Vector
-from sim.people.reaching import reach
-from sim.people.supports import HIGHEST_M, support_at
-from sim.people.walking import face, stand, walk_to
 from sim.scenarios.actions import Carry, Put
 
 LIFT_M = 0.14

@@ -8,11 +8,11 @@ import numpy as np
 
 from scenes.pose import wrap_angle
 from sim.navigation.planar import direction, level, turned
-from sim.people.grip import Grip, side_extent, side_to_push
+from sim.people.acts.grip import Grip, side_extent, side_to_push
+from sim.people.acts.reaching import let_hang, wait_for_hands
+from sim.people.acts.walking import face, stand, walk_to
 from sim.people.person import TICK_S, Person, Script, Vector
 from sim.people.posture import SIDES
-from sim.people.reaching import let_hang, wait_for_hands
-from sim.people.walking import face, stand, walk_to
 from sim.physics.moving.people import HAND_RADIUS_M
 from sim.scenarios.actions import Push, Turn
 

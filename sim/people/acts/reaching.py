@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from sim.navigation.planar import towards
+from sim.people.acts.walking import stand
 from sim.people.person import TICK_S, Hand, Person, Script, Vector
-from sim.people.walking import stand
 
 
 def reach(hand: Hand, point: Vector, *, speed_m_s: float = 0.7) -> Script:
