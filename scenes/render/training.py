@@ -1,7 +1,7 @@
 """Training steps of splats, in the native crate: draw, compare with a photo, go back, move.
 
-What a step does is spelt out in numpy in `scenes.prepare.train.reference_step`; tests hold the two
-together.
+What a step does is spelt out in numpy in `scenes.prepare.train.optimiser.reference_step`; tests
+hold the two together.
 """
 
 from __future__ import annotations
@@ -142,7 +142,7 @@ class TrainingTarget:
 
 
 class Trainee:
-    """Splats in training; their rows are described in `scenes.prepare.train.training_rows`.
+    """Splats in training; their rows are described in `scenes.prepare.train.optimiser.rows`.
 
     Args:
         arrays: values, first moments, second moments (all (N, 11 + 3K) float32), steps (N,) uint32
@@ -196,7 +196,8 @@ class Trainee:
             exposure: of the photo.
             options: how to draw; the same bits for any number of threads.
             depth_price: of blend weight off a pixel's `DepthBounds`, by how far off it is (a share
-                of its depth, spelt out in `scenes.prepare.train.loss`); mean over the pixels.
+                of its depth, spelt out in `scenes.prepare.train.optimiser.loss`); mean over the
+                pixels.
 
         Raises:
             ValueError: names the argument, what it got and what it wants.

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.formats.storage.atomic import write_file
+from scenes.prepare.train.optimiser.rows import TrainingRows
 from scenes.prepare.train.trainer import Moment
-from scenes.prepare.train.training_rows import TrainingRows
 
 NAME = "training.npz"
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scenes.cameras import Fisheye, pixel_centres
 from scenes.harmonics import SH_C0
 from scenes.pose import Pose
-from scenes.prepare.train.seen_surfaces import CELL_PX, filled
+from scenes.prepare.train.depth.seen_surfaces import CELL_PX, filled
 from scenes.prepare.train.training_photos import Photo
 from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
 from scenes.splats import SplatCloud, concatenate

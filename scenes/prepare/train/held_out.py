@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.pose import Pose
-from scenes.prepare.train.exposure import fitted
+from scenes.prepare.train.optimiser.exposure import fitted
 from scenes.prepare.train.trainer import ViewScore
 from scenes.prepare.train.training_photos import Photo
 from scenes.render.renderer import PosedSplats, Renderer, RenderOptions

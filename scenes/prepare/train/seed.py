@@ -12,10 +12,10 @@ from scipy.spatial.transform import Rotation
 
 from scenes.harmonics import SH_C0
 from scenes.prepare.reconstruction import Reconstruction
-from scenes.prepare.train.dense_points import dense_points
-from scenes.prepare.train.seen_surfaces import Surface
+from scenes.prepare.train.depth.dense_points import dense_points
+from scenes.prepare.train.depth.seen_surfaces import Surface
+from scenes.prepare.train.optimiser.rows import TrainingRows, rows_of_cloud
 from scenes.prepare.train.training_photos import typical_distance
-from scenes.prepare.train.training_rows import TrainingRows, rows_of_cloud
 from scenes.splats import SplatCloud
 
 NEIGHBOURS = 3

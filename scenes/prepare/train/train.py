@@ -10,15 +10,17 @@ import numpy as np
 
 from scenes.prepare.progress import Cancelled, Progress
 from scenes.prepare.reconstruction import Reconstruction
-from scenes.prepare.train import checkpoint, schedule
+from scenes.prepare.train import checkpoint
 from scenes.prepare.train.checkpoint import Checkpoint
 from scenes.prepare.train.coverage import LONGEST_PX, box_around, uncovered_splats
-from scenes.prepare.train.densify import densify, morton_order
-from scenes.prepare.train.exposure import Exposures, fitted
+from scenes.prepare.train.depth.seen_surfaces import judge, surfaces_of
+from scenes.prepare.train.depth.stereo import seen_depths
 from scenes.prepare.train.held_out import draw_photo, psnr_db, score_photo
+from scenes.prepare.train.optimiser import schedule
+from scenes.prepare.train.optimiser.densify import densify, morton_order
+from scenes.prepare.train.optimiser.exposure import Exposures, fitted
+from scenes.prepare.train.optimiser.rows import MEAN, SH, TrainingRows, joined, rows_of_cloud
 from scenes.prepare.train.seed import seed_rows
-from scenes.prepare.train.seen_surfaces import judge, surfaces_of
-from scenes.prepare.train.stereo import seen_depths
 from scenes.prepare.train.trainer import (
     Moment,
     Preview,
@@ -28,7 +30,6 @@ from scenes.prepare.train.trainer import (
     TrainingResult,
 )
 from scenes.prepare.train.training_photos import Photos, read_photo, typical_distance
-from scenes.prepare.train.training_rows import MEAN, SH, TrainingRows, joined, rows_of_cloud
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import RenderOptions
 from scenes.render.training import Exposure, Trainee

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
 from scenes.prepare.reconstruction import Reconstruction, View, read_picture
-from scenes.prepare.train.depth_bounds import depth_bounds
-from scenes.prepare.train.seen_surfaces import Surface
+from scenes.prepare.train.depth.bounds import depth_bounds
+from scenes.prepare.train.depth.seen_surfaces import Surface
 from scenes.render.training import DepthBounds, TrainingTarget
 
 KEPT_BYTES = 1_500_000_000

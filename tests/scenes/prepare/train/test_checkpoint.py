@@ -5,8 +5,8 @@ import pytest
 
 from scenes.prepare.train import checkpoint
 from scenes.prepare.train.checkpoint import Checkpoint
+from scenes.prepare.train.optimiser.rows import fresh_rows
 from scenes.prepare.train.trainer import Moment
-from scenes.prepare.train.training_rows import fresh_rows
 
 
 def some(job="a room"):

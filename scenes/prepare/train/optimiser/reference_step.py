@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
-from scenes.prepare.train import adam, loss
-from scenes.prepare.train.training_rows import LOG_SCALE, LOGIT, MEAN, ROTATION, SH, TrainingRows
+from scenes.prepare.train.optimiser import adam, loss
+from scenes.prepare.train.optimiser.rows import LOG_SCALE, LOGIT, MEAN, ROTATION, SH, TrainingRows
 from scenes.render.gradients import ObjectGradients, Recording, record
 from scenes.render.native import NativeRenderer
 from scenes.render.reference.backward import backward

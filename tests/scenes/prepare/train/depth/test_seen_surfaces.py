@@ -8,7 +8,7 @@ import pytest
 from scenes.cameras import Pinhole, pixel_centres
 from scenes.pose import Pose
 from scenes.prepare.reconstruction import View
-from scenes.prepare.train.seen_surfaces import (
+from scenes.prepare.train.depth.seen_surfaces import (
     FILLED_SLACK,
     REACH,
     SEEN_SLACK,
@@ -17,7 +17,7 @@ from scenes.prepare.train.seen_surfaces import (
     judge,
     surfaces_of,
 )
-from scenes.prepare.train.stereo import SeenDepth
+from scenes.prepare.train.depth.stereo import SeenDepth
 
 CAMERA = Pinhole.from_fov(80, 60, 1.2)
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.prepare.train.loss import as_seen
+from scenes.prepare.train.optimiser.loss import as_seen
 from scenes.render.training import Distance, Exposure
 
 RATE = 1e-3

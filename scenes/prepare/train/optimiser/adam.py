@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.prepare.train.training_rows import TrainingRows
+from scenes.prepare.train.optimiser.rows import TrainingRows
 
 BETA_FIRST = 0.9
 BETA_SECOND = 0.999

@@ -5,8 +5,8 @@ import pytest
 
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
-from scenes.prepare.train import loss, reference_step
-from scenes.prepare.train.training_rows import (
+from scenes.prepare.train.optimiser import loss, reference_step
+from scenes.prepare.train.optimiser.rows import (
     LOG_SCALE,
     LOGIT,
     MEAN,

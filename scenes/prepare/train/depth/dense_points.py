@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from scenes.cameras import pixel_centres
 from scenes.prepare.cells import cells_of
-from scenes.prepare.train.seen_surfaces import Surface, judge
+from scenes.prepare.train.depth.seen_surfaces import Surface, judge
 
 LEAST_PIXELS = 10
 """Pixels, of all views, that have to see something in a cell of space before it is believed."""

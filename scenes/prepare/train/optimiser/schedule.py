@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.prepare.train.training_rows import LOG_SCALE, LOGIT, MEAN, ROTATION, SH
+from scenes.prepare.train.optimiser.rows import LOG_SCALE, LOGIT, MEAN, ROTATION, SH
 
 MEAN_RATE = 5.0e-4
 """Per step and per metre of the typical distance at which the photos see the scene."""

@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from scenes.pose import rotation_from_quaternion
-from scenes.prepare.train.densify import FAINT_OPACITY, densify, morton_order
-from scenes.prepare.train.training_rows import (
+from scenes.prepare.train.optimiser.densify import FAINT_OPACITY, densify, morton_order
+from scenes.prepare.train.optimiser.rows import (
     LOG_SCALE,
     LOGIT,
     MEAN,

@@ -4,8 +4,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenes.prepare.train import schedule
-from scenes.prepare.train.training_rows import LOGIT, MEAN, SH
+from scenes.prepare.train.optimiser import schedule
+from scenes.prepare.train.optimiser.rows import LOGIT, MEAN, SH
 
 
 @given(start=st.integers(1, 10**6), budget=st.integers(1, 10**6))

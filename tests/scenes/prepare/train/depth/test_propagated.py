@@ -5,7 +5,7 @@ import pytest
 
 from scenes.cameras import Pinhole
 from scenes.pose import Pose
-from scenes.prepare.train.propagated_depth import propagated_depth
+from scenes.prepare.train.depth.propagated import propagated_depth
 
 CAMERA = Pinhole.from_fov(60, 45, 1.2)
 HERE = Pose.from_quaternion((1, 0, 0, 0), (0.3, 0.0, 0.0))

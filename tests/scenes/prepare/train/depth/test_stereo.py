@@ -6,7 +6,7 @@ import pytest
 from scenes.cameras import pixel_centres
 from scenes.pose import Pose
 from scenes.prepare.reconstruction import Reconstruction, View
-from scenes.prepare.train.stereo import consistent_depth, seen_depths
+from scenes.prepare.train.depth.stereo import consistent_depth, seen_depths
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from scenes.prepare.train import loss
+from scenes.prepare.train.optimiser import loss
 from scenes.render.training import FARTHEST, SSIM_SHARE, DepthBounds, Exposure
 
 

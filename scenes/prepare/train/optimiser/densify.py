@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.pose import rotation_from_quaternion
-from scenes.prepare.train.training_rows import (
+from scenes.prepare.train.optimiser.rows import (
     LOG_SCALE,
     MEAN,
     ROTATION,

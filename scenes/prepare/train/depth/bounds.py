@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from scenes.cameras import Fisheye, Pinhole
-from scenes.prepare.train.seen_surfaces import Surface
+from scenes.prepare.train.depth.seen_surfaces import Surface
 from scenes.render.training import FARTHEST, DepthBounds
 
 SEEN_SLACK, LENT_SLACK = 0.003, 0.006

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from scenes.prepare.train.exposure import Exposures, fitted
-from scenes.prepare.train.loss import as_seen
+from scenes.prepare.train.optimiser.exposure import Exposures, fitted
+from scenes.prepare.train.optimiser.loss import as_seen
 from scenes.render.training import Distance, Exposure
 
 NO_SLOPE = Distance(0, 0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0))

@@ -19,8 +19,8 @@ from scipy.sparse.linalg import spsolve
 
 from scenes.cameras import Pinhole, pixel_centres
 from scenes.pose import Pose
-from scenes.prepare.train.propagated_depth import propagated_depth
-from scenes.prepare.train.stereo import SeenDepth
+from scenes.prepare.train.depth.propagated import propagated_depth
+from scenes.prepare.train.depth.stereo import SeenDepth
 
 CELL_PX = 4
 """Filled depth is as coarse as this."""

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from scenes.prepare.train import adam
-from scenes.prepare.train.training_rows import fresh_rows
+from scenes.prepare.train.optimiser import adam
+from scenes.prepare.train.optimiser.rows import fresh_rows
 
 RATES = np.linspace(0.001, 0.02, 14).astype(np.float32)
 

@@ -1,0 +1,1 @@
+"""Depth that the photos give by themselves, before anything is trained."""
