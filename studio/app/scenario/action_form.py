@@ -10,10 +10,10 @@ from PySide6.QtWidgets import QLabel, QScrollArea, QVBoxLayout, QWidget
 
 from studio.app.model.workbench import Workbench
 from studio.app.scenario.action_blocks import Key
-from studio.app.scenario.editing import ScenarioEditing
 from studio.app.scenario.fields import ACTION_FIELDS
 from studio.app.scenario.form import form_of
-from studio.app.scenario.text_edits import values_of
+from studio.app.scenario.text.editing import ScenarioEditing
+from studio.app.scenario.text.edits import values_of
 
 
 class ActionForm(QWidget):

@@ -23,15 +23,15 @@ from sim.scenarios.scenario import Scenario, scenario_names
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.scenario.action_blocks import ActionBlocks, Key
 from studio.app.scenario.action_form import ActionForm
-from studio.app.scenario.editing import ScenarioEditing
-from studio.app.scenario.fault_knobs import FaultKnobs
+from studio.app.scenario.faults.knobs import FaultKnobs
 from studio.app.scenario.fields import ACTION_FIELDS, Field
-from studio.app.scenario.floor_plan import FloorPlan
+from studio.app.scenario.floor.backdrop import BackdropJob
+from studio.app.scenario.floor.view import FloorPlan
 from studio.app.scenario.form import Number
 from studio.app.scenario.plan import Block, RoomPlan, planned, room_plan
 from studio.app.scenario.scenario_actions import ScenarioActions
-from studio.app.scenario.scenario_text import ScenarioText
-from studio.app.scenario.stage import BackdropJob
+from studio.app.scenario.text.editing import ScenarioEditing
+from studio.app.scenario.text.editor import ScenarioText
 
 POLL_MS = 60
 DURATION = Field("s", "length", unit="s", low=0.1, high=3600.0, usual=10.0)

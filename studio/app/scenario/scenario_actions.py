@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from studio.app.model.actions import Action
-from studio.app.scenario import text_edits
-from studio.app.scenario.editing import ScenarioEditing
+from studio.app.scenario.faults.plugin_faults import fault_fields, title_of
 from studio.app.scenario.fields import ACTION_FIELDS, Field, new_values
-from studio.app.scenario.plugin_faults import fault_fields, title_of
-from studio.app.scenario.toml_spans import EditError
+from studio.app.scenario.text import edits
+from studio.app.scenario.text.editing import ScenarioEditing
+from studio.app.scenario.text.toml_spans import EditError
 
 Ask = Callable[[str, str, bool], str]
 """Asks for a file: title, filter, whether it is to be written; "" if none was chosen."""
@@ -148,18 +148,18 @@ class ScenarioActions:
     def _add_person(self, id: str = "", x: float = 0.0, y: float = 0.0) -> None:
         names = [person.person_id for person in self._editing.scenario.people]
         name = id or next(n for k in range(1, 999) if (n := f"person-{k}") not in names)
-        self._change(f"Add {name}", lambda text: text_edits.with_person(text, name, x, y))
+        self._change(f"Add {name}", lambda text: edits.with_person(text, name, x, y))
 
     def _remove_person(self, id: str) -> None:
-        self._change(f"Remove {id}", lambda text: text_edits.without_person(text, id))
+        self._change(f"Remove {id}", lambda text: edits.without_person(text, id))
 
     def _move(self, id: str, x: float, y: float) -> None:
-        self._change(f"Move {id}", lambda text: text_edits.with_person_at(text, id, x, y))
+        self._change(f"Move {id}", lambda text: edits.with_person_at(text, id, x, y))
 
     def _face(self, id: str, deg: float) -> None:
         self._change(
             f"Turn {id}",
-            lambda text: text_edits.with_person_facing(text, id, deg),
+            lambda text: edits.with_person_facing(text, id, deg),
             merge=f"face {id}",
         )
 
@@ -176,7 +176,7 @@ class ScenarioActions:
         people = self._editing.scenario.people
         found = next((p for p in people if p.person_id == person), None)
         if found is None:
-            text_edits.person_index(self._editing.text, person)
+            edits.person_index(self._editing.text, person)
             return
         given = {**(values or {}), **keys}
         x, y = found.start
@@ -187,31 +187,31 @@ class ScenarioActions:
         written = {"do": do, **usual, **given}
         at = len(found.actions) if index is None else index
         self._change(
-            f"Add {do} for {person}", lambda text: text_edits.with_action(text, person, at, written)
+            f"Add {do} for {person}", lambda text: edits.with_action(text, person, at, written)
         )
 
     def _remove_action(self, person: str, index: int) -> None:
         self._change(
             f"Remove an action of {person}",
-            lambda text: text_edits.without_action(text, person, index),
+            lambda text: edits.without_action(text, person, index),
         )
 
     def _move_action(self, person: str, index: int, to: int) -> None:
         self._change(
             f"Move an action of {person}",
-            lambda text: text_edits.with_action_moved(text, person, index, to),
+            lambda text: edits.with_action_moved(text, person, index, to),
         )
 
     def _set_action(self, person: str, index: int, key: str, value: Any) -> None:
         def edit(text: str) -> str:
-            text = text_edits.with_action_value(text, person, index, key, value)
+            text = edits.with_action_value(text, person, index, key, value)
             # Of `object` and a place, an action has one.
             other = {"object": ("to", "at"), "to": ("object",), "at": ("object",)}.get(key, ())
-            path = ("people", text_edits.person_index(text, person), "actions", index)
+            path = ("people", edits.person_index(text, person), "actions", index)
             for name in other:
-                there = text_edits.item_at(text_edits.parsed(text), path)
+                there = edits.item_at(edits.parsed(text), path)
                 if value is not None and there["do"] in ("sit", "point") and name in there:
-                    text = text_edits.with_action_value(text, person, index, name, None)
+                    text = edits.with_action_value(text, person, index, name, None)
             return text
 
         label = f"Change an action of {person}"
@@ -220,34 +220,32 @@ class ScenarioActions:
     def _move_remote(self, id: str, index: int, x: float, y: float) -> None:
         remote = next((r for r in self._editing.scenario.remote if r.user_id == id), None)
         z = 1.6 if remote is None or index >= len(remote.path) else remote.path[index][2]
-        self._change(
-            f"Move {id}", lambda text: text_edits.with_remote_point(text, id, index, (x, y, z))
-        )
+        self._change(f"Move {id}", lambda text: edits.with_remote_point(text, id, index, (x, y, z)))
 
     def _add_remote(self, id: str, index: int, x: float, y: float, z: float = 1.6) -> None:
         self._change(
             f"Add to {id}'s path",
-            lambda text: text_edits.with_new_remote_point(text, id, index, (x, y, z)),
+            lambda text: edits.with_new_remote_point(text, id, index, (x, y, z)),
         )
 
     def _remove_remote(self, id: str, index: int) -> None:
         self._change(
-            f"Shorten {id}'s path", lambda text: text_edits.without_remote_point(text, id, index)
+            f"Shorten {id}'s path", lambda text: edits.without_remote_point(text, id, index)
         )
 
     def _surface(self, id: str, corners: list[list[float]]) -> None:
-        self._change(f"Set {id}", lambda text: text_edits.with_surface(text, id, corners))
+        self._change(f"Set {id}", lambda text: edits.with_surface(text, id, corners))
 
     def _no_surface(self, id: str) -> None:
-        self._change(f"Remove {id}", lambda text: text_edits.without_surface(text, id))
+        self._change(f"Remove {id}", lambda text: edits.without_surface(text, id))
 
     def _set_fault(self, name: str, field: str, value: Any, index: int = 0) -> None:
         def edit(text: str) -> str:
-            lines = text_edits.faults_of(text, more=self._more)
+            lines = edits.faults_of(text, more=self._more)
             if name in self._faults and not any(line.name == name for line in lines):
                 values = self._usual_fault(name)
-                text = text_edits.with_fault(text, name, values, more=self._more)
-            return text_edits.with_fault_value(text, name, index, field, value, more=self._more)
+                text = edits.with_fault(text, name, values, more=self._more)
+            return edits.with_fault_value(text, name, index, field, value, more=self._more)
 
         label = f"Change {title_of(name).lower()}"
         self._change(label, edit, merge=f"fault {name} {index} {field}")
@@ -257,7 +255,7 @@ class ScenarioActions:
             raise EditError(f"no fault {name!r}, wanted one of {', '.join(self._faults)}")
         values, more = self._usual_fault(name), self._more
         label = f"Add {title_of(name).lower()}"
-        self._change(label, lambda text: text_edits.with_fault(text, name, values, more=more))
+        self._change(label, lambda text: edits.with_fault(text, name, values, more=more))
 
     def _usual_fault(self, name: str) -> dict[str, object]:
         people = tuple(person.person_id for person in self._editing.scenario.people)
@@ -265,7 +263,7 @@ class ScenarioActions:
 
     def _remove_fault(self, name: str, index: int = 0) -> None:
         label, more = f"Remove {title_of(name).lower()}", self._more
-        self._change(label, lambda text: text_edits.without_fault(text, name, index, more=more))
+        self._change(label, lambda text: edits.without_fault(text, name, index, more=more))
 
     @property
     def _more(self) -> tuple[str, ...]:
@@ -277,14 +275,12 @@ class ScenarioActions:
         return fault_fields(self._editing.bench.offered.faults)
 
     def _duration(self, s: float) -> None:
-        self._change(
-            f"Last {s:g} s", lambda text: text_edits.with_duration(text, s), merge="duration"
-        )
+        self._change(f"Last {s:g} s", lambda text: edits.with_duration(text, s), merge="duration")
 
     def _camera(self, key: str, value: Any) -> None:
         self._change(
             f"Set the camera's {key}",
-            lambda text: text_edits.with_camera(text, **{key: value}),
+            lambda text: edits.with_camera(text, **{key: value}),
             merge=f"camera {key}",
         )
 

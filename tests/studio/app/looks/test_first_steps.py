@@ -56,7 +56,7 @@ def test_every_way_of_the_first_page_is_inside_the_view(window):
 def test_the_way_to_a_changed_scenario(window):
     from PySide6.QtCore import QPoint
 
-    from studio.app.scenario.floor_plan import to_scene
+    from studio.app.scenario.floor.view import to_scene
 
     click(button(window.first_page, "Change what happens"))
     assert not window.first_page.isVisible()

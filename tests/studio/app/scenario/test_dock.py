@@ -37,7 +37,7 @@ def scenario(dock):
 def test_a_person_is_dragged_in_one_step_of_undo(dock, qtbot):
     from PySide6.QtCore import QPoint, Qt
 
-    from studio.app.scenario.floor_plan import to_scene
+    from studio.app.scenario.floor.view import to_scene
 
     view, bench = dock.floor, dock._bench
     x, y = scenario(dock).people[0].start
@@ -60,7 +60,7 @@ def drag(dock, qtbot, start, end):
     """Drag on the floor plan, from and to (x, y) in metres."""
     from PySide6.QtCore import Qt
 
-    from studio.app.scenario.floor_plan import to_scene
+    from studio.app.scenario.floor.view import to_scene
 
     view = dock.floor
     first, last = (view.mapFromScene(to_scene(*place)) for place in (start, end))
@@ -73,7 +73,7 @@ def drag(dock, qtbot, start, end):
 def test_a_person_is_turned_by_the_tip_of_the_arrow(dock, qtbot):
     import math
 
-    from studio.app.scenario.floor_plan import NOSE_SHARE, PERSON_M
+    from studio.app.scenario.floor.view import NOSE_SHARE, PERSON_M
 
     person = scenario(dock).people[0]
     (x, y), reach = person.start, NOSE_SHARE * PERSON_M
@@ -87,7 +87,7 @@ def test_a_person_is_turned_by_the_tip_of_the_arrow(dock, qtbot):
 
 @pytest.mark.parametrize("part", ["left", "whole"])
 def test_a_live_surface_is_dragged_on_the_floor(dock, qtbot, part):
-    from studio.app.scenario.surface_ends import middle_of
+    from studio.app.scenario.floor.surface_ends import middle_of
 
     before = scenario(dock).surfaces[1].corners_in_world
     x, y = middle_of(before, part)

@@ -17,7 +17,7 @@ from sim.scenarios.scenario import (
 )
 from sim.tables import ScenarioError
 from studio.app.model.workbench import Topic, Workbench
-from studio.app.scenario.toml_spans import EditError
+from studio.app.scenario.text.toml_spans import EditError
 
 Kinds = tuple[type[Fault], ...]
 """Kinds of faults."""

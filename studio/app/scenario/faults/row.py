@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QCheckBox, QVBoxLayout, QWidget
 from studio.app.model.workbench import Workbench
 from studio.app.scenario.fields import Field
 from studio.app.scenario.form import form_of
-from studio.app.scenario.text_edits import FaultLine
+from studio.app.scenario.text.edits import FaultLine
 
 
 class FaultRow(QWidget):

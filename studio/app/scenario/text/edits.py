@@ -10,14 +10,14 @@ from typing import Any
 from tomlkit.items import AoT, InlineTable
 
 from sim.faults.settings import LINES, NUMBERS
-from studio.app.scenario.toml_edits import (
+from studio.app.scenario.text.toml_edits import (
     with_item,
     with_item_moved,
     with_table,
     with_value,
     without,
 )
-from studio.app.scenario.toml_spans import EditError, Path, item_at, parsed
+from studio.app.scenario.text.toml_spans import EditError, Path, item_at, parsed
 
 FAULT_KEYS: Mapping[str, tuple[str, ...]] = {
     "drop_share": ("drop_share", "dropped_frames"),

@@ -9,7 +9,7 @@ from typing import Any
 
 from tomlkit.items import AoT, InlineTable, Table
 
-from studio.app.scenario.toml_spans import (
+from studio.app.scenario.text.toml_spans import (
     EditError,
     Path,
     Span,

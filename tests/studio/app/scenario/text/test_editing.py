@@ -13,9 +13,9 @@ from studio.app.model.autosave import recoverable
 from studio.app.model.document import Document
 from studio.app.model.settings import Settings
 from studio.app.model.workbench import Workbench
-from studio.app.scenario import text_edits
-from studio.app.scenario.editing import ScenarioEditing
-from studio.app.scenario.toml_spans import EditError
+from studio.app.scenario.text import edits
+from studio.app.scenario.text.editing import ScenarioEditing
+from studio.app.scenario.text.toml_spans import EditError
 
 
 class Steps(list):
@@ -55,7 +55,7 @@ def test_bad_text_is_kept_beside_the_last_good_one(editing):
         assert editing.draft == bad
         assert editing.bench.document.scenario == good
         with pytest.raises(EditError, match="correct or discard"):
-            editing.change("Move", lambda text: text_edits.with_duration(text, 3.0))
+            editing.change("Move", lambda text: edits.with_duration(text, 3.0))
     assert editing.error_line is None
     editing.discard()
     assert (editing.text, editing.draft, editing.problem) == (good, None, "")
@@ -64,13 +64,13 @@ def test_bad_text_is_kept_beside_the_last_good_one(editing):
 def test_a_refused_edit_changes_nothing(editing):
     before = editing.text
     with pytest.raises(ScenarioError, match="duration_s"):
-        editing.change("Last", lambda text: text_edits.with_duration(text, -3.0))
+        editing.change("Last", lambda text: edits.with_duration(text, -3.0))
     assert editing.text == before
     assert not editing.bench.history
 
 
 def test_files_round_trip(editing, tmp_path):
-    editing.change("Last", lambda text: text_edits.with_duration(text, 9.0))
+    editing.change("Last", lambda text: edits.with_duration(text, 9.0))
     editing.save(tmp_path / "mine.toml")
     saved = (tmp_path / "mine.toml").read_text()
     assert saved == editing.text
@@ -123,7 +123,7 @@ from studio.app.model.autosave import recoverable
 from studio.app.model.document import Document
 from studio.app.model.settings import Settings
 from studio.app.model.workbench import Topic, Workbench
-from studio.app.scenario.editing import ScenarioEditing
+from studio.app.scenario.text.editing import ScenarioEditing
 
 bench = Workbench(Document("lab"), Settings(), SimpleNamespace(push=lambda _: None))
 autosave = Autosave(Path(sys.argv[1]))

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from devices.streams import Slot
-from studio.app.scenario.text_edits import with_camera, with_duration
+from studio.app.scenario.text.edits import with_camera, with_duration
 
 if TYPE_CHECKING:  # a session takes a second to import
     from sim.faults.fault import Fault

@@ -33,8 +33,8 @@ from sim.scenarios.actions import name_of
 from sim.scenarios.scenario import Scenario
 from studio.app.model.workbench import Workbench
 from studio.app.scenario.colours import on, person_colour, theme_of
+from studio.app.scenario.floor.surface_ends import Corner, Part, middle_of, with_part_at
 from studio.app.scenario.plan import Block, Item, RoomPlan
-from studio.app.scenario.surface_ends import Corner, Part, middle_of, with_part_at
 
 PX_PER_M = 100.0
 """Of the scene's own pixels; the view scales them to its size."""

@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sim.scenarios.scenario import SCENARIO_FOLDER, parse_scenario
-from studio.app.scenario import text_edits as edits
 from studio.app.scenario.fields import ACTION_FIELDS, FAULT_FIELDS, new_values
-from studio.app.scenario.toml_spans import EditError, block_of, span_of
+from studio.app.scenario.text import edits
+from studio.app.scenario.text.toml_spans import EditError, block_of, span_of
 
 SHIPPED = {path.stem: path.read_text() for path in sorted(SCENARIO_FOLDER.glob("*.toml"))}
 ODD = """# Two people, written by hand.

@@ -14,15 +14,15 @@ from studio.app.model.document import Document
 from studio.app.model.offered import Offered
 from studio.app.model.settings import Settings
 from studio.app.model.workbench import Workbench
-from studio.app.scenario import text_edits
-from studio.app.scenario.editing import ScenarioEditing
-from studio.app.scenario.plugin_faults import fault_fields, fields_of, title_of
+from studio.app.scenario.faults.plugin_faults import fault_fields, fields_of, title_of
+from studio.app.scenario.faults.trial import TrialPlan, trial_text
 from studio.app.scenario.scenario_actions import ScenarioActions
-from studio.app.scenario.trial import TrialPlan, trial_text
+from studio.app.scenario.text import edits
+from studio.app.scenario.text.editing import ScenarioEditing
 from studio.console.display import why_no_window
 
 WHY_NOT = why_no_window()
-EXAMPLES = Path(__file__).parents[4] / "examples" / "plugins"
+EXAMPLES = Path(__file__).parents[5] / "examples" / "plugins"
 
 
 def example(name):
@@ -87,7 +87,7 @@ def test_it_is_added_changed_and_removed_as_any_other(editing):
     assert not bench.do("scenario.set_fault", name="flicker", field="share", value=2.0)
     assert bench.do("scenario.remove_fault", name="flicker")
     assert "flicker" not in editing.scenario.faults.sizes(1.0)
-    assert text_edits.faults_of(editing.text, more=("flicker",)) == []
+    assert edits.faults_of(editing.text, more=("flicker",)) == []
 
 
 def test_without_its_plug_in_the_line_is_named_and_comes_back_with_it(editing):
@@ -126,7 +126,7 @@ def test_one_that_raises_while_it_is_read_is_named():
 @pytest.mark.gui
 @pytest.mark.skipif(WHY_NOT is not None, reason=f"no window here: {WHY_NOT}")
 def test_its_knobs_come_go_and_are_made_anew_with_the_plug_in(editing, qtbot):
-    from studio.app.scenario.fault_knobs import FaultKnobs
+    from studio.app.scenario.faults.knobs import FaultKnobs
     from studio.app.scenario.form import Number
 
     bench = editing.bench

@@ -17,13 +17,13 @@ from PySide6.QtWidgets import (
 )
 
 from studio.app.model.workbench import Topic, Workbench
-from studio.app.scenario.editing import ScenarioEditing
-from studio.app.scenario.error_bars import ErrorBars
-from studio.app.scenario.fault_row import FaultRow
+from studio.app.scenario.faults.error_bars import ErrorBars
+from studio.app.scenario.faults.plugin_faults import fault_fields, title_of
+from studio.app.scenario.faults.row import FaultRow
+from studio.app.scenario.faults.trial import TrialPlan, TrialResult, Trials
 from studio.app.scenario.fields import FAULT_FIELDS
-from studio.app.scenario.plugin_faults import fault_fields, title_of
-from studio.app.scenario.text_edits import faults_of
-from studio.app.scenario.trial import TrialPlan, TrialResult, Trials
+from studio.app.scenario.text.editing import ScenarioEditing
+from studio.app.scenario.text.edits import faults_of
 
 DEBOUNCE_MS = 700
 """After the last change of a knob before a trial begins."""

@@ -9,7 +9,7 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from studio.app.scenario.colours import theme_of
-from studio.app.scenario.trial import ObjectError
+from studio.app.scenario.faults.trial import ObjectError
 
 ROW_PX, HEAD_PX, NAME_PX, NUMBER_PX, GAP_PX = 26, 22, 84, 46, 8
 COLUMNS = (

@@ -1,0 +1,1 @@
+"""Faults as knobs, and what they do to the tracker."""

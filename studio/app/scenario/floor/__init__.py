@@ -1,0 +1,1 @@
+"""The floor from above: people, their ways and goals as handles."""
