@@ -21,7 +21,8 @@ from studio.reports.film_file import FilmFile, FilmThread
 from studio.reports.report import Report, render_report
 from studio.reports.tracks_file import TracksFile
 from studio.session.opening import open_session
-from studio.session.outputs import (
+from studio.session.plan import Pace, SessionPlan
+from studio.session.records.outputs import (
     FILM,
     RECORDING,
     REPORT_HTML,
@@ -30,7 +31,6 @@ from studio.session.outputs import (
     TRACKS,
     output_folder,
 )
-from studio.session.plan import Pace, SessionPlan
 from studio.session.session import Session, SessionOutput, SessionResult
 from studio.view.twin import Twin
 

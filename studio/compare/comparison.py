@@ -10,7 +10,7 @@ from scenes.package import ScenePackage
 from studio.compare.run import Run, read_info, read_run
 from studio.compare.verdicts import Compared, compare_rows
 from studio.session.opening import scene_hash
-from studio.session.recorded_scene import recorded_scene
+from studio.session.records.recorded_scene import recorded_scene
 
 CONTEXT_LINES = 1
 """Lines of a scenario that are shown around one that differs."""

@@ -17,7 +17,7 @@ from devices.session_info import SessionInfo
 from scenes.package import ScenePackage
 from studio.console.rows import Row
 from studio.evaluate.scores import ScoreBoard
-from studio.session.outputs import FILM, RECORDING, REPORT_JSON
+from studio.session.records.outputs import FILM, RECORDING, REPORT_JSON
 from studio.session.sources import time_ns_of
 
 LOST = "dropped"

@@ -33,7 +33,7 @@ from studio.session.latency import Latencies
 from studio.session.memory import return_free_pages
 from studio.session.opening import open_live_session, scene_hash
 from studio.session.plan import Pace, SessionPlan
-from studio.session.provenance import library_versions
+from studio.session.records.provenance import library_versions
 from studio.session.session import Session, SessionOutput, SessionResult
 from tracking.options import TrackerOptions
 

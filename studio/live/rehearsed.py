@@ -30,8 +30,8 @@ from studio.live.against_truth import (
 from studio.live.live import LiveResult, LiveSession
 from studio.live.simulated_camera import SimulatedCamera, SimulatedFeed
 from studio.live.status import LiveState
-from studio.session.camera_events import event_kind
 from studio.session.session import SessionOutput
+from studio.session.trackers.camera_events import event_kind
 from tracking.output import CameraMoment
 
 CUT_AT_S, CUT_FOR_S = 15.0, 20.0

@@ -29,9 +29,9 @@ from sim.faults.fault import Fault
 from sim.scenarios.scenario import Scenario, load_scenario, parse_scenario
 from sim.scenarios.switch import Switch
 from sim.tables import ScenarioError
-from studio.session.provenance import library_versions
+from studio.session.records.provenance import library_versions
 from studio.session.sources import SessionMessage, time_ns_of
-from studio.session.tracker_settings import is_settings
+from studio.session.trackers.settings import is_settings
 from tracking.output import TrackOutput
 
 T = TypeVar("T")

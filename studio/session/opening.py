@@ -15,16 +15,16 @@ from devices.clock import Clock, ManualClock, WallClock
 from devices.recording import read_session
 from devices.session_info import SessionInfo
 from scenes.package import ScenePackage
-from studio.session.methods import METHODS, TruthDetector, make_method
 from studio.session.pipeline import ExactExecutor, PacedExecutor
 from studio.session.plan import Pace, SessionPlan
-from studio.session.recorded_scene import recorded_scene, with_camera
+from studio.session.records.recorded_scene import recorded_scene, with_camera
 from studio.session.session import Session
 from studio.session.sources import (
     SessionMessage,
     recorded_messages,
     simulated_messages,
 )
+from studio.session.trackers.methods import METHODS, TruthDetector, make_method
 from tracking.hypotheses.budget import NOMINAL_COSTS, MeasuredCosts, RepeatedCosts, StepCosts
 from tracking.output import TrackingMethod
 
@@ -142,7 +142,7 @@ Made = tuple[ScenePackage, SessionInfo, Callable[[], Iterator[SessionMessage]], 
 
 def _simulated(plan: SessionPlan) -> Made:
     from sim.camera.camera360 import default_rig
-    from studio.session.provenance import library_versions
+    from studio.session.records.provenance import library_versions
     from studio.session.staging import staging_of
 
     fork = plan.fork

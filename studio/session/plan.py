@@ -9,7 +9,7 @@ from pathlib import Path
 
 from sim.faults.fault import Fault
 from studio.session.fork import Fork
-from studio.session.methods import METHODS, NO_MORE, MethodMaker
+from studio.session.trackers.methods import METHODS, NO_MORE, MethodMaker
 from tracking.options import TrackerOptions
 
 

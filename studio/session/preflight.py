@@ -142,7 +142,7 @@ def _camera(source: Path | None) -> Check:
 
 
 def _tracker(method: str) -> Check:
-    from studio.session.methods import METHODS
+    from studio.session.trackers.methods import METHODS
 
     if method in METHODS:
         return Check("tracker", "PASS", method)

@@ -27,18 +27,18 @@ from devices.session_info import SessionInfo
 from devices.streams import BoundedQueue
 from scenes.package import ScenePackage
 from scenes.state import Annotation, LiveSurface, SceneState, reduce_state
-from studio.session.camera_events import camera_events
 from studio.session.latency import Latencies
-from studio.session.live_recording import LiveRecording
 from studio.session.live_surfaces import LiveSurfaces
-from studio.session.methods import TruthDetector
 from studio.session.pipeline import Executor, RecorderThread
 from studio.session.plan import Pace, SessionPlan
+from studio.session.records.live_recording import LiveRecording
 from studio.session.sources import (
     SessionInput,
     SessionMessage,
 )
-from studio.session.tracker_settings import TrackerSettings, settings_event
+from studio.session.trackers.camera_events import camera_events
+from studio.session.trackers.methods import TruthDetector
+from studio.session.trackers.settings import TrackerSettings, settings_event
 from studio.view.surface_drawing import LivePicture
 from tracking.hypotheses.budget import NOMINAL_COSTS, MeasuredCosts, RepeatedCosts, StepCosts
 from tracking.options import TrackerOptions

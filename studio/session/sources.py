@@ -24,8 +24,8 @@ from devices.replay import FrameAssembler
 from devices.session_info import SessionInfo
 from scenes.state import Annotation, Avatar, LiveSurface, TrackedObject
 from sim.truth import GroundTruth
-from studio.session.camera_events import is_camera_event
 from studio.session.live_surfaces import live_surface
+from studio.session.trackers.camera_events import is_camera_event
 
 if TYPE_CHECKING:
     from sim.rehearsal import SimulatedStep

@@ -13,7 +13,7 @@ import sim
 from sim.faults.settings import LINES, NUMBERS
 from sim.scenarios.scenario import load_scenario, parse_scenario
 from sim.tables import ScenarioError, Table
-from studio.session.methods import METHODS
+from studio.session.trackers.methods import METHODS
 from studio.sweep.toml_text import toml_text
 
 SWEEP_FOLDER = Path(sim.__file__).parent / "sweeps"

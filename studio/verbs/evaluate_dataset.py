@@ -50,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
     from studio.evaluate.dataset.scoring import preparation_rows, tracking_rows
     from studio.evaluate.dataset.tracking import CameraError, track_dataset
     from studio.evaluate.filmed.perfect_detector import PerfectDetector
-    from studio.session.methods import make_method
+    from studio.session.trackers.methods import make_method
 
     dataset = read_dataset(args.folder)
     progress = text_progress()

@@ -99,7 +99,7 @@ def _tracked(seed: int, args: argparse.Namespace, progress: Progress) -> Tracked
     from studio.evaluate.random_rooms.scanning import scan_of
     from studio.evaluate.random_rooms.staging import staged
     from studio.evaluate.random_rooms.tracking import CameraError, RoomTrial
-    from studio.session.methods import make_method
+    from studio.session.trackers.methods import make_method
 
     progress.begin(f"room {seed}")
     room = random_room(seed)

@@ -62,7 +62,7 @@ def run(args: argparse.Namespace) -> int:
     )
     from studio.evaluate.twin.prediction import prediction_rows
     from studio.evaluate.twin.rehearsed_pictures import RehearsedPictures
-    from studio.session.methods import make_method
+    from studio.session.trackers.methods import make_method
 
     dataset, progress = read_dataset(args.folder), text_progress()
     kept = nullcontext(args.out) if args.out else tempfile.TemporaryDirectory()

@@ -42,8 +42,8 @@ def run(args: argparse.Namespace) -> int:
     from studio.console.rows import as_json, as_table, exit_code
     from studio.rehearsal import perform
     from studio.session.fork import open_fork
-    from studio.session.outputs import check_target
     from studio.session.plan import SessionPlan
+    from studio.session.records.outputs import check_target
 
     check_target(args.out)
     if args.recording.resolve().parent == args.out.resolve():

@@ -72,8 +72,8 @@ def run(args: argparse.Namespace) -> int:
     from studio.console.progress import text_progress
     from studio.console.rows import as_json, as_table, exit_code
     from studio.rehearsal import perform
-    from studio.session.outputs import check_target
     from studio.session.plan import Pace, SessionPlan
+    from studio.session.records.outputs import check_target
 
     check_target(args.out)
     plan = SessionPlan(

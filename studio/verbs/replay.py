@@ -96,8 +96,8 @@ def run(args: argparse.Namespace) -> int:
     from studio.console.progress import text_progress
     from studio.rehearsal import perform
     from studio.session.opening import open_session
-    from studio.session.outputs import check_target
     from studio.session.plan import Pace, SessionPlan
+    from studio.session.records.outputs import check_target
 
     info = read_session(args.recording)
     if info.mode == Pace.PACED:

@@ -63,7 +63,7 @@ def run(args: argparse.Namespace) -> int:
     from scenes.opening import open_scene
     from studio.console.progress import text_progress
     from studio.console.rows import as_json, as_table
-    from studio.session.methods import make_method
+    from studio.session.trackers.methods import make_method
 
     if args.out.is_dir() or not args.out.parent.is_dir():
         raise ValueError(f"{args.out}: wanted a file name in a folder that exists")

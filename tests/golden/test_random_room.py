@@ -24,7 +24,7 @@ from studio.evaluate.random_rooms.filming import RoomFilm
 from studio.evaluate.random_rooms.scanning import scan_of
 from studio.evaluate.random_rooms.staging import staged
 from studio.evaluate.random_rooms.tracking import CameraError, RoomTrial
-from studio.session.methods import make_method
+from studio.session.trackers.methods import make_method
 
 CEILINGS = tomllib.loads((Path(__file__).parent / "ceilings.toml").read_text(encoding="utf-8"))
 ALLOWED = CEILINGS["random_room"]

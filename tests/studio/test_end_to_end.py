@@ -6,7 +6,7 @@ import pytest
 
 from devices.recording import read_session
 from studio.cli import main
-from studio.session.outputs import OUTPUT_NAMES
+from studio.session.records.outputs import OUTPUT_NAMES
 
 pytestmark = pytest.mark.usefixtures("no_display", "no_traceback")
 

@@ -11,8 +11,8 @@ from devices.recording import read_session
 from studio import rehearsal
 from studio.cli import main
 from studio.console.progress import Progress, text_progress
-from studio.session.outputs import OUTPUT_NAMES
 from studio.session.plan import SessionPlan
+from studio.session.records.outputs import OUTPUT_NAMES
 from studio.view.twin import ABOVE_M, Twin, lens_camera
 
 pytestmark = pytest.mark.usefixtures("no_display", "no_traceback")

@@ -9,7 +9,7 @@ from typing import Any, cast
 
 from studio.live.report import REPORT_HTML as LIVE_HTML
 from studio.live.report import REPORT_JSON as LIVE_JSON
-from studio.session.outputs import REPORT_HTML, REPORT_JSON
+from studio.session.records.outputs import REPORT_HTML, REPORT_JSON
 
 PICTURE_WIDTH_PX = 320
 WORDS = {

@@ -9,7 +9,7 @@ from enum import StrEnum
 from devices.camera.received import CameraState
 from devices.messages import Event
 from studio.live.status import TRACKS, LiveState, LiveStatus
-from studio.session.camera_events import SOURCE, event_kind
+from studio.session.trackers.camera_events import SOURCE, event_kind
 from tracking.output import CameraMoment
 
 MOVED_SHOWN_S = 20.0

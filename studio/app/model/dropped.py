@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from studio.app.model.document_file import SUFFIX
-from studio.session.outputs import RECORDING
+from studio.session.records.outputs import RECORDING
 
 SPLATS = frozenset({".ply", ".spz", ".splat", ".sog", ".ksplat"})
 MESHES = frozenset({".obj", ".glb", ".gltf", ".stl", ".off"})

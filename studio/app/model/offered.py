@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # what makes trackers takes a second to import: not before the window is shown
     from sim.faults.fault import Fault
-    from studio.session.methods import MethodMaker
+    from studio.session.trackers.methods import MethodMaker
 
 
 def _nothing() -> Mapping[str, Any]:

@@ -16,9 +16,9 @@ if TYPE_CHECKING:  # what a session needs takes a second to import: not before t
     from scenes.state import LiveSurface
     from sim.faults.fault import Fault
     from studio.rehearsal import Performance
-    from studio.session.methods import MethodMaker
     from studio.session.plan import SessionPlan
     from studio.session.session import Session, SessionOutput
+    from studio.session.trackers.methods import MethodMaker
     from tracking.options import TrackerOptions
 
 Watch = Callable[["SessionOutput"], None]

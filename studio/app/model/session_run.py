@@ -13,15 +13,15 @@ from studio.app.model.scene_job import SceneJob
 from studio.app.model.share_job import ShareJob
 from studio.app.model.workbench import Topic, Workbench
 from studio.console.rows import exit_code
-from studio.session.outputs import RECORDING
+from studio.session.records.outputs import RECORDING
 from tracking.options import TrackerOptions, options_text
 
 PROBLEMS = 100
 """Lines of trackers that failed, until the window takes them; of more, the oldest go."""
 
 if TYPE_CHECKING:  # what a session needs takes a second to import: not before the window is shown
-    from studio.session.methods import MethodMaker
     from studio.session.session import SessionOutput
+    from studio.session.trackers.methods import MethodMaker
 
 
 class SessionRun:
@@ -169,7 +169,7 @@ class SessionRun:
         Raises:
             ValueError: it is not.
         """
-        from studio.session.methods import METHODS
+        from studio.session.trackers.methods import METHODS
 
         known = (*METHODS, *self._bench.offered.trackers)
         if name not in known:
@@ -180,7 +180,7 @@ class SessionRun:
 
     def _methods(self) -> tuple[str, ...]:
         """Names of the trackers that the document asks for; the first is shown."""
-        from studio.session.methods import METHODS
+        from studio.session.trackers.methods import METHODS
 
         choice = self._bench.document.tracker
         self.check_tracker(choice.name)
@@ -189,7 +189,7 @@ class SessionRun:
 
     def _guarded(self) -> dict[str, MethodMaker]:
         """The trackers of plug-ins; what goes wrong in one is in the log."""
-        from studio.session.guarded_method import GuardedMethod
+        from studio.session.trackers.guarded import GuardedMethod
 
         say = self._problems.append
         offered = self._bench.offered.trackers

@@ -9,7 +9,7 @@ from typing import Any
 from sim.faults.fault import Fault
 from sim.faults.settings import LINES, NUMBERS
 from studio.app.model.actions import Action
-from studio.session.methods import METHODS, MethodMaker
+from studio.session.trackers.methods import METHODS, MethodMaker
 
 
 @dataclass(slots=True)

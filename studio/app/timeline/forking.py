@@ -42,8 +42,8 @@ def planning_fork(
 
     def work(_report: Report, _cancelled: threading.Event) -> SessionPlan:
         from studio.session.fork import open_fork
-        from studio.session.outputs import check_target
         from studio.session.plan import SessionPlan
+        from studio.session.records.outputs import check_target
 
         check_target(out)
         if recording.resolve().parent == out.resolve():

@@ -21,7 +21,7 @@ from studio.app.timeline.reading import read_index
 from studio.app.timeline.spans import FaultSpan, StateSpan, fault_spans, state_spans
 from studio.app.timeline.task import Report, Task
 from studio.session.opening import scene_hash
-from studio.session.outputs import RECORDING
+from studio.session.records.outputs import RECORDING
 
 
 @dataclass(frozen=True, slots=True, eq=False)

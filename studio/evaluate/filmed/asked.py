@@ -14,7 +14,7 @@ class Asked:
     """What is to be evaluated.
 
     Attributes:
-        methods: names of `studio.session.methods.METHODS`; their order is that of the tables.
+        methods: names of `studio.session.trackers.methods.METHODS`, in the order of the tables.
         seeds: one run each; they decide noise, drift and the camera pose's error.
         conditions: see `Conditions`.
         cache: where takes are kept.

@@ -31,7 +31,7 @@ from studio.evaluate.filmed.takes import (
     picture_name,
     source_digest,
 )
-from studio.session.provenance import library_versions
+from studio.session.records.provenance import library_versions
 
 ENCODER_FPS = 10.0
 """Pictures a second for which the encoder plans its bits, unless `fps` says otherwise. Chosen equal

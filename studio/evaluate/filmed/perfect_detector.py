@@ -24,7 +24,7 @@ SMALLEST_PX = 12
 class PerfectDetector:
     """Reports every visible object of the front lens's view, with exactly its visible pixels.
 
-    A `studio.session.methods.TruthDetector`.
+    A `studio.session.trackers.methods.TruthDetector`.
     """
 
     def __init__(self) -> None:

@@ -20,8 +20,8 @@ from studio.evaluate.filmed.filming import FilmSet, Shot
 from studio.evaluate.filmed.perfect_detector import PerfectDetector
 from studio.evaluate.metrics import PoseError, pose_error
 from studio.evaluate.scores import SYMMETRY_OF_KIND
-from studio.session.methods import make_method
 from studio.session.sources import SessionMessage
+from studio.session.trackers.methods import make_method
 from tracking.output import TrackingMethod, TrackOutput
 
 
@@ -67,7 +67,7 @@ class Trial:
 
     Args:
         scene: splats of the room and of its objects, with the poses they were last known in.
-        methods: names of `studio.session.methods.METHODS`.
+        methods: names of `studio.session.trackers.methods.METHODS`.
     """
 
     def __init__(self, scene: ScenePackage, methods: Sequence[str]) -> None:

@@ -30,7 +30,7 @@ from studio.evaluate.metrics import pose_error
 from studio.evaluate.scores import SYMMETRY_OF_KIND
 from studio.evaluate.tables.stations import eased
 from studio.evaluate.tables.ten_objects import scanned_poses, ten_objects
-from studio.session.methods import make_method
+from studio.session.trackers.methods import make_method
 from tracking.output import TrackingMethod
 
 FPS = 30

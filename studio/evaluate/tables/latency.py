@@ -30,8 +30,8 @@ from studio.evaluate.filmed.trial import marker_pose
 from studio.evaluate.findings import TITLES, Drawing, Findings, aligned, own_bar, row_name
 from studio.evaluate.tables.stations import eased
 from studio.evaluate.tables.ten_objects import scanned_poses, ten_objects
-from studio.session.methods import make_method
 from studio.session.pipeline import PacedExecutor
+from studio.session.trackers.methods import make_method
 from tracking.output import TrackingMethod
 
 FPS = 30

@@ -8,11 +8,11 @@ from devices.recording import read_recording
 from devices.recording_codec import RecordedTrack
 from scenes.state import Annotation
 from studio.session.live_surfaces import live_surface
-from studio.session.methods import METHODS
 from studio.session.opening import open_session
 from studio.session.pipeline import CancelledError
 from studio.session.plan import Pace, SessionPlan
 from studio.session.sources import SessionInput, recorded_messages
+from studio.session.trackers.methods import METHODS
 from studio.verbs.replay import Comparison
 
 OF_SIMULATIONS = (Pace.EXACT, Pace.PACED)

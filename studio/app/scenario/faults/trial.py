@@ -149,9 +149,9 @@ class Trials:
 
     def _rehearse(self, plan: TrialPlan, path: Path) -> None:
         from studio.evaluate.scores import ScoreBoard
-        from studio.session.methods import METHODS
         from studio.session.opening import open_session
         from studio.session.plan import SessionPlan
+        from studio.session.trackers.methods import METHODS
 
         session = open_session(
             SessionPlan(

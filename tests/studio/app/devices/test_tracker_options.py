@@ -8,8 +8,8 @@ import pytest
 from studio import rehearsal
 from studio.app.model.document import Document
 from studio.console.display import why_no_window
-from studio.session.tracker_settings import is_settings
-from tests.studio.session.test_tracker_settings import Adjusted
+from studio.session.trackers.settings import is_settings
+from tests.studio.session.trackers.test_settings import Adjusted
 from tracking.options import TrackerOptions, options_from_text
 
 WHY_NOT = why_no_window()

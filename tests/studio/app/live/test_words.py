@@ -18,7 +18,7 @@ from studio.app.live.words import (
 )
 from studio.app.shell.theme import SHAPES
 from studio.live.status import LiveState, LiveStatus
-from studio.session.camera_events import camera_events
+from studio.session.trackers.camera_events import camera_events
 from tracking.output import CameraMoment, CameraNotice
 
 S = 1_000_000_000

@@ -135,7 +135,7 @@ def test_a_looping_plugin_is_abandoned_by_name_and_its_later_results_are_ignored
 
 
 def test_a_plugin_s_tracker_can_be_chosen_beside_the_built_in_ones(opened):
-    from studio.session.methods import make_method
+    from studio.session.trackers.methods import make_method
 
     plugins, said = opened(EXAMPLES)
     settled(plugins, said, 3)

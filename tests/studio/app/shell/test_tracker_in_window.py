@@ -11,7 +11,7 @@ from devices.recording import read_session
 from studio import rehearsal
 from studio.app.model.document import Document
 from studio.console.display import why_no_window
-from studio.session.methods import make_method
+from studio.session.trackers.methods import make_method
 
 EXAMPLES = Path(__file__).parents[4] / "examples" / "plugins"
 WHY_NOT = why_no_window()
@@ -20,7 +20,7 @@ pytestmark = [
     pytest.mark.skipif(WHY_NOT is not None, reason=f"no window here: {WHY_NOT}"),
 ]
 FAILING = """
-from studio.session.methods import make_method
+from studio.session.trackers.methods import make_method
 
 class Failing:
     def __init__(self, scene):

@@ -15,7 +15,7 @@ import numpy as np
 from devices.messages import Frame
 from scenes.package import ScenePackage
 from scenes.state import TrackedObject, TrackState
-from studio.session.methods import MethodMaker
+from studio.session.trackers.methods import MethodMaker
 from tracking.output import TrackingMethod, TrackOutput
 
 FIRST_LIMIT_S = 30.0

@@ -1,6 +1,6 @@
 import pytest
 
-from studio.session.outputs import RECORDING, REPORT_HTML, output_folder
+from studio.session.records.outputs import RECORDING, REPORT_HTML, output_folder
 
 
 def fill(target, text="new"):

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from scenes.state import TrackState
-from studio.session.guarded_method import GuardedMethod
 from studio.session.plan import SessionPlan
+from studio.session.trackers.guarded import GuardedMethod
 from tracking.output import TrackOutput
 
 

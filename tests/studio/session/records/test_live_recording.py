@@ -9,8 +9,8 @@ import pytest
 from devices.messages import Event
 from devices.recording import Recorder, read_recording
 from devices.streams import StreamClosedError
-from studio.session.live_recording import LiveRecording
 from studio.session.plan import SessionPlan
+from studio.session.records.live_recording import LiveRecording
 
 
 def event(k: int) -> Event:

@@ -9,7 +9,7 @@ from studio.session.fork import open_fork
 from studio.session.opening import open_session
 from studio.session.plan import SessionPlan
 from studio.session.sources import recorded_messages
-from studio.session.tracker_settings import is_settings, settings_event
+from studio.session.trackers.settings import is_settings, settings_event
 from tracking.options import TrackerOptions
 
 PLAIN = TrackerOptions(texture=False)

@@ -1,10 +1,10 @@
-"""`studio.session.recorded_scene`: the camera stands where the session's scenario put it."""
+"""`studio.session.records.recorded_scene`: the camera stands where the scenario put it."""
 
 from types import SimpleNamespace
 
 import numpy as np
 
-from studio.session.recorded_scene import recorded_scene
+from studio.session.records.recorded_scene import recorded_scene
 
 HEAD = 'room = "desk"\nduration_s = 1.0\n'
 

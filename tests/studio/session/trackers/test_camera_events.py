@@ -4,9 +4,9 @@ from dataclasses import replace
 
 from devices.messages import Event
 from devices.recording import read_recording
-from studio.session.camera_events import SOURCE, camera_events, is_camera_event
 from studio.session.plan import SessionPlan
 from studio.session.sources import recorded_messages
+from studio.session.trackers.camera_events import SOURCE, camera_events, is_camera_event
 from tracking.output import CameraMoment, CameraNotice
 
 BUMPED = CameraNotice(CameraMoment.BUMPED, 1.234, 2.34)
