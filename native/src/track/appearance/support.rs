@@ -81,12 +81,36 @@ pub struct Support {
     pub area_px: f64,
 }
 
+/// Red, green and blue, one value per pixel in each: several pixels are computed at once.
+type Planes = [Vec<f32>; 3];
+
 /// A drawn object at the part's own pixels, blurred like the lens.
 struct Seen {
-    rgb: Vec<f32>,
+    rgb: Planes,
     alpha: Vec<f32>,
     depth: Vec<f32>,
-    facing: Vec<f32>,
+    facing: Planes,
+}
+
+/// A part of a window, without gaps between its rows.
+struct Cut {
+    live: Planes,
+    empty: Planes,
+    expected: Planes,
+    changed: Vec<f32>,
+    room_misfit: Vec<f32>,
+    foreign_misfit: Vec<f32>,
+    hidden: Vec<f32>,
+    range_m: Vec<f32>,
+}
+
+/// Colours as they are seen, from which a light is fitted: over black as scanned, where they face,
+/// as the live picture shows them, and their weights.
+struct Lit<'a> {
+    rgb: &'a Planes,
+    facing: &'a Planes,
+    shown: &'a Planes,
+    weight: &'a [f32],
 }
 
 /// What all comparisons share.
@@ -95,40 +119,36 @@ struct Comparison<'a> {
     model: &'a SupportModel,
 }
 
-/// A part of a window, without gaps between its rows.
-struct Cut {
-    live: Vec<f32>,
-    empty: Vec<f32>,
-    expected: Vec<f32>,
-    changed: Vec<f32>,
-    room_misfit: Vec<f32>,
-    foreign_misfit: Vec<f32>,
-    hidden: Vec<f32>,
-    range_m: Vec<f32>,
-}
-
 impl Cut {
     #[inline(always)]
     fn of(window: &Window, part: Part) -> Cut {
-        let rows = |values: &[f32], channels: usize| {
-            let line = part.width * channels;
-            let mut cut = Vec::with_capacity(part.height * line);
-            for row in part.top..part.top + part.height {
-                cut.extend_from_slice(
-                    &values[(row * window.width + part.left) * channels..][..line],
-                );
+        let rows = part.top..part.top + part.height;
+        let plain = |values: &[f32]| {
+            let mut cut = Vec::with_capacity(part.height * part.width);
+            for row in rows.clone() {
+                cut.extend_from_slice(&values[row * window.width + part.left..][..part.width]);
             }
             cut
         };
+        let colours = |values: &[f32]| -> Planes {
+            std::array::from_fn(|channel| {
+                let mut cut = Vec::with_capacity(part.height * part.width);
+                for row in rows.clone() {
+                    let line = &values[3 * (row * window.width + part.left)..][..3 * part.width];
+                    cut.extend(line.chunks_exact(3).map(|pixel| pixel[channel]));
+                }
+                cut
+            })
+        };
         Cut {
-            live: rows(window.live, 3),
-            empty: rows(window.empty, 3),
-            expected: rows(window.expected, 3),
-            changed: rows(window.changed, 1),
-            room_misfit: rows(window.room_misfit, 1),
-            foreign_misfit: rows(window.foreign_misfit, 1),
-            hidden: rows(window.hidden, 1),
-            range_m: rows(window.range_m, 1),
+            live: colours(window.live),
+            empty: colours(window.empty),
+            expected: colours(window.expected),
+            changed: plain(window.changed),
+            room_misfit: plain(window.room_misfit),
+            foreign_misfit: plain(window.foreign_misfit),
+            hidden: plain(window.hidden),
+            range_m: plain(window.range_m),
         }
     }
 }
@@ -172,94 +192,100 @@ pub fn support(window: &Window, drawn: &Drawn, terms: &Terms, model: &SupportMod
 fn seen(drawn: &Drawn, part: Part, model: &SupportModel) -> Seen {
     let (size, finer) = ([part.width, part.height], drawn.finer);
     let lens: [f32; LENS_TAPS] = gaussian(LENS_BLUR_PX);
-    let colours = |values: &[f32]| shrunk::<3>(values, size, finer);
-    let shares = |values: &[f32]| shrunk::<1>(values, size, finer);
-    let (compass, known) = (colours(drawn.compass), shares(drawn.compass_alpha));
-    let mut facing = vec![0.0; compass.len()];
-    for (pixel, to) in facing.chunks_exact_mut(3).enumerate() {
-        // The foot has no normals: it was scanned with the shadow it stood in.
-        if known[pixel] > model.light.seen {
-            for axis in 0..3 {
-                to[axis] = 2.0 * compass[3 * pixel + axis] / known[pixel].max(LEAST_ALPHA) - 1.0;
-            }
+    let blurred = |plane: Vec<f32>| filtered(&plane, size, 1, &lens);
+    let known = at_own_pixels(drawn.compass_alpha.to_vec(), size, finer);
+    let facing = planes(drawn.compass).map(|plane| {
+        let mut facing = at_own_pixels(plane, size, finer);
+        for (axis, &known) in facing.iter_mut().zip(&known) {
+            // The foot has no normals: it was scanned with the shadow it stood in.
+            let is_known = known > model.light.seen;
+            let towards = 2.0 * *axis / known.max(LEAST_ALPHA) - 1.0;
+            *axis = if is_known { towards } else { 0.0 };
         }
-    }
+        facing
+    });
     let mut depth = Vec::with_capacity(part.width * part.height);
     for row in drawn.depth.chunks_exact(part.width * finer).step_by(finer) {
         depth.extend(row.iter().step_by(finer));
     }
     Seen {
-        rgb: filtered(&colours(drawn.rgb), size, 3, &lens),
-        alpha: filtered(&shares(drawn.alpha), size, 1, &lens),
+        rgb: planes(drawn.rgb).map(|plane| blurred(at_own_pixels(plane, size, finer))),
+        alpha: blurred(at_own_pixels(drawn.alpha.to_vec(), size, finer)),
         depth,
         facing,
+    }
+}
+
+/// Interleaved colours, channel by channel.
+#[inline(always)]
+fn planes(values: &[f32]) -> Planes {
+    std::array::from_fn(|channel| values.chunks_exact(3).map(|pixel| pixel[channel]).collect())
+}
+
+/// A plane drawn finer than a picture of `size`, averaged.
+#[inline(always)]
+fn at_own_pixels(plane: Vec<f32>, size: [usize; 2], finer: usize) -> Vec<f32> {
+    match finer {
+        1 => plane,
+        _ => shrunk::<1>(&plane, size, finer),
     }
 }
 
 /// How much of every pixel an object covers that neither the room nor a tracked object hides.
 #[inline(always)]
 fn silhouette(seen: &Seen, cut: &Cut, model: &SupportModel) -> Vec<f32> {
-    let mut silhouette = vec![0.0; seen.alpha.len()];
-    for (pixel, to) in silhouette.iter_mut().enumerate() {
-        let range_m = cut.range_m[pixel];
-        let reach_m = range_m * (1.0 + model.behind_share) + model.behind_m;
-        let is_behind = range_m > 0.0 && seen.depth[pixel] > reach_m;
-        let free = if is_behind {
-            0.0
-        } else {
-            1.0 - cut.hidden[pixel]
-        };
-        *to = seen.alpha[pixel] * free;
-    }
-    silhouette
+    let room = cut.range_m.iter().zip(&cut.hidden);
+    let object = seen.alpha.iter().zip(&seen.depth);
+    let pixels = object.zip(room);
+    pixels
+        .map(|((alpha, &depth), (&range_m, hidden))| {
+            let reach_m = range_m * (1.0 + model.behind_share) + model.behind_m;
+            let is_behind = range_m > 0.0 && depth > reach_m;
+            alpha * if is_behind { 0.0 } else { 1.0 - hidden }
+        })
+        .collect()
 }
 
 /// How much of every pixel around a silhouette is in its surroundings, which nothing hides.
 #[inline(always)]
 fn ring(alpha: &[f32], hidden: &[f32], part: Part, ring_px: usize) -> Vec<f32> {
     let mut ring = dilated(alpha, [part.width, part.height], ring_px);
-    for (pixel, to) in ring.iter_mut().enumerate() {
-        let beside = 1.0 - alpha[pixel].clamp(0.0, 1.0);
-        *to = to.clamp(0.0, 1.0) * beside * (1.0 - hidden[pixel]);
+    for (to, (alpha, hidden)) in ring.iter_mut().zip(alpha.iter().zip(hidden)) {
+        *to = to.clamp(0.0, 1.0) * (1.0 - alpha.clamp(0.0, 1.0)) * (1.0 - hidden);
     }
     ring
 }
 
-/// The largest value within `reach` pixels, along rows and along columns.
+/// The largest of values of 0 at least within `reach` pixels, along rows and along columns.
 #[inline(always)]
 fn dilated(values: &[f32], [width, height]: [usize; 2], reach: usize) -> Vec<f32> {
-    let mut across = values.to_vec();
-    for (from, to) in values
-        .chunks_exact(width)
-        .zip(across.chunks_exact_mut(width))
-    {
-        for step in 1..=reach.min(width - 1) {
-            for (to, value) in to.iter_mut().zip(&from[step..]) {
-                *to = to.max(*value);
-            }
-            for (to, value) in to[step..].iter_mut().zip(from) {
-                *to = to.max(*value);
-            }
-        }
+    let mut across = Vec::with_capacity(values.len());
+    let mut line = vec![0.0; width + 2 * reach];
+    for row in values.chunks_exact(width) {
+        line.fill(0.0);
+        line[reach..][..width].copy_from_slice(row);
+        largest_of_next(&mut line, 2 * reach + 1, 1);
+        across.extend_from_slice(&line[..width]);
     }
-    let mut down = across.clone();
-    for (row, to) in down.chunks_exact_mut(width).enumerate() {
-        for from in row.saturating_sub(reach)..=(row + reach).min(height - 1) {
-            for (to, value) in to.iter_mut().zip(&across[from * width..]) {
-                *to = to.max(*value);
-            }
-        }
-    }
+    let mut down = vec![0.0; (height + 2 * reach) * width];
+    down[reach * width..][..values.len()].copy_from_slice(&across);
+    largest_of_next(&mut down, 2 * reach + 1, width);
+    down.truncate(values.len());
     down
 }
 
-/// Colours as they are seen, from which a light is fitted: over black as scanned, where they face,
-/// as the live picture shows them, and their weights.
-struct Lit<'a> {
-    rgb: &'a [f32],
-    facing: &'a [f32],
-    shown: &'a [f32],
-    weight: &'a [f32],
+/// Every value becomes the largest of `count` values, itself and those after it, `stride` apart; the
+/// last ones, which have fewer after them, are spoilt. Of twice as many it is the largest of two.
+#[inline(always)]
+fn largest_of_next(values: &mut [f32], count: usize, stride: usize) {
+    let mut reached = 1;
+    while reached < count {
+        let ahead = reached.min(count - reached);
+        for at in 0..values.len().saturating_sub(ahead * stride) {
+            values[at] = values[at].max(values[at + ahead * stride]);
+        }
+        reached += ahead;
+    }
 }
 
 impl Comparison<'_> {
@@ -268,43 +294,47 @@ impl Comparison<'_> {
     fn against_absence(&self, cut: &Cut, seen: &Seen, silhouette: &[f32]) -> (f64, f64) {
         let Comparison { terms, model } = self;
         let count = silhouette.len();
-        let (mut behind, mut shown) = (vec![0.0; 3 * count], vec![0.0; 3 * count]);
-        let mut weight = vec![0.0; count];
-        for pixel in 0..count {
-            let through = 1.0 - seen.alpha[pixel];
-            for at in 3 * pixel..3 * pixel + 3 {
-                behind[at] = through * cut.empty[at];
-                shown[at] = cut.live[at] - behind[at];
-            }
-            weight[pixel] = silhouette[pixel] * cut.changed[pixel].max(model.least_changed);
-        }
+        let behind: Planes = std::array::from_fn(|channel| {
+            let pixels = seen.alpha.iter().zip(&cut.empty[channel]);
+            pixels.map(|(alpha, empty)| (1.0 - alpha) * empty).collect()
+        });
+        let shown = std::array::from_fn(|channel| {
+            let pixels = cut.live[channel].iter().zip(&behind[channel]);
+            pixels.map(|(live, behind)| live - behind).collect()
+        });
+        let weight = silhouette.iter().zip(&cut.changed);
+        let weight: Vec<f32> = weight
+            .map(|(covered, changed)| covered * changed.max(model.least_changed))
+            .collect();
         let (gains, light_nats) = self.gains(&Lit {
             rgb: &seen.rgb,
             facing: &seen.facing,
             shown: &shown,
             weight: &weight,
         });
-        let most = terms.most_misfit;
+        let apart2 = distances2(&shown, &seen.rgb, &gains);
+        let (most, least) = (terms.most_misfit, (-terms.most_misfit).exp());
         let wider = 0.5 / (terms.sigma * terms.sigma);
-        let least = (-most).exp();
-        let (mut sum, mut matched) = (0.0, 0.0);
-        for (pixel, &covered) in silhouette.iter().enumerate() {
-            let apart2 = squared(pixel, |at| {
-                cut.live[at] - seen.rgb[at] * gains[at] - behind[at]
-            });
-            let misfit = (wider * apart2).min(model.most_misfit).min(most);
+        let as_foreign = self.as_foreign(cut);
+        let (changed, foreign) = (&cut.changed[..count], &as_foreign[..count]);
+        let (apart2, room) = (&apart2[..count], &cut.room_misfit[..count]);
+        let (mut nats, mut matched) = (vec![0.0; count], vec![0.0; count]);
+        let to = nats.iter_mut().zip(&mut matched).zip(silhouette);
+        for (pixel, ((nats, matched), &covered)) in to.enumerate() {
+            let misfit = (wider * apart2[pixel]).min(model.most_misfit).min(most);
             let as_object = exp(-misfit);
-            let as_foreign = self.as_foreign(cut, pixel);
-            let as_room = exp(-cut.room_misfit[pixel].min(most));
+            let as_room = exp(-room[pixel].min(most));
             // What hides the object would have to look like the room behind it.
-            let changed = cut.changed[pixel];
-            let as_occluder = changed * as_foreign + (1.0 - changed) * least;
-            let absent = (1.0 - model.foreign) * as_room + model.foreign * as_foreign;
+            let as_occluder = changed[pixel] * foreign[pixel] + (1.0 - changed[pixel]) * least;
+            let absent = (1.0 - model.foreign) * as_room + model.foreign * foreign[pixel];
             let present = (1.0 - terms.occluded) * as_object + terms.occluded * as_occluder;
-            sum += f64::from(covered * (ln(present) - ln(absent)));
-            matched += f64::from(covered * as_object);
+            *nats = covered * (ln(present) - ln(absent));
+            *matched = covered * as_object;
         }
-        (sum / self.terms.shared_px2 + light_nats, matched)
+        (
+            total(&nats) / terms.shared_px2 + light_nats,
+            total(&matched),
+        )
     }
 
     /// Nats by which the room in another light accounts better for a place than the room as it was.
@@ -313,57 +343,61 @@ impl Comparison<'_> {
     #[inline(always)]
     fn relit_nats(&self, cut: &Cut, silhouette: &[f32], ring: &[f32]) -> f64 {
         let Comparison { terms, model } = self;
-        let part = terms.part;
+        let Part { width, height, .. } = terms.part;
+        let count = silhouette.len();
         let here: Vec<f32> = silhouette.iter().zip(ring).map(|(a, b)| a + b).collect();
-        let mut across = vec![0.0; 3 * here.len()];
-        for (pixel, to) in across.chunks_exact_mut(3).enumerate() {
-            to[0] = from_edge_to_edge(pixel % part.width, part.width);
-            to[1] = from_edge_to_edge(pixel / part.width, part.height);
-        }
+        let columns = (0..count).map(|pixel| from_edge_to_edge(pixel % width, width));
+        let rows = (0..count).map(|pixel| from_edge_to_edge(pixel / width, height));
         let (gains, light_nats) = self.gains(&Lit {
             rgb: &cut.expected,
-            facing: &across,
+            facing: &[columns.collect(), rows.collect(), vec![0.0; count]],
             shown: &cut.live,
             weight: &here,
         });
+        let apart2 = distances2(&cut.live, &cut.expected, &gains);
         // A pose that is off makes no room lighter: no tolerance here.
         let exact = 0.5 / (model.residual_sigma * model.residual_sigma);
-        let most = self.terms.most_misfit;
-        let (mut inside, mut around) = (0.0, 0.0);
-        for pixel in 0..here.len() {
-            let apart2 = squared(pixel, |at| cut.live[at] - cut.expected[at] * gains[at]);
-            let misfit = (exact * apart2).min(model.most_misfit).min(most);
-            let foreign = model.foreign * self.as_foreign(cut, pixel);
-            let familiar = 1.0 - model.foreign;
+        let (most, familiar) = (terms.most_misfit, 1.0 - model.foreign);
+        let as_foreign = self.as_foreign(cut);
+        let (apart2, as_foreign) = (&apart2[..count], &as_foreign[..count]);
+        let (room, silhouette) = (&cut.room_misfit[..count], &silhouette[..count]);
+        let (mut inside, mut around) = (vec![0.0; count], vec![0.0; count]);
+        let to = inside.iter_mut().zip(&mut around).zip(ring);
+        for (pixel, ((inside, around), &beside)) in to.enumerate() {
+            let misfit = (exact * apart2[pixel]).min(model.most_misfit).min(most);
+            let foreign = model.foreign * as_foreign[pixel];
             let relit = ln(familiar * exp(-misfit) + foreign);
-            let same = ln(familiar * exp(-cut.room_misfit[pixel].min(most)) + foreign);
-            inside += f64::from(silhouette[pixel] * (relit - same));
-            around += f64::from(ring[pixel] * (relit - same));
+            let same = ln(familiar * exp(-room[pixel].min(most)) + foreign);
+            *inside = silhouette[pixel] * (relit - same);
+            *around = beside * (relit - same);
         }
         // Around an object that is there, the light may have changed as well.
-        (inside + around.min(0.0)) / self.terms.shared_px2 + light_nats
+        (total(&inside) + total(&around).min(0.0)) / terms.shared_px2 + light_nats
     }
 
-    /// Likelihood of a pixel as something that is in no scan.
+    /// Likelihoods of pixels as something that is in no scan.
     #[inline(always)]
-    fn as_foreign(&self, cut: &Cut, pixel: usize) -> f32 {
+    fn as_foreign(&self, cut: &Cut) -> Vec<f32> {
         let wider = self.model.residual_sigma / self.terms.sigma;
-        exp(-(wider * wider * cut.foreign_misfit[pixel]).min(self.terms.most_misfit))
+        let misfits = cut.foreign_misfit.iter();
+        misfits
+            .map(|misfit| exp(-(wider * wider * misfit).min(self.terms.most_misfit)))
+            .collect()
     }
 
-    /// Gains, three a pixel, of the likeliest light, and the log of its prior, 0 at most.
+    /// Gains of the likeliest light, and the log of its prior, 0 at most.
     #[inline(always)]
-    fn gains(&self, lit: &Lit) -> (Vec<f32>, f64) {
+    fn gains(&self, lit: &Lit) -> (Planes, f64) {
         let model = self.model;
         let here: Vec<usize> = (0..lit.weight.len())
             .filter(|&pixel| lit.weight[pixel] > model.light.seen)
             .collect();
         if here.len() < model.least_lit {
-            return (vec![1.0; lit.rgb.len()], 0.0);
+            return (std::array::from_fn(|_| vec![1.0; lit.weight.len()]), 0.0);
         }
         let every = (here.len() / model.light.enough_px).max(1);
-        let at = |values: &[f32], pixel: usize| -> [f64; 3] {
-            std::array::from_fn(|k| f64::from(values[3 * pixel + k]))
+        let at = |planes: &Planes, pixel: usize| -> [f64; 3] {
+            std::array::from_fn(|k| f64::from(planes[k][pixel]))
         };
         let samples: Vec<Sample> = here
             .iter()
@@ -385,24 +419,32 @@ impl Comparison<'_> {
         };
         let light = fitted(&samples, &model.light, Some(&prior));
         let [even, x, y, z] = light.by_side.map(|value| value as f32);
-        let tint = light.tint.map(|value| value as f32);
         let [low, high] = model.light.range;
-        let mut gains = vec![0.0; lit.rgb.len()];
-        for (to, facing) in gains.chunks_exact_mut(3).zip(lit.facing.chunks_exact(3)) {
-            let gain = even + x * facing[0] + y * facing[1] + z * facing[2];
-            for channel in 0..3 {
-                to[channel] = (gain + tint[channel]).clamp(low, high);
-            }
-        }
+        let [along_x, along_y, along_z] = lit.facing;
+        let facing = along_x.iter().zip(along_y).zip(along_z);
+        let gain: Vec<f32> = facing
+            .map(|((&fx, &fy), &fz)| even + x * fx + y * fy + z * fz)
+            .collect();
+        let gains = light.tint.map(|tint| {
+            let tinted = gain.iter().map(|gain| gain + tint as f32);
+            tinted.map(|gain| gain.clamp(low, high)).collect()
+        });
         (gains, prior.nats(&light))
     }
 }
 
-/// Square of the distance of a pixel's three channels.
+/// Squares of the distances of colours, each in its light, from those that are shown.
 #[inline(always)]
-fn squared(pixel: usize, apart: impl Fn(usize) -> f32) -> f32 {
-    let channels = (3 * pixel..3 * pixel + 3).map(apart);
-    channels.map(|apart| apart * apart).sum()
+fn distances2(shown: &Planes, rgb: &Planes, gains: &Planes) -> Vec<f32> {
+    let mut apart2 = vec![0.0; shown[0].len()];
+    for ((shown, rgb), gains) in shown.iter().zip(rgb).zip(gains) {
+        let pixels = shown.iter().zip(rgb).zip(gains);
+        for (to, ((shown, rgb), gain)) in apart2.iter_mut().zip(pixels) {
+            let apart = shown - rgb * gain;
+            *to += apart * apart;
+        }
+    }
+    apart2
 }
 
 /// -1 at the first of some pixels, 1 at the last.
@@ -411,9 +453,19 @@ fn from_edge_to_edge(index: usize, count: usize) -> f32 {
     2.0 * index as f32 / (count - 1).max(1) as f32 - 1.0
 }
 
+/// The sum, in as many parts as are added at once.
 #[inline(always)]
 fn total(values: &[f32]) -> f64 {
-    values.iter().map(|&value| f64::from(value)).sum()
+    const PARTS: usize = 16;
+    let mut parts = [0.0; PARTS];
+    let (even, rest) = values.as_chunks::<PARTS>();
+    for values in even {
+        for (part, value) in parts.iter_mut().zip(values) {
+            *part += f64::from(*value);
+        }
+    }
+    let rest = rest.iter().map(|&value| f64::from(value));
+    parts.into_iter().chain(rest).sum()
 }
 
 #[cfg(test)]
