@@ -33,18 +33,18 @@ class Step(Enum):
     rest of the default rehearsal. Live sessions pace by `MeasuredCosts`.
     """
 
-    LOOK = ("compare a whole lens with what is known", 30.0)
+    LOOK = ("compare a whole lens with what is known, a part of it", 7.5)
     PLACES = ("list the places of the support planes", 4.0)
     CUT = ("cut places out of a lens", 4.0)
     PROPOSE = ("compare places with templates", 20.0)
     SCREEN = ("screen some proposals", 4.0)
     ALIGN = ("align a pose", 3.0)
     GATHER = ("gather the evidence of a window", 4.0)
-    TURN = ("compare all yaws at a place", 15.0)
+    TURN = ("compare some yaws at a place", 3.75)
     SOLVE = ("solve a pose by its outline", 3.0)
     SUPPORT = ("compare some poses by the likelihood", 3.0)
     PATCH = ("fit a pose by its colours", 4.0)
-    CLIMB = ("climb the likelihood", 8.0)
+    CLIMB = ("climb the likelihood by a step", 1.0)
     LOCAL_HYPOTHESIS = ("evaluate a hypothesis beside the prediction", 5.0)
     YAWS = ("propose other yaws of a tracked object", 2.0)
 

@@ -17,23 +17,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.cameras import Fisheye
 from scenes.pose import Pose
-from tracking.background.images import expose
-from tracking.evidence.evidence import Neighbour, Scene
-from tracking.evidence.observation import Observation, observation_of, with_layers
-from tracking.kernels.native import KERNELS
+from tracking.evidence.evidence import Scene
+from tracking.hypotheses.lens_look import LensLook
 from tracking.model.object_model import TrackModel
 from tracking.model.templates import ELEVATIONS_RAD, YAWS, Cuts, compare, cut_out
-from tracking.window.filters import resized
-from tracking.window.window import Layer
 
 FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]
-
-SEARCH_SIZE_PX = 480
-"""Lens pictures are shrunk to about this side for the search: an object across the room is then
-still some 25 px wide, as large as its templates show it."""
 
 STEP = 0.25
 """Places are this far apart, in radii of the object: half of what an alignment bridges."""
@@ -94,150 +85,6 @@ WAYS = (
 """The first has the likelihood's own extremes: ln 0.3 for an occluded pixel, a capped misfit for
 one that shows the room. The second does not ask for colours, the third and fourth forgive more.
 Without the second, far chairs in changed light were not proposed in a foreign room."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class LensLook:
-    """A whole lens picture for the search for one object.
-
-    Attributes:
-        levels: the picture, the same at half the size, ...
-        world_from_lens: pose of the lens.
-        picture: (H, W, 5) colours, own and all foreground, for `tracking.model.templates.cut_out`.
-    """
-
-    levels: tuple[Observation, ...]
-    world_from_lens: Pose
-    picture: FloatArray
-
-    @property
-    def camera(self) -> Fisheye:
-        """Of the picture."""
-        return self.levels[0].camera
-
-    def level_for(self, radius_px: float, wanted_px: float) -> Observation:
-        """The level at which an object of a radius in the picture is about as large as wanted."""
-        level = round(math.log2(max(radius_px / wanted_px, 1.0)))
-        return self.levels[min(level, len(self.levels) - 1)]
-
-
-LEVELS = 3
-"""Levels of a look: objects at arm's length are a quarter of the lens wide."""
-
-
-def look_through(
-    scene: Scene, lens_index: int, model: TrackModel, neighbours: Sequence[Neighbour]
-) -> LensLook:
-    """A lens picture compared with the room and the neighbours where they are.
-
-    Args:
-        scene: the frame.
-        lens_index: which lens.
-        model: the object that is looked for.
-        neighbours: the other tracked objects.
-    """
-    lens = scene.frame.rig.lenses[lens_index]
-    shrink = max(1, round(lens.width_px / SEARCH_SIZE_PX))
-    width, height = lens.width_px // shrink, lens.height_px // shrink
-    part = (slice(0, height * shrink), slice(0, width * shrink))
-    layers = [
-        scene.layers.layer(
-            other.source,
-            pose,
-            scene.frame.rig,
-            scene.world_from_rig,
-            scene.renderer,
-            lens=lens_index,
-        )
-        for other, pose in neighbours
-    ]
-    live, foreground, own, _, _ = KERNELS.change(
-        scene.frame.images[lens_index][part],
-        scene.background.images[lens_index].cut(*part),
-        scene.background.noise[lens_index].cut(*part),
-        lens_size=(lens.width_px, lens.height_px),
-        window=(0, 0, width, height),
-        shrink=shrink,
-        exposure=scene.exposures[lens_index].rows(),
-        # No layer hides: where a neighbour is nearer is decided pixel by pixel, by its distance.
-        layers=[layer.request(0.0) for layer in layers],
-        table=model.colours_in_any_light.table,
-    )
-    camera = lens.resized(width, height)
-    x = ((np.arange(width) + 0.5 - camera.cx) / width).astype(np.float32)
-    y = ((np.arange(height) + 0.5 - camera.cy) / height).astype(np.float32)
-    seen = x[None, :] ** 2 + y[:, None] ** 2 <= (lens.circle_px / lens.width_px) ** 2
-    colours = live.reshape(height, width, 3)
-    changed = foreground.reshape(height, width) * seen
-    whole = _without_object(scene, lens_index, part, layers, (width, height))
-    others = whole.alpha[..., None]
-    level = observation_of(
-        colours,
-        np.asarray(others * colours + (1.0 - others) * whole.room, np.float32),
-        whole.expected,
-        changed,
-        hidden=np.zeros_like(changed),
-        range_m=whole.range_m,
-        camera=camera,
-        world_from_camera=scene.world_from_rig @ scene.frame.rig.rig_from_lens[lens_index],
-        lens_px=shrink,
-        is_first=scene.is_first,
-    )
-    picture = np.dstack([colours, own.reshape(height, width) * seen, changed])
-    return LensLook(
-        tuple(level.shrunk(2**k) for k in range(LEVELS)),
-        level.world_from_camera,
-        picture.astype(np.float32),
-    )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Whole:
-    """A lens without the object: the room, with neighbours, their alpha, how far both are."""
-
-    room: FloatArray
-    expected: FloatArray
-    alpha: FloatArray
-    range_m: FloatArray
-
-
-def _without_object(
-    scene: Scene,
-    lens_index: int,
-    part: tuple[slice, slice],
-    layers: Sequence[Layer],
-    size: tuple[int, int],
-) -> _Whole:
-    lens = scene.frame.rig.lenses[lens_index]
-    width, height = size
-    columns: Points = (np.arange(width, dtype=np.float64) + 0.5) * (part[1].stop / width)
-    rows: Points = (np.arange(height, dtype=np.float64) + 0.5) * (part[0].stop / height)
-    x, y = columns * 2 / lens.width_px - 1, rows * 2 / lens.height_px - 1
-    radius2 = (x[None, :] ** 2 + y[:, None] ** 2).astype(np.float32)
-    plain, exposure = scene.background.images[lens_index][part], scene.exposures[lens_index]
-    laid, alpha = with_layers(plain, _farthest_first(layers), part)
-    room = expose(resized(plain, size), exposure, radius2=radius2)
-    expected = expose(resized(laid, size), exposure, radius2=radius2)
-    range_m = scene.background.ranges_m[lens_index].copy()
-    for layer in layers:
-        height, width = layer.alpha.shape
-        here = slice(layer.top, layer.top + height), slice(layer.left, layer.left + width)
-        drawn = layer.alpha > KNOWN_ALPHA
-        nearer = drawn & ((range_m[here] == 0) | (layer.range_m < range_m[here]))
-        range_m[here] = np.where(nearer, layer.range_m, range_m[here])
-    return _Whole(room, expected, resized(alpha, size), resized(range_m[part], size))
-
-
-def _farthest_first(layers: Sequence[Layer]) -> list[Layer]:
-    def nearest_m(layer: Layer) -> float:
-        seen = layer.range_m[layer.range_m > 0]
-        return float(seen.min()) if len(seen) else math.inf
-
-    return sorted(layers, key=nearest_m, reverse=True)
-
-
-KNOWN_ALPHA = 0.5
-"""Alpha from which a neighbour's drawn distance is that of its surface."""
 
 
 def places_on(

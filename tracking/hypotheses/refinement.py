@@ -136,7 +136,12 @@ def _likeliest(
 
 
 def climbed(
-    observation: Observation, model: TrackModel, world_from_start: Pose, scene: Scene
+    observation: Observation,
+    model: TrackModel,
+    world_from_start: Pose,
+    scene: Scene,
+    *,
+    budget: FrameBudget | None = None,
 ) -> Pose:
     """The pose near a start at which the likelihood itself is highest, at a middling scale.
 
@@ -148,23 +153,35 @@ def climbed(
         model: the object.
         world_from_start: where to begin.
         scene: the frame.
+        budget: of this frame; none is no limit.
+
+    Raises:
+        BudgetExhausted: the rest is for the next frame.
     """
+    do = (budget or FrameBudget()).do
     times = radius_px(observation, model, world_from_start) / CLIMBED_PX
-    seen = observation.shrunk(max(math.floor(times), 1))
-
-    def nats(world_from_object: Pose) -> float:
-        return pose_support(seen, model, world_from_object, scene.renderer).nats
-
-    pose, best = world_from_start, nats(world_from_start)
+    seen = do(Step.CLIMB, observation.shrunk, max(math.floor(times), 1))
+    pose, best = world_from_start, -math.inf
     step = CLIMB_STEP
     while step >= CLIMB_RESOLVED:
-        beside = ((nats(other), other) for other in _beside(observation, model, pose, step))
-        higher = next((found for found in beside if found[0] > best), None)
+        higher = do(Step.CLIMB, _higher, seen, model, pose, best, step, scene)
         if higher is None:
             step /= 2.0
         else:
             best, pose = higher
     return pose
+
+
+def _higher(
+    seen: Observation, model: TrackModel, pose: Pose, best: float, step: float, scene: Scene
+) -> tuple[float, Pose] | None:
+    """The first pose a step away, or for the first time the pose itself, that is likelier."""
+    tried = [pose] if best == -math.inf else _beside(seen, model, pose, step)
+    for other in tried:
+        nats = pose_support(seen, model, other, scene.renderer).nats
+        if nats > best:
+            return nats, other
+    return None
 
 
 def _beside(

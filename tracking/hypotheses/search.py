@@ -18,11 +18,10 @@ from tracking.evidence.evidence import Evidence, Neighbour, Scene, gather, view_
 from tracking.evidence.observation import Observation, observe
 from tracking.hypotheses.budget import FrameBudget, Step
 from tracking.hypotheses.hypothesis import OTHER_PLACE, Hypothesis, apart, distinct, is_other
+from tracking.hypotheses.lens_look import LensLook, look_through
 from tracking.hypotheses.prior import moved_log_prior
 from tracking.hypotheses.proposals import (
-    LensLook,
     cuts_at,
-    look_through,
     places_on,
     proposed,
 )
@@ -60,6 +59,9 @@ TURNED = 3
 
 YAWS = 12
 """Yaws compared there; an alignment turns by half the angle between two."""
+
+TURNED_AT_ONCE = 3
+"""Of those, compared in one step."""
 
 YAWS_ALIGNED = 4
 """Of those, aligned, the likeliest, beside what was aligned before."""
@@ -116,9 +118,7 @@ def search(
         BudgetExhausted: the rest is for the next frame.
     """
     lenses = range(len(scene.frame.rig.lenses))
-    looks = [
-        budget.do(Step.LOOK, look_through, scene, index, model, neighbours) for index in lenses
-    ]
+    looks = [look_through(scene, index, model, neighbours, budget=budget) for index in lenses]
     places = budget.do(Step.PLACES, places_on, scene, looks, model, support_heights_m)
     starts = [
         (pose, lens) for lens in lenses for pose in _proposed(looks, places, lens, model, budget)
@@ -141,7 +141,7 @@ def search(
     for nats, pose, window in compared[:TURNED]:
         if nats < compared[0][0] - HOPELESS_NATS:
             break
-        likeliest = budget.do(Step.TURN, _likeliest_yaws, scene, model, window, pose)
+        likeliest = _likeliest_yaws(scene, model, window, pose, budget)
         turned.append((nats, pose, window))
         for start in [*_aligned_here(model, rough, pose), *likeliest]:
             turned.append(budget.do(Step.ALIGN, _turned, scene, model, window, start))
@@ -260,17 +260,28 @@ def _window(
     return _Window(evidence, observe(scene, evidence))
 
 
-def _likeliest_yaws(scene: Scene, model: TrackModel, window: _Window, pose: Pose) -> list[Pose]:
+def _likeliest_yaws(
+    scene: Scene, model: TrackModel, window: _Window, pose: Pose, budget: FrameBudget
+) -> list[Pose]:
     """A pose turned about up, the likeliest turns of all; round objects need none."""
     if model.symmetry == ROUND:
         return []
     yaw = pose.yaw()
     turns = [Pose.from_yaw(yaw + 2 * math.pi * k / YAWS, pose.translation) for k in range(YAWS)]
-    nats = [
-        pose_support(window.observation, model, at, scene.renderer, tolerance=ROUGHLY).nats
-        for at in turns
-    ]
+    nats: list[float] = []
+    for first in range(0, YAWS, TURNED_AT_ONCE):
+        some = turns[first : first + TURNED_AT_ONCE]
+        nats += budget.do(Step.TURN, _rough_nats, scene, model, window, some)
     return [turns[k] for k in np.argsort(-np.array(nats), kind="stable")[:YAWS_ALIGNED]]
+
+
+def _rough_nats(
+    scene: Scene, model: TrackModel, window: _Window, poses: Sequence[Pose]
+) -> list[float]:
+    return [
+        pose_support(window.observation, model, at, scene.renderer, tolerance=ROUGHLY).nats
+        for at in poses
+    ]
 
 
 def _turned(scene: Scene, model: TrackModel, window: _Window, start: Pose) -> Turned:
@@ -325,7 +336,7 @@ def _climbed(
 ) -> Hypothesis:
     """What the likelihood itself leads to from a refined pose, refined once more, if likelier."""
     observation, pose = window.observation, hypothesis.world_from_object
-    start = budget.do(Step.CLIMB, climbed, observation, model, pose, scene)
+    start = climbed(observation, model, pose, scene, budget=budget)
     other = refined(scene, model, start, window.evidence, observation, budget=budget)
     return max(hypothesis, other, key=lambda found: found.support.nats)
 

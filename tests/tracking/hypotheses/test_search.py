@@ -12,6 +12,7 @@ from scenes.state import TrackState
 from tracking.evidence.observation import observe
 from tracking.hypotheses.budget import BudgetExhausted, FrameBudget
 from tracking.hypotheses.hypothesis import apart
+from tracking.hypotheses.lens_look import look_through
 from tracking.hypotheses.prior import (
     MOVED,
     UNSEEN,
@@ -22,7 +23,6 @@ from tracking.hypotheses.prior import (
 from tracking.hypotheses.proposals import (
     LEAST_RADIUS_PX,
     cuts_at,
-    look_through,
     places_on,
     proposed,
 )
