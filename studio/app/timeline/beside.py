@@ -24,9 +24,10 @@ from studio.app.model.document import TwinEdits
 from studio.app.shell.theme import figures
 from studio.app.timeline.columns import last_at
 from studio.app.timeline.opening import OpenRecording
-from studio.app.viewport.drawing.painter import TwinPainter, View
+from studio.app.viewport.drawing.painter import TwinPainter
 from studio.app.viewport.drawing.scene_drawing import Drawings, SceneDrawing
 from studio.app.viewport.drawing.shapes import Shown, shapes_of
+from studio.app.viewport.drawing.view_picture import View
 from studio.app.viewport.orbit import Orbit, home
 from studio.app.viewport.view_overlay import GROUND, INK, image_of
 

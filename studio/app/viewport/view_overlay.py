@@ -18,6 +18,7 @@ from studio.app.viewport.by_hand.tools import InHand, Tool
 from studio.app.viewport.drawing.floor_errors import STOPS, FloorErrors
 from studio.view.overlay import STATE_COLOURS, STATE_WORDS
 
+BACKDROP = QColor(14, 16, 20)
 INK, GROUND = QColor(236, 239, 243), QColor(14, 16, 20, 190)
 """Words over pictures, and what they stand on: both themes' pictures are as bright as the room."""
 
