@@ -179,16 +179,10 @@ class TwinView(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.drawImage(QRectF(self.rect()), self._image)
         overlay = Overlay(painter, self._screen_camera(), self.viewer.world_from_camera())
-        heights = (
-            {}
-            if self.bench.scene is None
-            else {item.object_id: item.box_m[2] for item in self.bench.scene.objects}
-        )
         shown = self._layers.shown
         if shown.labels:
-            overlay.labels(self.bench.state, heights, self.bench.document.twin.names)
-        if shown.labels and shown.avatars:
-            overlay.names_of_people(self.bench.state)
+            bench = self.bench
+            overlay.label_all(bench.state, bench.document, bench.scene, people=shown.avatars)
         if self._layers.errors is not None:
             overlay.error_scale(QRectF(self.rect()), self._layers.errors)
         drag, handles = self._drag, self._handles()
