@@ -79,9 +79,15 @@ def dispose(window: MainWindow) -> None:
 
 
 def _make_view(bench: Workbench) -> QWidget:
+    from studio.app.film.view_films import ViewFilms
     from studio.app.viewport.view_grid import ViewGrid
 
-    return ViewGrid(bench)
+    grid = ViewGrid(bench)
+    films = ViewFilms(bench, grid)
+    grid.add_foot(films)
+    # A film that is being drawn needs the scene's drawing: it ends before the views do.
+    grid.closing.connect(films.close_films)
+    return grid
 
 
 def open_window(

@@ -18,12 +18,12 @@ class Choice:
     Attributes:
         title: what is chosen.
         values: arguments of the action.
-        is_on: whether that is so now; doing it again ends it.
+        is_on: whether that is so now, and doing it again ends it; None for what is only done.
     """
 
     title: str
     values: Mapping[str, Any]
-    is_on: bool = False
+    is_on: bool | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -91,7 +91,7 @@ class Workbench:
         self.offered = Offered()
         """Trackers and faults of plug-ins."""
         self.busy: MutableSet[str] = set()
-        """Names of work on threads that will still change the document: scripts wait for it."""
+        """Names of work on threads that will come to an end by itself: scripts wait for it."""
         self._document = document
         self._settings = settings
         self._base: SceneState | None = None

@@ -145,8 +145,9 @@ class Menus:
             menu.clear()
             for choice in () if action.choices is None else action.choices():
                 made = menu.addAction(choice.title.replace("&", "&&"))
-                made.setCheckable(True)
-                made.setChecked(choice.is_on)
+                made.setCheckable(choice.is_on is not None)
+                made.setChecked(bool(choice.is_on))
+                made.setEnabled(action.is_available)
                 made.triggered.connect(partial(self._choose, action.id, dict(choice.values)))
 
         menu.aboutToShow.connect(fill)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QEvent, QObject, QTimer
+from PySide6.QtCore import QEvent, QObject, QTimer, Signal
 from PySide6.QtGui import QCloseEvent, QResizeEvent
 from PySide6.QtWidgets import QGridLayout, QWidget
 
@@ -22,6 +22,9 @@ POLL_MS = 60
 
 class ViewGrid(QWidget):
     """The middle of the window."""
+
+    closing = Signal()
+    """Before it ends the threads that draw."""
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__()
@@ -53,6 +56,10 @@ class ViewGrid(QWidget):
     def insets(self) -> Insets:
         """The small pictures in the corner."""
         return self._insets
+
+    def add_foot(self, widget: QWidget) -> None:
+        """Put something below all views."""
+        self._layout.addWidget(widget, MAX_VIEWS, 0, 1, 2)
 
     def set_count(self, count: int) -> None:
         """Show so many views.
@@ -115,6 +122,7 @@ class ViewGrid(QWidget):
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """End the threads that draw."""
+        self.closing.emit()
         self._timer.stop()
         self.layers.close()
         self.insets.close()
