@@ -149,7 +149,12 @@ class ScenarioDock(QWidget):
         words.setWordWrap(True)
         layout.addWidget(words)
         layout.addLayout(bottom)
-        return page
+        # Tabs do not ask how high wrapped rows are in a width; what scrolls does.
+        scroll = QScrollArea()
+        scroll.setWidget(page)
+        scroll.setWidgetResizable(True)
+        scroll.setFrameShape(QScrollArea.Shape.NoFrame)
+        return scroll
 
     def _make_actions(self) -> QWidget:
         self._add_action = QComboBox()
