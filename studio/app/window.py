@@ -12,7 +12,13 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QCoreApplication, QEvent
+from PySide6.QtCore import (
+    QCoreApplication,
+    QEvent,
+    QMessageLogContext,
+    QtMsgType,
+    qInstallMessageHandler,
+)
 from PySide6.QtWidgets import QApplication, QMainWindow, QWidget
 
 from studio.app.model.document import Document
@@ -218,7 +224,21 @@ def _application() -> QApplication:
     return application
 
 
+def _say_where_work_is(kind: QtMsgType, _where: QMessageLogContext, text: str) -> None:
+    """Qt's messages; where the display has gone Qt ends the process after it."""
+    del kind
+    print(text, file=sys.stderr, flush=True)
+    if "connection broke" in text:
+        print(
+            "nexus: the display is gone. Unsaved work is kept in "
+            f"{settings_folder()}; open the studio again and choose Restore",
+            file=sys.stderr,
+            flush=True,
+        )
+
+
 def _exec(application: QApplication, window: MainWindow) -> None:
+    qInstallMessageHandler(_say_where_work_is)
     window.show()
     before = sys.getswitchinterval()
     sys.setswitchinterval(SWITCH_S)
