@@ -224,21 +224,28 @@ def _application() -> QApplication:
     return application
 
 
-def _say_where_work_is(kind: QtMsgType, _where: QMessageLogContext, text: str) -> None:
-    """Qt's messages; where the display has gone Qt ends the process after it."""
-    del kind
-    print(text, file=sys.stderr, flush=True)
-    if "connection broke" in text:
-        print(
-            "nexus: the display is gone. Unsaved work is kept in "
-            f"{settings_folder()}; open the studio again and choose Restore",
-            file=sys.stderr,
-            flush=True,
-        )
+class _QtMessages:
+    """Prints Qt's messages, and says where the work is when the display has gone.
+
+    Qt ends the event loop, or the process, after that message: it is said at once.
+    """
+
+    def __init__(self) -> None:
+        self.is_display_gone = False
+
+    def __call__(self, _kind: QtMsgType, _where: QMessageLogContext, text: str) -> None:
+        """As `qInstallMessageHandler` has it; from any thread."""
+        print(text, file=sys.stderr, flush=True)
+        if "connection broke" in text and not self.is_display_gone:
+            self.is_display_gone = True
+            words = "open the studio again and choose Restore"
+            where = f"Unsaved work is kept in {settings_folder()}: {words}"
+            print(f"nexus: the display is gone. {where}", file=sys.stderr, flush=True)
 
 
 def _exec(application: QApplication, window: MainWindow) -> None:
-    qInstallMessageHandler(_say_where_work_is)
+    messages = _QtMessages()
+    qInstallMessageHandler(messages)
     window.show()
     before = sys.getswitchinterval()
     sys.setswitchinterval(SWITCH_S)
@@ -247,6 +254,8 @@ def _exec(application: QApplication, window: MainWindow) -> None:
             application.exec()
     finally:
         sys.setswitchinterval(before)
+    if messages.is_display_gone:
+        raise SystemExit(1)  # it has been said already
     if signals:
         raise KeyboardInterrupt
 

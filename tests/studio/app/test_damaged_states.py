@@ -73,7 +73,7 @@ def test_the_display_vanishes_and_unsaved_edits_are_offered_again(display, tmp_p
         time.sleep(0.05)
     server.kill()
     _, errors = child.communicate(timeout=LIMIT_S)
-    assert child.returncode == 1
+    assert child.returncode == 1, errors
     assert "nexus: the display is gone. Unsaved work is kept in" in errors
     assert "Restore" in errors
     found = recoverable(tmp_path / "home")
@@ -110,7 +110,8 @@ from studio.app.window import make_window
 home = Path(sys.argv[1])
 application = QApplication([])
 window = make_window(Document("desk"), rehearse_to=home / "out", home=home)
-bench, project = window.bench, home / "work.gnxproj"
+bench, project = window.bench, home / "work"
+window.content("twin")
 assert bench.do("file.save", path=str(project))
 project = bench.project
 before = project.read_bytes()
