@@ -12,7 +12,13 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QCoreApplication, QEvent
+from PySide6.QtCore import (
+    QCoreApplication,
+    QEvent,
+    QMessageLogContext,
+    QtMsgType,
+    qInstallMessageHandler,
+)
 from PySide6.QtWidgets import QApplication, QMainWindow, QWidget
 
 from studio.app.model.document import Document
@@ -79,9 +85,15 @@ def dispose(window: MainWindow) -> None:
 
 
 def _make_view(bench: Workbench) -> QWidget:
+    from studio.app.film.view_films import ViewFilms
     from studio.app.viewport.view_grid import ViewGrid
 
-    return ViewGrid(bench)
+    grid = ViewGrid(bench)
+    films = ViewFilms(bench, grid)
+    grid.add_foot(films)
+    # A film that is being drawn needs the scene's drawing: it ends before the views do.
+    grid.closing.connect(films.close_films)
+    return grid
 
 
 def open_window(
@@ -212,7 +224,28 @@ def _application() -> QApplication:
     return application
 
 
+class _QtMessages:
+    """Prints Qt's messages, and says where the work is when the display has gone.
+
+    Qt ends the event loop, or the process, after that message: it is said at once.
+    """
+
+    def __init__(self) -> None:
+        self.is_display_gone = False
+
+    def __call__(self, _kind: QtMsgType, _where: QMessageLogContext, text: str) -> None:
+        """As `qInstallMessageHandler` has it; from any thread."""
+        print(text, file=sys.stderr, flush=True)
+        if "connection broke" in text and not self.is_display_gone:
+            self.is_display_gone = True
+            words = "open the studio again and choose Restore"
+            where = f"Unsaved work is kept in {settings_folder()}: {words}"
+            print(f"nexus: the display is gone. {where}", file=sys.stderr, flush=True)
+
+
 def _exec(application: QApplication, window: MainWindow) -> None:
+    messages = _QtMessages()
+    qInstallMessageHandler(messages)
     window.show()
     before = sys.getswitchinterval()
     sys.setswitchinterval(SWITCH_S)
@@ -221,6 +254,8 @@ def _exec(application: QApplication, window: MainWindow) -> None:
             application.exec()
     finally:
         sys.setswitchinterval(before)
+    if messages.is_display_gone:
+        raise SystemExit(1)  # it has been said already
     if signals:
         raise KeyboardInterrupt
 

@@ -3,18 +3,11 @@
 from __future__ import annotations
 
 import threading
-from fractions import Fraction
 from pathlib import Path
-from typing import cast
-
-import av
-from av.container import OutputContainer
-from av.video.frame import VideoFrame
-from av.video.reformatter import ColorRange, Colorspace
-from av.video.stream import VideoStream
 
 from devices.streams import BoundedQueue, StreamClosedError, StreamFullError
 from studio.reports.film import FilmFrame, FilmMaker, Picture
+from studio.reports.mp4_file import Mp4File
 
 QUEUE = 128
 """Frames that may wait to be drawn: some 90 MB, 12 s of a session at 10 Hz."""
@@ -72,13 +65,8 @@ class FilmFile:
     """
 
     def __init__(self, path: Path, maker: FilmMaker, fps: float, *, stills: int) -> None:
-        self._path = path
-        self._part = path.with_name(path.name + ".part")
+        self._file = Mp4File(path, fps)
         self._maker = maker
-        self._rate = Fraction(fps).limit_denominator(1001)
-        self._container: OutputContainer | None = None
-        self._stream: VideoStream | None = None
-        self._count = 0
         self._stills = Stills(stills)
 
     @property
@@ -94,43 +82,14 @@ class FilmFile:
         """
         picture = self._maker.picture(frame)
         self._stills.add(frame.t_ns / 1e9, picture)
-        self._write(picture)
-
-    def _write(self, picture: Picture) -> None:
-        if self._container is None:
-            raise ValueError(f"{self._path}: the film was not opened; use it as a context manager")
-        if self._stream is None:
-            options = {"crf": "21", "preset": "veryfast", "threads": "1"}
-            stream = self._container.add_stream("libx264", rate=self._rate, options=options)
-            self._stream = cast(VideoStream, stream)
-            self._stream.height, self._stream.width = picture.shape[:2]
-            self._stream.pix_fmt = "yuv420p"
-            self._stream.codec_context.colorspace = Colorspace.ITU709
-            self._stream.codec_context.color_range = ColorRange.MPEG
-        frame = VideoFrame.from_ndarray(picture, format="rgb24").reformat(
-            format="yuv420p",
-            dst_colorspace=Colorspace.ITU709,
-            dst_color_range=ColorRange.MPEG,
-        )
-        frame.pts = self._count
-        self._container.mux(self._stream.encode(frame))
-        self._count += 1
+        self._file.add(picture)
 
     def __enter__(self) -> FilmFile:
-        options = {"movflags": "+faststart"}
-        self._container = av.open(str(self._part), "w", format="mp4", options=options)
+        self._file.__enter__()
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, *_rest: object) -> None:
-        try:
-            if self._container is not None:
-                if kind is None and self._stream is not None:
-                    self._container.mux(self._stream.encode(None))
-                self._container.close()
-            if kind is None:
-                self._part.replace(self._path)
-        finally:
-            self._part.unlink(missing_ok=True)
+    def __exit__(self, kind: type[BaseException] | None, *rest: object) -> None:
+        self._file.__exit__(kind, *rest)
 
 
 class FilmThread:

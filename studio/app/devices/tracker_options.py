@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import fields
 from typing import TYPE_CHECKING
 
@@ -127,7 +127,7 @@ class TrackerOptionsForm(QWidget):
         if not is_tried:
             self.line.setText(AS_IT_IS)
         elif output is not None and output.trial is not None:
-            self.line.setText(trial_words(output))
+            self.line.setText(trial_words(output, self._bench.name_of))
         else:
             self.line.setText("◌ trying …")
         self._enable()
@@ -178,7 +178,7 @@ class TrackerOptionsForm(QWidget):
         return {field.name: getattr(options, field.name) for field in fields(options)}
 
 
-def trial_words(output: SessionOutput) -> str:
+def trial_words(output: SessionOutput, name: Callable[[str], str]) -> str:
     """How far apart the trial's poses and the session's are, and what either takes."""
     assert output.trial is not None
     found = {track.object_id: track for track in output.trial.objects}
@@ -188,7 +188,7 @@ def trial_words(output: SessionOutput) -> str:
         if other is None:
             continue
         distance_cm, turned_deg = _apart(track.world_from_object, other.world_from_object)
-        text = f"{track.object_id} {distance_cm:.1f} cm, {turned_deg:.1f}°"
+        text = f"{name(track.object_id)} {distance_cm:.1f} cm, {turned_deg:.1f}°"
         if track.state != other.state:
             text += f", {other.state} instead of {track.state}"
         if track.state != other.state or distance_cm > 0.05 or turned_deg > 0.05:

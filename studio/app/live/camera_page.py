@@ -24,6 +24,7 @@ from studio.app.model.live_run import LiveRun, Step
 from studio.app.model.own_address import reachable
 from studio.app.model.workbench import Workbench
 from studio.app.shell.theme import SHAPES, THEMES
+from studio.app.shell.wrapping import WrappingRow
 from studio.live.setup import AUTO, layout_text, parse_layout
 
 EXAMPLES = (
@@ -148,9 +149,8 @@ class CameraPage(QWidget):
         copy.clicked.connect(lambda: self._bench.do("live.copy_address"))
         return _row(self.enter_text, copy, wide=self.enter_text)
 
-    def _make_files(self) -> QHBoxLayout:
-        row = QHBoxLayout()
-        row.addStretch(1)
+    def _make_files(self) -> WrappingRow:
+        row = WrappingRow()
         for title, action in (
             ("Open devices …", "live.open_devices"),
             ("Save devices as TOML …", "live.save_devices"),

@@ -13,11 +13,16 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from studio.app.measure.process import BEGIN
 from studio.app.measure.shown import asked_for_answers, has_picture, resident_mb, rest, shown_window
 
 ORBIT_S, INPUT_S = 6.0, 12.0
 """How long is orbited and clicked: some hundred pictures and answers."""
+
+INSET_ROUNDS = 3
+"""How often each number of small pictures is measured; the median counts."""
 
 SPLATS = 300_000
 """Of the room that is orbited, as the bar has it."""
@@ -41,37 +46,84 @@ def opening() -> dict[str, Any]:
 
 def orbiting() -> dict[str, Any]:
     """Pictures a second while orbiting 300 k splats at 960 × 540, and the time to a full one."""
-    import numpy as np
+    window, wait, view = _dense_window()
+    fps = _orbited_fps(window, wait, view)
+    stopped = time.monotonic()
+    wait(lambda: view.painted.is_full)
+    refined = time.monotonic() - stopped
+    window.close()
+    return {"fps": fps, "refined_ms": 1e3 * refined}
 
-    from scenes.frames import look_at
-    from scenes.state import Avatar
 
+def insets() -> dict[str, Any]:
+    """Pictures a second of the same view with 0, 1, 2 and 3 small pictures, and of those.
+
+    The people walk meanwhile: the small pictures change with every state. All numbers of small
+    pictures are measured in turn, so that other work on the machine spoils none more than others.
+    """
+    window, wait, view = _dense_window()
+    bench, grid = window.bench, window.view
+    sources = ("ana", "ben", "chair-1")
+    main: dict[int, list[float]] = {count: [] for count in range(len(sources) + 1)}
+    small: dict[int, list[float]] = {count: [] for count in range(len(sources) + 1)}
+    for _ in range(INSET_ROUNDS):
+        for count in main:
+            grid.insets.close_all()
+            for source in sources[:count]:
+                bench.perform("view.inset", source=source)
+            rest(wait, 0.5)
+            before = sum(inset.drawn for inset in grid.insets.pictures)
+            begin = time.monotonic()
+            main[count].append(_orbited_fps(window, wait, view, walks=True))
+            drawn = sum(inset.drawn for inset in grid.insets.pictures) - before
+            small[count].append(drawn / (time.monotonic() - begin) / max(count, 1))
+    window.close()
+    return {
+        "fps": {count: float(np.median(found)) for count, found in main.items()},
+        "all_fps": main,
+        "inset_fps": {count: float(np.median(found)) for count, found in small.items()},
+    }
+
+
+def _dense_window() -> tuple[Any, Any, Any]:
+    """A window on the lab with 300 k splats and two people, what waits for it, its view."""
     window, wait = shown_window("lab")
     wait(lambda: has_picture(window))
     bench, scene = window.bench, window.bench.scene
     assert scene is not None
     bench.show_scene(replace(scene, room=_denser(scene.room, SPLATS)))
-    for name, x in (("ana", 0.5), ("ben", -0.5)):
-        head = look_at(np.array([x, 1.0, 1.65]), np.array([0.0, 0.0, 1.0]))
-        twin = bench.document.twin
-        avatars = {**twin.avatars, name: Avatar(name, "remote", head)}
-        bench.show_document(replace(bench.document, twin=replace(twin, avatars=avatars)))
+    _people_at(bench, 0.0)
     grid: Any = window.view
     view = grid.active
     view.setFixedSize(960, 540)
     wait(lambda: view.painted is not None and view.painted.is_full)
     rest(wait, 4.0)  # the thinned room is made meanwhile
+    return window, wait, view
+
+
+def _people_at(bench: Any, shift_m: float) -> None:
+    """Ana and Ben, so far from where they were first."""
+    from scenes.frames import look_at
+    from scenes.state import Avatar, SceneState
+
+    avatars: dict[str, Avatar] = {}
+    for name, x in (("ana", 0.5), ("ben", -0.5)):
+        head = look_at(np.array([x, 1.0 - shift_m, 1.65]), np.array([0.0, 0.0, 1.0]))
+        avatars[name] = Avatar(name, "remote", head)
+    bench.show_state(SceneState(avatars=avatars))
+
+
+def _orbited_fps(window: Any, wait: Any, view: Any, *, walks: bool = False) -> float:
+    """Pictures a second while the view turns, and people walk if they are to."""
     pictures, begin = [], time.monotonic()
     while time.monotonic() - begin < ORBIT_S:
         before = view.painted
-        bench.do("view.orbit", yaw_deg=0.6)
+        if walks:
+            _people_at(window.bench, 0.5 * (time.monotonic() - begin) / ORBIT_S)
+        window.bench.do("view.orbit", yaw_deg=0.6)
         wait(lambda before=before: view.painted is not before)
         pictures.append(time.monotonic())
-    stopped = time.monotonic()
-    wait(lambda: view.painted.is_full)
-    refined = time.monotonic() - stopped
-    window.close()
-    return {"fps": len(pictures) / (pictures[-1] - begin), "refined_ms": 1e3 * refined}
+    return len(pictures) / (pictures[-1] - begin)
 
 
 def answering() -> dict[str, Any]:
@@ -190,6 +242,7 @@ SHORT = Path(__file__).with_name("short.toml")
 MEASURES: dict[str, Callable[..., dict[str, Any]]] = {
     "opening": opening,
     "orbiting": orbiting,
+    "insets": insets,
     "answering": answering,
     "open_close": open_close,
     "editing": editing,
@@ -200,8 +253,6 @@ MEASURES: dict[str, Callable[..., dict[str, Any]]] = {
 
 def _denser(room: Any, count: int) -> Any:
     """The room with its splats repeated to so many, each repeat moved by millimetres."""
-    import numpy as np
-
     from scenes.splats import SplatCloud
 
     rng = np.random.default_rng(0)

@@ -3,12 +3,27 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 ACTION_ID = re.compile(r"[a-z_]+(\.[a-z_0-9]+)+")
 """`group.verb`, lower case."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Choice:
+    """One way to do an action, for a menu.
+
+    Attributes:
+        title: what is chosen.
+        values: arguments of the action.
+        is_on: whether that is so now, and doing it again ends it; None for what is only done.
+    """
+
+    title: str
+    values: Mapping[str, Any]
+    is_on: bool | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -26,6 +41,7 @@ class Action:
         available: whether it can be done now; None means always.
         command: the command line that does the same, given the arguments; None if there is none.
         icon: name of its icon, or empty.
+        choices: its ways, as a menu of its own; None if it has one way only.
     """
 
     id: str
@@ -38,6 +54,7 @@ class Action:
     available: Callable[[], bool] | None = None
     command: Callable[..., str] | None = None
     icon: str = ""
+    choices: Callable[[], Sequence[Choice]] | None = None
 
     @property
     def is_available(self) -> bool:

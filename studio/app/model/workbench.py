@@ -21,6 +21,7 @@ from studio.app.model.actions import ActionError, ActionTable
 from studio.app.model.document import Document, composed
 from studio.app.model.history import Change, History
 from studio.app.model.log import Level, Log, LogLine
+from studio.app.model.names import shown_name
 from studio.app.model.offered import Offered
 from studio.app.model.script import script_line
 from studio.app.model.settings import Settings
@@ -91,7 +92,7 @@ class Workbench:
         self.offered = Offered()
         """Trackers and faults of plug-ins."""
         self.busy: MutableSet[str] = set()
-        """Names of work on threads that will still change the document: scripts wait for it."""
+        """Names of work on threads that will come to an end by itself: scripts wait for it."""
         self._document = document
         self._settings = settings
         self._base: SceneState | None = None
@@ -191,6 +192,10 @@ class Workbench:
         if item_id != self.selection:
             self.selection = item_id
             self._call(Topic.SELECTION)
+
+    def name_of(self, item_id: str) -> str:
+        """What something is called, see `shown_name`."""
+        return shown_name(item_id, self._document, self.scene)
 
     def _compose(self) -> None:
         self._state = composed(self._base, self._document.twin)

@@ -83,7 +83,12 @@ class RoomPage(QScrollArea):
         for name, words in QUALITIES.items():
             self.quality.addItem(words, name)
         self.quality.setCurrentIndex(list(QUALITIES).index("default"))
+        self.quality.setMinimumContentsLength(8)
+        self.quality.setSizeAdjustPolicy(
+            QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
+        )
         form = QFormLayout()
+        form.setRowWrapPolicy(QFormLayout.RowWrapPolicy.WrapLongRows)
         form.addRow("Quality", self.quality)
         form.addRow("Printed code, side", self.code_side)
         form.addRow("Splat file, one unit", self.metres)

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import (
     QLabel,
     QPushButton,
     QScrollArea,
+    QSizePolicy,
     QTabWidget,
     QVBoxLayout,
     QWidget,
@@ -32,6 +33,7 @@ from studio.app.scenario.plan import Block, RoomPlan, planned, room_plan
 from studio.app.scenario.scenario_actions import ScenarioActions
 from studio.app.scenario.text.editing import ScenarioEditing
 from studio.app.scenario.text.editor import ScenarioText
+from studio.app.shell.wrapping import WrappingRow, together
 
 POLL_MS = 60
 DURATION = Field("s", "length", unit="s", low=0.1, high=3600.0, usual=10.0)
@@ -125,20 +127,18 @@ class ScenarioDock(QWidget):
         add.clicked.connect(self._add_person)
         remove.setToolTip("Remove the person who is chosen")
         remove.clicked.connect(self._remove_person)
-        top = QHBoxLayout()
-        for widget in (self._person, QLabel("faces"), self._facing, add, remove):
-            top.addWidget(widget, widget is self._person)
+        self._person.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        top = WrappingRow((self._person, together(QLabel("faces"), self._facing), add, remove))
         self._length = Number(DURATION, 10.0, lambda _, v: self._bench.do("scenario.duration", s=v))
         self._fps = Number(FPS, 10.0, self._camera)
         self._camera_facing = Number(FACING, 90.0, self._camera)
-        bottom = QHBoxLayout()
+        bottom = WrappingRow()
         for title, widget in (
             ("Length", self._length),
             ("Pictures", self._fps),
             ("Camera faces", self._camera_facing),
         ):
-            bottom.addWidget(QLabel(title))
-            bottom.addWidget(widget, 1)
+            bottom.addWidget(together(QLabel(title), widget))
         page = QWidget()
         layout = QVBoxLayout(page)
         layout.setContentsMargins(8, 8, 8, 8)
@@ -149,7 +149,12 @@ class ScenarioDock(QWidget):
         words.setWordWrap(True)
         layout.addWidget(words)
         layout.addLayout(bottom)
-        return page
+        # Tabs do not ask how high wrapped rows are in a width; what scrolls does.
+        scroll = QScrollArea()
+        scroll.setWidget(page)
+        scroll.setWidgetResizable(True)
+        scroll.setFrameShape(QScrollArea.Shape.NoFrame)
+        return scroll
 
     def _make_actions(self) -> QWidget:
         self._add_action = QComboBox()

@@ -49,7 +49,14 @@ def add_file_actions(bench: Workbench, run: SessionRun, ask: Ask) -> None:
         if not chosen:
             return
         target = Path(chosen if chosen.endswith(SUFFIX) else chosen + SUFFIX)
-        save_document(bench.document, target)
+        try:
+            save_document(bench.document, target)
+        except OSError as error:
+            raise OSError(
+                f"{target}: the project cannot be saved: {error.strerror or error}; free some disk "
+                "space, or save it elsewhere (Ctrl+Shift+S). What was saved before is as it was, "
+                "and what you have done stays open"
+            ) from error
         bench.saved(target)
         bench.set(recent=bench.settings.opened(str(target)).recent)
         bench.say("info", f"saved {target}")

@@ -7,6 +7,7 @@ from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import (
     QComboBox,
     QHBoxLayout,
+    QHeaderView,
     QKeySequenceEdit,
     QLabel,
     QLineEdit,
@@ -38,6 +39,10 @@ class KeyEditor(QWidget):
         self.list = QTreeWidget()
         self.list.setHeaderLabels(["Action", "Keys"])
         self.list.setRootIsDecorated(False)
+        # Long titles end in dots; keys are never cut.
+        self.list.header().setStretchLastSection(False)
+        self.list.header().setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        self.list.header().setSectionResizeMode(1, QHeaderView.ResizeMode.ResizeToContents)
         self.list.currentItemChanged.connect(self._chosen)
         self.edit = QKeySequenceEdit()
         self.edit.setMaximumSequenceLength(1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QKeySequence
@@ -129,9 +130,30 @@ class Menus:
         made.triggered.connect(self._trigger(action.id))
         # Keys belong to the whole window, also where the action is in no menu.
         self._window.addAction(made)
-        if not action.arguments or action.keys:
+        if action.choices is not None:
+            self._add_choices(action)
+        elif not action.arguments or action.keys:
             self._menus[action.group].addAction(made)
         self._made[action.id] = made
+
+    def _add_choices(self, action: Action) -> None:
+        """A menu of its own, filled whenever it is opened."""
+        menu = self._menus[action.group].addMenu(action.title)
+        menu.setObjectName(f"{action.id} choices")
+
+        def fill() -> None:
+            menu.clear()
+            for choice in () if action.choices is None else action.choices():
+                made = menu.addAction(choice.title.replace("&", "&&"))
+                made.setCheckable(choice.is_on is not None)
+                made.setChecked(bool(choice.is_on))
+                made.setEnabled(action.is_available)
+                made.triggered.connect(partial(self._choose, action.id, dict(choice.values)))
+
+        menu.aboutToShow.connect(fill)
+
+    def _choose(self, action_id: str, values: dict[str, Any], _checked: bool = False) -> None:
+        self._bench.do(action_id, **values)
 
     def _trigger(self, action_id: str) -> Callable[..., None]:
         def run(_checked: bool = False) -> None:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
 from pathlib import Path
 
-import av
 import numpy as np
 from PySide6.QtCore import QTimer
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QWidget
+
+from studio.reports.mp4_file import Mp4File
 
 FPS = 10
 """Frames a second: an interface moves little, and the session shares the processor."""
@@ -28,16 +28,10 @@ class WindowFilm:
 
     def __init__(self, widget: QWidget, path: Path) -> None:
         self.path = path
-        self._part = path.with_name(f"{path.name}.part")
         path.parent.mkdir(parents=True, exist_ok=True)
         self._widget = widget
-        self._container = av.open(str(self._part), "w", format="mp4")
-        self._stream = self._container.add_stream("libx264", rate=FPS)
-        self._stream.width, self._stream.height = widget.width() // 2 * 2, widget.height() // 2 * 2
-        self._stream.pix_fmt = "yuv420p"
-        self._stream.options = {"crf": "23", "preset": "veryfast"}
-        self._stream.time_base = Fraction(1, FPS)
-        self._count = 0
+        self._size = widget.width() // 2 * 2, widget.height() // 2 * 2
+        self._file = Mp4File(path, FPS, crf=23).__enter__()
         self._timer = QTimer(widget)
         self._timer.timeout.connect(self._take)
         self._timer.start(1000 // FPS)
@@ -45,21 +39,14 @@ class WindowFilm:
     def stop(self) -> None:
         """End the film; the file is whole."""
         self._timer.stop()
-        for packet in self._stream.encode(None):
-            self._container.mux(packet)
-        self._container.close()
-        self._part.replace(self.path)
+        self._file.__exit__(None, None, None)
 
     def _take(self) -> None:
-        frame = av.VideoFrame.from_ndarray(self._picture(), format="rgb24")
-        frame.pts = self._count
-        self._count += 1
-        for packet in self._stream.encode(frame):
-            self._container.mux(packet)
+        self._file.add(self._picture())
 
     def _picture(self) -> np.ndarray:
         image = self._widget.grab().toImage()
-        size = (self._stream.width, self._stream.height)
+        size = self._size
         if (image.width(), image.height()) != size:
             image = image.scaled(*size)
         return pixels_of(image)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, QTimer
 from PySide6.QtGui import (
@@ -24,9 +24,10 @@ from studio.app.model.document import TwinEdits
 from studio.app.shell.theme import figures
 from studio.app.timeline.columns import last_at
 from studio.app.timeline.opening import OpenRecording
-from studio.app.viewport.drawing.painter import TwinPainter, View
+from studio.app.viewport.drawing.painter import TwinPainter
 from studio.app.viewport.drawing.scene_drawing import Drawings, SceneDrawing
 from studio.app.viewport.drawing.shapes import Shown, shapes_of
+from studio.app.viewport.drawing.view_picture import View
 from studio.app.viewport.orbit import Orbit, home
 from studio.app.viewport.view_overlay import GROUND, INK, image_of
 
@@ -57,6 +58,7 @@ class RunPicture(QWidget):
         self.caption = ""
         self._turned = turned
         self._t_ns = 0
+        self._names: Mapping[str, str] = {}
         self._image: QImage | None = None
         self._painter: TwinPainter | None = None
         self._last = QPointF()
@@ -77,6 +79,7 @@ class RunPicture(QWidget):
         self.close_run()
         self.run = run
         self.orbit = home(drawing.scene.footprint_m)
+        self._names = {item.object_id: item.name for item in drawing.scene.objects}
         self._painter = TwinPainter(drawing)
 
     def close_run(self) -> None:
@@ -114,7 +117,7 @@ class RunPicture(QWidget):
         )
         view = View(state, camera, self.orbit.world_from_camera(), shapes=tuple(shapes))
         self._painter.show(view)
-        self.caption = f"{self.name}   {error_words(self.run, self._t_ns)}"
+        self.caption = f"{self.name}   {error_words(self.run, self._t_ns, self._names)}"
         self.update()
 
     def take(self) -> None:
@@ -218,7 +221,7 @@ def field_of_view(width_px: int, height_px: int) -> float:
     return 2.0 * math.atan(wider * math.tan(0.5 * FIELD_OF_VIEW))
 
 
-def error_words(run: OpenRecording, t_ns: int) -> str:
+def error_words(run: OpenRecording, t_ns: int, names: Mapping[str, str]) -> str:
     """The object that is farthest off at an instant, and how far, in words."""
     found: list[tuple[float, str]] = []
     for object_id, curve in run.curves.items():
@@ -228,4 +231,4 @@ def error_words(run: OpenRecording, t_ns: int) -> str:
     if not found:
         return "no true places are known"
     largest_cm, object_id = max(found)
-    return f"off by at most {figures(largest_cm, '5.1f')} cm ({object_id})"
+    return f"off by at most {figures(largest_cm, '5.1f')} cm ({names.get(object_id) or object_id})"

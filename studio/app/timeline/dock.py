@@ -91,6 +91,7 @@ class TimelineDock(QWidget):
             hover=self._on_hover,
             zoomed=self._on_zoom,
             choose=self.bench.select,
+            name=self.bench.name_of,
         )
         self.curves = Curves()
         area = QScrollArea()
@@ -144,7 +145,7 @@ class TimelineDock(QWidget):
             self._draw_curves(self.shown)
 
     def _on_document(self) -> None:
-        self.tracks.show_markers(self.bench.document.markers)
+        self.tracks.show_markers(self.bench.document.markers)  # names may be others, too
 
     def _on_scene(self) -> None:
         """The scene knows which objects look the same at several yaws: judge errors anew."""
@@ -257,7 +258,8 @@ class TimelineDock(QWidget):
             return
         from studio.app.timeline.read_out import read_out
 
-        text = read_out(self.shown, t_ns, object_id, self.bench.document.markers)
+        markers = self.bench.document.markers
+        text = read_out(self.shown, t_ns, object_id, markers=markers, name=self.bench.name_of)
         self.read_out.setText(text)
 
     # --- actions ---------------------------------------------------------------------------------
@@ -334,7 +336,8 @@ class TimelineDock(QWidget):
         playback.pause()
         playback.seek(failure.t_ns)
         self.bench.select(failure.object_id)
-        self.bench.say("info", f"{failure.object_id} {failure.text} at {failure.t_ns / 1e9:.2f} s")
+        name = self.bench.name_of(failure.object_id)
+        self.bench.say("info", f"{name} {failure.text} at {failure.t_ns / 1e9:.2f} s")
 
     def change_speed(self, steps: int) -> None:
         """Slower or faster."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from studio.app.model.document import Marker
 from studio.app.shell.theme import figures
@@ -13,7 +13,14 @@ NEAR_NS = 150_000_000
 """Events and markers as near as this are named: one or two frames of a slow camera."""
 
 
-def read_out(shown: OpenRecording, t_ns: int, object_id: str, markers: Sequence[Marker]) -> str:
+def read_out(
+    shown: OpenRecording,
+    t_ns: int,
+    object_id: str,
+    *,
+    markers: Sequence[Marker],
+    name: Callable[[str], str],
+) -> str:
     """One line.
 
     Args:
@@ -21,12 +28,13 @@ def read_out(shown: OpenRecording, t_ns: int, object_id: str, markers: Sequence[
         t_ns: the instant.
         object_id: of the row under the mouse, or empty.
         markers: the document's.
+        name: gives what an object of an id is called.
     """
     words = [f"{figures(t_ns / 1e9, '7.2f')} s"]
     tracks = shown.index.tracks.get(object_id)
     number = -1 if tracks is None else tracks.newest(t_ns)
     if tracks is not None and number >= 0:
-        words.append(f"{object_id} {STATES[int(tracks.row(number)[STATE])]}")
+        words.append(f"{name(object_id)} {STATES[int(tracks.row(number)[STATE])]}")
     curve = shown.curves.get(object_id)
     at = -1 if curve is None else last_at(curve.t_ns, t_ns)
     if curve is not None and at >= 0:

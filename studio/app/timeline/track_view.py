@@ -68,6 +68,7 @@ class TrackView(QWidget):
         hover: takes the time under the mouse and the object of that row, or None and "".
         zoomed: is called when another part is shown.
         choose: takes the id of an object whose row was clicked.
+        name: gives what an object of an id is called.
     """
 
     def __init__(
@@ -78,10 +79,11 @@ class TrackView(QWidget):
         hover: Callable[[int | None, str], None],
         zoomed: Callable[[], None],
         choose: Callable[[str], None],
+        name: Callable[[str], str],
     ) -> None:
         super().__init__()
         self._theme, self._scrub, self._hover = theme, scrub, hover
-        self._zoomed, self._choose = zoomed, choose
+        self._zoomed, self._choose, self._name = zoomed, choose, name
         self._shown: OpenRecording | None = None
         self._markers: Sequence[Marker] = ()
         self._playhead_ns = 0
@@ -195,7 +197,7 @@ class TrackView(QWidget):
                 left += SAMPLE_PX + 6
             painter.setPen(QColor(theme.text))
             name = QFontMetricsF(painter.font()).elidedText(
-                object_id, Qt.TextElideMode.ElideRight, GUTTER_PX - left - 6
+                self._name(object_id), Qt.TextElideMode.ElideRight, GUTTER_PX - left - 6
             )
             painter.drawText(left, top, GUTTER_PX, ROW_PX, Qt.AlignmentFlag.AlignVCenter, name)
             self._draw_states(painter, theme, spans, top)

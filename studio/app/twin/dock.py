@@ -8,7 +8,6 @@ from PySide6.QtGui import QPalette
 from PySide6.QtWidgets import (
     QFileDialog,
     QFrame,
-    QHBoxLayout,
     QHeaderView,
     QLabel,
     QMenu,
@@ -23,6 +22,7 @@ from PySide6.QtWidgets import (
 
 from devices.clock import Clock, WallClock
 from studio.app.model.workbench import Topic, Workbench
+from studio.app.shell.wrapping import WrappingRow
 from studio.app.twin.edits import ItemKind
 from studio.app.twin.hand import TwinPhysics
 from studio.app.twin.inspector import Inspector
@@ -118,11 +118,8 @@ class TwinDock(QWidget):
         self.add.setMenu(menu)
         self.run.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.run.clicked.connect(lambda: self._bench.do("twin.physics"))
-        bar = QHBoxLayout()
+        bar = WrappingRow((self.add, self.run))
         bar.setContentsMargins(6, 4, 6, 4)
-        bar.addWidget(self.add)
-        bar.addWidget(self.run)
-        bar.addStretch(1)
         for label in (self.hint, self.nothing):
             label.setObjectName("faint")
             label.setWordWrap(True)

@@ -51,13 +51,15 @@ class TwinEditing:
     def move(self, item: str = "", place: Point | None = None) -> None:
         """Put an item at a place (x, y, z), metres."""
         item, to = self._item(item), _given(place, "twin.move", "place = [x, y, z] in m")
-        self._change(f"Move {item}", edits.moved(self._document, self.scanned, item, to))
+        self._change(
+            f"Move {self._bench.name_of(item)}", edits.moved(self._document, self.scanned, item, to)
+        )
 
     def turn(self, item: str = "", yaw_deg: float | None = None) -> None:
         """Turn an item to a heading, degrees."""
         item, yaw = self._item(item), _given(yaw_deg, "twin.turn", "yaw_deg")
         self._change(
-            f"Turn {item}",
+            f"Turn {self._bench.name_of(item)}",
             edits.turned(self._document, self.scanned, item, math.radians(float(yaw))),
         )
 
@@ -67,27 +69,40 @@ class TwinEditing:
             key: Pose.from_matrix(matrix)
             for key, matrix in _given(poses, "twin.put", "poses by id").items()
         }
-        self._change(f"Put {', '.join(there)}", edits.put_all(self._document, self.scanned, there))
+        self._change(
+            f"Put {', '.join(map(self._bench.name_of, there))}",
+            edits.put_all(self._document, self.scanned, there),
+        )
 
     def reset(self, item: str = "") -> None:
         """Put an object back to where the scan has it."""
         item = self._item(item)
-        self._change(f"Reset {item}", edits.reset(self._document, self.scanned, item))
+        self._change(
+            f"Reset {self._bench.name_of(item)}", edits.reset(self._document, self.scanned, item)
+        )
 
     def rename(self, item: str = "", name: str = "") -> None:
         """Give an item another name; "" gives it its own again."""
         item = self._item(item)
-        self._change(f"Rename {item}", edits.renamed(self._document, self.scanned, item, name))
+        self._change(
+            f"Rename {self._bench.name_of(item)}",
+            edits.renamed(self._document, self.scanned, item, name),
+        )
 
     def resize(self, item: str = "", size: Point | None = None) -> None:
         """Give a primitive other sides (x, y, z), metres."""
         item, sides = self._item(item), _given(size, "twin.resize", "size = [x, y, z] in m")
-        self._change(f"Resize {item}", additions.primitive_resized(self._document, item, sides))
+        self._change(
+            f"Resize {self._bench.name_of(item)}",
+            additions.primitive_resized(self._document, item, sides),
+        )
 
     def remove(self, item: str = "") -> None:
         """Take something away that was added."""
         item = self._item(item)
-        self._change(f"Remove {item}", edits.removed(self._document, self.scanned, item))
+        self._change(
+            f"Remove {self._bench.name_of(item)}", edits.removed(self._document, self.scanned, item)
+        )
         if self._bench.selection == item:
             self._bench.select("")
 

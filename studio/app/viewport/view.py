@@ -11,7 +11,6 @@ import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt, QTimer
 from PySide6.QtGui import (
     QCloseEvent,
-    QColor,
     QImage,
     QKeyEvent,
     QMouseEvent,
@@ -31,12 +30,13 @@ from studio.app.viewport.by_hand.handles import Handles, handles_of, taken
 from studio.app.viewport.by_hand.items import boxes_of
 from studio.app.viewport.by_hand.picking import Pick, pick, point_at
 from studio.app.viewport.by_hand.tools import CORNERS_HINT, HINTS, HOLDING, InHand, Tool
-from studio.app.viewport.drawing.painter import Painted, TwinPainter, View
+from studio.app.viewport.drawing.painter import Painted, TwinPainter
 from studio.app.viewport.drawing.scene_drawing import Drawings
 from studio.app.viewport.drawing.shapes import box_edges, shapes_of
+from studio.app.viewport.drawing.view_picture import View
 from studio.app.viewport.layers import Layers
 from studio.app.viewport.orbit import home
-from studio.app.viewport.view_overlay import INK, Overlay, image_of
+from studio.app.viewport.view_overlay import BACKDROP, INK, Overlay, image_of
 from studio.app.viewport.viewer import MODES, Mode, Viewer
 from studio.app.viewport.walk import Walker
 
@@ -45,7 +45,6 @@ MAX_WIDTH_PX = 960
 """The twin is drawn no wider than this and scaled up: two processor cores draw it live."""
 
 FIELD_OF_VIEW = math.radians(64.0)
-BACKDROP = QColor(14, 16, 20)
 FAST, SLOW = 4.0, 0.25
 WHEEL_STEP = 120.0
 CLICK_PX = 4.0
@@ -180,16 +179,10 @@ class TwinView(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.drawImage(QRectF(self.rect()), self._image)
         overlay = Overlay(painter, self._screen_camera(), self.viewer.world_from_camera())
-        heights = (
-            {}
-            if self.bench.scene is None
-            else {item.object_id: item.box_m[2] for item in self.bench.scene.objects}
-        )
         shown = self._layers.shown
         if shown.labels:
-            overlay.labels(self.bench.state, heights, self.bench.document.twin.names)
-        if shown.labels and shown.avatars:
-            overlay.names_of_people(self.bench.state)
+            bench = self.bench
+            overlay.label_all(bench.state, bench.document, bench.scene, people=shown.avatars)
         if self._layers.errors is not None:
             overlay.error_scale(QRectF(self.rect()), self._layers.errors)
         drag, handles = self._drag, self._handles()

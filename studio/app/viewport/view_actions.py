@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Protocol
 
 from scenes.pose import Pose
-from studio.app.model.actions import Action
+from studio.app.model.actions import Action, Choice
+from studio.app.model.names import CAMERA
 from studio.app.model.workbench import Workbench
 from studio.app.viewport.by_hand.placing import move_item
 from studio.app.viewport.by_hand.tools import Tool
@@ -31,13 +32,19 @@ LAYERS = {
 """What each layer of `Shown` is called."""
 
 
-class Picture(Protocol):
-    """The small picture in the corner."""
+class SmallPictures(Protocol):
+    """The small pictures in the corner."""
 
-    source: str
+    def choices(self) -> list[Choice]:
+        """All views that can be shown, and which are."""
+        ...
 
-    def show_source(self, source: str) -> None:
-        """Show what a camera, avatar or object sees."""
+    def switch(self, source: str) -> None:
+        """Open or close what a camera, person or object sees."""
+        ...
+
+    def close_all(self) -> None:
+        """Close them all."""
         ...
 
 
@@ -50,8 +57,8 @@ class Views(Protocol):
     is_linked: bool
 
     @property
-    def inset(self) -> Picture:
-        """The small picture in the corner."""
+    def insets(self) -> SmallPictures:
+        """The small pictures in the corner."""
         ...
 
     def set_count(self, count: int) -> None:
@@ -139,12 +146,19 @@ def _moving(grid: Views) -> list[Action]:
             "view.inset",
             "Picture in picture",
             "View",
-            lambda source="camera": grid.inset.show_source(
-                "" if grid.inset.source == source else source
-            ),
-            "the 360° camera, or what an avatar or object sees",
+            lambda source=CAMERA: grid.insets.switch(source),
+            "the 360° camera, or what a person or object sees; again closes it",
             "P",
             ("source",),
+            choices=grid.insets.choices,
+        ),
+        Action(
+            "view.no_insets",
+            "Close all pictures in the picture",
+            "View",
+            grid.insets.close_all,
+            "",
+            "Shift+P",
         ),
     ]
 

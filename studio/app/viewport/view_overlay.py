@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,14 +11,19 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QLinearGradient, QPainter, QPen
 
 from scenes.cameras import Pinhole
+from scenes.package import ScenePackage
 from scenes.pose import Pose
 from scenes.state import SceneState, TrackState
+from studio.app.model.document import Document
+from studio.app.model.names import shown_name
 from studio.app.viewport.by_hand.gizmo import Gizmo, Handle
 from studio.app.viewport.by_hand.picking import length_m
 from studio.app.viewport.by_hand.tools import InHand, Tool
 from studio.app.viewport.drawing.floor_errors import STOPS, FloorErrors
+from studio.app.viewport.labels import Wanted, spread
 from studio.view.overlay import STATE_COLOURS, STATE_WORDS
 
+BACKDROP = QColor(14, 16, 20)
 INK, GROUND = QColor(236, 239, 243), QColor(14, 16, 20, 190)
 """Words over pictures, and what they stand on: both themes' pictures are as bright as the room."""
 
@@ -41,6 +47,16 @@ STATE_SHAPES = {
 """A state's shape, beside its colour and word."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Label:
+    """Words over something, their middle, their colour, and how far it is."""
+
+    text: str
+    at: QPointF
+    colour: QColor
+    depth_m: float
+
+
 class Overlay:
     """Paints over one picture.
 
@@ -54,30 +70,68 @@ class Overlay:
         self._painter = painter
         self._camera = camera
         self._camera_from_world = world_from_camera.inverse()
-        self._labelled: list[QRectF] = []
 
-    def labels(
-        self, state: SceneState, heights_m: Mapping[str, float], names: Mapping[str, str]
-    ) -> None:
-        """Names of objects above them, with their state where it is not rest."""
+    def label_all(
+        self, state: SceneState, document: Document, scene: ScenePackage | None, *, people: bool
+    ) -> list[QRectF]:
+        """Names of objects that do not rest, with their states, and of people; see `spread`.
+
+        Returns:
+            The areas of those that are shown.
+        """
+        labels = self._objects(state, document, scene)
+        if people:
+            labels += self._people(state, document, scene)
+        metrics = self._painter.fontMetrics()
+        wanted: list[Wanted] = []
+        for label in labels:
+            width, height = metrics.horizontalAdvance(label.text) + 10, metrics.height() + 4
+            bottom = label.at.y() - metrics.ascent() - 2 + height
+            wanted.append(Wanted(label.at.x(), bottom, width, height, label.depth_m))
+        areas: list[QRectF] = []
+        for place in spread(wanted, self._camera.width_px, self._camera.height_px):
+            label, size = labels[place.number], wanted[place.number]
+            area = QRectF(place.left_px, place.top_px, size.width_px, size.height_px)
+            areas.append(area)
+            if place.is_raised:  # a line says whose it is
+                self._painter.setPen(QPen(label.colour, 1.0))
+                self._painter.drawLine(QPointF(label.at.x(), area.bottom()), label.at)
+            left = QPointF(area.left() + 5, area.top() + metrics.ascent() + 2)
+            self.words(left, label.text, label.colour)
+        return areas
+
+    def _objects(
+        self, state: SceneState, document: Document, scene: ScenePackage | None
+    ) -> list[_Label]:
+        heights = {} if scene is None else {o.object_id: o.box_m[2] for o in scene.objects}
+        found: list[_Label] = []
         for key, track in state.objects.items():
             if track.state is TrackState.STATIC:
                 continue
-            top = track.world_from_object.translation + np.array([0, 0, heights_m.get(key, 0.3)])
-            at = self._pixel(top)
-            if at is not None:
-                red, green, blue = STATE_COLOURS[track.state]
-                text = (
-                    f"{STATE_SHAPES[track.state]} {names.get(key, key)} {STATE_WORDS[track.state]}"
-                )
-                self._label(at + QPointF(0, -10), text, QColor(red, green, blue))
+            top = track.world_from_object.translation + np.array([0, 0, heights.get(key, 0.3)])
+            name = shown_name(key, document, scene)
+            text = f"{STATE_SHAPES[track.state]} {name} {STATE_WORDS[track.state]}"
+            colour = QColor(*STATE_COLOURS[track.state])
+            found += self._labels_at(top, QPointF(0, -10), text, colour)
+        return found
 
-    def names_of_people(self, state: SceneState) -> None:
-        """Who is who."""
+    def _people(
+        self, state: SceneState, document: Document, scene: ScenePackage | None
+    ) -> list[_Label]:
+        found: list[_Label] = []
         for key, avatar in state.avatars.items():
-            at = self._pixel(avatar.world_from_head.translation + np.array([0, 0, 0.22]))
-            if at is not None:
-                self._label(at, key, INK)
+            above = avatar.world_from_head.translation + np.array([0, 0, 0.22])
+            name = shown_name(key, document, scene)
+            found += self._labels_at(above, QPointF(), name, INK)
+        return found
+
+    def _labels_at(
+        self, point: NDArray[np.float64], shift: QPointF, text: str, colour: QColor
+    ) -> list[_Label]:
+        """A label at a place; none where that is out of sight."""
+        at = self._pixel(point)
+        depth_m = float((self._camera_from_world @ point)[2])
+        return [] if at is None else [_Label(text, at + shift, colour, depth_m)]
 
     def gizmo(self, gizmo: Gizmo, held: Handle | None) -> None:
         """Handles of the selected item; the held one is thicker."""
@@ -156,18 +210,6 @@ class Overlay:
         self._painter.setBrush(Qt.BrushStyle.NoBrush)
         self._painter.setPen(colour)
         self._painter.drawText(at, text)
-
-    def _label(self, at: QPointF, text: str, colour: QColor) -> None:
-        """Words whose middle is at a place, or above the labels that are there already."""
-        at = at - QPointF(0.5 * self._painter.fontMetrics().horizontalAdvance(text), 0)
-        area = self._ground(at, text)
-        for other in sorted(self._labelled, key=lambda placed: -placed.bottom()):
-            if area.intersects(other):
-                area.moveBottom(other.top() - 1)
-        self._labelled.append(area)
-        self.words(
-            QPointF(at.x(), at.y() + area.top() - self._ground(at, text).top()), text, colour
-        )
 
     def _ground(self, at: QPointF, text: str) -> QRectF:
         metrics = self._painter.fontMetrics()

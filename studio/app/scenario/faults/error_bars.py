@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
@@ -21,10 +21,15 @@ COLUMNS = (
 
 
 class ErrorBars(QWidget):
-    """A row an object: filled bars are the last trial, the hollow mark is the one before."""
+    """A row an object: filled bars are the last trial, the hollow mark is the one before.
 
-    def __init__(self) -> None:
+    Args:
+        name: gives what an object of an id is called.
+    """
+
+    def __init__(self, name: Callable[[str], str]) -> None:
         super().__init__()
+        self._name = name
         self._now: Mapping[str, ObjectError] = {}
         self._before: Mapping[str, ObjectError] = {}
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
@@ -56,7 +61,7 @@ class ErrorBars(QWidget):
             top = HEAD_PX + row * ROW_PX
             painter.setPen(QColor(theme.text if error.has_moved else theme.faint))
             name = painter.fontMetrics().elidedText(
-                object_id, Qt.TextElideMode.ElideRight, NAME_PX - 6
+                self._name(object_id), Qt.TextElideMode.ElideRight, NAME_PX - 6
             )
             painter.drawText(QRectF(0, top, NAME_PX, ROW_PX), _LEFT, name)
             for k in range(len(COLUMNS)):
@@ -93,7 +98,7 @@ class ErrorBars(QWidget):
 
     def _words(self, object_id: str) -> str:
         error, old = self._now[object_id], self._before.get(object_id)
-        words = f"{object_id}: {error.position_cm:.1f} cm, {error.yaw_deg:.1f}°"
+        words = f"{self._name(object_id)}: {error.position_cm:.1f} cm, {error.yaw_deg:.1f}°"
         words += f", lost {error.lost:.0%}" + ("" if error.has_moved else " (at rest)")
         if old is None:
             return words

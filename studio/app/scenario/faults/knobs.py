@@ -53,7 +53,7 @@ class FaultKnobs(QWidget):
         layout = QVBoxLayout(self)
         layout.setContentsMargins(8, 8, 8, 8)
         self._make_trial_row(layout)
-        self.bars = ErrorBars()
+        self.bars = ErrorBars(bench.name_of)
         self.bars.hide()
         layout.addWidget(self.bars)
         inside = QWidget()

@@ -189,9 +189,9 @@ class FloorPlan(QGraphicsView):
         shape.setOpacity(0.85)
         shape.setPos(to_scene(float(item.place[0]), float(item.place[1])))
         shape.setRotation(-math.degrees(item.yaw))
-        shape.setToolTip(item.object_id)
+        shape.setToolTip(f"{self._bench.name_of(item.object_id)} ({item.object_id} in texts)")
         where = to_scene(float(item.place[0]), float(item.place[1]))
-        self._label(item.object_id, where + QPointF(0, 0.5 * max(w, d) + 2))
+        self._label(self._bench.name_of(item.object_id), where + QPointF(0, 0.5 * max(w, d) + 2))
 
     def _draw_camera(self, scenario: Scenario, plan: RoomPlan) -> None:
         camera = scenario.camera.position

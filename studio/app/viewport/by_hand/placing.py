@@ -33,7 +33,9 @@ def move_item(bench: Workbench, item_id: str, world_from_item: Pose, *, merge: s
         changed = replace(twin, poses=with_item(twin.poses, item_id, world_from_item))
     else:
         raise ValueError(f"{item_id!r}: nothing of that name can be moved")
-    bench.change(f"Move {item_id}", replace(bench.document, twin=changed), merge=merge)
+    bench.change(
+        f"Move {bench.name_of(item_id)}", replace(bench.document, twin=changed), merge=merge
+    )
 
 
 def note_pose(bench: Workbench, item_id: str, world_from_item: Pose) -> None:

@@ -23,6 +23,13 @@ ROUND = 28
 """Corners around a ball, cylinder or cone: smooth at the size that a head has in a window."""
 
 
+NO_OPENGL = (
+    "no OpenGL here, people and notes are drawn as outlines, bodies and the collision mesh not at "
+    "all; install libegl1 and libgl1-mesa-dri and open the studio again"
+)
+"""What works without it, and what to do."""
+
+
 class NoOpenGLError(RuntimeError):
     """VTK could not draw off the screen here; says what would help."""
 
@@ -66,10 +73,7 @@ class MeshDrawer:
         self._actors: dict[str, tuple[Shape, Any]] = {}
         if not self._draws():
             self.close()
-            raise NoOpenGLError(
-                "no OpenGL here, people and bodies are drawn as outlines; "
-                "install libegl1 and libgl1-mesa-dri"
-            )
+            raise NoOpenGLError(NO_OPENGL)
 
     def _draws(self) -> bool:
         """Whether a ball before the camera is seen: some drivers say yes and draw nothing."""

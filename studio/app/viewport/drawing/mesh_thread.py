@@ -9,7 +9,13 @@ from dataclasses import dataclass, field
 from devices.streams import BoundedQueue, Slot, StreamClosedError, StreamFullError
 from scenes.cameras import Pinhole
 from scenes.pose import Pose
-from studio.app.viewport.drawing.mesh_picture import MeshDrawer, MeshPicture, NoOpenGLError
+from studio.app.viewport.drawing.mesh_picture import (
+    NO_OPENGL,
+    MeshDrawer,
+    MeshPicture,
+    NoOpenGLError,
+)
+from studio.app.viewport.drawing.opengl_trial import can_try_opengl
 from studio.app.viewport.drawing.shapes import Shape
 
 MOST_WAITING = 16
@@ -55,6 +61,8 @@ class MeshThread:
     def _run(self) -> None:
         drawer: MeshDrawer | None = None
         try:
+            if not can_try_opengl():
+                raise NoOpenGLError(NO_OPENGL)  # noqa: TRY301 - said as VTK's own refusal is
             drawer = MeshDrawer()
             while (wanted := self._queue.take(timeout_s=None)) is not None:
                 wanted.drawn.put(

@@ -3,48 +3,16 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from devices.clock import Clock, WallClock
 from devices.streams import Slot, StreamClosedError
-from scenes.cameras import Pinhole
-from scenes.pose import Pose
-from scenes.state import SceneState, TrackState
-from studio.app.viewport.drawing.composite import composite
 from studio.app.viewport.drawing.pacing import FULL, Grade, Pacing
 from studio.app.viewport.drawing.scene_drawing import SceneDrawing
-from studio.app.viewport.drawing.shapes import Shape
-from studio.view.overlay import STATE_COLOURS, draw_avatar, draw_footprint, draw_line
-from studio.view.surface_drawing import LivePicture
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class View:
-    """What to draw, seen from somewhere.
-
-    Attributes:
-        state: of the room.
-        camera: looked through.
-        world_from_camera: from where.
-        live: what live surfaces show.
-        shapes: everything but splats and live pictures.
-    """
-
-    state: SceneState
-    camera: Pinhole
-    world_from_camera: Pose
-    live: tuple[LivePicture, ...] = ()
-    shapes: tuple[Shape, ...] = ()
-
-    def is_seen_from(self, other: View) -> bool:
-        """Whether both are seen from the same place through the same camera."""
-        return self.camera == other.camera and np.array_equal(
-            self.world_from_camera.matrix(), other.world_from_camera.matrix()
-        )
+from studio.app.viewport.drawing.view_picture import View, draw_view
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,9 +53,6 @@ class TwinPainter:
     def __init__(self, drawing: SceneDrawing, clock: Clock | None = None) -> None:
         self.pictures: Slot[Painted] = Slot()
         self._drawing = drawing
-        self._boxes: Mapping[str, tuple[float, float, float]] = {
-            item.object_id: item.box_m for item in drawing.scene.objects
-        }
         self._views: Slot[View] = Slot()
         self._clock = clock or WallClock()
         self._pacing = Pacing()
@@ -127,59 +92,7 @@ class TwinPainter:
     def _paint(self, view: View) -> None:
         started_ns = self._clock.now_ns()
         grade = self._pacing.choose(started_ns)
-        picture, depth = self._draw(view, grade)
+        picture, depth = draw_view(self._drawing, view, grade)
         took_ns = self._clock.now_ns() - started_ns
         self.pictures.put(Painted(picture, depth, view, grade, took_ns))
         self._pacing.drew(grade, took_ns)
-
-    def _draw(self, view: View, grade: Grade) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
-        camera = scaled(view.camera, grade.scale)
-        poses = {key: track.world_from_object for key, track in view.state.objects.items()}
-        drawn = self._drawing.twin.drawn(
-            poses,
-            camera,
-            view.world_from_camera,
-            coarse=grade.thinned,
-            live=view.live,
-            opens=True,
-        )
-        picture, depth = drawn.picture, drawn.depth
-        thread = self._drawing.meshes
-        meshes = None
-        if thread is not None and view.shapes:
-            meshes = thread.draw(view.shapes, camera, view.world_from_camera)
-        if meshes is not None:
-            composite(picture, depth, meshes)
-            depth = np.where((depth <= 0) | (meshes.depth < depth), meshes.depth, depth)
-            depth[~np.isfinite(depth)] = 0.0
-        elif view.shapes:
-            self._outline(picture, replace(view, camera=camera))
-        for key, track in view.state.objects.items():
-            if track.state is not TrackState.STATIC and key in self._boxes:
-                draw_footprint(
-                    picture,
-                    camera,
-                    view.world_from_camera,
-                    track.world_from_object,
-                    self._boxes[key],
-                    colour=STATE_COLOURS[track.state],
-                    dashed=track.state is TrackState.OCCLUDED,
-                )
-        return picture, depth
-
-    def _outline(self, picture: NDArray[np.uint8], view: View) -> None:
-        """People and lines as strokes over the picture: where there is no OpenGL."""
-        for avatar in view.state.avatars.values():
-            draw_avatar(picture, view.camera, view.world_from_camera, avatar)
-        for line in view.state.annotations.values():
-            draw_line(picture, view.camera, view.world_from_camera, line)
-
-
-def scaled(camera: Pinhole, scale: float) -> Pinhole:
-    """The same view in a picture `scale` times as large, in whole pixels and at least one."""
-    width = max(1, round(camera.width_px * scale))
-    height = max(1, round(camera.height_px * scale))
-    across, down = width / camera.width_px, height / camera.height_px
-    return Pinhole(
-        width, height, camera.fx * across, camera.fy * down, camera.cx * across, camera.cy * down
-    )

@@ -159,7 +159,7 @@ def shapes_of(
         shown: which kinds.
         twin: what was put into it: bodies, meshes and cameras.
         world_from_rig: the 360° camera, or None.
-        seen_by: whose view it is: nobody sees their own head.
+        seen_by: whose view it is: of themselves people see their hands and what they point at.
     """
     found: list[Shape] = []
     for item in twin.primitives.values():
@@ -168,8 +168,8 @@ def shapes_of(
         found.append(Surface(f"mesh {mesh.mesh_id}", mesh.geometry, mesh.world_from_mesh))
     if shown.avatars:
         for avatar in state.avatars.values():
-            if avatar.user_id != seen_by:
-                found += avatar_shapes(avatar)
+            own = avatar.user_id == seen_by
+            found += hand_shapes(avatar) if own else avatar_shapes(avatar)
     if shown.annotations:
         for line in state.annotations.values():
             found.append(Line(f"note {line.annotation_id}", line.points_in_world, line.colour, 4.0))
@@ -199,8 +199,7 @@ def primitive_solid(item: Primitive) -> Solid:
 
 def avatar_shapes(avatar: Avatar) -> list[Shape]:
     """A person: head, face, bust, hands and pointing ray."""
-    r, g, b = REMOTE if avatar.role == "remote" else LOCAL
-    colour = (r / 255, g / 255, b / 255)
+    colour = _colour_of(avatar)
     pale = tuple(0.55 + 0.45 * c for c in colour)
     key, head = f"avatar {avatar.user_id}", avatar.world_from_head
     size = 2 * HEAD_M
@@ -213,6 +212,12 @@ def avatar_shapes(avatar: Avatar) -> list[Shape]:
         Solid(f"{key} face", "cone", (0.07, 0.06, 0.06), (pale[0], pale[1], pale[2]), face),
         Solid(f"{key} bust", "ball", (0.24, 0.44, 0.30), colour, bust, 0.9),
     ]
+    return found + hand_shapes(avatar)
+
+
+def hand_shapes(avatar: Avatar) -> list[Shape]:
+    """What people see of themselves: hands and pointing ray."""
+    key, colour, found = f"avatar {avatar.user_id}", _colour_of(avatar), list[Shape]()
     for i, hand in enumerate(avatar.hands):
         joints = np.atleast_2d(hand)
         if len(joints) == 1:
@@ -226,6 +231,11 @@ def avatar_shapes(avatar: Avatar) -> list[Shape]:
     if avatar.ray is not None:
         found.append(Line(f"{key} ray", avatar.ray, colour, 2.5))
     return found
+
+
+def _colour_of(avatar: Avatar) -> Colour:
+    r, g, b = REMOTE if avatar.role == "remote" else LOCAL
+    return r / 255, g / 255, b / 255
 
 
 def surface_outline(surface: LiveSurface) -> Line:

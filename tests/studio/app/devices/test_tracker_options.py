@@ -78,7 +78,7 @@ def test_settings_are_tried_applied_and_undone_while_the_session_plays(opened):
     form.boxes["texture"].click()
     form.trying.click()
     go_on(2)
-    assert "chair-1 5.0 cm, 0.0°" in form.line.text()
+    assert "Chair 1 5.0 cm, 0.0°" in form.line.text()
     assert "7 ms for this frame instead of 7 ms" in form.line.text()
     assert bench.document.tracker.options == TrackerOptions()
 

@@ -100,7 +100,7 @@ class Stage:
         view: Any = self.window.view
         for each in view.views:
             each.hide()
-        view.inset.hide()
+        view.insets.hide()
 
     def take(self, shots: Sequence[Shot]) -> Iterator[tuple[Shot, QImage]]:
         """The shots one after the other."""

@@ -92,14 +92,23 @@ def test_a_recording_is_scrubbed_by_mouse_and_jumped_through_by_key(window, look
     assert dock.playback.t_ns == 400_000_000
 
 
-def test_nothing_scrolls_sideways_in_the_smallest_usual_window(window):
-    from PySide6.QtWidgets import QAbstractScrollArea, QPlainTextEdit
+@pytest.mark.parametrize("text_scale", [1.0, 1.5])
+def test_nothing_scrolls_sideways_in_the_smallest_usual_window(window, text_scale):
+    from PySide6.QtWidgets import QAbstractScrollArea, QPlainTextEdit, QTabWidget
 
-    for dock_id in ("twin", "scenario", "session", "live", "preparation", "timeline"):
+    window.bench.set(text_scale=text_scale)
+    settle(0.5)
+    assert window.width() == 1280
+    for dock_id in ("twin", "scenario", "session", "live", "preparation", "timeline", "keys"):
         window.bench.do(f"dock.{dock_id}")
-        settle(0.1)
         area = window.docks[dock_id]
-        for each in area.findChildren(QAbstractScrollArea):
-            if each.isVisible() and not isinstance(each, QPlainTextEdit):
-                wide = each.horizontalScrollBar().maximum()
-                assert wide == 0, f"{dock_id}: {type(each).__name__} is {wide} px too narrow"
+        tabs = area.findChild(QTabWidget)
+        for place in range(1 if tabs is None else tabs.count()):
+            if tabs is not None:
+                tabs.setCurrentIndex(place)
+            settle(0.1)
+            for each in area.findChildren(QAbstractScrollArea):
+                if each.isVisible() and not isinstance(each, QPlainTextEdit):
+                    wide = each.horizontalScrollBar().maximum()
+                    what = f"{dock_id} {place}: {type(each).__name__}"
+                    assert wide == 0, f"{what} is {wide} px too narrow"

@@ -110,7 +110,7 @@ def test_a_drag_scrubs(opened, bench, qtbot):
 def test_what_is_under_the_mouse_is_read_out(opened):
     opened._on_hover(650_000_000, "chair-1")
     text = opened.read_out.text()
-    assert "chair-1 occluded" in text
+    assert "Chair 1 occluded" in text
     assert "3.0 cm" in text
 
 

@@ -6,7 +6,9 @@ from PySide6.QtGui import QImage, QPainter
 
 from scenes.cameras import Pinhole
 from scenes.frames import look_at
-from scenes.state import Avatar, SceneState
+from scenes.pose import Pose
+from scenes.state import Avatar, SceneState, TrackedObject, TrackState
+from studio.app.model.document import Document, TwinEdits
 from studio.app.viewport.view_overlay import Overlay
 from studio.console.display import why_no_window
 
@@ -17,7 +19,7 @@ pytestmark = [
 ]
 
 
-def test_labels_of_people_who_stand_together_are_above_one_another(qapp):
+def test_labels_of_people_who_stand_together_are_above_one_another(qapp, monkeypatch):
     image = QImage(400, 300, QImage.Format.Format_RGB32)
     painter = QPainter(image)
     overlay = Overlay(
@@ -29,9 +31,15 @@ def test_labels_of_people_who_stand_together_are_above_one_another(qapp):
     for name, x in (("ana", 0.0), ("benjamin", 0.05), ("caroline", 0.1)):
         head = look_at(np.array([x, 0.0, 1.65]), np.array([0.0, 5.0, 1.65]))
         people[name] = Avatar(name, "remote", head)
-    overlay.names_of_people(SceneState(avatars=people))
+    twin = TwinEdits(names={"ana": "Ana Maria", "chair-1": "Grandma's chair"})
+    chair = TrackedObject("chair-1", 0, Pose.identity(), np.eye(4), 1.0, TrackState.TRACKED, 1.0, 0)
+    state = SceneState(avatars=people, objects={"chair-1": chair})
+    words = []
+    monkeypatch.setattr(overlay, "words", lambda at, text, colour: words.append(text))
+    placed = overlay.label_all(state, Document("lab", twin=twin), None, people=True)
     painter.end()
-    placed = overlay._labelled
-    assert len(placed) == 3
+    assert len(placed) == 4
     for at, area in enumerate(placed):
         assert not any(area.intersects(other) for other in placed[:at])
+    # Named as the user named them, wherever a name stands.
+    assert {"Ana Maria", "benjamin", "caroline", "● Grandma's chair tracked"} == set(words)

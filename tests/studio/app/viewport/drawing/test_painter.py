@@ -13,9 +13,10 @@ from scenes.pose import Pose
 from scenes.state import SceneState
 from studio.app.viewport.drawing.mesh_picture import NoOpenGLError
 from studio.app.viewport.drawing.mesh_thread import MeshThread
-from studio.app.viewport.drawing.painter import TwinPainter, View, scaled
+from studio.app.viewport.drawing.painter import TwinPainter
 from studio.app.viewport.drawing.scene_drawing import Drawings, SceneDrawing
 from studio.app.viewport.drawing.shapes import Solid
+from studio.app.viewport.drawing.view_picture import View, scaled
 
 CAMERA = Pinhole.from_fov(64, 48, 1.0)
 

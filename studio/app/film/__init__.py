@@ -1,0 +1,1 @@
+"""Films of what one view shows, as MP4."""

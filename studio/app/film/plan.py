@@ -1,0 +1,80 @@
+"""What a film of a view is to be: whose view, how large, of which time, where to."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+from scenes.pose import Pose
+
+LEAST_PX, MOST_PX = 64, 3840
+"""Sides of a film, pixels: H.264 of every player takes 4K."""
+
+LEAST_FPS, MOST_FPS = 1.0, 60.0
+"""Pictures a second of a film."""
+
+MOST_S = 4 * 3600.0
+"""Length of a film, seconds: a session of half a day."""
+
+
+@dataclass(frozen=True, slots=True)
+class FilmPlan:
+    """A film that is to be made.
+
+    Attributes:
+        path: of the MP4 file.
+        width_px, height_px: of its pictures, even.
+        fps: pictures a second.
+        source: whose view, see `insets.sources`; "" one that stands still or is moved by hand.
+        world_from_camera: of that one; None for a source.
+        from_s, to_s: part of a recording, seconds of the session; None its start or end.
+        title: what is filmed, in words.
+
+    Raises:
+        ValueError: a figure is out of its bounds.
+    """
+
+    path: Path
+    width_px: int = 1280
+    height_px: int = 720
+    fps: float = 10.0
+    source: str = ""
+    world_from_camera: Pose | None = None
+    from_s: float | None = None
+    to_s: float | None = None
+    title: str = "view"
+
+    def __post_init__(self) -> None:
+        for name, side in (("width", self.width_px), ("height", self.height_px)):
+            if not LEAST_PX <= side <= MOST_PX or side % 2:
+                raise ValueError(
+                    f"film {name} = {side} px, wanted an even number of {LEAST_PX} to {MOST_PX}"
+                )
+        if not LEAST_FPS <= self.fps <= MOST_FPS:
+            raise ValueError(
+                f"film fps = {self.fps:g}, wanted {LEAST_FPS:g} to {MOST_FPS:g} pictures a second"
+            )
+        if self.path.suffix.lower() != ".mp4":
+            raise ValueError(f"film path = {str(self.path)!r}, wanted a name such as film.mp4")
+
+    def times_ns(self, start_ns: int, end_ns: int) -> range:
+        """Instants of its pictures in a recording from `start_ns` to `end_ns`, at least one.
+
+        Raises:
+            ValueError: nothing of the recording is between `from_s` and `to_s`, or too much.
+        """
+        first = start_ns if self.from_s is None else max(start_ns, round(1e9 * self.from_s))
+        last = end_ns if self.to_s is None else min(end_ns, round(1e9 * self.to_s))
+        if last < first:
+            raise ValueError(
+                f"film from {first / 1e9:g} s to {last / 1e9:g} s: wanted a part of "
+                f"{start_ns / 1e9:g} to {end_ns / 1e9:g} s"
+            )
+        if (last - first) / 1e9 > MOST_S:
+            raise ValueError(
+                f"film of {(last - first) / 1e9:.0f} s, limit {MOST_S:.0f} s: name a part of it "
+                "with from_s and to_s"
+            )
+        step = max(1, math.floor(1e9 / self.fps))
+        return range(first, last + 1, step)

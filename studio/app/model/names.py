@@ -1,0 +1,26 @@
+"""What things are called: one rule for every place in which people read a name."""
+
+from __future__ import annotations
+
+from scenes.package import ScenePackage
+from studio.app.model.document import Document
+
+CAMERA, CAMERA_NAME = "camera", "360° camera"
+"""Id of the 360° camera where a view is chosen, and what it is called."""
+
+
+def shown_name(item_id: str, document: Document, scene: ScenePackage | None) -> str:
+    """The name that a user gave, else the scan's, else the id: of an object, person or body.
+
+    Args:
+        item_id: unique in document and scene; an unknown one is its own name.
+        document: with the names that were given.
+        scene: that is open, or None.
+    """
+    given = document.twin.names.get(item_id)
+    if given:
+        return given
+    for item in () if scene is None else scene.objects:
+        if item.object_id == item_id:
+            return item.name or item_id
+    return CAMERA_NAME if item_id == CAMERA else item_id

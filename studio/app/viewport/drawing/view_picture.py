@@ -1,0 +1,118 @@
+"""One picture of the twin from somewhere: splats, meshes among them, outlines of states."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.cameras import Pinhole
+from scenes.pose import Pose
+from scenes.state import SceneState, TrackState
+from studio.app.viewport.drawing.composite import composite
+from studio.app.viewport.drawing.pacing import FULL, Grade
+from studio.app.viewport.drawing.scene_drawing import SceneDrawing
+from studio.app.viewport.drawing.shapes import Shape
+from studio.view.overlay import STATE_COLOURS, draw_avatar, draw_footprint, draw_line
+from studio.view.surface_drawing import LivePicture
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class View:
+    """What to draw, seen from somewhere.
+
+    Attributes:
+        state: of the room.
+        camera: looked through.
+        world_from_camera: from where.
+        live: what live surfaces show.
+        shapes: everything but splats and live pictures.
+        seen_by: whose eyes they are; "" nobody's.
+    """
+
+    state: SceneState
+    camera: Pinhole
+    world_from_camera: Pose
+    live: tuple[LivePicture, ...] = ()
+    shapes: tuple[Shape, ...] = ()
+    seen_by: str = ""
+
+    def is_seen_from(self, other: View) -> bool:
+        """Whether both are seen from the same place through the same camera."""
+        return self.camera == other.camera and np.array_equal(
+            self.world_from_camera.matrix(), other.world_from_camera.matrix()
+        )
+
+
+def draw_view(
+    drawing: SceneDrawing, view: View, grade: Grade = FULL
+) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+    """Draw a view; may be called from any thread but the window's, which it would hold up.
+
+    Returns:
+        (H, W, 3) RGB of the grade's size, and (H, W) float32 metres along z of splats and meshes, 0
+        where nothing is.
+    """
+    camera = scaled(view.camera, grade.scale)
+    poses = {key: track.world_from_object for key, track in view.state.objects.items()}
+    drawn = drawing.twin.drawn(
+        poses,
+        camera,
+        view.world_from_camera,
+        coarse=grade.thinned,
+        live=view.live,
+        opens=True,
+    )
+    picture, depth = drawn.picture, drawn.depth
+    thread = drawing.meshes
+    meshes = None
+    if thread is not None and view.shapes:
+        meshes = thread.draw(view.shapes, camera, view.world_from_camera)
+    if meshes is not None:
+        composite(picture, depth, meshes)
+        depth = np.where((depth <= 0) | (meshes.depth < depth), meshes.depth, depth)
+        depth[~np.isfinite(depth)] = 0.0
+    elif view.shapes:
+        _outline(picture, replace(view, camera=camera))
+    _footprints(picture, replace(view, camera=camera), drawing)
+    return picture, depth
+
+
+def scaled(camera: Pinhole, scale: float) -> Pinhole:
+    """The same view in a picture `scale` times as large, in whole pixels and at least one."""
+    width = max(1, round(camera.width_px * scale))
+    height = max(1, round(camera.height_px * scale))
+    across, down = width / camera.width_px, height / camera.height_px
+    return Pinhole(
+        width, height, camera.fx * across, camera.fy * down, camera.cx * across, camera.cy * down
+    )
+
+
+def _footprints(picture: NDArray[np.uint8], view: View, drawing: SceneDrawing) -> None:
+    """Where objects stand that do not rest, in the colours of their states."""
+    boxes = {item.object_id: item.box_m for item in drawing.scene.objects}
+    for key, track in view.state.objects.items():
+        if track.state is not TrackState.STATIC and key in boxes:
+            draw_footprint(
+                picture,
+                view.camera,
+                view.world_from_camera,
+                track.world_from_object,
+                boxes[key],
+                colour=STATE_COLOURS[track.state],
+                dashed=track.state is TrackState.OCCLUDED,
+            )
+
+
+def _outline(picture: NDArray[np.uint8], view: View) -> None:
+    """People and lines as strokes over the picture: where there is no OpenGL."""
+    drawn: Iterable[str] = {shape.key for shape in view.shapes}
+    for avatar in view.state.avatars.values():
+        # Nobody sees their own face, and who is not among the shapes is hidden by the user.
+        if avatar.user_id != view.seen_by and f"avatar {avatar.user_id} head" in drawn:
+            draw_avatar(picture, view.camera, view.world_from_camera, avatar)
+    for line in view.state.annotations.values():
+        if f"note {line.annotation_id}" in drawn:
+            draw_line(picture, view.camera, view.world_from_camera, line)

@@ -1,0 +1,1 @@
+"""Small pictures over the view: what the camera, a person or an object sees."""

@@ -1,0 +1,89 @@
+"""A thread that draws all small pictures, one after the other, in a bounded share of the time."""
+
+from __future__ import annotations
+
+import threading
+
+from devices.clock import Clock, WallClock
+from devices.streams import Slot, StreamClosedError
+from studio.app.viewport.drawing.pacing import Grade
+from studio.app.viewport.drawing.painter import Painted
+from studio.app.viewport.drawing.scene_drawing import SceneDrawing
+from studio.app.viewport.drawing.view_picture import View, draw_view
+from studio.app.viewport.insets.turns import Turns, rest_s
+
+GRADE = Grade(1.0, thinned=True)
+"""Small pictures have fewer pixels than the thinned room has splats: more are not seen in them."""
+
+
+class InsetPainter:
+    """Draws what was asked for last under each key, each in its turn; see `turns`.
+
+    Args:
+        drawing: of the scene, shared with the views.
+        clock: says what time it is.
+    """
+
+    def __init__(self, drawing: SceneDrawing, clock: Clock | None = None) -> None:
+        self._drawing = drawing
+        self._clock = clock or WallClock()
+        self._turns: Turns[View] = Turns()
+        self._pictures: dict[str, Slot[Painted]] = {}
+        self._changed = threading.Condition()
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="inset painter", daemon=True)
+        self._thread.start()
+
+    def show(self, key: str, view: View) -> None:
+        """Ask for a picture; an older request of that key that was not begun is forgotten."""
+        with self._changed:
+            self._pictures.setdefault(key, Slot())
+            self._turns.ask(key, view)
+            self._changed.notify_all()
+
+    def take(self, key: str) -> Painted | None:
+        """The newest picture of a key, once; None if there is no new one."""
+        with self._changed:
+            slot = self._pictures.get(key)
+        return None if slot is None else slot.take()
+
+    def forget(self, key: str) -> None:
+        """The key wants no more pictures."""
+        with self._changed:
+            self._turns.forget(key)
+            slot = self._pictures.pop(key, None)
+        if slot is not None:
+            slot.close()
+
+    def stop(self) -> None:
+        """Finish the picture in hand and end."""
+        self._ended.set()
+        with self._changed:
+            self._changed.notify_all()
+        self._thread.join()
+
+    def _run(self) -> None:
+        while (turn := self._next()) is not None:
+            key, view = turn
+            # Whoever comes first prepares what all views draw with: it takes a second, once.
+            self._drawing.prepare()
+            begun_ns = self._clock.now_ns()
+            picture, depth = draw_view(self._drawing, view, GRADE)
+            took_ns = self._clock.now_ns() - begun_ns
+            with self._changed:
+                slot = self._pictures.get(key)
+            if slot is not None:
+                try:
+                    slot.put(Painted(picture, depth, view, GRADE, took_ns))
+                except StreamClosedError:
+                    continue  # closed meanwhile
+            self._ended.wait(rest_s(took_ns / 1e9))
+
+    def _next(self) -> tuple[str, View] | None:
+        with self._changed:
+            while not self._ended.is_set():
+                turn = self._turns.next()
+                if turn is not None:
+                    return turn
+                self._changed.wait()
+        return None

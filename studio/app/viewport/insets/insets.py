@@ -1,0 +1,270 @@
+"""Small pictures in the upper right of the view, each closed by itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QRectF, Qt, QTimer
+from PySide6.QtGui import QImage, QPainter, QPaintEvent, QPen, QResizeEvent
+from PySide6.QtWidgets import QToolButton, QWidget
+
+from scenes.cameras import Pinhole
+from scenes.pose import Pose
+from studio.app.model.actions import Choice
+from studio.app.model.names import CAMERA, shown_name
+from studio.app.model.workbench import Topic, Workbench
+from studio.app.viewport.drawing.scene_drawing import Drawings
+from studio.app.viewport.drawing.shapes import Shown, shapes_of
+from studio.app.viewport.drawing.view_picture import View
+from studio.app.viewport.insets.inset_painter import InsetPainter
+from studio.app.viewport.insets.layout import MOST, placed
+from studio.app.viewport.insets.sources import eyes_of, sources_of, title_of
+from studio.app.viewport.view import FIELD_OF_VIEW
+from studio.app.viewport.view_overlay import BACKDROP, GROUND, INK, image_of
+
+SIZE_PX = (320, 180)
+"""Of a drawn picture; it is scaled to where it stands."""
+
+POLL_MS = 30
+"""Between two looks at what the thread has drawn."""
+
+
+class Insets:
+    """The small pictures of one window.
+
+    Args:
+        bench: what is shown.
+        over: what they stand on.
+        drawings: what draws the scene, shared with the views.
+    """
+
+    def __init__(self, bench: Workbench, over: QWidget, drawings: Drawings) -> None:
+        self._bench = bench
+        self._over = over
+        self._drawings = drawings
+        self._painter: InsetPainter | None = None
+        self._shown: dict[str, Inset] = {}
+        self._timer = QTimer(over)
+        self._timer.timeout.connect(self._poll)
+        for topic in (Topic.STATE, Topic.SETTINGS):
+            bench.listen(topic, self.redraw)
+        bench.listen(Topic.SCENE, self._new_scene)
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """Whose views are shown, in the order in which they were opened."""
+        return tuple(self._shown)
+
+    @property
+    def pictures(self) -> tuple[Inset, ...]:
+        """Their widgets, in the same order."""
+        return tuple(self._shown.values())
+
+    def choices(self) -> list[Choice]:
+        """All views that can be shown, and which are."""
+        bench = self._bench
+        found = sources_of(bench.state, bench.document, bench.scene)
+        return [
+            Choice(
+                shown_name(source, bench.document, bench.scene),
+                {"source": source},
+                is_on=source in self._shown,
+            )
+            for source in dict.fromkeys((*found, *self._shown))
+        ]
+
+    def switch(self, source: str) -> None:
+        """Open the view of the camera, a person or an object by its id, or close it."""
+        if source in self._shown:
+            self.close_source(source)
+        else:
+            self.open_source(source)
+
+    def open_source(self, source: str) -> None:
+        """Show a view beside those that are shown.
+
+        Raises:
+            ValueError: there is nobody and nothing of that id, or `MOST` are shown.
+        """
+        bench = self._bench
+        known = sources_of(bench.state, bench.document, bench.scene)
+        if source not in known:
+            raise ValueError(f"{source!r}: nobody sees that; wanted one of {', '.join(known)}")
+        if source in self._shown:
+            return
+        if len(self._shown) >= MOST:
+            names = ", ".join(title_of(s, bench.document, bench.scene) for s in self._shown)
+            raise ValueError(
+                f"{len(self._shown)} small pictures are shown ({names}), {MOST} at most: "
+                "close one by its ✕"
+            )
+        inset = Inset(self._over, close=lambda: self._bench.do("view.inset", source=source))
+        self._shown[source] = inset
+        inset.show()
+        self.place()
+        self.redraw()
+        self._timer.start(POLL_MS)
+
+    def close_source(self, source: str) -> None:
+        """Close one; without any of that id nothing happens."""
+        inset = self._shown.pop(source, None)
+        if inset is None:
+            return
+        if self._painter is not None:
+            self._painter.forget(source)
+        inset.hide()
+        inset.deleteLater()
+        self.place()
+        if not self._shown:
+            self._timer.stop()
+
+    def close_all(self) -> None:
+        """Close them all."""
+        for source in self.sources:
+            self.close_source(source)
+
+    def place(self) -> None:
+        """Stand where they belong, above what they stand on."""
+        heights = [1.0 if source == CAMERA else SIZE_PX[1] / SIZE_PX[0] for source in self._shown]
+        places = placed(heights, self._over.width(), self._over.height())
+        for inset, place in zip(self._shown.values(), places, strict=True):
+            inset.setGeometry(*place)
+            inset.raise_()
+
+    def hide(self) -> None:
+        """Show none of them, and leave them open."""
+        for inset in self._shown.values():
+            inset.hide()
+
+    def redraw(self) -> None:
+        """Ask for pictures of what is now."""
+        for source, inset in self._shown.items():
+            bench = self._bench
+            inset.name(title_of(source, bench.document, bench.scene))
+            if source == CAMERA:
+                inset.show_picture(bench.camera_picture, "no picture of the camera yet")
+                continue
+            eyes = eyes_of(source, bench.state, bench.document, bench.scene)
+            if eyes is None:
+                name = shown_name(source, bench.document, bench.scene)
+                inset.show_picture(None, f"{name} is not here now")
+            elif bench.scene is not None:
+                self._ask(source, eyes)
+
+    def _ask(self, source: str, eyes: Pose) -> None:
+        bench, scene = self._bench, self._bench.scene
+        assert scene is not None
+        shapes = shapes_of(
+            bench.state,
+            shown=Shown.of(bench.settings.layers),
+            twin=bench.document.twin,
+            world_from_rig=bench.state.world_from_rig or scene.world_from_rig,
+            seen_by=source,
+        )
+        camera = Pinhole.from_fov(*SIZE_PX, FIELD_OF_VIEW)
+        if self._painter is None:
+            self._painter = InsetPainter(self._drawings.of(scene))
+        self._painter.show(
+            source, View(bench.state, camera, eyes, bench.live, tuple(shapes), seen_by=source)
+        )
+
+    def _poll(self) -> None:
+        if self._painter is None:
+            return
+        bench = self._bench
+        for source, inset in self._shown.items():
+            painted = self._painter.take(source)
+            # Somebody who left while they were drawn stays away.
+            is_here = eyes_of(source, bench.state, bench.document, bench.scene) is not None
+            if painted is not None and is_here:
+                inset.show_picture(painted.picture)
+
+    def _new_scene(self) -> None:
+        self.close_all()
+        if self._painter is not None:
+            self._painter.stop()
+            self._painter = None
+
+    def close(self) -> None:
+        """End the thread that draws."""
+        for callback in (self.redraw, self._new_scene):
+            self._bench.stop_listening(callback)
+        self._new_scene()
+
+
+class Inset(QWidget):
+    """One small picture with a title and a button that closes it.
+
+    Args:
+        over: what it stands on.
+        close: called by the button.
+    """
+
+    def __init__(self, over: QWidget, close: Callable[[], object]) -> None:
+        super().__init__(over)
+        self._image: QImage | None = None
+        self._words = "drawing …"
+        self.title = ""
+        self.drawn = 0
+        """Pictures that it has shown."""
+        self.button = QToolButton(self)
+        self.button.setText("✕")
+        self.button.setCursor(Qt.CursorShape.ArrowCursor)
+        self.button.setStyleSheet(
+            f"QToolButton {{ color: {INK.name()}; border: none; padding: 0px;"
+            f" background: {BACKDROP.name()}; }} QToolButton:hover {{ color: {BACKDROP.name()};"
+            f" background: {INK.name()}; }}"
+        )
+        self.button.clicked.connect(lambda _on=False: close())
+
+    @property
+    def words(self) -> str:
+        """What stands in it instead of a picture; "" where there is one."""
+        return "" if self._image is not None else self._words
+
+    def name(self, title: str) -> None:
+        """Whose view it is, in words."""
+        if title != self.title:
+            self.title = title
+            self.setAccessibleName(title)
+            self.button.setAccessibleName(f"Close: {title}")
+            self.button.setToolTip(f"Close: {title}")
+            self.update()
+
+    def show_picture(self, picture: NDArray[np.uint8] | None, words: str = "") -> None:
+        """Show an (H, W, 3) RGB picture, or words where there is none."""
+        self._image = None if picture is None else image_of(picture)
+        self._words = words
+        self.drawn += picture is not None
+        self.update()
+
+    @property
+    def _bar_px(self) -> int:
+        return self.fontMetrics().height() + 6
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """See Qt."""
+        super().resizeEvent(event)
+        side = self._bar_px - 1
+        self.button.setGeometry(self.width() - side - 1, 1, side, side)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """See Qt."""
+        painter = QPainter(self)
+        painter.fillRect(self.rect(), BACKDROP)
+        if self._image is not None:
+            painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+            painter.drawImage(QRectF(self.rect()), self._image)
+        painter.setPen(QPen(INK, 1))
+        if self._image is None:
+            inside = self.rect().adjusted(8, self._bar_px, -8, -4)
+            flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
+            painter.drawText(inside, flags, self._words)
+        painter.drawRect(self.rect().adjusted(0, 0, -1, -1))
+        metrics = painter.fontMetrics()
+        room = self.width() - self._bar_px - 16
+        title = metrics.elidedText(self.title, Qt.TextElideMode.ElideRight, max(room, 0))
+        painter.fillRect(1, 1, metrics.horizontalAdvance(title) + 14, self._bar_px - 1, GROUND)
+        painter.drawText(8, 3 + metrics.ascent(), title)
