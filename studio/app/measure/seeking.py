@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from studio.app.timeline.pictures import PictureReader
+from studio.app.timeline.pictures.reader import PictureReader
 from studio.app.timeline.reading import read_index
 from studio.bench.timeline import measure_seeks, write_recording
 from studio.console.rows import Row

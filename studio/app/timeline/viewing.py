@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from devices.clock import WallClock
 from scenes.state import SceneState
 from studio.app.model.workbench import Workbench
-from studio.app.timeline.pictures import PictureThread
+from studio.app.timeline.pictures.thread import PictureThread
 from studio.app.timeline.playback import Playback
 from studio.app.timeline.task import Task
 

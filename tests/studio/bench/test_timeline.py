@@ -1,6 +1,6 @@
 """A short synthetic recording is whole, and every seek is counted."""
 
-from studio.app.timeline.pictures import PictureReader
+from studio.app.timeline.pictures.reader import PictureReader
 from studio.app.timeline.reading import read_index
 from studio.bench.timeline import OBJECTS, measure_seeks, write_recording
 
