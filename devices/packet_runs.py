@@ -9,13 +9,16 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any, cast
 
 import av
+import numpy as np
 from av.codec.context import ThreadType
 from av.error import FFmpegError
 from av.video.frame import VideoFrame
-from av.video.reformatter import ColorRange, Colorspace
+from av.video.reformatter import ColorRange, Colorspace, Interpolation
+from numpy.typing import NDArray
 
 from devices.camera.stream_picture import picture_of
 from devices.messages import EncodedFrame
@@ -68,7 +71,7 @@ class PacketRun:
             raise RunError(f"{tracks} tracks of {codec}: wanted one of H.264 or HEVC")
         self._session = session
         self.threads = threads or min(MOST_THREADS, THREADS_PER_CORE * (os.cpu_count() or 1))
-        context = av.CodecContext.create(codec, "r")
+        context = cast("Any", av.CodecContext.create(codec, "r"))
         context.thread_count = self.threads
         context.thread_type = ThreadType.FRAME
         self._context = context
@@ -105,7 +108,7 @@ class PacketRun:
 
     def _out(self, packet: av.Packet | None) -> list[RunPicture]:
         try:
-            frames = self._context.decode(packet)
+            frames = cast("list[VideoFrame]", self._context.decode(packet))
         except FFmpegError as error:
             raise RunError(f"damaged packets ({error.strerror or error})") from None
         if any(frame.is_corrupt or frame.pts is None for frame in frames):
@@ -124,4 +127,28 @@ class PacketRun:
         rgb = picture.frame.reformat(
             format="rgb24", src_colorspace=Colorspace.ITU709, src_color_range=ColorRange.MPEG
         ).to_ndarray()
-        return split_lenses(rgb, len(self._session.rig.lenses))
+        return split_lenses(np.asarray(rgb, np.uint8), len(self._session.rig.lenses))
+
+    def reduced(self, picture: RunPicture, side_px: int) -> NDArray[np.uint8]:
+        """The front lens's upright RGB picture (side, side, 3), made small before it has colours.
+
+        Args:
+            picture: a decoded one.
+            side_px: even, at least 16.
+
+        Raises:
+            ValueError: it does not suit the session's lenses.
+        """
+        stream, lenses = self._session.stream, len(self._session.rig.lenses)
+        if stream is not None:
+            small = replace(stream, lens_size_px=side_px)
+            return stream_images((picture_of(picture.frame),), small)[0]
+        rgb = picture.frame.reformat(
+            width=side_px * lenses,
+            height=side_px,
+            format="rgb24",
+            src_colorspace=Colorspace.ITU709,
+            src_color_range=ColorRange.MPEG,
+            interpolation=Interpolation.AREA,
+        ).to_ndarray()
+        return np.ascontiguousarray(split_lenses(np.asarray(rgb, np.uint8), lenses)[0])

@@ -231,8 +231,10 @@ class TimelineDock(QWidget):
         playing = self._playhead()
         if playing is None:
             return
-        self.transport.show_time(playing)
-        if playing is self.view.playback:
+        is_compared = playing is self.view.playback
+        picture_ns = None if is_compared else self.viewing.other_picture_ns
+        self.transport.show_time(playing, picture_ns)
+        if is_compared:
             self.view.show_instant()
             return
         t_ns = self.viewing.show_instant()

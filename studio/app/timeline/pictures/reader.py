@@ -20,7 +20,7 @@ EARLY_PACKETS = 4
 takes about 20 ms in a large picture."""
 
 
-def _ignore(_picture: PictureAt) -> None:
+def ignore(_picture: PictureAt) -> None:
     """Nobody wants what comes early."""
 
 
@@ -95,7 +95,7 @@ class PictureReader:
         t_ns: int,
         *,
         is_stale: Callable[[], bool] = lambda: False,
-        early: Callable[[PictureAt], None] = _ignore,
+        early: Callable[[PictureAt], None] = ignore,
     ) -> PictureAt | None:
         """The newest picture at or before a time; None if there is none or it became stale.
 

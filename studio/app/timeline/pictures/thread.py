@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import threading
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from typing import TYPE_CHECKING
 
 from devices.streams import Slot, StreamClosedError
 from scenes.package import ScenePackage
-from studio.app.timeline.index import RecordingIndex
+from studio.app.timeline.index import Packets, RecordingIndex
 from studio.app.timeline.pictures.live_pictures import LiveReplay
-from studio.app.timeline.pictures.reader import PictureAt, PictureReader
+from studio.app.timeline.pictures.proxies import Proxies
+from studio.app.timeline.pictures.reader import (
+    EARLY_PACKETS,
+    PictureAt,
+    PictureReader,
+    ignore,
+)
 
 if TYPE_CHECKING:
     from studio.view.surface_drawing import LivePicture
@@ -22,14 +28,21 @@ class PictureThread:
     Args:
         index: of the recording.
         scene: that is open: what live surfaces show is made, too; None leaves them empty.
+        proxies: reduced pictures, shown at once where the full one takes long; None for none.
     """
 
-    def __init__(self, index: RecordingIndex, scene: ScenePackage | None = None) -> None:
+    def __init__(
+        self,
+        index: RecordingIndex,
+        scene: ScenePackage | None = None,
+        proxies: Proxies | None = None,
+    ) -> None:
         self.pictures: Slot[PictureAt] = Slot()
         self.live: Slot[tuple[LivePicture, ...]] = Slot()
         """What live surfaces show at the time that was asked for last."""
         self.problems: Slot[str] = Slot()
         self._index = index
+        self._proxies = proxies
         self._wanted: Slot[int] = Slot()
         self._newer = threading.Event()
         self._replay = None if scene is None else LiveReplay(index, scene)
@@ -60,18 +73,29 @@ class PictureThread:
         try:
             while (t_ns := self._wanted.take(timeout_s=None)) is not None:
                 self._newer.clear()
-                try:
-                    picture = reader.picture_at(
-                        t_ns, is_stale=self._newer.is_set, early=self.pictures.put
-                    )
-                except (ValueError, OSError) as error:
-                    self.problems.put(str(error))
-                    continue
-                if picture is not None:
-                    self.pictures.put(picture)
-                    self._show_surfaces(picture)
+                with nullcontext() if self._proxies is None else self._proxies.held("picture"):
+                    self._show(reader, packets, t_ns)
         finally:
             reader.close()
+
+    def _show(self, reader: PictureReader, packets: Packets, t_ns: int) -> None:
+        """Give the picture of an instant: reduced, or the keyframe's, before a full one far off."""
+        early = self.pictures.put
+        number = reader.packet_at(t_ns)
+        if self._proxies is not None and number is not None and reader.left(t_ns) > EARLY_PACKETS:
+            taken_ns = int(packets.t_ns[number])
+            reduced = self._proxies.find(number, taken_ns)
+            if reduced is not None:
+                self.pictures.put(PictureAt(t_ns, taken_ns, reduced))
+                early = ignore
+        try:
+            picture = reader.picture_at(t_ns, is_stale=self._newer.is_set, early=early)
+        except (ValueError, OSError) as error:
+            self.problems.put(str(error))
+            return
+        if picture is not None:
+            self.pictures.put(picture)
+            self._show_surfaces(picture)
 
     def _show_surfaces(self, picture: PictureAt) -> None:
         """Unless another time is wanted by now: they take longer than the picture."""
