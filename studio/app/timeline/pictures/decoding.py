@@ -52,7 +52,7 @@ class InRuns:
 
     def left(self, first: int, last: int) -> int:
         """Packets that have to be decoded for the picture of the last one."""
-        return last - self._done if self._goes_on(first, last) else last + 1 - first
+        return last - self._done if self.goes_on(first, last) else last + 1 - first
 
     def leave(self) -> None:
         """Begin anew at a keyframe next time."""
@@ -83,7 +83,7 @@ class InRuns:
             RunError: it has to be decoded one by one.
             RecordingError, ValueError: the recording is damaged there.
         """
-        if not self._goes_on(first, last):
+        if not self.goes_on(first, last):
             self.leave()
             self._fed = self._done = first - 1
             from_ns = int(self._packets.t_ns[first])
@@ -94,7 +94,7 @@ class InRuns:
             self.leave()
             raise
 
-    def _goes_on(self, first: int, last: int) -> bool:
+    def goes_on(self, first: int, last: int) -> bool:
         """Whether decoding on from where it is leaves no packet out, and none comes needlessly."""
         return self._fed > -1 and self._done < last and first <= self._fed + 1
 
@@ -164,7 +164,7 @@ class OneByOne:
 
     def left(self, first: int, last: int) -> int:
         """Packets that have to be decoded for the picture of the last one."""
-        return last - self._done if self._goes_on(first, last) else last + 1 - first
+        return last - self._done if self.goes_on(first, last) else last + 1 - first
 
     def decoded(
         self,
@@ -185,7 +185,7 @@ class OneByOne:
         Raises:
             RecordingError, ValueError: the recording is damaged there.
         """
-        if not self._goes_on(first, last):
+        if not self.goes_on(first, last):
             self._decoder = PacketPictures(self._reader.session)
             self._first, self._done = first, first - 1
         try:
@@ -194,7 +194,8 @@ class OneByOne:
             self._first = self._done = -1
             raise
 
-    def _goes_on(self, first: int, last: int) -> bool:
+    def goes_on(self, first: int, last: int) -> bool:
+        """Whether the packets between are all that is left to decode."""
         return first == self._first and last > self._done
 
     def _decoded(

@@ -90,6 +90,14 @@ class PictureReader:
             return 0
         return (self._single if needed[0] == self._unsuited else self._run).left(*needed)
 
+    def is_soon(self, t_ns: int) -> bool:
+        """Whether the picture at a time follows the last one closely, as while playing."""
+        needed = self._packets.needed(t_ns)
+        if needed is None or (self._shown is not None and needed[1] == self._last):
+            return True
+        decoder = self._single if needed[0] == self._unsuited else self._run
+        return decoder.goes_on(*needed) and decoder.left(*needed) <= EARLY_PACKETS
+
     def picture_at(
         self,
         t_ns: int,

@@ -12,7 +12,6 @@ from studio.app.timeline.index import Packets, RecordingIndex
 from studio.app.timeline.pictures.live_pictures import LiveReplay
 from studio.app.timeline.pictures.proxies import Proxies
 from studio.app.timeline.pictures.reader import (
-    EARLY_PACKETS,
     PictureAt,
     PictureReader,
     ignore,
@@ -82,7 +81,7 @@ class PictureThread:
         """Give the picture of an instant: reduced, or the keyframe's, before a full one far off."""
         early = self.pictures.put
         number = reader.packet_at(t_ns)
-        if self._proxies is not None and number is not None and reader.left(t_ns) > EARLY_PACKETS:
+        if self._proxies is not None and number is not None and not reader.is_soon(t_ns):
             taken_ns = int(packets.t_ns[number])
             reduced = self._proxies.find(number, taken_ns)
             if reduced is not None:

@@ -56,7 +56,11 @@ def test_playing_on_takes_a_packet_a_picture(long):
     for number in range(14, FRAMES):
         lefts.append(reader.left(int(long.packets.t_ns[number])))
         assert reader.picture_at(int(long.packets.t_ns[number])).t_ns == long.packets.t_ns[number]
+        assert reader.is_soon(int(long.packets.t_ns[number]))
     assert set(lefts) == {1}
+    # A keyframe is one packet, but another decoder's.
+    assert reader.left(0) == 1
+    assert not reader.is_soon(0)
     assert reader.left(int(long.packets.t_ns[FRAMES - 1])) == 0
     reader.close()
 
