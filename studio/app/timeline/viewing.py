@@ -139,8 +139,10 @@ class Viewing:
 
     def _yield_to_sessions(self) -> None:
         """No reduced pictures are made while a session plays or a scene is opened."""
+        if self._proxies is None:
+            return
         is_busy = self.bench.session is not None and self.bench.session.is_busy
-        if self._proxies is not None and is_busy != self._is_held:
+        if is_busy != self._is_held:
             (self._proxies.hold if is_busy else self._proxies.release)("session")
             self._is_held = is_busy
 
