@@ -1,4 +1,3 @@
-# pyright: standard
 """Many recorded packets in a row to pictures, several decoded at once: for going to an instant.
 
 FFmpeg's frame threads give the same pixels as one packet after the other, each picture some packets
@@ -8,7 +7,6 @@ late: a group of pictures takes as long as one core needs, divided by the cores.
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, cast
 
@@ -106,7 +104,7 @@ class PacketRun:
         if self._context.is_open:
             self._context.flush_buffers()
 
-    def _out(self, packet: av.Packet | None) -> list[RunPicture]:
+    def _out(self, packet: Any) -> list[RunPicture]:
         try:
             frames = cast("list[VideoFrame]", self._context.decode(packet))
         except FFmpegError as error:
@@ -122,7 +120,7 @@ class PacketRun:
             ValueError: it does not suit the session's lenses.
         """
         if self._session.stream is not None:
-            pictures: Sequence = (picture_of(picture.frame),)
+            pictures = (picture_of(picture.frame),)
             return stream_images(pictures, self._session.stream)
         rgb = picture.frame.reformat(
             format="rgb24", src_colorspace=Colorspace.ITU709, src_color_range=ColorRange.MPEG
