@@ -232,11 +232,12 @@ class TimelineDock(QWidget):
         playing = self._playhead()
         if playing is None:
             return
-        self.transport.show_time(playing)
         if playing is self.view.playback:
+            self.transport.show_time(playing)
             self.view.show_instant()
             return
         t_ns = self.viewing.show_instant()
+        self.transport.show_time(playing, self.viewing.other_picture_ns)
         if t_ns is not None:
             self.tracks.set_playhead(t_ns)
             self.curves.set_playhead(t_ns)

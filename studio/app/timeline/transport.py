@@ -104,13 +104,20 @@ class Transport(QWidget):
         for action_id, button in self.buttons.items():
             button.setEnabled(self._bench.actions.get(action_id).is_available)
 
-    def show_time(self, playback: Playback) -> None:
-        """Say where it is, of what length, and how fast."""
+    def show_time(self, playback: Playback, picture_ns: int | None = None) -> None:
+        """Say where it is, of what length, and how fast.
+
+        Args:
+            playback: the playhead.
+            picture_ns: when the camera's picture was taken, if it is not that of the playhead.
+        """
+        due = picture_ns is not None and not playback.is_playing
+        picture = f"  picture of {(picture_ns or 0) / 1e9:.2f} s" if due else ""
         playing = "▶" if playback.is_playing else "‖"
         loop = "  loop" if playback.is_looping else ""
         self.time.setText(
             f"{playing}{figures(playback.t_ns / 1e9, '8.2f')} s of {playback.end_ns / 1e9:.1f} s"
-            f"  ×{playback.speed:g}{loop}"
+            f"  ×{playback.speed:g}{loop}{picture}"
         )
 
     def show_share(self, share: float) -> None:

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING
 from devices.clock import WallClock
 from scenes.state import SceneState
 from studio.app.model.workbench import Workbench
-from studio.app.timeline.pictures import PictureThread
+from studio.app.timeline.columns import last_at
+from studio.app.timeline.pictures.proxies import Proxies, proxies_of
+from studio.app.timeline.pictures.thread import PictureThread
 from studio.app.timeline.playback import Playback
 from studio.app.timeline.task import Task
 
@@ -33,6 +35,11 @@ class Viewing:
         """How much has been read, 0..1; None while nothing is."""
         self._opening: Task[OpenRecording | None] | None = None
         self._pictures: PictureThread | None = None
+        self._proxies: Proxies | None = None
+        self._is_held = False
+        """Whether `_proxies` waits for a session."""
+        self._taken_ns: int | None = None
+        """When the picture that is shown was taken."""
         self._state: SceneState | None = None
         self._t_ns = -1
 
@@ -50,14 +57,31 @@ class Viewing:
         if self._opening is not None:
             self._opening.cancel()
             self._opening = None
-        if self._pictures is not None:
-            self._pictures.stop()
-            self._pictures = None
+        self._stop_pictures()
         self.shown = self.playback = self._state = self.share = self.path = None
         self._t_ns = -1
 
+    def _stop_pictures(self) -> None:
+        if self._proxies is not None:
+            self._proxies.stop()
+        if self._pictures is not None:
+            self._pictures.stop()
+        self._pictures = self._proxies = self._taken_ns = None
+        self._is_held = False
+
+    @property
+    def other_picture_ns(self) -> int | None:
+        """When the picture that is shown was taken, if a newer one or an older one is due."""
+        packets = None if self.shown is None else self.shown.index.packets
+        if packets is None or self._taken_ns is None:
+            return None
+        number = last_at(packets.t_ns, self._t_ns)
+        is_due = number >= 0 and int(packets.t_ns[number]) == self._taken_ns
+        return None if is_due else self._taken_ns
+
     def poll(self) -> OpenRecording | None:
         """Take what the threads have left; a recording that has just been read."""
+        self._yield_to_sessions()
         if self._pictures is not None:
             self._take_pictures(self._pictures)
         task = self._opening
@@ -89,9 +113,9 @@ class Viewing:
                 end_ns=index.end_ns,
                 clock=WallClock(),
             )
-        if self._pictures is not None:
-            self._pictures.stop()
-        self._pictures = PictureThread(index, self.bench.scene)
+        self._stop_pictures()
+        self._proxies = proxies_of(index)
+        self._pictures = PictureThread(index, self.bench.scene, self._proxies)
         self._t_ns = -1
         return shown
 
@@ -113,8 +137,19 @@ class Viewing:
             self._pictures.ask(t_ns)
         return t_ns
 
+    def _yield_to_sessions(self) -> None:
+        """No reduced pictures are made while a session plays or a scene is opened."""
+        if self._proxies is None:
+            return
+        is_busy = self.bench.session is not None and self.bench.session.is_busy
+        if is_busy != self._is_held:
+            (self._proxies.hold if is_busy else self._proxies.release)("session")
+            self._is_held = is_busy
+
     def _take_pictures(self, pictures: PictureThread) -> None:
         found, live = pictures.pictures.take(), pictures.live.take()
+        if found is not None:
+            self._taken_ns = found.t_ns
         if self._state is not None and (found is not None or live is not None):
             self.bench.show_state(
                 self._state,

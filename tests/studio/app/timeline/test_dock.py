@@ -114,6 +114,15 @@ def test_what_is_under_the_mouse_is_read_out(opened):
     assert "3.0 cm" in text
 
 
+def test_while_the_picture_is_of_another_instant_its_time_is_shown(opened, bench, until):
+    until(lambda: bench.camera_picture is not None and opened.viewing._taken_ns == 0)
+    assert "picture of" not in opened.transport.time.text()
+    bench.do("timeline.seek", t_s=0.75)
+    assert "picture of 0.00 s" in opened.transport.time.text()
+    until(lambda: "picture of" not in opened.transport.time.text())
+    assert opened.viewing._taken_ns == 700_000_000
+
+
 def test_curves_show_the_part_that_the_rows_show(opened, bench):
     plot = opened.curves._plot
     bench.do("timeline.seek", t_s=0.4)

@@ -15,7 +15,8 @@ from devices.recording_codec import (
 from devices.replay import ReplayCamera
 from scenes.pose import Pose
 from scenes.state import Annotation, Avatar, LiveSurface, SceneState, reduce_state
-from studio.app.timeline.pictures import PictureReader, PictureThread
+from studio.app.timeline.pictures.reader import PictureReader
+from studio.app.timeline.pictures.thread import PictureThread
 from studio.app.timeline.reading import read_index
 from studio.session.sources import time_ns_of
 

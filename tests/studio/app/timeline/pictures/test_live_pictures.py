@@ -6,8 +6,8 @@ import pytest
 from devices.replay import ReplayCamera
 from scenes.state import LiveSurface
 from studio.app.timeline.index import Changes
-from studio.app.timeline.live_pictures import LiveReplay
-from studio.app.timeline.pictures import PictureThread
+from studio.app.timeline.pictures.live_pictures import LiveReplay
+from studio.app.timeline.pictures.thread import PictureThread
 
 WALL = np.array([[-0.5, 1.0, 1.6], [0.5, 1.0, 1.6], [0.5, 1.0, 1.0], [-0.5, 1.0, 1.0]])
 FROM_NS = 200_000_000

@@ -1,0 +1,1 @@
+"""What the camera and live surfaces showed at any instant of a recording."""

@@ -1,0 +1,106 @@
+"""The camera's picture at the instant that was asked for last, decoded on a thread."""
+
+from __future__ import annotations
+
+import threading
+from contextlib import nullcontext, suppress
+from typing import TYPE_CHECKING
+
+from devices.streams import Slot, StreamClosedError
+from scenes.package import ScenePackage
+from studio.app.timeline.index import Packets, RecordingIndex
+from studio.app.timeline.pictures.live_pictures import LiveReplay
+from studio.app.timeline.pictures.proxies import Proxies
+from studio.app.timeline.pictures.reader import (
+    PictureAt,
+    PictureReader,
+    ignore,
+)
+
+if TYPE_CHECKING:
+    from studio.view.surface_drawing import LivePicture
+
+
+class PictureThread:
+    """Decodes what was asked for last; older requests that it did not get to are dropped.
+
+    Args:
+        index: of the recording.
+        scene: that is open: what live surfaces show is made, too; None leaves them empty.
+        proxies: reduced pictures, shown at once where the full one takes long; None for none.
+    """
+
+    def __init__(
+        self,
+        index: RecordingIndex,
+        scene: ScenePackage | None = None,
+        proxies: Proxies | None = None,
+    ) -> None:
+        self.pictures: Slot[PictureAt] = Slot()
+        self.live: Slot[tuple[LivePicture, ...]] = Slot()
+        """What live surfaces show at the time that was asked for last."""
+        self.problems: Slot[str] = Slot()
+        self._index = index
+        self._proxies = proxies
+        self._wanted: Slot[int] = Slot()
+        self._newer = threading.Event()
+        self._replay = None if scene is None else LiveReplay(index, scene)
+        self._thread = threading.Thread(target=self._run, name="pictures", daemon=True)
+        self._thread.start()
+
+    def ask(self, t_ns: int) -> None:
+        """Want the picture at a time, and none that was asked for before."""
+        self._newer.set()
+        with suppress(StreamClosedError):
+            self._wanted.put(t_ns)
+
+    def stop(self) -> None:
+        """End; waits for the packet that is being decoded."""
+        self._newer.set()
+        self._wanted.close()
+        self._thread.join()
+
+    def _run(self) -> None:
+        packets = self._index.packets
+        if packets is None:
+            return
+        try:
+            reader = PictureReader(self._index.path, packets)
+        except (ValueError, OSError) as error:
+            self.problems.put(str(error))
+            return
+        try:
+            while (t_ns := self._wanted.take(timeout_s=None)) is not None:
+                self._newer.clear()
+                with nullcontext() if self._proxies is None else self._proxies.held("picture"):
+                    self._show(reader, packets, t_ns)
+        finally:
+            reader.close()
+
+    def _show(self, reader: PictureReader, packets: Packets, t_ns: int) -> None:
+        """Give the picture of an instant: reduced, or the keyframe's, before a full one far off."""
+        early = self.pictures.put
+        number = reader.packet_at(t_ns)
+        if self._proxies is not None and number is not None and not reader.is_soon(t_ns):
+            taken_ns = int(packets.t_ns[number])
+            reduced = self._proxies.find(number, taken_ns)
+            if reduced is not None:
+                self.pictures.put(PictureAt(t_ns, taken_ns, reduced))
+                early = ignore
+        try:
+            picture = reader.picture_at(t_ns, is_stale=self._newer.is_set, early=early)
+        except (ValueError, OSError) as error:
+            self.problems.put(str(error))
+            return
+        if picture is not None:
+            self.pictures.put(picture)
+            self._show_surfaces(picture)
+
+    def _show_surfaces(self, picture: PictureAt) -> None:
+        """Unless another time is wanted by now: they take longer than the picture."""
+        if self._replay is None or not self._replay.has_any or self._newer.is_set():
+            return
+        try:
+            self.live.put(self._replay.at(picture.asked_ns, picture.t_ns, picture.lenses))
+        except ValueError as error:
+            self.problems.put(f"a live surface: {error}")
