@@ -13,8 +13,8 @@ from scenes.pose import Pose
 from scenes.state import SceneState
 from studio.app.model.document import Document, composed
 from studio.app.timeline.index import RecordingIndex
-from studio.app.timeline.live_pictures import LiveReplay
-from studio.app.timeline.pictures import PictureReader
+from studio.app.timeline.pictures.live_pictures import LiveReplay
+from studio.app.timeline.pictures.reader import PictureReader
 from studio.view.surface_drawing import LivePicture
 
 
