@@ -175,7 +175,13 @@ class Tracker:
         scene = self._scene(frame, rig, layers, is_first=schedule.is_first)
         rectified = self._stopwatch()
         tracks = dict(state.tracks)
-        tasks = {m.object_id: self._task(scene, m, tracks, schedule, options) for m in self._models}
+        # By the stream's interval, not by the time since the last processed frame: late frames that
+        # did more for it would be late for ever.
+        interval_ns = (frame.t_ns - state.t_ns) // schedule.pictures
+        tasks = {
+            m.object_id: self._task(scene, m, state, schedule, interval_ns=interval_ns)
+            for m in self._models
+        }
         if is_elsewhere:
             # The camera moved: what rested rests still, unless a measurement clearly says no.
             tasks = {name: replace(task, is_turn=True) for name, task in tasks.items()}
@@ -184,7 +190,7 @@ class Tracker:
             looks = {name: first_look(task) for name, task in tasks.items()}
         detected = self._stopwatch()
         searched = False
-        is_busy = not schedule.is_free and frame.t_ns - state.t_ns < UNHURRIED_NS
+        is_busy = not schedule.is_free and interval_ns < UNHURRIED_NS
         reviewed = next((name for name, track in tracks.items() if is_under_review(track)), None)
         for model in _most_certain_first(self._models, tracks):
             name = model.object_id
@@ -201,8 +207,7 @@ class Tracker:
             # At first there is nothing to be late for.
             tracks = settled(list(tasks.values()), tracks)
         elif options.recover and not searched:
-            interval_ms = (frame.t_ns - state.t_ns) / schedule.pictures / 1e6
-            budget_ms = min(SEARCH_SHARE * interval_ms, options.search_ms)
+            budget_ms = min(SEARCH_SHARE * interval_ns / 1e6, options.search_ms)
             found, search = redetect(
                 self._lost(tasks, tracks), search, budget_ms=budget_ms, costs=self._costs
             )
@@ -350,22 +355,24 @@ class Tracker:
         self,
         scene: Scene,
         model: TrackModel,
-        tracks: Mapping[str, Track],
+        state: TrackerState,
         schedule: Schedule,
-        options: TrackerOptions,
+        *,
+        interval_ns: int,
     ) -> Task:
         turn = schedule.measures
         whose = None if turn is None else self._models[turn % len(self._models)]
         return Task(
             scene=scene,
             model=model,
-            track=tracks[model.object_id],
-            neighbours=self._neighbours(model, tracks),
+            track=state.tracks[model.object_id],
+            neighbours=self._neighbours(model, state.tracks),
             support_heights_m=self._support_heights_m,
             is_turn=whose is model,
             is_first=schedule.is_first,
-            may_search=options.recover,
-            use_texture=options.texture,
+            may_search=state.options.recover,
+            use_texture=state.options.texture,
+            interval_ns=interval_ns,
             costs=self._costs,
         )
 

@@ -101,6 +101,7 @@ class Table:
             is_first=False,
             may_search=True,
             use_texture=True,
+            interval_ns=33_000_000,
         )
 
     def evidence(self, scene, name, world_from_object, neighbours=None):

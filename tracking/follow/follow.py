@@ -134,7 +134,7 @@ def follow(task: Task, unchanged: bool) -> Track:
     """
     track, now = task.track, task.scene.frame.t_ns
     if unchanged and not task.is_turn and not is_under_review(track):
-        return replace(track, motion=Motion.rest(now), seen_ns=now, looked_ns=now)
+        return replace(track, motion=Motion.rest(now), seen_ns=now)
     if track.state is TrackState.LOST:
         return track
     predicted_world_from_object = track.motion.predict(track.world_from_object, now)
@@ -235,7 +235,6 @@ def _accept(
         usual_correlation=_usual(track.usual_correlation, fit.colour_correlation),
         missed_frames=0,
         seen_ns=now,
-        looked_ns=now,
         reduced=fit.reduced,
     )
     kept = 1.0 if rests else KEPT_SHARE
@@ -363,7 +362,6 @@ def _miss(task: Task, belief: Belief) -> Track:
         visible_fraction=belief.before.open_fraction * belief.before.matched_fraction,
         confidence=confidence_of(belief.before, track.rival_nats),
         missed_frames=missed,
-        looked_ns=now,
         still_frames=0,
         state=TrackState.OCCLUDED,
         motion=track.motion if is_carried and missed <= COASTED_FRAMES else Motion.rest(now),
@@ -385,7 +383,6 @@ def _lost(task: Task, belief: Belief) -> Track:
         still_frames=0,
         motion=Motion.rest(task.scene.frame.t_ns),
         rest=None,
-        looked_ns=task.scene.frame.t_ns,
         searched_ns=task.scene.frame.t_ns - SEARCH_PERIOD_NS,
         searches_in_vain=0,
     )

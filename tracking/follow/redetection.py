@@ -212,7 +212,6 @@ def _redetected(task: Task, assignment: Assignment | None) -> Track:
         missed_frames=0,
         searches_in_vain=0,
         seen_ns=now,
-        looked_ns=now,
         reduced=fit.reduced,
         appearance=None,
         hypotheses=(),

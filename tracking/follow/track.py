@@ -119,7 +119,6 @@ class Track:
         reduced: its last reduced rendering; None before.
         appearance: its appearance where it last rested unoccluded; None before.
         seen_ns: frame time of the last accepted measurement.
-        looked_ns: frame time of the last measurement, accepted or not.
         searched_ns: frame time of the last search over the whole scene.
         searches_in_vain: consecutive searches that did not find it.
         hypotheses: result of the last search, the best first.
@@ -144,7 +143,6 @@ class Track:
     reduced: ReducedRendering | None
     appearance: AppearanceMemory | None
     seen_ns: int
-    looked_ns: int
     searched_ns: int
     searches_in_vain: int
     hypotheses: tuple[Hypothesis, ...]
@@ -180,6 +178,7 @@ class Task:
         is_first: whether this is the first frame of the session.
         may_search: whether a search over the whole scene is allowed in this frame.
         use_texture: whether inner colours take part.
+        interval_ns: time from a frame of the stream to the next, dropped ones counted.
         costs: of the steps of searches.
     """
 
@@ -192,6 +191,7 @@ class Task:
     is_first: bool
     may_search: bool
     use_texture: bool
+    interval_ns: int
     costs: StepCosts = NOMINAL_COSTS
 
 
@@ -216,7 +216,6 @@ def new_track(model: TrackModel) -> Track:
         reduced=None,
         appearance=None,
         seen_ns=0,
-        looked_ns=0,
         searched_ns=-SEARCH_PERIOD_NS,
         searches_in_vain=0,
         hypotheses=(),

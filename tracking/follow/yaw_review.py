@@ -32,7 +32,7 @@ SEEN = 0.25
 
 
 REVIEW_PART = 2
-"""One of so many parts of the time since the last measurement goes into a review. Chosen on the
+"""One of so many parts of the stream's frame interval goes into a review. Chosen on the
 rooms lab and desk."""
 
 PERIOD_NS = 180_000_000
@@ -71,7 +71,7 @@ def reviewed(
         if not ((is_shaken or _is_wanted(task, fit)) and _is_due(review, now)):
             return task, fit
         pending = PendingReview(task.scene, evidence, belief.observation, fit, belief.found, ())
-    part_ms = (now - task.track.looked_ns) / REVIEW_PART / 1e6
+    part_ms = task.interval_ns / REVIEW_PART / 1e6
     budget = FrameBudget(part_ms, pending.done, task.costs)
     try:
         others = _others(task, pending, budget)

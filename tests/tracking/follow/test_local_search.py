@@ -19,7 +19,7 @@ def test_the_likeliest_hypothesis_is_tried_in_every_frame_and_all_others_in_turn
             costs=NOMINAL_COSTS,
             model=SimpleNamespace(symmetry=1),
             scene=SimpleNamespace(frame=frame),
-            track=SimpleNamespace(looked_ns=33_000_000 * seq),
+            interval_ns=33_000_000,
         )
         poor = SimpleNamespace(
             textured=False, contour_score=0.1, visible_fraction=0.9, colour_correlation=0.0

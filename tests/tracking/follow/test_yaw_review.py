@@ -53,9 +53,9 @@ def a_belief(pose, nats):
     return Belief("seen", a_fit(pose), support(nats), support(nats))
 
 
-def a_track(review, state=TrackState.TRACKED, looked_ns=0):
+def a_track(review, state=TrackState.TRACKED):
     fields = {name: None for name in Track.__dataclass_fields__}
-    return Track(**{**fields, "review": review, "state": state, "looked_ns": looked_ns})
+    return Track(**{**fields, "review": review, "state": state})
 
 
 @pytest.fixture
@@ -74,11 +74,13 @@ def task(monkeypatch):
         symmetry=1, radius_m=0.5, are_same=lambda turns: np.zeros(len(turns), bool)
     )
 
-    def make(review, *, now_ns=0, since_ns=LONG_NS, state=TrackState.TRACKED, rig=RIG):
+    def make(review, *, now_ns=0, interval_ns=LONG_NS, state=TrackState.TRACKED, rig=RIG):
         frame = SimpleNamespace(t_ns=now_ns)
         scene = SimpleNamespace(frame=frame, contains=lambda _pose: True, world_from_rig=rig)
-        track = a_track(review, state, looked_ns=now_ns - since_ns)
-        return yaw_review.Task(scene, model, track, (), (0.0,), False, False, True, True)
+        track = a_track(review, state)
+        return yaw_review.Task(
+            scene, model, track, (), (0.0,), False, False, True, True, interval_ns
+        )
 
     return make
 
@@ -102,13 +104,13 @@ def test_a_yaw_that_was_known_needs_more_to_be_given_up(task):
 
 
 def test_a_review_is_spread_over_frames_and_its_object_moves_on_meanwhile(task):
-    first = task(None, since_ns=PROPOSED_NS)
+    first = task(None, interval_ns=PROPOSED_NS)
     begun, fit = reviewed(first, "then", a_belief(SHARP, 10.0))
     assert is_under_review(begun.track)
     assert was_reviewed(begun.track, 0)
     assert begun.track.rival_nats == 0.0
     assert fit.world_from_object is SHARP
-    second = task(begun.track.review, now_ns=PROPOSED_NS, since_ns=LONG_NS)
+    second = task(begun.track.review, now_ns=PROPOSED_NS, interval_ns=LONG_NS)
     moved = Pose.from_yaw(0.1, [0.2, 0.0, 0.0])
     done, fit = reviewed(second, "now", a_belief(moved, 10.0))
     assert not is_under_review(done.track)
@@ -116,9 +118,9 @@ def test_a_review_is_spread_over_frames_and_its_object_moves_on_meanwhile(task):
 
 
 def test_a_yaw_that_was_right_is_kept_though_it_moved_meanwhile(task):
-    begun, _ = reviewed(task(None, since_ns=PROPOSED_NS), "then", a_belief(SHARP, 40.0))
+    begun, _ = reviewed(task(None, interval_ns=PROPOSED_NS), "then", a_belief(SHARP, 40.0))
     now = a_belief(Pose.from_yaw(0.1), 10.0)
-    second = task(begun.track.review, now_ns=PROPOSED_NS, since_ns=LONG_NS)
+    second = task(begun.track.review, now_ns=PROPOSED_NS, interval_ns=LONG_NS)
     done, after = reviewed(second, "now", now)
     assert after is now.fit
     assert done.track.review.in_vain == 1
@@ -126,8 +128,8 @@ def test_a_yaw_that_was_right_is_kept_though_it_moved_meanwhile(task):
 
 
 def test_a_review_begins_anew_when_the_camera_was_moved(task):
-    begun, _ = reviewed(task(None, since_ns=PROPOSED_NS), "then", a_belief(SHARP, 10.0))
-    moved = task(begun.track.review, now_ns=PERIOD_NS, since_ns=PROPOSED_NS, rig=Pose.identity())
+    begun, _ = reviewed(task(None, interval_ns=PROPOSED_NS), "then", a_belief(SHARP, 10.0))
+    moved = task(begun.track.review, now_ns=PERIOD_NS, interval_ns=PROPOSED_NS, rig=Pose.identity())
     again, fit = reviewed(moved, "now", a_belief(SHARP, 10.0))
     assert again.track.review.pending.evidence == "now"
     assert fit.world_from_object is SHARP
