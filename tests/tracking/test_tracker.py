@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
+import tracking.tracker
 from devices.messages import Frame
 from scenes.cameras import Fisheye, Rig
 from scenes.frames import FRONT_FROM_BACK_LENS, look_at
@@ -21,6 +22,7 @@ from studio.evaluate.metrics import pose_error
 from tests.conftest import over
 from tracking.baseline.paper import PaperTracker
 from tracking.camera.calibration import calibrate
+from tracking.follow.follow import follow
 from tracking.output import CameraMoment
 from tracking.tracker import Tracker
 
@@ -246,6 +248,22 @@ def test_a_search_for_what_is_lost_is_spread_over_frames(scene, picture, rendere
     np.testing.assert_array_equal(
         by_id(again)["chair-1"].world_from_object.matrix(), tracked.world_from_object.matrix()
     )
+
+
+def test_frames_that_were_dropped_give_no_frame_more_to_do(scene, picture, renderer, monkeypatch):
+    _, splats, models = scene
+    tracker, intervals_ns = Tracker(splats, models, renderer), set()
+
+    def followed(task, unchanged):
+        intervals_ns.add(task.interval_ns)
+        return follow(task, unchanged)
+
+    state, _ = tracker.step(tracker.start(), picture({}), 0)
+    monkeypatch.setattr(tracking.tracker, "follow", followed)
+    for seq in (1, 4, 9):
+        frame = replace(picture({}), seq=seq, t_ns=seq * FRAME_NS)
+        state, _ = tracker.step(state, frame, frame.t_ns)
+    assert intervals_ns == {FRAME_NS}
 
 
 def test_the_same_frames_give_the_same_poses(scene, picture, renderer):
