@@ -35,7 +35,10 @@ def streamed(camera, until, osc=None):
 def test_pictures_come_in_order(make_camera):
     taken, output = streamed(make_camera(), lambda t: len(t) > 30)
     numbers = [number for _, _, number in taken]
-    assert all((b - a) % 50 == 1 for a, b in itertools.pairwise(numbers))
+    # A receiver gives its newest picture: a busy machine may miss some, none comes twice or late.
+    assert all(0 < (b - a) % 50 < 25 for a, b in itertools.pairwise(numbers))
+    stamps = [pts_ns for _, pts_ns, _ in taken]
+    assert stamps == sorted(set(stamps))
     assert output.sent_units >= 30
 
 
