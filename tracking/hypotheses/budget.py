@@ -27,11 +27,11 @@ all objects gone has some thousands)."""
 class Step(Enum):
     """A step of a search with its nominal cost in ms, by which runs that must repeat are paced.
 
-    Processor time was two to three times that while the likelihood was computed in numpy (medians in
-    rooms 101 and 102: a whole look 43, screening 9, an alignment 8, a solve 9, a comparison 9, a
-    local hypothesis 8 ms); its kernel takes a fifth to a half, a comparison draws twice besides. At true costs a search
-    takes 60 pictures of ten a second instead of 25: a book that was put down stays lost for the
-    rest of the default rehearsal. Live sessions pace by `MeasuredCosts`.
+    Processor time was two to three times that while the likelihood was computed in numpy (medians
+    in rooms 101 and 102: a whole look 43, screening 9, an alignment 8, a solve 9, a comparison 9, a
+    local hypothesis 8 ms); its kernel takes a fifth to a half. At those costs a search took 60
+    pictures of ten a second instead of 25: a book that was put down stayed lost for the rest of the
+    default rehearsal. Live sessions pace by `MeasuredCosts`.
     """
 
     LOOK = ("compare a whole lens with what is known, a part of it", 7.5)
