@@ -104,9 +104,13 @@ def delay_rows(pairs: Sequence[Matched]) -> list[Row]:
 
 
 def recovery_row(published: Sequence[Published], cut_ended_ns: Sequence[int]) -> Row:
-    """Longest from a network's return (wall ns) to poses of a picture that arrived after it."""
+    """Longest from a network's return (wall ns) to poses of a picture that arrived after it.
+
+    Returns before the first of these pictures are left out: a long session keeps its last ones.
+    """
     waits: list[float] = []
-    for ended_ns in cut_ended_ns:
+    since_ns = published[0].arrived_ns if published else 0
+    for ended_ns in (t for t in cut_ended_ns if t >= since_ns):
         back = [item.published_ns for item in published if item.arrived_ns > ended_ns]
         waits.append((min(back) - ended_ns) / 1e9 if back else math.inf)
     longest = max(waits, default=math.nan)

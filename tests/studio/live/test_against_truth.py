@@ -86,6 +86,8 @@ def test_recovery_counts_from_the_network_s_return():
     assert row.value == pytest.approx(0.08)
     assert recovery_row(published, [2000 * S]).value == math.inf
     assert math.isnan(recovery_row(published, []).value)
+    # Of a long session only the last pictures are kept.
+    assert math.isnan(recovery_row(published[15:], [back_ns]).value)
 
 
 def test_a_bump_that_throws_a_chair_is_seen():
