@@ -73,7 +73,7 @@ class RelightingOptions:
     def for_native(self) -> dict[str, float | int | tuple[float, float]]:
         """By the names of the native crate."""
         return {
-            "strange": self.residual_scale,
+            "residual_scale": self.residual_scale,
             "even": self.even,
             "white": self.white,
             "fits": self.fits,

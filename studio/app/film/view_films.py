@@ -253,8 +253,8 @@ class ViewFilms(QWidget):
         self.bench.busy.discard(BUSY)
         self._say_end(job)
 
-    def _say_share(self, told: Slot[float]) -> None:
-        share = told.take()
+    def _say_share(self, shares: Slot[float]) -> None:
+        share = shares.take()
         if self._lasts is not None:
             share = self._ticks / self._lasts
         if share is None:

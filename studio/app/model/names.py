@@ -1,4 +1,4 @@
-"""What things are called: one rule for every place in which people read a name."""
+"""What everything is called: one rule for every place in which people read a name."""
 
 from __future__ import annotations
 

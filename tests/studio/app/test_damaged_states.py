@@ -1,4 +1,4 @@
-"""The display vanishes, there is no OpenGL, the disk is full: in a process, with the real thing."""
+"""The display vanishes, there is no OpenGL, the disk is full: in a process, for real."""
 
 import os
 import shutil
@@ -32,8 +32,8 @@ def display():
         )
         started.append(server)
         os.close(writes)
-        with os.fdopen(reads) as told:
-            return server, f":{told.readline().strip()}"
+        with os.fdopen(reads) as chosen:
+            return server, f":{chosen.readline().strip()}"
 
     yield start
     for server in started:

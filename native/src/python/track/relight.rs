@@ -15,7 +15,7 @@ use crate::track::appearance::relight::{light_of, relit, Drawn};
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct LightConstants {
-    strange: f64,
+    residual_scale: f64,
     even: f64,
     white: f64,
     fits: usize,
@@ -28,7 +28,7 @@ pub(crate) struct LightConstants {
 impl LightConstants {
     pub(crate) fn model(&self) -> LightModel {
         LightModel {
-            strange: self.strange,
+            residual_scale: self.residual_scale,
             even: self.even,
             white: self.white,
             fits: self.fits,

@@ -7,7 +7,8 @@ use pyo3::prelude::*;
 use crate::machine::simd::Simd;
 use crate::python::check::check_length;
 use crate::python::track::relight::LightConstants;
-use crate::track::appearance::support::{support, Drawn, Part, SupportModel, Terms, Window};
+use crate::track::appearance::compared::{Behind, Drawn, Part, Window};
+use crate::track::appearance::support::{support, SupportModel, Terms};
 
 type Floats<'py> = PyReadonlyArrayDyn<'py, f32>;
 
@@ -164,8 +165,10 @@ impl PoseLikelihood {
                 light: c.light.model(),
                 light_sigma: c.light_sigma,
                 foreign: c.foreign,
-                behind_m: c.behind_m,
-                behind_share: c.behind_share,
+                behind: Behind {
+                    m: c.behind_m,
+                    share: c.behind_share,
+                },
                 least_px: c.least_px,
                 least_changed: c.least_changed,
                 least_lit: c.least_lit,

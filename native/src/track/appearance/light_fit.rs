@@ -9,7 +9,7 @@ type Row = [f64; UNKNOWNS];
 /// The constants of `tracking.relight`.
 #[derive(Clone, Copy)]
 pub struct LightModel {
-    pub strange: f64,
+    pub residual_scale: f64,
     pub even: f64,
     pub white: f64,
     pub fits: usize,
@@ -114,7 +114,7 @@ impl Sample {
 #[inline(always)]
 pub fn fitted(samples: &[Sample], model: &LightModel, prior: Option<&LightPrior>) -> Light {
     let mut light = [0.0; UNKNOWNS];
-    let scale2 = model.strange * model.strange;
+    let scale2 = model.residual_scale * model.residual_scale;
     for round in 0..model.fits {
         let (mut power, mut both) = ([[0.0; UNKNOWNS]; UNKNOWNS], [0.0; UNKNOWNS]);
         for sample in samples {
@@ -176,7 +176,7 @@ mod tests {
     use super::*;
 
     const MODEL: LightModel = LightModel {
-        strange: 0.15,
+        residual_scale: 0.15,
         even: 1e-6,
         white: 1e-6,
         fits: 3,
@@ -187,7 +187,7 @@ mod tests {
     };
 
     #[test]
-    fn light_is_told_in_spite_of_a_spot_that_is_printed_on() {
+    fn light_is_fitted_in_spite_of_a_spot_that_is_printed_on() {
         let wanted = [1.2, 0.3, -0.2, 0.1, 0.05, 0.0, -0.05];
         let samples: Vec<Sample> = (0..300)
             .map(|k| {

@@ -1,5 +1,6 @@
 //! What an object looks like: cut out of the picture, drawn under its light, and compared.
 
+pub mod compared;
 pub mod cut;
 pub mod light_fit;
 pub mod memory;
