@@ -1,6 +1,5 @@
 import json
 import shutil
-import time
 
 import numpy as np
 import pytest
@@ -18,18 +17,6 @@ pytestmark = [
     pytest.mark.gui,
     pytest.mark.skipif(WHY_NOT is not None, reason=f"no window here: {WHY_NOT}"),
 ]
-
-
-@pytest.fixture
-def until(qapp):
-    def wait(condition, limit_s=30):
-        deadline = time.monotonic() + limit_s
-        while not condition():
-            assert time.monotonic() < deadline, f"not there in {limit_s} s"
-            qapp.processEvents()
-            time.sleep(0.002)
-
-    return wait
 
 
 @pytest.fixture

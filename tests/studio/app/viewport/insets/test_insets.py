@@ -1,7 +1,5 @@
 """Small pictures as their user has them: opened from the menu, closed one by one."""
 
-import time
-
 import numpy as np
 import pytest
 
@@ -60,18 +58,6 @@ def grid(bench, qapp):
     made.show()
     yield made
     made.close()
-
-
-@pytest.fixture
-def until(qapp):
-    def wait(condition, limit_s=60):
-        deadline = time.monotonic() + limit_s
-        while not condition():
-            assert time.monotonic() < deadline, f"not there in {limit_s} s"
-            qapp.processEvents()
-            time.sleep(0.002)
-
-    return wait
 
 
 def inset(grid, source):
