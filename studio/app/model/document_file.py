@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -15,6 +14,7 @@ from scenes.pose import Pose
 from scenes.state import Annotation, Avatar, LiveSurface
 from studio.app.model.added_mesh import AddedMesh, unpacked
 from studio.app.model.document import Document, Marker, Primitive, TrackerChoice, TwinEdits
+from studio.app.model.whole_text import write_whole
 from tracking.options import options_from_text, options_text
 
 T = TypeVar("T")
@@ -91,16 +91,7 @@ def save_document(document: Document, path: Path) -> None:
     Raises:
         OSError: it cannot be written; the old file is as it was.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f"{path.name}.part-{os.getpid()}")
-    try:
-        with part.open("w", encoding="utf-8") as file:
-            file.write(document_to_text(document))
-            file.flush()
-            os.fsync(file.fileno())
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
+    write_whole(path, document_to_text(document))
 
 
 def load_document(path: Path) -> Document:

@@ -12,6 +12,8 @@ from typing import Any
 
 import platformdirs
 
+from studio.app.model.whole_text import write_whole
+
 RECENT = 12
 """Scenes and projects that are remembered."""
 
@@ -104,10 +106,7 @@ def save_settings(settings: Settings, path: Path) -> None:
     Raises:
         OSError: they cannot be written.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f"{path.name}.part-{os.getpid()}")
-    part.write_text(json.dumps(asdict(settings), indent=1, sort_keys=True) + "\n", encoding="utf-8")
-    part.replace(path)
+    write_whole(path, json.dumps(asdict(settings), indent=1, sort_keys=True) + "\n")
 
 
 def _checked(name: str, value: Any) -> Any:

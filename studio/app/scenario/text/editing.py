@@ -16,6 +16,7 @@ from sim.scenarios.scenario import (
     scenario_names,
 )
 from sim.tables import ScenarioError
+from studio.app.model.whole_text import write_whole
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.scenario.text.toml_spans import EditError
 
@@ -187,10 +188,7 @@ class ScenarioEditing:
         Raises:
             OSError: it cannot be written.
         """
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part = path.with_name(f"{path.name}.part")
-        part.write_text(self.text if self.draft is None else self.draft, encoding="utf-8")
-        part.replace(path)
+        write_whole(path, self.text if self.draft is None else self.draft)
         self.bench.say("info", f"saved {path}")
 
     def close(self) -> None:
