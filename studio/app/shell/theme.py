@@ -198,6 +198,7 @@ def _bars(theme: Theme) -> str:
     QToolTip {{ background: {theme.raised}; color: {theme.text}; border: 1px solid {theme.frame};
         padding: 4px; }}
     #floating {{ background: {theme.panel}; border: 1px solid {theme.frame}; border-radius: 8px; }}
+    #clear, #clear > QWidget > QWidget {{ background: transparent; }}
     #faint {{ color: {theme.faint}; }}
     """
 
