@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Callable, Sequence
+
 from scenes.package import ScenePackage
 from studio.app.model.document import Document
 
@@ -24,3 +27,18 @@ def shown_name(item_id: str, document: Document, scene: ScenePackage | None) -> 
         if item.object_id == item_id:
             return item.name or item_id
     return CAMERA_NAME if item_id == CAMERA else item_id
+
+
+def distinct_names(ids: Sequence[str], name: Callable[[str], str]) -> list[str]:
+    """What a list to choose from shows: names, each that several have with its id.
+
+    Args:
+        ids: each once.
+        name: what each is called.
+    """
+    names = [name(item_id) for item_id in ids]
+    count = Counter(names)
+    return [
+        shown if count[shown] == 1 else f"{shown} ({item_id})"
+        for item_id, shown in zip(ids, names, strict=True)
+    ]

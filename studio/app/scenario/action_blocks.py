@@ -97,7 +97,8 @@ class ActionBlocks(QWidget):
             top = AXIS_PX + row * (ROW_PX + NAME_PX)
             painter.setPen(QColor(theme.text))
             count = sum(block.person_id == person for block in self._blocks)
-            words = f"{person}  ·  {count} actions" if count else f"{person}  ·  stands still"
+            name = self._bench.name_of(person)
+            words = f"{name}  ·  {count} actions" if count else f"{name}  ·  stands still"
             painter.drawText(8, top + 14, words)
         for block in self._blocks:
             key = (block.person_id, block.index)
@@ -133,11 +134,13 @@ class ActionBlocks(QWidget):
         painter.setPen(on(colour))
         inside = rect.adjusted(5, 2, -3, -2)
         metrics = QFontMetricsF(painter.font())
-        what = getattr(block.action, "object", None) or f"{block.end_s - block.start_s:.1f} s"
-        for k, words in enumerate((name_of(block.action).replace("_", " "), str(what))):
+        item_id = getattr(block.action, "object", None)
+        seconds = f"{block.end_s - block.start_s:.1f} s"
+        what = self._bench.name_of(item_id) if item_id else seconds
+        for k, words in enumerate((name_of(block.action).replace("_", " "), what)):
             where = QRectF(inside.left(), inside.top() + 18 * k, inside.width(), 18)
             # A time that is cut says another time; a name that is cut is still a name.
-            is_name = k == 0 or getattr(block.action, "object", None) is not None
+            is_name = k == 0 or bool(item_id)
             if metrics.horizontalAdvance(words) <= inside.width() or (
                 is_name and inside.width() > LEAST_WORDS_PX
             ):
@@ -168,7 +171,8 @@ class ActionBlocks(QWidget):
         key = self._key_at(self._at)
         if key is not None:
             block = next(b for b in self._blocks if (b.person_id, b.index) == key)
-            what = getattr(block.action, "object", None) or ""
+            item_id = getattr(block.action, "object", None)
+            what = f"{self._bench.name_of(item_id)} ({item_id} in texts)" if item_id else ""
             words = f"{key[1] + 1}. {name_of(block.action)} {what}".strip()
             times = f"about {block.start_s:.1f} to {block.end_s:.1f} s"
             QToolTip.showText(event.globalPosition().toPoint(), f"{words}\n{times}", self)

@@ -56,26 +56,28 @@ class ActionForm(QWidget):
             self._edited = None
             self._close()
             return
-        if self.widget is not None and self.widget.property("values") == values:
+        shown = {**values, "names": self._names()}
+        if self.widget is not None and self.widget.property("values") == shown:
             return
         focus = self.window().focusWidget()
         if self.widget is not None and focus is not None and self.widget.isAncestorOf(focus):
-            self.widget.setProperty("values", values)
+            self.widget.setProperty("values", shown)
             return
         self._close()
         assert self._edited is not None
         person, index = self._edited
         do = str(values["do"])
-        self.title.setText(f"{person}, {index + 1}. {do.replace('_', ' ')}")
+        self.title.setText(f"{self._bench.name_of(person)}, {index + 1}. {do.replace('_', ' ')}")
         others = [p.person_id for p in self._editing.scenario.people if p.person_id != person]
         self.widget = form_of(
             ACTION_FIELDS[do],
             values,
             objects=self._objects(),
             people=others,
+            name=self._bench.name_of,
             changed=partial(_change, self._bench, person, index),
         )
-        self.widget.setProperty("values", values)
+        self.widget.setProperty("values", shown)
         self._area.setWidget(self.widget)
         self.show()
 
@@ -88,6 +90,10 @@ class ActionForm(QWidget):
             if values.get("id") == person and index < len(actions):
                 return dict(actions[index])
         return None
+
+    def _names(self) -> list[str]:
+        people = [person.person_id for person in self._editing.scenario.people]
+        return [self._bench.name_of(each) for each in (*self._objects(), *people)]
 
     def _close(self) -> None:
         self.title.clear()

@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
 
 from sim.scenarios.actions import name_of
 from sim.scenarios.scenario import Scenario, scenario_names
+from studio.app.model.names import distinct_names
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.scenario.action_blocks import ActionBlocks, Key
 from studio.app.scenario.action_form import ActionForm
@@ -261,12 +262,17 @@ class ScenarioDock(QWidget):
         self._choice.setCurrentText(self.editing.name)
 
     def _show_people(self, people: tuple[str, ...]) -> None:
-        wanted = ["Everybody", *people]
-        if [self._person.itemText(k) for k in range(self._person.count())] != wanted:
-            chosen = self._person.currentText()
-            self._person.clear()
-            self._person.addItems(wanted)
-            self._person.setCurrentText(chosen if chosen in wanted else wanted[0])
+        box = self._person
+        wanted = [
+            ("Everybody", ""),
+            *zip(distinct_names(people, self._bench.name_of), people, strict=True),
+        ]
+        if [(box.itemText(k), box.itemData(k)) for k in range(box.count())] != wanted:
+            chosen = box.currentData()
+            box.clear()
+            for words, person_id in wanted:
+                box.addItem(words, person_id)
+            box.setCurrentIndex(max(box.findData(chosen), 0))
         person = self._chosen_person() or (people[0] if len(people) == 1 else "")
         self._facing.setEnabled(bool(person))
         found = [p for p in self.editing.scenario.people if p.person_id == person]
@@ -274,7 +280,7 @@ class ScenarioDock(QWidget):
             _set(self._facing, found[0].facing_deg)
 
     def _chosen_person(self) -> str:
-        return "" if self._person.currentIndex() <= 0 else self._person.currentText()
+        return str(self._person.currentData() or "")
 
     def _one_person(self) -> str:
         """The person who is chosen, or the only one."""

@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from studio.app.model.names import distinct_names
 from studio.app.scenario.fields import Field
 
 Changed = Callable[[str, Any], object]
@@ -92,6 +93,7 @@ def form_of(
     *,
     objects: Sequence[str],
     people: Sequence[str],
+    name: Callable[[str], str],
     changed: Changed,
     sliders: bool = False,
 ) -> QWidget:
@@ -102,6 +104,7 @@ def form_of(
         values: by key, where there are any.
         objects: ids that may be chosen.
         people: ids that may be chosen.
+        name: what the object or person of an id is called.
         changed: called with each change.
         sliders: whether numbers have a slider, too.
     """
@@ -116,9 +119,11 @@ def form_of(
                 number = Number(field, value, changed)
                 has_slider = sliders and field.usual is not None
                 row: QWidget = _with_slider(number, field) if has_slider else number
-            case "object" | "person" | "choice":
-                known = {"object": objects, "person": people}.get(field.kind, field.choices)
-                row = _choice(field, value, known, changed)
+            case "object" | "person":
+                known = objects if field.kind == "object" else people
+                row = _named_choice(field, value, known, name=name, changed=changed)
+            case "choice":
+                row = _choice(field, value, field.choices, changed)
             case _:
                 row = _numbers(field, value, changed)
         in_metres = field.kind in ("place", "place3", "line")
@@ -161,6 +166,26 @@ def _choice(field: Field, value: Any, known: Sequence[str], changed: Changed) ->
     box.setAccessibleName(field.title)
     box.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
     box.textActivated.connect(lambda text: changed(field.key, None if text == none else text))
+    return box
+
+
+def _named_choice(
+    field: Field, value: Any, known: Sequence[str], *, name: Callable[[str], str], changed: Changed
+) -> QComboBox:
+    """Names to choose from; ids in the text, and beside names that two have."""
+    box = QComboBox()
+    if field.usual is None:
+        box.addItem("not set", None)
+    ids = [*known, *([] if value is None or value in known else [str(value)])]
+    for item_id, words in zip(ids, distinct_names(ids, name), strict=True):
+        box.addItem(words, item_id)
+        box.setItemData(box.count() - 1, f"{item_id} in texts", Qt.ItemDataRole.ToolTipRole)
+    box.setCurrentIndex(box.findData(value))
+    if value is not None:
+        box.setToolTip(f"{value} in texts")
+    box.setAccessibleName(field.title)
+    box.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+    box.activated.connect(lambda row: changed(field.key, box.itemData(row)))
     return box
 
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from functools import partial
+from typing import Protocol
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, QTimer
 from PySide6.QtGui import (
@@ -42,23 +44,32 @@ BACKDROP = QColor(14, 16, 20)
 WHEEL_STEP = 120.0
 
 
+class Called(Protocol):
+    """What an object is called in a scene, by its id."""
+
+    def __call__(self, item_id: str, *, scene: ScenePackage) -> str:
+        """The name."""
+        ...
+
+
 class RunPicture(QWidget):
     """One run at an instant; a drag turns, the wheel goes nearer, for both runs.
 
     Args:
         name: "A" or "B".
         turned: called with the new place to look from.
+        called: what an object is called in a scene.
     """
 
-    def __init__(self, name: str, turned: Callable[[Orbit], object]) -> None:
+    def __init__(self, name: str, turned: Callable[[Orbit], object], called: Called) -> None:
         super().__init__()
         self.name = name
         self.run: OpenRecording | None = None
         self.orbit: Orbit | None = None
         self.caption = ""
-        self._turned = turned
+        self._turned, self._called = turned, called
         self._t_ns = 0
-        self._names: Mapping[str, str] = {}
+        self._scene: ScenePackage | None = None
         self._image: QImage | None = None
         self._painter: TwinPainter | None = None
         self._last = QPointF()
@@ -79,7 +90,7 @@ class RunPicture(QWidget):
         self.close_run()
         self.run = run
         self.orbit = home(drawing.scene.footprint_m)
-        self._names = {item.object_id: item.name for item in drawing.scene.objects}
+        self._scene = drawing.scene
         self._painter = TwinPainter(drawing)
 
     def close_run(self) -> None:
@@ -117,8 +128,14 @@ class RunPicture(QWidget):
         )
         view = View(state, camera, self.orbit.world_from_camera(), shapes=tuple(shapes))
         self._painter.show(view)
-        self.caption = f"{self.name}   {error_words(self.run, self._t_ns, self._names)}"
-        self.update()
+        self.name_anew()
+
+    def name_anew(self) -> None:
+        """Say how far off objects are, by the names that they have now."""
+        if self.run is not None and self._scene is not None:
+            called = partial(self._called, scene=self._scene)
+            self.caption = f"{self.name}   {error_words(self.run, self._t_ns, called)}"
+            self.update()
 
     def take(self) -> None:
         """Show what the thread has drawn since."""
@@ -168,12 +185,17 @@ class RunPicture(QWidget):
 
 
 class Beside(QWidget):
-    """Both pictures, always at the same instant and from the same place."""
+    """Both pictures, always at the same instant and from the same place.
 
-    def __init__(self) -> None:
+    Args:
+        called: what an object is called in a scene.
+    """
+
+    def __init__(self, called: Called) -> None:
         super().__init__()
         self._drawings = Drawings()
-        self.pictures = (RunPicture("A", self.look_from), RunPicture("B", self.look_from))
+        a, b = (RunPicture(name, self.look_from, called) for name in ("A", "B"))
+        self.pictures = (a, b)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(2)
@@ -198,6 +220,11 @@ class Beside(QWidget):
         for picture in self.pictures:
             picture.look_from(orbit)
 
+    def name_anew(self) -> None:
+        """Use the names that objects have now."""
+        for picture in self.pictures:
+            picture.name_anew()
+
     def close_runs(self) -> None:
         """End the threads that draw."""
         self._timer.stop()
@@ -221,8 +248,14 @@ def field_of_view(width_px: int, height_px: int) -> float:
     return 2.0 * math.atan(wider * math.tan(0.5 * FIELD_OF_VIEW))
 
 
-def error_words(run: OpenRecording, t_ns: int, names: Mapping[str, str]) -> str:
-    """The object that is farthest off at an instant, and how far, in words."""
+def error_words(run: OpenRecording, t_ns: int, name: Callable[[str], str]) -> str:
+    """The object that is farthest off at an instant, and how far, in words.
+
+    Args:
+        run: with its errors.
+        t_ns: the instant, nanoseconds of the session.
+        name: what the object of an id is called.
+    """
     found: list[tuple[float, str]] = []
     for object_id, curve in run.curves.items():
         at = last_at(curve.t_ns, t_ns)
@@ -231,4 +264,4 @@ def error_words(run: OpenRecording, t_ns: int, names: Mapping[str, str]) -> str:
     if not found:
         return "no true places are known"
     largest_cm, object_id = max(found)
-    return f"off by at most {figures(largest_cm, '5.1f')} cm ({names.get(object_id) or object_id})"
+    return f"off by at most {figures(largest_cm, '5.1f')} cm ({name(object_id)})"

@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 
 from devices.clock import WallClock
 from studio.app.devices.report_html import UNITS, spoken
-from studio.app.timeline.beside import Beside
+from studio.app.timeline.beside import Beside, Called
 from studio.app.timeline.forking import TwoRuns
 from studio.app.timeline.playback import Playback
 from studio.compare.verdicts import Compared
@@ -84,6 +84,7 @@ class ComparisonView(QWidget):
         close: goes back to the timeline.
         open_page: opens the whole comparison as a page.
         scrub: takes a time that was dragged to, and whether the drag has ended.
+        called: what an object is called in a scene.
     """
 
     def __init__(
@@ -91,6 +92,7 @@ class ComparisonView(QWidget):
         close: Callable[[], object],
         open_page: Callable[[], object],
         scrub: Callable[[int, bool], object],
+        called: Called,
     ) -> None:
         super().__init__()
         self.playback: Playback | None = None
@@ -98,7 +100,7 @@ class ComparisonView(QWidget):
         self._scrub = scrub
         self._shown_ns = -1
         self.table = _table()
-        self.beside = Beside()
+        self.beside = Beside(called)
         self.headline = QLabel()
         back, page = QPushButton("Back to the timeline"), QPushButton("Open page")
         back.clicked.connect(lambda: close())

@@ -20,7 +20,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from scenes.package import ScenePackage
 from studio.app.model.document import Marker
+from studio.app.model.names import shown_name
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.shell.theme import THEMES, Theme
 from studio.app.timeline.actions import add_timeline_actions
@@ -110,6 +112,7 @@ class TimelineDock(QWidget):
             self._leave_comparison,
             partial(self.bench.do, "timeline.open_page"),
             self._on_scrub,
+            self._called,
         )
         self.empty = EmptyPage(self.bench)
         self.pages = QStackedWidget()
@@ -146,6 +149,10 @@ class TimelineDock(QWidget):
 
     def _on_document(self) -> None:
         self.tracks.show_markers(self.bench.document.markers)  # names may be others, too
+        self.view.beside.name_anew()
+
+    def _called(self, item_id: str, *, scene: ScenePackage) -> str:
+        return shown_name(item_id, self.bench.document, scene)
 
     def _on_scene(self) -> None:
         """The scene knows which objects look the same at several yaws: judge errors anew."""

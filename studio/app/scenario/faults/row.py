@@ -31,6 +31,7 @@ class FaultRow(QWidget):
         self._bench, self._fields = bench, fields
         self._form: QWidget | None = None
         self._shown: FaultLine | None = None
+        self._names: list[str] = []
         self.box = QCheckBox(title + (f" ({index + 1})" if index else ""))
         self.box.clicked.connect(self._switch)
         layout = QVBoxLayout(self)
@@ -44,8 +45,10 @@ class FaultRow(QWidget):
         """Show the fault as it is written; None if it is not. What has the focus stays as it is."""
         self.box.setChecked(line is not None)
         self.setVisible(line is not None or self.index == 0)
+        names = [self._bench.name_of(each) for each in (*objects, *people)]
         is_same = self._shown is not None and line is not None and self._shown.values == line.values
-        self._shown = line
+        is_same = is_same and names == self._names
+        self._shown, self._names = line, names
         if is_same or (line is not None and self._is_focused()):
             return
         if self._form is not None:
@@ -59,6 +62,7 @@ class FaultRow(QWidget):
             line.values,
             objects=objects,
             people=people,
+            name=self._bench.name_of,
             changed=self._change,
             sliders=True,
         )

@@ -237,10 +237,10 @@ class FloorPlan(QGraphicsView):
                 )
 
             handle = Handle((float(to[0]), float(to[1])), HANDLE_M, colour, drop)
-            what = getattr(block.action, "object", None)
-            handle.setToolTip(
-                f"{block.index + 1}. {name_of(block.action)} {what or ''}: drag the goal"
-            )
+            item_id = getattr(block.action, "object", None)
+            what = self._bench.name_of(item_id) if item_id else ""
+            words = f"{block.index + 1}. {name_of(block.action)} {what}".strip()
+            handle.setToolTip(f"{words}: drag the goal")
             self.scene().addItem(handle)
             self._number(str(block.index + 1), handle, on(colour))
 
@@ -248,13 +248,15 @@ class FloorPlan(QGraphicsView):
         self, person_id: str, start: tuple[float, float], facing_deg: float, index: int
     ) -> None:
         colour = person_colour(index)
+        name = self._bench.name_of(person_id)
         handle = Handle(
             start,
             PERSON_M,
             colour,
             lambda x, y: self._bench.do("scenario.move_person", id=person_id, x=x, y=y),
         )
-        handle.setToolTip(f"{person_id} starts here: drag to move")
+        known = name if name == person_id else f"{name} ({person_id} in texts)"
+        handle.setToolTip(f"{known} starts here: drag to move")
         turn, size = math.radians(facing_deg), PERSON_M * PX_PER_M
         nose = QPainterPath()
         for k, (angle, reach) in enumerate(((0.0, NOSE_SHARE), (0.6, 0.98), (-0.6, 0.98))):
@@ -266,14 +268,14 @@ class FloorPlan(QGraphicsView):
         arrow = QGraphicsPathItem(nose, handle)
         arrow.setBrush(colour)
         arrow.setPen(QPen(on(colour), 2))
-        self._number(person_id[:1].upper(), handle, on(colour))
+        self._number(name[:1].upper(), handle, on(colour))
         self.scene().addItem(handle)
-        self._label(person_id, handle.pos() + QPointF(0, 1.7 * size))
+        self._label(name, handle.pos() + QPointF(0, 1.7 * size))
         reach_m = NOSE_SHARE * PERSON_M
         tip = (start[0] + reach_m * math.cos(turn), start[1] + reach_m * math.sin(turn))
         turned = partial(self._turn_to, person_id, start)
         nose_handle = Handle(tip, NOSE_HANDLE_M, colour, turned)
-        nose_handle.setToolTip(f"{person_id} faces this way: drag to turn")
+        nose_handle.setToolTip(f"{known} faces this way: drag to turn")
         self.scene().addItem(nose_handle)
 
     def _turn_to(self, person_id: str, start: tuple[float, float], x: float, y: float) -> None:
@@ -320,9 +322,11 @@ class FloorPlan(QGraphicsView):
                 self._bench.do("scenario.move_remote_point", id=user_id, index=k, x=a, y=b)
 
             handle = Handle((x, y), 0.8 * HANDLE_M, colour, drop)
-            handle.setToolTip(f"{user_id}, point {k + 1}: drag to move")
+            handle.setToolTip(f"{self._bench.name_of(user_id)}, point {k + 1}: drag to move")
             self.scene().addItem(handle)
-        self._label(user_id, to_scene(*path[0][:2]) + QPointF(0, HANDLE_M * PX_PER_M))
+        self._label(
+            self._bench.name_of(user_id), to_scene(*path[0][:2]) + QPointF(0, HANDLE_M * PX_PER_M)
+        )
 
     def _label(self, text: str, below: QPointF) -> None:
         item = QGraphicsSimpleTextItem(text)

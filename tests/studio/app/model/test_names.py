@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from studio.app.model.document import Document, TwinEdits
-from studio.app.model.names import shown_name
+from studio.app.model.names import distinct_names, shown_name
 
 
 def test_the_users_name_comes_before_the_scans_and_that_before_the_id(tiny):
@@ -16,3 +16,9 @@ def test_the_users_name_comes_before_the_scans_and_that_before_the_id(tiny):
     assert shown_name("ana", named, tiny.scene) == "Ana Maria"
     assert shown_name("ana", plain, tiny.scene) == "ana"
     assert shown_name("camera", plain, tiny.scene) == "360° camera"
+
+
+def test_of_two_that_are_called_the_same_each_has_its_id_beside_the_name():
+    names = {"a": "Chair", "b": "Stool", "c": "Chair"}
+    assert distinct_names(("a", "b", "c"), names.__getitem__) == ["Chair (a)", "Stool", "Chair (c)"]
+    assert distinct_names((), names.__getitem__) == []

@@ -241,3 +241,56 @@ def test_a_trial_scores_the_tracker_and_a_newer_one_wins(dock, qtbot):
     assert "chair-1" in knobs._now.errors
     assert 0.0 <= knobs._now.errors["chair-1"].position_cm < 50.0
     assert "blur" in knobs._tried
+
+
+def boxes(widget):
+    """What every list of a form offers: (words, ids)."""
+    from PySide6.QtWidgets import QComboBox
+
+    return [
+        (
+            [box.itemText(k) for k in range(box.count())],
+            [box.itemData(k) for k in range(box.count())],
+        )
+        for box in widget.findChildren(QComboBox)
+    ]
+
+
+def test_forms_offer_names_and_write_ids(dock):
+    from PySide6.QtWidgets import QComboBox
+
+    bench, person = dock._bench, scenario(dock).people[0].person_id
+    assert bench.do("scenario.add_action", person=person, do="receive", index=0)
+    dock.edit_action((person, 0))
+    ids = list(dock.object_ids())
+    scanned = [item.name for item in bench.scene.objects]
+    assert boxes(dock.form.widget) == [(scanned, ids)]
+    box = dock.form.widget.findChild(QComboBox)
+    box.setCurrentIndex(2)
+    box.activated.emit(2)
+    assert scenario(dock).people[0].actions[0].object == ids[2]
+    assert f'object = "{ids[2]}"' in dock.editing.text
+
+
+def test_who_is_renamed_has_the_new_name_in_every_form(dock, qtbot):
+    from dataclasses import replace
+
+    bench, person = dock._bench, scenario(dock).people[0].person_id
+    assert bench.do("scenario.add_action", person=person, do="receive", index=0)
+    assert bench.do("scenario.add_fault", name="occluder")
+    dock.edit_action((person, 0))
+    first, second = dock.object_ids()[:2]
+    names = {first: "Grandma's", second: "Grandma's", person: "Ana Maria"}
+    document = bench.document
+    bench.change("Rename", replace(document, twin=replace(document.twin, names=names)))
+    wanted = [f"Grandma's ({first})", f"Grandma's ({second})"]
+    assert boxes(dock.form.widget)[0][0][:2] == wanted
+    row = next(row for row in dock.knobs._rows.values() if row.name == "occluder")
+    assert boxes(row._form)[0][0][:2] == wanted
+    assert dock.form.title.text().startswith("Ana Maria, 1.")
+    assert "Ana Maria" in boxes(dock.tabs.widget(0))[0][0]
+    words = [item.text() for item in dock.floor.scene().items() if hasattr(item, "text")]
+    assert "Ana Maria" in words
+    assert person not in words
+    bench.history.undo()
+    assert dock.form.title.text().startswith(f"{bench.name_of(person)}, 1.")

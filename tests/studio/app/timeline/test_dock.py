@@ -230,6 +230,17 @@ def test_both_runs_are_pictured_at_one_instant(compared, bench, until):
     assert compared.playback.t_ns == 0  # the recording below stays where it was
 
 
+def test_runs_are_captioned_by_the_names_of_the_rest_of_the_window(compared, bench, tiny):
+    from dataclasses import replace
+
+    one, _ = compared.view.beside.pictures
+    assert any(f"({item.name})" in one.caption for item in tiny.scene.objects)
+    names = {item.object_id: f"My {item.object_id[:3]}" for item in tiny.scene.objects}
+    document = bench.document
+    bench.change("Rename", replace(document, twin=replace(document.twin, names=names)))
+    assert "(My " in one.caption
+
+
 def test_turning_one_run_turns_both(compared, qtbot):
     from PySide6.QtCore import QPoint, Qt
 
