@@ -24,8 +24,8 @@ ROUND = 28
 
 
 NO_OPENGL = (
-    "no OpenGL here, people and notes are drawn as outlines, bodies and the collision mesh not at "
-    "all; install libegl1 and libgl1-mesa-dri and open the studio again"
+    "no OpenGL here: people, notes, bodies and meshes are drawn as outlines; install libegl1 and "
+    "libgl1-mesa-dri and open the studio again"
 )
 """What works without it, and what to do."""
 

@@ -11,6 +11,7 @@ import threading
 from scenes.package import ScenePackage
 from scenes.render.native import NativeRenderer
 from studio.app.viewport.drawing.mesh_thread import MeshThread
+from studio.app.viewport.drawing.outlines import Outlines
 from studio.view.twin import Twin
 
 
@@ -24,6 +25,8 @@ class SceneDrawing:
     def __init__(self, scene: ScenePackage) -> None:
         self.scene = scene
         self.twin = Twin(scene, NativeRenderer())
+        self.outlines = Outlines()
+        """Draws shapes where there is no OpenGL."""
         self._meshes: MeshThread | None = None
         self._preparing = threading.Lock()
         self._is_prepared = self._is_closed = False

@@ -75,7 +75,7 @@ def draw_view(
         depth = np.where((depth <= 0) | (meshes.depth < depth), meshes.depth, depth)
         depth[~np.isfinite(depth)] = 0.0
     elif view.shapes:
-        _outline(picture, replace(view, camera=camera))
+        _outline(picture, depth, replace(view, camera=camera), drawing)
     _footprints(picture, replace(view, camera=camera), drawing)
     return picture, depth
 
@@ -106,8 +106,12 @@ def _footprints(picture: NDArray[np.uint8], view: View, drawing: SceneDrawing) -
             )
 
 
-def _outline(picture: NDArray[np.uint8], view: View) -> None:
-    """People and lines as strokes over the picture: where there is no OpenGL."""
+def _outline(
+    picture: NDArray[np.uint8], depth: NDArray[np.float32], view: View, drawing: SceneDrawing
+) -> None:
+    """Everything as strokes over the picture: where there is no OpenGL."""
+    others = [shape for shape in view.shapes if not shape.key.startswith(("avatar ", "note "))]
+    drawing.outlines.draw(picture, depth, others, view.camera, view.world_from_camera)
     drawn: Iterable[str] = {shape.key for shape in view.shapes}
     for avatar in view.state.avatars.values():
         # Nobody sees their own face, and who is not among the shapes is hidden by the user.
