@@ -19,9 +19,9 @@ Edges = NDArray[np.float64]
 """(N, 2, 3): both ends of each, metres."""
 
 MOST_EDGES = 16_000
-"""Of one mesh; of more, an even choice is drawn. A mesh of 16 000 takes 13 ms of a picture 960 × 540,
-a scanned room's with bodies 31 ms (2 cores, other work beside it); 6000 take half as long, and on a
-scanned room's walls are too few to be read as a surface."""
+"""Of one mesh; of more, an even choice is drawn. A mesh of 16 000 takes 13 ms of a picture of
+960 × 540, a scanned room's with bodies 31 ms (2 cores, other work beside it); 6000 take half as
+long, and on a scanned room's walls are too few to be read as a surface."""
 
 MOST_KEPT = 16
 """Meshes whose edges are kept, 0.26 MB each: more than a room usually has."""
