@@ -132,7 +132,9 @@ def bump_times(truth: Sequence[TruthRow]) -> list[int]:
 def bump_rows(
     published: Sequence[Published], truth: Sequence[TruthRow], noticed_ns: Sequence[int]
 ) -> list[Row]:
-    """How soon bumps were noticed, and how far objects that rest appeared to move.
+    """How soon bumps were noticed, and how far they moved objects that rest and were known.
+
+    What was lost before a bump, and said to be, may be found at any time after it.
 
     Args:
         published: of the session.
@@ -157,7 +159,10 @@ def bump_rows(
 
 
 def _moved_cm(published: Sequence[Published], truth: Sequence[TruthRow], bump_ns: int) -> float:
-    """Largest distance of an object at rest from where it was published before a bump, cm."""
+    """Largest distance of an object at rest from where it was published before a bump, cm.
+
+    Of objects that were published within `MOVED_BAR_CM` of where they are.
+    """
     until_ns = bump_ns + round(SETTLED_S * 1e9)
     before = [item for item in published if item.arrived_ns <= bump_ns]
     since_ns = before[-1].arrived_ns - 1e9 if before else bump_ns
@@ -171,6 +176,8 @@ def _moved_cm(published: Sequence[Published], truth: Sequence[TruthRow], bump_ns
             [r.world_from_object[name].translation for r in rows if name in r.world_from_object]
         )
         if not len(true) or float(np.ptp(true, axis=0).max()) > 1e-3:
+            continue
+        if 100.0 * float(np.linalg.norm(pose.translation - true[0])) > MOVED_BAR_CM:
             continue
         for item in after:
             apart = item.world_from_object[name].translation - pose.translation

@@ -108,6 +108,18 @@ def test_a_bump_that_throws_a_chair_is_seen():
     assert value(bump_rows(published, truth, []), "live.bump.noticed_s").value == math.inf
 
 
+def test_what_is_found_again_after_a_bump_was_not_thrown_by_it():
+    truth = truth_of(100, bump_at=50)
+    published = [
+        Published(p.pts_ns, p.arrived_ns, p.published_ns, {"chair": at(1.4)}, p.world_from_rig)
+        if k < 60
+        else p
+        for k, p in enumerate(published_of(truth))
+    ]
+    noticed = [truth[50].time.wall_ns]
+    assert value(bump_rows(published, truth, noticed), "live.bump.moved_cm.max").value == 0.0
+
+
 def test_a_bump_while_nothing_arrives_counts_from_the_next_picture():
     truth = truth_of(120, bump_at=40)
     published = published_of(truth)
