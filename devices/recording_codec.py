@@ -33,6 +33,8 @@ class FrameStamp:
         world_from_rig: the camera's pose as the session knew it, or None.
         steps_ms: of a live session, durations of the steps of the tracker's searches in this frame,
             in order, milliseconds: how many steps were done followed from them.
+        search_ended: of a live session, whether a search for a lost object ended by this frame that
+            was computed beside the frames; None where such searches took a share of each.
     """
 
     stream_id: str
@@ -41,6 +43,7 @@ class FrameStamp:
     received_ns: int
     world_from_rig: Pose | None
     steps_ms: tuple[float, ...] = ()
+    search_ended: bool | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,6 +145,7 @@ SCHEMAS: Mapping[str, Mapping[str, str]] = {
         "received_ns": "integer",
         "world_from_rig": "array",
         "steps_ms": "array",
+        "search_ended": "boolean",
     },
     "gaussiannexus.TrackedObject": {
         "object_id": "string",
@@ -223,6 +227,8 @@ def encode_message(value: RecordedValue) -> Encoded:
         }
         if value.steps_ms:
             fields["steps_ms"] = list(value.steps_ms)
+        if value.search_ended is not None:
+            fields["search_ended"] = value.search_ended
         head = (f"/{value.stream_id}/frame", "gaussiannexus.FrameStamp", value.t_ns, value.seq)
     elif isinstance(value, RecordedTrack):
         fields = track_to_json(value.track)
@@ -354,6 +360,7 @@ def _stamp(encoded: Encoded, fields: dict[str, Any]) -> FrameStamp:
         int(fields["received_ns"]),
         None if pose is None else Pose.from_matrix(pose),
         tuple(float(value) for value in fields.get("steps_ms", ())),
+        None if (ended := fields.get("search_ended")) is None else bool(ended),
     )
 
 

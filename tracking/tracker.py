@@ -38,6 +38,7 @@ from tracking.follow.redetection import Search, is_missing, redetect
 from tracking.follow.track import Task, Track, new_track, report
 from tracking.follow.yaw_review import is_under_review, was_reviewed
 from tracking.hypotheses.budget import NOMINAL_COSTS, StepCosts
+from tracking.hypotheses.search_runner import IN_FRAMES, SearchRunner
 from tracking.model.object_model import TrackModel, make_model
 from tracking.model.support_planes import FLOOR_M, support_planes_in
 from tracking.options import TrackerOptions
@@ -88,6 +89,7 @@ class Tracker:
         options: settings to begin with.
         stopwatch: measures the stages' durations, in ns.
         costs: of the steps of searches; nominal ones make every run the same.
+        searches: computes the searches for lost objects.
 
     Raises:
         ValueError: two objects share an id.
@@ -102,6 +104,7 @@ class Tracker:
         *,
         stopwatch: Stopwatch = no_stopwatch,
         costs: StepCosts = NOMINAL_COSTS,
+        searches: SearchRunner = IN_FRAMES,
     ) -> None:
         ids = [o.object_id for o in objects]
         if len(set(ids)) != len(ids):
@@ -111,6 +114,7 @@ class Tracker:
         self._options = options or TrackerOptions()
         self._stopwatch = stopwatch
         self._costs = costs
+        self._searches = searches
         self._models: tuple[TrackModel, ...] = tuple(make_model(o, renderer) for o in objects)
         # A few stray splats hang outside every scan.
         self._bounds_m = (
@@ -209,7 +213,7 @@ class Tracker:
         elif options.recover and not searched:
             budget_ms = min(SEARCH_SHARE * interval_ns / 1e6, options.search_ms)
             found, search = redetect(
-                self._lost(tasks, tracks), search, budget_ms=budget_ms, costs=self._costs
+                self._lost(tasks, tracks), search, budget_ms=budget_ms, runner=self._searches
             )
             tracks |= found
         posed = self._stopwatch()

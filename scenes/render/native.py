@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 import threading
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -68,6 +69,10 @@ class NativeRenderer:
         self._clouds: OrderedDict[int, tuple[SplatCloud, _native.PreparedCloud]] = OrderedDict()
         self._lock = threading.Lock()
         self._memory = PictureMemory()
+
+    def __reduce__(self) -> tuple[Callable[[str], NativeRenderer], tuple[str]]:
+        """Arrives in another process as that process's renderer of the same instructions."""
+        return _of_this_process, (self.instructions,)
 
     @property
     def instructions(self) -> str:
@@ -358,3 +363,9 @@ def draw_of(options: RenderOptions, *, marked: int | None = None) -> _native.Dra
         "threads": options.threads,
         "marked": marked,
     }
+
+
+@cache
+def _of_this_process(instructions: str) -> NativeRenderer:
+    """The renderer that stands in for all those of another process."""
+    return NativeRenderer(instructions=instructions)

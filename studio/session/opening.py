@@ -25,7 +25,8 @@ from studio.session.sources import (
     simulated_messages,
 )
 from studio.session.trackers.methods import METHODS, TruthDetector, make_method
-from tracking.hypotheses.budget import NOMINAL_COSTS, MeasuredCosts, RepeatedCosts, StepCosts
+from studio.session.trackers.pacing import AsRecorded, InFrames, Live, Pacing
+from tracking.hypotheses.budget import MeasuredCosts
 from tracking.output import TrackingMethod
 
 
@@ -51,23 +52,23 @@ def open_session(plan: SessionPlan, *, truth_detector: TruthDetector | None = No
     executor = ExactExecutor(clock) if plan.pace is Pace.EXACT else PacedExecutor(clock)
     made = _recorded(plan) if plan.recording is not None else _simulated(plan)
     scene, info, messages, duration_ns = made
-    # A live recording says how long the steps of searches took; what else must repeat is nominal.
-    costs: StepCosts = NOMINAL_COSTS
+    # A live recording says how its searches went; what else must repeat is nominal.
+    pacing: Pacing = InFrames()
     if plan.pace is Pace.PACED:
-        costs = MeasuredCosts(time.perf_counter_ns)
+        pacing = InFrames(MeasuredCosts(time.perf_counter_ns))
     elif plan.recording is not None and info.stream is not None:
-        costs = RepeatedCosts()
+        pacing = AsRecorded()
     return Session(
         plan,
         scene,
         info,
         messages,
-        _methods(plan, scene, truth_detector, costs),
+        _methods(plan, scene, truth_detector, pacing),
         duration_ns=duration_ns,
         clock=clock,
         executor=executor,
         truth_detector=truth_detector,
-        costs=costs,
+        pacing=pacing,
     )
 
 
@@ -89,17 +90,17 @@ def open_live_session(
     """
     # One thread: a picture is taken when the tracker is ready for it. Those in between are replaced
     # in the receiver.
-    costs = MeasuredCosts(time.perf_counter_ns)
+    pacing = Live()
     return Session(
         plan,
         scene,
         info,
         messages,
-        _methods(plan, scene, None, costs),
+        _methods(plan, scene, None, pacing),
         duration_ns=0,
         clock=clock,
         executor=ExactExecutor(clock),
-        costs=costs,
+        pacing=pacing,
     )
 
 
@@ -107,7 +108,7 @@ def _methods(
     plan: SessionPlan,
     scene: ScenePackage,
     truth_detector: TruthDetector | None,
-    costs: StepCosts,
+    pacing: Pacing,
 ) -> dict[str, TrackingMethod[Any]]:
     return {
         name: make_method(
@@ -115,7 +116,8 @@ def _methods(
             scene,
             truth_detector,
             stopwatch=time.perf_counter_ns,
-            costs=costs,
+            costs=pacing.costs,
+            searches=pacing.searches,
             more=plan.more_methods,
         )
         for name in plan.methods

@@ -13,10 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from devices.clock import Clock
-from devices.messages import EncodedFrame, Frame
+from devices.messages import EncodedFrame
 from devices.recording import Recorder
 from devices.recording_codec import (
-    FrameStamp,
     RecordedAnnotation,
     RecordedAvatar,
     RecordedSurface,
@@ -38,9 +37,9 @@ from studio.session.sources import (
 )
 from studio.session.trackers.camera_events import camera_events
 from studio.session.trackers.methods import TruthDetector
+from studio.session.trackers.pacing import InFrames, Pacing, stamp_of
 from studio.session.trackers.settings import TrackerSettings, settings_event
 from studio.view.surface_drawing import LivePicture
-from tracking.hypotheses.budget import NOMINAL_COSTS, MeasuredCosts, RepeatedCosts, StepCosts
 from tracking.options import TrackerOptions
 from tracking.output import TrackingMethod, TrackOutput
 
@@ -117,7 +116,7 @@ class Session:
         clock: Clock,
         executor: Executor,
         truth_detector: TruthDetector | None = None,
-        costs: StepCosts = NOMINAL_COSTS,
+        pacing: Pacing | None = None,
     ) -> None:
         self.plan = plan
         self.scene = scene
@@ -127,7 +126,7 @@ class Session:
         self._clock = clock
         self._executor = executor
         self._truth_detector = truth_detector
-        self._costs = costs
+        self._pacing = pacing or InFrames()
         self._is_live = plan.pace is Pace.LIVE
         self._latencies = Latencies()
         self._methods = dict(methods)
@@ -213,6 +212,7 @@ class Session:
         """
         recorder: Recorder | LiveRecording | None = None
         with ExitStack() as stack:
+            stack.callback(self._pacing.close)
             if self.plan.record_to is not None:
                 recorder = self._recorded(self.plan.record_to, stack)
             dropped = self._executor.run(
@@ -258,8 +258,7 @@ class Session:
         trial = None
         if self._is_located:
             trial = self._settings.tried(self._states, message.frame, self._clock.now_ns())
-        if isinstance(self._costs, RepeatedCosts):
-            self._costs.give(message.steps_ms)
+        self._pacing.begin(message.stamp)
         for place, (name, method) in enumerate(self._methods.items()):
             if not self._is_located:
                 outputs[name] = TrackOutput(())
@@ -273,8 +272,8 @@ class Session:
             outputs[name] = output
         if self.plan.fork is not None:
             self.plan.fork.check_tracks(message, outputs)
-        if self._is_live and isinstance(self._costs, MeasuredCosts):
-            self._write(_stamp(message.frame, self._costs.taken()))
+        if (stamp := self._pacing.stamp(message.frame)) is not None:
+            self._write(stamp)
         self._record_tracks(outputs)
         shown = outputs[self.plan.methods[0]]
         message = self._noted(message, shown)
@@ -339,7 +338,12 @@ class Session:
             if not self._settings.take(event):  # those are written when they are followed
                 self._write(event)
         if not self._is_live:
-            self._write(_stamp(frame, message.steps_ms))
+            known = message.stamp
+            self._write(
+                stamp_of(frame)
+                if known is None
+                else stamp_of(frame, known.steps_ms, search_ended=known.search_ended)
+            )
         if live.packet is not None:
             self._write(live.packet)
         for avatar in live.avatars:
@@ -358,17 +362,6 @@ class Session:
         for name, output in outputs.items():
             for track in output.objects:
                 self._write(RecordedTrack(name, track))
-
-
-def _stamp(frame: Frame, steps_ms: tuple[float, ...]) -> FrameStamp:
-    return FrameStamp(
-        frame.stream_id,
-        frame.seq,
-        frame.t_ns,
-        frame.received_ns,
-        frame.world_from_rig,
-        steps_ms,
-    )
 
 
 def _discard(_value: RecordedValue) -> None:

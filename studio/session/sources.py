@@ -67,13 +67,13 @@ class SessionMessage:
         input: what the stages see.
         truth: the simulator's, live or recorded; None of a real camera.
         recorded: tracks of a recording, each with the name of its method; empty unless replayed.
-        steps_ms: of a recorded live session, see `FrameStamp`.
+        stamp: of a recorded frame.
     """
 
     input: SessionInput
     truth: GroundTruth | None = None
     recorded: tuple[tuple[str, TrackedObject], ...] = ()
-    steps_ms: tuple[float, ...] = ()
+    stamp: FrameStamp | None = None
 
     @property
     def frame(self) -> Frame:
@@ -157,5 +157,5 @@ def _grouped(
         truth = next((GroundTruth(v) for v in values if isinstance(v, RecordedTruth)), None)
         tracks = tuple((v.method, v.track) for v in values if isinstance(v, RecordedTrack))
         stamp = next((v for v in values if isinstance(v, FrameStamp)), None)
-        yield SessionMessage(live, truth, tracks, () if stamp is None else stamp.steps_ms)
+        yield SessionMessage(live, truth, tracks, stamp)
         waiting.clear()

@@ -87,7 +87,9 @@ def messages(seed=0):
             RecordedAvatar(
                 t_ns, Avatar("maya", "remote", pose, (rng.normal(size=(5, 3)),), np.eye(3)[:2])
             ),
-            FrameStamp("camera-360", seq, t_ns, t_ns + 5, pose),
+            FrameStamp(
+                "camera-360", seq, t_ns, t_ns + 5, pose, (8.5,) * seq, (None, False, True)[seq % 3]
+            ),
             *encoder.encode(picture, seq, t_ns),
             Event(t_ns, "scenario", "push", "chair-1 is pushed"),
             RecordedSurface(

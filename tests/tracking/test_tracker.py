@@ -237,7 +237,7 @@ def test_a_search_for_what_is_lost_is_spread_over_frames(scene, picture, rendere
         before = state
         state, output = tracker.step(state, frame, now)
         if seq >= 30 and state.search is not None:
-            spread.append(len(state.search.done))
+            spread.append(len(state.search.progress.done))
         if seq >= 30 and by_id(output)["chair-1"].state is not TrackState.LOST:
             break
     assert len(spread) >= 3

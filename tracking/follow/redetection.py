@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from scenes.state import TrackState
 from tracking.evidence.evidence import gather, view_of
@@ -12,11 +13,12 @@ from tracking.follow.follow import rest_of
 from tracking.follow.posterior import HEAVY_HEIGHT_M
 from tracking.follow.track import RESTING_FRAMES, SEARCH_PERIOD_NS, Review, Task, Track
 from tracking.hypotheses.assignment import Assignment, AssignmentCandidates, assign, is_same_spot
-from tracking.hypotheses.budget import NOMINAL_COSTS, BudgetExhausted, FrameBudget, StepCosts
+from tracking.hypotheses.budget import FrameBudget
 from tracking.hypotheses.hypothesis import CLEAR_NATS, Hypothesis, distinct, is_other
 from tracking.hypotheses.prior import stayed_log_prior
 from tracking.hypotheses.refinement import placed
 from tracking.hypotheses.search import search
+from tracking.hypotheses.search_runner import BEGUN, IN_FRAMES, Progress, SearchRunner
 from tracking.likelihood.pose_likelihood import pose_support
 from tracking.model.support_planes import EVERYWHERE_M
 from tracking.solve.covariance import uncertainty
@@ -40,11 +42,11 @@ class Search:
 
     Attributes:
         task: the object and that frame.
-        done: results of its steps so far, see `tracking.hypotheses.budget`.
+        progress: how far it is.
     """
 
     task: Task
-    done: tuple[object, ...]
+    progress: Progress = BEGUN
 
 
 def redetect_all(tasks: Sequence[Task]) -> Mapping[str, Track]:
@@ -63,28 +65,29 @@ def redetect(
     search: Search | None,
     *,
     budget_ms: float,
-    costs: StepCosts = NOMINAL_COSTS,
+    runner: SearchRunner = IN_FRAMES,
 ) -> tuple[Mapping[str, Track], Search | None]:
-    """Tracks of lost objects after some steps of the search for one of them, and the pending rest.
+    """Tracks of lost objects after this frame's part of the search for one, and the pending rest.
 
-    A search is spread over frames, so that none is late for it, and works on the frame in which it
+    A search takes several frames, so that none is late for it, and works on the frame in which it
     began. The next search is for the object that waited longest.
 
     Args:
         tasks: of all lost objects; their neighbours are those that are not lost.
         search: pending after the last frame; None if there is none.
         budget_ms: time for steps of the search in this frame.
-        costs: of these steps.
+        runner: computes it.
     """
-    if search is None or _is_outdated(search, tasks):
-        search = _begun(tasks)
+    if search is not None and _is_outdated(search, tasks):
+        runner.give_up(search.progress)
+        search = None
+    search = search or _begun(tasks)
     if search is None:
         return {}, None
-    budget = FrameBudget(budget_ms, search.done, costs)
-    try:
-        hypotheses = _hypotheses(search.task, budget)
-    except BudgetExhausted:
-        return {}, replace(search, done=budget.done())
+    work = partial(_hypotheses, search.task)
+    progress, hypotheses = runner.advance(search.progress, work, budget_ms=budget_ms)
+    if hypotheses is None:
+        return {}, replace(search, progress=progress)
     return _placed(tasks, {_id(search.task): hypotheses}), None
 
 
@@ -101,14 +104,19 @@ def _begun(tasks: Sequence[Task]) -> Search | None:
     due = [task for task in tasks if _is_due(task)]
     if not due:
         return None
-    return Search(min(due, key=lambda task: task.track.searched_ns), ())
+    task = min(due, key=lambda task: task.track.searched_ns)
+    # Of its track a search needs only the place: what else it remembers may not leave the process.
+    track = replace(
+        task.track, rest=None, reduced=None, appearance=None, hypotheses=(), review=None
+    )
+    return Search(replace(task, track=track))
 
 
 def _is_outdated(search: Search, tasks: Sequence[Task]) -> bool:
     """Whether the object is no longer lost, or the camera's pose has changed since."""
-    begun = search.task.scene
+    begun = search.task
     return not any(
-        task.model is search.task.model and task.scene.world_from_rig is begun.world_from_rig
+        task.model is begun.model and task.scene.world_from_rig is begun.scene.world_from_rig
         for task in tasks
     )
 

@@ -165,6 +165,7 @@ class FrameBudget:
         budget_ms: for this frame; one step is done in any case.
         done: results of the steps of earlier frames.
         costs: of the steps.
+        is_given_up: asked before every step; no more of them are done then.
     """
 
     def __init__(
@@ -172,8 +173,11 @@ class FrameBudget:
         budget_ms: float = math.inf,
         done: Sequence[object] = (),
         costs: StepCosts = NOMINAL_COSTS,
+        *,
+        is_given_up: Callable[[], bool] = lambda: False,
     ) -> None:
         self._budget_ms = budget_ms
+        self._is_given_up = is_given_up
         self._done = list(done)
         self._costs = costs
         self._replayed = 0
@@ -189,11 +193,12 @@ class FrameBudget:
             keywords: its keyword arguments.
 
         Raises:
-            BudgetExhausted: the step has to wait for the next frame.
+            BudgetExhausted: the step has to wait for the next frame, or is not needed any more.
         """
         if self._replayed == len(self._done):
             cost_ms = self._costs.cost_ms(step)
-            if self._spent_ms > 0.0 and self._spent_ms + cost_ms > self._budget_ms:
+            is_spent = self._spent_ms > 0.0 and self._spent_ms + cost_ms > self._budget_ms
+            if is_spent or self._is_given_up():
                 raise BudgetExhausted
             result, spent_ms = self._costs.timed(step, lambda: work(*args, **keywords))
             self._done.append(result)

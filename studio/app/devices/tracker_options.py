@@ -31,7 +31,10 @@ TITLES: Mapping[str, tuple[str, str]] = {
     ),
     "texture": ("use colours inside outlines", "as well as the outlines themselves"),
     "recover": ("look for lost objects", "off: a lost object stays lost"),
-    "search_ms": ("looking for them, at most", "time of one frame; more finds them sooner"),
+    "search_ms": (
+        "looking for them, at most",
+        "time of a rehearsed frame; more finds them sooner",
+    ),
 }
 """What people read of each setting, and what it does."""
 

@@ -12,6 +12,7 @@ from sim.truth import GroundTruth
 from tracking.baseline.detect import Detector
 from tracking.baseline.matcher import Matcher
 from tracking.hypotheses.budget import NOMINAL_COSTS, StepCosts
+from tracking.hypotheses.search_runner import IN_FRAMES, SearchRunner
 from tracking.output import Stopwatch, TrackingMethod, no_stopwatch
 
 METHODS = ("own", "paper")
@@ -41,6 +42,7 @@ def make_method(
     matcher: Matcher | None = None,
     stopwatch: Stopwatch = no_stopwatch,
     costs: StepCosts = NOMINAL_COSTS,
+    searches: SearchRunner = IN_FRAMES,
     more: Mapping[str, MethodMaker] = NO_MORE,
 ) -> TrackingMethod[Any]:
     """A tracker for the objects of a scene.
@@ -53,6 +55,7 @@ def make_method(
         matcher: finds corresponding points for the paper's method; SIFT if None.
         stopwatch: for the stage durations.
         costs: of the steps of our tracker's searches; nominal ones make every run the same.
+        searches: computes our tracker's searches for lost objects.
         more: trackers beside `METHODS` by name, such as those of plug-ins.
 
     Raises:
@@ -66,7 +69,12 @@ def make_method(
 
     if name == "own":
         return Tracker(
-            scene.room, scene.objects, NativeRenderer(), stopwatch=stopwatch, costs=costs
+            scene.room,
+            scene.objects,
+            NativeRenderer(),
+            stopwatch=stopwatch,
+            costs=costs,
+            searches=searches,
         )
     if name == "paper":
         return PaperTracker(

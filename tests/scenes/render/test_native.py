@@ -1,5 +1,6 @@
 """The native renderer against the reference, and what is its own: threads, cache, damage."""
 
+import pickle
 import sys
 from concurrent.futures import ThreadPoolExecutor
 
@@ -196,6 +197,13 @@ def test_instructions_can_be_chosen():
         assert NativeRenderer(instructions=name).instructions == name
     with pytest.raises(ValueError, match=r'instructions: got "abacus", wanted .*scalar'):
         NativeRenderer(instructions="abacus")
+
+
+def test_another_process_has_one_renderer_of_the_same_instructions(native):
+    there = pickle.loads(pickle.dumps(native))
+    assert there.instructions == native.instructions
+    assert there is not native
+    assert pickle.loads(pickle.dumps(native)) is there
 
 
 def test_several_callers_at_once(native, wild_cloud, at_origin, camera):

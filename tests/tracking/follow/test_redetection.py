@@ -1,5 +1,6 @@
 """Small things that were lost on a table are found again by their colours, in filmed meshes."""
 
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -7,6 +8,9 @@ import pytest
 
 from scenes.pose import Pose, wrap_angle
 from scenes.state import TrackState
+from tracking.beside.messages import encoded
+from tracking.beside.runner import SearchBesideFrames
+from tracking.evidence.observation import observe
 from tracking.follow.redetection import (
     HIDDEN_FRAMES,
     heights_of,
@@ -14,9 +18,12 @@ from tracking.follow.redetection import (
     redetect,
     redetect_all,
 )
-from tracking.follow.track import SEARCH_PERIOD_NS
+from tracking.follow.track import SEARCH_PERIOD_NS, PendingReview, Review
 from tracking.hypotheses.budget import Step
 from tracking.hypotheses.hypothesis import CLEAR_NATS
+from tracking.hypotheses.refinement import placed
+from tracking.hypotheses.search_runner import Progress
+from tracking.likelihood.pose_likelihood import pose_support
 
 LOST = {"state": TrackState.LOST}
 
@@ -81,12 +88,63 @@ def test_a_search_spread_over_frames_comes_to_the_same_pose(table, mug_elsewhere
     )
 
 
+def test_a_search_beside_the_frames_comes_to_the_same_pose_to_the_bit(table, mug_elsewhere):
+    scene, _now = mug_elsewhere
+    task = table.task(scene, "mug-1", **LOST)
+    at_once = redetect_all([task])["mug-1"]
+    runner = SearchBesideFrames()
+    try:
+        search, found, until = None, {}, time.monotonic() + 120.0
+        while not found and time.monotonic() < until:
+            found, search = redetect([task], search, budget_ms=1.0, runner=runner)
+            time.sleep(0.02)
+    finally:
+        runner.close()
+    assert search is None
+    there, here = found["mug-1"], at_once
+    np.testing.assert_array_equal(there.world_from_object.matrix(), here.world_from_object.matrix())
+    np.testing.assert_array_equal(there.covariance, here.covariance)
+    assert there.confidence == here.confidence
+
+
+def test_a_search_of_what_was_under_review_can_be_ordered(table, mug_elsewhere):
+    scene, _now = mug_elsewhere
+    model, pose = table.models["mug-1"], table.poses["mug-1"]
+    evidence = table.evidence(scene, "mug-1", pose)
+    observation = observe(scene, evidence)
+    fit = placed(scene, model, evidence, pose)
+    support = pose_support(observation, model, pose, scene.renderer)
+    pending = PendingReview(scene, evidence, observation, fit, support, ())
+    task = table.task(scene, "mug-1", **LOST, review=Review(0, 0, 0.0, 0.0, pending))
+    with pytest.raises(TypeError, match="cannot pickle"):
+        encoded(task)
+    _, begun = redetect([task], None, budget_ms=1.0)
+    assert begun is not None
+    encoded(begun.task)
+
+
+def test_a_search_that_is_not_needed_any_more_is_given_up(table, mug_elsewhere):
+    given_up = []
+
+    class Waits:
+        def advance(self, progress, work, *, budget_ms):
+            return Progress(number=5), None
+
+        def give_up(self, progress):
+            given_up.append(progress.number)
+
+    scene, _now = mug_elsewhere
+    _, begun = redetect([table.task(scene, "mug-1", **LOST)], None, budget_ms=1.0, runner=Waits())
+    redetect([], begun, budget_ms=1.0, runner=Waits())
+    assert given_up == [5]
+
+
 def test_a_search_ends_when_its_object_is_lost_no_more(table, mug_elsewhere):
     scene, _now = mug_elsewhere
     mug = table.task(scene, "mug-1", **LOST)
     _, begun = redetect([mug], None, budget_ms=Step.LOOK.nominal_ms + 1.0)
     assert begun is not None
-    assert begun.task is mug
+    assert begun.task.model is mug.model
     found, left = redetect([], begun, budget_ms=Step.LOOK.nominal_ms + 1.0)
     assert (found, left) == ({}, None)
 
@@ -109,7 +167,7 @@ def test_what_waited_longest_is_looked_for_first(table, no_mug):
     ]
     _, search = redetect(tasks, None, budget_ms=1.0)
     assert search is not None
-    assert search.task is tasks[1]
+    assert search.task.model is tasks[1].model
 
 
 def test_what_is_hidden_for_long_is_looked_for_if_it_was_ever_seen(table, no_mug):

@@ -1,0 +1,132 @@
+"""What paces the tracker's searches in a session, and what a recording says of it."""
+
+from __future__ import annotations
+
+import time
+from typing import Protocol
+
+from devices.messages import Frame
+from devices.recording_codec import FrameStamp
+from tracking.beside.runner import SearchBesideFrames
+from tracking.hypotheses.budget import NOMINAL_COSTS, MeasuredCosts, RepeatedCosts, StepCosts
+from tracking.hypotheses.search_runner import (
+    IN_FRAMES,
+    SearchAsRecorded,
+    SearchInFrames,
+    SearchRunner,
+)
+
+
+class Pacing(Protocol):
+    """Paces the searches of a session's tracker."""
+
+    @property
+    def costs(self) -> StepCosts:
+        """Of the steps of searches in the frames."""
+        ...
+
+    @property
+    def searches(self) -> SearchRunner:
+        """Computes the searches for lost objects."""
+        ...
+
+    def begin(self, stamp: FrameStamp | None) -> None:
+        """A frame is tracked now.
+
+        Args:
+            stamp: of a recorded frame.
+        """
+        ...
+
+    def stamp(self, frame: Frame) -> FrameStamp | None:
+        """What has to be recorded of a frame that has just been tracked, to repeat it."""
+        ...
+
+    def close(self) -> None:
+        """Nothing will be tracked any more."""
+        ...
+
+
+class InFrames:
+    """Searches take a share of each frame.
+
+    Args:
+        costs: nominal ones make every run the same, measured ones keep a stream's pace.
+    """
+
+    def __init__(self, costs: StepCosts = NOMINAL_COSTS) -> None:
+        self.costs: StepCosts = costs
+        self.searches: SearchRunner = IN_FRAMES if costs is NOMINAL_COSTS else SearchInFrames(costs)
+
+    def begin(self, stamp: FrameStamp | None) -> None:
+        """See `Pacing.begin`: nothing is different for a recorded frame."""
+
+    def stamp(self, frame: Frame) -> FrameStamp | None:
+        """See `Pacing.stamp`: nothing but the frame is needed."""
+        return None
+
+    def close(self) -> None:
+        """See `Pacing.close`: nothing goes on."""
+
+
+class Live:
+    """Searches for lost objects are computed beside the frames, all else as it was measured."""
+
+    def __init__(self) -> None:
+        self._costs = MeasuredCosts(time.perf_counter_ns)
+        self._searches = SearchBesideFrames()
+        self.costs: StepCosts = self._costs
+        self.searches: SearchRunner = self._searches
+
+    def begin(self, stamp: FrameStamp | None) -> None:
+        """See `Pacing.begin`; forgets what settings that were tried beside have taken."""
+        del stamp
+        self._searches.start()
+        self._costs.taken()
+        self._searches.has_ended()
+
+    def stamp(self, frame: Frame) -> FrameStamp | None:
+        """See `Pacing.stamp`: how long steps took, and whether a search ended."""
+        steps_ms, has_ended = self._costs.taken(), self._searches.has_ended()
+        return stamp_of(frame, steps_ms, search_ended=has_ended)
+
+    def close(self) -> None:
+        """See `Pacing.close`: gives up what is computed."""
+        self._searches.close()
+
+
+class AsRecorded:
+    """Searches as they went in a live session."""
+
+    def __init__(self) -> None:
+        self._costs = RepeatedCosts()
+        self._searches = SearchAsRecorded(self._costs)
+        self.costs: StepCosts = self._costs
+        self.searches: SearchRunner = self._searches
+
+    def begin(self, stamp: FrameStamp | None) -> None:
+        """See `Pacing.begin`: the steps of this frame are those of the recorded one."""
+        self._costs.give(() if stamp is None else stamp.steps_ms)
+        self._searches.give(ends=None if stamp is None else stamp.search_ended)
+
+    def stamp(self, frame: Frame) -> FrameStamp | None:
+        """See `Pacing.stamp`: the recorded one says it."""
+        return None
+
+    def close(self) -> None:
+        """See `Pacing.close`: nothing goes on."""
+
+
+def stamp_of(
+    frame: Frame, steps_ms: tuple[float, ...] = (), *, search_ended: bool | None = None
+) -> FrameStamp:
+    """A frame's stamp, with how its searches went."""
+    return FrameStamp(
+        frame.stream_id,
+        frame.seq,
+        frame.t_ns,
+        frame.received_ns,
+        frame.world_from_rig,
+        steps_ms,
+        search_ended,
+    )

@@ -1,0 +1,1 @@
+"""Computing a long search in a process beside the frames."""

@@ -1,0 +1,99 @@
+"""The process that computes searches: reads them on stdin, writes what they gave.
+
+They are computed one after the other. One that is given up, or all at the end of stdin, ends at
+its next step.
+"""
+
+from __future__ import annotations
+
+import os
+import queue
+import signal
+import sys
+import threading
+import traceback
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from importlib import import_module
+from io import BufferedIOBase
+from typing import cast
+
+from tracking.beside.messages import (
+    Answer,
+    Part,
+    decoded,
+    encoded,
+    read_message,
+    write_message,
+)
+from tracking.hypotheses.budget import BudgetExhausted, FrameBudget
+
+NICENESS = 10
+"""How much less urgent than the session it is: on two busy cores a tenth of the tracker's share
+(the kernel's weights are 110 to 1024), and all that is left over."""
+
+MOST_WAITING = 3
+"""Searches that wait, 0.13 GB each with pictures of 2880 × 1440. A session has two at most, its own
+and that of settings tried beside, and one that it has just given up."""
+
+SEARCH = "tracking.follow.redetection"
+"""The module whose functions are ordered."""
+
+Order = Callable[[FrameBudget], object]
+"""A search; everything that it needs comes with it. A message without parts gives it up."""
+
+
+def serve(orders: BufferedIOBase, answers: BufferedIOBase) -> None:
+    """Compute searches until there is an end of orders."""
+    waiting: queue.Queue[tuple[int, list[Part]] | None] = queue.Queue(MOST_WAITING)
+    given_up: set[int] = set()
+    is_over = threading.Event()
+
+    def listen() -> None:
+        while (message := read_message(orders)) is not None:
+            number, parts = message
+            if parts:
+                waiting.put((number, parts))
+            else:
+                given_up.add(number)
+        is_over.set()
+        waiting.put(None)
+
+    threading.Thread(target=listen, name="orders", daemon=True).start()
+    while (ordered := waiting.get()) is not None:
+        number, parts = ordered
+        answer = _answer(parts, lambda n=number: n in given_up or is_over.is_set())
+        given_up.difference_update([n for n in tuple(given_up) if n <= number])
+        if answer is not None:
+            write_message(answers, number, encoded(answer))
+
+
+def _answer(parts: Sequence[Part], is_given_up: Callable[[], bool]) -> Answer | None:
+    """What an order gives; None if it is given up."""
+    try:
+        order = cast(Order, decoded(parts))
+        return Answer(order(FrameBudget(is_given_up=is_given_up)))
+    except BudgetExhausted:
+        return None
+    except Exception:  # noqa: BLE001 - raised in the session
+        return Answer(None, traceback.format_exc(limit=-3))
+
+
+def main() -> None:
+    """Serve stdin and stdout; whatever else prints goes to stderr."""
+    # Ctrl-C in a terminal is for the session, which ends this with its pipes.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(os, "nice"):
+        os.nice(NICENESS)
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    # The first search shall not wait for the modules that it needs.
+    import_module(SEARCH)
+    with suppress(BrokenPipeError):
+        serve(cast(BufferedIOBase, sys.stdin.buffer), answers)
+    # A thread still reads; nothing is left to be put away.
+    os._exit(0)
+
+
+if __name__ == "__main__":
+    main()

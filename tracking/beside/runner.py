@@ -1,0 +1,198 @@
+"""Computes the searches of a live session in a process of its own."""
+
+from __future__ import annotations
+
+import logging
+import os
+import queue
+import subprocess
+import sys
+import threading
+from collections.abc import Sequence
+from contextlib import suppress
+from io import BufferedIOBase
+from pathlib import Path
+from typing import TypeVar, cast
+
+from tracking.beside.messages import (
+    Answer,
+    Part,
+    decoded,
+    encoded,
+    read_message,
+    write_message,
+)
+from tracking.hypotheses.search_runner import Progress, SearchInFrames, Work
+
+T = TypeVar("T")
+
+log = logging.getLogger(__name__)
+
+ROOT = Path(__file__).parents[2]
+"""Folder of the program's packages."""
+
+MOST_DEATHS = 3
+"""Deaths of the process after which searches are computed in the frames: it has no memory, or what
+it computes kills it."""
+
+LEAVING_S = 2.0
+"""Seconds that the process and its threads have to end."""
+
+
+class SearchProcessError(Exception):
+    """A search raised something in the process; says what."""
+
+
+class _Process:
+    """The process, and what it answered.
+
+    Its threads only wait for the pipes, so that a session is never late for a picture of 12 MB.
+    """
+
+    def __init__(self) -> None:
+        path = os.pathsep.join(p for p in (str(ROOT), os.environ.get("PYTHONPATH", "")) if p)
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "tracking.beside.process"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env={**os.environ, "PYTHONPATH": path},
+        )
+        self._numbers: queue.SimpleQueue[int | None] = queue.SimpleQueue()
+        self._unwritten: dict[int, Sequence[Part]] = {}
+        self._answers: dict[int, Answer] = {}
+        self._awaited: set[int] = set()
+        self._lock = threading.Lock()
+        self.is_dead = False
+        self._threads = [
+            threading.Thread(target=run, name=f"search {name}", daemon=True)
+            for name, run in (("orders", self._write), ("answers", self._read))
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    def order(self, number: int, parts: Sequence[Part]) -> None:
+        """Compute a search once those before it have ended."""
+        with self._lock:
+            self._awaited.add(number)
+            self._unwritten[number] = parts
+        self._numbers.put(number)
+
+    def give_up(self, number: int) -> None:
+        """Do not compute a search any more."""
+        with self._lock:
+            self._awaited.discard(number)
+            self._answers.pop(number, None)
+            self._unwritten.pop(number, None)
+        self._numbers.put(number)
+
+    def answer(self, number: int) -> Answer | None:
+        """What a search gave; None while it is computed."""
+        with self._lock:
+            return self._answers.pop(number, None)
+
+    def end(self) -> None:
+        """End the process and the threads."""
+        self._numbers.put(None)
+        self._process.kill()
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(LEAVING_S)
+        for thread in self._threads:
+            thread.join(LEAVING_S)
+
+    def _write(self) -> None:
+        assert self._process.stdin is not None
+        with suppress(OSError), self._process.stdin as stream:
+            while (number := self._numbers.get()) is not None:
+                with self._lock:
+                    parts = self._unwritten.pop(number, ())
+                write_message(cast(BufferedIOBase, stream), number, parts)
+
+    def _read(self) -> None:
+        assert self._process.stdout is not None
+        with self._process.stdout as stream:
+            while (message := read_message(cast(BufferedIOBase, stream))) is not None:
+                number, parts = message
+                answer = cast(Answer, decoded(parts))
+                with self._lock:
+                    if number in self._awaited:
+                        self._awaited.discard(number)
+                        self._answers[number] = answer
+        self.is_dead = True
+
+
+class SearchBesideFrames:
+    """Computes searches in another process; a frame only begins one, or takes its result.
+
+    It is started by `start` or the first search, and again if it dies.
+    """
+
+    def __init__(self) -> None:
+        self._in_frames = SearchInFrames()
+        self._deaths = 0
+        self._number = self._first = 1
+        self._has_ended = False
+        self._process: _Process | None = None
+
+    def start(self) -> None:
+        """Start the process, for the first search not to wait for it, unless it dies often."""
+        if self._process is None and self._deaths < MOST_DEATHS:
+            self._process = _Process()
+
+    def advance(
+        self, progress: Progress, work: Work[T], *, budget_ms: float
+    ) -> tuple[Progress, T | None]:
+        """See `SearchRunner.advance`; the budget counts only after many deaths of the process.
+
+        Raises:
+            SearchProcessError: the search failed.
+        """
+        process = self._started()
+        if process is None:
+            progress, result = self._in_frames.advance(progress, work, budget_ms=budget_ms)
+            self._has_ended |= result is not None
+            return progress, result
+        number = progress.number
+        if number is None or number < self._first:
+            number = self._number
+            self._number += 1
+            process.order(number, encoded(work))
+            return Progress(number=number), None
+        answer = process.answer(number)
+        if answer is None:
+            return progress, None
+        if answer.failure:
+            raise SearchProcessError(answer.failure)
+        self._has_ended = True
+        return progress, cast(T, answer.result)
+
+    def give_up(self, progress: Progress) -> None:
+        """See `SearchRunner.give_up`."""
+        number, process = progress.number, self._process
+        if number is not None and number >= self._first and process is not None:
+            process.give_up(number)
+
+    def _started(self) -> _Process | None:
+        """The process; None if it has died too often. One that died before is started again."""
+        process = self._process
+        if process is not None and process.is_dead and self._deaths < MOST_DEATHS:
+            process.end()
+            self._deaths += 1
+            self._process, self._first = None, self._number
+            if self._deaths == MOST_DEATHS:
+                log.warning(
+                    "the search process died %d times: lost objects are looked for in the frames, "
+                    "which takes longer. Is there memory left?",
+                    self._deaths,
+                )
+        self.start()
+        return self._process
+
+    def has_ended(self) -> bool:
+        """Whether a search has ended since the last call: what `SearchAsRecorded` needs."""
+        ended, self._has_ended = self._has_ended, False
+        return ended
+
+    def close(self) -> None:
+        """End the process."""
+        if self._process is not None:
+            self._process.end()
