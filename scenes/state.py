@@ -63,6 +63,10 @@ class ObjectModel:
         return np.array([0.0, 0.0, 0.5 * self.box_m[2]]), 0.5 * float(np.linalg.norm(self.box_m))
 
 
+SURE = 0.5
+"""Confidence below which a tracker says of itself that a pose may be wrong: likelier than not."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class TrackedObject:
     """One object's pose at one frame.
@@ -86,6 +90,11 @@ class TrackedObject:
     state: TrackState
     confidence: float
     source_seq: int
+
+    @property
+    def is_flagged(self) -> bool:
+        """Whether the tracker says of itself that this pose may be wrong."""
+        return self.state in (TrackState.LOST, TrackState.OCCLUDED) or self.confidence < SURE
 
 
 @dataclass(frozen=True, slots=True, eq=False)

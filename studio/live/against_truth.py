@@ -53,6 +53,7 @@ class Published:
         published_ns: its poses.
         world_from_object: by object id.
         world_from_rig: camera pose that was used.
+        flagged: ids of objects whose pose may be wrong, as the tracker says.
     """
 
     pts_ns: int | None
@@ -60,6 +61,7 @@ class Published:
     published_ns: int
     world_from_object: Mapping[str, Pose]
     world_from_rig: Pose | None
+    flagged: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -132,9 +134,10 @@ def bump_times(truth: Sequence[TruthRow]) -> list[int]:
 def bump_rows(
     published: Sequence[Published], truth: Sequence[TruthRow], noticed_ns: Sequence[int]
 ) -> list[Row]:
-    """How soon bumps were noticed, and how far they moved objects that rest and were known.
+    """How soon bumps were noticed, and how far objects that rest appeared to move.
 
-    What was lost before a bump, and said to be, may be found at any time after it.
+    What was lost before a bump, and said to be, may be found at any time after it: it does not
+    count.
 
     Args:
         published: of the session.
@@ -161,7 +164,7 @@ def bump_rows(
 def _moved_cm(published: Sequence[Published], truth: Sequence[TruthRow], bump_ns: int) -> float:
     """Largest distance of an object at rest from where it was published before a bump, cm.
 
-    Of objects that were published within `MOVED_BAR_CM` of where they are.
+    Of objects that were published as sure before it, right or wrong.
     """
     until_ns = bump_ns + round(SETTLED_S * 1e9)
     before = [item for item in published if item.arrived_ns <= bump_ns]
@@ -177,7 +180,7 @@ def _moved_cm(published: Sequence[Published], truth: Sequence[TruthRow], bump_ns
         )
         if not len(true) or float(np.ptp(true, axis=0).max()) > 1e-3:
             continue
-        if 100.0 * float(np.linalg.norm(pose.translation - true[0])) > MOVED_BAR_CM:
+        if name in before[-1].flagged:
             continue
         for item in after:
             apart = item.world_from_object[name].translation - pose.translation

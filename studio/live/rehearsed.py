@@ -7,7 +7,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from types import TracebackType
 
@@ -154,6 +154,7 @@ class RehearsedLive:
                 zero + output.now_ns,
                 {track.object_id: track.world_from_object for track in output.shown.objects},
                 output.shown.world_from_rig,
+                frozenset(track.object_id for track in output.shown.objects if track.is_flagged),
             )
         )
 
@@ -222,7 +223,7 @@ class RehearsedLive:
             live_s = status.live_s
             if live_s is None:
                 continue
-            self._rss_kib.append((live_s, _resident_kib()))
+            self._rss_kib.append((live_s, _resident_kib(but=self._running().process_id)))
             wanted = CUT_AT_S + CUT_FOR_S + AFTER_CUT_S
             is_long = self._seconds is None or self._seconds >= wanted
             if not cut and is_long and live_s >= CUT_AT_S:
@@ -246,9 +247,25 @@ NOTICED = frozenset(map(event_kind, (CameraMoment.BUMPED, CameraMoment.NOT_FOUND
 """Kinds of the session's events by which it says that the camera was moved."""
 
 
-def _resident_kib() -> float:
-    pages = Path("/proc/self/statm").read_text(encoding="ascii").split()[1]
-    return int(pages) * resource.getpagesize() / 1024
+def _resident_kib(*, but: int) -> float:
+    """Memory of the session and its processes, KiB, without one: the simulated camera."""
+    pages = 0
+    for process in ("self", *_children()):
+        if process != str(but):
+            with suppress(OSError):  # it may have ended
+                statm = Path("/proc", process, "statm").read_text(encoding="ascii")
+                pages += int(statm.split()[1])
+    return pages * resource.getpagesize() / 1024
+
+
+def _children() -> list[str]:
+    """Ids of the processes that this one has started."""
+    lists = Path("/proc/self/task").glob("*/children")
+    found: list[str] = []
+    for each in lists:
+        with suppress(OSError):  # a thread may have ended
+            found += each.read_text(encoding="ascii").split()
+    return found
 
 
 def _fuzz_row() -> Row:

@@ -83,6 +83,11 @@ class SimulatedCamera:
         """What it said so far: `event`, `wall_ns` and what belongs to it."""
         return tuple(self._events)
 
+    @property
+    def process_id(self) -> int:
+        """Of the process that plays it."""
+        return self._process.pid
+
     def last_drawing(self) -> str:
         """How far the drawing of its film is; empty before and after."""
         said = self._events[-1] if self._events else {}

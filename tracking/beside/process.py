@@ -64,19 +64,19 @@ def serve(orders: BufferedIOBase, answers: BufferedIOBase) -> None:
         number, parts = ordered
         answer = _answer(parts, lambda n=number: n in given_up or is_over.is_set())
         given_up.difference_update([n for n in tuple(given_up) if n <= number])
-        if answer is not None:
-            write_message(answers, number, encoded(answer))
+        if answer:
+            write_message(answers, number, answer)
 
 
-def _answer(parts: Sequence[Part], is_given_up: Callable[[], bool]) -> Answer | None:
-    """What an order gives; None if it is given up."""
+def _answer(parts: Sequence[Part], is_given_up: Callable[[], bool]) -> list[Part]:
+    """What an order gives, encoded; empty if it is given up."""
     try:
         order = cast(Order, decoded(parts))
-        return Answer(order(FrameBudget(is_given_up=is_given_up)))
+        return encoded(Answer(order(FrameBudget(is_given_up=is_given_up))))
     except BudgetExhausted:
-        return None
+        return []
     except Exception:  # noqa: BLE001 - raised in the session
-        return Answer(None, traceback.format_exc(limit=-3))
+        return encoded(Answer(None, traceback.format_exc(limit=-3)))
 
 
 def main() -> None:

@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from scipy.optimize import linear_sum_assignment
 
 from scenes.mesh import PhysicalRoom
-from scenes.state import TrackedObject, TrackState
 from studio.console.rows import Row, at_least
 from studio.evaluate.figures import OTHER, OWN
 from studio.evaluate.filmed.asked import Asked
@@ -26,8 +25,6 @@ SECONDS = 20
 """How long a tracker may look, one picture a second."""
 
 RIGHT_CM, RIGHT_DEG = 5.0, 5.0
-SURE = 0.5
-"""A track less confident than this, or lost, says of itself that it may be wrong."""
 
 RIGHT_BAR = 9.0
 
@@ -100,16 +97,11 @@ def judged(room: PhysicalRoom, answer: Answer) -> list[Found]:
                     error.world_cm,
                     error.yaw_deg,
                     right,
-                    is_flagged(track),
+                    track.is_flagged,
                     right and bool(i == j),
                 )
             )
     return found
-
-
-def is_flagged(track: TrackedObject) -> bool:
-    """Whether the tracker says of itself that this pose may be wrong."""
-    return track.state in (TrackState.LOST, TrackState.OCCLUDED) or track.confidence < SURE
 
 
 def _rows(method: str, runs: Sequence[Sequence[Found]]) -> list[Row]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -108,16 +109,17 @@ def test_a_bump_that_throws_a_chair_is_seen():
     assert value(bump_rows(published, truth, []), "live.bump.noticed_s").value == math.inf
 
 
-def test_what_is_found_again_after_a_bump_was_not_thrown_by_it():
+@pytest.mark.parametrize(
+    ("flagged", "moved_cm"), [(frozenset({"chair"}), 0.0), (frozenset(), 40.0)]
+)
+def test_what_was_said_to_be_lost_and_is_found_again_was_not_thrown(flagged, moved_cm):
     truth = truth_of(100, bump_at=50)
     published = [
-        Published(p.pts_ns, p.arrived_ns, p.published_ns, {"chair": at(1.4)}, p.world_from_rig)
-        if k < 60
-        else p
+        replace(p, world_from_object={"chair": at(1.4)}, flagged=flagged) if k < 60 else p
         for k, p in enumerate(published_of(truth))
     ]
-    noticed = [truth[50].time.wall_ns]
-    assert value(bump_rows(published, truth, noticed), "live.bump.moved_cm.max").value == 0.0
+    moved = value(bump_rows(published, truth, [truth[50].time.wall_ns]), "live.bump.moved_cm.max")
+    assert moved.value == pytest.approx(moved_cm)
 
 
 def test_a_bump_while_nothing_arrives_counts_from_the_next_picture():

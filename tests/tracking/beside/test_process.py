@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from tests.tracking.beside.orders import doubled, endless, fails
+from tests.tracking.beside.orders import doubled, endless, fails, gives_a_lock
 from tracking.beside.messages import decoded, encoded, read_message, write_message
 from tracking.beside.process import serve
 
@@ -61,6 +61,12 @@ def test_what_an_order_raises_is_said(served):
     _, answer = answer_in(answers)
     assert "ValueError: no floor at 2.5 m" in answer.failure
     assert "orders.py" in answer.failure
+
+
+def test_a_result_that_cannot_leave_the_process_is_said(served):
+    orders, answers = served
+    write_message(orders, 1, encoded(gives_a_lock))
+    assert "cannot pickle" in answer_in(answers)[1].failure
 
 
 def test_what_cannot_be_read_is_said_and_the_next_is_answered(served):
