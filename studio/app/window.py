@@ -21,13 +21,13 @@ from PySide6.QtCore import (
 )
 from PySide6.QtWidgets import QApplication, QMainWindow, QWidget
 
-from studio.app.model.document import Document
-from studio.app.model.document_file import SUFFIX, load_document
-from studio.app.model.live_job import LivePlan
-from studio.app.model.live_run import LiveRun
-from studio.app.model.scene_job import SceneJob
+from studio.app.model.documents.document import Document
+from studio.app.model.documents.document_file import SUFFIX, load_document
+from studio.app.model.jobs.live_job import LivePlan
+from studio.app.model.jobs.scene_job import SceneJob
+from studio.app.model.runs.live_run import LiveRun
+from studio.app.model.runs.session_run import SessionRun
 from studio.app.model.script import Step
-from studio.app.model.session_run import SessionRun
 from studio.app.model.settings import load_settings, settings_folder
 from studio.app.model.workbench import Workbench
 from studio.app.shell.main_window import MainWindow, make_history

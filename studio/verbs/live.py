@@ -71,7 +71,7 @@ def run(args: argparse.Namespace) -> int:
         raise ValueError("--scenario and --seed go with --simulated: a real camera has neither")
     no_window = "" if args.headless else why_no_window()
     if no_window is None:
-        from studio.app.model.live_job import LivePlan
+        from studio.app.model.jobs.live_job import LivePlan
         from studio.app.window import live_in_window
 
         plan = LivePlan(

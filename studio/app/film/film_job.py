@@ -12,7 +12,7 @@ from studio.app.film.film_picture import FilmSet, film_picture
 from studio.app.film.moments import Moment, recorded_moments
 from studio.app.film.plan import FilmPlan
 from studio.app.model.names import CAMERA
-from studio.app.timeline.reading import read_index
+from studio.app.timeline.recorded.reading import read_index
 from studio.reports.mp4_file import Mp4File
 
 WAITING = 8

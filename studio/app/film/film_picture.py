@@ -14,7 +14,7 @@ from scenes.cameras import Pinhole
 from scenes.package import ScenePackage
 from studio.app.film.moments import Moment
 from studio.app.film.plan import FilmPlan
-from studio.app.model.document import Document
+from studio.app.model.documents.document import Document
 from studio.app.model.names import CAMERA
 from studio.app.viewport.drawing.scene_drawing import SceneDrawing
 from studio.app.viewport.drawing.shapes import Shape, Shown, shapes_of

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from scenes.package import ScenePackage
 from scenes.pose import Pose
 from scenes.state import SceneState
-from studio.app.model.document import Document, composed
-from studio.app.timeline.index import RecordingIndex
+from studio.app.model.documents.document import Document, composed
 from studio.app.timeline.pictures.live_pictures import LiveReplay
 from studio.app.timeline.pictures.reader import PictureReader
+from studio.app.timeline.recorded.index import RecordingIndex
 from studio.view.surface_drawing import LivePicture
 
 

@@ -20,8 +20,8 @@ from PySide6.QtWidgets import (
 
 from devices.camera.address import AddressError, parse_address
 from devices.camera.lenses.layout import LENSES, Arrangement, LensLayout
-from studio.app.model.live_run import LiveRun, Step
 from studio.app.model.own_address import reachable
+from studio.app.model.runs.live_run import LiveRun, Step
 from studio.app.model.workbench import Workbench
 from studio.app.shell.theme import SHAPES, THEMES
 from studio.app.shell.wrapping import WrappingRow

@@ -26,8 +26,8 @@ from studio.app.live.camera_page import CameraPage
 from studio.app.live.camera_view import CameraView
 from studio.app.live.head import LiveHead
 from studio.app.live.words import banner_of
-from studio.app.model.live_job import LiveJob
-from studio.app.model.live_run import LiveRun
+from studio.app.model.jobs.live_job import LiveJob
+from studio.app.model.runs.live_run import LiveRun
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.shell.theme import SHAPES, THEMES
 from studio.live.status import LiveState

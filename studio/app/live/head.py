@@ -23,9 +23,9 @@ from studio.app.live.words import (
     elapsed_words,
     light_of,
 )
-from studio.app.model.live_job import LiveJob
-from studio.app.model.live_run import NO_STEP, LiveRun, Step
+from studio.app.model.jobs.live_job import LiveJob
 from studio.app.model.own_address import reachable
+from studio.app.model.runs.live_run import NO_STEP, LiveRun, Step
 from studio.app.model.workbench import Workbench
 from studio.app.shell.theme import SHAPES, THEMES
 from studio.live.status import LiveState, LiveStatus

@@ -141,7 +141,7 @@ def answering() -> dict[str, Any]:
 
 def open_close(rounds: str) -> dict[str, Any]:
     """Resident memory after each round of open, rehearse, close; in MB."""
-    from studio.app.model.document import Document
+    from studio.app.model.documents.document import Document
     from studio.app.window import dispose
 
     resident: list[float] = []
@@ -161,7 +161,7 @@ def open_close(rounds: str) -> dict[str, Any]:
 
 def editing(home: str) -> dict[str, Any]:
     """Edit without end, printing each edit's number: whoever reads it kills this process."""
-    from studio.app.model.document import Document, Marker
+    from studio.app.model.documents.document import Document, Marker
 
     window, wait = shown_window("lab", home=Path(home))
     print("ready", flush=True)
@@ -176,7 +176,7 @@ def editing(home: str) -> dict[str, Any]:
 def soaking(seconds: str, folder: str) -> dict[str, Any]:
     """One window in sessions for so long; samples go to `soak.csv` in the folder."""
     from studio.app.measure.soaking import OVERTIME, SESSION_S, SETTLED_S, Sampler, scenario_of
-    from studio.app.model.document import Document
+    from studio.app.model.documents.document import Document
 
     where, end_s = Path(folder), time.monotonic() + float(seconds)
     scenario = scenario_of(min(float(seconds), SESSION_S))

@@ -140,7 +140,7 @@ def by_hand(_folder: Path) -> list[Row]:
 
 def designing(folder: Path) -> list[Row]:
     """D7, D8, D10, O10: people are added, a session plays, a surface becomes live, it is shared."""
-    from studio.app.model.document import Document
+    from studio.app.model.documents.document import Document
 
     window, wait = shown_window(Document("lab", scenario_name="lab-short"), home=folder / "home")
     window.run.out = folder / "rehearsal"

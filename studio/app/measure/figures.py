@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from studio.app.measure.process import command, measured
-from studio.app.model.autosave import recoverable
+from studio.app.model.documents.autosave import recoverable
 from studio.console.rows import Row, at_least, at_most
 
 OPENINGS = 3

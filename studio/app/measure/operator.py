@@ -79,8 +79,8 @@ actions = [{{ do = "push", object = "chair-1", to = [-0.45, 0.4] }}]
 
 def project(folder: Path) -> list[Row]:
     """O1, O2: a project opens as it was left; one button looks at everything."""
-    from studio.app.model.document import Document, Marker
-    from studio.app.model.document_file import load_document, save_document
+    from studio.app.model.documents.document import Document, Marker
+    from studio.app.model.documents.document_file import load_document, save_document
     from studio.session.preflight import checks_for, run_checks, save_checks
 
     path = folder / "tomorrow.nexus"
@@ -107,7 +107,7 @@ def project(folder: Path) -> list[Row]:
 
 def live(folder: Path) -> list[Row]:
     """O5: a simulated camera in real time; from a frame's capture to the twin."""
-    from studio.app.model.document import Document
+    from studio.app.model.documents.document import Document
 
     document = Document("lab", scenario_name="live", scenario=LIVE)
     window, wait = shown_window(document, home=folder / "home")

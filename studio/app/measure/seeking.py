@@ -6,10 +6,10 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from studio.app.timeline.index import RecordingIndex
 from studio.app.timeline.pictures.proxies import Proxies
 from studio.app.timeline.pictures.thread import PictureThread
-from studio.app.timeline.reading import read_index
+from studio.app.timeline.recorded.index import RecordingIndex
+from studio.app.timeline.recorded.reading import read_index
 from studio.bench.timeline import SeekTimes, Seen, measure_seeks, seek_rows_of, write_recording
 from studio.console.rows import Row
 

@@ -34,7 +34,7 @@ def shown_window(scene: Any, home: Path | None = None) -> tuple[MainWindow, Wait
     """
     from PySide6.QtWidgets import QApplication
 
-    from studio.app.model.document import Document
+    from studio.app.model.documents.document import Document
     from studio.app.window import SWITCH_S, make_window
 
     sys.setswitchinterval(SWITCH_S)

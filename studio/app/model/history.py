@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from studio.app.model.document import Document
+from studio.app.model.documents.document import Document
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 
 from scenes.package import ScenePackage
-from studio.app.model.document import Document
+from studio.app.model.documents.document import Document
 
 CAMERA, CAMERA_NAME = "camera", "360° camera"
 """Id of the 360° camera where a view is chosen, and what it is called."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-from studio.app.model.scene_job import SceneJob
+from studio.app.model.jobs.scene_job import SceneJob
 from tracking.options import TrackerOptions
 
 if TYPE_CHECKING:

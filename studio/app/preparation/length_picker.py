@@ -15,7 +15,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from studio.app.model.dropped import PICTURES
+from studio.app.model.documents.dropped import PICTURES
 from studio.app.preparation.photo_marker import PhotoMarker
 from studio.app.preparation.preparation_job import Pick
 

@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from studio.app.model.dropped import MESHES, SPLATS
+from studio.app.model.documents.dropped import MESHES, SPLATS
 from studio.app.model.workbench import Workbench
 from studio.app.preparation.length_picker import LengthPicker
 from studio.app.preparation.preparation_job import (

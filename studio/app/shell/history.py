@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from PySide6.QtGui import QUndoCommand, QUndoStack
 
-from studio.app.model.document import Document
+from studio.app.model.documents.document import Document
 from studio.app.model.history import Change
 
 LIMIT = 500

@@ -12,25 +12,25 @@ from PySide6.QtCore import QByteArray, QTimer
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QResizeEvent
 from PySide6.QtWidgets import QApplication, QFileDialog, QLabel, QMainWindow, QVBoxLayout, QWidget
 
-from studio.app.model.autosave import Autosave, Recovered, discard, recoverable
-from studio.app.model.live_run import LiveRun
-from studio.app.model.session_run import SessionRun
+from studio.app.model.documents.autosave import Autosave, Recovered, discard, recoverable
+from studio.app.model.runs.live_run import LiveRun
+from studio.app.model.runs.session_run import SessionRun
 from studio.app.model.settings import save_settings
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.plugins.panel_docks import PanelDocks
 from studio.app.plugins.plugin_host import PluginHost
+from studio.app.shell.actions.files import add_file_actions
+from studio.app.shell.actions.live import LiveActions
+from studio.app.shell.actions.sessions import add_session_actions
+from studio.app.shell.actions.window import add_shell_actions
 from studio.app.shell.cheat_sheet import CheatSheet
 from studio.app.shell.command_palette import CommandPalette
 from studio.app.shell.docks import CLOSED_AT_FIRST, DOCKS, Dock, make_content
-from studio.app.shell.file_actions import add_file_actions
 from studio.app.shell.first_page import FirstPage, scene_title
 from studio.app.shell.history import QtHistory
-from studio.app.shell.live_actions import LiveActions
 from studio.app.shell.menus import Menus
 from studio.app.shell.notice import Notice
 from studio.app.shell.script_run import ScriptRun
-from studio.app.shell.session_actions import add_session_actions
-from studio.app.shell.shell_actions import add_shell_actions
 from studio.app.shell.theme import SHAPES, THEMES, apply_theme
 from studio.app.shell.window_film import WindowFilm
 

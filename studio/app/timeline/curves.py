@@ -10,7 +10,7 @@ from PySide6.QtGui import QColor, QPen
 from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
 from studio.app.shell.theme import Theme
-from studio.app.timeline.errors import ErrorCurve
+from studio.app.timeline.recorded.errors import ErrorCurve
 from studio.evaluate.scores import ROOM_BAR_CM, ROOM_BAR_DEG
 
 GUTTER_PX = 132

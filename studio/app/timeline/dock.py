@@ -21,17 +21,17 @@ from PySide6.QtWidgets import (
 )
 
 from scenes.package import ScenePackage
-from studio.app.model.document import Marker
+from studio.app.model.documents.document import Marker
 from studio.app.model.names import shown_name
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.shell.theme import THEMES, Theme
 from studio.app.timeline.actions import add_timeline_actions
-from studio.app.timeline.comparison_view import ComparisonView
+from studio.app.timeline.comparison.forking import TwoRuns
+from studio.app.timeline.comparison.runs import Runs
+from studio.app.timeline.comparison.view import ComparisonView
 from studio.app.timeline.curves import Curves
 from studio.app.timeline.empty_page import EmptyPage
-from studio.app.timeline.forking import TwoRuns
 from studio.app.timeline.playback import Playback
-from studio.app.timeline.runs import Runs
 from studio.app.timeline.track_view import TrackView
 from studio.app.timeline.transport import Legend, Transport
 from studio.app.timeline.viewing import Viewing

@@ -9,16 +9,16 @@ from pathlib import Path
 
 from scenes.package import ScenePackage
 from scenes.state import ObjectModel
-from studio.app.timeline.errors import (
+from studio.app.timeline.recorded.errors import (
     ErrorCurve,
     Failure,
     error_curves,
     first_failure,
     symmetries,
 )
-from studio.app.timeline.index import RecordingIndex
-from studio.app.timeline.reading import read_index
-from studio.app.timeline.spans import FaultSpan, StateSpan, fault_spans, state_spans
+from studio.app.timeline.recorded.index import RecordingIndex
+from studio.app.timeline.recorded.reading import read_index
+from studio.app.timeline.recorded.spans import FaultSpan, StateSpan, fault_spans, state_spans
 from studio.app.timeline.task import Report, Task
 from studio.session.opening import scene_hash
 from studio.session.records.outputs import RECORDING

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from studio.app.model.document import Marker
+from studio.app.model.documents.document import Marker
 from studio.app.shell.theme import figures
-from studio.app.timeline.columns import STATE, STATES, last_at
 from studio.app.timeline.opening import OpenRecording
+from studio.app.timeline.recorded.columns import STATE, STATES, last_at
 
 NEAR_NS = 150_000_000
 """Events and markers as near as this are named: one or two frames of a slow camera."""

@@ -23,11 +23,11 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QWidget
 
 from scenes.state import TrackState
-from studio.app.model.document import Marker
+from studio.app.model.documents.document import Marker
 from studio.app.shell.theme import Theme
 from studio.app.timeline.curves import GUTTER_PX, curve_pen
 from studio.app.timeline.opening import OpenRecording
-from studio.app.timeline.spans import StateSpan
+from studio.app.timeline.recorded.spans import StateSpan
 
 RULER_PX, ROW_PX, PAD_PX = 20, 17, 3
 SAMPLE_PX = 16

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 from devices.clock import WallClock
 from scenes.state import SceneState
 from studio.app.model.workbench import Workbench
-from studio.app.timeline.columns import last_at
 from studio.app.timeline.pictures.proxies import Proxies, proxies_of
 from studio.app.timeline.pictures.thread import PictureThread
 from studio.app.timeline.playback import Playback
+from studio.app.timeline.recorded.columns import last_at
 from studio.app.timeline.task import Task
 
 if TYPE_CHECKING:

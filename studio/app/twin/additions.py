@@ -16,8 +16,8 @@ from scenes.frames import look_at
 from scenes.pose import Pose
 from scenes.quad import quad_of
 from scenes.state import Annotation, Avatar, LiveSurface
-from studio.app.model.added_mesh import AddedMesh, Geometry
-from studio.app.model.document import Document, Primitive, Shape, with_item
+from studio.app.model.documents.added_mesh import AddedMesh, Geometry
+from studio.app.model.documents.document import Document, Primitive, Shape, with_item
 from studio.app.twin.edits import EditError, checked_place, new_id
 
 Hit = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64] | None]

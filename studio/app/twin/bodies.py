@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from scenes.pose import Pose
-from studio.app.model.document import Primitive
+from studio.app.model.documents.document import Primitive
 
 if TYPE_CHECKING:
     from sim.physics.moving.primitives import Primitive as Solid

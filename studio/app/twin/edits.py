@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from scenes.pose import Pose, wrap_angle
 from scenes.state import Annotation, Avatar, LiveSurface
-from studio.app.model.document import (
+from studio.app.model.documents.document import (
     Document,
     Primitive,
     TwinEdits,

@@ -14,7 +14,7 @@ from devices.clock import Clock
 from scenes.package import ScenePackage
 from scenes.pose import Pose, rotation_angle
 from scenes.state import SceneState
-from studio.app.model.document import Document, Primitive, hand_state
+from studio.app.model.documents.document import Document, Primitive, hand_state
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.twin.bodies import solid_of, world_from_base, world_from_centre
 from studio.app.twin.edits import EditError, name_of, put_all, taken_ids

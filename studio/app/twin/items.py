@@ -11,7 +11,7 @@ import numpy as np
 from scenes.package import ScenePackage
 from scenes.pose import Pose
 from scenes.state import SceneState, TrackedObject, TrackState
-from studio.app.model.document import Document
+from studio.app.model.documents.document import Document
 from studio.app.twin.bodies import mass_kg
 from studio.app.twin.edits import ItemKind, heading_rad, kind_of, name_of, pose_of
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.frames import WORLD_FROM_GLTF
-from studio.app.model.added_mesh import MOST_TRIANGLES, Geometry
+from studio.app.model.documents.added_mesh import MOST_TRIANGLES, Geometry
 from studio.app.twin.edits import EditError
 
 SUFFIXES = (".obj", ".ply", ".glb", ".gltf", ".stl", ".off")

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from devices.streams import Slot
-from studio.app.model.added_mesh import Geometry
+from studio.app.model.documents.added_mesh import Geometry
 from studio.app.twin.edits import EditError
 from studio.app.twin.mesh_file import Up, described, read_geometry
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from scenes.pose import Pose
 from studio.app.model.actions import Action
-from studio.app.model.document import Document
+from studio.app.model.documents.document import Document
 from studio.app.model.workbench import Workbench
 from studio.app.twin import additions, edits
 from studio.app.twin.edits import EditError

@@ -14,7 +14,7 @@ from scenes.cameras import Pinhole
 from scenes.package import ScenePackage
 from scenes.pose import Pose
 from scenes.state import SceneState, TrackState
-from studio.app.model.document import Document
+from studio.app.model.documents.document import Document
 from studio.app.model.names import shown_name
 from studio.app.viewport.by_hand.gizmo import Gizmo, Handle
 from studio.app.viewport.by_hand.picking import length_m

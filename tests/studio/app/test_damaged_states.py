@@ -9,7 +9,7 @@ import time
 import cv2
 import pytest
 
-from studio.app.model.autosave import recoverable
+from studio.app.model.documents.autosave import recoverable
 
 pytestmark = [
     pytest.mark.gui,
@@ -104,7 +104,7 @@ FULL_DISK = """
 import resource, sys
 from pathlib import Path
 from PySide6.QtWidgets import QApplication
-from studio.app.model.document import Document
+from studio.app.model.documents.document import Document
 from studio.app.window import make_window
 
 home = Path(sys.argv[1])

@@ -2,7 +2,7 @@
 
 from studio.app.measure.seeking import pictures_at
 from studio.app.timeline.pictures.thread import PictureThread
-from studio.app.timeline.reading import read_index
+from studio.app.timeline.recorded.reading import read_index
 from studio.bench.timeline import (
     OBJECTS,
     SeekTimes,

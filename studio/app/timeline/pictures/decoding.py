@@ -10,7 +10,7 @@ from devices.packet_pictures import LensPictures, PacketPictures
 from devices.packet_runs import PacketRun, RunError, RunPicture
 from devices.recording import RecordingReader
 from devices.recording_codec import Encoded
-from studio.app.timeline.index import Packets
+from studio.app.timeline.recorded.index import Packets
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from devices.messages import Frame
 from scenes.package import ScenePackage
-from studio.app.timeline.index import RecordingIndex
+from studio.app.timeline.recorded.index import RecordingIndex
 from tracking.output import TrackOutput
 
 if TYPE_CHECKING:  # what it imports takes half a second, and most recordings have no surface

@@ -16,9 +16,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.app.timeline.index import RecordingIndex
 from studio.app.timeline.pictures.proxy_file import MOST_BYTES, ProxyFile, is_whole, proxy_folder
 from studio.app.timeline.pictures.reader import EARLY_PACKETS
+from studio.app.timeline.recorded.index import RecordingIndex
 
 SIDE_PX = 480
 """Of a reduced picture: the view shows the camera's picture 0.3 of its width wide (`INSET_SHARE` in

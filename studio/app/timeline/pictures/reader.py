@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from devices.packet_pictures import LensPictures
 from devices.packet_runs import RunError
 from devices.recording import RecordingReader
-from studio.app.timeline.index import Packets
 from studio.app.timeline.pictures.decoding import InRuns, OneByOne, Shown
+from studio.app.timeline.recorded.index import Packets
 
 EARLY_PACKETS = 4
 """From so many packets on that have to be decoded, another picture is given first, chosen: each

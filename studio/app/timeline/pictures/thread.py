@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from devices.streams import Slot, StreamClosedError
 from scenes.package import ScenePackage
-from studio.app.timeline.index import Packets, RecordingIndex
 from studio.app.timeline.pictures.live_pictures import LiveReplay
 from studio.app.timeline.pictures.proxies import Proxies
 from studio.app.timeline.pictures.reader import (
@@ -16,6 +15,7 @@ from studio.app.timeline.pictures.reader import (
     PictureReader,
     ignore,
 )
+from studio.app.timeline.recorded.index import Packets, RecordingIndex
 
 if TYPE_CHECKING:
     from studio.view.surface_drawing import LivePicture

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.pose import Pose
-from studio.app.model.document import with_item
+from studio.app.model.documents.document import with_item
 from studio.app.model.workbench import Workbench
 from studio.app.viewport.by_hand.items import pose_of
 

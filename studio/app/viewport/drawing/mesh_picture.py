@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scenes.cameras import Pinhole
 from scenes.mesh import CollisionMesh
 from scenes.pose import Pose
-from studio.app.model.added_mesh import Geometry
+from studio.app.model.documents.added_mesh import Geometry
 from studio.app.viewport.drawing.shapes import Line, Shape, Solid, Squares, Surface, Wire, pieces
 
 NEAR_M, FAR_M = 0.05, 100.0

@@ -13,8 +13,8 @@ from scenes.frames import WORLD_FROM_FORWARD_CAMERA
 from scenes.mesh import CollisionMesh
 from scenes.pose import Pose
 from scenes.state import Avatar, LiveSurface, SceneState
-from studio.app.model.added_mesh import Geometry
-from studio.app.model.document import Primitive, TwinEdits
+from studio.app.model.documents.added_mesh import Geometry
+from studio.app.model.documents.document import Primitive, TwinEdits
 from studio.view.overlay import LOCAL, REMOTE, STATE_COLOURS
 
 Colour = tuple[float, float, float]

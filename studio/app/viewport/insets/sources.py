@@ -5,7 +5,7 @@ from __future__ import annotations
 from scenes.package import ScenePackage
 from scenes.pose import Pose
 from scenes.state import SceneState
-from studio.app.model.document import Document
+from studio.app.model.documents.document import Document
 from studio.app.model.names import CAMERA, shown_name
 from studio.app.viewport.viewer import object_eyes
 

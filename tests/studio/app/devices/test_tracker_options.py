@@ -6,7 +6,7 @@ import time
 import pytest
 
 from studio import rehearsal
-from studio.app.model.document import Document
+from studio.app.model.documents.document import Document
 from studio.console.display import why_no_window
 from studio.session.trackers.settings import is_settings
 from tests.studio.session.trackers.test_settings import Adjusted

@@ -12,8 +12,8 @@ from studio.app.film.film_job import WAITING, FilmJob
 from studio.app.film.film_picture import FilmSet, film_picture
 from studio.app.film.moments import Moment, recorded_moments
 from studio.app.film.plan import FilmPlan
-from studio.app.model.document import Document
-from studio.app.timeline.reading import read_index
+from studio.app.model.documents.document import Document
+from studio.app.timeline.recorded.reading import read_index
 from studio.app.viewport.drawing.scene_drawing import SceneDrawing
 from studio.app.viewport.drawing.shapes import Shown
 

@@ -7,7 +7,7 @@ import sys
 import av
 import pytest
 
-from studio.app.model.document import Document
+from studio.app.model.documents.document import Document
 from studio.console.display import why_no_window
 
 WHY_NOT = why_no_window()

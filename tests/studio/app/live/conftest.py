@@ -10,8 +10,8 @@ import pytest
 from devices.camera.address import parse_address
 from devices.clock import WallClock
 from sim.wire.rtmp_push import RtmpPush, StreamOptions
-from studio.app.model.document import Document
-from studio.app.model.live_run import LiveRun
+from studio.app.model.documents.document import Document
+from studio.app.model.runs.live_run import LiveRun
 from studio.live.setup import LiveSetup, Place
 from studio.session import opening
 from tests.studio.live.conftest import FPS, LAYOUT, textured

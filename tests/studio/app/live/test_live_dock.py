@@ -8,7 +8,7 @@ import time
 import pytest
 
 from devices.messages import Event
-from studio.app.model.live_run import Step
+from studio.app.model.runs.live_run import Step
 from studio.console.display import why_no_window
 from tests.studio.live.conftest import LAYOUT
 from tracking.options import TrackerOptions

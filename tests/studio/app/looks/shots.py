@@ -17,7 +17,7 @@ from PySide6.QtCore import QPoint, QRect
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication, QTabWidget, QWidget
 
-from studio.app.model.document import Document
+from studio.app.model.documents.document import Document
 from studio.app.model.script import read_script
 from studio.app.shell.main_window import MainWindow
 

@@ -5,8 +5,14 @@ from hypothesis import strategies as st
 
 from scenes.pose import Pose
 from scenes.state import Annotation, Avatar, LiveSurface
-from studio.app.model.added_mesh import AddedMesh, Geometry
-from studio.app.model.document import Document, Marker, Primitive, TrackerChoice, TwinEdits
+from studio.app.model.documents.added_mesh import AddedMesh, Geometry
+from studio.app.model.documents.document import (
+    Document,
+    Marker,
+    Primitive,
+    TrackerChoice,
+    TwinEdits,
+)
 from tracking.options import TrackerOptions
 
 ids = st.text(st.characters(codec="utf-8", exclude_characters="\x00"), min_size=1, max_size=8)

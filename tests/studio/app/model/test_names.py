@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from studio.app.model.document import Document, TwinEdits
+from studio.app.model.documents.document import Document, TwinEdits
 from studio.app.model.names import distinct_names, shown_name
 
 

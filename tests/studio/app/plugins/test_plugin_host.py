@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from studio.app.model.document import Document
+from studio.app.model.documents.document import Document
 from studio.app.model.settings import Settings
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.plugins.plugin_host import PluginHost, panel_id

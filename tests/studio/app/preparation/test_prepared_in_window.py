@@ -9,7 +9,7 @@ import pytest
 from scenes.package import load_package
 from scenes.samples import sample_room
 from sim.phone.phone import PhoneOptions, film
-from studio.app.model.document import Document
+from studio.app.model.documents.document import Document
 from studio.console.display import why_no_window
 
 WHY_NOT = why_no_window()

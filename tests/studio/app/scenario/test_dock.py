@@ -5,7 +5,7 @@ import time
 import pytest
 
 from scenes.opening import open_scene
-from studio.app.model.document import Document
+from studio.app.model.documents.document import Document
 from studio.app.model.settings import Settings
 from studio.app.model.workbench import Workbench
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from studio.app.model.document import Document
+from studio.app.model.documents.document import Document
 from studio.app.model.settings import TEXT_SCALES, THEMES, Settings
 from studio.app.model.workbench import Workbench
 from studio.console.display import why_no_window

@@ -5,8 +5,8 @@ import pytest
 
 from scenes.pose import Pose
 from studio.app.model.actions import Action
-from studio.app.model.document import Document, with_item
-from studio.app.model.document_file import save_document
+from studio.app.model.documents.document import Document, with_item
+from studio.app.model.documents.document_file import save_document
 from studio.app.model.script import read_script
 from studio.console.display import why_no_window
 

@@ -5,7 +5,7 @@ import time
 import pytest
 
 from studio import rehearsal
-from studio.app.model.scene_job import SceneJob
+from studio.app.model.jobs.scene_job import SceneJob
 from studio.console.display import why_no_window
 from studio.session.pipeline import CancelledError
 from studio.session.plan import SessionPlan
@@ -32,7 +32,7 @@ def application():
 @pytest.fixture
 def play(tiny, tmp_path, monkeypatch, application):
     """Opens the window on a rehearsal in the tiny room; `until` waits while Qt works."""
-    from studio.app.model.document import Document
+    from studio.app.model.documents.document import Document
     from studio.app.window import make_window
     from studio.session import opening
 

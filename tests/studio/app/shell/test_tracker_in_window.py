@@ -9,7 +9,7 @@ import pytest
 
 from devices.recording import read_session
 from studio import rehearsal
-from studio.app.model.document import Document
+from studio.app.model.documents.document import Document
 from studio.console.display import why_no_window
 from studio.session.trackers.methods import make_method
 

@@ -1,6 +1,6 @@
 import pytest
 
-from studio.app.timeline.reading import read_index
+from studio.app.timeline.recorded.reading import read_index
 from studio.session.plan import SessionPlan
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from devices.recording import Recorder, read_session
 from devices.replay import ReplayCamera
-from studio.app.model.document import Document
+from studio.app.model.documents.document import Document
 from studio.app.model.settings import Settings
 from studio.app.model.workbench import Workbench
 from studio.console.display import why_no_window

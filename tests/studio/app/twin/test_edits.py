@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scenes.pose import Pose, wrap_angle
-from studio.app.model.document import Document
-from studio.app.model.document_file import document_from_text, document_to_text
+from studio.app.model.documents.document import Document
+from studio.app.model.documents.document_file import document_from_text, document_to_text
 from studio.app.twin import additions, edits
 from studio.app.twin.edits import EditError, ItemKind
 

@@ -10,7 +10,7 @@ import pytest
 from devices.clock import ManualClock
 from scenes.pose import Pose
 from scenes.state import SceneState
-from studio.app.model.document_file import document_to_text
+from studio.app.model.documents.document_file import document_to_text
 from studio.app.twin.additions import primitive_added
 from studio.app.twin.bodies import world_from_centre
 from studio.app.twin.edits import EditError, moved

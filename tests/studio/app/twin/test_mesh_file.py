@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from studio.app.model.document_file import load_document, save_document
+from studio.app.model.documents.document_file import load_document, save_document
 from studio.app.twin import mesh_file
 from studio.app.twin.additions import mesh_added
 from studio.app.twin.edits import EditError, moved, pose_of, removed, turned

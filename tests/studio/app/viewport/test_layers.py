@@ -8,7 +8,7 @@ import pytest
 from scenes.mesh import BoxPart
 from scenes.opening import open_scene
 from scenes.pose import Pose
-from studio.app.model.document import Document
+from studio.app.model.documents.document import Document
 from studio.app.model.settings import Settings, load_settings, save_settings
 from studio.app.model.workbench import Workbench
 from studio.app.viewport import layers as layers_module

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scenes.opening import open_scene
-from studio.app.model.document import Document
+from studio.app.model.documents.document import Document
 from studio.app.model.settings import Settings
 from studio.app.model.workbench import Workbench
 from studio.app.twin.additions import surface_added

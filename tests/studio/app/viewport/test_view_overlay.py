@@ -8,7 +8,7 @@ from scenes.cameras import Pinhole
 from scenes.frames import look_at
 from scenes.pose import Pose
 from scenes.state import Avatar, SceneState, TrackedObject, TrackState
-from studio.app.model.document import Document, TwinEdits
+from studio.app.model.documents.document import Document, TwinEdits
 from studio.app.viewport.view_overlay import Overlay
 from studio.console.display import why_no_window
 

@@ -10,7 +10,7 @@ from sim.faults.fault import LightFault
 from sim.faults.settings import read_faults
 from sim.faults.span import read_span
 from sim.tables import ScenarioError, Table
-from studio.app.model.document import Document
+from studio.app.model.documents.document import Document
 from studio.app.model.offered import Offered
 from studio.app.model.settings import Settings
 from studio.app.model.workbench import Workbench

@@ -9,8 +9,8 @@ import pytest
 
 from sim.scenarios.scenario import load_scenario
 from sim.tables import ScenarioError
-from studio.app.model.autosave import recoverable
-from studio.app.model.document import Document
+from studio.app.model.documents.autosave import recoverable
+from studio.app.model.documents.document import Document
 from studio.app.model.settings import Settings
 from studio.app.model.workbench import Workbench
 from studio.app.scenario.text import edits
@@ -118,9 +118,9 @@ CRASHING = """
 import sys, time
 from pathlib import Path
 from types import SimpleNamespace
-from studio.app.model.autosave import Autosave
-from studio.app.model.autosave import recoverable
-from studio.app.model.document import Document
+from studio.app.model.documents.autosave import Autosave
+from studio.app.model.documents.autosave import recoverable
+from studio.app.model.documents.document import Document
 from studio.app.model.settings import Settings
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.scenario.text.editing import ScenarioEditing

@@ -5,9 +5,9 @@ import pytest
 
 from devices.replay import ReplayCamera
 from scenes.state import LiveSurface
-from studio.app.timeline.index import Changes
 from studio.app.timeline.pictures.live_pictures import LiveReplay
 from studio.app.timeline.pictures.thread import PictureThread
+from studio.app.timeline.recorded.index import Changes
 
 WALL = np.array([[-0.5, 1.0, 1.6], [0.5, 1.0, 1.6], [0.5, 1.0, 1.0], [-0.5, 1.0, 1.0]])
 FROM_NS = 200_000_000

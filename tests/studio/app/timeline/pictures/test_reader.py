@@ -14,7 +14,7 @@ from devices.replay import ReplayCamera
 from scenes.pose import Pose
 from studio.app.timeline.pictures import decoding
 from studio.app.timeline.pictures.reader import PictureReader
-from studio.app.timeline.reading import read_index
+from studio.app.timeline.recorded.reading import read_index
 from studio.bench.timeline import write_recording
 
 FRAMES = 50

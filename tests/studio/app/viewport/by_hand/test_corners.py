@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scenes.cameras import Pinhole
 from scenes.frames import look_at
 from scenes.state import LiveSurface
-from studio.app.model.document import Document
+from studio.app.model.documents.document import Document
 from studio.app.model.settings import Settings
 from studio.app.model.workbench import Workbench
 from studio.app.twin.additions import surface_added

@@ -7,8 +7,8 @@ from scenes.cameras import Pinhole
 from scenes.frames import look_at
 from scenes.pose import Pose
 from scenes.state import Annotation, Avatar, SceneState
-from studio.app.model.added_mesh import Geometry
-from studio.app.model.document import Primitive, TwinEdits
+from studio.app.model.documents.added_mesh import Geometry
+from studio.app.model.documents.document import Primitive, TwinEdits
 from studio.app.viewport.by_hand.picking import ray_of
 from studio.app.viewport.drawing.composite import composite
 from studio.app.viewport.drawing.mesh_picture import MeshDrawer, MeshPicture

@@ -7,7 +7,7 @@ from scenes.cameras import Pinhole
 from scenes.frames import look_at
 from scenes.mesh import CollisionMesh
 from scenes.pose import Pose
-from studio.app.model.added_mesh import Geometry
+from studio.app.model.documents.added_mesh import Geometry
 from studio.app.viewport.drawing.outlines import MOST_EDGES, Outlines, mesh_edges
 from studio.app.viewport.drawing.shapes import Line, Solid, Squares, Surface, Wire
 

@@ -6,7 +6,7 @@ import pytest
 from scenes.frames import look_at
 from scenes.opening import open_scene
 from scenes.state import Avatar, SceneState
-from studio.app.model.document import Document
+from studio.app.model.documents.document import Document
 from studio.app.model.settings import Settings
 from studio.app.model.workbench import Workbench
 from studio.console.display import why_no_window

@@ -11,7 +11,7 @@ from scenes.pose import Pose
 from scenes.state import Avatar, SceneState
 from sim.people.posture import PART_NAMES, Posture, part_poses
 from sim.rehearsal import _head_camera
-from studio.app.model.document import Document, Primitive, TwinEdits
+from studio.app.model.documents.document import Document, Primitive, TwinEdits
 from studio.app.viewport.drawing.scene_drawing import SceneDrawing
 from studio.app.viewport.drawing.shapes import Shown, shapes_of
 from studio.app.viewport.drawing.view_picture import View, draw_view

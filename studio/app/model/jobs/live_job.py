@@ -1,0 +1,250 @@
+"""A thread that plays a live session: a camera in, its room's twin out, a report at its end."""
+
+from __future__ import annotations
+
+import tempfile
+import threading
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from devices.streams import Slot
+from studio.app.model.jobs.scene_job import SceneJob
+from tracking.options import TrackerOptions
+
+if TYPE_CHECKING:  # what a session needs takes a second to import: not before the window is shown
+    from scenes.package import ScenePackage
+    from scenes.state import LiveSurface
+    from studio.live.live import LiveResult, LiveSession
+    from studio.live.rehearsed import RehearsedLive
+    from studio.live.setup import LiveSetup
+    from studio.session.preflight import Check
+    from studio.session.session import SessionOutput
+
+CLOSE_S = 5.0
+"""Seconds that a window that closes waits for the session: packets are written out in less.
+What cannot be interrupted, a search for the camera, records nothing and ends with the program."""
+
+LOOK_S = 0.2
+"""Seconds between two looks at the simulated camera and the clock, chosen: nobody notices less."""
+
+
+@dataclass(frozen=True, slots=True)
+class LivePlan:
+    """A live session as it was asked for.
+
+    Attributes:
+        scene: name or path of the room.
+        setup: the devices.
+        out: folder of recording, checks and report.
+        is_simulated: whether a simulated camera pushes to it, failing as real ones do.
+        scenario: what happens before the simulated camera; None for the scene's own.
+        seed: of all that is random there.
+        seconds: it goes live by itself and ends after so long; None until somebody ends it.
+        records: whether it leaves a recording.
+    """
+
+    scene: str
+    setup: LiveSetup
+    out: Path
+    is_simulated: bool = False
+    scenario: str | None = None
+    seed: int = 0
+    seconds: float | None = None
+    records: bool = True
+
+
+class LiveJob(SceneJob):
+    """Opens the room if it is not open, and plays the session; nothing here touches a widget.
+
+    Args:
+        plan: what to play.
+        options: of the tracker, to begin with.
+        opened: the room, where it is open already.
+    """
+
+    def __init__(
+        self, plan: LivePlan, *, options: TrackerOptions, opened: ScenePackage | None = None
+    ) -> None:
+        super().__init__(plan.scene)
+        self.plan = plan
+        self.live: LiveSession | None = None
+        self.report: Path | None = None
+        self.checks: Sequence[Check] = ()
+        """What was found last."""
+        self.found: Slot[Sequence[Check]] = Slot()
+        """The same, until somebody has taken it."""
+        self._options = options
+        self._given = opened
+        self._is_closing = False
+        self._rehearsed: RehearsedLive | None = None
+        self._checker: threading.Thread | None = None
+        self._over = threading.Event()
+
+    @property
+    def drawing(self) -> str:
+        """How far the simulated camera's film is; empty where there is none to wait for."""
+        return "" if self._rehearsed is None else self._rehearsed.drawing
+
+    @property
+    def is_checking(self) -> bool:
+        """Whether everything is being looked at."""
+        return self._checker is not None and self._checker.is_alive()
+
+    def check(self) -> None:
+        """Look at everything again, on a thread; once more when the first picture comes."""
+        if self.live is not None and not self.is_checking:
+            self._checker = threading.Thread(
+                target=self._check, args=(self.live,), name="live checks", daemon=True
+            )
+            self._checker.start()
+
+    def ask_to_stop(self) -> None:
+        """End the session: it writes its report, and the thread ends soon after."""
+        super().ask_to_stop()
+        if self.live is not None:
+            self.live.end()
+
+    def cancel(self) -> None:
+        """End it and wait, for a few seconds at most; nothing is measured any more."""
+        self._is_closing = True
+        self.ask_to_stop()
+        if self._thread.is_alive():
+            self._thread.join(CLOSE_S)
+        if self._thread.is_alive() and self._rehearsed is not None:
+            self._rehearsed.__exit__(None, None, None)
+
+    def adjust_tracker(self, options: TrackerOptions) -> bool:
+        """See `SceneJob`; before pictures are tracked they are what it begins with."""
+        live = self.live
+        if live is None:
+            return False
+        if options != live.options:
+            live.adjust_tracker(options)
+        return True
+
+    def make_live(self, surface: LiveSurface) -> None:
+        """See `SceneJob`."""
+        if self.live is None:
+            raise ValueError("live surfaces: wait until the camera is placed")
+        self.live.make_live(surface)
+
+    def _run(self) -> None:
+        try:
+            self._play()
+        except Exception as error:  # noqa: BLE001 - shown in the window's log
+            self.failure = self.failure or error
+        finally:
+            self._over.set()
+
+    def _play(self) -> None:
+        from devices.clock import WallClock
+        from scenes.opening import open_scene
+        from scenes.render.native import NativeRenderer
+        from studio.live.live import LiveSession
+        from studio.live.locating import RoomLocator
+        from studio.live.recording_name import recording_in
+        from studio.live.rehearsed import RehearsedLive, usual_feed
+
+        plan = self.plan
+        self.lines.put("opening the scene …")
+        scene = self._given or open_scene(plan.scene)
+        self.opened = scene
+        plan.out.mkdir(parents=True, exist_ok=True)
+        renderer = NativeRenderer()
+        live = LiveSession(
+            plan.scene,
+            scene,
+            plan.setup,
+            clock=WallClock(),
+            renderer=renderer,
+            locate=RoomLocator(scene, renderer),
+            record_to=recording_in(plan.out) if plan.records else None,
+            asks=True,
+        )
+        if self._options != live.options:
+            live.adjust_tracker(self._options)
+        if plan.seconds is not None:
+            live.go_live()
+        self.live = live
+        if self._cancelled.is_set():
+            live.end()
+        with ExitStack() as stack:
+            if plan.is_simulated:
+                truth = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "truth.jsonl"
+                self._rehearsed = stack.enter_context(
+                    RehearsedLive(
+                        live,
+                        usual_feed(plan.scene, plan.scenario, plan.seed),
+                        truth=truth,
+                        seconds=plan.seconds,
+                    )
+                )
+                self._rehearsed.direct()
+            threading.Thread(target=self._watch_over, name="live session", daemon=True).start()
+            self.check()
+            self._finish(live.run(self._see_live))
+
+    def _finish(self, result: LiveResult) -> None:
+        """The report, and the last words."""
+        from studio.live.report import live_rows, write_report
+
+        plan = self.plan
+        if result.session is None:
+            self.last_words = "ended before the camera was ready; nothing was recorded"
+            return
+        self.lines.put("writing the report …")
+        rows = live_rows(result)
+        if self._rehearsed is not None and not self._is_closing:
+            rows += self._rehearsed.rows(result)
+        checks = self.checks
+        self.report = write_report(plan.out, result, rows, scene=plan.scene, checks=checks)
+        if result.recording is not None and result.recording.exists():
+            self.recording = result.recording
+        self.last_words = f"the live session has ended; the report is {self.report}"
+
+    def _see_live(self, output: SessionOutput) -> None:
+        assert self.live is not None
+        self.session = self.live.tracked
+        self._see(output)
+        if self._rehearsed is not None:
+            self._rehearsed.watch(output)
+
+    def _watch_over(self) -> None:
+        """Say how it goes; end it where the simulated camera has failed, or its time is over."""
+        live, limit_s = self.live, self.plan.seconds
+        assert live is not None
+        said = ""
+        while not self._over.wait(LOOK_S):
+            status = live.status()
+            line = status.text
+            if line != said and not self._cancelled.is_set():
+                said = line
+                self.lines.put(line)
+            failure = "" if self._rehearsed is None else self._rehearsed.failure
+            if failure and not self._cancelled.is_set():
+                self.failure = ValueError(f"simulated camera: {failure}")
+                live.end()
+                return
+            live_s = status.live_s
+            if limit_s is not None and live_s is not None and live_s >= limit_s:
+                live.end()
+                return
+
+    def _check(self, live: LiveSession) -> None:
+        from studio.live.checks import live_checks
+        from studio.session.preflight import run_checks, save_checks
+
+        had_none = True
+        while had_none and not self._over.is_set():
+            had_none = live.picture is None
+            self.checks = checks = run_checks(live_checks(live, recordings=self.plan.out))
+            self.found.put(checks)
+            try:
+                save_checks(checks, self.plan.out / "preflight.json")
+            except OSError as error:
+                self.lines.put(f"the checks cannot be saved: {error}")
+            while live.picture is None and not self._over.wait(LOOK_S):
+                continue

@@ -1,0 +1,1 @@
+"""What plays in the window: a rehearsal or recording, or a live session."""

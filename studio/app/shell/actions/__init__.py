@@ -1,0 +1,1 @@
+"""What the main window's menus and keys do, a file a subject."""

@@ -1,0 +1,133 @@
+"""Actions of files: scenes, projects, recent ones, what was dropped."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from scenes.samples import SAMPLE_NAMES
+from studio.app.model.actions import Action
+from studio.app.model.documents.document import Document
+from studio.app.model.documents.document_file import SUFFIX, load_document, save_document
+from studio.app.model.documents.dropped import what_is
+from studio.app.model.runs.session_run import SessionRun, with_scene
+from studio.app.model.workbench import Workbench
+
+Ask = Callable[[str, str, bool], str]
+"""Asks the user for a file: title, filter, whether it is to be written; "" if none was chosen."""
+
+
+def add_file_actions(bench: Workbench, run: SessionRun, ask: Ask) -> None:
+    """Add what the File menu holds."""
+
+    def open_any(path: str = "") -> None:
+        chosen = path or ask(
+            "Open", f"Projects, scenes, recordings (*{SUFFIX} *.ply *.spz *)", False
+        )
+        if not chosen:
+            return
+        if chosen in SAMPLE_NAMES:
+            open_scene(chosen)
+            return
+        dropped = what_is(Path(chosen))
+        if dropped.action_id != "file.open":
+            bench.perform(dropped.action_id, **{dropped.argument: chosen})
+            return
+        document = load_document(Path(chosen))
+        bench.set(**{"recent": bench.settings.opened(chosen).recent})
+        bench.open_document(document, Path(chosen))
+        run.open_scene(document.scene)
+
+    def open_scene(scene: str) -> None:
+        bench.set(recent=bench.settings.opened(scene).recent)
+        bench.open_document(with_scene(bench.document, scene), None)
+        run.open_scene(scene)
+
+    def save(path: str = "") -> None:
+        known = path or (str(bench.project) if bench.project else "")
+        chosen = known or ask("Save project", f"Project (*{SUFFIX})", True)
+        if not chosen:
+            return
+        target = Path(chosen if chosen.endswith(SUFFIX) else chosen + SUFFIX)
+        try:
+            save_document(bench.document, target)
+        except OSError as error:
+            raise OSError(
+                f"{target}: the project cannot be saved: {error.strerror or error}; free some disk "
+                "space, or save it elsewhere (Ctrl+Shift+S). What was saved before is as it was, "
+                "and what you have done stays open"
+            ) from error
+        bench.saved(target)
+        bench.set(recent=bench.settings.opened(str(target)).recent)
+        bench.say("info", f"saved {target}")
+
+    def save_as() -> None:
+        chosen = ask("Save project as", f"Project (*{SUFFIX})", True)
+        if chosen:
+            save(chosen)
+
+    def new() -> None:
+        bench.open_document(Document(bench.document.scene), None)
+
+    def drop(path: str) -> None:
+        found = what_is(Path(path))
+        bench.say("info", f"opening {found.what}: {path}")
+        bench.perform(found.action_id, **{found.argument: path})
+
+    def drop_all(paths: list[str]) -> None:
+        for path in paths:
+            drop(path)
+
+    for action in (
+        Action("file.new", "New project", "File", new, "in the same room", "Ctrl+N"),
+        Action(
+            "file.open",
+            "Open …",
+            "File",
+            open_any,
+            "a project, scene package, splat file, recording, scenario, video or photos",
+            "Ctrl+O",
+            ("path",),
+            icon="mdi6.folder-open-outline",
+        ),
+        Action(
+            "file.open_scene",
+            "Open scene",
+            "File",
+            open_scene,
+            "a built-in room, scene package or splat file, as a new project",
+            arguments=("scene",),
+            command=lambda scene: f"nexus studio {scene}",
+        ),
+        Action(
+            "file.save",
+            "Save project",
+            "File",
+            save,
+            "the scene's name, the scenario and what was changed by hand, in one file",
+            "Ctrl+S",
+            ("path",),
+            icon="mdi6.content-save-outline",
+        ),
+        Action("file.save_as", "Save project as …", "File", save_as, "", "Ctrl+Shift+S"),
+        Action(
+            "file.drop",
+            "Open what was dropped",
+            "File",
+            drop_all,
+            "files and folders that were dragged onto the window",
+            arguments=("paths",),
+        ),
+    ):
+        bench.actions.add(action)
+    for name in SAMPLE_NAMES:
+        bench.actions.add(
+            Action(
+                f"file.room_{name}",
+                f"Open the room {name}",
+                "File",
+                lambda name=name: open_scene(name),
+                "a built-in room",
+                command=lambda name=name: f"nexus studio {name}",
+            )
+        )

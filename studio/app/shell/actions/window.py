@@ -1,0 +1,257 @@
+"""Actions of the window itself: undo, theme, text, layout, palette, pictures of it, scripts."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Protocol
+
+from PySide6.QtGui import QGuiApplication
+
+from studio.app.model.actions import Action
+from studio.app.model.runs.live_run import LiveRun
+from studio.app.model.script import read_script
+from studio.app.model.settings import TEXT_SCALES, THEMES
+from studio.app.model.workbench import Workbench
+from studio.app.shell.docks import DOCKS
+
+
+class Shell(Protocol):
+    """What these actions need of the window."""
+
+    def show_palette(self) -> None:
+        """Show the command palette."""
+        ...
+
+    def show_keys(self) -> None:
+        """Show the cheat sheet."""
+        ...
+
+    def show_dock(self, dock_id: str) -> None:
+        """Show a dock, in front of its tabs."""
+        ...
+
+    def save_layout(self, name: str) -> None:
+        """Remember the docks' layout by a name."""
+        ...
+
+    def load_layout(self, name: str) -> None:
+        """Arrange the docks as remembered; "" as in a first window."""
+        ...
+
+    def save_picture(self, path: Path) -> None:
+        """Write a picture of the whole window."""
+        ...
+
+    def film_window(self, path: Path | None) -> None:
+        """Begin to write a film of the whole window; None ends it."""
+        ...
+
+    def resize_to(self, width_px: int, height_px: int) -> None:
+        """Give the window a size."""
+        ...
+
+    def close_window(self) -> None:
+        """Close it."""
+        ...
+
+
+def add_shell_actions(bench: Workbench, shell: Shell) -> None:
+    """Add what the Edit, View and Help menus hold."""
+    actions = [*_edit(bench), *_view(bench, shell), *_help(bench, shell)]
+    for dock in DOCKS:
+        actions.append(
+            Action(
+                f"dock.{dock.id}",
+                f"Show {dock.title}",
+                "View",
+                partial(shell.show_dock, dock.id),
+                dock.hint,
+                dock.keys,
+            )
+        )
+    for action in actions:
+        bench.actions.add(action)
+
+
+def _edit(bench: Workbench) -> list[Action]:
+    def copy_script() -> None:
+        _to_clipboard("\n".join(bench.trace()) + "\n")
+        bench.say(
+            "info", f"copied {len(bench.trace())} steps: save them, nexus studio --script FILE"
+        )
+
+    def save_script(path: str) -> None:
+        Path(path).write_text("\n".join(bench.trace()) + "\n", encoding="utf-8")
+        bench.say("info", f"saved {path}: nexus studio --script {shlex.quote(path)}")
+
+    def copy_command(action: str = "") -> None:
+        live = bench.shared(LiveRun)
+        is_live = live is not None and live.is_running
+        action = action or ("live.next" if is_live else "session.rehearse")
+        command = bench.actions.get(action).command
+        if command is None:
+            lines = [line for line in bench.trace() if line.split()[0] == action]
+            text = lines[-1] if lines else action
+        else:
+            text = command()
+        _to_clipboard(text)
+        bench.say("info", f"copied: {text}")
+
+    def run_line(line: str) -> None:
+        for step in read_script(line, source="command"):
+            bench.perform(step.action_id, **step.values)
+
+    return [
+        Action(
+            "edit.undo",
+            "Undo",
+            "Edit",
+            bench.history.undo,
+            "take the last change back",
+            "Ctrl+Z",
+            icon="mdi6.undo",
+        ),
+        Action(
+            "edit.redo",
+            "Redo",
+            "Edit",
+            bench.history.redo,
+            "make it again",
+            "Ctrl+Shift+Z",
+            icon="mdi6.redo",
+        ),
+        Action(
+            "edit.copy_command",
+            "Copy as command",
+            "Edit",
+            copy_command,
+            "the command line that rehearses what is open, or an action's own",
+            "Ctrl+Shift+C",
+            ("action",),
+        ),
+        Action(
+            "script.copy",
+            "Copy what I did as a script",
+            "Edit",
+            copy_script,
+            "every action since the window opened",
+        ),
+        Action(
+            "script.save",
+            "Save what I did as a script",
+            "Edit",
+            save_script,
+            "played again by nexus studio --script FILE",
+            arguments=("path",),
+        ),
+        Action(
+            "script.line",
+            "Do a line of a script",
+            "Edit",
+            run_line,
+            "an action with its arguments",
+            arguments=("line",),
+        ),
+    ]
+
+
+def _view(bench: Workbench, shell: Shell) -> list[Action]:
+    def theme(name: str = "") -> None:
+        other = THEMES[1 - THEMES.index(bench.settings.theme)]
+        if name and name not in THEMES:
+            raise ValueError(f"theme = {name!r}, wanted one of {', '.join(THEMES)}")
+        bench.set(theme=name or other)
+
+    def text(step: int = 0, scale: float | None = None) -> None:
+        place = TEXT_SCALES.index(bench.settings.text_scale)
+        wanted = TEXT_SCALES[min(max(place + step, 0), len(TEXT_SCALES) - 1)]
+        if scale is not None and scale not in TEXT_SCALES:
+            raise ValueError(f"scale = {scale!r}, wanted one of {TEXT_SCALES}")
+        bench.set(text_scale=wanted if scale is None else scale)
+
+    def picture(path: str = "") -> None:
+        shell.save_picture(Path(path or "studio.png"))
+
+    def film(path: str = "") -> None:
+        shell.film_window(Path(path) if path else None)
+
+    def size(width: int, height: int) -> None:
+        shell.resize_to(width, height)
+
+    def bigger(step: int) -> Callable[[], None]:
+        return lambda: text(step)
+
+    return [
+        Action("view.theme", "Dark or light", "View", theme, "", "Ctrl+Shift+L", ("name",)),
+        Action("view.text", "Size of text", "View", text, "", arguments=("step", "scale")),
+        Action("view.text_bigger", "Bigger text", "View", bigger(1), "", "Ctrl++"),
+        Action("view.text_smaller", "Smaller text", "View", bigger(-1), "", "Ctrl+-"),
+        Action(
+            "layout.save",
+            "Save layout",
+            "View",
+            lambda name="mine": shell.save_layout(name),
+            "of docks, by a name",
+            arguments=("name",),
+        ),
+        Action(
+            "layout.load",
+            "Load layout",
+            "View",
+            lambda name="mine": shell.load_layout(name),
+            "as it was saved",
+            arguments=("name",),
+        ),
+        Action("layout.reset", "First layout", "View", lambda: shell.load_layout(""), ""),
+        Action(
+            "window.picture",
+            "Picture of the window",
+            "View",
+            picture,
+            "a PNG file",
+            "Ctrl+Shift+P",
+            ("path",),
+        ),
+        Action(
+            "window.film",
+            "Film the window",
+            "View",
+            film,
+            "into an MP4 file; without a path, end the film",
+            arguments=("path",),
+        ),
+        Action(
+            "window.size", "Size of the window", "View", size, "", arguments=("width", "height")
+        ),
+    ]
+
+
+def _help(bench: Workbench, shell: Shell) -> list[Action]:
+    return [
+        Action(
+            "palette.open",
+            "Find a command",
+            "Help",
+            shell.show_palette,
+            "every action, by a part of its name",
+            "Ctrl+K",
+            icon="mdi6.magnify",
+        ),
+        Action(
+            "help.keys",
+            "All keys",
+            "Help",
+            shell.show_keys,
+            "",
+            "H",
+            icon="mdi6.keyboard-outline",
+        ),
+        Action("file.quit", "Quit", "File", shell.close_window, "", "Ctrl+Q"),
+    ]
+
+
+def _to_clipboard(text: str) -> None:
+    QGuiApplication.clipboard().setText(text)

@@ -1,0 +1,1 @@
+"""Two runs: forks, their tables, and the runs beside each other."""

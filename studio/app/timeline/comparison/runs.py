@@ -1,0 +1,140 @@
+"""Forks of the open recording and comparisons of two runs: begun here, finished by polling."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from studio.app.model.jobs.scene_job import SceneJob
+from studio.app.model.workbench import Workbench
+from studio.app.timeline.comparison.forking import TwoRuns, comparing, planning_fork, writing_page
+from studio.app.timeline.task import Task
+
+if TYPE_CHECKING:
+    from studio.session.plan import SessionPlan
+
+
+class Runs:
+    """What was forked and what is compared.
+
+    Args:
+        bench: whose session plays forks, and where it is said how it went.
+    """
+
+    def __init__(self, bench: Workbench) -> None:
+        self.bench = bench
+        self.compared: TwoRuns | None = None
+        """The last comparison."""
+        self.page: Path | None = None
+        """The page that was written last."""
+        self._planning: Task[SessionPlan] | None = None
+        self._comparing: Task[TwoRuns] | None = None
+        self._writing: Task[Path] | None = None
+        self._pair: tuple[Path, Path] | None = None
+        """Folders of the original and of its fork."""
+        self._out = Path()
+        self._forks = 0
+
+    def fork(self, at_s: float, out: str) -> None:
+        """Play on from an instant of the open recording; the result is B.
+
+        Args:
+            at_s: the instant, seconds of the session.
+            out: folder for the results; "" for one beside the recording's.
+
+        Raises:
+            ValueError: nothing is open, or something is playing.
+        """
+        session, recording = self.bench.session, self.bench.recording
+        if session is None or recording is None or self._planning is not None:
+            raise ValueError("a fork needs an open recording, and no other fork being planned")
+        if session.is_playing:
+            raise ValueError("a session is playing already: stop it first")
+        self._forks += 1
+        beside = recording.parent.with_name(f"{recording.parent.name}-fork-{self._forks}")
+        self._out = Path(out) if out else beside
+        self._pair = recording.parent, self._out
+        self._planning = planning_fork(
+            recording,
+            at_s=at_s,
+            document=self.bench.document,
+            out=self._out,
+            more_faults=tuple(self.bench.offered.faults.values()),
+        )
+
+    @property
+    def has_pair(self) -> bool:
+        """Whether there is a fork to compare with what it comes from."""
+        return self._pair is not None
+
+    def is_fork(self, recording: Path) -> bool:
+        """Whether a recording is what the last fork has left."""
+        return self._pair is not None and recording.parent == self._pair[1]
+
+    def compare(self, a: str = "", b: str = "") -> None:
+        """Compare two folders; without any, the last fork with what it comes from.
+
+        Raises:
+            ValueError: there was no fork, or two runs are being compared already.
+        """
+        if not (a and b) and self._pair is None:
+            raise ValueError("compare: fork a recording first, or name the folders a and b")
+        if self._comparing is not None:
+            raise ValueError("compare: two runs are being compared already")
+        pair = (Path(a), Path(b)) if a and b else self._pair
+        assert pair is not None
+        self._comparing = comparing(*pair)
+
+    def write_page(self) -> None:
+        """Begin to write the comparison as a page."""
+        if self.compared is not None and self._writing is None:
+            self._writing = writing_page(self.compared.comparison)
+
+    def poll(self) -> TwoRuns | None:
+        """Take what the threads have left; a comparison that is just there."""
+        self._poll_fork()
+        self._poll_page()
+        task = self._comparing
+        if task is None or task.is_running:
+            return None
+        self._comparing = None
+        if task.result is None:
+            self.bench.say("error", task.failure or "the runs cannot be compared")
+        else:
+            self.compared = task.result
+        return task.result
+
+    def _poll_fork(self) -> None:
+        task, session = self._planning, self.bench.session
+        if task is None or task.is_running or session is None:
+            return
+        self._planning = None
+        if task.result is None:
+            self._pair = None
+            self.bench.say("error", task.failure or "the fork cannot be planned")
+            return
+        self.bench.say("info", f"forking into {self._out}: the start is played again first")
+        session.play(SceneJob(task.result.scene, task.result, self._out))
+
+    def _poll_page(self) -> None:
+        task = self._writing
+        if task is None or task.is_running:
+            return
+        self._writing, self.page = None, task.result
+        if task.result is None:
+            self.bench.say("error", task.failure or "the page cannot be written")
+        else:
+            self.bench.say("info", f"page: {task.result}")
+
+    def take_page(self) -> Path | None:
+        """The page that has been written since the last time."""
+        page, self.page = self.page, None
+        return page
+
+    def close(self) -> None:
+        """Cancel what is going on and wait for it."""
+        tasks: list[Task[Any] | None] = [self._planning, self._comparing, self._writing]
+        for task in tasks:
+            if task is not None:
+                task.cancel()
+                task.join()

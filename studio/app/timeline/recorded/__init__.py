@@ -1,0 +1,1 @@
+"""What a recording holds, read once, at any instant."""

@@ -1,0 +1,217 @@
+"""One pass over a recording into its index, with bounded memory."""
+
+from __future__ import annotations
+
+import json
+import threading
+from array import array
+from collections import defaultdict
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.messages import Event
+from devices.recording import RecordingError, RecordingReader
+from devices.recording_codec import (
+    Encoded,
+    FrameStamp,
+    RecordedAnnotation,
+    RecordedAvatar,
+    RecordedSurface,
+    RecordedTrack,
+    RecordedTruth,
+    RecordedValue,
+)
+from scenes.state import Annotation, LiveSurface
+from studio.app.timeline.recorded.columns import Rows, RowsBuilder, avatar_row, pose_row, track_row
+from studio.app.timeline.recorded.index import Changes, Packets, RecordingIndex
+
+T = TypeVar("T")
+
+MOST_NUMBERS = 64 * 1024**2
+"""Numbers that are kept of a recording, chosen: 512 MB, an hour of five objects and two people with
+hands at 30 frames a second. What comes later is not shown."""
+
+MOST_EVENTS = 100_000
+"""Events that are kept: a lost frame is one."""
+
+VIDEO = "foxglove.CompressedVideo"
+
+REPORT_EVERY = 500
+"""Messages between two reports of progress: about a hundredth of a second."""
+
+
+def read_index(
+    path: Path,
+    *,
+    progress: Callable[[float], None] = lambda _share: None,
+    cancelled: threading.Event | None = None,
+    most_numbers: int = MOST_NUMBERS,
+) -> RecordingIndex | None:
+    """Read a recording once.
+
+    Args:
+        path: an MCAP recording.
+        progress: is given the share that is done, 0..1.
+        cancelled: set it from another thread to stop.
+        most_numbers: limit of what is kept, see `MOST_NUMBERS`.
+
+    Returns:
+        The index, or None if it was cancelled.
+
+    Raises:
+        RecordingError: the file is damaged, cut off, or no recording of ours.
+        OSError: it cannot be opened.
+    """
+    with RecordingReader(path) as reader:
+        span = reader.span_ns or (0, 0)
+        building = _Building(reader.session.methods[:1])
+        for number, encoded in enumerate(reader.messages()):
+            if number % REPORT_EVERY == 0:
+                if cancelled is not None and cancelled.is_set():
+                    return None
+                progress((encoded.t_ns - span[0]) / max(span[1] - span[0], 1))
+            if building.numbers > most_numbers:
+                building.shortened = (
+                    f"{path}: too long to be shown whole: what comes after "
+                    f"{encoded.t_ns / 1e9:.0f} s is left out (limit "
+                    f"{most_numbers * 8 / 1e6:.0f} MB)"
+                )
+                span = span[0], encoded.t_ns
+                break
+            try:
+                building.take(encoded, reader.decoded)
+            except (KeyError, TypeError, ValueError) as error:
+                if isinstance(error, RecordingError):
+                    raise
+                raise RecordingError(f"{path}: damaged recording: {error}") from None
+        progress(1.0)
+        return building.built(reader, span)
+
+
+class _Building:
+    """What has been read so far.
+
+    Args:
+        shown: name of the method whose tracks are the room's; empty takes the first that comes.
+    """
+
+    def __init__(self, shown: tuple[str, ...]) -> None:
+        self.numbers = 0
+        self.shortened = ""
+        self._shown = shown
+        self._frames_ns, self._changes_ns = array("q"), array("q")
+        self._tracks: defaultdict[str, RowsBuilder] = defaultdict(RowsBuilder)
+        self._truth: defaultdict[str, RowsBuilder] = defaultdict(RowsBuilder)
+        self._avatars: defaultdict[str, RowsBuilder] = defaultdict(RowsBuilder)
+        self._rig = RowsBuilder()
+        self._roles: list[str] = []
+        self._faults: list[tuple[int, tuple[str, ...]]] = []
+        self._surfaces: defaultdict[str, list[tuple[int, LiveSurface]]] = defaultdict(list)
+        self._annotations: defaultdict[str, list[tuple[int, Annotation]]] = defaultdict(list)
+        self._events: list[Event] = []
+        self._video_topic = ""
+        self._packets_ns, self._keyframes = array("q"), array("b")
+
+    def take(self, encoded: Encoded, decoded: Callable[[Encoded], RecordedValue]) -> None:
+        """Take the next message."""
+        if encoded.schema == VIDEO:
+            self._take_packet(encoded)
+            return
+        value = decoded(encoded)
+        if isinstance(value, RecordedTrack):
+            self._take_track(value)
+        elif isinstance(value, RecordedTruth):
+            self._take_truth(value)
+        elif isinstance(value, RecordedAvatar):
+            if value.avatar.role not in self._roles:
+                self._roles.append(value.avatar.role)
+            row = avatar_row(value.avatar, self._roles.index(value.avatar.role))
+            self.numbers += self._avatars[value.avatar.user_id].add(value.t_ns, row)
+            self._changes_ns.append(value.t_ns)
+        elif isinstance(value, FrameStamp):
+            self._frames_ns.append(value.t_ns)
+            if value.world_from_rig is not None:
+                self.numbers += self._rig.add(value.t_ns, pose_row(value.world_from_rig))
+        elif isinstance(value, RecordedSurface):
+            self._surfaces[value.surface.surface_id].append((value.t_ns, value.surface))
+            self._changes_ns.append(value.t_ns)
+            self.numbers += value.surface.corners_in_world.size
+        elif isinstance(value, RecordedAnnotation):
+            line = value.annotation
+            self._annotations[line.annotation_id].append((value.t_ns, line))
+            self._changes_ns.append(value.t_ns)
+            self.numbers += line.points_in_world.size
+        elif isinstance(value, Event) and len(self._events) < MOST_EVENTS:
+            self._events.append(value)
+
+    def _take_packet(self, encoded: Encoded) -> None:
+        """Only where it is: base64 of pictures that nobody asked for is not decoded."""
+        if not self._video_topic:
+            self._video_topic = encoded.topic
+        if encoded.topic == self._video_topic:
+            self._packets_ns.append(encoded.t_ns)
+            self._keyframes.append(bool(json.loads(encoded.data)["keyframe"]))
+
+    def _take_track(self, value: RecordedTrack) -> None:
+        if not self._shown:
+            self._shown = (value.method,)
+        if value.method == self._shown[0]:
+            track = value.track
+            self.numbers += self._tracks[track.object_id].add(track.t_ns, track_row(track))
+            self._changes_ns.append(track.t_ns)
+
+    def _take_truth(self, value: RecordedTruth) -> None:
+        for object_id, pose in value.world_from_object.items():
+            visible = value.visible_fraction.get(object_id, 1.0)
+            row = [*pose_row(pose), visible, float(object_id in value.moved)]
+            self.numbers += self._truth[object_id].add(value.t_ns, row)
+        names = tuple(value.faults)
+        if names or self._faults:
+            self._faults.append((value.t_ns, names))
+
+    def built(self, reader: RecordingReader, span_ns: tuple[int, int]) -> RecordingIndex:
+        """The index of what was taken."""
+        packets = Packets(
+            self._video_topic,
+            np.frombuffer(self._packets_ns, dtype=np.int64),
+            np.frombuffer(self._keyframes, dtype=np.int8).astype(bool),
+        )
+        return RecordingIndex(
+            path=reader.path,
+            session=reader.session,
+            start_ns=span_ns[0],
+            end_ns=span_ns[1],
+            frames_ns=_times(self._frames_ns),
+            changes_ns=_times(self._changes_ns),
+            tracks=_all_built(self._tracks),
+            truth=_all_built(self._truth),
+            faults_ns=self._faults,
+            avatars=_all_built(self._avatars),
+            roles=self._roles,
+            rig=self._rig.built(),
+            surfaces=_as_changes(self._surfaces),
+            annotations=_as_changes(self._annotations),
+            events=self._events,
+            packets=packets if self._video_topic else None,
+            shortened=self.shortened,
+        )
+
+
+def _times(values: array[int]) -> NDArray[np.int64]:
+    """In order: what is recorded of one frame has one time, whatever comes between."""
+    return np.frombuffer(values, dtype=np.int64)
+
+
+def _all_built(builders: Mapping[str, RowsBuilder]) -> Mapping[str, Rows]:
+    return {key: builder.built() for key, builder in builders.items()}
+
+
+def _as_changes(found: Mapping[str, list[tuple[int, T]]]) -> Mapping[str, Changes[T]]:
+    return {
+        key: Changes([t for t, _ in pairs], [value for _, value in pairs])
+        for key, pairs in found.items()
+    }
