@@ -54,7 +54,7 @@ class CameraStatus:
         codec: FFmpeg's name of the codec, empty before the first picture.
         last_age_ns: time since the last picture arrived; None before the first.
         pictures: decoded so far.
-        dropped: decoded, but replaced by a newer one before anybody took them.
+        dropped: replaced by a newer one before anybody took them, or before they were decoded.
         damaged: encoded pictures that could not be decoded.
         unsaved: encoded pictures that the packet sink had no room for.
         received_bytes: encoded bytes so far.

@@ -1,4 +1,4 @@
-"""A camera's stream on a thread of its own: decoded at once, and the newest picture wins."""
+"""A camera's stream on threads of its own: decoded at once, and the newest picture wins."""
 
 from __future__ import annotations
 
@@ -9,13 +9,21 @@ from dataclasses import replace
 
 from devices.adapter import Sink
 from devices.camera.address import AddressKind, CameraAddress
+from devices.camera.backlog import Arrived
+from devices.camera.decoding import Decoding
 from devices.camera.file_source import FileSource
 from devices.camera.insta360_source import Insta360Source
 from devices.camera.pull.source import PullSource
 from devices.camera.received import CameraState, CameraStatus, Received
 from devices.camera.rtmp.listener import RtmpListener
-from devices.camera.stream_decoder import DecodedPictures, StreamDecoder
-from devices.camera.units import Idle, Source, SourceError, StreamEndedError, Unit
+from devices.camera.units import (
+    Idle,
+    Source,
+    SourceError,
+    StreamEndedError,
+    StreamFormat,
+    Unit,
+)
 from devices.clock import Clock
 from devices.messages import EncodedFrame, Event
 from devices.streams import Slot, StreamClosedError, StreamFullError
@@ -54,7 +62,9 @@ def open_source(address: CameraAddress, clock: Clock) -> Source:
 
 
 class CameraReceiver:
-    """Receives one camera until it is closed; starts at once, on a thread of its own.
+    """Receives one camera until it is closed; starts at once.
+
+    One thread reads and records what arrives, another decodes it.
 
     Args:
         address: where the pictures come from.
@@ -90,8 +100,8 @@ class CameraReceiver:
         self._source: Source | None = None
         self._events: deque[Event] = deque(maxlen=MOST_EVENTS)
         self._seq = 0
-        self._arrivals: deque[tuple[int, int, int | None]] = deque(maxlen=64)
-        self._decoder = StreamDecoder(1)
+        self._formats: dict[int, StreamFormat] = {}
+        self._decoding: Decoding | None = None
         self._is_held = False
         self._thread = threading.Thread(target=self._run, name=f"receive {stream_id}", daemon=True)
         self._thread.start()
@@ -115,14 +125,17 @@ class CameraReceiver:
     def status(self) -> CameraStatus:
         """How it is doing now."""
         with self._lock:
-            status, last = self._status, self._last
+            status, last, decoding = self._status, self._last, self._decoding
+        if decoding is not None:
+            dropped = self.latest.dropped + decoding.skipped
+            status = replace(status, dropped=dropped, damaged=decoding.damaged)
         if last is None:
             return status
         age_ns = max(0, self._clock.now_ns() - last.t_ns)
         state = status.state
         if state not in OVER:
             state = CameraState.HELD if age_ns > HELD_AFTER_NS else CameraState.LIVE
-        return replace(status, state=state, last_age_ns=age_ns, dropped=self.latest.dropped)
+        return replace(status, state=state, last_age_ns=age_ns)
 
     def take_events(self) -> list[Event]:
         """What happened since the last call, oldest first: gaps, sizes, connections, failures."""
@@ -150,6 +163,7 @@ class CameraReceiver:
         finally:
             if self._source is not None:
                 self._source.close()
+            self._end_decoding(finish=False)
             self.latest.close()
 
     def _receive(self) -> None:
@@ -159,12 +173,12 @@ class CameraReceiver:
             try:
                 if self._source is None:
                     self._source = self._make_source(self._address, self._clock)
-                self._decoder = StreamDecoder(self._source.tracks)
+                    self._decoding = self._start_decoding(self._source.tracks)
                 for unit in self._source.units(self._stop):
                     self._take(unit)
                 text, is_final = f"{self._address.shown}: the stream ended", False
             except StreamEndedError as error:
-                self._flush()
+                self._end_decoding(finish=True)
                 self._end(CameraState.ENDED, str(error))
                 return
             except SourceError as error:
@@ -181,39 +195,47 @@ class CameraReceiver:
             self._stop.wait(0.0 if self.listening_at else wait_s)
             wait_s = min(2 * wait_s, LONGEST_WAIT_S)
 
+    def _start_decoding(self, tracks: int) -> Decoding:
+        return Decoding(
+            tracks,
+            clock=self._clock,
+            name=f"decode {self._stream_id}",
+            hand_out=self._hand_out,
+        )
+
+    def _end_decoding(self, *, finish: bool) -> None:
+        if self._decoding is not None:
+            self._decoding.close(finish=finish)
+
     def _take(self, unit: Unit | Idle) -> None:
+        decoding = self._decoding
+        if decoding is None:
+            return
         if isinstance(unit, Idle):
+            decoding.check()
             if self._last is None or self._is_held:
                 state = CameraState.CONNECTING if unit.connected else CameraState.WAITING
                 self._say(state, unit.text)
             self._notice_hold()
             return
         now_ns = self._clock.now_ns()
-        begins = self._decoder.begins(unit)
+        # Another connection has another format object, even where it says the same.
+        begins = self._formats.get(unit.track) is not unit.format
+        self._formats[unit.track] = unit.format
         self._save(unit, now_ns, begins=begins)
         if begins:
             self._begin(unit)
-        self._arrivals.append((self._seq, now_ns, unit.pts_ns))
-        damaged = self._decoder.damaged
-        decoded = self._decoder.decode(unit, self._seq)
-        self._seq += 1
         with self._lock:
-            self._status = replace(
-                self._status,
-                damaged=self._status.damaged + self._decoder.damaged - damaged,
-                received_bytes=self._status.received_bytes + len(unit.data),
-            )
-        if decoded is not None:
-            self._hand_out(decoded)
+            received_bytes = self._status.received_bytes + len(unit.data)
+            self._status = replace(self._status, received_bytes=received_bytes)
+        decoding.put(Arrived(unit, self._seq, now_ns))
+        self._seq += 1
 
-    def _hand_out(self, decoded: DecodedPictures) -> None:
-        """A picture, once every track has one."""
-        number, pictures = decoded.number, decoded.pictures
-        arrived = next((a for a in self._arrivals if a[0] == number), self._arrivals[-1])
-        seq, t_ns, pts_ns = arrived
-        received = Received(seq, t_ns, self._clock.now_ns(), pts_ns, pictures)
+    def _hand_out(self, received: Received) -> None:
+        """A picture; called on the thread that decodes."""
         self._notice_return(received)
-        size_px = (pictures[0].width_px, pictures[0].height_px)
+        picture = received.pictures[0]
+        size_px = (picture.width_px, picture.height_px)
         if size_px != self._status.size_px:
             self._event("camera-size", f"pictures of {size_px[0]}×{size_px[1]} px")
         with self._lock:
@@ -271,11 +293,6 @@ class CameraReceiver:
         if gap_ns > HELD_AFTER_NS:
             self._event("camera-gap", f"pictures are back after {gap_ns / 1e9:.1f} s without any")
         self._is_held = False
-
-    def _flush(self) -> None:
-        """Hand out what the decoders still hold: the end of a file with pictures out of order."""
-        for decoded in self._decoder.flush():
-            self._hand_out(decoded)
 
     def _end(self, state: CameraState, text: str) -> None:
         self._say(state, text)

@@ -62,11 +62,24 @@ class StreamDecoder:
         """
         track = self._tracks[unit.track]
         if track.decoder is None or self.begins(unit):
+            self.leave_out(unit.track)
             track.form, track.decoder = unit.format, UnitDecoder(unit.format)
         damaged = track.decoder.damaged
         decoded = track.decoder.decode(unit, number)
         self.damaged += track.decoder.damaged - damaged
         return self._completed(track, decoded)
+
+    def leave_out(self, track: int) -> None:
+        """Start a track anew: units before the next one, a keyframe, were left out.
+
+        Nothing that waited of it or of a later track is shown with what comes, so that after a gap
+        in all of them the first leads.
+        """
+        for later in self._tracks[track:]:
+            later.picture = None
+        decoder = self._tracks[track].decoder
+        if decoder is not None:
+            decoder.leave_out()
 
     def flush(self) -> list[DecodedPictures]:
         """What the decoders still hold after the last unit."""

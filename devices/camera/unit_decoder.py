@@ -52,7 +52,8 @@ class UnitDecoder:
                 is_final=True,
             )
         self.damaged = 0
-        self._started = form.codec not in ("h264", "hevc")
+        self._is_intra = form.codec not in ("h264", "hevc")
+        self._started = self._is_intra
         self._context = _opened(form)
 
     def decode(self, unit: Unit, number: int) -> Decoded | None:
@@ -67,6 +68,11 @@ class UnitDecoder:
         packet = av.Packet(unit.data)
         packet.pts = packet.dts = number
         return self._newest(packet, number)
+
+    def leave_out(self) -> None:
+        """Forget the pictures that later ones refer to; decoding goes on at a keyframe."""
+        self._context.flush_buffers()
+        self._started = self._is_intra
 
     def flush(self) -> Decoded | None:
         """The newest picture that the decoder still holds after the last unit."""
