@@ -12,7 +12,7 @@ from scenes.package import ScenePackage
 from scenes.pose import Pose
 from scenes.samples import sample_room
 from sim.physics.any_room import Physics
-from sim.physics.moving.primitives import Primitive
+from sim.physics.moving.virtual import Virtual
 from sim.physics.scanned.objects import only_scanned, with_scanned
 from sim.physics.scanned.opening import twin_of_package
 from sim.physics.world import World
@@ -23,7 +23,7 @@ class PhysicsByHand(Physics, Protocol):
 
     @property
     def object_ids(self) -> tuple[str, ...]:
-        """Objects and primitives."""
+        """Objects, and what is virtual."""
         ...
 
     @property
@@ -69,12 +69,12 @@ class PhysicsByHand(Physics, Protocol):
         """Put an object somewhere, at rest and out of what stands there; returns where it is."""
         ...
 
-    def add_primitive(self, item: Primitive) -> None:
-        """Add a virtual solid while everything else goes on; a ValueError if its id is taken."""
+    def add_virtual(self, item: Virtual) -> None:
+        """Add a virtual object while everything else goes on; a ValueError if its id is taken."""
         ...
 
-    def remove_primitive(self, object_id: str) -> None:
-        """Take a virtual solid away; a KeyError if there is none of that id."""
+    def remove_virtual(self, object_id: str) -> None:
+        """Take a virtual object away; a KeyError if there is none of that id."""
         ...
 
 

@@ -17,8 +17,8 @@ from sim.physics.mouse_hand import MouseHand, free_body, push
 from sim.physics.moving.air import set_drag
 from sim.physics.moving.objects import add_object
 from sim.physics.moving.people import People, PersonTarget
-from sim.physics.moving.primitives import Primitive, add_primitive
 from sim.physics.moving.rest import carry_over, free_state, is_at_rest
+from sim.physics.moving.virtual import Virtual, add_virtual
 
 STEP_NS = 2_000_000
 SUPPORT_GAP_M = 0.015
@@ -30,7 +30,7 @@ class World:
     Args:
         room: solids and objects.
         people: where each person starts, by person id.
-        primitives: virtual solids.
+        virtual: what exists in the physics alone.
         is_by_hand: whether objects are thrown: only the air slows them, and they do not get out
             over the walls. What people push is slowed as by joints that squeak (`DAMPING_PER_KG`).
 
@@ -43,13 +43,13 @@ class World:
         room: PhysicalRoom,
         people: Mapping[str, PersonTarget],
         *,
-        primitives: Sequence[Primitive] = (),
+        virtual: Sequence[Virtual] = (),
         is_by_hand: bool = False,
     ) -> None:
         self.room = room
         self._is_by_hand = is_by_hand
-        self._primitives = {item.object_id: item for item in primitives}
-        if len(set(self.object_ids)) < len(room.objects) + len(primitives):
+        self._virtual = {item.object_id: item for item in virtual}
+        if len(set(self.object_ids)) < len(room.objects) + len(virtual):
             raise ValueError(f"ids {sorted(self.object_ids)}: one is double")
         self._people = People(people)
         self._hand = MouseHand()
@@ -70,10 +70,10 @@ class World:
             close_room(spec, self.room)
         for item in self.room.objects:
             add_object(spec, item, item.world_from_object, is_damped=not self._is_by_hand)
-        for solid in self._primitives.values():
-            add_primitive(spec, solid, solid.world_from_object)
+        for solid in self._virtual.values():
+            add_virtual(spec, solid, solid.world_from_object)
         is_held = [item.object_id for item in self.room.objects]
-        is_held += [name for name, solid in self._primitives.items() if solid.mass_kg is not None]
+        is_held += [name for name, solid in self._virtual.items() if solid.mass_kg is not None]
         self._people.add_to(spec, is_held)
         self._model: Any = spec.compile()
         if self._is_by_hand:
@@ -93,8 +93,8 @@ class World:
 
     @property
     def object_ids(self) -> tuple[str, ...]:
-        """Everything that can move, and the virtual solids that cannot."""
-        return (*(item.object_id for item in self.room.objects), *self._primitives)
+        """Everything that can move, and the virtual ones that cannot."""
+        return (*(item.object_id for item in self.room.objects), *self._virtual)
 
     @property
     def t_ns(self) -> int:
@@ -191,22 +191,22 @@ class World:
         """See `place_clear`."""
         return place_clear(object_id, world_from_object, model=self._model, data=self._data)
 
-    def add_primitive(self, item: Primitive) -> None:
-        """Add a virtual solid; the model is compiled anew, and everything else goes on as it was.
+    def add_virtual(self, item: Virtual) -> None:
+        """Add a virtual object; the model is compiled anew, and everything else goes on as it was.
 
         Raises:
             ValueError: its id is taken.
         """
         if item.object_id in self.object_ids:
-            raise ValueError(f"primitive {item.object_id!r}: the id is taken")
-        self._primitives[item.object_id] = item
+            raise ValueError(f"virtual {item.object_id!r}: the id is taken")
+        self._virtual[item.object_id] = item
         self._recompile()
 
-    def remove_primitive(self, object_id: str) -> None:
-        """Take a virtual solid away.
+    def remove_virtual(self, object_id: str) -> None:
+        """Take a virtual object away.
 
         Raises:
-            KeyError: no such primitive.
+            KeyError: no such virtual object.
         """
-        del self._primitives[object_id]
+        del self._virtual[object_id]
         self._recompile()

@@ -26,9 +26,9 @@ from sim.physics.mouse_hand import MouseHand, push
 from sim.physics.moving.air import set_drag
 from sim.physics.moving.objects import add_object
 from sim.physics.moving.people import People, PersonTarget
-from sim.physics.moving.primitives import Primitive, add_primitive
 from sim.physics.moving.rest import is_at_rest
 from sim.physics.moving.tracked import TrackedBodies
+from sim.physics.moving.virtual import Virtual, add_virtual, size_m
 
 STEP_NS = 2_000_000
 STEP_S = STEP_NS * 1e-9
@@ -54,7 +54,7 @@ class Twin:
     Args:
         surface: what stands still.
         movables: objects, each where it is when physics begins.
-        primitives: virtual solids.
+        virtual: what exists in the physics alone.
         tracked: ids of movables that a tracker moves; the others are free.
         people: where each person starts, by person id; their hands hold what is free.
         notes: what had to be assumed to make the surface.
@@ -68,15 +68,15 @@ class Twin:
         surface: Surface,
         movables: Sequence[PhysicalObject],
         *,
-        primitives: Sequence[Primitive] = (),
+        virtual: Sequence[Virtual] = (),
         tracked: Collection[str] = (),
         people: Mapping[str, PersonTarget] | None = None,
         notes: Sequence[str] = (),
     ) -> None:
         self._movables = {item.object_id: item for item in movables}
-        self._primitives = {item.object_id: item for item in primitives}
-        if len({*self._movables, *self._primitives}) < len(movables) + len(primitives):
-            raise ValueError(f"ids {sorted([*self._movables, *self._primitives])}: one is double")
+        self._virtual = {item.object_id: item for item in virtual}
+        if len({*self._movables, *self._virtual}) < len(movables) + len(virtual):
+            raise ValueError(f"ids {sorted([*self._movables, *self._virtual])}: one is double")
         unknown = set(tracked) - set(self._movables)
         if unknown:
             raise ValueError(f"tracked {sorted(unknown)}: known are {sorted(self._movables)}")
@@ -105,8 +105,8 @@ class Twin:
 
     @property
     def object_ids(self) -> tuple[str, ...]:
-        """Everything that can move, and the virtual solids that cannot."""
-        return (*self._movables, *self._primitives)
+        """Everything that can move, and the virtual ones that cannot."""
+        return (*self._movables, *self._virtual)
 
     def step(self, duration_ns: int) -> None:
         """Let `duration_ns` pass, in steps of 2 ms (a remainder is left out).
@@ -178,7 +178,7 @@ class Twin:
     def size_m(self, object_id: str) -> tuple[float, float, float]:
         """Sides of the box around an object, in its own frame."""
         item = self._movables.get(object_id)
-        return self._primitives[object_id].size_m if item is None else item.box_m
+        return size_m(self._virtual[object_id]) if item is None else item.box_m
 
     def speed(self, object_id: str) -> float:
         """How fast a free object's origin moves, m/s."""
@@ -244,8 +244,8 @@ class Twin:
         if item is not None:
             self._movables[object_id] = replace(item, friction=friction)
         else:
-            solid = self._primitives[object_id]
-            self._primitives[object_id] = replace(solid, friction=friction)
+            solid = self._virtual[object_id]
+            self._virtual[object_id] = replace(solid, friction=friction)
         body = self._model.body(object_id).id
         self._model.geom_friction[self._model.geom_bodyid == body, 0] = friction
         self._wake()
@@ -260,33 +260,33 @@ class Twin:
         if item is not None:
             self._movables[object_id] = replace(item, mass_kg=mass_kg)
         else:
-            solid = self._primitives[object_id]
-            self._primitives[object_id] = replace(solid, mass_kg=mass_kg)
+            solid = self._virtual[object_id]
+            self._virtual[object_id] = replace(solid, mass_kg=mass_kg)
         self._model.body_mass[body] = mass_kg
         self._model.body_inertia[body] *= share
         set_drag(self._model, body)
         mujoco.mj_setConst(self._model, mujoco.MjData(self._model))
         self._wake()
 
-    def add_primitive(self, item: Primitive) -> None:
-        """Add a virtual solid; the model is compiled anew, and everything else goes on as it was.
+    def add_virtual(self, item: Virtual) -> None:
+        """Add a virtual object; the model is compiled anew, and everything else goes on as it was.
 
         Raises:
             ValueError: its id is taken.
         """
         if item.object_id in self.object_ids:
-            raise ValueError(f"primitive {item.object_id!r}: the id is taken")
+            raise ValueError(f"virtual {item.object_id!r}: the id is taken")
         poses, speeds = self._state()
-        self._primitives[item.object_id] = item
+        self._virtual[item.object_id] = item
         self._compile(self.surface, poses, speeds)
 
-    def remove_primitive(self, object_id: str) -> None:
-        """Take a virtual solid away.
+    def remove_virtual(self, object_id: str) -> None:
+        """Take a virtual object away.
 
         Raises:
-            KeyError: no such primitive.
+            KeyError: no such virtual object.
         """
-        del self._primitives[object_id]
+        del self._virtual[object_id]
         poses, speeds = self._state()
         self._compile(self.surface, poses, speeds)
 
@@ -322,10 +322,10 @@ class Twin:
         for name, item in self._movables.items():
             pose = poses.get(name, item.world_from_object)
             add_object(spec, item, pose, is_tracked=name in self._tracked_ids, is_damped=False)
-        for name, solid in self._primitives.items():
-            add_primitive(spec, solid, poses.get(name, solid.world_from_object))
+        for name, solid in self._virtual.items():
+            add_virtual(spec, solid, poses.get(name, solid.world_from_object))
         is_held = [name for name in self._movables if name not in self._tracked_ids]
-        is_held += [name for name, solid in self._primitives.items() if solid.mass_kg is not None]
+        is_held += [name for name, solid in self._virtual.items() if solid.mass_kg is not None]
         self._people.add_to(spec, is_held)
         self._model: Any = spec.compile()
         self._data: Any = mujoco.MjData(self._model)

@@ -1,18 +1,74 @@
-"""Virtual bodies of the document as physics has them: with a mass, their origin in the middle."""
+"""Bodies and meshes of the document as the physics has them: solid, with a mass."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from scenes.pose import Pose
-from studio.app.model.documents.document import Primitive
+from studio.app.model.documents.added_mesh import AddedMesh, Geometry
+from studio.app.model.documents.document import Primitive, TwinEdits
 
 if TYPE_CHECKING:
+    from scenes.mesh import PhysicalObject
     from sim.physics.moving.primitives import Primitive as Solid
+    from sim.physics.moving.virtual import Virtual
 
 DENSITY_KG_PER_M3 = 150.0
 """Of a body that was added by hand: a moving box with something in it, light wooden furniture."""
+
+LARGEST_MESH_M = 3.0
+"""Longest side of a mesh that is a body, metres. What is longer than a room is high is a part of a
+building, and surrounds what it would have to collide with."""
+
+LEAST_SIDE_M = 0.01
+"""Thickness that a flat mesh gets in the physics, as the thinnest primitive there may be."""
+
+SAMPLES = 200_000
+"""Points on a mesh: 40 on each of the 6 × 28² cells that the faces of its box have at most, so that
+folds with ten times that area get 4 a cell, and the gap that one in 50 is closes with its sides."""
+
+Body = Primitive | AddedMesh
+
+
+def bodies_of(twin: TwinEdits) -> dict[str, Body]:
+    """What of the document's items the physics has, by id."""
+    small = {
+        key: mesh
+        for key, mesh in twin.meshes.items()
+        if max(mesh.geometry.size_m) <= LARGEST_MESH_M
+    }
+    return {**twin.primitives, **small}
+
+
+def is_same_body(first: Body, second: Body) -> bool:
+    """Whether two differ in nothing but their pose."""
+    if isinstance(first, Primitive) and isinstance(second, Primitive):
+        return (first.shape, first.size_m) == (second.shape, second.size_m)
+    if isinstance(first, AddedMesh) and isinstance(second, AddedMesh):
+        return first.geometry is second.geometry
+    return False
+
+
+def virtual_of(item: Body) -> Virtual:
+    """A body for the physics; of a large mesh this takes some tenths of a second."""
+    return solid_of(item) if isinstance(item, Primitive) else _object_of(item)
+
+
+def physical_pose(item: Body) -> Pose:
+    """Where the physics has a body: of a primitive its middle, of a mesh its base."""
+    if isinstance(item, Primitive):
+        return item.world_from_primitive @ _base_from_centre(item)
+    return item.world_from_mesh
+
+
+def base_pose(item: Body, world_from_physical: Pose) -> Pose:
+    """Pose of a body's base, as the document has it, from where the physics has it."""
+    if isinstance(item, Primitive):
+        return world_from_physical @ _base_from_centre(item).inverse()
+    return world_from_physical
 
 
 def solid_of(item: Primitive) -> Solid:
@@ -25,7 +81,7 @@ def solid_of(item: Primitive) -> Solid:
         object_id=item.primitive_id,
         shape=shapes[item.shape],
         size_m=item.size_m,
-        world_from_object=world_from_centre(item),
+        world_from_object=physical_pose(item),
         mass_kg=mass_kg(item),
     )
 
@@ -37,14 +93,29 @@ def mass_kg(item: Primitive) -> float:
     return DENSITY_KG_PER_M3 * share * x * y * z
 
 
-def world_from_centre(item: Primitive) -> Pose:
-    """Pose of a body's middle."""
-    return item.world_from_primitive @ _base_from_centre(item)
+def _object_of(item: AddedMesh) -> PhysicalObject:
+    """A mesh as boxes, as heavy as such boxes usually are."""
+    import trimesh
 
+    from scenes.mesh import PhysicalObject
+    from scenes.prepare.cutout.object.solid_parts import guessed_mass_kg, solid_parts_of_surface
+    from sim.physics.scanned.objects import FRICTION
 
-def world_from_base(item: Primitive, world_from_middle: Pose) -> Pose:
-    """Pose of a body's base, as the document has it, from its middle's."""
-    return world_from_middle @ _base_from_centre(item).inverse()
+    geometry: Geometry = item.geometry
+    shell = trimesh.Trimesh(geometry.vertices, geometry.faces, process=False)
+    points, _ = trimesh.sample.sample_surface(shell, SAMPLES, seed=0)
+    x, y, z = (max(side, LEAST_SIDE_M) for side in geometry.size_m)
+    parts = solid_parts_of_surface(np.asarray(points, dtype=np.float64), (x, y, z))
+    return PhysicalObject(
+        object_id=item.mesh_id,
+        kind="mesh",
+        meshes=(),
+        box_m=(x, y, z),
+        parts=parts,
+        mass_kg=guessed_mass_kg(parts, (x, y, z)),
+        friction=FRICTION,
+        world_from_object=item.world_from_mesh,
+    )
 
 
 def _base_from_centre(item: Primitive) -> Pose:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,9 +15,17 @@ from devices.clock import Clock
 from scenes.package import ScenePackage
 from scenes.pose import Pose, rotation_angle
 from scenes.state import SceneState
-from studio.app.model.documents.document import Document, Primitive, hand_state
+from studio.app.model.documents.document import Document, hand_state
 from studio.app.model.workbench import Topic, Workbench
-from studio.app.twin.bodies import solid_of, world_from_base, world_from_centre
+from studio.app.twin.bodies import (
+    LARGEST_MESH_M,
+    Body,
+    base_pose,
+    bodies_of,
+    is_same_body,
+    physical_pose,
+    virtual_of,
+)
 from studio.app.twin.edits import EditError, name_of, put_all, taken_ids
 from studio.app.twin.running_physics import RoomPoses, RunningPhysics
 
@@ -64,7 +73,7 @@ class TwinPhysics:
         self._ended: RunningPhysics | None = None
         self._scene: ScenePackage | None = None
         self._known: dict[str, Pose] = {}
-        self._bodies: dict[str, Primitive] = {}
+        self._bodies: dict[str, Body] = {}
         self._grabbed = ""
         self._label = ""
         self._touched: set[str] = set()
@@ -254,7 +263,12 @@ class TwinPhysics:
         if self.why_not or scene is None:
             raise EditError(f"physics: {self.why_not}")
         document = self._bench.document
-        known = {*(item.object_id for item in scene.objects), *document.twin.primitives}
+        if object_id in document.twin.meshes.keys() - bodies_of(document.twin).keys():
+            raise EditError(
+                f"{object_id!r}: a mesh as large as a building stands still; its longest side may "
+                f"be {LARGEST_MESH_M:g} m to be moved by physics"
+            )
+        known = {*(item.object_id for item in scene.objects), *bodies_of(document.twin)}
         if object_id and object_id not in known:
             raise EditError(f"{object_id!r}: nothing that can be moved; wanted one of {known}")
         if self._running is None:
@@ -283,19 +297,20 @@ class TwinPhysics:
         if running is None or scene is None:
             return
         twin = self._bench.document.twin
+        bodies = bodies_of(twin)
         for object_id, body in list(self._bodies.items()):
-            now = twin.primitives.get(object_id)
-            if now is None or (now.shape, now.size_m) != (body.shape, body.size_m):
+            now = bodies.get(object_id)
+            if now is None or not is_same_body(now, body):
                 running.remove(object_id)
                 del self._bodies[object_id], self._known[object_id]
-        for object_id, item in twin.primitives.items():
+        for object_id, item in bodies.items():
             if object_id not in self._bodies:
-                running.add(solid_of(item))
+                running.add(partial(virtual_of, item))
                 self._bodies[object_id] = item
-                self._known[object_id] = world_from_centre(item)
+                self._known[object_id] = physical_pose(item)
         wanted = {**self._scanned(scene), **twin.poses}
         wanted = {key: pose for key, pose in wanted.items() if key in self._known}
-        wanted |= {key: world_from_centre(item) for key, item in twin.primitives.items()}
+        wanted |= {key: physical_pose(item) for key, item in bodies.items()}
         changed = {
             key: pose for key, pose in wanted.items() if not _is_same(pose, self._known[key])
         }
@@ -305,19 +320,19 @@ class TwinPhysics:
 
     def _moved(self, frame: RoomPoses) -> dict[str, Pose]:
         """Poses of the document's items that have moved, by id."""
-        primitives = self._bench.document.twin.primitives
+        bodies = bodies_of(self._bench.document.twin)
         moved: dict[str, Pose] = {}
         for object_id, pose in frame.poses.items():
             before = self._known.get(object_id)
             share = TOUCHED_SHARE if object_id in self._touched else 1.0
             if before is None or not _has_moved(before, pose, share):
                 continue
-            body = primitives.get(object_id)
-            moved[object_id] = pose if body is None else world_from_base(body, pose)
+            body = bodies.get(object_id)
+            moved[object_id] = pose if body is None else base_pose(body, pose)
         return moved
 
     def _show(self, moved: Mapping[str, Pose]) -> None:
-        """Show the room with what has moved; moving primitives are objects of the state, too."""
+        """Show the room with what has moved; moving bodies are objects of the state, too."""
         twin = self._bench.document.twin
         self._shown = hand_state(replace(twin, poses={**twin.poses, **moved}))
         self._bench.show_state(self._shown)
@@ -330,10 +345,10 @@ class TwinPhysics:
             return
         changed: Document = put_all(document, scanned, there)
         # What the physics has is what the document gets, so nothing is placed again.
-        primitives = changed.twin.primitives
+        bodies = bodies_of(changed.twin)
         for key, pose in there.items():
-            body = primitives.get(key)
-            self._known[key] = pose if body is None else world_from_centre(body)
+            body = bodies.get(key)
+            self._known[key] = pose if body is None else physical_pose(body)
         self._bench.change(self._label, changed, merge=f"physics {self._count}")
         self._bench.note(
             "twin.put", poses={key: pose.matrix().tolist() for key, pose in there.items()}

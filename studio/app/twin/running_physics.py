@@ -17,7 +17,7 @@ from scenes.pose import Pose
 
 if TYPE_CHECKING:
     from sim.physics.by_hand import PhysicsByHand
-    from sim.physics.moving.primitives import Primitive
+    from sim.physics.moving.virtual import Virtual
 
 log = logging.getLogger(__name__)
 
@@ -192,13 +192,17 @@ class RunningPhysics:
 
         self._send(put)
 
-    def add(self, item: Primitive) -> None:
-        """Add a primitive."""
-        self._send(lambda physics: physics.add_primitive(item))
+    def add(self, make: Callable[[], Virtual]) -> None:
+        """Add a virtual object.
+
+        Args:
+            make: makes it; called on the thread, since a mesh takes a while.
+        """
+        self._send(lambda physics: physics.add_virtual(make()))
 
     def remove(self, object_id: str) -> None:
-        """Take a primitive away."""
-        self._send(lambda physics: physics.remove_primitive(object_id))
+        """Take a virtual object away."""
+        self._send(lambda physics: physics.remove_virtual(object_id))
 
     def _send(self, command: Command) -> None:
         try:

@@ -175,10 +175,10 @@ def test_primitives_come_and_go_while_everything_else_goes_on(physics):
     before, speed_from = physics.object_pose("chair-1"), physics.t_ns
     ball = Primitive("ball", Shape.SPHERE, (0.2,) * 3, Pose.from_yaw(0.0, (-1.0, -1.0, 0.5)))
     block = replace(ball, object_id="block", shape=Shape.BOX, mass_kg=None)
-    physics.add_primitive(ball)
+    physics.add_virtual(ball)
     moved = physics.object_pose("chair-1").matrix() - before.matrix()
     assert np.abs(moved).max() < 0.005  # a pose is of the step's beginning, so it may go on by one
-    physics.add_primitive(replace(block, world_from_object=Pose.from_yaw(0, (1.0, -1.0, 1.0))))
+    physics.add_virtual(replace(block, world_from_object=Pose.from_yaw(0, (1.0, -1.0, 1.0))))
     assert physics.t_ns == speed_from
     assert set(physics.object_ids) == {"chair-1", "book-1", "ball", "block"}
     physics.step(2 * SECOND_NS)
@@ -187,12 +187,12 @@ def test_primitives_come_and_go_while_everything_else_goes_on(physics):
     assert physics.object_pose("block").translation[2] == 1.0
     drag(physics, "ball", (0.0, -1.0, 1.0), seconds=1.0, point=np.zeros(3))
     assert np.abs(physics.object_pose("ball").translation - (0.0, -1.0, 1.0)).max() < 0.01
-    physics.remove_primitive("ball")
+    physics.remove_virtual("ball")
     assert "ball" not in physics.object_poses()
     physics.step(SECOND_NS)  # the hand that held it holds nothing
     assert physics.is_at_rest
     with pytest.raises(ValueError, match="taken"):
-        physics.add_primitive(block)
+        physics.add_virtual(block)
     with pytest.raises(NotFree, match="block"):
         physics.pull("block", MIDDLE, MIDDLE)
 

@@ -43,9 +43,38 @@ def solid_parts(cloud: SplatCloud, box_m: tuple[float, float, float]) -> tuple[B
         cloud: the object's splats in its own frame: origin on the support plane, Z up, metres.
         box_m: its extents (x, y, z); nothing of a part lies outside.
     """
+    size, cell = _grid(box_m)
+    return _boxes(_enclosed(_filled(cloud, size, cell)), size, cell)
+
+
+def solid_parts_of_surface(
+    points: NDArray[np.float64], box_m: tuple[float, float, float]
+) -> tuple[BoxPart, ...]:
+    """Boxes that cover what is solid of an object whose surface is known, such as a mesh's.
+
+    Args:
+        points: (N, 3) closely all over its surface, in its own frame: origin on the support plane,
+            Z up, metres.
+        box_m: its extents (x, y, z); nothing of a part lies outside.
+    """
+    size, cell = _grid(box_m)
+    shape = np.round(size / cell).astype(np.intp)
+    corner = np.array([-0.5 * size[0], -0.5 * size[1], 0.0])
+    index = np.floor((points - corner) / cell).astype(np.intp)
+    walls = np.zeros(tuple(shape), dtype=bool)
+    walls[tuple(np.clip(index, 0, shape - 1).T)] = True
+    return _boxes(_enclosed(walls), size, cell)
+
+
+def _grid(box_m: tuple[float, float, float]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Extents of an object and of the cells that divide them, metres."""
     size = np.maximum(np.array(box_m, dtype=np.float64), 1e-3)
-    cell = size / np.maximum(np.round(size / np.clip(size.max() / CELLS_ALONG, *CELL_M)), 1)
-    filled = _enclosed(_filled(cloud, size, cell))
+    return size, size / np.maximum(np.round(size / np.clip(size.max() / CELLS_ALONG, *CELL_M)), 1)
+
+
+def _boxes(
+    filled: BoolArray, size: NDArray[np.float64], cell: NDArray[np.float64]
+) -> tuple[BoxPart, ...]:
     total = int(filled.sum())
     parts: list[BoxPart] = []
     left = filled.copy()

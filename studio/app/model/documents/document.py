@@ -162,6 +162,12 @@ def composed(base: SceneState | None, twin: TwinEdits) -> SceneState:
     )
 
 
+def shown_pose(state: SceneState, item_id: str, world_from_item: Pose) -> Pose:
+    """Where a body or mesh is now: where the running physics has it, else where it was put."""
+    moving = state.objects.get(item_id)
+    return world_from_item if moving is None else moving.world_from_object
+
+
 def _placed(object_id: str, world_from_object: Pose) -> TrackedObject:
     return TrackedObject(
         object_id=object_id,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from scenes.pose import Pose
+from studio.app.model.documents.document import shown_pose
 from studio.app.model.workbench import Workbench
 from studio.app.viewport.by_hand.picking import Boxes
 
@@ -13,16 +14,15 @@ PERSON_BOX_M = (0.5, 0.5, 1.8)
 
 def pose_of(bench: Workbench, item_id: str) -> Pose | None:
     """Pose of an object, body or camera in the world; None if there is none of that id."""
-    twin = bench.document.twin
+    twin, moving = bench.document.twin, bench.state.objects.get(item_id)
+    if moving is not None:
+        return moving.world_from_object
     if item_id in twin.primitives:
         return twin.primitives[item_id].world_from_primitive
     if item_id in twin.cameras:
         return twin.cameras[item_id]
     if item_id in twin.meshes:
         return twin.meshes[item_id].world_from_mesh
-    tracked = bench.state.objects.get(item_id)
-    if tracked is not None:
-        return tracked.world_from_object
     scanned = {} if bench.scene is None else {o.object_id: o for o in bench.scene.objects}
     return scanned[item_id].world_from_object if item_id in scanned else None
 
@@ -36,9 +36,10 @@ def boxes_of(bench: Workbench) -> Boxes:
         found[item.object_id] = (pose, item.box_m)
     twin = bench.document.twin
     for key, body in twin.primitives.items():
-        found[key] = (body.world_from_primitive, body.size_m)
+        found[key] = (shown_pose(bench.state, key, body.world_from_primitive), body.size_m)
     for key, mesh in twin.meshes.items():
-        found[key] = (mesh.world_from_mesh, mesh.geometry.size_m)
+        place = shown_pose(bench.state, key, mesh.world_from_mesh)
+        found[key] = (place, mesh.geometry.size_m)
     for key, world_from_camera in twin.cameras.items():
         place = world_from_camera.translation - (0.0, 0.0, 0.5 * CAMERA_BOX_M[2])
         found[key] = (Pose.from_yaw(0.0, place), CAMERA_BOX_M)

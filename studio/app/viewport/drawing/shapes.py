@@ -14,7 +14,7 @@ from scenes.mesh import CollisionMesh
 from scenes.pose import Pose
 from scenes.state import Avatar, LiveSurface, SceneState
 from studio.app.model.documents.added_mesh import Geometry
-from studio.app.model.documents.document import Primitive, TwinEdits
+from studio.app.model.documents.document import Primitive, TwinEdits, shown_pose
 from studio.view.overlay import LOCAL, REMOTE, STATE_COLOURS
 
 Colour = tuple[float, float, float]
@@ -162,10 +162,11 @@ def shapes_of(
         seen_by: whose view it is: of themselves people see their hands and what they point at.
     """
     found: list[Shape] = []
-    for item in twin.primitives.values():
-        found.append(primitive_solid(item))
-    for mesh in twin.meshes.values():
-        found.append(Surface(f"mesh {mesh.mesh_id}", mesh.geometry, mesh.world_from_mesh))
+    for key, item in twin.primitives.items():
+        found.append(primitive_solid(item, shown_pose(state, key, item.world_from_primitive)))
+    for key, mesh in twin.meshes.items():
+        place = shown_pose(state, key, mesh.world_from_mesh)
+        found.append(Surface(f"mesh {key}", mesh.geometry, place))
     if shown.avatars:
         for avatar in state.avatars.values():
             own = avatar.user_id == seen_by
@@ -185,15 +186,15 @@ def shapes_of(
     return found
 
 
-def primitive_solid(item: Primitive) -> Solid:
-    """A virtual body; its frame stands on its base."""
+def primitive_solid(item: Primitive, world_from_base: Pose) -> Solid:
+    """A virtual body that stands somewhere."""
     up = Pose(np.eye(3), np.array([0.0, 0.0, 0.5 * item.size_m[2]]))
     return Solid(
         f"body {item.primitive_id}",
         item.shape,
         item.size_m,
         item.colour,
-        item.world_from_primitive @ up,
+        world_from_base @ up,
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from scenes.package import ScenePackage
 from scenes.pose import Pose
 from scenes.state import SceneState
-from studio.app.model.documents.document import Document
+from studio.app.model.documents.document import Document, shown_pose
 from studio.app.model.names import CAMERA, shown_name
 from studio.app.viewport.viewer import object_eyes
 
@@ -35,10 +35,12 @@ def eyes_of(
         return twin.cameras[source]
     if source in twin.primitives:
         body = twin.primitives[source]
-        return object_eyes(body.world_from_primitive, body.size_m[2])
+        place = shown_pose(state, source, body.world_from_primitive)
+        return object_eyes(place, body.size_m[2])
     if source in twin.meshes:
         mesh = twin.meshes[source]
-        return object_eyes(mesh.world_from_mesh, mesh.geometry.size_m[2])
+        place = shown_pose(state, source, mesh.world_from_mesh)
+        return object_eyes(place, mesh.geometry.size_m[2])
     scanned = {} if scene is None else {item.object_id: item for item in scene.objects}
     height = scanned[source].box_m[2] if source in scanned else PLAIN_HEIGHT_M
     tracked = state.objects.get(source)

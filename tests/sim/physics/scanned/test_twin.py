@@ -49,7 +49,7 @@ def test_things_come_to_rest_on_floor_and_table(surface):
     ball = Primitive("ball", Shape.SPHERE, (0.1,) * 3, Pose.from_yaw(0, (1.3, 1.8, 0.9)))
     tin = Primitive("tin", Shape.CYLINDER, (0.1, 0.1, 0.2), Pose.from_yaw(0, (3.0, 2.0, 0.4)))
     cartons = (carton("low", (0.5, 0.5, 0.3)), carton("high", (1.6, 1.4, 1.0)))
-    twin = Twin(surface, cartons, primitives=(ball, tin))
+    twin = Twin(surface, cartons, virtual=(ball, tin))
     twin.step(3 * SECOND_NS)
     before = heights(twin)
     assert before["low"] == pytest.approx(0.0, abs=0.003)
@@ -256,13 +256,13 @@ def test_primitives_come_and_go_while_it_runs():
     shelf = Primitive(
         "shelf", Shape.BOX, (0.8, 0.8, 0.1), Pose.from_yaw(0, (1.5, 1.5, 0.5)), mass_kg=None
     )
-    twin.add_primitive(shelf)
+    twin.add_virtual(shelf)
     twin.step(2 * SECOND_NS)
     assert heights(twin)["c"] == pytest.approx(0.55, abs=0.002)
     assert heights(twin)["shelf"] == pytest.approx(0.5)
     with pytest.raises(ValueError, match="taken"):
-        twin.add_primitive(shelf)
-    twin.remove_primitive("shelf")
+        twin.add_virtual(shelf)
+    twin.remove_virtual("shelf")
     twin.step(SECOND_NS)
     assert heights(twin)["c"] == pytest.approx(0.0, abs=0.002)
 

@@ -50,7 +50,7 @@ def test_a_hand_wakes_and_pushes_what_sleeps(twin):
 
 def test_a_torso_pushes_what_is_tall_unless_its_person_sits(twin):
     tall = Primitive("post", Shape.CYLINDER, (0.2, 0.2, 1.6), Pose.from_yaw(0.0, (2.5, 2.2, 0.8)))
-    twin.add_primitive(tall)
+    twin.add_virtual(tall)
     twin.step(3 * SECOND_NS)
     for solid in (False, True):
         for k in range(60):
@@ -69,7 +69,7 @@ def test_what_is_held_stays_in_the_hand_while_the_room_is_compiled_anew(twin):
     before, where = twin.object_pose("box"), twin.hand_position("ann", "right")
     assert before.translation[2] > 0.6
     ball = Primitive("ball", Shape.SPHERE, (0.2,) * 3, Pose.from_yaw(0.0, (3.0, 0.5, 0.1)))
-    twin.add_primitive(ball)
+    twin.add_virtual(ball)
     # It moves at 1 m/s, and places of bodies are those before the last step.
     assert twin.hand_position("ann", "right") == pytest.approx(where, abs=3e-3)
     twin.step(SECOND_NS)
@@ -84,7 +84,7 @@ def test_what_is_held_stays_in_the_hand_while_the_room_is_compiled_anew(twin):
 
 def test_a_hand_takes_a_virtual_ball_too(twin):
     ball = Primitive("ball", Shape.SPHERE, (0.2,) * 3, Pose.from_yaw(0.0, (3.0, 1.5, 0.1)))
-    twin.add_primitive(ball)
+    twin.add_virtual(ball)
     twin.move_people(person(hand(2.95, 0.25)))
     twin.step(SECOND_NS)
     twin.move_people(person(hand(2.95, 0.25, holds="ball")))

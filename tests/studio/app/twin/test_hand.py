@@ -6,15 +6,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import trimesh
 
 from devices.clock import ManualClock
 from scenes.pose import Pose
 from scenes.state import SceneState
+from sim.physics.scanned.objects import FRICTION
+from studio.app.model.documents.added_mesh import Geometry
 from studio.app.model.documents.document_file import document_to_text
-from studio.app.twin.additions import primitive_added
-from studio.app.twin.bodies import world_from_centre
+from studio.app.twin.additions import mesh_added, primitive_added
+from studio.app.twin.bodies import physical_pose
 from studio.app.twin.edits import EditError, moved
 from studio.app.twin.hand import TwinPhysics
+from studio.app.viewport.by_hand.items import boxes_of
+from studio.app.viewport.drawing.shapes import Shown, shapes_of
 
 BOOK = "book-1"
 
@@ -25,6 +30,21 @@ def hand(bench):
     yield made
     made.close()
     made.join()
+
+
+def table_geometry(scale: float = 1.0) -> Geometry:
+    """A top of 0.8 m × 0.5 m at 0.6 m, on four legs."""
+    top = trimesh.creation.box(extents=(0.8, 0.5, 0.04))
+    top.apply_translation((0.0, 0.0, 0.58))
+    parts = [top]
+    for x in (-0.36, 0.36):
+        for y in (-0.21, 0.21):
+            leg = trimesh.creation.box(extents=(0.05, 0.05, 0.56))
+            leg.apply_translation((x, y, 0.28))
+            parts.append(leg)
+    whole = trimesh.util.concatenate(parts)
+    vertices = (scale * whole.vertices).astype(np.float32)
+    return Geometry(vertices, whole.faces.astype(np.int32), np.full(vertices.shape, 90, np.uint8))
 
 
 def scanned(desk):
@@ -73,7 +93,7 @@ def test_a_primitive_of_the_document_is_thrown_like_an_object(hand, bench, desk,
     bench.change("Add ball", document)
     hand.throw(ball, (0.3, 0.0, 0.0))
     until(lambda: not hand.is_busy, hand.poll)
-    pose = world_from_centre(bench.document.twin.primitives[ball])
+    pose = physical_pose(bench.document.twin.primitives[ball])
     assert pose.translation[2] == pytest.approx(0.1, abs=0.005)
     assert pose.translation[0] > 0.1
     bench.history.undo()
@@ -81,6 +101,63 @@ def test_a_primitive_of_the_document_is_thrown_like_an_object(hand, bench, desk,
     bench.history.undo()
     with pytest.raises(EditError, match=ball):
         hand.throw(ball, (0, 0, 1))
+
+
+def test_a_body_is_drawn_where_it_flies(hand, bench, desk, until):
+    document, ball = primitive_added(
+        bench.document, scanned(desk), shape="ball", place=(0.0, -1.0, 1.0), size_m=(0.2,) * 3
+    )
+    bench.change("Add ball", document)
+    hand.throw(ball, (0.3, 0.0, 0.0))
+    until(lambda: ball in bench.state.objects, hand.poll)
+    flying = bench.state.objects[ball].world_from_object
+    drawn = shapes_of(bench.state, shown=Shown(), twin=bench.document.twin, world_from_rig=None)
+    (solid,) = (shape for shape in drawn if shape.key == f"body {ball}")
+    middle = flying @ np.array([0.0, 0.0, 0.1])
+    assert np.allclose(solid.world_from_body.translation, middle)
+    assert not np.allclose(flying.translation, (0.0, -1.0, 1.0), atol=1e-4)
+    assert np.allclose(boxes_of(bench)[ball][0].matrix(), flying.matrix())
+    until(lambda: not hand.is_busy, hand.poll)
+
+
+def test_a_mesh_falls_and_stands_as_it_is_shaped(hand, bench, desk, until):
+    """A table of a top and four legs: it lands on its feet, and a ball rolls under its top."""
+    table = table_geometry()
+    document, item = mesh_added(
+        bench.document, scanned(desk), geometry=table, source="table.ply", place=(0.0, -1.0, 0.4)
+    )
+    bench.change("Add table", document)
+    hand.resume()
+    until(lambda: not hand.is_busy, hand.poll)
+    stands = bench.document.twin.meshes[item].world_from_mesh
+    assert stands.translation[2] == pytest.approx(0.0, abs=0.01)
+    assert stands.rotation[2, 2] > 0.999
+    document, ball = primitive_added(
+        bench.document, scanned(desk), shape="ball", place=(0.0, -1.0, 0.15), size_m=(0.2,) * 3
+    )
+    bench.change("Add ball", document)
+    hand.resume()
+    until(lambda: not hand.is_busy, hand.poll)
+    under = physical_pose(bench.document.twin.primitives[ball]).translation
+    assert np.abs(under - (0.0, -1.0, 0.1)).max() < 0.05
+    hand.throw(item, (0.8, 0.0, 0.0))
+    until(lambda: not hand.is_busy, hand.poll)
+    slid_m = bench.document.twin.meshes[item].world_from_mesh.translation[0]
+    assert slid_m == pytest.approx(0.8**2 / (2 * FRICTION * 9.81), abs=0.015)
+    bench.history.undo()
+    assert np.array_equal(
+        bench.document.twin.meshes[item].world_from_mesh.matrix(), stands.matrix()
+    )
+
+
+def test_a_mesh_as_large_as_a_building_is_no_body(hand, bench, desk):
+    walls = table_geometry(scale=5.0)
+    document, item = mesh_added(
+        bench.document, scanned(desk), geometry=walls, source="walls.ply", place=(0.0, 0.0, 0.0)
+    )
+    bench.change("Add walls", document)
+    with pytest.raises(EditError, match=f"{item}.*as large as a building"):
+        hand.throw(item, (0.0, 0.0, 1.0))
 
 
 def test_what_was_put_into_the_air_falls_when_physics_goes_on(hand, bench, desk, until):

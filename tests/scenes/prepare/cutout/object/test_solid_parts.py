@@ -4,7 +4,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scenes.opening import open_scene
-from scenes.prepare.cutout.object.solid_parts import guessed_mass_kg, solid_parts
+from scenes.prepare.cutout.object.solid_parts import (
+    guessed_mass_kg,
+    solid_parts,
+    solid_parts_of_surface,
+)
 from scenes.samples import sample_room
 from scenes.splats import SplatCloud
 
@@ -80,3 +84,27 @@ def test_too_few_splats_leave_one_box():
     (part,) = solid_parts(nothing, (0.2, 0.3, 0.4))
     assert part.half_size_m == pytest.approx((0.1, 0.15, 0.2))
     np.testing.assert_allclose(part.object_from_box.translation, (0, 0, 0.2))
+
+
+@settings(max_examples=12, deadline=None)
+@given(size=st.tuples(*[st.floats(0.12, 0.7)] * 3))
+def test_a_known_surface_is_covered_like_a_scanned_one(size):
+    rng = np.random.default_rng(4)
+    parts = solid_parts_of_surface(shell(np.array(size), rng, n=60_000).means, size)
+    assert volume(parts) == pytest.approx(np.prod(size), rel=1e-6)
+    assert len(parts) == 1
+
+
+def test_the_space_under_a_table_stays_free():
+    rng = np.random.default_rng(5)
+    top = rng.uniform((-0.4, -0.3, 0.56), (0.4, 0.3, 0.6), (40_000, 3))
+    legs = [
+        rng.uniform((x - 0.02, y - 0.02, 0.0), (x + 0.02, y + 0.02, 0.56), (5000, 3))
+        for x in (-0.38, 0.38)
+        for y in (-0.28, 0.28)
+    ]
+    parts = solid_parts_of_surface(np.concatenate([top, *legs]), (0.8, 0.6, 0.6))
+    assert len(parts) == 5
+    for part in parts:
+        low, high = corners(part).min(axis=0), corners(part).max(axis=0)
+        assert not ((low < (0, 0, 0.3)) & (high > (0, 0, 0.3))).all()
