@@ -103,7 +103,7 @@ def _object_of(item: AddedMesh) -> PhysicalObject:
 
     geometry: Geometry = item.geometry
     shell = trimesh.Trimesh(geometry.vertices, geometry.faces, process=False)
-    points, _ = trimesh.sample.sample_surface(shell, SAMPLES, seed=0)
+    points = trimesh.sample.sample_surface(shell, SAMPLES, seed=0)[0]
     x, y, z = (max(side, LEAST_SIDE_M) for side in geometry.size_m)
     parts = solid_parts_of_surface(np.asarray(points, dtype=np.float64), (x, y, z))
     return PhysicalObject(
