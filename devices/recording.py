@@ -10,7 +10,7 @@ import os
 import struct
 import warnings
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
@@ -29,6 +29,7 @@ from devices.recording_codec import (
     decode_message,
     encode_message,
     json_schema,
+    stream_of,
 )
 from devices.session_info import SessionInfo, session_from_json, session_to_json
 from devices.streams import ByteQuota
@@ -252,12 +253,16 @@ class RecordingReader:
         return statistics.message_start_time, statistics.message_end_time
 
     def messages(
-        self, *, topic: str | None = None, from_ns: int | None = None, before_ns: int | None = None
+        self,
+        *,
+        topics: Sequence[str] | None = None,
+        from_ns: int | None = None,
+        before_ns: int | None = None,
     ) -> Iterator[Encoded]:
         """Messages in the order of `(t_ns, topic, seq)`, not decoded, a chunk at a time.
 
         Args:
-            topic: only these; None for all.
+            topics: only theirs; None for all.
             from_ns: first time.
             before_ns: the time after the last.
 
@@ -265,7 +270,7 @@ class RecordingReader:
             RecordingError: the file is damaged.
         """
         same_time: list[Encoded] = []
-        found = _messages(self._reader, self.path, topic, from_ns, before_ns)
+        found = _messages(self._reader, self.path, topics, from_ns, before_ns)
         for encoded in found:
             if same_time and encoded.t_ns != same_time[0].t_ns:
                 yield from sorted(same_time, key=_place)
@@ -293,8 +298,12 @@ class RecordingReader:
 
 
 def _place(encoded: Encoded) -> tuple[int, str, int]:
-    """Where a message stands among those of a recording."""
-    return encoded.t_ns, encoded.topic, encoded.seq
+    """Where a message stands among those of a recording: a frame's stamp before all its packets."""
+    topic = encoded.topic
+    if topic.endswith("/video"):
+        camera, _, track = stream_of(topic).partition("/")
+        topic = f"/{camera}/video/{track}"
+    return encoded.t_ns, topic, encoded.seq
 
 
 _DAMAGE = (
@@ -356,7 +365,7 @@ def _session_of(reader: SeekingReader, path: Path) -> SessionInfo:
 def _messages(
     reader: SeekingReader,
     path: Path,
-    topic: str | None = None,
+    topics: Sequence[str] | None = None,
     from_ns: int | None = None,
     before_ns: int | None = None,
 ) -> Iterator[Encoded]:
@@ -364,7 +373,7 @@ def _messages(
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             for schema, channel, message in reader.iter_messages(
-                topic, starting_at=from_ns, ending_before=before_ns
+                topics, starting_at=from_ns, ending_before=before_ns
             ):
                 yield Encoded(
                     channel.topic,

@@ -333,7 +333,8 @@ def _optional_pose_to_json(pose: Pose | None) -> list[list[float]] | None:
     return None if pose is None else _pose_to_json(pose)
 
 
-def _stream_of(topic: str) -> str:
+def stream_of(topic: str) -> str:
+    """The stream of a topic: "camera-360" of "/camera-360/video"."""
     return topic.strip("/").rsplit("/", 1)[0]
 
 
@@ -354,7 +355,7 @@ def _video(encoded: Encoded, fields: dict[str, Any]) -> EncodedFrame:
 def _stamp(encoded: Encoded, fields: dict[str, Any]) -> FrameStamp:
     pose = fields["world_from_rig"]
     return FrameStamp(
-        _stream_of(encoded.topic),
+        stream_of(encoded.topic),
         encoded.seq,
         encoded.t_ns,
         int(fields["received_ns"]),

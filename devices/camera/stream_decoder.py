@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from devices.camera.stream_picture import StreamPicture
 from devices.camera.unit_decoder import Decoded, UnitDecoder
+from devices.camera.unit_sets import Place, UnitSets
 from devices.camera.units import StreamFormat, Unit
 
 
@@ -24,7 +25,7 @@ class DecodedPictures:
 
 @dataclass(slots=True)
 class _Track:
-    """One picture track: its decoder, and what of it waits for the other tracks."""
+    """One picture track: its decoder, and its part of the picture that is not whole yet."""
 
     form: StreamFormat | None = None
     decoder: UnitDecoder | None = None
@@ -44,6 +45,7 @@ class StreamDecoder:
     def __init__(self, tracks: int) -> None:
         self.damaged = 0
         self._tracks = [_Track() for _ in range(tracks)]
+        self._sets = UnitSets(tracks)
 
     def begins(self, unit: Unit) -> bool:
         """Whether the unit is the first of a stream, for which its track's decoder starts anew."""
@@ -62,42 +64,41 @@ class StreamDecoder:
         """
         track = self._tracks[unit.track]
         if track.decoder is None or self.begins(unit):
-            self.leave_out(unit.track)
             track.form, track.decoder = unit.format, UnitDecoder(unit.format)
+        place = self._sets.place(unit.track)
+        if place is Place.FIRST:
+            self._forget()
         damaged = track.decoder.damaged
         decoded = track.decoder.decode(unit, number)
         self.damaged += track.decoder.damaged - damaged
-        return self._completed(track, decoded)
+        track.picture = None if decoded is None else decoded.picture
+        return self._whole(decoded) if place is Place.LAST else None
 
     def leave_out(self, track: int) -> None:
-        """Start a track anew: units before the next one, a keyframe, were left out.
-
-        Nothing that waited of it or of a later track is shown with what comes, so that after a gap
-        in all of them the first leads.
-        """
-        for later in self._tracks[track:]:
-            later.picture = None
+        """Units of a track before the next one, a keyframe, were left out; the first leads."""
+        if not track:
+            self._sets.begin()
         decoder = self._tracks[track].decoder
         if decoder is not None:
             decoder.leave_out()
 
     def flush(self) -> list[DecodedPictures]:
         """What the decoders still hold after the last unit."""
-        left: list[DecodedPictures] = []
+        decoded: Decoded | None = None
         for track in self._tracks:
             decoded = None if track.decoder is None else track.decoder.flush()
-            completed = self._completed(track, decoded)
-            if completed is not None:
-                left.append(completed)
-        return left
+            track.picture = None if decoded is None else decoded.picture
+        whole = self._whole(decoded)
+        return [] if whole is None else [whole]
 
-    def _completed(self, track: _Track, decoded: Decoded | None) -> DecodedPictures | None:
-        if decoded is None:
+    def _whole(self, last: Decoded | None) -> DecodedPictures | None:
+        """The picture of all tracks, once the last one's is there; None if one has none."""
+        pictures = tuple(track.picture for track in self._tracks if track.picture is not None)
+        self._forget()
+        if last is None or len(pictures) < len(self._tracks):
             return None
-        track.picture = decoded.picture
-        pictures = tuple(t.picture for t in self._tracks if t.picture is not None)
-        if len(pictures) < len(self._tracks):
-            return None
-        for other in self._tracks:
-            other.picture = None
-        return DecodedPictures(decoded.number, pictures)
+        return DecodedPictures(last.number, pictures)
+
+    def _forget(self) -> None:
+        for track in self._tracks:
+            track.picture = None

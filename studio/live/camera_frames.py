@@ -27,7 +27,7 @@ POLL_S = 0.1
 class PacketTap:
     """Where the receiver puts packets: nowhere at first, and into a recording once that begins.
 
-    A recording begins at a keyframe; from that one on pictures may be tracked.
+    A recording begins at a keyframe of the first track; from that one on pictures may be tracked.
     """
 
     def __init__(self) -> None:
@@ -56,7 +56,7 @@ class PacketTap:
             if write is None:
                 return
             if self._first_seq is None:
-                if not value.keyframe:
+                if not value.keyframe or value.stream_id != STREAM_ID:
                     return
                 self._first_seq = value.seq
         write(value)

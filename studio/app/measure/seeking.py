@@ -29,7 +29,7 @@ def seek_rows(folder: Path) -> list[Row]:
     assert index is not None, "reading ends early only when it is cancelled"
     assert index.packets is not None, "the recording holds pictures"
     before = _seeks(index, None)
-    proxies = Proxies(path, index.packets.topic, folder / "pictures", begin_after_s=0.0)
+    proxies = Proxies(path, index.packets.topics[0], folder / "pictures", begin_after_s=0.0)
     try:
         taken_s, size_mb = _made(proxies)
         after = _seeks(index, proxies)

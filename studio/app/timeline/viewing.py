@@ -11,7 +11,6 @@ from studio.app.model.workbench import Workbench
 from studio.app.timeline.pictures.proxies import Proxies, proxies_of
 from studio.app.timeline.pictures.thread import PictureThread
 from studio.app.timeline.playback import Playback
-from studio.app.timeline.recorded.columns import last_at
 from studio.app.timeline.task import Task
 
 if TYPE_CHECKING:
@@ -75,8 +74,8 @@ class Viewing:
         packets = None if self.shown is None else self.shown.index.packets
         if packets is None or self._taken_ns is None:
             return None
-        number = last_at(packets.t_ns, self._t_ns)
-        is_due = number >= 0 and int(packets.t_ns[number]) == self._taken_ns
+        number = packets.shown_at(self._t_ns)
+        is_due = number is not None and int(packets.t_ns[number]) == self._taken_ns
         return None if is_due else self._taken_ns
 
     def poll(self) -> OpenRecording | None:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import islice
+
+import numpy as np
 
 from devices.messages import EncodedFrame
 from devices.packet_pictures import LensPictures, PacketPictures
@@ -24,6 +27,14 @@ class Shown:
 
     t_ns: int
     lenses: LensPictures
+
+
+def packets_from(reader: RecordingReader, packets: Packets, first: int) -> Iterator[Encoded]:
+    """The packets of a recording from a number on, not decoded."""
+    t_ns = packets.t_ns[first]
+    found = reader.messages(topics=packets.topics, from_ns=int(t_ns))
+    # Of several tracks, some before the first may have its time.
+    return islice(found, first - int(np.searchsorted(packets.t_ns, t_ns)), None)
 
 
 class InRuns:
@@ -86,8 +97,7 @@ class InRuns:
         if not self.goes_on(first, last):
             self.leave()
             self._fed = self._done = first - 1
-            from_ns = int(self._packets.t_ns[first])
-            self._incoming = self._reader.messages(topic=self._packets.topic, from_ns=from_ns)
+            self._incoming = packets_from(self._reader, self._packets, first)
         try:
             return self._decoded(first, last, is_stale, keyframe)
         except ValueError:
@@ -201,12 +211,7 @@ class OneByOne:
     def _decoded(
         self, last: int, is_stale: Callable[[], bool], keyframe: Callable[[Shown], None] | None
     ) -> Shown | None:
-        times = self._packets.t_ns
-        found = self._reader.messages(
-            topic=self._packets.topic,
-            from_ns=int(times[self._done + 1]),
-            before_ns=int(times[last]) + 1,
-        )
+        found = packets_from(self._reader, self._packets, self._done + 1)
         for encoded in found:
             packet = self._reader.decoded(encoded)
             assert isinstance(packet, EncodedFrame)

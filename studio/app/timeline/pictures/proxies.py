@@ -44,14 +44,14 @@ def proxies_of(index: RecordingIndex) -> Proxies | None:
     Args:
         index: of the recording.
     """
-    packets, stream = index.packets, index.session.stream
-    if packets is None or (stream is not None and stream.tracks > 1):
+    packets = index.packets
+    if packets is None or len(packets.topics) != 1:
         return None
     keys = np.append(np.flatnonzero(packets.keyframe), len(packets.t_ns))
     longest = int(np.diff(keys).max()) if len(keys) > 1 else 0
     if index.session.rig.lenses[0].height_px <= SIDE_PX or longest <= EARLY_PACKETS:
         return None
-    return Proxies(index.path, packets.topic, proxy_folder())
+    return Proxies(index.path, packets.topics[0], proxy_folder())
 
 
 class Proxies:

@@ -139,7 +139,7 @@ def _pictures(
     """
     with RecordingReader(recording) as reader:
         run: PacketRun | None = None
-        for number, encoded in enumerate(reader.messages(topic=topic)):
+        for number, encoded in enumerate(reader.messages(topics=(topic,))):
             packet = reader.decoded(encoded)
             assert isinstance(packet, EncodedFrame)
             if packet.keyframe and (run is None or packet.begins):

@@ -49,20 +49,44 @@ class Packets:
     """Where the pictures of one camera are; the packets themselves stay in the file.
 
     Attributes:
-        topic: that they have in the recording.
+        topics: that they have in the recording, one a track.
         t_ns: (N,) capture times.
         keyframe: (N,) whether decoding may start there.
+        track: (N,) which track they are of.
+        whole: (N,) whether every track has a packet of the picture by then.
     """
 
-    topic: str
+    topics: tuple[str, ...]
     t_ns: NDArray[np.int64]
     keyframe: NDArray[np.bool_]
+    track: NDArray[np.uint8]
+    whole: NDArray[np.bool_]
+
+    def shown_at(self, t_ns: int) -> int | None:
+        """Number of the packet that completes the picture at a time; None if there is none."""
+        last = last_at(self.t_ns, t_ns)
+        while last >= 0 and not self.whole[last]:
+            last -= 1
+        return None if last < 0 else last
 
     def needed(self, t_ns: int) -> tuple[int, int] | None:
-        """Numbers of the packets that the picture at a time takes: first and last, or None."""
-        last = last_at(self.t_ns, t_ns)
-        keys = np.flatnonzero(self.keyframe[: last + 1])
-        return (int(keys[-1]), last) if len(keys) else None
+        """Numbers of the packets that the picture at a time takes: first and last, or None.
+
+        The first begins a picture, and every track can start at or after it.
+        """
+        last = self.shown_at(t_ns)
+        if last is None:
+            return None
+        starts: list[int] = []
+        for track in range(len(self.topics)):
+            keys = np.flatnonzero(self.keyframe[: last + 1] & (self.track[: last + 1] == track))
+            if not len(keys):
+                return None
+            starts.append(int(keys[-1]))
+        first = min(starts)
+        while first and not self.whole[first - 1]:
+            first -= 1
+        return first, last
 
 
 @dataclass(frozen=True, slots=True, eq=False)

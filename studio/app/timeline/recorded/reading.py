@@ -6,13 +6,14 @@ import json
 import threading
 from array import array
 from collections import defaultdict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.camera.unit_sets import Place, UnitSets
 from devices.messages import Event
 from devices.recording import RecordingError, RecordingReader
 from devices.recording_codec import (
@@ -24,6 +25,7 @@ from devices.recording_codec import (
     RecordedTrack,
     RecordedTruth,
     RecordedValue,
+    stream_of,
 )
 from scenes.state import Annotation, LiveSurface
 from studio.app.timeline.recorded.columns import Rows, RowsBuilder, avatar_row, pose_row, track_row
@@ -113,8 +115,8 @@ class _Building:
         self._surfaces: defaultdict[str, list[tuple[int, LiveSurface]]] = defaultdict(list)
         self._annotations: defaultdict[str, list[tuple[int, Annotation]]] = defaultdict(list)
         self._events: list[Event] = []
-        self._video_topic = ""
-        self._packets_ns, self._keyframes = array("q"), array("b")
+        self._video_topics: list[str] = []
+        self._packets_ns, self._keyframes, self._packet_tracks = array("q"), array("b"), array("B")
 
     def take(self, encoded: Encoded, decoded: Callable[[Encoded], RecordedValue]) -> None:
         """Take the next message."""
@@ -150,11 +152,14 @@ class _Building:
 
     def _take_packet(self, encoded: Encoded) -> None:
         """Only where it is: base64 of pictures that nobody asked for is not decoded."""
-        if not self._video_topic:
-            self._video_topic = encoded.topic
-        if encoded.topic == self._video_topic:
-            self._packets_ns.append(encoded.t_ns)
-            self._keyframes.append(bool(json.loads(encoded.data)["keyframe"]))
+        topics = self._video_topics
+        if encoded.topic not in topics:
+            if topics and not stream_of(encoded.topic).startswith(f"{stream_of(topics[0])}/"):
+                return
+            topics.append(encoded.topic)
+        self._packets_ns.append(encoded.t_ns)
+        self._keyframes.append(bool(json.loads(encoded.data)["keyframe"]))
+        self._packet_tracks.append(topics.index(encoded.topic))
 
     def _take_track(self, value: RecordedTrack) -> None:
         if not self._shown:
@@ -176,9 +181,11 @@ class _Building:
     def built(self, reader: RecordingReader, span_ns: tuple[int, int]) -> RecordingIndex:
         """The index of what was taken."""
         packets = Packets(
-            self._video_topic,
+            tuple(self._video_topics),
             np.frombuffer(self._packets_ns, dtype=np.int64),
             np.frombuffer(self._keyframes, dtype=np.int8).astype(bool),
+            np.frombuffer(self._packet_tracks, dtype=np.uint8),
+            _wholes(self._packet_tracks, len(self._video_topics)),
         )
         return RecordingIndex(
             path=reader.path,
@@ -196,9 +203,14 @@ class _Building:
             surfaces=_as_changes(self._surfaces),
             annotations=_as_changes(self._annotations),
             events=self._events,
-            packets=packets if self._video_topic else None,
+            packets=packets if self._video_topics else None,
             shortened=self.shortened,
         )
+
+
+def _wholes(tracks: Iterable[int], count: int) -> NDArray[np.bool_]:
+    sets = UnitSets(count)
+    return np.array([sets.place(track) is Place.LAST for track in tracks], dtype=bool)
 
 
 def _times(values: array[int]) -> NDArray[np.int64]:

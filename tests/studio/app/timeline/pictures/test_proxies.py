@@ -27,7 +27,7 @@ def long(tmp_path_factory):
 
 def begun(index, folder, **rest):
     wanted = {"begin_after_s": 0.0, "side_px": SIDE_PX, **rest}
-    return Proxies(index.path, index.packets.topic, folder, **wanted)
+    return Proxies(index.path, index.packets.topics[0], folder, **wanted)
 
 
 def wait(condition, limit_s=60.0):
@@ -138,7 +138,7 @@ def test_an_end_in_the_middle_removes_what_was_written(long, tmp_path):
 
     paths = []
     make_proxies(
-        long.path, long.packets.topic, tmp_path,
+        long.path, long.packets.topics[0], tmp_path,
         side_px=SIDE_PX, most_bytes=10**9, is_ended=is_ended, found=paths.append,
     )  # fmt: skip
     assert len(paths) == 1
@@ -148,7 +148,7 @@ def test_an_end_in_the_middle_removes_what_was_written(long, tmp_path):
 def test_pictures_that_find_no_room_are_left_out(long, tmp_path):
     limit = 20_000
     make_proxies(
-        long.path, long.packets.topic, tmp_path,
+        long.path, long.packets.topics[0], tmp_path,
         side_px=SIDE_PX, most_bytes=limit, is_ended=lambda: False, found=lambda _path: None,
     )  # fmt: skip
     (path,) = tmp_path.iterdir()
