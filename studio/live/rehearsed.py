@@ -13,6 +13,7 @@ from types import TracebackType
 
 import numpy as np
 
+from devices.camera.receiver import HELD_AFTER_NS
 from sim.camera.camera360 import default_rig
 from sim.wire.fuzz import FuzzError, fuzz, targets
 from sim.wire.streaming.truth_file import TruthRow, read_truth
@@ -48,6 +49,9 @@ FILM_S = 20.0
 
 KEPT = 9_000
 """Published pictures that are compared: five minutes at 30 Hz."""
+
+MOST_RETURNS = 200
+"""Pictures beside gaps that are kept, for the returns of a long session: one gap is planned."""
 
 FUZZED = 500
 """Hostile inputs a parser at the end of a session; a million each is a command of its own."""
@@ -93,6 +97,8 @@ class RehearsedLive:
         self._stack = ExitStack()
         self._camera: SimulatedCamera | None = None
         self._published: deque[Published] = deque(maxlen=KEPT)
+        self._returns: deque[Published] = deque(maxlen=MOST_RETURNS)
+        """The pictures before and after every gap, for longer than `_published` keeps them."""
         self._rss_kib: deque[tuple[float, float]] = deque(maxlen=20_000)
         self._wall_from_session_ns = time.time_ns() - session.now_ns()
         self._over = threading.Event()
@@ -147,16 +153,18 @@ class RehearsedLive:
         if times is None:
             return
         zero = self._wall_from_session_ns
-        self._published.append(
-            Published(
-                times.pts_ns,
-                zero + times.arrived_ns,
-                zero + output.now_ns,
-                {track.object_id: track.world_from_object for track in output.shown.objects},
-                output.shown.world_from_rig,
-                frozenset(track.object_id for track in output.shown.objects if track.is_flagged),
-            )
+        published = Published(
+            times.pts_ns,
+            zero + times.arrived_ns,
+            zero + output.now_ns,
+            {track.object_id: track.world_from_object for track in output.shown.objects},
+            output.shown.world_from_rig,
+            frozenset(track.object_id for track in output.shown.objects if track.is_flagged),
         )
+        before = self._published[-1] if self._published else published
+        if published.arrived_ns - before.arrived_ns > HELD_AFTER_NS:
+            self._returns += (before, published)
+        self._published.append(published)
 
     def direct(self) -> None:
         """Begin to cut the camera off as planned, and to watch the memory; returns at once."""
@@ -172,7 +180,7 @@ class RehearsedLive:
         zero = self._wall_from_session_ns
         noticed = [zero + e.t_ns for e in result.events if e.kind in NOTICED]
         rows = delay_rows(pairs)
-        rows.append(recovery_row(published, self._cuts_ended_ns()))
+        rows.append(recovery_row([*self._returns, *published], self._cuts_ended_ns()))
         rows += bump_rows(published, truth, noticed)
         rows += self._placing_rows(result, truth)
         rows.append(object_row(pairs))

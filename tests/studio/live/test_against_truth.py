@@ -87,8 +87,10 @@ def test_recovery_counts_from_the_network_s_return():
     assert row.value == pytest.approx(0.08)
     assert recovery_row(published, [2000 * S]).value == math.inf
     assert math.isnan(recovery_row(published, []).value)
-    # Of a long session only the last pictures are kept.
+    # Of a long session the last pictures are kept, and those before and after a gap.
     assert math.isnan(recovery_row(published[15:], [back_ns]).value)
+    kept = [published[4], published[5], *published[15:]]
+    assert recovery_row(kept, [back_ns]).value == row.value
 
 
 def test_a_bump_that_throws_a_chair_is_seen():
