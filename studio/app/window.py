@@ -21,6 +21,7 @@ from PySide6.QtCore import (
 )
 from PySide6.QtWidgets import QApplication, QMainWindow, QWidget
 
+from scenes.memory import give_back_memory
 from studio.app.model.documents.document import Document
 from studio.app.model.documents.document_file import SUFFIX, load_document
 from studio.app.model.jobs.live_job import LivePlan
@@ -32,7 +33,6 @@ from studio.app.model.settings import load_settings, settings_folder
 from studio.app.model.workbench import Workbench
 from studio.app.shell.main_window import MainWindow, make_history
 from studio.app.shell.script_run import ScriptRun
-from studio.session.memory import give_back_memory
 
 if TYPE_CHECKING:  # takes a second to import: not before the window is shown
     from studio.rehearsal import Performance

@@ -14,6 +14,7 @@ from devices.camera.receiver import CameraReceiver
 from devices.clock import Clock
 from devices.messages import Event
 from devices.session_info import SessionInfo
+from scenes.memory import return_free_pages
 from scenes.package import ScenePackage
 from scenes.render.renderer import Renderer
 from scenes.state import LiveSurface
@@ -30,7 +31,6 @@ from studio.live.relocation import Lookout, Relocation
 from studio.live.setup import LiveSetup
 from studio.live.status import LiveState, LiveStatus
 from studio.session.latency import Latencies
-from studio.session.memory import return_free_pages
 from studio.session.opening import open_live_session, scene_hash
 from studio.session.plan import Pace, SessionPlan
 from studio.session.records.provenance import library_versions

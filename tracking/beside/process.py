@@ -18,6 +18,7 @@ from importlib import import_module
 from io import BufferedIOBase
 from typing import cast
 
+from scenes.memory import return_free_pages
 from tracking.beside.messages import (
     Answer,
     Part,
@@ -50,22 +51,52 @@ def serve(orders: BufferedIOBase, answers: BufferedIOBase) -> None:
     is_over = threading.Event()
 
     def listen() -> None:
-        while (message := read_message(orders)) is not None:
-            number, parts = message
-            if parts:
-                waiting.put((number, parts))
-            else:
-                given_up.add(number)
+        while _read_next(orders, waiting, given_up):
+            pass
         is_over.set()
         waiting.put(None)
 
     threading.Thread(target=listen, name="orders", daemon=True).start()
-    while (ordered := waiting.get()) is not None:
-        number, parts = ordered
-        answer = _answer(parts, lambda n=number: n in given_up or is_over.is_set())
+
+    def is_given_up(number: int) -> bool:
+        return number in given_up or is_over.is_set()
+
+    while (number := _serve_next(waiting, answers, is_given_up)) is not None:
         given_up.difference_update([n for n in tuple(given_up) if n <= number])
-        if answer:
-            write_message(answers, number, answer)
+        return_free_pages()
+
+
+def _read_next(
+    orders: BufferedIOBase,
+    waiting: queue.Queue[tuple[int, list[Part]] | None],
+    given_up: set[int],
+) -> bool:
+    """Read the next order; whether there was one. Nothing of it is held here afterwards."""
+    message = read_message(orders)
+    if message is None:
+        return False
+    number, parts = message
+    if parts:
+        waiting.put((number, parts))
+    else:
+        given_up.add(number)
+    return True
+
+
+def _serve_next(
+    waiting: queue.Queue[tuple[int, list[Part]] | None],
+    answers: BufferedIOBase,
+    is_given_up: Callable[[int], bool],
+) -> int | None:
+    """Compute the next search; its number, None at the end. Nothing of it stays in memory."""
+    ordered = waiting.get()
+    if ordered is None:
+        return None
+    number, parts = ordered
+    answer = _answer(parts, lambda: is_given_up(number))
+    if answer:
+        write_message(answers, number, answer)
+    return number
 
 
 def _answer(parts: Sequence[Part], is_given_up: Callable[[], bool]) -> list[Part]:

@@ -103,21 +103,33 @@ class _Process:
         assert self._process.stdin is not None
         with suppress(OSError), self._process.stdin as stream:
             while (number := self._numbers.get()) is not None:
-                with self._lock:
-                    parts = self._unwritten.pop(number, ())
-                write_message(cast(BufferedIOBase, stream), number, parts)
+                self._write_order(cast(BufferedIOBase, stream), number)
+
+    def _write_order(self, stream: BufferedIOBase, number: int) -> None:
+        """Write an order, or that it is given up; its pictures are not held here afterwards."""
+        with self._lock:
+            parts = self._unwritten.pop(number, ())
+        write_message(stream, number, parts)
 
     def _read(self) -> None:
         assert self._process.stdout is not None
         with self._process.stdout as stream:
-            while (message := read_message(cast(BufferedIOBase, stream))) is not None:
-                number, parts = message
-                answer = cast(Answer, decoded(parts))
-                with self._lock:
-                    if number in self._awaited:
-                        self._awaited.discard(number)
-                        self._answers[number] = answer
+            while self._read_answer(cast(BufferedIOBase, stream)):
+                pass
         self.is_dead = True
+
+    def _read_answer(self, stream: BufferedIOBase) -> bool:
+        """Read the next answer; whether there was one. It is not held here afterwards."""
+        message = read_message(stream)
+        if message is None:
+            return False
+        number, parts = message
+        answer = cast(Answer, decoded(parts))
+        with self._lock:
+            if number in self._awaited:
+                self._awaited.discard(number)
+                self._answers[number] = answer
+        return True
 
 
 class SearchBesideFrames:

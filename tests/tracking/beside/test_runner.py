@@ -2,12 +2,21 @@
 
 import os
 import time
+import weakref
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.tracking.beside.orders import dies, doubled, endless, fails, process_id
+from tests.tracking.beside.orders import (
+    dies,
+    doubled,
+    endless,
+    fails,
+    process_id,
+    scattered,
+)
 from tracking.beside.runner import MOST_DEATHS, SearchBesideFrames, SearchProcessError
 from tracking.hypotheses.search_runner import BEGUN
 
@@ -34,6 +43,11 @@ def result_of(runner, work, progress=BEGUN):
     raise AssertionError("no result")
 
 
+def resident_mb(number):
+    pages = int(Path(f"/proc/{number}/statm").read_text(encoding="ascii").split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
 def is_running(number):
     try:
         os.kill(number, 0)
@@ -49,6 +63,22 @@ def test_a_search_is_computed_elsewhere_while_frames_go_on(runner):
     number, _ = result_of(runner, process_id)
     assert number != os.getpid()
     assert result_of(runner, process_id)[0] == number
+
+
+@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="/proc says how much is used")
+def test_nothing_of_a_search_stays_in_memory(runner):
+    """Neither what came with it nor the many arrays that it made."""
+    number, _ = result_of(runner, process_id)
+    before = resident_mb(number)
+    pictures = np.zeros(150_000_000, np.uint8)
+    assert result_of(runner, partial(scattered, pictures))[0] == 150_000_000
+    until = time.monotonic() + PATIENCE_S
+    while resident_mb(number) > before + 20 and time.monotonic() < until:
+        time.sleep(0.01)
+    assert resident_mb(number) < before + 20
+    here = weakref.ref(pictures)
+    del pictures
+    assert here() is None
 
 
 def test_whether_one_has_ended_is_said_once(runner):

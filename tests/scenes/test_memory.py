@@ -4,7 +4,7 @@ import weakref
 
 import pytest
 
-from studio.session.memory import give_back_memory
+from scenes.memory import give_back_memory
 
 
 class Holder:
