@@ -9,12 +9,11 @@ from collections.abc import Callable
 from devices.camera.backlog import Arrived, Backlog
 from devices.camera.received import Received
 from devices.camera.stream_decoder import DecodedPictures, StreamDecoder
-from devices.camera.units import SourceError
+from devices.camera.units import IDLE_S, SourceError
 from devices.clock import Clock
 
 CLOSE_S = 5.0
-"""Seconds that `close` waits for the thread; what it finishes with is at most a group of pictures
-between two keyframes, 0.5 s of work a second of stream."""
+"""Seconds that `close` waits for the thread; a picture of 5760 × 2880 takes it 0.1 s."""
 
 MOST_HELD_BACK = 64
 """Units that a decoder may take before it gives the picture of the first: 16 in H.264 and HEVC, on
@@ -75,16 +74,24 @@ class Decoding:
         if not self._thread.is_alive():
             raise RuntimeError(f"{self._thread.name}: died; its error is in the log above")
 
-    def close(self, *, finish: bool) -> None:
-        """End, and wait for it.
+    def finish(self, stop: threading.Event) -> SourceError | None:
+        """Wait until what waits is decoded, and what the decoders hold back; or for `stop`.
 
-        Args:
-            finish: whether what waits is decoded before, and what the decoders hold back.
+        Returns:
+            Why pictures could not be decoded, if so.
+        """
+        self._backlog.close(finish=True)
+        while self._thread.is_alive() and not stop.is_set():
+            self._thread.join(IDLE_S)
+        return self._error
+
+    def close(self) -> None:
+        """End after the picture that is being decoded, and wait for it.
 
         Raises:
             RuntimeError: it did not end within `CLOSE_S`.
         """
-        self._backlog.close(finish=finish)
+        self._backlog.close(finish=False)
         self._thread.join(CLOSE_S)
         if self._thread.is_alive():
             raise RuntimeError(f"{self._thread.name}: did not end within {CLOSE_S:g} s")

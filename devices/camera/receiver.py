@@ -163,7 +163,8 @@ class CameraReceiver:
         finally:
             if self._source is not None:
                 self._source.close()
-            self._end_decoding(finish=False)
+            if self._decoding is not None:
+                self._decoding.close()
             self.latest.close()
 
     def _receive(self) -> None:
@@ -178,8 +179,9 @@ class CameraReceiver:
                     self._take(unit)
                 text, is_final = f"{self._address.shown}: the stream ended", False
             except StreamEndedError as error:
-                self._end_decoding(finish=True)
-                self._end(CameraState.ENDED, str(error))
+                failure = None if self._decoding is None else self._decoding.finish(self._stop)
+                state = CameraState.ENDED if failure is None else CameraState.FAILED
+                self._end(state, str(failure or error))
                 return
             except SourceError as error:
                 text, is_final = str(error), error.is_final
@@ -202,10 +204,6 @@ class CameraReceiver:
             name=f"decode {self._stream_id}",
             hand_out=self._hand_out,
         )
-
-    def _end_decoding(self, *, finish: bool) -> None:
-        if self._decoding is not None:
-            self._decoding.close(finish=finish)
 
     def _take(self, unit: Unit | Idle) -> None:
         decoding = self._decoding

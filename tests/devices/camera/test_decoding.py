@@ -36,7 +36,8 @@ def test_every_picture_is_handed_out_with_its_own_times():
     made = decoding(seen.append)
     for number, unit in enumerate(units(6, keyframe_interval=30)):
         made.put(Arrived(unit, number, 10 * number))
-    made.close(finish=True)
+    made.finish(threading.Event())
+    made.close()
     assert [(r.seq, r.t_ns, r.pts_ns) for r in seen] == [(k, 10 * k, 1000 * k) for k in range(6)]
     assert made.skipped == 0
 
@@ -56,12 +57,31 @@ def test_a_late_decoder_goes_on_with_the_newest_keyframe():
         made.put(Arrived(unit, number, number))
         assert number or reached.wait(LIMIT_S)
     go_on.set()
-    made.close(finish=True)
+    made.finish(threading.Event())
+    made.close()
     assert [received.seq for received in seen] == [0, 8, 9]
     assert made.skipped == 7
     lightness = [float(np.median(received.pictures[0].y)) for received in seen]
     assert lightness == sorted(lightness)
     assert lightness[1] - lightness[0] == pytest.approx(8 * 8 * 219 / 255, abs=4)
+
+
+def test_a_stop_ends_it_before_all_is_decoded():
+    go_on, stop = threading.Event(), threading.Event()
+    seen: list[Received] = []
+
+    def hand_out(received: Received) -> None:
+        seen.append(received)
+        stop.set()
+        assert go_on.wait(LIMIT_S)
+
+    made = decoding(hand_out)
+    for number, unit in enumerate(units(6, keyframe_interval=30)):
+        made.put(Arrived(unit, number, number))
+    made.finish(stop)
+    threading.Timer(0.1, go_on.set).start()
+    made.close()
+    assert len(seen) == 1
 
 
 def test_pictures_that_cannot_be_decoded_are_an_error_for_the_reader():
@@ -70,7 +90,8 @@ def test_pictures_that_cannot_be_decoded_are_an_error_for_the_reader():
     made._thread.join(LIMIT_S)
     with pytest.raises(SourceError, match=r"set the camera to H\.264"):
         made.check()
-    made.close(finish=True)
+    assert "vp6f" in str(made.finish(threading.Event()))
+    made.close()
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
