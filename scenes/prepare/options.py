@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from scenes.mesh import QrCode
 from scenes.prepare.footage.capture import CaptureOptions
-from scenes.prepare.poses.sfm_job import SfmOptions
+from scenes.prepare.poses.sfm.job import SfmOptions
 from scenes.prepare.train.trainer import PRESETS
 
 BUILT_IN = "built-in"

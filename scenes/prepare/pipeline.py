@@ -25,7 +25,7 @@ from scenes.prepare.footage.gather import capture_key, gather
 from scenes.prepare.options import BUILT_IN, KnownObject, PrepareOptions
 from scenes.prepare.outdoor_points import with_outdoor_points
 from scenes.prepare.poses.given_poses import as_capture, as_report, import_poses, load_imported
-from scenes.prepare.poses.sfm import SfmReport, reconstruct
+from scenes.prepare.poses.sfm.run import SfmReport, reconstruct
 from scenes.prepare.progress import Progress
 from scenes.prepare.reconstruction import Reconstruction
 from scenes.prepare.room_splats import import_splats, train_room, trainer_of

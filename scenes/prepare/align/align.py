@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 
 from scenes.pose import Pose
 from scenes.prepare.align.alignment import Alignment, Anchor, bend_per_metre
-from scenes.prepare.align.anchors import AnchorSightings, Sighting
+from scenes.prepare.align.codes.anchors import AnchorSightings, Sighting
+from scenes.prepare.align.codes.squares import Observation, Placement, place
+from scenes.prepare.align.codes.triangulate import rays, triangulated
+from scenes.prepare.align.codes.usable_codes import Code, consistent, usable_codes
 from scenes.prepare.align.gravity import Gravity, find_gravity, standing_world
 from scenes.prepare.align.similarity import Similarity, similarity_from_points
-from scenes.prepare.align.squares import Observation, Placement, place
-from scenes.prepare.align.triangulate import rays, triangulated
-from scenes.prepare.align.usable_codes import Code, consistent, usable_codes
 from scenes.prepare.reconstruction import Reconstruction, View
 
 FloatArray = NDArray[np.float64]

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scenes.prepare.align.alignment import Alignment, bend_per_metre
+from scenes.prepare.align.codes.triangulate import rays, triangulated
 from scenes.prepare.align.gravity import Gravity, find_gravity, standing_world
-from scenes.prepare.align.triangulate import rays, triangulated
 from scenes.prepare.reconstruction import Reconstruction
 
 FloatArray = NDArray[np.float64]

@@ -6,9 +6,9 @@ import numpy as np
 
 from scenes.prepare.align.align import align
 from scenes.prepare.align.alignment import Alignment
-from scenes.prepare.align.anchors import find_anchors
 from scenes.prepare.align.by_length import align_by_length, picked_point
 from scenes.prepare.align.by_object import align_by_object
+from scenes.prepare.align.codes.anchors import find_anchors
 from scenes.prepare.align.unmeasured import guessed_alignment, stated_alignment
 from scenes.prepare.options import PrepareOptions
 from scenes.prepare.progress import Progress

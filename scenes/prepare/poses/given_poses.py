@@ -16,8 +16,8 @@ from scenes.prepare.footage.capture import (
 )
 from scenes.prepare.poses.import_colmap import find_model, import_colmap
 from scenes.prepare.poses.import_transforms import import_transforms
-from scenes.prepare.poses.sfm import LEAST_VIEWS, SfmReport
-from scenes.prepare.poses.sfm_job import SfmOptions
+from scenes.prepare.poses.sfm.job import SfmOptions
+from scenes.prepare.poses.sfm.run import LEAST_VIEWS, SfmReport
 from scenes.prepare.progress import Progress, silent
 from scenes.prepare.reconstruction import Reconstruction
 from scenes.prepare.saved_reconstruction import load_reconstruction, save_reconstruction

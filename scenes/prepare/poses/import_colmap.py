@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from scenes.formats.storage.error import refusal
-from scenes.prepare.poses.sfm import SFM_FOLDER, run_worker
-from scenes.prepare.poses.sfm_job import Job, SfmOptions
+from scenes.prepare.poses.sfm.job import Job, SfmOptions
+from scenes.prepare.poses.sfm.run import SFM_FOLDER, run_worker
 from scenes.prepare.progress import Progress, silent
 from scenes.prepare.reconstruction import Reconstruction
 from scenes.prepare.saved_reconstruction import load_reconstruction

@@ -20,7 +20,7 @@ from scenes.frames import OPENGL_FROM_OPENCV
 from scenes.pose import Pose
 from scenes.prepare.footage.photos import read_upright, write_jpeg
 from scenes.prepare.poses.known_poses import triangulate
-from scenes.prepare.poses.sfm_job import SfmOptions
+from scenes.prepare.poses.sfm.job import SfmOptions
 from scenes.prepare.progress import Progress, silent
 from scenes.prepare.reconstruction import Reconstruction, View
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from scenes.cameras import Pinhole
 from scenes.prepare.footage.capture import CaptureError
-from scenes.prepare.poses.sfm import SFM_FOLDER, run_worker
-from scenes.prepare.poses.sfm_job import Job, KnownPose, Picture, SfmOptions
+from scenes.prepare.poses.sfm.job import Job, KnownPose, Picture, SfmOptions
+from scenes.prepare.poses.sfm.run import SFM_FOLDER, run_worker
 from scenes.prepare.progress import Progress, silent
 from scenes.prepare.reconstruction import Reconstruction, View
 from scenes.prepare.saved_reconstruction import load_reconstruction

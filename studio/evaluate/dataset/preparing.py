@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from scenes.cameras import Pinhole
 from scenes.package import ScenePackage, is_package, load_package, save_package
 from scenes.pose import Pose
+from scenes.prepare.align.codes.triangulate import UNIT_CORNERS
 from scenes.prepare.align.similarity import similarity_from_points
-from scenes.prepare.align.triangulate import UNIT_CORNERS
 from scenes.prepare.cutout.cutout import cut_out
 from scenes.prepare.cutout.marks.masks import GrabCutMasks, Prompt
 from scenes.prepare.cutout.marks.prompted_views import PromptedView, masked_views

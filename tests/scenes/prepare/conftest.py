@@ -15,8 +15,8 @@ from scenes.mesh import TexturedMesh
 from scenes.pose import Pose
 from scenes.prepare.footage.capture import CaptureOptions
 from scenes.prepare.footage.gather import gather
-from scenes.prepare.poses.sfm import reconstruct
-from scenes.prepare.poses.sfm_job import SfmOptions
+from scenes.prepare.poses.sfm.job import SfmOptions
+from scenes.prepare.poses.sfm.run import reconstruct
 from scenes.prepare.reconstruction import Reconstruction, View
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats, RenderOptions

@@ -10,7 +10,7 @@ from scenes.cameras import Fisheye, Pinhole
 from scenes.frames import look_at
 from scenes.mesh import BoxPart, PhysicalRoom
 from scenes.pose import Pose
-from scenes.prepare.align.anchors import find_anchors
+from scenes.prepare.align.codes.anchors import find_anchors
 from scenes.prepare.reconstruction import Reconstruction, View
 from scenes.samples import SAMPLE_NAMES, sample_room
 from scenes.samples.cache import StaticPart, cached, load, save

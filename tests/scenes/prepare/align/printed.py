@@ -8,10 +8,10 @@ import numpy as np
 from scenes.cameras import Pinhole
 from scenes.frames import WORLD_FROM_BOARD_FACING_X, look_at
 from scenes.pose import Pose, rotation_from_vector
-from scenes.prepare.align.anchors import AnchorSightings, Sighting
+from scenes.prepare.align.codes.anchors import AnchorSightings, Sighting
+from scenes.prepare.align.codes.symbols import qr_symbol
+from scenes.prepare.align.codes.triangulate import predicted_corners
 from scenes.prepare.align.similarity import Similarity
-from scenes.prepare.align.symbols import qr_symbol
-from scenes.prepare.align.triangulate import predicted_corners
 from scenes.prepare.reconstruction import Reconstruction, View
 
 SIDE_M = 0.2

@@ -6,9 +6,9 @@ import pytest
 from scenes.pose import Pose, rotation_angle, rotation_from_vector
 from scenes.prepare.align.align import align
 from scenes.prepare.align.alignment import apply_alignment
-from scenes.prepare.align.anchors import AnchorSightings, Refusal
+from scenes.prepare.align.codes.anchors import AnchorSightings, Refusal
+from scenes.prepare.align.codes.triangulate import UNIT_CORNERS
 from scenes.prepare.align.similarity import similarity_from_points
-from scenes.prepare.align.triangulate import UNIT_CORNERS
 from tests.scenes.prepare.align.printed import SIDE_M, capture, wall_codes
 
 PLACES = np.array(

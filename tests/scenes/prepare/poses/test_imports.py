@@ -14,7 +14,7 @@ from scenes.frames import OPENGL_FROM_OPENCV
 from scenes.prepare.footage.capture import CaptureError
 from scenes.prepare.poses.import_colmap import import_colmap
 from scenes.prepare.poses.import_transforms import import_transforms
-from scenes.prepare.poses.sfm_job import SfmOptions
+from scenes.prepare.poses.sfm.job import SfmOptions
 from scenes.prepare.reconstruction import read_picture
 
 QUICK = SfmOptions(features=1500, finest=False, threads=2)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from scenes.prepare.footage.capture import Capture, CaptureError, CaptureKind
-from scenes.prepare.poses.sfm_job import (
+from scenes.prepare.poses.sfm.job import (
     JOB_FILE,
     LOG_FILE,
     PROGRESS_FILE,
@@ -26,7 +26,7 @@ from scenes.prepare.poses.sfm_job import (
     result_from_json,
     write_json,
 )
-from scenes.prepare.poses.sfm_verdict import describe, judge_result
+from scenes.prepare.poses.sfm.verdict import describe, judge_result
 from scenes.prepare.progress import Progress, silent
 from scenes.prepare.reconstruction import Reconstruction
 from scenes.prepare.saved_reconstruction import load_reconstruction
@@ -146,11 +146,11 @@ def run_worker(job: Job, progress: Progress) -> JobResult:
     for old in (RESULT_FILE, PROGRESS_FILE):
         (job.work / old).unlink(missing_ok=True)
     write_json(job.work / JOB_FILE, job_to_json(job))
-    root = str(Path(__file__).parents[3])
+    root = str(Path(__file__).parents[4])
     paths = [root, *filter(None, [os.environ.get("PYTHONPATH")])]
     with (job.work / LOG_FILE).open("wb") as log:
         process = subprocess.Popen(
-            [sys.executable, "-m", "scenes.prepare.poses.sfm_worker", str(job.work / JOB_FILE)],
+            [sys.executable, "-m", "scenes.prepare.poses.sfm.worker", str(job.work / JOB_FILE)],
             stdin=subprocess.DEVNULL,
             stdout=log,
             stderr=log,

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.pose import Pose
-from scenes.prepare.align.anchors import AnchorSightings, Sighting
-from scenes.prepare.align.squares import Observation, place
-from scenes.prepare.align.triangulate import UNIT_CORNERS, Square, find_square
+from scenes.prepare.align.codes.anchors import AnchorSightings, Sighting
+from scenes.prepare.align.codes.squares import Observation, place
+from scenes.prepare.align.codes.triangulate import UNIT_CORNERS, Square, find_square
 from scenes.prepare.reconstruction import View
 
 FloatArray = NDArray[np.float64]

@@ -15,11 +15,11 @@ import pytest
 from scenes.pose import rotation_angle
 from scenes.prepare.footage.capture import Capture, CaptureError, CaptureKind, CaptureOptions, Frame
 from scenes.prepare.footage.gather import gather
-from scenes.prepare.poses import sfm as sfm_module
-from scenes.prepare.poses import sfm_mapping
-from scenes.prepare.poses.sfm import WorkerError, reconstruct
-from scenes.prepare.poses.sfm_job import Attempt, JobResult, SfmOptions, job_from_json
-from scenes.prepare.poses.sfm_verdict import describe, judge_result
+from scenes.prepare.poses.sfm import mapping as sfm_mapping
+from scenes.prepare.poses.sfm import run as sfm_module
+from scenes.prepare.poses.sfm.job import Attempt, JobResult, SfmOptions, job_from_json
+from scenes.prepare.poses.sfm.run import WorkerError, reconstruct
+from scenes.prepare.poses.sfm.verdict import describe, judge_result
 from scenes.prepare.progress import Cancelled
 from scenes.prepare.reconstruction import read_picture
 
@@ -191,7 +191,7 @@ def kept_model(captured):
 
 
 def test_only_sift_is_ever_asked_for():
-    code = Path(sfm_module.__file__).with_name("sfm_features.py").read_text(encoding="utf-8")
+    code = Path(sfm_module.__file__).with_name("features.py").read_text(encoding="utf-8")
     assert "FeatureExtractorType.SIFT" in code
     assert "FeatureMatcherType.SIFT_BRUTEFORCE" in code
     assert "ALIKED" not in code
@@ -202,7 +202,7 @@ def test_the_studio_itself_never_loads_pycolmap():
         [
             sys.executable,
             "-c",
-            "import sys, scenes.prepare.poses.sfm; print('pycolmap' in sys.modules)",
+            "import sys, scenes.prepare.poses.sfm.run; print('pycolmap' in sys.modules)",
         ],
         capture_output=True,
         text=True,

@@ -16,9 +16,9 @@ import zxingcpp
 from numpy.typing import NDArray
 
 from scenes.cameras import Pinhole
-from scenes.prepare.align.corners import Corners, refine_corners
-from scenes.prepare.align.symbols import Symbol, april_tag, symbol_of
-from scenes.prepare.align.triangulate import find_square, predicted_corners
+from scenes.prepare.align.codes.corners import Corners, refine_corners
+from scenes.prepare.align.codes.symbols import Symbol, april_tag, symbol_of
+from scenes.prepare.align.codes.triangulate import find_square, predicted_corners
 from scenes.prepare.progress import Progress, silent
 from scenes.prepare.reconstruction import Reconstruction, View, read_picture
 

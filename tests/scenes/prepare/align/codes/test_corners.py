@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from scenes.prepare.align.corners import refine_corners
-from scenes.prepare.align.symbols import april_tag, qr_symbol
+from scenes.prepare.align.codes.corners import refine_corners
+from scenes.prepare.align.codes.symbols import april_tag, qr_symbol
 from tests.scenes.prepare.align.printed import photo_of, tilted_corners
 
 CODE = qr_symbol("room:1")

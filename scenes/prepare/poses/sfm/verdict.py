@@ -11,7 +11,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from scenes.prepare.footage.capture import Capture, CaptureKind
-from scenes.prepare.poses.sfm_job import JobResult
+from scenes.prepare.poses.sfm.job import JobResult
 
 LINK_INLIERS = 25
 """Two pictures with at least so many verified matches show the same surfaces."""

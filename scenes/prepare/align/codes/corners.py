@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.prepare.align.symbols import Symbol
+from scenes.prepare.align.codes.symbols import Symbol
 
 FloatArray = NDArray[np.float64]
 Floats = NDArray[np.float32]

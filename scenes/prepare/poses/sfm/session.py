@@ -13,7 +13,7 @@ from typing import Any
 
 import pycolmap
 
-from scenes.prepare.poses.sfm_job import PROGRESS_FILE, STAGE_SHARES, STAGES, Job
+from scenes.prepare.poses.sfm.job import PROGRESS_FILE, STAGE_SHARES, STAGES, Job
 
 DATABASE_FILE = "database.db"
 MAPPING_FILE = "mapping.json"

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from scenes.cameras import Pinhole
 from scenes.pose import Pose
 from scenes.prepare.poses.epipolar import epipolar_distances_px
-from scenes.prepare.poses.sfm_job import Attempt, JobResult, KnownPose, StageTime
-from scenes.prepare.poses.sfm_session import MAPPING_FILE, Worker, open_database
+from scenes.prepare.poses.sfm.job import Attempt, JobResult, KnownPose, StageTime
+from scenes.prepare.poses.sfm.session import MAPPING_FILE, Worker, open_database
 from scenes.prepare.reconstruction import Reconstruction, View
 from scenes.prepare.saved_reconstruction import save_reconstruction
 

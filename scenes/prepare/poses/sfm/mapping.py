@@ -12,8 +12,8 @@ import numpy as np
 import pycolmap
 
 from scenes.prepare.poses.pose_uncertainty import pose_uncertainty_px
-from scenes.prepare.poses.sfm_job import Attempt, Job, write_json
-from scenes.prepare.poses.sfm_session import MAPPING_FILE, Refused, Worker, open_database
+from scenes.prepare.poses.sfm.job import Attempt, Job, write_json
+from scenes.prepare.poses.sfm.session import MAPPING_FILE, Refused, Worker, open_database
 
 ENOUGH = 0.9
 """Share of placed pictures at which no other mapper is tried."""

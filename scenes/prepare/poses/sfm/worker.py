@@ -1,4 +1,4 @@
-"""The process that runs pycolmap: `python -m scenes.prepare.poses.sfm_worker JOB`.
+"""The process that runs pycolmap: `python -m scenes.prepare.poses.sfm.worker JOB`.
 
 pycolmap may end its whole process on an error, so it never runs in the studio's own. Only SIFT is
 ever asked for: the wheel has no runtime for learned features and aborts on them. Each stage leaves
@@ -19,17 +19,17 @@ from typing import Any
 
 import pycolmap
 
-from scenes.prepare.poses.sfm_features import extract, match
-from scenes.prepare.poses.sfm_job import (
+from scenes.prepare.poses.sfm.features import extract, match
+from scenes.prepare.poses.sfm.job import (
     RESULT_FILE,
     StageTime,
     job_from_json,
     stage_keys,
     write_json,
 )
-from scenes.prepare.poses.sfm_mapping import import_model, map_pictures
-from scenes.prepare.poses.sfm_outcome import outcome, undistort
-from scenes.prepare.poses.sfm_session import DATABASE_FILE, Refused, Worker, open_database
+from scenes.prepare.poses.sfm.mapping import import_model, map_pictures
+from scenes.prepare.poses.sfm.outcome import outcome, undistort
+from scenes.prepare.poses.sfm.session import DATABASE_FILE, Refused, Worker, open_database
 
 STAMPS_FILE = "stages.json"
 

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 import zxingcpp
 
-from scenes.prepare.align.symbols import april_tag, qr_symbol, symbol_of
+from scenes.prepare.align.codes.symbols import april_tag, qr_symbol, symbol_of
 
 
 def read(picture):

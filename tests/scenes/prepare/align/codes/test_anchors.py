@@ -6,10 +6,10 @@ import pytest
 
 from scenes.cameras import Pinhole
 from scenes.frames import look_at
-from scenes.prepare.align.anchors import find_anchors
+from scenes.prepare.align.codes.anchors import find_anchors
+from scenes.prepare.align.codes.symbols import april_tag, qr_symbol
+from scenes.prepare.align.codes.triangulate import predicted_corners
 from scenes.prepare.align.similarity import Similarity
-from scenes.prepare.align.symbols import april_tag, qr_symbol
-from scenes.prepare.align.triangulate import predicted_corners
 from scenes.prepare.progress import Cancelled
 from scenes.prepare.reconstruction import Reconstruction, View
 from tests.scenes.prepare.align.printed import SIDE_M, photo_of, wall_codes

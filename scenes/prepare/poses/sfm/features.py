@@ -17,7 +17,7 @@ from scenes.prepare.poses.pairs import (
     picture_signatures,
     similar_pairs,
 )
-from scenes.prepare.poses.sfm_session import Refused, Worker, open_database
+from scenes.prepare.poses.sfm.session import Refused, Worker, open_database
 
 PICTURES_AT_ONCE = 8
 PAIRS_AT_ONCE = 60

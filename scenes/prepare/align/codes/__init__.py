@@ -1,0 +1,1 @@
+"""Printed codes: their corners in photos, and the metric squares that these are of."""
