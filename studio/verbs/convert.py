@@ -51,7 +51,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "the last three need the package usd-core)",
     )
     parser.add_argument(
-        "--metres-per-unit", type=float, metavar="N", help="of A, to make a scene of it (B.gnx)"
+        "--metres-per-unit",
+        type=float,
+        metavar="N",
+        help="of A, to make a scene of it (B.gnx); if A is a scene, all its lengths times N",
     )
     parser.add_argument(
         "--height", type=float, metavar="M", help="or metres from the room's floor to its ceiling"
@@ -68,6 +71,8 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         FormatError, PackageError, WriteError: as `convert`.
     """
+    if args.target.suffix == PACKAGE_SUFFIX and is_package(args.source):
+        return _scaled_scene(args)
     if args.target.suffix == PACKAGE_SUFFIX:
         return _scene_of_splats(args)
     report = convert(args.source, args.target, progress=text_progress())
@@ -128,7 +133,7 @@ def _scene_of_splats(args: argparse.Namespace) -> int:
     from scenes.render.native import NativeRenderer
 
     progress = text_progress()
-    progress.begin(f"looking at {args.source}")
+    progress.begin("finding floor and walls")
     package = foreign_scene(
         args.source,
         unit=Unit(args.metres_per_unit, args.height),
@@ -145,6 +150,34 @@ def _scene_of_splats(args: argparse.Namespace) -> int:
     else:
         print(f"{args.source} → {args.target}: {'; '.join(stages.values())}")
         print(no_movable_object(str(args.target)))
+    return 0
+
+
+def _scaled_scene(args: argparse.Namespace) -> int:
+    """Write a scene package again in its true size; returns 0.
+
+    Raises:
+        ValueError, PackageError: what is asked for is no scale, or the scene cannot be read.
+        WriteError: the package could not be written.
+    """
+    from scenes.prepare.align.rescaled import rescale_scene
+
+    if args.metres_per_unit is None or args.height is not None or args.up is not None:
+        raise ValueError(
+            f"{args.source}: is a scene, upright and in metres: its scale is changed by "
+            "--metres-per-unit N alone, the true metres of what it has as one metre"
+        )
+    progress = text_progress()
+    progress.begin("scaling")
+    package = rescale_scene(args.source, args.target, factor=args.metres_per_unit)
+    progress.finish(f"{len(package.room):,} splats")
+    words = package.stages[-1].detail
+    if args.json:
+        report = {"verb": "convert", "source": str(args.source), "target": str(args.target)}
+        stages = {stage.name: stage.detail for stage in package.stages}
+        print(json.dumps({**report, "splats": len(package.room), "stages": stages}))
+    else:
+        print(f"{args.source} → {args.target}: {words}")
     return 0
 
 

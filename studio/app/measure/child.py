@@ -227,9 +227,9 @@ def soaking(seconds: str, folder: str) -> dict[str, Any]:
 
 def step(name: str, folder: str) -> dict[str, Any]:
     """Figures of the steps that one measurement gives, see `steps.MEASUREMENTS`."""
-    from studio.app.measure import designer, operator, tester
+    from studio.app.measure import designer, operator, scaling, tester
 
-    for module in (designer, operator, tester):
+    for module in (designer, scaling, operator, tester):
         measure = getattr(module, name, None)
         if measure is not None:
             return {"rows": [asdict(row) for row in measure(Path(folder))]}

@@ -18,6 +18,7 @@ STEPS = tuple(f"{day}{number}" for day in "DOT" for number in range(1, 11))
 
 MEASUREMENTS: dict[str, tuple[str, ...]] = {
     "own_room": ("D3",),
+    "metric_scale": ("D4",),
     "cutting": ("D5",),
     "by_hand": ("D6",),
     "designing": ("D7", "D8", "D10", "O10"),
@@ -35,13 +36,12 @@ LIVE_ROWS = {"bump": "O6"}
 
 OPEN: dict[str, str] = {
     "D1": "needs a clean machine: `./nexus setup` fetches about 0.8 GB (bar 400 MB)",
-    "D4": "needs photos of a room: `nexus evaluate preparation` measures it in minutes",
-    "O3": "needs a camera or a headset",
+    "O3": "`nexus live lab --simulated` connects to a simulated camera; a real one was not tried",
     "O4": "`nexus evaluate recover` measures it in minutes",
-    "O7": "needs a camera on a network",
+    "O7": "`nexus live lab --simulated` cuts its camera off for 20 s",
     "O9": "`tests/studio/app/devices/test_tracker_options.py` changes a running tracker",
     "O8": "needs the browser client, which does not exist yet",
-    "T2": "needs the network adapters, which do not exist yet",
+    "T2": "`tests/sim/wire` has ffmpeg and GStreamer on the other side",
     "T4": "`nexus evaluate` prints the paper's tables in many minutes",
     "T6": "`./nexus test` is the matrix itself",
     "T10": "`nexus bench studio --soak-minutes 60` measures it, in real time",

@@ -4,28 +4,32 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QTabWidget, QVBoxLayout, QWidget
 
 from studio.app.model.actions import Action
 from studio.app.model.workbench import Workbench
 from studio.app.preparation.cut_page import CutPage
 from studio.app.preparation.room_page import RoomPage
+from studio.app.preparation.scale_page import ScalePage
 
 
 class PreparationDock(QWidget):
-    """Two tabs: a room is prepared, objects are cut out.
+    """Three tabs: a room is prepared, objects are cut out, a room that is open gets its scale.
 
     Args:
-        bench: whose scene is cut, and where a room that is ready is opened.
+        bench: whose scene is cut or scaled, and where a room that is ready is opened.
     """
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__()
         self.room = RoomPage(bench)
         self.cut = CutPage(bench)
+        self.scale = ScalePage(bench)
         self.tabs = QTabWidget()
         self.tabs.addTab(self.room, "Room")
         self.tabs.addTab(self.cut, "Objects")
+        self.tabs.addTab(self.scale, "Scale")
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(self.tabs)
@@ -40,6 +44,14 @@ class PreparationDock(QWidget):
                 arguments=("path",),
             ),
             Action("preparation.start", "Prepare", group, self.room.begin, "make a room of it"),
+            Action(
+                "preparation.set_scale",
+                "Set the scale by the measured line",
+                group,
+                self.scale.begin,
+                "how long what was measured is really; makes a new scene, the old one stays",
+                arguments=("metres",),
+            ),
             Action("preparation.cancel", "Cancel the preparation", group, self.room.cancel),
             Action(
                 "preparation.cut",
@@ -52,3 +64,9 @@ class PreparationDock(QWidget):
         ):
             if action.id not in bench.actions:
                 bench.actions.add(action)
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """What runs on the pages ends with the window."""
+        for page in (self.room, self.cut, self.scale):
+            page.close()
+        event.accept()

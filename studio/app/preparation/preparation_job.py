@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from scenes.prepare.room_splats import PREVIEWS
+from studio.app.model.measured_line import MeasuredLine, free_place
 from studio.app.preparation.child import Child
 from studio.app.preparation.stage_lines import StageLine, stages_of
 from studio.evaluate.prepared.outcome import OUTCOME
@@ -19,7 +20,7 @@ Pick = tuple[str, float, float]
 
 UNKNOWN_SCALE = (
     "Scale unknown: this file does not say how long its unit is. Give metres per unit, or the "
-    "height from floor to ceiling."
+    "height from floor to ceiling, or measure something in the view that you know the length of."
 )
 
 
@@ -79,6 +80,27 @@ def splat_file_words(source: Path, out: Path, scale: Scale) -> list[str]:
     if not scale.is_known:
         raise ValueError(UNKNOWN_SCALE)
     return ["convert", str(source), str(out), "--json", *scale.flags()]
+
+
+def rescaling_words(line: MeasuredLine, true_m: float) -> tuple[list[str], Path]:
+    """The command line that makes a scene in which a measured line has its true length.
+
+    Args:
+        line: as it was measured, in a splat file or a scene package.
+        true_m: how long it is really, metres.
+
+    Returns:
+        Its words, and the scene that it makes; what was measured in stays as it is.
+
+    Raises:
+        ValueError: a built-in room was measured in, or one of the lengths is not positive.
+    """
+    source = Path(line.scene)
+    if not source.exists():
+        raise ValueError(f"{line.scene} is a built-in room, whose scale is exact")
+    out = free_place(source)
+    factor = f"{line.scale_for(true_m):.6g}"
+    return ["convert", str(source), str(out), "--json", "--metres-per-unit", factor], out
 
 
 class PreparationJob:

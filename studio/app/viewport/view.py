@@ -23,12 +23,13 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from devices.streams import Slot
 from scenes.cameras import Pinhole
+from studio.app.model.measured_line import MeasuredLine
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.viewport.by_hand.corners import surface_at
 from studio.app.viewport.by_hand.dragging import Aim, CornerDrag, Drag, GrabDrag, HandleDrag
 from studio.app.viewport.by_hand.handles import Handles, handles_of, taken
 from studio.app.viewport.by_hand.items import boxes_of
-from studio.app.viewport.by_hand.picking import Pick, pick, point_at
+from studio.app.viewport.by_hand.picking import Pick, length_m, pick, point_at
 from studio.app.viewport.by_hand.tools import CORNERS_HINT, HINTS, HOLDING, InHand, Tool
 from studio.app.viewport.drawing.painter import Painted, TwinPainter
 from studio.app.viewport.drawing.scene_drawing import Drawings
@@ -411,6 +412,9 @@ class TwinView(QWidget):
             self.bench.say("warning", "there is nothing at that place to measure or draw on")
             return
         self.hand = self.hand.picked(place)
+        if self.hand.tool is Tool.MEASURE and len(self.hand.places) > 1:
+            line = MeasuredLine(self.bench.document.scene, length_m(self.hand.places))
+            self.bench.share(line)
         if self.hand.is_complete:
             self._finish()
         self.update()

@@ -194,3 +194,33 @@ def test_memory_is_bounded_whatever_the_number_of_splats(tmp_path, count, coeffi
         assert json.loads(done.stdout)["splats"] == count
         peak_bytes = int(done.stderr.split()[-1]) * (1 if sys.platform == "darwin" else 1024)
         assert peak_bytes < 600e6, f"{source} to {target}"
+
+
+def test_a_scene_is_written_again_in_its_true_size(convert, tmp_path):
+    package = ScenePackage(
+        "room", cloud_of(9), (), (), Pose.identity(), np.array([[-1.0, -1], [1, 1]]), None
+    )
+    save_package(package, tmp_path / "a.gnx")
+    code, out, _ = convert(tmp_path / "a.gnx", tmp_path / "b.gnx", "--metres-per-unit", "2")
+    assert (code, out.count("\n")) == (0, 1)
+    assert "all lengths times 2" in out
+    found = open_scene(tmp_path / "b.gnx")
+    np.testing.assert_allclose(found.room.means, 2 * package.room.means, rtol=1e-6)
+    code, out, _ = convert(
+        tmp_path / "b.gnx", tmp_path / "c.gnx", "--metres-per-unit", "0.5", "--json"
+    )
+    assert json.loads(out)["stages"]["scale"] == "all lengths times 0.5"
+
+
+@pytest.mark.parametrize(
+    "words", [[], ["--height", "2.5"], ["--metres-per-unit", "2", "--up", "z"]]
+)
+def test_of_a_scene_only_the_scale_can_be_set(convert, tmp_path, words):
+    package = ScenePackage(
+        "room", cloud_of(9), (), (), Pose.identity(), np.array([[-1.0, -1], [1, 1]]), None
+    )
+    save_package(package, tmp_path / "a.gnx")
+    code, _, err = convert(tmp_path / "a.gnx", tmp_path / "b.gnx", *words)
+    assert code == 3
+    assert "is changed by --metres-per-unit N alone" in err
+    assert not (tmp_path / "b.gnx").exists()

@@ -64,6 +64,7 @@ EMPTY = (
     Shot("live-report-empty", "dock.live", "live", "Report"),
     Shot("preparation-room", "dock.preparation", "preparation", "Room"),
     Shot("preparation-objects", "dock.preparation", "preparation", "Objects"),
+    Shot("preparation-scale", "dock.preparation", "preparation", "Scale"),
     Shot("timeline-empty", "dock.timeline", "timeline"),
     Shot("keys", "dock.keys", "keys"),
     Shot("palette", "palette.open", leaves=True),

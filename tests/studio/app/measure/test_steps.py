@@ -7,7 +7,7 @@ import pytest
 
 from scenes.pose import Pose, rotation_from_vector
 from sim.faults.settings import LINES, NUMBERS
-from studio.app.measure import designer, operator, tester
+from studio.app.measure import designer, operator, scaling, tester
 from studio.app.measure.steps import (
     MEASUREMENTS,
     OPEN,
@@ -31,7 +31,8 @@ def test_every_step_has_a_figure_or_a_reason_and_not_both():
     assert sorted([*given, *OPEN, *REPEATED]) == sorted(STEPS)
     assert len(STEPS) == 30
     for name in MEASUREMENTS:
-        owners = [module for module in (designer, operator, tester) if hasattr(module, name)]
+        modules = (designer, scaling, operator, tester)
+        owners = [module for module in modules if hasattr(module, name)]
         assert len(owners) == 1, name
 
 
@@ -99,6 +100,6 @@ def test_physics_and_cutting_are_measured_in_processes_of_their_own(tmp_path):
 
 
 def test_a_measurement_that_crashes_fails_its_steps_and_no_other(tmp_path, monkeypatch):
-    monkeypatch.setitem(MEASUREMENTS, "no_such_measurement", ("D4",))
-    (row,) = step_rows(tmp_path, ["D4"])
-    assert (row.name, row.passed) == ("studio.D4.crashes", False)
+    monkeypatch.setitem(MEASUREMENTS, "no_such_measurement", ("O8",))
+    (row,) = step_rows(tmp_path, ["O8"])
+    assert (row.name, row.passed) == ("studio.O8.crashes", False)

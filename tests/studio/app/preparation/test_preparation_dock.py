@@ -55,6 +55,18 @@ def test_a_preparation_that_fails_says_so_in_the_panel_and_in_the_log(dock, benc
     assert bench.log.lines("error")
 
 
+def test_what_runs_ends_with_the_window(dock, bench, qtbot, tmp_path):
+    photos = tmp_path / "photos"
+    photos.mkdir()
+    assert bench.do("preparation.add", path=str(photos))
+    assert bench.do("preparation.start")
+    job = dock.room.job
+    assert job.is_running
+    dock.close()
+    qtbot.waitUntil(lambda: not job.is_running, timeout=30_000)
+    assert job.problem.startswith("cancelled")
+
+
 def test_a_box_and_clicks_are_marks_in_the_picture_s_own_pixels(dock, qtbot):
     from PySide6.QtCore import QPoint, Qt
 
