@@ -6,7 +6,15 @@ from pathlib import Path
 
 from PySide6.QtCore import QTimer
 from PySide6.QtGui import QCloseEvent
-from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QDoubleSpinBox,
+    QFormLayout,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 from studio.app.model.measured_line import MeasuredLine
 from studio.app.model.workbench import Topic, Workbench
@@ -46,6 +54,7 @@ class ScalePage(QWidget):
         self.tool_button = QPushButton("Measure in the view")
         self.tool_button.clicked.connect(lambda: bench.do("view.tool_measure"))
         self.line = QLabel()
+        self.line.setWordWrap(True)
         self.metres = QDoubleSpinBox()
         self.metres.setAccessibleName("True length")
         self.metres.setRange(0.0, MOST_M)
@@ -59,17 +68,17 @@ class ScalePage(QWidget):
         self.cancel_button.clicked.connect(self.cancel)
         self.verdict = QLabel()
         self.verdict.setWordWrap(True)
-        measured, row = QHBoxLayout(), QHBoxLayout()
-        measured.addWidget(self.tool_button)
-        measured.addWidget(self.line, 1)
-        row.addWidget(QLabel("It is really"))
-        row.addWidget(self.metres, 1)
-        row.addWidget(self.button)
-        row.addWidget(self.cancel_button)
+        form = QFormLayout()
+        form.setRowWrapPolicy(QFormLayout.RowWrapPolicy.WrapLongRows)
+        form.addRow(self.tool_button, self.line)
+        form.addRow("It is really", self.metres)
+        buttons = QHBoxLayout()
+        buttons.addWidget(self.button, 1)
+        buttons.addWidget(self.cancel_button)
         layout = QVBoxLayout(self)
         layout.addWidget(what)
-        layout.addLayout(measured)
-        layout.addLayout(row)
+        layout.addLayout(form)
+        layout.addLayout(buttons)
         layout.addWidget(self.verdict)
         layout.addStretch(1)
         bench.listen(Topic.SCENE, self._on_scene)

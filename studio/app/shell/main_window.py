@@ -110,7 +110,7 @@ class MainWindow(QMainWindow):
         self._timer.timeout.connect(self._poll)
         self._timer.start(POLL_MS)
         # The window is on the screen before the view and the docks are made.
-        QTimer.singleShot(0, self._fill)
+        QTimer.singleShot(0, self, self._fill)
 
     # --- construction ----------------------------------------------------------------------------
 
@@ -161,7 +161,7 @@ class MainWindow(QMainWindow):
             self.first_page.place()
         self._offer_recovery()
         self.plugins.start()
-        QTimer.singleShot(0, self._fill_docks)
+        QTimer.singleShot(0, self, self._fill_docks)
 
     def _fill_docks(self) -> None:
         """Make one dock's content at a time, those that are seen first."""
@@ -169,7 +169,7 @@ class MainWindow(QMainWindow):
         missing = [dock for dock in order if dock.id not in self._contents]
         if missing and self._timer.isActive():
             self._make_content(missing[0])
-            QTimer.singleShot(30, self._fill_docks)
+            QTimer.singleShot(30, self, self._fill_docks)
 
     def _fill_dock(self, dock: Dock) -> None:
         if self.view is not None and self.docks[dock.id].isVisible():
@@ -387,7 +387,7 @@ class MainWindow(QMainWindow):
         """See Qt."""
         super().resizeEvent(event)
         if self.first_page is not None and self.first_page.isVisible():
-            QTimer.singleShot(0, self.first_page.place)
+            QTimer.singleShot(0, self, self.first_page.place)
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         """See Qt."""

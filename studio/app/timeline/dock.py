@@ -66,7 +66,7 @@ class TimelineDock(QWidget):
         self._timer.timeout.connect(self.poll)
         self._timer.start(POLL_MS)
         self._on_recording()
-        QTimer.singleShot(0, self._on_theme)
+        QTimer.singleShot(0, self, self._on_theme)
 
     @property
     def shown(self) -> OpenRecording | None:

@@ -1,8 +1,22 @@
 """What tests of the window share."""
 
+import sys
 import time
 
 import pytest
+
+
+@pytest.fixture(autouse=True)
+def deleted():
+    """Delete what earlier tests have closed, which Qt leaves to an event loop that none has.
+
+    Every window and dock that is left makes a change of theme or text size slower for all that come
+    later: 15 windows of 900 widgets each made it eight times as slow.
+    """
+    if "PySide6.QtWidgets" in sys.modules:
+        from PySide6.QtCore import QCoreApplication, QEvent
+
+        QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
 
 
 @pytest.fixture

@@ -22,7 +22,7 @@ pytestmark = [
 @pytest.fixture
 def opened(tiny, tmp_path, qapp, monkeypatch):
     """A window with the settings' form, and steps that let the camera go on by a frame."""
-    from studio.app.window import make_window
+    from studio.app.window import dispose, make_window
 
     frames = threading.Semaphore(0)
 
@@ -57,6 +57,7 @@ def opened(tiny, tmp_path, qapp, monkeypatch):
     yield window, window.content("session").tracker.options, go_on
     frames.release(tiny.frames)
     window.close()
+    dispose(window)
 
 
 def shown_seq(window):

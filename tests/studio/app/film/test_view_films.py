@@ -19,7 +19,7 @@ pytestmark = [
 
 @pytest.fixture
 def window(qapp, tmp_path, until):
-    from studio.app.window import make_window
+    from studio.app.window import dispose, make_window
 
     made = make_window(Document("desk"), rehearse_to=tmp_path / "out", home=tmp_path / "home")
     made.bench.set(has_started=True)
@@ -29,6 +29,7 @@ def window(qapp, tmp_path, until):
     until(lambda: made.view.active.painted is not None)
     yield made
     made.close()
+    dispose(made)
 
 
 def films_of(window):

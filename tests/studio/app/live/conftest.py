@@ -22,7 +22,7 @@ PUSHED = "rtmp://127.0.0.1:0/live/room"
 @pytest.fixture
 def opened(tiny, tmp_path, qapp, monkeypatch):
     """`opened.window`, its `live` run and `dock`; `push` streams to it; `until` lets Qt work."""
-    from studio.app.window import make_window
+    from studio.app.window import dispose, make_window
 
     monkeypatch.setattr(opening, "make_method", lambda name, scene, *_, **__: tiny.tracker(0.0))
     window = make_window(
@@ -85,3 +85,4 @@ def opened(tiny, tmp_path, qapp, monkeypatch):
     for stream in pushes:
         stream.close()
     window.close()
+    dispose(window)

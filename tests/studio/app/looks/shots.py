@@ -103,6 +103,13 @@ class Stage:
             each.hide()
         view.insets.hide()
 
+    def close(self) -> None:
+        """Close the window, and delete it: a theme is put on every window that there is."""
+        from studio.app.window import dispose
+
+        self.window.close()
+        dispose(self.window)
+
     def take(self, shots: Sequence[Shot]) -> Iterator[tuple[Shot, QImage]]:
         """The shots one after the other."""
         for shot in shots:
@@ -219,7 +226,7 @@ def main() -> None:
         )
         for shot, picture in stage.take((*EMPTY, *(BUSY if asked.recording else ()))):
             picture.save(str(asked.out / f"{shot.name}.png"))
-        stage.window.close()
+        stage.close()
     del application
 
 

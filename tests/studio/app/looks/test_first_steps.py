@@ -16,7 +16,7 @@ pytestmark = [
 def window(qapp, tmp_path, looks_recording):
     stage = open_stage(tmp_path, theme="dark", size_px=(1280, 800), recording=looks_recording)
     yield stage.window
-    stage.window.close()
+    stage.close()
 
 
 def click(widget):

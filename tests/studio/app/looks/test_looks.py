@@ -59,7 +59,7 @@ def taken(request, qapp, looks_recording, tmp_path_factory):
             bgr = cv2.cvtColor(picture, cv2.COLOR_RGB2BGR)
             cv2.imwrite(str(golden(request.param, name)), bgr, [cv2.IMWRITE_JPEG_QUALITY, 88])
     yield request.param, stage, found
-    stage.window.close()
+    stage.close()
 
 
 def kept(theme, name):

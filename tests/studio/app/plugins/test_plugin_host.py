@@ -94,7 +94,7 @@ def register(studio):
 
 @pytest.fixture
 def window(tmp_path, qapp):
-    from studio.app.window import make_window
+    from studio.app.window import dispose, make_window
 
     windows = []
 
@@ -120,6 +120,7 @@ def window(tmp_path, qapp):
     yield start
     for made in windows:
         made.close()
+        dispose(made)
 
 
 def save(path, t_s, text, then="pass"):

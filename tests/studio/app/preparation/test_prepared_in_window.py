@@ -22,7 +22,7 @@ SMALL = {"frames": 40, "width_px": 640, "height_px": 480, "samples": 1, "duratio
 
 @pytest.fixture
 def opened(tmp_path, qapp):
-    from studio.app.window import make_window
+    from studio.app.window import dispose, make_window
 
     window = make_window(Document("lab"), rehearse_to=tmp_path / "out", home=tmp_path / "home")
     window.bench.set(has_started=True)
@@ -38,6 +38,7 @@ def opened(tmp_path, qapp):
     until(lambda: window.is_filled)
     yield window, until
     window.close()
+    dispose(window)
 
 
 def filmed(folder, output):

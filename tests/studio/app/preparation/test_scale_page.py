@@ -34,7 +34,7 @@ def test_a_built_in_room_keeps_its_scale():
 
 @pytest.fixture
 def opened(scene, tmp_path, qapp):
-    from studio.app.window import make_window
+    from studio.app.window import dispose, make_window
 
     document = Document(str(scene))
     window = make_window(document, rehearse_to=tmp_path / "out", home=tmp_path / "home")
@@ -54,6 +54,7 @@ def opened(scene, tmp_path, qapp):
     until(lambda: window.view.active.painted is not None)
     yield window, until
     window.close()
+    dispose(window)
 
 
 def clicked(qtbot, until, view, places):

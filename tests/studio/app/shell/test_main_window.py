@@ -33,7 +33,7 @@ def until():
 
 @pytest.fixture
 def open_studio(tmp_path, qapp, until):
-    from studio.app.window import make_window
+    from studio.app.window import dispose, make_window
 
     windows = []
 
@@ -49,6 +49,7 @@ def open_studio(tmp_path, qapp, until):
     yield start
     for window in windows:
         window.close()
+        dispose(window)
 
 
 def moved(bench, x):

@@ -33,7 +33,7 @@ def application():
 def play(tiny, tmp_path, monkeypatch, application):
     """Opens the window on a rehearsal in the tiny room; `until` waits while Qt works."""
     from studio.app.model.documents.document import Document
-    from studio.app.window import make_window
+    from studio.app.window import dispose, make_window
     from studio.session import opening
 
     windows = []
@@ -63,6 +63,7 @@ def play(tiny, tmp_path, monkeypatch, application):
     yield start
     for window in windows:
         window.close()
+        dispose(window)
 
 
 def has_picture(window):

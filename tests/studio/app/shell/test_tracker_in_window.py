@@ -37,7 +37,7 @@ def register(studio):
 
 @pytest.fixture
 def opened(tiny, tmp_path, qapp, monkeypatch):
-    from studio.app.window import make_window
+    from studio.app.window import dispose, make_window
 
     def open_tiny(plan, **given):
         def made(name):
@@ -69,6 +69,7 @@ def opened(tiny, tmp_path, qapp, monkeypatch):
     window.bench.show_scene(tiny.scene)
     yield window, until, plugins
     window.close()
+    dispose(window)
 
 
 def names(panel):
