@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from sim.dataset.agreement import RIGID, Agreement
+from sim.dataset.truth.agreement import RIGID, Agreement
 
 Item = TypeVar("Item")
 
@@ -95,7 +95,7 @@ def check_dataset(folder: Path) -> Checked:
     Raises:
         ValueError: it is none, or a file is missing or damaged; names it.
     """
-    from sim.dataset.check_bop import check_bop
+    from sim.dataset.bop.read_back import check_bop
     from sim.dataset.check_room_folder import check_room_folder
 
     if (folder / "models" / "models_info.json").is_file():

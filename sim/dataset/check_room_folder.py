@@ -12,10 +12,10 @@ import numpy as np
 from scenes.cameras import Fisheye
 from scenes.pose import Pose
 from scenes.rays import RayScene
-from sim.dataset.agreement import RIGID, Agreement, Looked, agreement, rigid_error
 from sim.dataset.check import Checked, sampled, summed_up
 from sim.dataset.pictures import read_picture
-from sim.dataset.surfaces import read_obj
+from sim.dataset.truth.agreement import RIGID, Agreement, Looked, agreement, rigid_error
+from sim.dataset.truth.surfaces import read_obj
 
 
 def check_room_folder(folder: Path) -> Checked:

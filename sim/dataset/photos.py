@@ -14,11 +14,11 @@ from scenes.cameras import Fisheye, Pinhole, Rig
 from scenes.mesh import PhysicalRoom
 from scenes.pose import Pose
 from sim.dataset.json_stream import JsonList, matrix, write_json
-from sim.dataset.lens_truth import LensTruthPass
 from sim.dataset.pictures import write_labels
-from sim.dataset.pinhole_views import PinholeView, ViewSampler
 from sim.dataset.room_folder import labels_of, seen_to_json
-from sim.dataset.visibility import OUTSIDE, seen
+from sim.dataset.truth.lens_truth import LensTruthPass
+from sim.dataset.truth.pinhole_views import PinholeView, ViewSampler
+from sim.dataset.truth.visibility import OUTSIDE, seen
 from sim.phone.capture import TRUTH, Capture
 from sim.phone.phone import PhoneOptions, film
 

@@ -15,12 +15,12 @@ from scenes.cameras import Fisheye
 from scenes.mesh import PhysicalRoom
 from sim.camera.camera360 import default_rig
 from sim.dataset.json_stream import DECIMALS, JsonList, matrix, write_json
-from sim.dataset.lens_truth import LensTruth, LensTruthPass
 from sim.dataset.pictures import write_labels, write_lengths, write_rgb
-from sim.dataset.surfaces import joined, meshes_of_object, meshes_of_room, write_obj
-from sim.dataset.symmetry import yaw_symmetry
+from sim.dataset.truth.lens_truth import LensTruth, LensTruthPass
+from sim.dataset.truth.surfaces import joined, meshes_of_object, meshes_of_room, write_obj
+from sim.dataset.truth.symmetry import yaw_symmetry
+from sim.dataset.truth.visibility import OUTSIDE, Seen, seen
 from sim.dataset.video_file import PacketFile
-from sim.dataset.visibility import OUTSIDE, Seen, seen
 from sim.rehearsal import SimulatedStep
 from sim.scenarios.scenario import Scenario
 

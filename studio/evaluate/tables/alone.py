@@ -27,9 +27,9 @@ from studio.evaluate.filmed.takes import Take
 from studio.evaluate.filmed.trial import marker_pose
 from studio.evaluate.findings import TITLES, Findings, aligned, own_bar, row_name
 from studio.evaluate.metrics import pose_error
+from studio.evaluate.protocols.stations import eased
+from studio.evaluate.protocols.ten_objects import scanned_poses, ten_objects
 from studio.evaluate.scores import SYMMETRY_OF_KIND
-from studio.evaluate.tables.stations import eased
-from studio.evaluate.tables.ten_objects import scanned_poses, ten_objects
 from studio.session.trackers.methods import make_method
 from tracking.output import TrackingMethod
 

@@ -18,7 +18,7 @@ from scipy.spatial import KDTree
 from scenes.cameras import Fisheye
 from scenes.mesh import PhysicalObject
 from scenes.pose import Pose
-from studio.evaluate.tables.screen import surface_points
+from studio.evaluate.protocols.screen import surface_points
 
 SIGMA_PX = 0.3
 CORRELATION_PX = 3.0

@@ -24,8 +24,8 @@ from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.trial import Trial, performed
 from studio.evaluate.findings import TITLES, Drawing, Findings, aligned, row_name
+from studio.evaluate.protocols.stations import WARM_UP, carried
 from studio.evaluate.tables.bound import bound_in_words, pose_bound
-from studio.evaluate.tables.stations import WARM_UP, carried
 
 SCENE, OBJECT, KIND = "lab", "chair-1", "chair"
 LENS_SIZES_PX = (1440, 960, 640, 480)

@@ -28,8 +28,8 @@ from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.takes import RECORDING, Take
 from studio.evaluate.filmed.trial import marker_pose
 from studio.evaluate.findings import TITLES, Drawing, Findings, aligned, own_bar, row_name
-from studio.evaluate.tables.stations import eased
-from studio.evaluate.tables.ten_objects import scanned_poses, ten_objects
+from studio.evaluate.protocols.stations import eased
+from studio.evaluate.protocols.ten_objects import scanned_poses, ten_objects
 from studio.session.pipeline import PacedExecutor
 from studio.session.trackers.methods import make_method
 from tracking.output import TrackingMethod

@@ -19,8 +19,8 @@ from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.trial import Answer, Trial, film_messages
 from studio.evaluate.findings import TITLES, Drawing, Findings, aligned, own_bar, row_name
-from studio.evaluate.tables.screen import SCREEN_ID, hiding, screen_body
-from studio.evaluate.tables.stations import WARM_UP, carried
+from studio.evaluate.protocols.screen import SCREEN_ID, hiding, screen_body
+from studio.evaluate.protocols.stations import WARM_UP, carried
 from studio.session.sources import SessionMessage
 
 SCENE, OBJECT, KIND, TWIN = "lab", "chair-1", "chair", "chair-2"

@@ -23,7 +23,7 @@ from studio.evaluate.findings import (
     row_name,
 )
 from studio.evaluate.metrics import PAPER_ROOM, PAPER_TABLE, error_table
-from studio.evaluate.tables.stations import ROOM, TABLE, Protocol, Sample, samples
+from studio.evaluate.protocols.stations import ROOM, TABLE, Protocol, Sample, samples
 
 ROOM_BARS = {"world_cm.mean": 2.0, "yaw_deg.mean": 1.0, "yaw_deg.max": 3.0, "flips": 0.0}
 TRUE_CAMERA_BARS = {"world_cm.mean": 1.5, "yaw_deg.mean": 0.8}

@@ -17,8 +17,8 @@ from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.trial import Answer, Trial, last_of, performed
 from studio.evaluate.findings import TITLES, Drawing, Findings, aligned, own_bar, row_name
 from studio.evaluate.metrics import pose_error
+from studio.evaluate.protocols.ten_objects import shuffled, ten_objects
 from studio.evaluate.scores import SYMMETRY_OF_KIND
-from studio.evaluate.tables.ten_objects import shuffled, ten_objects
 
 SECOND_NS = 1_000_000_000
 SECONDS = 20

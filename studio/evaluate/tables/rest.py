@@ -15,8 +15,8 @@ from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.trial import Answer, Trial, performed
 from studio.evaluate.findings import TITLES, Findings, aligned, own_bar, row_name
+from studio.evaluate.protocols.stations import carried
 from studio.evaluate.scores import SYMMETRY_OF_KIND
-from studio.evaluate.tables.stations import carried
 from tracking.model.symmetry import ROUND
 
 SCENE, MOVED = "lab", "chair-1"

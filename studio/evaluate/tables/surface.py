@@ -32,7 +32,7 @@ from studio.evaluate.filmed.asked import Asked
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.trial import Answer, Trial, film_messages
 from studio.evaluate.findings import TITLES, Drawing, Findings, aligned, own_bar, row_name
-from studio.evaluate.tables.flat_faces import FlatFaces
+from studio.evaluate.protocols.flat_faces import FlatFaces
 from tracking.surfaces.corners import corners_from_clicks
 from tracking.surfaces.live import SurfacePicture, SurfacesState, step
 from tracking.surfaces.view import native_size_px

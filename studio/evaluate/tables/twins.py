@@ -17,7 +17,7 @@ from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.trial import Answer, Trial, performed
 from studio.evaluate.findings import TITLES, Drawing, Findings, own_bar, row_name
 from studio.evaluate.metrics import spread
-from studio.evaluate.tables.stations import WARM_UP, eased
+from studio.evaluate.protocols.stations import WARM_UP, eased
 
 SCENE, TWINS = "lab", ("chair-1", "chair-2")
 FRAME_NS = 100_000_000

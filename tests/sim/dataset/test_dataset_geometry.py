@@ -9,12 +9,12 @@ from scenes.cameras import Fisheye, pixel_centres
 from scenes.mesh import TexturedMesh
 from scenes.pose import Pose
 from sim.camera.lens_raster import PixelRect
-from sim.dataset.agreement import rigid_error
 from sim.dataset.json_stream import JsonList
-from sim.dataset.lens_truth import LensTruth, Silhouette
 from sim.dataset.pictures import read_picture, write_lengths, write_rgb
-from sim.dataset.pinhole_views import ViewSampler, views_in
-from sim.dataset.surfaces import (
+from sim.dataset.truth.agreement import rigid_error
+from sim.dataset.truth.lens_truth import LensTruth, Silhouette
+from sim.dataset.truth.pinhole_views import ViewSampler, views_in
+from sim.dataset.truth.surfaces import (
     joined,
     meshes_of_object,
     read_model_ply,
@@ -22,8 +22,8 @@ from sim.dataset.surfaces import (
     write_model_ply,
     write_obj,
 )
-from sim.dataset.symmetry import ROUND, yaw_symmetry
-from sim.dataset.visibility import OUTSIDE, box_of, seen
+from sim.dataset.truth.symmetry import ROUND, yaw_symmetry
+from sim.dataset.truth.visibility import OUTSIDE, box_of, seen
 from sim.dataset.write import DatasetOptions
 
 LENS = Fisheye.from_fov(400, math.radians(200))

@@ -12,9 +12,9 @@ from scenes.cameras import Pinhole
 from scenes.pose import Pose
 from scenes.rays import RayScene
 from sim.dataset import check_room_folder, json_stream, pictures, video_file
-from sim.dataset.agreement import Looked, agreement
 from sim.dataset.check import check_dataset
-from sim.dataset.surfaces import read_obj
+from sim.dataset.truth.agreement import Looked, agreement
+from sim.dataset.truth.surfaces import read_obj
 
 
 def _digest(folder):

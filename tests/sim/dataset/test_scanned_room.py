@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from scenes.mesh import CollisionMesh
-from sim.dataset.surfaces import meshes_of_room
+from sim.dataset.truth.surfaces import meshes_of_room
 
 
 def test_the_collision_mesh_stands_for_what_never_moves(small_room):

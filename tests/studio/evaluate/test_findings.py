@@ -6,13 +6,13 @@ import pytest
 from scenes.pose import Pose
 from studio.evaluate.findings import aligned, error_rows, paper_columns
 from studio.evaluate.metrics import PAPER_ROOM, PoseError, pose_error
+from studio.evaluate.protocols.stations import Sample, Station
 from studio.evaluate.tables.paper_tables import (
     CHI2_95_OF_4,
     coverage_row,
     noticed,
     squared_distance,
 )
-from studio.evaluate.tables.stations import Sample, Station
 
 
 def error(world_cm, yaw_deg):

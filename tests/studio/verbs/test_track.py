@@ -16,7 +16,7 @@ from studio.cli import EXIT_DONE, EXIT_INPUT, main
 from studio.evaluate.filmed.conditions import Conditions
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.takes import RECORDING, TakeCache
-from studio.evaluate.tables.stations import carried
+from studio.evaluate.protocols.stations import carried
 from studio.session.plan import SessionPlan
 from studio.verbs.track import Tally, tracks_as_json
 

@@ -10,8 +10,8 @@ from scenes.samples import sample_room
 from studio.evaluate.filmed.conditions import Conditions
 from studio.evaluate.filmed.filming import FilmSet, Shot, standing
 from studio.evaluate.filmed.takes import TakeCache
+from studio.evaluate.protocols.ten_objects import scanned_poses, ten_objects
 from studio.evaluate.tables.latency import FRAMES, MOVING, paced, shots
-from studio.evaluate.tables.ten_objects import scanned_poses, ten_objects
 from tracking.output import TrackOutput
 
 WHERE = Pose.from_yaw(0.1, (0.0, -0.3, 1.1))

@@ -5,9 +5,9 @@ import pytest
 
 from scenes.pose import Pose
 from scenes.samples import sample_room
+from studio.evaluate.protocols.screen import SCREEN_ID
+from studio.evaluate.protocols.stations import WARM_UP
 from studio.evaluate.tables.occlusion import SHARES, is_switched, refound_s, shots
-from studio.evaluate.tables.screen import SCREEN_ID
-from studio.evaluate.tables.stations import WARM_UP
 
 TRUE = {"chair-1": Pose.identity(), "chair-2": Pose.from_yaw(0.0, (2.0, 0.0, 0.0))}
 

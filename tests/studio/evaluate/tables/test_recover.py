@@ -3,8 +3,8 @@ import pytest
 
 from scenes.pose import Pose
 from scenes.state import TrackState
+from studio.evaluate.protocols.ten_objects import scanned_poses, shuffled, ten_objects
 from studio.evaluate.tables.recover import judged
-from studio.evaluate.tables.ten_objects import scanned_poses, shuffled, ten_objects
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ import pytest
 from scenes.mesh import PhysicalRoom, TexturedMesh
 from scenes.pose import Pose
 from scenes.quad import quad_of
-from studio.evaluate.tables.flat_faces import FlatFaces
+from studio.evaluate.protocols.flat_faces import FlatFaces
 from studio.evaluate.tables.surface import registered_corners
 
 BOARD = np.array([[-0.5, 2.0, 1.6], [0.5, 2.0, 1.6], [0.5, 2.0, 1.0], [-0.5, 2.0, 1.0]])

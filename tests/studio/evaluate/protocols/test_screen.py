@@ -5,7 +5,7 @@ from scenes.samples import sample_room
 from sim.bodies import body_of_object
 from sim.camera.camera360 import Camera360, CameraOptions, default_rig
 from studio.evaluate.filmed.filming import standing
-from studio.evaluate.tables.screen import SCREEN_ID, hiding, screen_body, surface_points
+from studio.evaluate.protocols.screen import SCREEN_ID, hiding, screen_body, surface_points
 
 
 @pytest.fixture(scope="module")

@@ -11,10 +11,10 @@ import numpy as np
 from scenes.cameras import Pinhole
 from scenes.pose import Pose
 from scenes.rays import RayScene
-from sim.dataset.agreement import RIGID, Agreement, Looked, agreement, rigid_error
 from sim.dataset.check import Checked, sampled, summed_up
 from sim.dataset.pictures import read_picture
-from sim.dataset.surfaces import MILLIMETRES, read_model_ply
+from sim.dataset.truth.agreement import RIGID, Agreement, Looked, agreement, rigid_error
+from sim.dataset.truth.surfaces import MILLIMETRES, read_model_ply
 
 
 def check_bop(folder: Path) -> Checked:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
 from scenes.rays import RayScene
-from sim.dataset.visibility import box_of
+from sim.dataset.truth.visibility import box_of
 
 MARGIN_PX = 4
 """Around a mask: a mesh that reaches beyond it by more has no better overlap either."""

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from scenes.samples import sample_room
-from studio.evaluate.tables.stations import (
+from studio.evaluate.protocols.stations import (
     MOVE_FRAMES,
     REST_FRAMES,
     ROOM,

@@ -1,4 +1,4 @@
-"""`sim.dataset.bop`, `.bop_models`, `.check_bop`: the files that BOP's toolkit asks for."""
+"""`sim.dataset.bop`: the files that BOP's toolkit asks for."""
 
 import json
 import shutil
@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from scenes.pose import Pose
-from sim.dataset.bop_models import model_numbers
+from sim.dataset.bop.models import model_numbers
+from sim.dataset.bop.read_back import check_bop
 from sim.dataset.check import check_dataset
-from sim.dataset.check_bop import check_bop
 
 
 def _json(path):

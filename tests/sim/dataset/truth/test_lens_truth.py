@@ -1,4 +1,4 @@
-"""`sim.dataset.lens_truth`: range, ids and silhouettes against rays and against the camera."""
+"""`sim.dataset.truth.lens_truth`: range, ids, silhouettes against rays and against the camera."""
 
 from contextlib import closing
 
@@ -8,7 +8,7 @@ import pytest
 from scenes.cameras import pixel_centres
 from sim.bodies import Placement, body_of_object
 from sim.camera.camera360 import Camera360, default_rig
-from sim.dataset.lens_truth import ROOM, LensTruthPass
+from sim.dataset.truth.lens_truth import ROOM, LensTruthPass
 
 RIG = default_rig(240)
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from scenes.cameras import Fisheye, Pinhole, pixel_centres
 from scenes.pose import Pose, rotation_from_vector
-from sim.dataset.lens_truth import LensTruth
+from sim.dataset.truth.lens_truth import LensTruth
 
 VIEW_FOV_DEG = 90.0
 """Horizontal and vertical field of view of a view, degrees."""

@@ -22,7 +22,7 @@ from sim.camera.lens_picture import Tolerances
 from sim.camera.lens_raster import UNLIT, FisheyeRasteriser, PixelRect
 from sim.camera.stand import camera_stand
 from sim.camera.tessellate import refine_mesh
-from sim.dataset.surfaces import meshes_of_object, meshes_of_room
+from sim.dataset.truth.surfaces import meshes_of_object, meshes_of_room
 from sim.truth import PersonTruth
 
 SCAN_BIAS_M = 0.03

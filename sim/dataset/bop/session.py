@@ -20,13 +20,13 @@ from scenes.cameras import Pinhole, Rig
 from scenes.mesh import PhysicalObject, PhysicalRoom
 from scenes.pose import Pose
 from sim.camera.camera360 import default_rig
-from sim.dataset.bop_models import model_numbers, write_models
+from sim.dataset.bop.models import model_numbers, write_models
 from sim.dataset.json_stream import JsonList, write_json
-from sim.dataset.lens_truth import LensTruthPass
 from sim.dataset.pictures import PictureFormat, write_labels, write_lengths, write_rgb
-from sim.dataset.pinhole_views import PinholeView, ViewSampler, ViewTruth, views_in
-from sim.dataset.surfaces import MILLIMETRES
-from sim.dataset.visibility import Seen, seen
+from sim.dataset.truth.lens_truth import LensTruthPass
+from sim.dataset.truth.pinhole_views import PinholeView, ViewSampler, ViewTruth, views_in
+from sim.dataset.truth.surfaces import MILLIMETRES
+from sim.dataset.truth.visibility import Seen, seen
 from sim.rehearsal import SimulatedStep
 from sim.scenarios.scenario import Scenario
 

@@ -15,8 +15,8 @@ from scipy.spatial import ConvexHull, QhullError  # pyright: ignore[reportMissin
 from scenes.mesh import PhysicalObject
 from scenes.pose import Pose
 from sim.dataset.json_stream import write_json
-from sim.dataset.surfaces import MILLIMETRES, joined, meshes_of_object, write_model_ply
-from sim.dataset.symmetry import ROUND, yaw_symmetry
+from sim.dataset.truth.surfaces import MILLIMETRES, joined, meshes_of_object, write_model_ply
+from sim.dataset.truth.symmetry import ROUND, yaw_symmetry
 
 
 def model_numbers(objects: Sequence[PhysicalObject]) -> dict[str, int]:

@@ -1,0 +1,1 @@
+"""What a lens truly sees of each object: range, outline, visible share, size and symmetry."""

@@ -1,0 +1,1 @@
+"""What tables are measured on: stations, boards and rooms that are arranged for one question."""
