@@ -77,7 +77,7 @@ class StreamPicture:
         planes[:height] = y
         chroma = planes[height:].reshape(2, height // 2, width // 2)
         chroma[0], chroma[1] = u, v
-        frame = cast("Any", VideoFrame.from_ndarray(planes, format="yuv420p"))
+        frame = cast("Any", VideoFrame.from_numpy_buffer(planes, format="yuv420p"))
         converted = frame.reformat(
             format="rgb24",
             src_colorspace=Colorspace.ITU601 if self.matrix == "bt601" else Colorspace.ITU709,
