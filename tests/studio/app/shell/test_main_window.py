@@ -18,20 +18,6 @@ pytestmark = [
 
 
 @pytest.fixture
-def until():
-    from PySide6.QtWidgets import QApplication
-
-    def wait(condition, limit_s=30):
-        deadline = time.monotonic() + limit_s
-        while not condition():
-            assert time.monotonic() < deadline, f"the window did not get there in {limit_s} s"
-            QApplication.processEvents()
-            time.sleep(0.002)
-
-    return wait
-
-
-@pytest.fixture
 def open_studio(tmp_path, qapp, until):
     from studio.app.window import dispose, make_window
 
