@@ -22,7 +22,7 @@ from scenes.formats.storage.error import refusal
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA
 from scenes.harmonics import turned
 from scenes.opening import open_scene
-from scenes.package import is_package, save_package
+from scenes.package import ScenePackage, is_package, save_package
 from scenes.prepare.foreign.level import AXES
 from scenes.samples import SAMPLE_NAMES
 from scenes.splats import SplatCloud, concatenate
@@ -143,12 +143,8 @@ def _scene_of_splats(args: argparse.Namespace) -> int:
     )
     save_package(package, args.target)
     progress.finish(f"{len(package.room):,} splats")
-    stages = {stage.name: stage.detail for stage in package.stages}
-    if args.json:
-        report = {"verb": "convert", "source": str(args.source), "target": str(args.target)}
-        print(json.dumps({**report, "splats": len(package.room), "stages": stages}))
-    else:
-        print(f"{args.source} → {args.target}: {'; '.join(stages.values())}")
+    _say_scene(args, package, "; ".join(stage.detail for stage in package.stages))
+    if not args.json:
         print(no_movable_object(str(args.target)))
     return 0
 
@@ -171,14 +167,18 @@ def _scaled_scene(args: argparse.Namespace) -> int:
     progress.begin("scaling")
     package = rescale_scene(args.source, args.target, factor=args.metres_per_unit)
     progress.finish(f"{len(package.room):,} splats")
-    words = package.stages[-1].detail
-    if args.json:
-        report = {"verb": "convert", "source": str(args.source), "target": str(args.target)}
-        stages = {stage.name: stage.detail for stage in package.stages}
-        print(json.dumps({**report, "splats": len(package.room), "stages": stages}))
-    else:
-        print(f"{args.source} → {args.target}: {words}")
+    _say_scene(args, package, package.stages[-1].detail)
     return 0
+
+
+def _say_scene(args: argparse.Namespace, package: ScenePackage, words: str) -> None:
+    """Print what became a scene: one JSON object, or one line with how."""
+    if not args.json:
+        print(f"{args.source} → {args.target}: {words}")
+        return
+    report = {"verb": "convert", "source": str(args.source), "target": str(args.target)}
+    stages = {stage.name: stage.detail for stage in package.stages}
+    print(json.dumps({**report, "splats": len(package.room), "stages": stages}))
 
 
 def _read(source: Path) -> tuple[SplatBlocks, bool]:

@@ -31,6 +31,8 @@ UNKNOWN_UNIT = (
     "that you know the length of: Preparation, Scale."
 )
 NOT_MEASURED = "Nothing is measured in this room yet."
+CANCELLED = "cancelled: the room keeps its scale"
+OPEN_IT = ": open it when what you have changed meanwhile is saved"
 BUILT_IN = "The scale of built-in rooms is exact."
 MOST_M = 1000.0
 """Metres, of the longest length that can be typed: a street."""
@@ -48,6 +50,7 @@ class ScalePage(QWidget):
         super().__init__()
         self._bench = bench
         self.job: PreparationJob | None = None
+        self._scaled = ""
         what = QLabel(WHAT)
         what.setObjectName("faint")
         what.setWordWrap(True)
@@ -105,10 +108,11 @@ class ScalePage(QWidget):
         if not self._bench.is_saved:
             raise ValueError("the scaled room opens as a new project: save this one first (Ctrl+S)")
         self.job = PreparationJob(*rescaling_words(line, float(metres)))
+        self._scaled = line.scene
         self.refresh()
 
     def cancel(self) -> None:
-        """Ask what runs to end; nothing is left of it."""
+        """Ask what runs to end; the room keeps its scale."""
         if self.job is not None:
             self.job.cancel()
 
@@ -137,15 +141,22 @@ class ScalePage(QWidget):
         return None if line is None or line.scene != self._bench.document.scene else line
 
     def _end(self, job: PreparationJob) -> None:
+        bench = self._bench
+        if job.problem.startswith("cancelled"):
+            self.verdict.setText(f"{SHAPES['warning']} {CANCELLED}")
+            bench.say("warning", CANCELLED)
+            return
         if job.problem:
             self.verdict.setText(f"{SHAPES['bad']} {job.problem}")
-            is_cancelled = job.problem.startswith("cancelled")
-            self._bench.say("warning" if is_cancelled else "error", job.problem)
+            bench.say("error", job.problem)
             return
-        self.verdict.setText(f"{SHAPES['good']} {job.out.name} is ready")
-        self._bench.say("info", f"{job.out.name} is ready: {job.out}")
-        if "file.open_scene" in self._bench.actions:
-            self._bench.do("file.open_scene", scene=str(job.out))
+        ready = f"{job.out.name} is ready"
+        # What was done by hand meanwhile is not taken from the user's sight.
+        is_free = bench.is_saved and bench.document.scene == self._scaled
+        self.verdict.setText(f"{SHAPES['good']} {ready}{'' if is_free else OPEN_IT}")
+        bench.say("info", f"{ready}: {job.out}")
+        if is_free and "file.open_scene" in bench.actions:
+            bench.do("file.open_scene", scene=str(job.out))
 
     def _on_scene(self) -> None:
         path = Path(self._bench.document.scene)

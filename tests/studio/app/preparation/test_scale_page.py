@@ -1,6 +1,4 @@
-"""A room of the wrong size in a real window: measured by two clicks, told its length, scaled."""
-
-import time
+"""A room of the wrong size in a real window: measured by two clicks, given its length, scaled."""
 
 import numpy as np
 import pytest
@@ -33,7 +31,7 @@ def test_a_built_in_room_keeps_its_scale():
 
 
 @pytest.fixture
-def opened(scene, tmp_path, qapp):
+def opened(scene, tmp_path, until):
     from studio.app.window import dispose, make_window
 
     document = Document(str(scene))
@@ -42,13 +40,6 @@ def opened(scene, tmp_path, qapp):
     window.resize(1100, 750)
     window.show()
     window.run.open_scene(document.scene)
-
-    def until(condition, limit_s=60):
-        deadline = time.monotonic() + limit_s
-        while not condition():
-            assert time.monotonic() < deadline, window.bench.log.lines()
-            qapp.processEvents()
-            time.sleep(0.01)
 
     until(lambda: window.is_filled and window.bench.scene is not None)
     until(lambda: window.view.active.painted is not None)
@@ -119,3 +110,31 @@ def test_what_was_changed_by_hand_is_saved_first(opened):
     assert bench.do("twin.add_avatar", role="local", place=[0.0, 0.0, 0.0])
     assert not bench.do("preparation.set_scale", metres=1.0)
     assert "save this one first" in bench.log.lines("error")[-1].text
+
+
+@pytest.mark.gui
+@pytest.mark.skipif(WHY_NOT is not None, reason=f"no window here: {WHY_NOT}")
+def test_what_is_changed_while_it_runs_stays_open(opened, scene):
+    window, until = opened
+    bench, page = window.bench, window.content("preparation").scale
+    bench.share(MeasuredLine(bench.document.scene, 2.0))
+    assert bench.do("preparation.set_scale", metres=1.0)
+    assert bench.do("twin.add_avatar", role="local", place=[0.0, 0.0, 0.0])
+    until(lambda: page.job is None)
+    assert bench.document.scene == str(scene)
+    assert len(bench.document.twin.avatars) == 1
+    assert page.verdict.text().startswith("● crate-scaled.gnx is ready: open it when")
+
+
+@pytest.mark.gui
+@pytest.mark.skipif(WHY_NOT is not None, reason=f"no window here: {WHY_NOT}")
+def test_a_cancelled_one_says_so_and_opens_nothing(opened, scene):
+    window, until = opened
+    bench, page = window.bench, window.content("preparation").scale
+    bench.share(MeasuredLine(bench.document.scene, 2.0))
+    assert bench.do("preparation.set_scale", metres=1.0)
+    page.cancel()
+    until(lambda: page.job is None)
+    assert "the room keeps its scale" in page.verdict.text()
+    assert bench.document.scene == str(scene)
+    assert not scene.with_name("crate-scaled.gnx").exists()
