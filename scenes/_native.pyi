@@ -431,6 +431,7 @@ class ComparisonTerms(TypedDict):
 
     part: tuple[int, int, int, int]
     ring_px: int
+    reach_px: float
     shared_px2: float
     sigma: float
     most_misfit: float
@@ -442,8 +443,8 @@ class PoseLikelihood:
     def __init__(self, constants: Mapping[str, object]) -> None: ...
     def support(
         self, window: ObservedWindow, drawn: ComparedPictures, terms: ComparisonTerms
-    ) -> tuple[float, float, float, float, float]:
-        """Nats, samples, open fraction, matched fraction, area in px²."""
+    ) -> tuple[float, float, float, float, float, float]:
+        """Nats, samples, open, matched and unknown fractions, area in px²."""
 
 class DrawnArrays(TypedDict):
     """An object drawn alone."""

@@ -18,6 +18,10 @@ from tracking.likelihood.pixel_model import (
     LEAST_CHANGED,
     LEAST_LIT,
     LEAST_PX,
+    UNKNOWN_EDGE,
+    UNKNOWN_GAP_PX,
+    UNKNOWN_PRIOR,
+    UNKNOWN_RANGE,
     PoseSupport,
     Terms,
     Tolerance,
@@ -57,12 +61,15 @@ def support_of(observation: Observation, pictures: DrawnObject, terms: Terms) ->
     silhouette = np.asarray(drawn.alpha * free, dtype=np.float32)
     area_px, open_px = float(drawn.alpha.sum()), float(silhouette.sum())
     if open_px < LEAST_PX:
-        return PoseSupport(0.0, 0.0, open_px / max(area_px, LEAST_PX), 0.0, area_px)
+        return PoseSupport(0.0, 0.0, open_px / max(area_px, LEAST_PX), 0.0, 0.0, area_px)
     live, empty, changed = (
         picture[part] for picture in (observation.live, observation.empty, observation.changed)
     )
     behind = np.asarray((1.0 - drawn.alpha)[..., None] * empty, dtype=np.float32)
-    weight = (silhouette * np.maximum(changed, LEAST_CHANGED)).astype(np.float32)
+    unknown = _unknown(observation, part, drawn.alpha, terms.reach_px)
+    # What is in front of the object says nothing of its light.
+    uncovered = np.maximum(changed, LEAST_CHANGED) * (1.0 - unknown.certain)
+    weight = (silhouette * uncovered).astype(np.float32)
     gains, light_nats = _light(drawn, (live - behind).astype(np.float32), weight, shared_px2)
     most = tolerance.most_misfit
     wider2 = (RESIDUAL_SIGMA / tolerance.sigma) ** 2
@@ -71,26 +78,28 @@ def support_of(observation: Observation, pictures: DrawnObject, terms: Terms) ->
     as_object = np.exp(-np.minimum(object_misfit, most))
     as_foreign = np.exp(-np.minimum(wider2 * observation.foreign_misfit[part], most))
     as_room = np.exp(-np.minimum(observation.room_misfit[part], most))
-    # What hides the object would have to look like the room behind it.
-    as_occluder = changed * as_foreign + (1.0 - changed) * math.exp(-most)
-    absent = (1.0 - FOREIGN) * as_room + FOREIGN * as_foreign
-    present = (1.0 - tolerance.occluded) * as_object + tolerance.occluded * as_occluder
+    # What hides the object would have to look like the room behind it, unless it is known to be there.
+    shown = np.maximum(changed, unknown.certain)
+    as_occluder = shown * as_foreign + (1.0 - shown) * math.exp(-most)
+    is_foreign, is_occluded = map(unknown.probability, (FOREIGN, tolerance.occluded))
+    absent = (1.0 - is_foreign) * as_room + is_foreign * as_foreign
+    present = (1.0 - is_occluded) * as_object + is_occluded * as_occluder
     present_nats = float((silhouette * np.log(present)).sum()) / shared_px2 + light_nats
     absent_nats = float((silhouette * np.log(absent)).sum()) / shared_px2
-    ring = np.asarray(
-        _ring(drawn.alpha, terms.ring_px) * (1.0 - observation.hidden[part]), np.float32
-    )
     ratio = present_nats - absent_nats
-    relit_nats = _relit_nats(observation, part, silhouette, ring, tolerance, shared_px2)
-    relit_ratio = min(ratio, ratio - relit_nats)
-    # Once the room's light has been learned, a shade is sooner a passer-by's: it takes evidence for
-    # the object away, and is none that the object has left.
-    least = -math.inf if observation.is_first else min(ratio, 0.0)
+    relit_nats = 0.0
+    # Once the room's light has been learned, a shade is a passer-by's and no light of the room.
+    if observation.is_first:
+        ring = np.asarray(
+            _ring(drawn.alpha, terms.ring_px) * (1.0 - observation.hidden[part]), np.float32
+        )
+        relit_nats = _relit_nats(observation, part, silhouette, ring, tolerance, shared_px2)
     return PoseSupport(
-        nats=max(relit_ratio, least),
+        nats=ratio - max(relit_nats, 0.0),
         samples=open_px / shared_px2,
         open_fraction=open_px / area_px,
         matched_fraction=float((silhouette * as_object).sum()) / open_px,
+        unknown_fraction=float((silhouette * unknown.certain).sum()) / open_px,
         area_px=area_px,
     )
 
@@ -115,6 +124,56 @@ def _seen(pictures: DrawnObject) -> _Seen:
         range_m,
         facing.astype(np.float32),
     )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Unknown:
+    """(H, W) share of a silhouette's surroundings that is changed, and how far they reach a pixel."""
+
+    changed: FloatArray
+    reached: FloatArray
+
+    @property
+    def certain(self) -> FloatArray:
+        """The probability of something unknown that the surroundings alone account for."""
+        return np.asarray(self.changed / (self.reached + UNKNOWN_PRIOR), np.float32)
+
+    def probability(self, prior: float) -> FloatArray:
+        """That a pixel shows something unknown; the prior where nothing around reaches it."""
+        share = (self.changed + UNKNOWN_PRIOR * prior) / (self.reached + UNKNOWN_PRIOR)
+        return np.asarray(np.clip(share, *UNKNOWN_RANGE), np.float32)
+
+
+def _unknown(
+    observation: Observation, part: tuple[slice, slice], alpha: FloatArray, reach_px: float
+) -> _Unknown:
+    """What the surroundings of a silhouette say of every pixel."""
+    side = 2 * UNKNOWN_GAP_PX + 1
+    near = np.clip(cv2.dilate(alpha, np.ones((side, side), np.uint8)), 0.0, 1.0)
+    outside = (1.0 - near) * (1.0 - observation.hidden[part])
+    kept = math.exp(-1.0 / max(reach_px, 1.0))
+    live = observation.live[part]
+    across, down = (
+        kept * np.exp(-(np.diff(live, axis=axis) ** 2).sum(axis=2) / (2 * UNKNOWN_EDGE**2))
+        for axis in (1, 0)
+    )
+    scale = (1.0 - kept) / (1.0 + kept)
+
+    def spread(values: FloatArray) -> FloatArray:
+        one = _spread_along(_spread_along(values.T, across.T, scale).T, down, scale)
+        other = _spread_along(_spread_along(values, down, scale).T, across.T, scale).T
+        return np.asarray(0.5 * (one + other), np.float32)
+
+    return _Unknown(spread(outside * observation.changed[part]), spread(outside))
+
+
+def _spread_along(values: FloatArray, passed: FloatArray, scale: float) -> FloatArray:
+    """(N, M) values spread along the first axis; `passed`, (N - 1, M), from a row to its next."""
+    down, up = values.astype(np.float64), values.astype(np.float64)
+    for row in range(1, len(values)):
+        down[row] += passed[row - 1] * down[row - 1]
+        up[-row - 1] += passed[-row] * up[-row]
+    return np.asarray(scale * (down + up - values), np.float32)
 
 
 def _ring(alpha: FloatArray, ring_px: int) -> FloatArray:

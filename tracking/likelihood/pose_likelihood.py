@@ -8,6 +8,9 @@ and comparable over objects, sizes, distances and frames.
 
 What hides the object is accounted for too: the static room and tracked objects by their distance,
 anything else as an occlusion mixture, which a pixel that shows the empty room cannot be part of.
+An unknown object is coherent: what is changed around a silhouette goes on inside it up to an edge.
+A passer-by who covers an object is thus neither for nor against it, and who stands behind a
+supposed object is no evidence for it unless its outline shows.
 A flat patch of an unknown object is nearly as likely as a flat patch of this one: it says at most
 `-ln FOREIGN` a sample. Most evidence comes from where outline and pattern are, as their
 surroundings do not predict those.
@@ -27,6 +30,7 @@ from tracking.likelihood.drawn_object import RING, DrawnObject, draw_object, rad
 from tracking.likelihood.pixel_model import (
     EXACTLY,
     NOT_IN_VIEW,
+    UNKNOWN_REACH,
     PoseSupport,
     Terms,
     Tolerance,
@@ -78,7 +82,8 @@ def terms_of(
     radius = radius_px(observation, model, world_from_object)
     scan_px = radius * SHARED_M / model.radius_m
     shared_px2 = (SHARED_PX / observation.lens_px) ** 2 + scan_px**2
-    return Terms(tolerance, max(round(RING * radius), 1), shared_px2)
+    ring_px = max(round(RING * radius), 1)
+    return Terms(tolerance, ring_px, UNKNOWN_REACH * radius, shared_px2)
 
 
 def support_of(observation: Observation, drawn: DrawnObject, terms: Terms) -> PoseSupport:
@@ -92,6 +97,7 @@ def support_of(observation: Observation, drawn: DrawnObject, terms: Terms) -> Po
             {
                 "part": (left, top, columns.stop - left, rows.stop - top),
                 "ring_px": terms.ring_px,
+                "reach_px": terms.reach_px,
                 "shared_px2": terms.shared_px2,
                 "sigma": terms.tolerance.sigma,
                 "most_misfit": terms.tolerance.most_misfit,

@@ -28,7 +28,7 @@ from tracking.likelihood.pixel_model import PoseSupport
 
 
 def support(nats, samples=20.0):
-    return PoseSupport(nats, samples, 1.0, 0.5, 900.0)
+    return PoseSupport(nats, samples, 1.0, 0.5, 0.0, 900.0)
 
 
 def belief(found, before, samples=20.0):
@@ -127,8 +127,8 @@ def test_a_belief_can_be_put_back_to_another_pose(table, as_scanned):
 
 
 def test_a_pose_that_is_out_of_the_question_has_no_confidence_and_breaks_nothing():
-    impossible = PoseSupport(-5000.0, 600.0, 1.0, 0.0, 50000.0)
-    certain = PoseSupport(5000.0, 600.0, 1.0, 1.0, 50000.0)
+    impossible = PoseSupport(-5000.0, 600.0, 1.0, 0.0, 0.0, 50000.0)
+    certain = PoseSupport(5000.0, 600.0, 1.0, 1.0, 0.0, 50000.0)
     assert confidence_of(impossible, math.inf) < 1e-9
     assert confidence_of(certain, -5000.0) < 1e-9
     assert confidence_of(certain, math.inf) > 1.0 - 1e-9

@@ -46,7 +46,7 @@ def a_fit(pose):
 
 
 def support(nats):
-    return PoseSupport(nats, 20.0, 1.0, 0.5, 900.0)
+    return PoseSupport(nats, 20.0, 1.0, 0.5, 0.0, 900.0)
 
 
 def a_belief(pose, nats):

@@ -25,7 +25,7 @@ def a_model(name, *, radius_m=0.5, narrow_m=0.3):
 
 def a_hypothesis(x, nats, *, yaw_deg=0.0, log_prior=0.0):
     pose = Pose.from_yaw(math.radians(yaw_deg), (x, 0.0, 0.0))
-    support = PoseSupport(nats, 10.0, 1.0, 0.5, 900.0)
+    support = PoseSupport(nats, 10.0, 1.0, 0.5, 0.0, 900.0)
     return Hypothesis(SimpleNamespace(world_from_object=pose), support, log_prior)
 
 

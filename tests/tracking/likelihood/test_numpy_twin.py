@@ -77,14 +77,17 @@ def random_case(seed, size, part, *, finer, is_first):
     top=st.integers(0, 9),
     finer=st.sampled_from([1, 2]),
     ring_px=st.integers(1, 30),
+    reach_px=st.floats(1.0, 60.0),
     tolerance=st.sampled_from([EXACTLY, ROUGHLY]),
     is_first=st.booleans(),
 )
-def test_random_pictures(seed, width, height, left, top, finer, ring_px, tolerance, is_first):
+def test_random_pictures(
+    seed, width, height, left, top, finer, ring_px, reach_px, tolerance, is_first
+):
     size = width + left + 3, height + top + 1
     part = slice(top, top + height), slice(left, left + width)
     case = random_case(seed, size, part, finer=finer, is_first=is_first)
-    assert_same(*case, Terms(tolerance, ring_px, 9.0))
+    assert_same(*case, Terms(tolerance, ring_px, reach_px, 9.0))
 
 
 @pytest.mark.parametrize("name", ["book-1", "mug-1", "box-1"])
@@ -115,4 +118,4 @@ def test_a_part_beyond_the_window_is_refused():
     observation, drawn = random_case(1, (8, 8), part, finer=1, is_first=False)
     outside = replace(drawn, part=(slice(4, 9), slice(0, 5)))
     with pytest.raises(ValueError, match="part"):
-        pose_likelihood.support_of(observation, outside, Terms(EXACTLY, 1, 9.0))
+        pose_likelihood.support_of(observation, outside, Terms(EXACTLY, 1, 4.0, 9.0))

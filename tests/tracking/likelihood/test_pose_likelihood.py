@@ -11,6 +11,7 @@ from scenes.pose import Pose
 from tracking.evidence.observation import observation_of, observe
 from tracking.kernels.native import PoseLikelihood
 from tracking.likelihood import pose_likelihood
+from tracking.likelihood.drawn_object import draw_object
 from tracking.likelihood.pixel_model import EXACTLY, FOREIGN, NOT_IN_VIEW, ROUGHLY, for_native
 from tracking.likelihood.pose_likelihood import pose_support
 from tracking.model.misfit import MOST_MISFIT
@@ -98,6 +99,7 @@ def in_shade(observation, shade):
         camera=observation.camera,
         world_from_camera=observation.world_from_camera,
         lens_px=observation.lens_px,
+        is_first=True,
     )
 
 
@@ -105,11 +107,10 @@ def test_a_shade_is_no_object_unless_it_has_its_shape(table, no_mug):
     """A plain object may be in any light, so it fits any shade; but so does the room."""
     model, true = table.models["mug-1"], table.poses["mug-1"]
     observation = observe(no_mug, table.evidence(no_mug, "mug-1", true))
-    corners, _ = observation.camera.project(
-        observation.world_from_camera.inverse() @ model.box_at(true)
-    )
+    drawn = draw_object(observation, model, true, table.renderer)
+    height, width = (side.stop - side.start for side in drawn.part)
     outline = np.zeros(observation.changed.shape, np.float32)
-    cv2.fillConvexPoly(outline, cv2.convexHull(np.round(corners).astype(np.int32)), 1.0)
+    outline[drawn.part] = cv2.resize(drawn.colours.alpha, (width, height)) > 0.5
     everywhere, shaped = (
         pose_support(in_shade(observation, shade), model, true, table.renderer).nats
         for shade in (np.full(outline.shape, 0.55), 1.0 - 0.45 * outline)

@@ -9,6 +9,7 @@ use crate::python::check::check_length;
 use crate::python::track::relight::LightConstants;
 use crate::track::appearance::compared::{Behind, Drawn, Part, Window};
 use crate::track::appearance::support::{support, SupportModel, Terms};
+use crate::track::appearance::unknown::UnknownModel;
 
 type Floats<'py> = PyReadonlyArrayDyn<'py, f32>;
 
@@ -19,6 +20,10 @@ struct Constants {
     light: LightConstants,
     light_sigma: [f64; 3],
     foreign: f32,
+    unknown_edge: f32,
+    unknown_prior: f32,
+    unknown_range: [f32; 2],
+    unknown_gap_px: usize,
     behind_m: f32,
     behind_share: f32,
     least_px: f64,
@@ -117,6 +122,7 @@ impl DrawnRequest<'_> {
 struct TermsRequest {
     part: [usize; 4],
     ring_px: usize,
+    reach_px: f32,
     shared_px2: f64,
     sigma: f32,
     most_misfit: f32,
@@ -140,6 +146,7 @@ impl TermsRequest {
                 height,
             },
             ring_px: self.ring_px,
+            reach_px: self.reach_px,
             shared_px2: self.shared_px2,
             sigma: self.sigma,
             most_misfit: self.most_misfit,
@@ -165,6 +172,12 @@ impl PoseLikelihood {
                 light: c.light.model(),
                 light_sigma: c.light_sigma,
                 foreign: c.foreign,
+                unknown: UnknownModel {
+                    edge_sigma: c.unknown_edge,
+                    prior_weight: c.unknown_prior,
+                    range: c.unknown_range,
+                    gap_px: c.unknown_gap_px,
+                },
                 behind: Behind {
                     m: c.behind_m,
                     share: c.behind_share,
@@ -179,7 +192,7 @@ impl PoseLikelihood {
         }
     }
 
-    /// Nats, samples, open fraction, matched fraction and area of an object drawn in a part of a
+    /// Nats, samples, open, matched and unknown fractions, and area of an object drawn in a part of a
     /// window.
     fn support(
         &self,
@@ -187,7 +200,7 @@ impl PoseLikelihood {
         window: WindowRequest<'_>,
         drawn: DrawnRequest<'_>,
         terms: TermsRequest,
-    ) -> PyResult<(f64, f64, f64, f64, f64)> {
+    ) -> PyResult<(f64, f64, f64, f64, f64, f64)> {
         let terms = terms.terms(window.size)?;
         let (window, drawn) = (window.window()?, drawn.drawn(terms.part)?);
         let found = py.detach(|| {
@@ -201,6 +214,7 @@ impl PoseLikelihood {
             found.samples,
             found.open_fraction,
             found.matched_fraction,
+            found.unknown_fraction,
             found.area_px,
         ))
     }

@@ -177,7 +177,7 @@ pub fn ring(alpha: &[f32], hidden: &[f32], part: Part, ring_px: usize) -> Vec<f3
 
 /// The largest of values of 0 at least within `reach` pixels, along rows and along columns.
 #[inline(always)]
-fn dilated(values: &[f32], [width, height]: [usize; 2], reach: usize) -> Vec<f32> {
+pub fn dilated(values: &[f32], [width, height]: [usize; 2], reach: usize) -> Vec<f32> {
     let mut across = Vec::with_capacity(values.len());
     let mut line = vec![0.0; width + 2 * reach];
     for row in values.chunks_exact(width) {

@@ -9,3 +9,4 @@ pub mod relight;
 pub mod similarity;
 pub mod support;
 pub mod templates;
+pub mod unknown;

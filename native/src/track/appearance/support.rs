@@ -5,6 +5,7 @@ use crate::track::appearance::compared::{
     ring, seen, silhouette, Behind, Cut, Drawn, Part, Planes, Seen, Window,
 };
 use crate::track::appearance::light_fit::{fitted, LightModel, LightPrior, Sample};
+use crate::track::appearance::unknown::{Unknown, UnknownModel};
 use crate::track::exponential::{exp, ln};
 
 /// The constants of `tracking.likelihood.pose_likelihood`.
@@ -13,6 +14,7 @@ pub struct SupportModel {
     pub light: LightModel,
     pub light_sigma: [f64; 3],
     pub foreign: f32,
+    pub unknown: UnknownModel,
     pub behind: Behind,
     pub least_px: f64,
     pub least_changed: f32,
@@ -25,8 +27,10 @@ pub struct SupportModel {
 #[derive(Clone, Copy)]
 pub struct Terms {
     pub part: Part,
-    /// Reach of its surroundings.
+    /// Reach of its surroundings in which another light would show, too.
     pub ring_px: usize,
+    /// Reach of the surroundings by which something unknown in front of it is recognised.
+    pub reach_px: f32,
     /// Pixels that share one error.
     pub shared_px2: f64,
     pub sigma: f32,
@@ -41,6 +45,7 @@ pub struct Support {
     pub samples: f64,
     pub open_fraction: f64,
     pub matched_fraction: f64,
+    pub unknown_fraction: f64,
     pub area_px: f64,
 }
 
@@ -75,20 +80,26 @@ pub fn support(window: &Window, drawn: &Drawn, terms: &Terms, model: &SupportMod
         };
     }
     let comparison = Comparison { terms, model };
-    let (ratio, matched_px) = comparison.against_absence(&cut, &seen, &silhouette);
-    let ring = ring(&seen.alpha, &cut.hidden, part, terms.ring_px);
-    let relit = comparison.relit_nats(&cut, &silhouette, &ring);
-    // Once the room's light has been learned, a shade is sooner a passer-by's: it takes evidence
-    // for the object away, and is none that the object has left.
-    let least = match window.is_first {
-        true => f64::NEG_INFINITY,
-        false => ratio.min(0.0),
+    let unknown = Unknown::around(&cut, &seen.alpha, part, terms.reach_px, &model.unknown);
+    let (ratio, matched_px) = comparison.against_absence(&cut, &seen, &silhouette, &unknown);
+    // Once the room's light has been learned, a shade is a passer-by's and no light of the room.
+    let relit = match window.is_first {
+        true => {
+            let ring = ring(&seen.alpha, &cut.hidden, part, terms.ring_px);
+            comparison.relit_nats(&cut, &silhouette, &ring)
+        }
+        false => 0.0,
     };
+    let covered = silhouette.iter().enumerate();
+    let covered: Vec<f32> = covered
+        .map(|(pixel, covered)| covered * unknown.certain(pixel))
+        .collect();
     Support {
-        nats: ratio.min(ratio - relit).max(least),
+        nats: ratio - relit.max(0.0),
         samples: open_px / terms.shared_px2,
         open_fraction: open_px / area_px,
         matched_fraction: matched_px / open_px,
+        unknown_fraction: total(&covered) / open_px,
         area_px,
     }
 }
@@ -96,7 +107,13 @@ pub fn support(window: &Window, drawn: &Drawn, terms: &Terms, model: &SupportMod
 impl Comparison<'_> {
     /// Log likelihood ratio of an object against its absence; pixels that it accounts for.
     #[inline(always)]
-    fn against_absence(&self, cut: &Cut, seen: &Seen, silhouette: &[f32]) -> (f64, f64) {
+    fn against_absence(
+        &self,
+        cut: &Cut,
+        seen: &Seen,
+        silhouette: &[f32],
+        unknown: &Unknown,
+    ) -> (f64, f64) {
         let Comparison { terms, model } = self;
         let count = silhouette.len();
         let behind: Planes = std::array::from_fn(|channel| {
@@ -107,9 +124,12 @@ impl Comparison<'_> {
             let pixels = cut.live[channel].iter().zip(&behind[channel]);
             pixels.map(|(live, behind)| live - behind).collect()
         });
-        let weight = silhouette.iter().zip(&cut.changed);
+        // What is in front of the object says nothing of its light.
+        let weight = silhouette.iter().zip(&cut.changed).enumerate();
         let weight: Vec<f32> = weight
-            .map(|(covered, changed)| covered * changed.max(model.least_changed))
+            .map(|(pixel, (covered, changed))| {
+                covered * changed.max(model.least_changed) * (1.0 - unknown.certain(pixel))
+            })
             .collect();
         let (gains, light_nats) = self.gains(&Lit {
             rgb: &seen.rgb,
@@ -129,10 +149,14 @@ impl Comparison<'_> {
             let misfit = (wider * apart2[pixel]).min(model.most_misfit).min(most);
             let as_object = exp(-misfit);
             let as_room = exp(-room[pixel].min(most));
-            // What hides the object would have to look like the room behind it.
-            let as_occluder = changed[pixel] * foreign[pixel] + (1.0 - changed[pixel]) * least;
-            let absent = (1.0 - model.foreign) * as_room + model.foreign * foreign[pixel];
-            let present = (1.0 - terms.occluded) * as_object + terms.occluded * as_occluder;
+            // What hides the object would have to look like the room behind it, unless it is known
+            // to be there.
+            let shown = changed[pixel].max(unknown.certain(pixel));
+            let as_occluder = shown * foreign[pixel] + (1.0 - shown) * least;
+            let is_foreign = unknown.probability(pixel, model.foreign);
+            let is_occluded = unknown.probability(pixel, terms.occluded);
+            let absent = (1.0 - is_foreign) * as_room + is_foreign * foreign[pixel];
+            let present = (1.0 - is_occluded) * as_object + is_occluded * as_occluder;
             *nats = covered * (ln(present) - ln(absent));
             *matched = covered * as_object;
         }
