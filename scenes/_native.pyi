@@ -414,7 +414,7 @@ class ObservedWindow(TypedDict):
     foreign_misfit: NDArray[np.float32]
     hidden: NDArray[np.float32]
     range_m: NDArray[np.float32]
-    is_first: bool
+    in_any_light: bool
 
 class ComparedPictures(TypedDict):
     """An object drawn alone with `finer` pixels each way per pixel of a window."""
@@ -574,20 +574,6 @@ class RoomLearner:
         The rows of `live` may be apart; `sides` are those of `tracking.learn.surroundings`; a mean
         difference above `level` is a thing.
         """
-
-def compare_templates(
-    colours: NDArray[np.float32],
-    own: NDArray[np.float32],
-    free: NDArray[np.float32],
-    *,
-    alpha: NDArray[np.float32],
-    drawn: NDArray[np.float32],
-    pixels: int,
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Overlap and correlation, flat, of places with templates, of so many `pixels` each.
-
-    The twin is `tracking.templates.compared`.
-    """
 
 def cut_out(
     picture: NDArray[np.float32],

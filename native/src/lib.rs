@@ -67,7 +67,5 @@ mod _native {
     #[pymodule_export]
     use crate::python::track::support::PoseLikelihood;
     #[pymodule_export]
-    use crate::python::track::templates::compare_templates;
-    #[pymodule_export]
     use crate::python::train::{Trainee, TrainingTarget};
 }

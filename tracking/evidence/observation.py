@@ -53,7 +53,8 @@ class Observation:
         camera: of the window.
         world_from_camera: its pose.
         lens_px: pixels of the lens, each way, that one pixel is the mean of.
-        is_first: whether the room may be in another light than it was scanned in.
+        in_any_light: whether the room may be in another light than it is expected in: in the first
+            frame, and where an object is looked for. A shade there is no object.
     """
 
     live: FloatArray
@@ -67,7 +68,7 @@ class Observation:
     camera: Fisheye
     world_from_camera: Pose
     lens_px: int
-    is_first: bool
+    in_any_light: bool
 
     def shrunk(self, times: int) -> Observation:
         """The same seen with so many times fewer pixels each way."""
@@ -98,12 +99,18 @@ class Observation:
             camera=camera,
             world_from_camera=self.world_from_camera,
             lens_px=self.lens_px * times,
-            is_first=self.is_first,
+            in_any_light=self.in_any_light,
         )
 
 
-def observe(scene: Scene, evidence: Evidence) -> Observation:
-    """The observation of an object's window."""
+def observe(scene: Scene, evidence: Evidence, *, in_any_light: bool = False) -> Observation:
+    """The observation of an object's window.
+
+    Args:
+        scene: the frame.
+        evidence: the window.
+        in_any_light: see `Observation`.
+    """
     view, live = evidence.view, evidence.live
     height, width = live.shape[:2]
     cut = (
@@ -136,7 +143,7 @@ def observe(scene: Scene, evidence: Evidence) -> Observation:
         camera=view.camera,
         world_from_camera=view.world_from_camera,
         lens_px=view.shrink,
-        is_first=scene.is_first,
+        in_any_light=scene.is_first or in_any_light,
     )
 
 
@@ -151,7 +158,7 @@ def observation_of(
     camera: Fisheye,
     world_from_camera: Pose,
     lens_px: int,
-    is_first: bool = False,
+    in_any_light: bool = False,
 ) -> Observation:
     """An observation of pictures of one size.
 
@@ -165,7 +172,8 @@ def observation_of(
         camera: of the pictures.
         world_from_camera: its pose.
         lens_px: pixels of the lens, each way, that one pixel is the mean of.
-        is_first: whether the room may be in another light than it was scanned in.
+        in_any_light: whether the room may be in another light than it is expected in: in the first
+            frame, and where an object is looked for. A shade there is no object.
     """
     sure = np.minimum(changed, SURE_FOREGROUND)
     room_misfit = np.minimum(-FOREGROUND_VARIANCE * np.log1p(-sure), MOST_MISFIT)
@@ -181,7 +189,7 @@ def observation_of(
         camera=camera,
         world_from_camera=world_from_camera,
         lens_px=lens_px,
-        is_first=is_first,
+        in_any_light=in_any_light,
     )
 
 

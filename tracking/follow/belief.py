@@ -102,9 +102,11 @@ def accounts_for_change(task: Task, belief: Belief) -> bool:
 def is_shaken(track: Track, belief: Belief) -> bool:
     """Whether a resting object's place speaks clearly less for it than when it came to rest.
 
-    Somebody passes, or it was turned on the spot: its yaw has to be compared with others.
+    It was turned on the spot: its yaw has to be compared with others. What a passer-by covers is
+    not expected to speak for it.
     """
-    return belief.before.nats < track.usual_nats - CLEAR_NATS
+    open_share = 1.0 - belief.before.unknown_fraction
+    return belief.before.nats < open_share * track.usual_nats - CLEAR_NATS
 
 
 def is_followed(track: Track, belief: Belief) -> bool:

@@ -28,6 +28,11 @@ ROUNDS = 4
 three."""
 
 
+DOUBTFUL_NATS = -1.0
+"""Support below which an object that holds by its prior alone is searched for once, together with
+those that are lost: a mug that may still stand where a book lies would keep the book out."""
+
+
 def settled(tasks: Sequence[Task], tracks: Mapping[str, Track]) -> dict[str, Track]:
     """Tracks of all objects after the first frame.
 
@@ -36,8 +41,10 @@ def settled(tasks: Sequence[Task], tracks: Mapping[str, Track]) -> dict[str, Tra
         tracks: by object id, each believed at the scene's pose or lost.
     """
     after = dict(tracks)
-    for _ in range(ROUNDS):
+    for attempt in range(ROUNDS):
         upheld = _upheld(tasks, after)
+        if attempt == 0:
+            upheld = {k: track for k, track in upheld.items() if track.usual_nats > DOUBTFUL_NATS}
         lost = [task for task in tasks if _id(task) not in upheld]
         for task in lost:
             after[_id(task)] = _lost(after[_id(task)])

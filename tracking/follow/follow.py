@@ -34,6 +34,7 @@ from tracking.follow.yaw_review import is_under_review, reviewed
 from tracking.hypotheses.hypothesis import CLEAR_NATS
 from tracking.hypotheses.refinement import START_SIGMA, refined
 from tracking.kernels import native
+from tracking.likelihood.pose_likelihood import pose_support
 from tracking.model.symmetry import ROUND
 from tracking.solve.covariance import uncertainty
 from tracking.solve.gauss_newton import Fit
@@ -136,7 +137,11 @@ def follow(task: Task, unchanged: bool) -> Track:
     if unchanged and not task.is_turn and not is_under_review(track):
         return replace(track, motion=Motion.rest(now), seen_ns=now)
     if track.state is TrackState.LOST:
-        return track
+        if task.is_first or not _shows_where_it_was(task):
+            return track
+        # Somebody stood before it, and it was believed gone.
+        track = replace(track, state=TrackState.OCCLUDED, motion=Motion.rest(now))
+        task = replace(task, track=track)
     predicted_world_from_object = track.motion.predict(track.world_from_object, now)
     evidence = gather(
         task.scene,
@@ -173,6 +178,13 @@ def follow(task: Task, unchanged: bool) -> Track:
     if is_followed(task.track, belief):
         return _accept(task, evidence, belief, rests=False, unchanged=unchanged)
     return _miss(task, belief)
+
+
+def _shows_where_it_was(task: Task) -> bool:
+    """Whether a lost object clearly shows at its last place."""
+    scene, model, pose = task.scene, task.model, task.track.world_from_object
+    evidence = gather(scene, model, view_of(scene, model, pose), task.neighbours)
+    return pose_support(observe(scene, evidence), model, pose, scene.renderer).nats > CLEAR_NATS
 
 
 def _corrected(task: Task, before: Fit, after: Fit) -> Task:
@@ -310,7 +322,8 @@ def _again(task: Task, evidence: Evidence, belief: Belief) -> Belief:
     """
     track, nats = task.track, belief.found.nats
     is_hidden = track.missed_frames > 0 and nats <= CLEAR_NATS
-    if is_hidden or nats > track.usual_nats - CLEAR_NATS:
+    open_share = 1.0 - belief.found.unknown_fraction
+    if is_hidden or nats > open_share * track.usual_nats - CLEAR_NATS:
         return belief
     settled = _settled(task, evidence, belief)
     return belief if settled is belief.fit else believed(task, belief.observation, settled)
@@ -390,6 +403,7 @@ def _lost(task: Task, belief: Belief) -> Track:
         still_frames=0,
         motion=Motion.rest(task.scene.frame.t_ns),
         rest=None,
+        looked_ns=task.track.seen_ns,
         searched_ns=task.scene.frame.t_ns - SEARCH_PERIOD_NS,
         searches_in_vain=0,
     )

@@ -119,6 +119,7 @@ class Track:
         reduced: its last reduced rendering; None before.
         appearance: its appearance where it last rested unoccluded; None before.
         seen_ns: frame time of the last accepted measurement.
+        looked_ns: frame time of the last search around its last place; when it was seen, before.
         searched_ns: frame time of the last search over the whole scene.
         searches_in_vain: consecutive searches that did not find it.
         hypotheses: result of the last search, the best first.
@@ -143,6 +144,7 @@ class Track:
     reduced: ReducedRendering | None
     appearance: AppearanceMemory | None
     seen_ns: int
+    looked_ns: int
     searched_ns: int
     searches_in_vain: int
     hypotheses: tuple[Hypothesis, ...]
@@ -216,6 +218,7 @@ def new_track(model: TrackModel) -> Track:
         reduced=None,
         appearance=None,
         seen_ns=0,
+        looked_ns=0,
         searched_ns=-SEARCH_PERIOD_NS,
         searches_in_vain=0,
         hypotheses=(),

@@ -40,7 +40,7 @@ class Step(Enum):
     LOOK = ("compare a whole lens with what is known, a part of it", 7.5)
     PLACES = ("list the places of the support planes", 4.0)
     CUT = ("cut places out of a lens", 4.0)
-    PROPOSE = ("compare places with templates", 20.0)
+    PROPOSE = ("choose the best places", 4.0)
     SCREEN = ("screen some proposals", 4.0)
     ALIGN = ("align a pose", 3.0)
     GATHER = ("gather the evidence of a window", 4.0)
@@ -51,6 +51,7 @@ class Step(Enum):
     CLIMB = ("climb the likelihood by a step", 1.0)
     LOCAL_HYPOTHESIS = ("evaluate a hypothesis beside the prediction", 5.0)
     YAWS = ("propose other yaws of a tracked object", 2.0)
+    COMPARE = ("compare places with templates", 4.0)
 
     def __init__(self, what: str, nominal_ms: float) -> None:
         self.what = what

@@ -1,10 +1,12 @@
 """Where an object may stand: support planes × yaws, compared with small pictures of the object.
 
 Proposals only propose. A whole lens picture is compared with what is known of the room; every place
-on a support plane is cut out of that, upright and at the object's size, and correlated with its
-templates in four ways. The best places of each way are kept, as none of them is right for all
-objects: one believes the colours, one the shape alone, one forgives what is half hidden, and one
-prefers what accounts for more of the picture.
+on a support plane is cut out of that, upright and at the object's size, and compared with its
+templates in five ways. The best places of each way are kept, as none of them is right for all
+objects: one believes the colours, one the shape alone, one forgives what is half hidden, one
+prefers what accounts for more of the picture, and one looks for the overlap of what is in the
+object's own colours: among objects that were all moved, a book is the best of thousands of places
+by that, and not among the first hundred by shape.
 """
 
 from __future__ import annotations
@@ -21,10 +23,13 @@ from scenes.pose import Pose
 from tracking.evidence.evidence import Scene
 from tracking.hypotheses.lens_look import LensLook
 from tracking.model.object_model import TrackModel
-from tracking.model.templates import ELEVATIONS_RAD, YAWS, Cuts, compare, cut_out
+from tracking.model.templates import ELEVATIONS_RAD, YAWS, Cuts, cut_out
 
 FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]
+
+Similarity = tuple[FloatArray, FloatArray]
+"""(P, Y) overlap and correlation of places with templates."""
 
 STEP = 0.25
 """Places are this far apart, in radii of the object: half of what an alignment bridges."""
@@ -36,8 +41,9 @@ LEAST_RADIUS_PX = 3.0
 """Radius in the shrunk picture from which an object is looked for: below, its silhouette is worth
 less than one independent sample."""
 
-COMPARED = 120
-"""Places whose colours are compared with the templates' too, the best by shape of each way."""
+OVERLAPPING = 24
+"""Places kept by the overlap of what is in the object's colours with its templates, and by its
+colours: as many as by the first way."""
 
 LEAST_CHANGED = 0.15
 """Share of a place's box that must differ from the empty room: an object fills half of its box, and
@@ -117,11 +123,11 @@ def places_on(
         is_seen = angle < look.camera.max_angle
         is_large = look.camera.f_px * model.radius_m >= LEAST_RADIUS_PX * distance
         here = here[is_seen & is_large & (distance > model.radius_m)]
-        by_lens.append(here[_changed_share(look, model, here) > LEAST_CHANGED])
+        by_lens.append(here[changed_share(look, model, here) > LEAST_CHANGED])
     return by_lens
 
 
-def _changed_share(look: LensLook, model: TrackModel, places: Points) -> Points:
+def changed_share(look: LensLook, model: TrackModel, places: Points) -> Points:
     """(P,) share of the box of an object at each place that differs from the empty room."""
     total: Points = np.asarray(cv2.integral(look.picture[..., 4].copy()), dtype=np.float64)
     x, y, z = model.source.box_m
@@ -153,7 +159,9 @@ def cuts_at(look: LensLook, model: TrackModel, places: Points) -> Cuts:
     return cut_out(look.picture, look.camera, look.world_from_lens, centres, model.radius_m)
 
 
-def proposed(look: LensLook, model: TrackModel, places: Points, cuts: Cuts) -> list[Pose]:
+def proposed(
+    look: LensLook, model: TrackModel, places: Points, cuts: Cuts, similarity: Similarity
+) -> list[Pose]:
     """Poses at the best places of one lens, each place once a way.
 
     Args:
@@ -161,31 +169,44 @@ def proposed(look: LensLook, model: TrackModel, places: Points, cuts: Cuts) -> l
         model: the object.
         places: (P, 3).
         cuts: of these places.
+        similarity: `tracking.model.templates.compare` of these.
     """
     if len(places) == 0:
         return []
     levels = np.abs(cuts.elevation_rad[:, None] - np.array(ELEVATIONS_RAD)).argmin(axis=1)
     distance = np.linalg.norm(places + model.centre_m - look.world_from_lens.translation, axis=1)
-    yaws = np.arange(YAWS) * (2 * math.pi / YAWS) + cuts.azimuth_rad[:, None]
-    shapes = [
-        shape / distance[:, None] ** 2 if way.by_area else shape
-        for way, shape in zip(WAYS, _shape_scores(cuts, model, levels), strict=True)
-    ]
-    tops = [np.argsort(-shape.max(axis=1), kind="stable")[:COMPARED] for shape in shapes]
-    compared = np.unique(np.concatenate(tops))
-    correlation = np.zeros((len(places), YAWS), np.float32)
-    correlation[compared] = compare(cuts.some(compared), model.templates)[1]
+    overlap, correlation = similarity
+    weight = COLOUR_FLOOR + np.maximum(correlation, 0.0)
+    rankings = [(overlap * weight, OVERLAPPING)]
+    for way, shape in zip(WAYS, _shape_scores(cuts, model, levels), strict=True):
+        scores = shape / distance[:, None] ** 2 if way.by_area else shape
+        coloured = np.where(scores > 0.0, scores * weight, scores)
+        rankings += [(coloured, way.count), (scores, way.count)]
     chosen: set[tuple[int, int]] = set()
-    for way, shape, best in zip(WAYS, shapes, tops, strict=True):
-        weight = COLOUR_FLOOR + np.maximum(correlation[best], 0.0)
-        coloured = np.where(shape[best] > 0.0, shape[best] * weight, shape[best])
-        for scores in (coloured, shape[best]):
-            for row in _spread_out(places[best], scores.max(axis=1), model, way.count):
-                for turn in _peaks(scores[row]):
-                    chosen.add((int(best[row]), turn))
+    for scores, count in rankings:
+        for row in _spread_out(places, scores.max(axis=1), model, count):
+            chosen |= {(row, turn) for turn in _peaks(scores[row])}
+    yaws = yaws_of(cuts)
+    return [Pose.from_yaw(float(yaws[row, turn]), places[row]) for row, turn in sorted(chosen)]
+
+
+def proposed_by_overlap(
+    model: TrackModel, places: Points, cuts: Cuts, similarity: Similarity, *, count: int
+) -> list[Pose]:
+    """Poses at so many places, the best by overlap and colours, best first."""
+    overlap, correlation = similarity
+    scores = overlap * (COLOUR_FLOOR + np.maximum(correlation, 0.0))
+    yaws = yaws_of(cuts)
     return [
-        Pose.from_yaw(float(yaws[place, turn]), places[place]) for place, turn in sorted(chosen)
+        Pose.from_yaw(float(yaws[row, turn]), places[row])
+        for row in _spread_out(places, scores.max(axis=1), model, count)
+        for turn in _peaks(scores[row])
     ]
+
+
+def yaws_of(cuts: Cuts) -> Points:
+    """(P, Y) yaws in the world, rad, of the templates at every place."""
+    return np.arange(YAWS) * (2 * math.pi / YAWS) + cuts.azimuth_rad[:, None]
 
 
 def _shape_scores(cuts: Cuts, model: TrackModel, levels: NDArray[np.intp]) -> list[FloatArray]:

@@ -20,17 +20,13 @@ from tracking.hypotheses.budget import FrameBudget, Step
 from tracking.hypotheses.hypothesis import OTHER_PLACE, Hypothesis, apart, distinct, is_other
 from tracking.hypotheses.lens_look import LensLook, look_through
 from tracking.hypotheses.prior import moved_log_prior
-from tracking.hypotheses.proposals import (
-    cuts_at,
-    places_on,
-    proposed,
-)
+from tracking.hypotheses.proposals import Similarity, cuts_at, places_on, proposed
 from tracking.hypotheses.refinement import ALIGNED_PX, aligned, aligned_coarsely, climbed, refined
 from tracking.likelihood.pixel_model import ROUGHLY
 from tracking.likelihood.pose_likelihood import pose_support
 from tracking.model.object_model import TrackModel
 from tracking.model.symmetry import ROUND
-from tracking.model.templates import Cuts
+from tracking.model.templates import Cuts, compare
 
 Points = NDArray[np.float64]
 
@@ -84,14 +80,14 @@ Rough = tuple[float, Pose, int]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Window:
+class ObjectWindow:
     """An object's window about a place."""
 
     evidence: Evidence
     observation: Observation
 
 
-Turned = tuple[float, Pose, _Window]
+Turned = tuple[float, Pose, ObjectWindow]
 """Nats of an aligned pose, the pose, and the window it was compared in."""
 
 
@@ -130,12 +126,12 @@ def search(
         rough += budget.do(Step.SCREEN, _screened, scene, model, looks, some)
     rough.sort(key=lambda item: -item[0])
     some_rough = of_all_places(model, rough)
-    rough = [budget.do(Step.ALIGN, _aligned, scene, model, looks, item) for item in some_rough]
+    rough = [budget.do(Step.ALIGN, align_roughly, scene, model, looks, item) for item in some_rough]
     rough.sort(key=lambda item: -item[0])
     compared: list[Turned] = []
     for pose in best_places(model, rough):
-        window = budget.do(Step.GATHER, _window, scene, model, neighbours, pose)
-        compared.append(budget.do(Step.ALIGN, _turned, scene, model, window, pose))
+        window = budget.do(Step.GATHER, window_about, scene, model, neighbours, pose)
+        compared.append(budget.do(Step.ALIGN, align_in_window, scene, model, window, pose))
     compared.sort(key=lambda item: -item[0])
     turned: list[Turned] = []
     for nats, pose, window in compared[:TURNED]:
@@ -144,7 +140,7 @@ def search(
         likeliest = _likeliest_yaws(scene, model, window, pose, budget)
         turned.append((nats, pose, window))
         for start in [*_aligned_here(model, rough, pose), *likeliest]:
-            turned.append(budget.do(Step.ALIGN, _turned, scene, model, window, start))
+            turned.append(budget.do(Step.ALIGN, align_in_window, scene, model, window, start))
     found = _refined(scene, model, turned, budget)
     return distinct(
         model,
@@ -181,23 +177,32 @@ def _proposed(
         budget.do(Step.CUT, cuts_at, looks[lens], model, here[first : first + CUT_AT_ONCE])
         for first in range(0, len(here), CUT_AT_ONCE)
     ]
-    return budget.do(Step.PROPOSE, _scored, looks[lens], model, here, cuts)
+    similar = [budget.do(Step.COMPARE, compare, some, model.templates) for some in cuts]
+    return budget.do(Step.PROPOSE, _scored, looks[lens], model, here, cuts, similar)
 
 
-def _scored(look: LensLook, model: TrackModel, places: Points, cuts: Sequence[Cuts]) -> list[Pose]:
-    return proposed(look, model, places, Cuts.joined(cuts))
+def _scored(
+    look: LensLook,
+    model: TrackModel,
+    places: Points,
+    cuts: Sequence[Cuts],
+    similar: Sequence[Similarity],
+) -> list[Pose]:
+    overlap, correlation = (np.concatenate(parts) for parts in zip(*similar, strict=True))
+    return proposed(look, model, places, Cuts.joined(cuts), (overlap, correlation))
 
 
 def _screened(
     scene: Scene, model: TrackModel, looks: Sequence[LensLook], starts: Sequence[tuple[Pose, int]]
 ) -> list[Rough]:
     """Rough likelihoods of some proposals."""
-    return [_rough(scene, model, looks, pose, lens) for pose, lens in starts]
+    return [score_roughly(scene, model, looks, pose, lens) for pose, lens in starts]
 
 
-def _rough(
+def score_roughly(
     scene: Scene, model: TrackModel, looks: Sequence[LensLook], pose: Pose, lens: int
 ) -> Rough:
+    """A pose with its rough likelihood in one of some looks."""
     observation = _level(looks[lens], model, pose)
     support = pose_support(observation, model, pose, scene.renderer, tolerance=ROUGHLY)
     return support.nats, pose, lens
@@ -209,11 +214,13 @@ def _level(look: LensLook, model: TrackModel, pose: Pose) -> Observation:
     return look.level_for(radius_px, ALIGNED_PX)
 
 
-def _aligned(scene: Scene, model: TrackModel, looks: Sequence[LensLook], rough: Rough) -> Rough:
+def align_roughly(
+    scene: Scene, model: TrackModel, looks: Sequence[LensLook], rough: Rough
+) -> Rough:
     """A rough pose after its alignment, if that made it likelier."""
     _, pose, lens = rough
     moved = aligned(_level(looks[lens], model, pose), model, pose, scene)
-    return max(rough, _rough(scene, model, looks, moved, lens), key=lambda item: item[0])
+    return max(rough, score_roughly(scene, model, looks, moved, lens), key=lambda item: item[0])
 
 
 def of_all_places(model: TrackModel, rough: Sequence[Rough]) -> list[Rough]:
@@ -253,15 +260,16 @@ def _is_beside(model: TrackModel, pose: Pose, other: Pose) -> bool:
     return apart(pose, other) < OTHER_PLACE * model.radius_m
 
 
-def _window(
+def window_about(
     scene: Scene, model: TrackModel, neighbours: Sequence[Neighbour], pose: Pose
-) -> _Window:
+) -> ObjectWindow:
+    """The window about a place, as large as any yaw needs."""
     evidence = gather(scene, model, view_of(scene, model, pose, at_any_yaw=True), neighbours)
-    return _Window(evidence, observe(scene, evidence))
+    return ObjectWindow(evidence, observe(scene, evidence, in_any_light=True))
 
 
 def _likeliest_yaws(
-    scene: Scene, model: TrackModel, window: _Window, pose: Pose, budget: FrameBudget
+    scene: Scene, model: TrackModel, window: ObjectWindow, pose: Pose, budget: FrameBudget
 ) -> list[Pose]:
     """A pose turned about up, the likeliest turns of all; round objects need none."""
     if model.symmetry == ROUND:
@@ -276,7 +284,7 @@ def _likeliest_yaws(
 
 
 def _rough_nats(
-    scene: Scene, model: TrackModel, window: _Window, poses: Sequence[Pose]
+    scene: Scene, model: TrackModel, window: ObjectWindow, poses: Sequence[Pose]
 ) -> list[float]:
     return [
         pose_support(window.observation, model, at, scene.renderer, tolerance=ROUGHLY).nats
@@ -284,7 +292,7 @@ def _rough_nats(
     ]
 
 
-def _turned(scene: Scene, model: TrackModel, window: _Window, start: Pose) -> Turned:
+def align_in_window(scene: Scene, model: TrackModel, window: ObjectWindow, start: Pose) -> Turned:
     """A pose aligned at the window's own resolution, or the start if that is likelier."""
     observation = window.observation
     moved = aligned_coarsely(observation, model, start, scene)
@@ -332,7 +340,11 @@ def _refined(
 
 
 def _climbed(
-    scene: Scene, model: TrackModel, window: _Window, hypothesis: Hypothesis, budget: FrameBudget
+    scene: Scene,
+    model: TrackModel,
+    window: ObjectWindow,
+    hypothesis: Hypothesis,
+    budget: FrameBudget,
 ) -> Hypothesis:
     """What the likelihood itself leads to from a refined pose, refined once more, if likelier."""
     observation, pose = window.observation, hypothesis.world_from_object

@@ -78,7 +78,8 @@ def support_of(observation: Observation, pictures: DrawnObject, terms: Terms) ->
     as_object = np.exp(-np.minimum(object_misfit, most))
     as_foreign = np.exp(-np.minimum(wider2 * observation.foreign_misfit[part], most))
     as_room = np.exp(-np.minimum(observation.room_misfit[part], most))
-    # What hides the object would have to look like the room behind it, unless it is known to be there.
+    # What hides the object would have to look like the room behind it, unless it is known to be
+    # there.
     shown = np.maximum(changed, unknown.certain)
     as_occluder = shown * as_foreign + (1.0 - shown) * math.exp(-most)
     is_foreign, is_occluded = map(unknown.probability, (FOREIGN, tolerance.occluded))
@@ -88,8 +89,8 @@ def support_of(observation: Observation, pictures: DrawnObject, terms: Terms) ->
     absent_nats = float((silhouette * np.log(absent)).sum()) / shared_px2
     ratio = present_nats - absent_nats
     relit_nats = 0.0
-    # Once the room's light has been learned, a shade is a passer-by's and no light of the room.
-    if observation.is_first:
+    # What is followed is known to be there: a shade that falls on it takes nothing away from it.
+    if observation.in_any_light:
         ring = np.asarray(
             _ring(drawn.alpha, terms.ring_px) * (1.0 - observation.hidden[part]), np.float32
         )
@@ -128,7 +129,7 @@ def _seen(pictures: DrawnObject) -> _Seen:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Unknown:
-    """(H, W) share of a silhouette's surroundings that is changed, and how far they reach a pixel."""
+    """(H, W) how far a silhouette's surroundings reach each pixel, and the changed part of that."""
 
     changed: FloatArray
     reached: FloatArray

@@ -9,21 +9,22 @@ from tracking.model.misfit import MOST_MISFIT, RESIDUAL_SIGMA
 from tracking.model.relighting import LIGHT_SIGMA
 
 OCCLUDED = 0.3
-"""Prior probability that a pixel of a silhouette is hidden by something in no scan, where its
-surroundings do not tell."""
+"""Prior probability that a pixel of a silhouette is hidden by something in no scan, where nothing
+around it says more."""
 
 FOREIGN = 0.3
-"""Prior probability that a pixel shows something in no scan, if not the object, where its surroundings
-do not tell. Before absence was
-judged in another light, with 0.3, 0.5, 0.6 and 0.85, of 93 objects in three random rooms 68, 67, 70
-and 54 were right and 24, 16, 10 and 4 wrong unnoticed; of 198 in a foreign room 194, 194, 188 and
-167, and 4, 2, 1 and none. At 0.5 a plain mug on a table was found 20 cm off."""
+"""Prior probability that a pixel shows something in no scan, if not the object, where nothing
+around it says more. Before absence was judged in another light, with 0.3, 0.5, 0.6 and 0.85, of 93
+objects in three random rooms 68, 67, 70 and 54 were right and 24, 16, 10 and 4 wrong unnoticed; of
+198 in a foreign room 194, 194, 188 and 167, and 4, 2, 1 and none. At 0.5 a plain mug on a table was
+found 20 cm off."""
 
 UNKNOWN_EDGE = 0.1
-"""Difference of two neighbouring colours, channels of 0..1, at which something unknown ends by 1 - e^-½:
-a lens blurs an outline of 0.4 over four pixels to steps of this. Of 1,600 labelled windows of a
-rehearsal, those at true poses of chairs that a person covers have 39 nats at 0.1, 38 at 0.15, 91 at
-0.07 (patterned clothes end everywhere) and 130 without surroundings; visible ones keep theirs."""
+"""Difference of two neighbouring colours, channels of 0..1, past which e^-½ of something unknown
+goes on: a lens blurs an outline of 0.4 over four pixels to steps of this. In labelled windows of a
+rehearsal, chairs that a person covers have 39 nats at their true pose with 0.1, 38 with 0.15, 91
+with 0.07 (patterned clothes end everywhere) and 130 without surroundings; visible ones keep
+theirs."""
 
 UNKNOWN_REACH = 1.0
 """Distance over which surroundings lose a factor e of their weight, in radii of the object: between

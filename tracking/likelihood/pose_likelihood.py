@@ -120,7 +120,7 @@ def _window(observation: Observation) -> ObservedWindow:
         "foreign_misfit": whole(observation.foreign_misfit),
         "hidden": whole(observation.hidden),
         "range_m": whole(observation.range_m),
-        "is_first": observation.is_first,
+        "in_any_light": observation.in_any_light,
     }
 
 

@@ -168,38 +168,26 @@ def cut_out(
 def compare(cuts: Cuts, templates: Templates) -> tuple[FloatArray, FloatArray]:
     """(P, Y) overlap 0..1 and correlation -1..1 of colours of every place with every yaw.
 
-    Yaw k is k · 360° / Y *relative to the direction from the place to the lens*.
+    Yaw k is k · 360° / Y *relative to the direction from the place to the lens*. Products of
+    matrices: five times as fast as a kernel that goes from template to template.
     """
     levels = np.abs(cuts.elevation_rad[:, None] - np.array(ELEVATIONS_RAD)).argmin(axis=1)
     overlap = np.zeros((len(levels), YAWS), np.float32)
     correlation = np.zeros_like(overlap)
     for level in np.unique(levels):
-        chosen = levels == level
-        scores = native.compare_templates(
-            cuts.colours[chosen],
-            cuts.own[chosen],
-            cuts.free[chosen],
-            alpha=templates.alpha[level],
-            drawn=templates.colours[level],
-            pixels=SMALL_PX * SMALL_PX,
-        )
-        overlap[chosen], correlation[chosen] = (values.reshape(-1, YAWS) for values in scores)
+        here = np.flatnonzero(levels == level)
+        some, alpha = cuts.some(here), templates.alpha[level]
+        own = some.own * some.free
+        overlap[here] = _overlap(some, own, alpha)
+        correlation[here] = _correlation(some.colours, own, alpha, templates.colours[level])
     return overlap, correlation
 
 
-def compared(cuts: Cuts, alpha: FloatArray, drawn: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(P, Y) the same with templates of one elevation; the twin of the native kernel.
-
-    Args:
-        cuts: what some places show.
-        alpha: (Y, N) of the templates.
-        drawn: (Y, N, 3) their colours.
-    """
-    own = cuts.own * cuts.free
+def _overlap(cuts: Cuts, own: FloatArray, alpha: FloatArray) -> FloatArray:
+    """(P, Y) shared part of a place's own pixels and a template, of what either covers."""
     shared = own @ alpha.T
     either = cuts.free @ alpha.T + own.sum(axis=1, keepdims=True) - shared
-    overlap = np.where(either > LEAST_SHOWN_PX, shared / np.maximum(either, 1.0), 0.0)
-    return overlap.astype(np.float32), _correlation(cuts.colours, own, alpha, drawn)
+    return np.where(either > LEAST_SHOWN_PX, shared / np.maximum(either, 1.0), 0.0)
 
 
 def _correlation(

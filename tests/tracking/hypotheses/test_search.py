@@ -25,11 +25,12 @@ from tracking.hypotheses.proposals import (
     cuts_at,
     places_on,
     proposed,
+    proposed_by_overlap,
 )
 from tracking.hypotheses.refinement import aligned, coarse, refined
 from tracking.hypotheses.search import ALIGNED_AT_A_PLACE, best_places, of_all_places, search
 from tracking.hypotheses.yaws import likeliest_yaws
-from tracking.model.templates import Cuts
+from tracking.model.templates import Cuts, compare
 
 HEIGHTS = (0.74,)
 
@@ -72,9 +73,13 @@ def test_the_true_place_is_proposed(table, mug_elsewhere, look):
     halves = [cuts_at(look, model, half) for half in np.array_split(places, 2)]
     whole = Cuts.joined(halves)
     np.testing.assert_array_equal(whole.own, cuts_at(look, model, places).own)
-    poses = proposed(look, model, places, whole)
+    similar = compare(whole, model.templates)
+    poses = proposed(look, model, places, whole, similar)
     assert min(apart(pose, now) for pose in poses) < 0.06
-    assert proposed(look, model, places[:0], whole.some(np.zeros(0, np.intp))) == []
+    near = proposed_by_overlap(model, places, whole, similar, count=3)
+    assert min(apart(pose, now) for pose in near) < 0.06
+    none = whole.some(np.zeros(0, np.intp))
+    assert proposed(look, model, places[:0], none, compare(none, model.templates)) == []
 
 
 def test_an_alignment_and_a_refinement_come_to_the_true_pose(table, as_scanned):

@@ -31,7 +31,7 @@ def assert_same(observation, drawn, terms):
     return native
 
 
-def random_case(seed, size, part, *, finer, is_first):
+def random_case(seed, size, part, *, finer, in_any_light):
     """Random pictures of a window, and of an object drawn in a part of it."""
     rng = np.random.default_rng(seed)
     width, height = size
@@ -53,7 +53,7 @@ def random_case(seed, size, part, *, finer, is_first):
         camera=Fisheye.from_fov(max(size), 1.0),
         world_from_camera=Pose.identity(),
         lens_px=2,
-        is_first=is_first,
+        in_any_light=in_any_light,
     )
     rows, columns = part
     shape = finer * (rows.stop - rows.start), finer * (columns.stop - columns.start)
@@ -79,14 +79,14 @@ def random_case(seed, size, part, *, finer, is_first):
     ring_px=st.integers(1, 30),
     reach_px=st.floats(1.0, 60.0),
     tolerance=st.sampled_from([EXACTLY, ROUGHLY]),
-    is_first=st.booleans(),
+    in_any_light=st.booleans(),
 )
 def test_random_pictures(
-    seed, width, height, left, top, finer, ring_px, reach_px, tolerance, is_first
+    seed, width, height, left, top, finer, ring_px, reach_px, tolerance, in_any_light
 ):
     size = width + left + 3, height + top + 1
     part = slice(top, top + height), slice(left, left + width)
-    case = random_case(seed, size, part, finer=finer, is_first=is_first)
+    case = random_case(seed, size, part, finer=finer, in_any_light=in_any_light)
     assert_same(*case, Terms(tolerance, ring_px, reach_px, 9.0))
 
 
@@ -115,7 +115,7 @@ def test_what_is_hidden_says_nothing(table, as_scanned):
 
 def test_a_part_beyond_the_window_is_refused():
     part = slice(0, 5), slice(0, 5)
-    observation, drawn = random_case(1, (8, 8), part, finer=1, is_first=False)
+    observation, drawn = random_case(1, (8, 8), part, finer=1, in_any_light=False)
     outside = replace(drawn, part=(slice(4, 9), slice(0, 5)))
     with pytest.raises(ValueError, match="part"):
         pose_likelihood.support_of(observation, outside, Terms(EXACTLY, 1, 4.0, 9.0))

@@ -99,7 +99,7 @@ def in_shade(observation, shade):
         camera=observation.camera,
         world_from_camera=observation.world_from_camera,
         lens_px=observation.lens_px,
-        is_first=True,
+        in_any_light=True,
     )
 
 

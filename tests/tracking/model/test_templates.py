@@ -11,9 +11,8 @@ from scenes.opening import open_scene
 from scenes.pose import Pose, wrap_angle
 from scenes.render.native import NativeRenderer
 from scenes.samples import sample_room
-from tracking.kernels import native
 from tracking.model.object_model import make_model
-from tracking.model.templates import ELEVATIONS_RAD, YAWS, Cuts, compare, compared, cut_out
+from tracking.model.templates import ELEVATIONS_RAD, YAWS, Cuts, Templates, compare, cut_out
 
 LENS = Fisheye.from_fov(720, math.radians(200))
 EYE = np.array([0.0, 0.0, 1.3])
@@ -91,26 +90,27 @@ def test_a_place_that_shows_a_tembackground_image_is_wholly_like_it(chair):
     assert correlation[0, 5] > 0.99
 
 
-@pytest.mark.parametrize("pixels", [64, 61, 5])
-def test_the_native_kernel_says_what_its_twin_says(pixels):
-    rng = np.random.default_rng(pixels)
-    places, turns = 7, 4
-    colours = rng.uniform(size=(places, pixels, 3)).astype(np.float32)
-    own, free = rng.uniform(size=(2, places, pixels)).astype(np.float32)
-    own[0] = 0.0
-    alpha = (rng.uniform(size=(turns, pixels)) > 0.3).astype(np.float32)
-    drawn = rng.uniform(size=(turns, pixels, 3)).astype(np.float32)
-    drawn[1] = colours[1]
-    cuts = Cuts(colours, own, free, np.zeros(places), np.zeros(places))
-    found = native.compare_templates(colours, own, free, alpha=alpha, drawn=drawn, pixels=pixels)
-    for wanted, told in zip(compared(cuts, alpha, drawn), found, strict=True):
-        np.testing.assert_allclose(told.reshape(places, turns), wanted, atol=1e-4, rtol=0.0)
-
-
-def test_pictures_of_another_size_are_refused():
-    pixels = np.zeros((2, 16), np.float32)
-    colours = np.zeros((2, 16, 3), np.float32)
-    with pytest.raises(ValueError, match=r"free: .* values, wanted"):
-        native.compare_templates(
-            colours, pixels, pixels[:1], alpha=pixels, drawn=colours, pixels=16
-        )
+def test_overlap_and_correlation_are_those_of_the_weighted_pixels():
+    rng = np.random.default_rng(3)
+    count, pixels = 5, 32 * 32
+    colours = rng.uniform(size=(count, pixels, 3)).astype(np.float32)
+    own, free = rng.uniform(size=(2, count, pixels)).astype(np.float32)
+    alpha = (rng.uniform(size=(1, YAWS, pixels)) > 0.3).astype(np.float32)
+    drawn = rng.uniform(size=(1, YAWS, pixels, 3)).astype(np.float32)
+    cuts = Cuts(colours, own, free, np.zeros(count), np.full(count, ELEVATIONS_RAD[0]))
+    overlap, correlation = compare(cuts, Templates(alpha, drawn))
+    for place in range(count):
+        for turn in range(0, YAWS, 7):
+            shown = own[place] * free[place]
+            shared = (shown * alpha[0, turn]).sum()
+            either = (free[place] * alpha[0, turn]).sum() + shown.sum() - shared
+            assert overlap[place, turn] == pytest.approx(shared / either, abs=1e-4)
+            weight = shown * alpha[0, turn] / shared
+            deviations = [
+                values - (weight[:, None] * values).sum(axis=0)
+                for values in (colours[place], drawn[0, turn])
+            ]
+            live, known = deviations
+            power = [(weight[:, None] * product).sum() for product in (live**2, known**2)]
+            wanted = (weight[:, None] * live * known).sum() / np.sqrt(power[0] * power[1])
+            assert correlation[place, turn] == pytest.approx(wanted, abs=1e-3)

@@ -11,4 +11,3 @@ pub mod request;
 pub mod seen_window;
 pub mod setting;
 pub mod support;
-pub mod templates;

@@ -46,7 +46,7 @@ struct WindowRequest<'py> {
     foreign_misfit: Floats<'py>,
     hidden: Floats<'py>,
     range_m: Floats<'py>,
-    is_first: bool,
+    in_any_light: bool,
 }
 
 impl WindowRequest<'_> {
@@ -75,7 +75,7 @@ impl WindowRequest<'_> {
             foreign_misfit: self.foreign_misfit.as_slice()?,
             hidden: self.hidden.as_slice()?,
             range_m: self.range_m.as_slice()?,
-            is_first: self.is_first,
+            in_any_light: self.in_any_light,
         })
     }
 }

@@ -17,8 +17,8 @@ pub struct Window<'a> {
     pub foreign_misfit: &'a [f32],
     pub hidden: &'a [f32],
     pub range_m: &'a [f32],
-    /// Whether the room may be in another light than it was scanned in.
-    pub is_first: bool,
+    /// Whether the room may be in another light here than it is expected in.
+    pub in_any_light: bool,
 }
 
 /// How much farther than the static room a surface is behind it: metres, and share of the distance.

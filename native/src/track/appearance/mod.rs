@@ -8,5 +8,4 @@ pub mod reduction;
 pub mod relight;
 pub mod similarity;
 pub mod support;
-pub mod templates;
 pub mod unknown;

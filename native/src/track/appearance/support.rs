@@ -82,8 +82,8 @@ pub fn support(window: &Window, drawn: &Drawn, terms: &Terms, model: &SupportMod
     let comparison = Comparison { terms, model };
     let unknown = Unknown::around(&cut, &seen.alpha, part, terms.reach_px, &model.unknown);
     let (ratio, matched_px) = comparison.against_absence(&cut, &seen, &silhouette, &unknown);
-    // Once the room's light has been learned, a shade is a passer-by's and no light of the room.
-    let relit = match window.is_first {
+    // What is followed is known to be there: a shade that falls on it takes nothing away from it.
+    let relit = match window.in_any_light {
         true => {
             let ring = ring(&seen.alpha, &cut.hidden, part, terms.ring_px);
             comparison.relit_nats(&cut, &silhouette, &ring)
