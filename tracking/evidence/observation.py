@@ -103,14 +103,8 @@ class Observation:
         )
 
 
-def observe(scene: Scene, evidence: Evidence, *, in_any_light: bool = False) -> Observation:
-    """The observation of an object's window.
-
-    Args:
-        scene: the frame.
-        evidence: the window.
-        in_any_light: see `Observation`.
-    """
+def observe(scene: Scene, evidence: Evidence) -> Observation:
+    """The observation of an object's window."""
     view, live = evidence.view, evidence.live
     height, width = live.shape[:2]
     cut = (
@@ -143,7 +137,7 @@ def observe(scene: Scene, evidence: Evidence, *, in_any_light: bool = False) -> 
         camera=view.camera,
         world_from_camera=view.world_from_camera,
         lens_px=view.shrink,
-        in_any_light=scene.is_first or in_any_light,
+        in_any_light=scene.is_first,
     )
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,7 @@ from tracking.hypotheses.search import (
     align_in_window,
     align_roughly,
     best_places,
+    judge_in_any_light,
     score_roughly,
     window_about,
 )
@@ -110,17 +111,18 @@ def search_near(
         aligned.append(align_in_window(scene, model, window, pose))
     least = max(nats for nats, _, _ in aligned) - HOPELESS_NATS
     found = [
-        refined(scene, model, pose, window.evidence, window.observation)
+        (refined(scene, model, pose, window.evidence, window.observation), window)
         for nats, pose, window in aligned
         if nats >= least
     ]
+    judged = judge_in_any_light(scene, model, found)
     log_prior = nearby.log_prior(model)
-    return distinct(model, [Hypothesis(item.fit, item.support, log_prior) for item in found])
+    return distinct(model, [replace(item, log_prior=log_prior) for item in judged])
 
 
 def _look(scene: Scene, evidence: Evidence) -> LensLook:
     """A window as a look, at all levels."""
-    level = observe(scene, evidence, in_any_light=True)
+    level = observe(scene, evidence)
     picture = np.dstack([evidence.live, evidence.own, evidence.foreground])
     return LensLook(
         tuple(level.shrunk(2**k) for k in range(LEVELS)),

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -265,7 +265,7 @@ def window_about(
 ) -> ObjectWindow:
     """The window about a place, as large as any yaw needs."""
     evidence = gather(scene, model, view_of(scene, model, pose, at_any_yaw=True), neighbours)
-    return ObjectWindow(evidence, observe(scene, evidence, in_any_light=True))
+    return ObjectWindow(evidence, observe(scene, evidence))
 
 
 def _likeliest_yaws(
@@ -324,7 +324,7 @@ def _refined(
         for _, pose, window in chosen
     ]
     found.sort(key=lambda item: -item[0].support.nats)
-    final: list[Hypothesis] = []
+    final: list[tuple[Hypothesis, ObjectWindow]] = []
     for rank, (hypothesis, window) in enumerate(found):
         for _ in range(MOST_ROUNDS if rank < REFINED_AGAIN else 0):
             start, evidence = hypothesis.world_from_object, window.evidence
@@ -335,8 +335,31 @@ def _refined(
                 break
         if rank < REFINED_AGAIN:
             hypothesis = _climbed(scene, model, window, hypothesis, budget)
-        final.append(hypothesis)
-    return final
+        final.append((hypothesis, window))
+    return budget.do(Step.SUPPORT, judge_in_any_light, scene, model, final)
+
+
+def judge_in_any_light(
+    scene: Scene, model: TrackModel, found: Sequence[tuple[Hypothesis, ObjectWindow]]
+) -> list[Hypothesis]:
+    """Refined hypotheses with the support they have where a shade of the room is no object.
+
+    All poses at a place lose what the best one there loses: which of them is right is nothing that
+    a shade could tell.
+    """
+    judged: list[Hypothesis] = []
+    lost_nats: list[tuple[Pose, float]] = []
+    for hypothesis, window in sorted(found, key=lambda item: -item[0].support.nats):
+        pose, nats = hypothesis.world_from_object, hypothesis.support.nats
+        here = [lost for other, lost in lost_nats if _is_beside(model, pose, other)]
+        if not here:
+            observation = replace(window.observation, in_any_light=True)
+            support = pose_support(observation, model, pose, scene.renderer)
+            here = [nats - support.nats]
+            lost_nats.append((pose, here[0]))
+        support = replace(hypothesis.support, nats=nats - here[0])
+        judged.append(replace(hypothesis, support=support))
+    return judged
 
 
 def _climbed(

@@ -51,7 +51,7 @@ def seen(raycast):
         ),
         exposures=(Exposure(np.ones(3), np.zeros(3), np.zeros(3)),),
         renderer=renderer,
-        in_any_light=False,
+        is_first=False,
     )
     evidence = SimpleNamespace(
         view=view,
