@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtWidgets import (
@@ -206,8 +205,3 @@ def _height_for(layout: QLayout, width: int) -> int:
     layout.invalidate()
     depends = layout.hasHeightForWidth()
     return layout.heightForWidth(width) if depends else layout.sizeHint().height()
-
-
-def scene_title(scene: str) -> str:
-    """How a scene is called in the title of the window and in menus."""
-    return Path(scene).name or scene

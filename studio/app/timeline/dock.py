@@ -161,12 +161,14 @@ class TimelineDock(QWidget):
             self.viewing.begin(path)
 
     def _on_recording(self) -> None:
-        if self.bench.recording is None:
+        recording = self.bench.recording
+        if recording is None:
             if self.viewing.path is not None:  # else two runs may be compared: they stay
                 self._forget()
-        elif self.bench.recording != self.viewing.path:
+        elif recording != self.viewing.path:
             self._forget()
-            self.viewing.begin(self.bench.recording)
+            self.viewing.path = recording
+            self.viewing.begin(recording)
         self._show_buttons()
 
     def _forget(self) -> None:
@@ -205,6 +207,7 @@ class TimelineDock(QWidget):
 
     def _show(self, shown: OpenRecording) -> None:
         is_again = self.pages.currentWidget() is not self.empty
+        self.bench.open_recording(self.viewing.path)
         self.view.leave()
         self.tracks.show_recording(shown)
         self._on_document()
@@ -213,6 +216,7 @@ class TimelineDock(QWidget):
         self._draw_curves(shown)
         # Only now can it be played: whoever shows what can be done must look again.
         self.bench.announce(Topic.RECORDING)
+        self.bench.remember(str(shown.index.path), "recent_sessions")
         if not is_again and self.runs.is_fork(shown.index.path):
             self.compare()
 
@@ -303,8 +307,10 @@ class TimelineDock(QWidget):
             dialog.fileSelected.connect(self._open_chosen)
             dialog.open()
             return
-        self._forget()
-        self.bench.open_recording(recording_file(Path(path)))
+        file = recording_file(Path(path))
+        if self.bench.standing.is_session:
+            raise ValueError(f"{file}: a session is playing: stop it first")
+        self.viewing.begin(file)
 
     def _open_chosen(self, path: str) -> None:
         self.bench.do("timeline.open", path=path)

@@ -1,0 +1,39 @@
+"""The question that is asked before unsaved edits are lost."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QMessageBox, QWidget
+
+from studio.app.model.documents.leaving import Answer
+
+ANSWERS = {
+    QMessageBox.StandardButton.Save: Answer.SAVE,
+    QMessageBox.StandardButton.Discard: Answer.DISCARD,
+    QMessageBox.StandardButton.Cancel: Answer.CANCEL,
+}
+"""By the button that was pressed."""
+
+
+def ask_unsaved(window: QWidget, name: str, answered: Callable[[Answer], None]) -> None:
+    """Ask over a window; it is called back with the answer, and the window lives on meanwhile."""
+    box = QMessageBox(window)
+    box.setObjectName("unsaved")
+    box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    box.setIcon(QMessageBox.Icon.Warning)
+    box.setWindowTitle("Unsaved changes")
+    box.setText(f"Save the changes to {name!r}?")
+    box.setInformativeText("If you discard them, they are gone for good.")
+    for button in ANSWERS:
+        box.addButton(button)
+    box.setDefaultButton(QMessageBox.StandardButton.Save)
+    box.setEscapeButton(QMessageBox.StandardButton.Cancel)
+    box.setWindowModality(Qt.WindowModality.WindowModal)
+
+    def done(_result: int) -> None:
+        answered(ANSWERS.get(box.standardButton(box.clickedButton()), Answer.CANCEL))
+
+    box.finished.connect(done)
+    box.open()
