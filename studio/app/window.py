@@ -66,6 +66,7 @@ def make_window(
     made.append(bench)
     run = SessionRun(bench, out=rehearse_to, scenarios=home / "scenarios")
     bench.session = run
+    bench.share(run.folders)
     bench.share(LiveRun(bench, run))
     window = MainWindow(bench, run, home=home, make_view=_make_view, plugins=plugins)
     if problem:

@@ -88,8 +88,8 @@ def test_cancel_keeps_document_undo_and_room(desk, other_room, tmp_path, way):
 def test_discard_opens_the_other_with_its_own_undo_and_autosave(desk, other_room, tmp_path):
     bench = desk.window.bench
     desk.edit()
-    desk.until(lambda: list((tmp_path / "home").glob("autosave-*")))
-    (first,) = (tmp_path / "home").glob("autosave-*")
+    desk.until(lambda: list((tmp_path / "home").glob("autosave-*.nexus")))
+    (first,) = (tmp_path / "home").glob("autosave-*.nexus")
     ways_out(desk, other_room, tmp_path)["Ctrl+O"]()
     desk.answer("Discard")
     desk.until(lambda: bench.document.seed == 9)
@@ -98,8 +98,8 @@ def test_discard_opens_the_other_with_its_own_undo_and_autosave(desk, other_room
     desk.press("Z", "Control")
     assert bench.document.seed == 9, "undo belongs to the document"
     desk.edit()
-    desk.until(lambda: list((tmp_path / "home").glob("autosave-*")))
-    (second,) = (tmp_path / "home").glob("autosave-*")
+    desk.until(lambda: list((tmp_path / "home").glob("autosave-*.nexus")))
+    (second,) = (tmp_path / "home").glob("autosave-*.nexus")
     assert second != first
 
 
@@ -112,7 +112,7 @@ def test_save_asks_for_a_file_writes_it_and_goes_on(desk, other_room, tmp_path):
     desk.answer("Save")
     desk.until(lambda: not desk.window.isVisible())
     assert load_document(tmp_path / "mine.nexus").twin.primitives.keys() == {"box-1"}
-    assert not list((tmp_path / "home").glob("autosave-*"))
+    assert not list((tmp_path / "home").glob("autosave-*.nexus"))
     assert bench.is_saved
 
 
@@ -186,7 +186,7 @@ def test_a_file_that_ends_early_leaves_all_as_it_was_and_says_why(desk, tiny, tm
 
 def test_work_of_two_documents_is_offered_after_a_crash_each_by_itself(desk, other_room, tmp_path):
     """A script asks nobody: what it leaves unsaved stays kept beside what comes after it."""
-    from studio.app.model.documents.autosave import Autosave, recoverable
+    from studio.app.model.documents.autosave import recoverable
     from studio.app.model.script import Step
     from studio.app.shell.script_run import ScriptRun
 
@@ -194,19 +194,21 @@ def test_work_of_two_documents_is_offered_after_a_crash_each_by_itself(desk, oth
     desk.edit()
     window.script = ScriptRun(
         bench,
-        [Step(1, "file.open_scene", {"scene": str(other_room)}), Step(2, "wait.seconds", {"s": 60})],
+        [
+            Step(1, "file.open_scene", {"scene": str(other_room)}),
+            Step(2, "wait.seconds", {"s": 60}),
+        ],
         source="test",
         conditions={},
     )
     desk.until(lambda: bench.scene.name == "other")
     desk.edit()
-    desk.until(lambda: len(list(home.glob("autosave-*"))) == 2)
+    desk.until(lambda: len(list(home.glob("autosave-*.nexus"))) == 2)
     assert recoverable(home) == [], "this process is at work still"
-    for path in home.glob("autosave-*"):  # as a process that is gone would have named them
+    for path in home.glob("autosave-*.nexus"):  # as a process that is gone would have named them
         path.rename(home / path.name.replace(f"-{os.getpid()}-", "-999999999-"))
     rooms = {item.document.scene for item in recoverable(home)}
     assert rooms == {str(desk.room), str(other_room)}
-    assert Autosave is not None
     window.script = None
 
 
