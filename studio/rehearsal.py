@@ -117,7 +117,6 @@ def perform(
             notes = Notes(session, tracks)
             ends = _Ends(cancelled, stopped or threading.Event())
             result, stills = _play(session, notes, part / FILM, progress, watch, ends)
-        _check_worth(session, result)
         rows = result_rows(session, notes, result)
         if session.info.scenario:
             (part / SCENARIO).write_text(session.info.scenario, encoding="utf-8")
@@ -211,6 +210,7 @@ def _play(
 
     with film, thread or nullcontext():
         result = session.run(see, cancelled=ends.cancelled, stopped=ends.stopped)
+        _check_worth(session, result)
     rate = result.frames / max(time.monotonic() - started, 1e-9)
     left_out = f", {thread.left_out} not in the film" if thread and thread.left_out else ""
     progress.finish(f"{result.frames} frames, {rate:.1f} a second{left_out}")
