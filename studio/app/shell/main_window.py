@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import PySide6QtAds as ads
 from PySide6.QtCore import QByteArray, QTimer
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QResizeEvent
-from PySide6.QtWidgets import QApplication, QFileDialog, QLabel, QMainWindow, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QLabel, QMainWindow, QVBoxLayout, QWidget
 
 from studio.app.model.documents.leaving import Answer, Leaving, document_name
 from studio.app.model.documents.replacing import Replacing
@@ -31,7 +32,7 @@ from studio.app.shell.first_page import FirstPage
 from studio.app.shell.history import QtHistory
 from studio.app.shell.menus import Menus
 from studio.app.shell.notice import NoticeBar
-from studio.app.shell.questions import ask_unsaved
+from studio.app.shell.questions import ask_file, ask_folder, ask_unsaved
 from studio.app.shell.script_run import ScriptRun
 from studio.app.shell.status_line import StatusLine
 from studio.app.shell.theme import THEMES, apply_theme
@@ -91,8 +92,9 @@ class MainWindow(QMainWindow):
         self._middle = QVBoxLayout(middle)
         self._middle.setContentsMargins(0, 0, 0, 0)
         self._middle.setSpacing(0)
-        self._middle.addWidget(self.notice)
-        self._middle.addWidget(self.problem)
+        self.problem.follow(bench)
+        for bar in (self.notice, self.problem):
+            self._middle.addWidget(bar)
         self._docks, self.docks = self._make_docks(middle)
         self._panels = PanelDocks(self._docks, self.docks["session"])
         self.plugins = PluginHost(bench, plugins or home / "plugins", places=self._panels)
@@ -102,11 +104,12 @@ class MainWindow(QMainWindow):
         self.cheat_sheet = CheatSheet(bench, self)
         self._status = StatusLine(bench, run, self.statusBar())
         self.first_page: FirstPage | None = None
-        add_file_actions(bench, replacing, self._ask_for_file)
+        ask = partial(ask_file, self)
+        add_file_actions(bench, replacing, ask, partial(ask_folder, self))
         add_session_actions(bench, run)
         live = bench.shared(LiveRun)
         if live is not None:
-            LiveActions(bench, live, self._ask_for_file).add()
+            LiveActions(bench, live, ask).add()
         add_shell_actions(bench, self)
         self.menus.build()
         self._listen()
@@ -161,9 +164,7 @@ class MainWindow(QMainWindow):
         self.menus.build()
         self._recolour()
         if not self.bench.settings.has_started:
-            self.first_page = FirstPage(self.bench, self.view)
-            self.first_page.show()
-            self.first_page.place()
+            self.show_first_page()
         self._work.offer()
         self.plugins.start()
         QTimer.singleShot(0, self, self._fill_docks)
@@ -204,10 +205,8 @@ class MainWindow(QMainWindow):
     def _listen(self) -> None:
         self.bench.listen(Topic.DOCUMENT, self._on_document)
         self.bench.listen(Topic.SCENE, self._on_document)
-        self.bench.listen(Topic.SESSION, self.menus.refresh)
-        self.bench.listen(Topic.RECORDING, self.menus.refresh)
-        self.bench.listen(Topic.SELECTION, self.menus.refresh)
-        self.bench.listen(Topic.NOTICE, self._on_notice)
+        for topic in (Topic.SESSION, Topic.RECORDING, Topic.SELECTION):
+            self.bench.listen(topic, self.menus.refresh)
         self.bench.listen(Topic.SETTINGS, self._on_settings)
         self._on_document()
         self._on_settings()
@@ -218,10 +217,6 @@ class MainWindow(QMainWindow):
         name = document_name(self.bench)
         self.setWindowTitle(f"{name}{'' if self.bench.is_saved else ' •'} - GaussianNexus Studio")
         self.menus.refresh()
-
-    def _on_notice(self) -> None:
-        if self.bench.notice is not None:
-            self.problem.show_notice(self.bench.notice)
 
     def _on_settings(self) -> None:
         settings = self.bench.settings
@@ -346,10 +341,11 @@ class MainWindow(QMainWindow):
         else:
             ask_unsaved(self, name, answered)
 
-    def _ask_for_file(self, title: str, kinds: str, writes: bool) -> str:
-        ask = QFileDialog.getSaveFileName if writes else QFileDialog.getOpenFileName
-        chosen, _ = ask(self, title, "", kinds)
-        return chosen
+    def show_first_page(self) -> None:
+        """See `Shell`."""
+        if self.view is not None:
+            self.first_page = FirstPage(self.bench, self.view)
+            self.first_page.begin()
 
     # --- layout, closing -------------------------------------------------------------------------
 

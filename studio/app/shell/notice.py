@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QWidget
 
-from studio.app.model.workbench import Notice
+from studio.app.model.workbench import Notice, Topic, Workbench
 from studio.app.shell.theme import SHAPES
 
 
@@ -46,8 +46,16 @@ class NoticeBar(QFrame):
             self._buttons.append(button)
         self.show()
 
-    def show_notice(self, notice: Notice) -> None:
-        """Show what the bench has to say, with a way to close it."""
+    def follow(self, bench: Workbench) -> None:
+        """Show what the bench has to say from now on, with a way to close it."""
+
+        def show() -> None:
+            if bench.notice is not None:
+                self._show_notice(bench.notice)
+
+        bench.listen(Topic.NOTICE, show)
+
+    def _show_notice(self, notice: Notice) -> None:
         shape = {"info": "calm", "warning": "warning", "error": "bad"}[notice.level]
         self.offer(f"{SHAPES[shape]} {notice.text}", {**notice.ways, "Close": _do_nothing})
 

@@ -1,11 +1,11 @@
-"""The question that is asked before unsaved edits are lost."""
+"""What the window asks: before unsaved edits are lost, and for files and folders."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QMessageBox, QWidget
+from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
 from studio.app.model.documents.leaving import Answer
 
@@ -37,3 +37,15 @@ def ask_unsaved(window: QWidget, name: str, answered: Callable[[Answer], None]) 
 
     box.finished.connect(done)
     box.open()
+
+
+def ask_file(window: QWidget, title: str, kinds: str, writes: bool) -> str:
+    """Ask for a file, to be written or read; "" if none is chosen."""
+    ask = QFileDialog.getSaveFileName if writes else QFileDialog.getOpenFileName
+    chosen, _ = ask(window, title, "", kinds)
+    return chosen
+
+
+def ask_folder(window: QWidget, title: str) -> str:
+    """Ask for a folder; "" if none is chosen."""
+    return QFileDialog.getExistingDirectory(window, title)

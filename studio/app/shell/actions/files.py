@@ -10,6 +10,7 @@ from studio.app.model.actions import Action
 from studio.app.model.documents.document import Document
 from studio.app.model.documents.document_file import SUFFIX, load_document, save_document
 from studio.app.model.documents.dropped import what_is
+from studio.app.model.documents.recent import recent_choices
 from studio.app.model.documents.replacing import Replacing
 from studio.app.model.runs.session_run import with_scene
 from studio.app.model.workbench import Workbench
@@ -20,8 +21,13 @@ OPENED = f"Projects, scenes, recordings, scenarios (*{SUFFIX} *.ply *.spz *.mcap
 Ask = Callable[[str, str, bool], str]
 """Asks the user for a file: title, filter, whether it is to be written; "" if none was chosen."""
 
+AskFolder = Callable[[str], str]
+"""Asks the user for a folder: title; "" if none was chosen."""
 
-def add_file_actions(bench: Workbench, replacing: Replacing, ask: Ask) -> None:
+
+def add_file_actions(
+    bench: Workbench, replacing: Replacing, ask: Ask, ask_folder: AskFolder
+) -> None:
     """Add what the File menu holds."""
 
     def open_any(path: str = "") -> None:
@@ -41,6 +47,11 @@ def add_file_actions(bench: Workbench, replacing: Replacing, ask: Ask) -> None:
             bench.notify(str(error))
             raise
         replacing.open(document, Path(chosen), recent=chosen)
+
+    def open_folder(path: str = "") -> None:
+        chosen = path or ask_folder("Open a room package, a recorded session or photos")
+        if chosen:
+            open_any(chosen)
 
     def open_scene(scene: str) -> None:
         replacing.open(with_scene(bench.document, scene), recent=scene)
@@ -95,6 +106,25 @@ def add_file_actions(bench: Workbench, replacing: Replacing, ask: Ask) -> None:
             "Ctrl+O",
             ("path",),
             icon="mdi6.folder-open-outline",
+        ),
+        Action(
+            "file.open_folder",
+            "Open folder …",
+            "File",
+            open_folder,
+            "a room package (.gnx), a recorded session or photos",
+            "Ctrl+Shift+O",
+            ("path",),
+        ),
+        Action(
+            "file.open_recent",
+            "Open recent",
+            "File",
+            open_any,
+            "scenes, projects, sessions and scenarios that were opened lately",
+            arguments=("path",),
+            available=lambda: bool(recent_choices(bench.settings)),
+            choices=lambda: recent_choices(bench.settings),
         ),
         Action(
             "file.open_scene",
