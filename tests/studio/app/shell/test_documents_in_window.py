@@ -231,3 +231,33 @@ def test_restoring_goes_on_with_the_project_it_was_of(desk, tmp_path):
     desk.press("S", "Control")
     desk.until(lambda: desk.window.bench.is_saved)
     assert load_document(project).seed == 5
+
+
+def test_what_was_set_for_one_room_does_not_stay_in_another(desk, other_room):
+    """Neither the tracker's settings nor the errors that a fault had."""
+    from studio.app.scenario.faults.knobs import CHANGED_SINCE, NOTHING_TRIED
+    from studio.app.scenario.faults.trial import ObjectError, TrialResult
+    from tracking.options import TrackerOptions
+
+    window, bench = desk.window, desk.window.bench
+    bench.do("dock.scenario")
+    knobs = window.content("scenario").knobs
+    window.content("scenario").tabs.setCurrentWidget(knobs)
+    bench.do("scenario.choose", name="lab-short")
+    errors = {"chair-1": ObjectError(2.0, 1.0, 0.0, True)}
+    knobs.trials.start = lambda plan: knobs.trials.results.put(TrialResult(errors, 1.0))
+    desk.click(knobs._start)
+    desk.until(lambda: knobs.bars.isVisible())
+    assert "mean errors" in knobs.state.text()
+    bench.do("scenario.text", text=f"{bench.document.scenario}# changed\n")
+    assert knobs.state.text() == CHANGED_SINCE
+    assert not knobs.bars.isEnabled()
+    desk.press("Z", "Control")
+    assert "mean errors" in knobs.state.text()
+    assert bench.do("tracker.set", texture=False)
+    bench.do("file.drop", paths=[str(other_room)])
+    desk.answer("Discard")
+    desk.until(lambda: bench.scene.name == "other")
+    assert bench.document.tracker.options == TrackerOptions()
+    assert knobs.state.text() == NOTHING_TRIED
+    assert not knobs.bars.isVisible()
