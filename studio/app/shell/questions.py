@@ -7,7 +7,7 @@ from collections.abc import Callable
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
-from studio.app.model.documents.leaving import Answer
+from studio.app.model.runs.leaving import Answer
 
 ANSWERS = {
     QMessageBox.StandardButton.Save: Answer.SAVE,

@@ -60,7 +60,7 @@ class SceneJob:
         self.recording: Path | None = None
         """What it has recorded, where that is not beside the performance's figures."""
         self._plan, self._out, self._watch = plan, out, watch
-        self._scene = scene
+        self.scene = scene
         self._keeps = keeps
         self._cancelled, self._stopped = threading.Event(), threading.Event()
         self._thread = threading.Thread(target=self._run, name="session", daemon=True)
@@ -129,7 +129,7 @@ class SceneJob:
                 from scenes.opening import open_scene
 
                 progress.begin("opening the scene")
-                self.opened = open_scene(self._scene)
+                self.opened = open_scene(self.scene)
                 progress.finish()
             elif self._out is not None:
                 from studio.rehearsal import perform

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from studio.app.model.documents.arranged import arranged_text
 from studio.app.model.documents.document import Document, TrackerChoice
 from studio.app.model.jobs.scene_job import SceneJob
 from studio.app.model.jobs.share_job import ShareJob
@@ -142,6 +143,7 @@ class SessionRun:
             methods=self.trackers.names(),
             pace=Pace.PACED if is_paced else Pace.EXACT,
             options=document.tracker.options,
+            arranged=arranged_text(document.twin),
         )
         folder = self.new_folder(document.scenario_name or "rehearsal", out=out)
         self.play(SceneJob(plan.scene, plan, folder, keeps=True))
@@ -266,8 +268,7 @@ class SessionRun:
         job = self._job
         if job is None:
             return
-        if job.plays and job.opened is not None and self._bench.scene is not job.opened:
-            self._bench.show_scene(job.opened)
+        self._show_played(job)
         line = job.lines.take()
         output = job.outputs.take()
         if output is not None:
@@ -282,6 +283,18 @@ class SessionRun:
             self._end(job)
         else:
             self._adjust(job)
+
+    def _show_played(self, job: SceneJob) -> None:
+        """Show the room that a session plays in, unless it is the one that is open.
+
+        The session's own has camera and objects where its scenario puts them; what is open has
+        them where they were scanned.
+        """
+        bench, played = self._bench, job.opened
+        if not job.plays or played is None or bench.scene is played:
+            return
+        if bench.scene is None or job.scene != bench.document.scene:
+            bench.show_scene(played)
 
     def _adjust(self, job: SceneJob) -> None:
         """Let the session that plays follow the document's settings, after a change or undo."""

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from studio.app.model.documents.document import Document
-from studio.app.model.documents.leaving import Leaving
+from studio.app.model.runs.leaving import Leaving
 from studio.app.model.workbench import Workbench
 
 if TYPE_CHECKING:
