@@ -32,7 +32,7 @@ ROUND_SIDES = 32
 """Faces around a cylinder and a ball as the camera sees them: no corner shows at two metres."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True)
 class Arrangement:
     """What differs from the scan when the session begins.
 
@@ -41,7 +41,7 @@ class Arrangement:
         added: what stands in the room beside what was scanned.
     """
 
-    poses: Mapping[str, Pose] = field(default_factory=lambda: MappingProxyType({}))
+    poses: Mapping[str, Pose] = field(default_factory=lambda: MappingProxyType({}), hash=False)
     added: tuple[PhysicalObject, ...] = ()
 
     def pose_of(self, item: PhysicalObject | ObjectModel) -> Pose:

@@ -167,7 +167,7 @@ class Workbench:
         Raises:
             StandingError: a session plays.
         """
-        self.standing = after(self.standing, Happening.OPEN_DOCUMENT)
+        self._happen(Happening.OPEN_DOCUMENT)
         self.left_unsaved = not (self.is_saved or self.is_given_up)
         self.history.clear()
         self.project = project
@@ -250,7 +250,7 @@ class Workbench:
         if path is None and self.standing.is_session:
             return
         happening = Happening.CLOSE_RECORDING if path is None else Happening.OPEN_RECORDING
-        self.standing = after(self.standing, happening, path)
+        self._happen(happening, path)
         if path is None:
             self.show_state(None)
         self._call(Topic.RECORDING)
@@ -262,7 +262,7 @@ class Workbench:
             StandingError: one plays already.
         """
         happening = Happening.GO_LIVE if is_live else Happening.PLAY
-        self.standing = after(self.standing, happening)
+        self._happen(happening)
         self.show_state(None)
         self._call(Topic.RECORDING)
 
@@ -276,7 +276,7 @@ class Workbench:
             StandingError: none plays.
         """
         happening = Happening.END if recording is None else Happening.END_KEPT
-        self.standing = after(self.standing, happening, recording)
+        self._happen(happening, recording)
         self.show_state(None)
         self._call(Topic.RECORDING)
 
@@ -289,6 +289,9 @@ class Workbench:
     def name_of(self, item_id: str) -> str:
         """What something is called, see `shown_name`."""
         return shown_name(item_id, self._document, self.scene)
+
+    def _happen(self, happening: Happening, recording: Path | None = None) -> None:
+        self.standing = after(self.standing, happening, recording)
 
     def _compose(self) -> None:
         self._state = composed(self._base, self._document.twin)

@@ -35,7 +35,7 @@ class Leaving:
     def __init__(self, bench: Workbench, ask: AskUnsaved, save: Callable[[], object]) -> None:
         self._bench, self._ask, self._save = bench, ask, save
 
-    def then(self, go_on: Callable[[], None]) -> None:
+    def then(self, go_on: Callable[[], object]) -> None:
         """Go on, at once or after the answer; not at all if the user cancels or saving fails."""
         bench = self._bench
         if bench.is_saved or bench.is_given_up:

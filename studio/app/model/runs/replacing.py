@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from studio.app.model.documents.document import Document
 from studio.app.model.runs.leaving import Leaving
+from studio.app.model.standing import StandingError
 from studio.app.model.workbench import Workbench
 
 if TYPE_CHECKING:
@@ -56,7 +57,8 @@ class Replacing:
 
         def swap(scene: ScenePackage) -> None:
             bench = self._bench
-            bench.open_document(document, project, is_saved=is_saved)
+            if not self._swap(document, project, is_saved=is_saved):
+                return
             bench.show_scene(scene)
             if recent:
                 bench.remember(recent)
@@ -72,4 +74,14 @@ class Replacing:
 
     def open_in_room(self, document: Document) -> None:
         """Begin with another document in the room that is open."""
-        self._leaving.then(lambda: self._bench.open_document(document, None))
+        self._leaving.then(lambda: self._swap(document, None, is_saved=True))
+
+    def _swap(self, document: Document, project: Path | None, *, is_saved: bool) -> bool:
+        """Show the document, unless a session has begun: then it says so and all stays."""
+        try:
+            self._bench.open_document(document, project, is_saved=is_saved)
+        except StandingError as error:
+            self._bench.say("warning", str(error))
+            self._bench.notify(str(error), "warning")
+            return False
+        return True

@@ -33,9 +33,17 @@ class SessionRun:
         bench: what it reports to.
         out: folder where every session gets one of its own.
         scenarios: folder where a document's scenario is written for the session to read.
+        make_job: makes what reads a scene or plays a session.
     """
 
-    def __init__(self, bench: Workbench, *, out: Path, scenarios: Path) -> None:
+    def __init__(
+        self,
+        bench: Workbench,
+        *,
+        out: Path,
+        scenarios: Path,
+        make_job: Callable[..., SceneJob] = SceneJob,
+    ) -> None:
         self.folders = SessionFolders(out)
         self.output: SessionOutput | None = None
         self.line = ""
@@ -43,6 +51,7 @@ class SessionRun:
         self.trying: TrackerOptions | None = None
         """The tracker's settings that are tried beside the session."""
         self._bench = bench
+        self._make_job = make_job
         self._scenarios = scenarios
         self._job: SceneJob | None = None
         self._then: Shown | None = None
@@ -119,7 +128,7 @@ class SessionRun:
             then: shows it once it is read; None shows it on the bench. Nothing is shown of one that
                 cannot be read, nor of one after which another one was asked for.
         """
-        self._begin(SceneJob(scene), then)
+        self._begin(self._make_job(scene), then)
 
     def rehearse(self, *, out: Path | None = None, is_paced: bool = False) -> None:
         """Play the document's scenario in its scene.
@@ -146,7 +155,7 @@ class SessionRun:
             arranged=arranged_text(document.twin),
         )
         folder = self.new_folder(document.scenario_name or "rehearsal", out=out)
-        self.play(SceneJob(plan.scene, plan, folder, keeps=True))
+        self.play(self._make_job(plan.scene, plan, folder, keeps=True))
 
     def track_again(self, recording: Path, out: Path | None = None) -> None:
         """Track the pictures of a recording with the chosen tracker.
@@ -172,7 +181,7 @@ class SessionRun:
             options=self._bench.document.tracker.options,
         )
         folder = self.new_folder(info.scenario_name, f"tracked again by {methods[0]}", out=out)
-        self.play(SceneJob(plan.scene, plan, folder, keeps=True))
+        self.play(self._make_job(plan.scene, plan, folder, keeps=True))
 
     def new_folder(self, *words: str, out: Path | None = None) -> Path:
         """Make the folder of the session that comes next; it goes if that leaves nothing.
