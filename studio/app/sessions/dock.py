@@ -7,7 +7,6 @@ from pathlib import Path
 from PySide6.QtCore import Qt, QUrl
 from PySide6.QtGui import QColor, QDesktopServices
 from PySide6.QtWidgets import (
-    QHBoxLayout,
     QLabel,
     QPushButton,
     QToolButton,
@@ -21,11 +20,16 @@ from studio.app.model.actions import Action
 from studio.app.model.runs.session_folders import KeptSession, SessionFolders
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.shell.theme import SHAPES, THEMES
+from studio.app.shell.wrapping import WrappingRow
 
 NONE_YET = (
     "No session was recorded here yet. Rehearse (F5) or go live (F6): every session gets a folder "
     "of its own and is listed here."
 )
+
+
+MIN_WIDTH_PX = 160
+"""Of the list: a date and a verdict are read in it."""
 
 
 class SessionsDock(QWidget):
@@ -48,7 +52,6 @@ class SessionsDock(QWidget):
         self.table = QTreeWidget()
         self.table.setHeaderHidden(True)
         self.table.setRootIsDecorated(False)
-        self.table.setWordWrap(True)
         self.table.setAccessibleName("Sessions")
         self.table.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.table.itemDoubleClicked.connect(lambda *_: self._do("sessions.open"))
@@ -58,10 +61,9 @@ class SessionsDock(QWidget):
         self.delete_button = self._button("Delete", "sessions.delete", "it can come back")
         self.undo_button = QPushButton("Undo delete")
         self.undo_button.clicked.connect(lambda: bench.do("sessions.undo_delete"))
-        row = QHBoxLayout()
-        for button in (self.open_button, self.reveal_button, self.delete_button):
-            row.addWidget(button)
-        row.addStretch(1)
+        self.table.setMinimumWidth(MIN_WIDTH_PX)
+        self.table.setTextElideMode(Qt.TextElideMode.ElideMiddle)
+        row = WrappingRow((self.open_button, self.reveal_button, self.delete_button))
         layout = QVBoxLayout(self)
         layout.addWidget(self.words)
         layout.addWidget(self.table, 1)
@@ -108,12 +110,12 @@ class SessionsDock(QWidget):
     def _line(self, kept: KeptSession) -> QTreeWidgetItem:
         theme = THEMES[self._bench.settings.theme]
         kind = {True: "good", False: "bad", None: "calm"}[kept.is_good]
-        details = [kept.begun.strftime("%Y-%m-%d %H:%M")]
+        lines = [kept.title, kept.begun.strftime("%Y-%m-%d %H:%M")]
         if kept.cut_short:
-            details.append(f"{SHAPES['warning']} cut short")
+            lines.append(f"{SHAPES['warning']} cut short")
         if kept.verdict:
-            details.append(f"{SHAPES[kind]} {kept.verdict}")
-        item = QTreeWidgetItem([f"{kept.title}\n{'   '.join(details)}"])
+            lines.append(f"{SHAPES[kind]} {kept.verdict}")
+        item = QTreeWidgetItem(["\n".join(lines)])
         item.setData(0, Qt.ItemDataRole.UserRole, str(kept.folder))
         item.setToolTip(0, f"{kept.folder}\n{kept.cut_short}".strip())
         if self._bench.recording == kept.recording:

@@ -344,6 +344,8 @@ class MainWindow(QMainWindow):
     def show_first_page(self) -> None:
         """See `Shell`."""
         if self.view is not None:
+            if self.first_page is not None:
+                self.first_page.leave()
             self.first_page = FirstPage(self.bench, self.view)
             self.first_page.begin()
 

@@ -35,6 +35,7 @@ class NoticeBar(QFrame):
     def offer(self, text: str, ways: Mapping[str, Callable[[], object]]) -> None:
         """Show a sentence, and a button for each way to go on; the first is the usual one."""
         for button in self._buttons:
+            button.hide()  # at once: it is deleted when all else is done
             button.deleteLater()
         self._buttons = []
         self._text.setText(text)

@@ -41,7 +41,7 @@ def ending_of(job: SceneJob) -> Ending:
         words = " ".join(str(job.failure).split()) or type(job.failure).__name__
         return Ending(words, "error", is_failure=True)
     if performance is not None and performance.cut_short:
-        text = f"{performance.cut_short}; what was recorded is kept in {performance.folder}"
+        text = f"{performance.cut_short}; what was recorded is kept as {performance.folder.name}"
         return Ending(text, "info", kept=performance.folder / RECORDING)
     if performance is not None:
         missed = exit_code(performance.rows)
