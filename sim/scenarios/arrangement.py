@@ -10,6 +10,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,7 +124,8 @@ def parts_of_mesh(geometry: Geometry) -> tuple[BoxPart, ...]:
     from scenes.prepare.cutout.object.solid_parts import solid_parts_of_surface
 
     shell = trimesh.Trimesh(geometry.vertices, geometry.faces, process=False)
-    points = trimesh.sample.sample_surface(shell, SAMPLES, seed=0)[0]
+    sampling: Any = trimesh.sample
+    points = sampling.sample_surface(shell, SAMPLES, seed=0)[0]
     sides = _sides(geometry.size_m)
     return solid_parts_of_surface(np.asarray(points, dtype=np.float64), sides)
 
@@ -165,13 +167,14 @@ def _drawn_shape(
 ) -> TexturedMesh:
     import trimesh
 
+    creation: Any = trimesh.creation
     x, y, z = size_m
     if shape == "box":
-        solid = trimesh.creation.box((x, y, z))
+        solid = creation.box((x, y, z))
     elif shape == "ball":
-        solid = trimesh.creation.uv_sphere(0.5 * x, count=(ROUND_SIDES // 2, ROUND_SIDES))
+        solid = creation.uv_sphere(0.5 * x, count=(ROUND_SIDES // 2, ROUND_SIDES))
     else:
-        solid = trimesh.creation.cylinder(0.5 * x, z, sections=ROUND_SIDES)
+        solid = creation.cylinder(0.5 * x, z, sections=ROUND_SIDES)
     vertices = np.asarray(solid.vertices) + np.array([0.0, 0.0, 0.5 * z])
     texel = np.clip(np.round(255.0 * np.array(colour)), 0, 255).astype(np.uint8)
     middle = np.full((len(vertices), 2), 0.5, np.float32)

@@ -159,7 +159,8 @@ def designing(folder: Path) -> list[Row]:
     error_px = _live_surface_px(window, wait)
     wait(lambda: not window.run.is_busy)
     wait(lambda: window.run.report is not None)
-    report = (window.run.report / "report.html").is_file()
+    folder_of_report = window.run.report
+    report = folder_of_report is not None and (folder_of_report / "report.html").is_file()
     wait(lambda: window.run.shown_rehearsal is not None)
     begin = time.monotonic()
     bench.perform("share.make")

@@ -63,9 +63,6 @@ class Standing:
 SESSIONS = frozenset({Mode.PLAYING, Mode.LIVE})
 """Modes that come to an end by themselves."""
 
-_BACK = None
-"""To where the session was begun: `RECORDED` if a recording was open, else `EDITING`."""
-
 EDGES: Mapping[tuple[Mode, Happening], Mode | None] = MappingProxyType(
     {
         (Mode.EDITING, Happening.PLAY): Mode.PLAYING,
@@ -80,12 +77,13 @@ EDGES: Mapping[tuple[Mode, Happening], Mode | None] = MappingProxyType(
         # A recording of another room asks for that room to be opened beneath it.
         (Mode.RECORDED, Happening.OPEN_DOCUMENT): Mode.RECORDED,
         (Mode.PLAYING, Happening.END_KEPT): Mode.RECORDED,
-        (Mode.PLAYING, Happening.END): _BACK,
+        (Mode.PLAYING, Happening.END): None,
         (Mode.LIVE, Happening.END_KEPT): Mode.RECORDED,
-        (Mode.LIVE, Happening.END): _BACK,
+        (Mode.LIVE, Happening.END): None,
     }
 )
-"""Every way between the modes; what is not here is refused."""
+"""Every way between the modes, None going back to where the session was begun: to `RECORDED` if a
+recording was open, else to `EDITING`. What is not here is refused."""
 
 
 def after(standing: Standing, happening: Happening, recording: Path | None = None) -> Standing:
@@ -107,7 +105,7 @@ def after(standing: Standing, happening: Happening, recording: Path | None = Non
             raise StandingError(f"{happening}: {what} is playing; stop it first")
         raise StandingError(f"{happening}: nothing is playing that could end")
     mode = EDGES[key]
-    if mode is _BACK:
+    if mode is None:
         mode = Mode.EDITING if standing.recording is None else Mode.RECORDED
         return Standing(mode, standing.recording)
     if happening in (Happening.END_KEPT, Happening.OPEN_RECORDING):

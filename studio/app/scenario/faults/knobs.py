@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from studio.app.model.documents.arranged import arranged_text
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.scenario.faults.error_bars import ErrorBars
 from studio.app.scenario.faults.plugin_faults import fault_fields, title_of
@@ -139,8 +140,9 @@ class FaultKnobs(QWidget):
         self._now = None
         self.state.setText("◌ rehearsing the first seconds …")
         seconds = float(self._length.currentData())
-        more = self._editing.more_faults
-        self.trials.start(TrialPlan(document.scene, self._tried, document.seed, seconds, more))
+        more, arranged = self._editing.more_faults, arranged_text(document.twin)
+        plan = TrialPlan(document.scene, self._tried, document.seed, seconds, more, arranged)
+        self.trials.start(plan)
         self._start.setText("Stop")
 
     def take_results(self) -> None:

@@ -23,9 +23,10 @@ def desk(tiny, tmp_path, qapp, until, monkeypatch):
 
     room = tmp_path / "tiny.gnx"
     save_package(tiny.scene, room)
-    options = {}
+    options, plans = {}, []
 
     def open_tiny(plan, **given):
+        plans.append(plan)
         return tiny.session(plan, **options, **given)
 
     monkeypatch.setattr(rehearsal, "open_session", open_tiny)
@@ -109,6 +110,7 @@ def desk(tiny, tmp_path, qapp, until, monkeypatch):
         window=window,
         room=room,
         options=options,
+        plans=plans,
         window_on=window_on,
         press=press,
         question=question,

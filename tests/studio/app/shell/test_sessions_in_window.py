@@ -90,6 +90,20 @@ def test_two_rehearsals_have_two_folders_and_the_first_is_untouched(desk, tmp_pa
     assert folders(tmp_path)[0].endswith("_tiny_rehearsal")
 
 
+def test_what_was_dragged_and_added_is_what_is_rehearsed(desk):
+    from sim.scenarios.scenario import recorded_arrangement
+
+    bench = desk.window.bench
+    assert desk.drag_object("chair-1")
+    desk.edit()
+    rehearsed(desk)
+    found = recorded_arrangement(desk.plans[-1].arranged, source="test")
+    moved = bench.document.twin.poses["chair-1"]
+    assert found.poses["chair-1"].matrix() == pytest.approx(moved.matrix(), abs=1e-6)
+    assert [(item.object_id, item.kind) for item in found.added] == [("box-1", "box")]
+    assert found.added[0].mass_kg == pytest.approx(150 * 0.3**3)
+
+
 def test_after_its_end_the_recording_closes_by_its_button_and_the_twin_is_back(desk):
     rehearsed(desk)
     assert desk.window.bench.standing.mode is Mode.RECORDED
