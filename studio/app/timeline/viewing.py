@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from devices.clock import WallClock
 from scenes.state import SceneState
 from studio.app.model.log import Level
+from studio.app.model.script import READING
 from studio.app.model.workbench import Workbench
 from studio.app.timeline.pictures.proxies import Proxies, proxies_of
 from studio.app.timeline.pictures.thread import PictureThread
@@ -52,6 +53,7 @@ class Viewing:
         if self._opening is not None:
             self._opening.cancel()
         self._wanted, self.share = path, 0.0
+        self.bench.busy.add(READING)
         self._opening = opening(path, self.bench.scene)
 
     def forget(self) -> None:
@@ -59,6 +61,7 @@ class Viewing:
         if self._opening is not None:
             self._opening.cancel()
             self._opening = None
+            self.bench.busy.discard(READING)
         self._stop_pictures()
         self.shown = self.playback = self._state = self.share = self.path = self._wanted = None
         self._t_ns = -1
@@ -93,6 +96,7 @@ class Viewing:
         if task.is_running:
             return None
         self._opening = self.share = None
+        self.bench.busy.discard(READING)
         path, self._wanted = self._wanted, None
         if task.failure is not None:
             self._refuse("error", task.failure)
