@@ -8,8 +8,7 @@ from __future__ import annotations
 import time
 from collections import defaultdict, deque
 from collections.abc import Callable, Mapping, MutableSet
-from dataclasses import dataclass, replace
-from enum import Enum, auto
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -27,6 +26,7 @@ from studio.app.model.offered import Offered
 from studio.app.model.script import script_line
 from studio.app.model.settings import Recent, Settings
 from studio.app.model.standing import Happening, Mode, Standing, after
+from studio.app.model.topics import Notice, Topic
 
 if TYPE_CHECKING:
     from scenes.package import ScenePackage
@@ -39,48 +39,6 @@ TRACE = 2000
 
 
 Part = TypeVar("Part")
-
-
-class Topic(Enum):
-    """What listeners can be called for."""
-
-    DOCUMENT = auto()
-    """The document is another value: an edit, undo, or another project."""
-    OPENED = auto()
-    """Another document takes the place of the one before, which is gone."""
-    STATE = auto()
-    """What is shown of the room has changed."""
-    SCENE = auto()
-    """A scene was opened, or is being opened."""
-    SELECTION = auto()
-    """Another item is selected."""
-    SESSION = auto()
-    """A session began, went on by a frame, or ended."""
-    RECORDING = auto()
-    """A recording was opened or closed."""
-    LOG = auto()
-    """A line was added."""
-    SETTINGS = auto()
-    """The user's settings are another value."""
-    OFFERED = auto()
-    """Plug-ins offer other trackers or faults."""
-    NOTICE = auto()
-    """There is something to be seen at once, see `Notice`."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Notice:
-    """A sentence that stays over the view until the user has answered or closed it.
-
-    Attributes:
-        text: the sentence.
-        ways: what can be done about it, by a button's words.
-        level: how bad it is.
-    """
-
-    text: str
-    ways: Mapping[str, Callable[[], object]]
-    level: Level
 
 
 class Workbench:

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QSize, Qt, QTimer, QUrl
 from PySide6.QtGui import QCloseEvent, QDesktopServices
 from PySide6.QtWidgets import (
-    QFileDialog,
     QHBoxLayout,
     QLabel,
     QScrollArea,
@@ -24,6 +23,7 @@ from scenes.package import ScenePackage
 from studio.app.model.documents.document import Marker
 from studio.app.model.names import shown_name
 from studio.app.model.workbench import Topic, Workbench
+from studio.app.shell.questions import ask_file
 from studio.app.shell.theme import THEMES, Theme
 from studio.app.timeline.actions import add_timeline_actions
 from studio.app.timeline.comparison.forking import TwoRuns
@@ -301,19 +301,13 @@ class TimelineDock(QWidget):
         """Open a recording; without a path, ask for one."""
         from studio.app.timeline.opening import recording_file
 
-        if not path:
-            dialog = QFileDialog(self, "Open recording", "", "Recordings (*.mcap)")
-            dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-            dialog.fileSelected.connect(self._open_chosen)
-            dialog.open()
+        chosen = path or ask_file(self, "Open recording", "Recordings (*.mcap)", False)
+        if not chosen:
             return
-        file = recording_file(Path(path))
+        file = recording_file(Path(chosen))
         if self.bench.standing.is_session:
             raise ValueError(f"{file}: a session is playing: stop it first")
         self.viewing.begin(file)
-
-    def _open_chosen(self, path: str) -> None:
-        self.bench.do("timeline.open", path=path)
 
     def play(self) -> None:
         """Play or pause."""
