@@ -323,7 +323,7 @@ class Walk:
         self.run.poll()
 
     def _refused(self, action: Callable[[], object]) -> None:
-        """Do it, or be told in words that it cannot be done now."""
+        """Do it; a refusal must say in words why it cannot be done now."""
         try:
             action()
         except ValueError as error:
