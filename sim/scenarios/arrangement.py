@@ -1,4 +1,4 @@
-"""What was arranged by hand before a session begins: objects elsewhere, bodies put into the room.
+"""Arranged by hand before a session begins: objects elsewhere, bodies put into the room.
 
 In a scenario's file these are the tables `arranged` and `added`. Of several with one id, the last
 one counts: whoever arranges a room anew adds to the file.
@@ -35,7 +35,7 @@ ROUND_SIDES = 32
 
 @dataclass(frozen=True, slots=True)
 class Arrangement:
-    """What differs from the scan when the session begins.
+    """The differences from the scan when the session begins.
 
     Attributes:
         poses: `world_from_object` of objects of the room, by id.

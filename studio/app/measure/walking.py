@@ -144,7 +144,7 @@ class Walk:
 
     def __init__(self, folder: Path) -> None:
         self.lost: list[str] = []
-        """What was lost, in words."""
+        """All that was lost, in words."""
         made: list[WalkedBench] = []
         history = PlainHistory(lambda document: made[0].show_document(document))
         self.bench = bench = WalkedBench(Document("first"), Settings(), history)
@@ -236,11 +236,11 @@ class Walk:
         self.run.stop()
 
     def end_job(self) -> None:
-        """What runs comes to its end."""
+        """Let come to its end whatever runs."""
         self._end(fails=False)
 
     def fail_job(self) -> None:
-        """What runs fails."""
+        """Let fail whatever runs."""
         self._end(fails=True)
 
     def show_frame(self) -> None:
@@ -335,7 +335,7 @@ class Walk:
 
 
 def _stamp(path: Path) -> tuple[int, int, int]:
-    """What tells a file from another one of its name."""
+    """A mark that tells a file from another one of its name."""
     found = path.stat()
     return found.st_ino, found.st_mtime_ns, found.st_size
 

@@ -14,7 +14,7 @@ from types import MappingProxyType
 
 
 class Mode(StrEnum):
-    """What decides where the objects of the room are."""
+    """The one that decides where the objects of the room are."""
 
     EDITING = "editing"
     """The user's hands: objects can be moved, physics can run."""
@@ -27,7 +27,7 @@ class Mode(StrEnum):
 
 
 class Happening(StrEnum):
-    """What leads from one mode to another."""
+    """A step from one mode to another."""
 
     PLAY = "play"
     GO_LIVE = "go live"

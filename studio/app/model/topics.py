@@ -1,4 +1,4 @@
-"""What listeners of the workbench can be called for, and what is to be seen at once."""
+"""Topics that listeners of the workbench are called for, and notices to be seen at once."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from studio.app.model.log import Level
 
 
 class Topic(Enum):
-    """What listeners can be called for."""
+    """Kinds of change that listeners can be called for."""
 
     DOCUMENT = auto()
     """The document is another value: an edit, undo, or another project."""

@@ -1,4 +1,4 @@
-"""What the window asks: before unsaved edits are lost, and for files and folders."""
+"""Questions of the window: before unsaved edits are lost, and for files and folders."""
 
 from __future__ import annotations
 

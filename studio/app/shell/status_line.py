@@ -1,4 +1,4 @@
-"""What the bottom of the window says: the last line, the frame, and what is going on."""
+"""The bottom of the window: the last line, the frame, and what is going on."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was arranged in the twin by hand, as tables of a scenario's file."""
+"""The twin as it was arranged by hand, as tables of a scenario's file."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ def arranged_text(twin: TwinEdits) -> str:
 
 
 def mass_kg(item: Primitive) -> float:
-    """What a body weighs, by its volume."""
+    """Mass of a body, by its volume."""
     x, y, z = item.size_m
     share = {"box": 1.0, "ball": math.pi / 6.0, "cylinder": math.pi / 4.0}[item.shape]
     return DENSITY_KG_PER_M3 * share * x * y * z
 
 
 def mesh_mass_kg(geometry: Geometry) -> float:
-    """What a mesh weighs: as much as boxes of its parts usually do."""
+    """Mass of a mesh: as much as boxes of its parts usually have."""
     from scenes.prepare.cutout.object.solid_parts import guessed_mass_kg
     from sim.scenarios.arrangement import parts_of_mesh
 

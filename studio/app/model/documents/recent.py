@@ -1,4 +1,4 @@
-"""What was opened lately: scenes and projects, sessions, scenarios."""
+"""Scenes and projects, sessions and scenarios that were opened lately."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ PREFIXES: dict[Recent, str] = {
 
 
 def recent_choices(settings: Settings, shown: int = SHOWN) -> list[Choice]:
-    """What can be opened again, each with its path as `file.open` takes it; newest first."""
+    """Everything that can be opened again, each with its path as `file.open` takes it; newest first."""
     found: list[Choice] = []
     for kind, prefix in PREFIXES.items():
         paths: tuple[str, ...] = getattr(settings, kind)

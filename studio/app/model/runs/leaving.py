@@ -10,7 +10,7 @@ from studio.app.model.workbench import Workbench
 
 
 class Answer(StrEnum):
-    """What the user wants to happen to unsaved edits."""
+    """A user's wish for unsaved edits."""
 
     SAVE = "save"
     DISCARD = "discard"

@@ -19,7 +19,7 @@ from typing import Any
 from studio.session.records.outputs import RECORDING, REPORT_HTML, REPORT_JSON
 
 LIVE_JSON, LIVE_HTML = "live.json", "live.html"
-"""What a live session leaves beside its recording, see `studio.live.report`."""
+"""Files that a live session leaves beside its recording, see `studio.live.report`."""
 
 TRASH = ".deleted-"
 """Begins the name of the folder of what was deleted; the number of the studio's process ends it."""
@@ -73,10 +73,10 @@ class SessionFolders:
         self.root = root
         self._now = now
         self._deleted: list[tuple[Path, Path]] = []
-        """Where each was, and where it is now; the last one deleted last."""
+        """Each one's place before, and its place now; the last one deleted last."""
 
     def root_of(self, project: Path | None) -> Path:
-        """Where the sessions of a project lie: beside its file."""
+        """Folder of a project's sessions: beside its file."""
         return self.root if project is None else project.with_name(f"{project.stem}-sessions")
 
     def reserve(self, project: Path | None, words: Iterable[str]) -> Path:
@@ -94,7 +94,7 @@ class SessionFolders:
         return reserved(self.root_of(project) / stem)
 
     def listed(self, project: Path | None) -> list[KeptSession]:
-        """What there is of a project and beside it, newest first; what is damaged is left out."""
+        """Sessions of a project and beside it, newest first; what is damaged is left out."""
         found: dict[Path, KeptSession] = {}
         for root in dict.fromkeys((self.root_of(project), self.root)):
             self._put_back_orphans(root)
@@ -185,7 +185,7 @@ def let_go(folder: Path) -> None:
 
 
 def read_kept(folder: Path) -> KeptSession | None:
-    """What a folder holds; None if it is no recorded session."""
+    """The session that a folder holds; None if it is no recorded session."""
     recording = _recording_in(folder)
     if recording is None:
         return None
@@ -216,7 +216,7 @@ def _report(folder: Path) -> dict[str, Any]:
 
 
 def _named(folder: Path) -> tuple[datetime, str]:
-    """When a session began and what it is of, by the name of its folder."""
+    """The begin and the title of a session, by the name of its folder."""
     day, time, words = (*folder.name.split("_", 2), "", "")[:3]
     try:
         begun = datetime.strptime(f"{day}_{time}", NAME).astimezone()

@@ -1,4 +1,4 @@
-"""Which trackers a session is played with, and what goes wrong in those of plug-ins."""
+"""Trackers that a session is played with, and what goes wrong in those of plug-ins."""
 
 from __future__ import annotations
 
