@@ -46,7 +46,7 @@ class Arrangement:
     added: tuple[PhysicalObject, ...] = ()
 
     def pose_of(self, item: PhysicalObject | ObjectModel) -> Pose:
-        """Where an object begins: `world_from_object`."""
+        """Pose that an object begins with: `world_from_object`."""
         return self.poses.get(item.object_id, item.world_from_object)
 
 

@@ -17,11 +17,11 @@ PREFIXES: dict[Recent, str] = {
     "recent_sessions": "Session ",
     "recent_scenarios": "Scenario ",
 }
-"""What comes before the name, by kind, in the order of the menu."""
+"""Words before the name, by kind, in the order of the menu."""
 
 
 def recent_choices(settings: Settings, shown: int = SHOWN) -> list[Choice]:
-    """Everything that can be opened again, each with its path as `file.open` takes it; newest first."""
+    """Everything that can be opened again, with its path for `file.open`; newest first."""
     found: list[Choice] = []
     for kind, prefix in PREFIXES.items():
         paths: tuple[str, ...] = getattr(settings, kind)

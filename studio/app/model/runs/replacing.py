@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class LoadsScenes(Protocol):
-    """What reads scenes; `SessionRun` is the one there is."""
+    """Reads scenes; `SessionRun` is the one there is."""
 
     def open_scene(self, scene: str, then: Callable[[ScenePackage], None] | None = None) -> None:
         """Read a scene on a thread; what plays is stopped first."""
