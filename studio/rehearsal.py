@@ -21,6 +21,7 @@ from studio.reports.film_file import FilmFile, FilmThread
 from studio.reports.report import Report, render_report
 from studio.reports.tracks_file import TracksFile
 from studio.session.opening import open_session
+from studio.session.pipeline import CancelledError
 from studio.session.plan import Pace, SessionPlan
 from studio.session.records.outputs import (
     FILM,
@@ -46,6 +47,8 @@ class Performance:
 
     rows: list[Row]
     folder: Path
+    cut_short: str = ""
+    """When it was stopped, in words; empty if it was played to its end."""
 
 
 class Notes:
@@ -78,6 +81,7 @@ def perform(
     opened: Callable[[Session], None] | None = None,
     watch: Watch | None = None,
     cancelled: threading.Event | None = None,
+    stopped: threading.Event | None = None,
     verb: str | None = None,
 ) -> Performance:
     """Play a session and leave its results in a folder.
@@ -88,11 +92,14 @@ def perform(
         progress: shows how far it is.
         opened: sees the session before it plays.
         watch: sees every result as it comes.
-        cancelled: set it from another thread to stop.
+        cancelled: set it from another thread to stop and leave nothing.
+        stopped: set it from another thread to stop and leave what was played until then, marked as
+            cut short.
         verb: written into the report; "replay", "fork" or "rehearse" if None.
 
     Raises:
-        CancelledError: it was cancelled; nothing is left behind.
+        CancelledError: it was cancelled, or stopped before anything of its own was played; nothing
+            is left behind.
         ValueError, OSError: an input is bad, the target is not ours, or the disk is full.
     """
     cancelled = cancelled or threading.Event()
@@ -108,7 +115,8 @@ def perform(
             opened(session)
         with TracksFile(part / TRACKS, session.info, plan.methods) as tracks:
             notes = Notes(session, tracks)
-            result, stills = _play(session, notes, part / FILM, progress, watch, cancelled)
+            ends = _Ends(cancelled, stopped or threading.Event())
+            result, stills = _play(session, notes, part / FILM, progress, watch, ends)
         rows = result_rows(session, notes, result)
         if session.info.scenario:
             (part / SCENARIO).write_text(session.info.scenario, encoding="utf-8")
@@ -116,17 +124,40 @@ def perform(
             verb=verb,
             session=session,
             boards=notes.boards,
-            events=_events(session.info, notes),
+            events=_events(session.info, notes, result),
             result=result,
             rows=rows,
             stills=stills,
         )
         (part / REPORT_HTML).write_text(render_report(report), encoding="utf-8")
         values = as_json(verb, rows, session.info.seed)
+        if result.cut_short is not None:
+            values["cut_short"] = result.cut_short.text
         if session.info.fork is not None:
             values["fork"] = asdict(session.info.fork)
         (part / REPORT_JSON).write_text(json.dumps(values, indent=2) + "\n", encoding="utf-8")
-    return Performance(rows, target)
+    return Performance(rows, target, "" if result.cut_short is None else result.cut_short.text)
+
+
+@dataclass(frozen=True, slots=True)
+class _Ends:
+    """How a session is ended from another thread: nothing is kept, or what was played."""
+
+    cancelled: threading.Event
+    stopped: threading.Event
+
+
+def _check_worth(session: Session, result: SessionResult) -> None:
+    """Refuse to keep what was stopped before it had begun.
+
+    Raises:
+        CancelledError: nothing was played, or of a fork only what the recording before it holds.
+    """
+    if result.cut_short is None:
+        return
+    fork = session.plan.fork
+    if not result.frames or (fork is not None and result.cut_short.t_ns <= fork.t_ns):
+        raise CancelledError
 
 
 def result_rows(session: Session, notes: Notes, result: SessionResult) -> list[Row]:
@@ -147,7 +178,7 @@ def _play(
     film_path: Path,
     progress: Progress,
     watch: Watch | None,
-    cancelled: threading.Event,
+    ends: _Ends,
 ) -> tuple[SessionResult, list[tuple[float, Picture]]]:
     """Play the session and draw its film meanwhile; also gives the film's stills.
 
@@ -178,7 +209,8 @@ def _play(
         progress.advance(t_ns / session.duration_ns if session.duration_ns else 0.0, detail)
 
     with film, thread or nullcontext():
-        result = session.run(see, cancelled=cancelled)
+        result = session.run(see, cancelled=ends.cancelled, stopped=ends.stopped)
+        _check_worth(session, result)
     rate = result.frames / max(time.monotonic() - started, 1e-9)
     left_out = f", {thread.left_out} not in the film" if thread and thread.left_out else ""
     progress.finish(f"{result.frames} frames, {rate:.1f} a second{left_out}")
@@ -191,8 +223,10 @@ def _story(info: SessionInfo) -> str:
     return f"{names}{seed} · tracker: {info.methods[0]}"
 
 
-def _events(info: SessionInfo, notes: Notes) -> tuple[tuple[int, str], ...]:
-    """What happened, in order of time, and where the fork begins."""
+def _events(info: SessionInfo, notes: Notes, result: SessionResult) -> tuple[tuple[int, str], ...]:
+    """What happened, in order of time, where the fork begins, and where all was cut short."""
+    if result.cut_short is not None:
+        notes.events.append((result.cut_short.t_ns, result.cut_short.text))
     if info.fork is None:
         return tuple(notes.events)
     mark = (info.fork.t_ns, f"the fork of {info.fork.recording} begins")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,12 +34,20 @@ class SplatLook:
     Args:
         room: with splats of its own.
         renderer: draws them.
+        scanned_at: `world_from_object` of those that the room has elsewhere than when it was
+            scanned, by id.
 
     Raises:
         ValueError: the room has no splats.
     """
 
-    def __init__(self, room: PhysicalRoom, *, renderer: Renderer) -> None:
+    def __init__(
+        self,
+        room: PhysicalRoom,
+        *,
+        renderer: Renderer,
+        scanned_at: Mapping[str, Pose] = MappingProxyType({}),
+    ) -> None:
         if room.splats is None:
             raise ValueError(f"room {room.name!r} is made of meshes; it needs no other look")
         self._room = room.splats
@@ -47,7 +56,8 @@ class SplatLook:
         self._objects: Mapping[str, SplatCloud] = {
             item.object_id: item.splats for item in room.objects if item.splats is not None
         }
-        self._scanned_at = {item.object_id: item.world_from_object for item in room.objects}
+        here = {item.object_id: item.world_from_object for item in room.objects}
+        self._scanned_at = {**here, **scanned_at}
         self._heights_m = {item.object_id: 0.5 * item.box_m[2] for item in room.objects}
         self._light: dict[tuple[int, int, int], Irradiance] = {}
 

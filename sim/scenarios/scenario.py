@@ -23,6 +23,7 @@ from sim.faults.settings import Faults, read_faults
 from sim.scenarios.action_checks import Checks, check_people
 from sim.scenarios.action_tables import read_action, read_colour, read_line
 from sim.scenarios.actions import Action
+from sim.scenarios.arrangement import Arrangement, read_arrangement
 from sim.tables import ScenarioError, Table
 
 SCENARIO_FOLDER = Path(__file__).parent
@@ -146,6 +147,7 @@ class Scenario:
         remote: who watches from elsewhere.
         surfaces: what shows live video.
         faults: what goes wrong.
+        arrangement: what stands elsewhere than in the scan, and what was put into the room.
     """
 
     name: str
@@ -157,6 +159,7 @@ class Scenario:
     remote: tuple[RemoteSettings, ...] = ()
     surfaces: tuple[SurfaceSettings, ...] = ()
     faults: Faults = field(default_factory=Faults)
+    arrangement: Arrangement = field(default_factory=Arrangement)
 
     @property
     def frame_count(self) -> int:
@@ -215,6 +218,7 @@ def parse_scenario(text: str, *, source: str, more_faults: Sequence[type[Fault]]
         remote=tuple(_remote(remote) for remote in table.tables("remote")),
         surfaces=tuple(_surface(surface) for surface in table.tables("surfaces")),
         faults=read_faults(table.table("faults"), more=more_faults),
+        arrangement=read_arrangement(table),
     )
     table.done()
     _check_unique([p.person_id for p in scenario.people], f"{source}: people.id")
@@ -234,6 +238,19 @@ def recorded_camera(text: str, *, source: str) -> CameraSettings:
     except tomllib.TOMLDecodeError as error:
         raise ScenarioError(f"{source}: not TOML: {error}") from None
     return _camera(Table(values, source, "").table("camera"))
+
+
+def recorded_arrangement(text: str, *, source: str) -> Arrangement:
+    """Only what was arranged, of a scenario whose other parts may be of another version.
+
+    Raises:
+        ScenarioError: the text is no TOML, or a value of the arrangement is wrong.
+    """
+    try:
+        values = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ScenarioError(f"{source}: not TOML: {error}") from None
+    return read_arrangement(Table(values, source, ""))
 
 
 def validate_scenario(scenario: Scenario, room: PhysicalRoom) -> None:

@@ -54,7 +54,7 @@ def make_window(
 
     Args:
         document: what it begins with.
-        rehearse_to: folder for rehearsals.
+        rehearse_to: folder where every session gets one of its own.
         home: folder of settings and of work in progress; None for the user's own.
         plugins: folder of plug-ins; None for the user's own.
     """
@@ -66,7 +66,8 @@ def make_window(
     made.append(bench)
     run = SessionRun(bench, out=rehearse_to, scenarios=home / "scenarios")
     bench.session = run
-    bench.share(LiveRun(bench, run, out=rehearse_to.with_name("live")))
+    bench.share(run.folders)
+    bench.share(LiveRun(bench, run))
     window = MainWindow(bench, run, home=home, make_view=_make_view, plugins=plugins)
     if problem:
         bench.say("warning", problem)
@@ -108,7 +109,7 @@ def open_window(
 
     Args:
         scene: built-in room, package, splat file or project.
-        rehearse_to: folder for rehearsals.
+        rehearse_to: folder where every session gets one of its own.
         script: user actions to play; the window closes after them.
         source: the script's name, for messages.
         plugins: folder of plug-ins; None for the user's own.
@@ -162,7 +163,7 @@ def replay_in_window(plan: SessionPlan, watch: Callable[[SessionOutput], None]) 
         ValueError, OSError: the recording is bad.
     """
     job = SceneJob(plan.scene, plan, watch=watch)
-    _play(plan, job, Path("out/rehearsal"))
+    _play(plan, job, Path("out/replay"))
     _raise_failure(job)
 
 
@@ -180,7 +181,7 @@ def live_in_window(plan: LivePlan) -> int:
     window = make_window(Document(plan.scene, seed=plan.seed), rehearse_to=plan.out)
     live = window.bench.shared(LiveRun)
     assert live is not None
-    live.out, live.plan = plan.out, plan
+    live.plan = plan
     live.use(plan.setup, is_simulated=plan.is_simulated)
     window.bench.set(has_started=True)
     window.show_dock("live")
@@ -196,7 +197,7 @@ def live_in_window(plan: LivePlan) -> int:
 def _play(plan: SessionPlan, job: SceneJob, out: Path) -> None:
     application = _application()
     document = replace(Document(plan.scene), seed=plan.seed, scenario_name=plan.scenario or "")
-    window = make_window(document, rehearse_to=out)
+    window = make_window(document, rehearse_to=out.with_name("sessions"))
     window.run.play(job)
     _exec(application, window)
 
@@ -213,7 +214,7 @@ def _conditions(window: MainWindow) -> dict[str, Callable[..., bool]]:
         "wait.live": lambda state="live": (
             live is not None and live.session is not None and live.session.state == state
         ),
-        "wait.scene": lambda: bench.scene is not None and window.is_filled,
+        "wait.scene": lambda: bench.scene is not None and not run.is_opening and window.is_filled,
     }
 
 

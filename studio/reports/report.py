@@ -76,7 +76,15 @@ def render_report(report: Report) -> str:
 
 
 def verdict(report: Report) -> Verdict:
-    """Whether every figure with a bar met it, in one line."""
+    """Whether every figure with a bar met it, in one line; and whether it was cut short."""
+    found = _verdict(report)
+    if report.result.cut_short is None:
+        return found
+    words = report.result.cut_short.text
+    return Verdict(found.mark, f"Cut short: {words}", f"{found.headline}. {found.detail}")
+
+
+def _verdict(report: Report) -> Verdict:
     barred = [row for row in report.rows if row.passed is not None]
     missed = [row for row in barred if row.passed is False]
     board = next(iter(report.boards.values()))

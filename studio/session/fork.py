@@ -92,7 +92,11 @@ class Fork:
         recorded = _recorded_frames(self.recording)
         for message in messages:
             if not self.is_changed or message.frame.t_ns < self.t_ns:
-                yield self._held(message, next(recorded, None))
+                known = next(recorded, None)
+                if known is None and message.frame.t_ns >= self.t_ns:
+                    yield message  # the recording was cut short: from its end on all is new
+                    break
+                yield self._held(message, known)
             else:
                 yield message
                 break

@@ -144,13 +144,17 @@ Made = tuple[ScenePackage, SessionInfo, Callable[[], Iterator[SessionMessage]], 
 
 def _simulated(plan: SessionPlan) -> Made:
     from sim.camera.camera360 import default_rig
+    from sim.scenarios.arrangement import arranged_scene
     from studio.session.records.provenance import library_versions
     from studio.session.staging import staging_of
 
     fork = plan.fork
-    staging = staging_of(plan.scene, plan.scenario, fork, more_faults=plan.more_faults)
+    staging = staging_of(
+        plan.scene, plan.scenario, fork, more_faults=plan.more_faults, arranged=plan.arranged
+    )
     scenario = staging.scenario
     scene = with_camera(staging.scene, scenario.camera.world_from_rig)
+    scene = arranged_scene(scene, scenario.arrangement)
     then = () if fork is None else fork.then
     info = SessionInfo(
         scene=plan.scene,

@@ -40,6 +40,7 @@ class SessionPlan:
         fork: a recorded simulation to go on with; its scene, seed and methods are given above.
         more_methods: trackers beside `METHODS` by name, such as those of plug-ins.
         more_faults: kinds that the scenario may have beside the built-in ones.
+        arranged: tables of what was arranged by hand, which the scenario's text gets at its end.
         options: the tracker's settings to begin with; None for the usual ones, and in a replay for
             those that are recorded, with their changes.
     """
@@ -54,4 +55,5 @@ class SessionPlan:
     fork: Fork | None = None
     more_methods: Mapping[str, MethodMaker] = field(default_factory=lambda: NO_MORE)
     more_faults: tuple[type[Fault], ...] = ()
+    arranged: str = ""
     options: TrackerOptions | None = None

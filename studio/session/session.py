@@ -8,12 +8,13 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import Any
 
 from devices.clock import Clock
-from devices.messages import EncodedFrame
+from devices.messages import EncodedFrame, Event
 from devices.recording import Recorder
 from devices.recording_codec import (
     RecordedAnnotation,
@@ -30,6 +31,7 @@ from studio.session.latency import Latencies
 from studio.session.live_surfaces import LiveSurfaces
 from studio.session.pipeline import Executor, RecorderThread
 from studio.session.plan import Pace, SessionPlan
+from studio.session.records.cut_short import cut_short_event
 from studio.session.records.live_recording import LiveRecording
 from studio.session.sources import (
     SessionInput,
@@ -92,6 +94,7 @@ class SessionResult:
         lost: pictures that never came from the camera.
         latencies: durations per stage.
         video_shed: packets that the recorder had no room for.
+        cut_short: what the recording says of its end if it was stopped before it; None if not.
     """
 
     frames: int
@@ -99,6 +102,7 @@ class SessionResult:
     lost: int
     latencies: Latencies
     video_shed: int
+    cut_short: Event | None = None
 
 
 class Session:
@@ -139,6 +143,8 @@ class Session:
         self._frames = self._lost = 0
         self._next_seq = 0
         self._first_seq: int | None = None
+        self._last_ns = 0
+        self._cut_short: Event | None = None
         self._is_located = False
         # A live camera's receiver replaces pictures that nobody takes; a simulated one sends all.
         self._gaps_are_drops = info.stream is not None
@@ -199,12 +205,15 @@ class Session:
         watch: Callable[[SessionOutput], None],
         *,
         cancelled: threading.Event | None = None,
+        stopped: threading.Event | None = None,
     ) -> SessionResult:
         """Play it from beginning to end, once.
 
         Args:
             watch: sees every result, on the caller's thread.
-            cancelled: set it from another thread to stop.
+            cancelled: set it from another thread to stop and keep nothing.
+            stopped: set it from another thread to end it after the frame that is being played; what
+                was recorded until then is whole and says so.
 
         Raises:
             CancelledError: it was cancelled; the recording keeps its `.part` name.
@@ -216,15 +225,18 @@ class Session:
             if self.plan.record_to is not None:
                 recorder = self._recorded(self.plan.record_to, stack)
             dropped = self._executor.run(
-                self._timed_messages,
+                partial(self._timed_messages, stopped or threading.Event()),
                 entered=self._enter,
                 step=lambda message: watch(self._step(message)),
                 cancelled=cancelled or threading.Event(),
             )
+            cut_short = self._cut_short
+            if cut_short is not None:
+                self._write(cut_short)
         shed = recorder.shed_video if recorder is not None else 0
         if self._gaps_are_drops:
             dropped = self.counts[1]
-        return SessionResult(self._frames, dropped, self._lost, self._latencies, shed)
+        return SessionResult(self._frames, dropped, self._lost, self._latencies, shed, cut_short)
 
     def _recorded(self, path: Path, stack: ExitStack) -> Recorder | LiveRecording:
         """Record from now on until the stack is left."""
@@ -238,9 +250,12 @@ class Session:
             self._write = stack.enter_context(RecorderThread(recorder)).write
         return recorder
 
-    def _timed_messages(self) -> Iterator[SessionMessage]:
+    def _timed_messages(self, stopped: threading.Event) -> Iterator[SessionMessage]:
         messages = self._messages()
         while True:
+            if stopped.is_set():
+                self._cut_short = cut_short_event(self._last_ns, self.duration_ns)
+                return
             started = time.perf_counter_ns()
             message = next(messages, None)
             if message is None:
@@ -334,6 +349,7 @@ class Session:
         if not self._gaps_are_drops:
             self._lost += frame.seq - self._next_seq
         self._next_seq = frame.seq + 1
+        self._last_ns = frame.t_ns
         for event in live.events:
             if not self._settings.take(event):  # those are written when they are followed
                 self._write(event)

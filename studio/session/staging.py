@@ -69,6 +69,7 @@ def staging_of(
     fork: Fork | None = None,
     *,
     more_faults: Sequence[type[Fault]] = (),
+    arranged: str = "",
 ) -> Staging:
     """Open what a session takes place in.
 
@@ -77,6 +78,7 @@ def staging_of(
         scenario_name: a built-in scenario or a file; None for the room's own.
         fork: the session goes on from a recorded one, whose scenario it is.
         more_faults: kinds that a scenario may have beside the built-in ones.
+        arranged: tables of what was arranged by hand, which the scenario's text gets at its end.
 
     Raises:
         ValueError: scene or scenario are bad, they do not fit, or the scan cannot be rehearsed in.
@@ -85,13 +87,13 @@ def staging_of(
     from scenes.opening import open_scene
     from scenes.samples import SAMPLE_NAMES
 
-    load = partial(_read, more_faults=more_faults)
+    load = partial(_read, more_faults=more_faults, arranged=arranged)
     if scene_name in SAMPLE_NAMES:
         return _built_in(scene_name, None, scenario_name, fork, load)
     scene = open_scene(scene_name)
     if scene.physical is not None:
         return _built_in(scene.physical, scene, scenario_name, fork, load)
-    return _scan(scene_name, scene, scenario_name, fork, load)
+    return _scan(scene_name, scene, scenario_name, fork, load, arranged)
 
 
 def _built_in(
@@ -115,14 +117,19 @@ def _built_in(
         scenario, text = load(scenario_name or DEFAULT_SCENARIOS[room.name])
     else:
         scenario, text = fork.scenario, fork.info.scenario
-    room = _with_camera(room, scenario)
+    room = _as_asked(room, scenario)
     # The first opening of a built-in scene takes a minute; a bad scenario is reported before it.
     _check(scenario, room, fork)
     return Staging(scene or open_scene(room_name), room, scenario, text)
 
 
 def _scan(
-    path: str, scene: ScenePackage, scenario_name: str | None, fork: Fork | None, load: Load
+    path: str,
+    scene: ScenePackage,
+    scenario_name: str | None,
+    fork: Fork | None,
+    load: Load,
+    arranged: str,
 ) -> Staging:
     from scenes.prepare.cutout.likewise import TakenApart
     from scenes.render.native import NativeRenderer
@@ -162,24 +169,38 @@ def _scan(
     elif scenario_name is not None:
         scenario, text = load(scenario_name)
     else:
-        text = first_scenario(room)
+        text = _with_arranged(first_scenario(room), arranged)
         scenario = parse_scenario(text, source=f"first scenario of {scene.name}")
-    room = _with_camera(room, scenario)
+    scanned_at = {item.object_id: item.world_from_object for item in room.objects}
+    room = _as_asked(room, scenario)
     _check(scenario, room, fork)
     error = None if reality is None else partial(drawn_error, reality)
-    scanned = Scanned(partial(SplatLook, renderer=renderer), error)
+    scanned = Scanned(partial(SplatLook, renderer=renderer, scanned_at=scanned_at), error)
     return Staging(scene, room, scenario, text, scanned, words)
 
 
-def _read(scenario_name: str, *, more_faults: Sequence[type[Fault]]) -> tuple[Scenario, str]:
-    from sim.scenarios.scenario import load_scenario
+def _read(
+    scenario_name: str, *, more_faults: Sequence[type[Fault]], arranged: str
+) -> tuple[Scenario, str]:
+    from sim.scenarios.scenario import load_scenario, parse_scenario
 
     scenario = load_scenario(scenario_name, more_faults=more_faults)
-    return scenario, Path(scenario.source).read_text(encoding="utf-8")
+    text = Path(scenario.source).read_text(encoding="utf-8")
+    if arranged:
+        text = _with_arranged(text, arranged)
+        scenario = parse_scenario(text, source=scenario.source, more_faults=more_faults)
+    return scenario, text
 
 
-def _with_camera(room: PhysicalRoom, scenario: Scenario) -> PhysicalRoom:
-    """The room with its camera where the scenario puts it."""
+def _with_arranged(text: str, arranged: str) -> str:
+    return f"{text.rstrip()}\n\n{arranged}" if arranged else text
+
+
+def _as_asked(room: PhysicalRoom, scenario: Scenario) -> PhysicalRoom:
+    """The room with camera and objects where the scenario puts them."""
+    from sim.scenarios.arrangement import arranged_room
+
+    room = arranged_room(room, scenario.arrangement)
     placed = scenario.camera.world_from_rig
     return room if placed is None else replace(room, world_from_rig=placed)
 

@@ -77,6 +77,7 @@ def _window_rows(args: argparse.Namespace) -> list[Row]:
         orbiting_rows,
     )
     from studio.app.measure.seeking import seek_rows
+    from studio.app.measure.walking import walked_rows
 
     rows: list[Row] = []
     for part in (opening_rows, orbiting_rows, answering_rows):
@@ -87,7 +88,8 @@ def _window_rows(args: argparse.Namespace) -> list[Row]:
             rows += seek_rows(Path(folder))
     rows += open_close_rows(args.rounds)
     rows += kill_rows(args.kills)
-    return rows
+    print("walking …", file=sys.stderr)
+    return rows + walked_rows()
 
 
 def _day_rows(rows: list[Row], only: list[str] | tuple[str, ...]) -> list[Row]:

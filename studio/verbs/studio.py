@@ -17,9 +17,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out",
         type=Path,
-        default=Path("out/rehearsal"),
+        default=Path("out/sessions"),
         metavar="DIR",
-        help="where rehearsals started from the window go (out/rehearsal)",
+        help="where every session of the window gets a folder of its own (out/sessions)",
     )
     parser.add_argument(
         "--script",

@@ -143,7 +143,7 @@ def designing(folder: Path) -> list[Row]:
     from studio.app.model.documents.document import Document
 
     window, wait = shown_window(Document("lab", scenario_name="lab-short"), home=folder / "home")
-    window.run.out = folder / "rehearsal"
+    window.run.out = folder / "sessions"
     wait(lambda: window.is_filled and has_picture(window))
     bench, clicks = window.bench, 0
     for action, values in (
@@ -158,7 +158,9 @@ def designing(folder: Path) -> list[Row]:
     wait(lambda: window.run.output is not None)
     error_px = _live_surface_px(window, wait)
     wait(lambda: not window.run.is_busy)
-    report = (folder / "rehearsal" / "report.html").is_file()
+    wait(lambda: window.run.report is not None)
+    folder_of_report = window.run.report
+    report = folder_of_report is not None and (folder_of_report / "report.html").is_file()
     wait(lambda: window.run.shown_rehearsal is not None)
     begin = time.monotonic()
     bench.perform("share.make")

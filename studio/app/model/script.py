@@ -11,6 +11,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+READING = "a recording"
+"""Names the reading of a recording in `Workbench.busy`: every step waits for its end, since what a
+recording is opened for comes next."""
+
 
 class ScriptError(ValueError):
     """A script cannot be read or a line of it failed: names file, line and reason."""

@@ -15,10 +15,18 @@ if TYPE_CHECKING:
 class Sessions(Protocol):
     """Opens scenes and plays sessions, one at a time; `SessionRun` is the one there is."""
 
-    out: Path
     output: SessionOutput | None
     line: str
     trying: TrackerOptions | None
+
+    @property
+    def out(self) -> Path:
+        """Folder where every session gets one of its own."""
+        ...
+
+    def new_folder(self, *words: str, out: Path | None = None) -> Path:
+        """Make the folder of the session that comes next; it goes if that leaves nothing."""
+        ...
 
     @property
     def job(self) -> SceneJob | None:
@@ -32,7 +40,12 @@ class Sessions(Protocol):
 
     @property
     def is_playing(self) -> bool:
-        """Whether a session is playing."""
+        """Whether a session is playing, or is being wound up."""
+        ...
+
+    @property
+    def is_opening(self) -> bool:
+        """Whether a scene is being opened."""
         ...
 
     @property
@@ -45,5 +58,5 @@ class Sessions(Protocol):
         ...
 
     def stop(self) -> None:
-        """Ask what runs to stop."""
+        """Ask what runs to stop; of a session, what was recorded until then is kept."""
         ...

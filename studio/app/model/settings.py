@@ -8,11 +8,14 @@ import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args
 
 import platformdirs
 
 from studio.app.model.whole_text import write_whole
+
+Recent = Literal["recent", "recent_sessions", "recent_scenarios"]
+"""Lists of what was opened."""
 
 RECENT = 12
 """Scenes and projects that are remembered."""
@@ -33,6 +36,8 @@ class Settings:
         key_preset: name of the keys that are changed by `keys`.
         keys: key sequences by action id, where they differ from the preset.
         recent: scenes and projects, newest first.
+        recent_sessions: recordings that were opened, newest first.
+        recent_scenarios: files of scenarios that were opened or saved, newest first.
         layout: of the docks, as their library writes it, base64; empty for the first.
         geometry: of the window, base64.
         layouts: by name, those that were saved.
@@ -48,6 +53,8 @@ class Settings:
     key_preset: str = "studio"
     keys: Mapping[str, str] = field(default_factory=dict)
     recent: tuple[str, ...] = ()
+    recent_sessions: tuple[str, ...] = ()
+    recent_scenarios: tuple[str, ...] = ()
     layout: str = ""
     geometry: str = ""
     layouts: Mapping[str, str] = field(default_factory=dict)
@@ -57,10 +64,10 @@ class Settings:
     cameras: tuple[str, ...] = ()
     layers: Mapping[str, bool] = field(default_factory=dict)
 
-    def opened(self, scene: str) -> Settings:
-        """After a scene or project was opened."""
-        others = [name for name in self.recent if name != scene]
-        return replace(self, recent=tuple([scene, *others][:RECENT]))
+    def opened(self, path: str, kind: Recent = "recent") -> Settings:
+        """After something was opened: a scene or project, a recording, a scenario."""
+        others = [name for name in getattr(self, kind) if name != path]
+        return replace(self, **{kind: tuple([path, *others][:RECENT])})
 
 
 def settings_folder() -> Path:
@@ -117,7 +124,7 @@ def _checked(name: str, value: Any) -> Any:
     if name == "layers":
         good = isinstance(value, dict) and all(isinstance(v, bool) for v in value.values())
         return value if good else None
-    if name in ("recent", "panels", "cameras"):
+    if name in (*get_args(Recent), "panels", "cameras"):
         good = isinstance(value, list) and all(isinstance(v, str) for v in value)
         return tuple(value[:RECENT]) if good else None
     if name == "theme":

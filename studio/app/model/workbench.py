@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import time
 from collections import defaultdict, deque
-from collections.abc import Callable, MutableSet
+from collections.abc import Callable, Mapping, MutableSet
 from dataclasses import replace
-from enum import Enum, auto
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -24,7 +24,9 @@ from studio.app.model.log import Level, Log, LogLine
 from studio.app.model.names import shown_name
 from studio.app.model.offered import Offered
 from studio.app.model.script import script_line
-from studio.app.model.settings import Settings
+from studio.app.model.settings import Recent, Settings
+from studio.app.model.standing import Happening, Mode, Standing, after
+from studio.app.model.topics import Notice, Topic
 
 if TYPE_CHECKING:
     from scenes.package import ScenePackage
@@ -37,29 +39,6 @@ TRACE = 2000
 
 
 Part = TypeVar("Part")
-
-
-class Topic(Enum):
-    """What listeners can be called for."""
-
-    DOCUMENT = auto()
-    """The document is another value: an edit, undo, or another project."""
-    STATE = auto()
-    """What is shown of the room has changed."""
-    SCENE = auto()
-    """A scene was opened, or is being opened."""
-    SELECTION = auto()
-    """Another item is selected."""
-    SESSION = auto()
-    """A session began, went on by a frame, or ended."""
-    RECORDING = auto()
-    """A recording was opened or closed."""
-    LOG = auto()
-    """A line was added."""
-    SETTINGS = auto()
-    """The user's settings are another value."""
-    OFFERED = auto()
-    """Plug-ins offer other trackers or faults."""
 
 
 class Workbench:
@@ -78,9 +57,13 @@ class Workbench:
         self.scene: ScenePackage | None = None
         self.project: Path | None = None
         """File of the project, or None before it was saved once."""
-        self.recording: Path | None = None
+        self.standing = Standing()
+        """Which of editing, playing, recorded and live it is."""
+        self.notice: Notice | None = None
+        """The newest one."""
         self.selection = ""
-        self.is_saved = True
+        self.left_unsaved = False
+        """Whether the document before this one went with edits nobody has saved or given up."""
         self.live: tuple[LivePicture, ...] = ()
         """What live surfaces show in the state that is shown."""
         self.camera_picture: NDArray[np.uint8] | None = None
@@ -94,6 +77,8 @@ class Workbench:
         self.busy: MutableSet[str] = set()
         """Names of work on threads that will come to an end by itself: scripts wait for it."""
         self._document = document
+        self._saved: Document | None = document
+        self._given_up: Document | None = None
         self._settings = settings
         self._base: SceneState | None = None
         self._state = composed(None, document.twin)
@@ -122,25 +107,54 @@ class Workbench:
         self.history.push(Change(label, before, document, merge))
 
     def show_document(self, document: Document) -> None:
-        """Take a document without a step of undo: undo itself, and what is opened."""
+        """Take a document without a step of undo: undo itself, and what is restored."""
         self._document = document
-        self.is_saved = False
         self._compose()
         self._call(Topic.DOCUMENT)
 
-    def open_document(self, document: Document, project: Path | None) -> None:
-        """Begin with another document; what could be undone is forgotten."""
+    def open_document(
+        self, document: Document, project: Path | None, *, is_saved: bool = True
+    ) -> None:
+        """Begin with another document; what could be undone is forgotten.
+
+        Args:
+            document: what is edited from now on.
+            project: its file, or None.
+            is_saved: whether nothing would be lost with it as it is.
+
+        Raises:
+            StandingError: a session plays.
+        """
+        self._happen(Happening.OPEN_DOCUMENT)
+        self.left_unsaved = not (self.is_saved or self.is_given_up)
         self.history.clear()
         self.project = project
         self.selection = ""
-        self._base = None
+        if self.standing.mode is Mode.EDITING:
+            self._base = None
+        self._saved = document if is_saved else None
+        self._given_up = None
+        self._document = document
+        self._call(Topic.OPENED)
         self.show_document(document)
-        self.is_saved = True
-        self._call(Topic.DOCUMENT)
+
+    @property
+    def is_saved(self) -> bool:
+        """Whether nothing would be lost with the document: undo comes back to what was saved."""
+        return self._document is self._saved
+
+    @property
+    def is_given_up(self) -> bool:
+        """Whether the user has said that the document as it is may be lost."""
+        return self._document is self._given_up
+
+    def give_up(self) -> None:
+        """The user has said that the document as it is now may be lost."""
+        self._given_up = self._document
 
     def saved(self, project: Path) -> None:
         """The document is in that file as it is now."""
-        self.project, self.is_saved = project, True
+        self.project, self._saved = project, self._document
         self._call(Topic.DOCUMENT)
 
     # --- what is shown ---------------------------------------------------------------------------
@@ -153,7 +167,7 @@ class Workbench:
     @property
     def is_by_hand(self) -> bool:
         """Whether no session or recording decides where objects are."""
-        return self._base is None
+        return self._base is None and self.standing.mode is Mode.EDITING
 
     def show_state(
         self,
@@ -180,11 +194,48 @@ class Workbench:
         self._call(Topic.SCENE)
         self._compose()
 
+    @property
+    def recording(self) -> Path | None:
+        """The recording that is open; None while a session plays, too."""
+        return self.standing.recording if self.standing.mode is Mode.RECORDED else None
+
     def open_recording(self, path: Path | None) -> None:
-        """Show a recording; None closes it."""
-        self.recording = path
+        """Show a recording; None closes it.
+
+        Raises:
+            StandingError: a session plays.
+        """
+        if path is None and self.standing.is_session:
+            return
+        happening = Happening.CLOSE_RECORDING if path is None else Happening.OPEN_RECORDING
+        self._happen(happening, path)
         if path is None:
             self.show_state(None)
+        self._call(Topic.RECORDING)
+
+    def begin_session(self, *, is_live: bool) -> None:
+        """A session decides where objects are from now on.
+
+        Raises:
+            StandingError: one plays already.
+        """
+        happening = Happening.GO_LIVE if is_live else Happening.PLAY
+        self._happen(happening)
+        self.show_state(None)
+        self._call(Topic.RECORDING)
+
+    def end_session(self, recording: Path | None) -> None:
+        """The session has ended, however it did; hands decide again unless there is a recording.
+
+        Args:
+            recording: to look at; None goes back to where the session was begun.
+
+        Raises:
+            StandingError: none plays.
+        """
+        happening = Happening.END if recording is None else Happening.END_KEPT
+        self._happen(happening, recording)
+        self.show_state(None)
         self._call(Topic.RECORDING)
 
     def select(self, item_id: str) -> None:
@@ -196,6 +247,9 @@ class Workbench:
     def name_of(self, item_id: str) -> str:
         """What something is called, see `shown_name`."""
         return shown_name(item_id, self._document, self.scene)
+
+    def _happen(self, happening: Happening, recording: Path | None = None) -> None:
+        self.standing = after(self.standing, happening, recording)
 
     def _compose(self) -> None:
         self._state = composed(self._base, self._document.twin)
@@ -225,6 +279,11 @@ class Workbench:
     def set(self, **values: Any) -> None:
         """Change settings by name."""
         self._settings = replace(self._settings, **values)
+        self._call(Topic.SETTINGS)
+
+    def remember(self, path: str, kind: Recent = "recent") -> None:
+        """Something was opened: it comes first in that list of the settings."""
+        self._settings = self._settings.opened(path, kind)
         self._call(Topic.SETTINGS)
 
     # --- actions ---------------------------------------------------------------------------------
@@ -277,6 +336,16 @@ class Workbench:
         """Add a line to the log; the window shows the last one."""
         self.log.add(LogLine(time.time_ns(), level, " ".join(text.split())))
         self._call(Topic.LOG)
+
+    def notify(
+        self,
+        text: str,
+        level: Level = "error",
+        ways: Mapping[str, Callable[[], object]] = MappingProxyType({}),
+    ) -> None:
+        """Show a sentence in the window, with a button for each way to go on; see `Notice`."""
+        self.notice = Notice(" ".join(text.split()), ways, level)
+        self._call(Topic.NOTICE)
 
     def listen(self, topic: Topic, callback: Callable[[], None]) -> None:
         """Call back on the main thread whenever something of that kind has changed."""

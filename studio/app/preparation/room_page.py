@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
-from PySide6.QtCore import Qt, QTimer
+from PySide6.QtCore import QEvent, QObject, Qt, QTimer
 from PySide6.QtGui import QCloseEvent, QColor, QDragEnterEvent, QDropEvent, QPixmap
 from PySide6.QtWidgets import (
     QComboBox,
     QDoubleSpinBox,
+    QFileDialog,
     QFormLayout,
     QHBoxLayout,
     QLabel,
@@ -20,7 +22,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from studio.app.model.documents.dropped import MESHES, SPLATS
+from studio.app.model.documents.dropped import MESHES, SPLATS, VIDEOS
 from studio.app.model.workbench import Workbench
 from studio.app.preparation.length_picker import LengthPicker
 from studio.app.preparation.preparation_job import (
@@ -32,8 +34,9 @@ from studio.app.preparation.preparation_job import (
 )
 from studio.app.preparation.stage_lines import StageLine
 from studio.app.shell.theme import SHAPES, THEMES
+from studio.app.shell.wrapping import WrappingRow
 
-NOTHING = "Drop a video, a folder of photos,\na splat file or a mesh here"
+NOTHING = "Drop a video, a folder of photos,\na splat file or a mesh here, or click"
 SCALE = (
     "How large it is: the side of a printed code in the pictures, or one known length. Leave all "
     "empty where codes with their size in them are seen."
@@ -72,6 +75,13 @@ class RoomPage(QScrollArea):
         self.drop.setFrameShape(QLabel.Shape.StyledPanel)
         self.drop.setMinimumHeight(64)
         self.drop.setWordWrap(True)
+        self.drop.setCursor(Qt.CursorShape.PointingHandCursor)
+        self.drop.installEventFilter(self)
+        self.browse_video = _browse("Video …", "a video, a splat file or a mesh", self._ask_file)
+        self.browse_photos = _browse("Photos …", "a folder of photos", self._ask_photos)
+        self.browse_package = _browse(
+            "Package …", "a room package (.gnx) that is there already", self._ask_package
+        )
         self.notice = QLabel()
         self.notice.setWordWrap(True)
         self.notice.hide()
@@ -111,6 +121,11 @@ class RoomPage(QScrollArea):
         page = QWidget()
         layout = QVBoxLayout(page)
         layout.addWidget(self.drop)
+        layout.addLayout(
+            WrappingRow(
+                (QLabel("Browse:"), self.browse_video, self.browse_photos, self.browse_package)
+            )
+        )
         layout.addWidget(self.notice)
         words = QLabel(SCALE)
         words.setObjectName("faint")
@@ -257,6 +272,29 @@ class RoomPage(QScrollArea):
         for column in range(3):
             self.stages.resizeColumnToContents(column)
 
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """See Qt: what asks to be dropped on can be clicked, too."""
+        if watched is self.drop and event.type() == QEvent.Type.MouseButtonRelease:
+            self._ask_file()
+            return True
+        return super().eventFilter(watched, event)
+
+    def _ask_file(self) -> None:
+        kinds = " ".join(f"*{suffix}" for suffix in sorted(VIDEOS | SPLATS | MESHES))
+        chosen, _ = QFileDialog.getOpenFileName(self, "Prepare a room of", "", f"Files ({kinds})")
+        if chosen:
+            self._bench.do("preparation.add", path=chosen)
+
+    def _ask_photos(self) -> None:
+        chosen = QFileDialog.getExistingDirectory(self, "Prepare a room of the photos in")
+        if chosen:
+            self._bench.do("preparation.add", path=chosen)
+
+    def _ask_package(self) -> None:
+        chosen = QFileDialog.getExistingDirectory(self, "Open a room package (.gnx)")
+        if chosen:
+            self._bench.do("file.open_folder", path=chosen)
+
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         """See Qt."""
         if event.mimeData().hasUrls():
@@ -272,6 +310,13 @@ class RoomPage(QScrollArea):
         """What runs ends with the window."""
         self.cancel()
         event.accept()
+
+
+def _browse(words: str, hint: str, ask: Callable[[], None]) -> QPushButton:
+    button = QPushButton(words)
+    button.setToolTip(hint)
+    button.clicked.connect(ask)
+    return button
 
 
 def _length(unit: str, none: str, most: float) -> QDoubleSpinBox:

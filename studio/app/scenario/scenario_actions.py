@@ -138,6 +138,8 @@ class ScenarioActions:
         chosen = path or self._ask("Open scenario", KINDS, False)
         if chosen:
             self._editing.open(Path(chosen))
+            if self._editing.draft is None:  # else it is none yet, see the editor
+                self._editing.bench.remember(chosen, "recent_scenarios")
 
     def _save(self, path: str = "") -> None:
         chosen = path or self._ask("Save scenario", KINDS, True)

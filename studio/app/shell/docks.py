@@ -47,6 +47,15 @@ DOCKS = (
         "Ctrl+1",
     ),
     Dock(
+        "sessions",
+        "Sessions",
+        "mdi6.history",
+        "left",
+        "studio.app.sessions.dock:SessionsDock",
+        "sessions that were recorded: open, show the folder, delete, bring back",
+        "Ctrl+8",
+    ),
+    Dock(
         "scenario",
         "Scenario",
         "mdi6.script-text-outline",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtWidgets import (
@@ -19,6 +18,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from studio.app.model.actions import Choice
+from studio.app.model.documents.recent import recent_choices
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.shell.theme import POINT_SIZE
 
@@ -31,6 +32,9 @@ NEVER_PX = 2**24 - 1
 WIDTH_PX = 520
 """Width of the card at text size 1, in pixels: lines of some sixty letters, read without effort. It
 grows with the text."""
+
+RECENT = 2
+"""Of each kind, what was opened lately: the card stays small."""
 
 WAYS = (
     (
@@ -100,6 +104,30 @@ class WayRows(QWidget):
         self._grid.setColumnStretch(1, 1)
 
 
+class RecentRows(QWidget):
+    """What was opened lately, a button each; nothing at all where that is nothing."""
+
+    def __init__(self, choose: Callable[[str], None]) -> None:
+        super().__init__()
+        self.buttons: list[QPushButton] = []
+        self._choose = choose
+        self._column = QVBoxLayout(self)
+        self._column.setContentsMargins(0, 4, 0, 0)
+        self._column.setSpacing(4)
+
+    def add(self, choice: Choice) -> None:
+        """Add one, below the others."""
+        if not self.buttons:
+            words = QLabel("Opened lately")
+            words.setObjectName("faint")
+            self._column.addWidget(words)
+        button = QPushButton(choice.title)
+        path = choice.values["path"]
+        button.clicked.connect(lambda: self._choose(path))
+        self._column.addWidget(button, alignment=Qt.AlignmentFlag.AlignLeft)
+        self.buttons.append(button)
+
+
 class FirstPage(QFrame):
     """A card over the lower left of the view. It goes with the first action, and for good.
 
@@ -134,6 +162,11 @@ class FirstPage(QFrame):
         self._words.setSpacing(8)
         self._words.addWidget(text)
         self._words.addWidget(self._ways)
+        self.recent = RecentRows(self._open)
+        for choice in recent_choices(bench.settings, RECENT):
+            self.recent.add(choice)
+        if self.recent.buttons:
+            self._words.addWidget(self.recent)
         self._scrolled = QScrollArea()
         self._scrolled.setObjectName("clear")
         self._scrolled.setFrameShape(QFrame.Shape.NoFrame)
@@ -148,6 +181,11 @@ class FirstPage(QFrame):
         over.installEventFilter(self)
         bench.listen(Topic.SESSION, self._leave_if_begun)
         bench.listen(Topic.RECORDING, self._leave_if_begun)
+
+    def begin(self) -> None:
+        """Show it in its place."""
+        self.show()
+        self.place()
 
     def event(self, event: QEvent) -> bool:
         """See Qt: its words have another size, since their font has."""
@@ -197,6 +235,10 @@ class FirstPage(QFrame):
         if self.isVisible() and (is_playing or self._bench.recording is not None):
             self.leave()
 
+    def _open(self, path: str) -> None:
+        self.leave()
+        self._bench.do("file.open_recent", path=path)
+
     def _do(self, action_id: str) -> None:
         self.leave()
         self._bench.do(action_id)
@@ -206,8 +248,3 @@ def _height_for(layout: QLayout, width: int) -> int:
     layout.invalidate()
     depends = layout.hasHeightForWidth()
     return layout.heightForWidth(width) if depends else layout.sizeHint().height()
-
-
-def scene_title(scene: str) -> str:
-    """How a scene is called in the title of the window and in menus."""
-    return Path(scene).name or scene

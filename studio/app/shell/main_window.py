@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import PySide6QtAds as ads
 from PySide6.QtCore import QByteArray, QTimer
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QResizeEvent
-from PySide6.QtWidgets import QApplication, QFileDialog, QLabel, QMainWindow, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QLabel, QMainWindow, QVBoxLayout, QWidget
 
-from studio.app.model.documents.autosave import Autosave, Recovered, discard, recoverable
+from studio.app.model.runs.leaving import Answer, Leaving, document_name
 from studio.app.model.runs.live_run import LiveRun
+from studio.app.model.runs.replacing import Replacing
 from studio.app.model.runs.session_run import SessionRun
 from studio.app.model.settings import save_settings
 from studio.app.model.workbench import Topic, Workbench
@@ -26,13 +28,16 @@ from studio.app.shell.actions.window import add_shell_actions
 from studio.app.shell.cheat_sheet import CheatSheet
 from studio.app.shell.command_palette import CommandPalette
 from studio.app.shell.docks import CLOSED_AT_FIRST, DOCKS, Dock, make_content
-from studio.app.shell.first_page import FirstPage, scene_title
+from studio.app.shell.first_page import FirstPage
 from studio.app.shell.history import QtHistory
 from studio.app.shell.menus import Menus
-from studio.app.shell.notice import Notice
+from studio.app.shell.notice import NoticeBar
+from studio.app.shell.questions import ask_file, ask_folder, ask_unsaved
 from studio.app.shell.script_run import ScriptRun
-from studio.app.shell.theme import SHAPES, THEMES, apply_theme
+from studio.app.shell.status_line import StatusLine
+from studio.app.shell.theme import THEMES, apply_theme
 from studio.app.shell.window_film import WindowFilm
+from studio.app.shell.work_in_progress import WorkInProgress
 
 POLL_MS = 15
 """Between two looks at what the threads have left: well below a frame of a 30 Hz view."""
@@ -45,7 +50,7 @@ AREAS = {
 
 
 class MainWindow(QMainWindow):
-    """The studio's window. Closing it cancels what is running and waits for it.
+    """The studio's window. Closing it stops what is running and waits for it.
 
     Args:
         bench: what it shows.
@@ -72,19 +77,24 @@ class MainWindow(QMainWindow):
         self._make_view = make_view
         self._film: WindowFilm | None = None
         self._known_actions = 0
-        self._autosave = Autosave(home)
         self._contents: dict[str, QWidget] = {}
         self.view: QWidget | None = None
         self._wear_theme()  # docks take the height of their tabs from it when they are made
         self.setAcceptDrops(True)
         self.resize(1380, 860)
         self.setMinimumSize(860, 560)
-        self.notice = Notice()
+        self.notice, self.problem = NoticeBar(), NoticeBar()
+        self._is_asked = False
+        self.leaving = Leaving(bench, self._ask_unsaved, lambda: bench.do("file.save"))
+        replacing = Replacing(bench, run, self.leaving)
+        self._work = WorkInProgress(bench, home, self.notice, replacing)
         middle = QWidget()
         self._middle = QVBoxLayout(middle)
         self._middle.setContentsMargins(0, 0, 0, 0)
         self._middle.setSpacing(0)
-        self._middle.addWidget(self.notice)
+        self.problem.follow(bench)
+        for bar in (self.notice, self.problem):
+            self._middle.addWidget(bar)
         self._docks, self.docks = self._make_docks(middle)
         self._panels = PanelDocks(self._docks, self.docks["session"])
         self.plugins = PluginHost(bench, plugins or home / "plugins", places=self._panels)
@@ -92,16 +102,14 @@ class MainWindow(QMainWindow):
         self.menus = Menus(bench, self)
         self.palette_bar = CommandPalette(bench, self)
         self.cheat_sheet = CheatSheet(bench, self)
-        self._line, self._state, self._count = QLabel("opening …"), QLabel(), QLabel()
-        self.statusBar().addWidget(self._line, 1)
-        self.statusBar().addPermanentWidget(self._count)
-        self.statusBar().addPermanentWidget(self._state)
+        self._status = StatusLine(bench, run, self.statusBar())
         self.first_page: FirstPage | None = None
-        add_file_actions(bench, run, self._ask_for_file)
+        ask = partial(ask_file, self)
+        add_file_actions(bench, replacing, ask, partial(ask_folder, self))
         add_session_actions(bench, run)
         live = bench.shared(LiveRun)
         if live is not None:
-            LiveActions(bench, live, self._ask_for_file).add()
+            LiveActions(bench, live, ask).add()
         add_shell_actions(bench, self)
         self.menus.build()
         self._listen()
@@ -156,10 +164,8 @@ class MainWindow(QMainWindow):
         self.menus.build()
         self._recolour()
         if not self.bench.settings.has_started:
-            self.first_page = FirstPage(self.bench, self.view)
-            self.first_page.show()
-            self.first_page.place()
-        self._offer_recovery()
+            self.show_first_page()
+        self._work.offer()
         self.plugins.start()
         QTimer.singleShot(0, self, self._fill_docks)
 
@@ -189,7 +195,7 @@ class MainWindow(QMainWindow):
     @property
     def line(self) -> str:
         """What the bottom of the window says."""
-        return self._line.text()
+        return self._status.text
 
     def content(self, dock_id: str) -> QWidget:
         """What a dock holds; made if it was not yet."""
@@ -199,10 +205,8 @@ class MainWindow(QMainWindow):
     def _listen(self) -> None:
         self.bench.listen(Topic.DOCUMENT, self._on_document)
         self.bench.listen(Topic.SCENE, self._on_document)
-        self.bench.listen(Topic.SESSION, self._on_session)
-        self.bench.listen(Topic.RECORDING, self._on_session)
-        self.bench.listen(Topic.SELECTION, self.menus.refresh)
-        self.bench.listen(Topic.LOG, self._on_log)
+        for topic in (Topic.SESSION, Topic.RECORDING, Topic.SELECTION):
+            self.bench.listen(topic, self.menus.refresh)
         self.bench.listen(Topic.SETTINGS, self._on_settings)
         self._on_document()
         self._on_settings()
@@ -210,29 +214,9 @@ class MainWindow(QMainWindow):
     # --- what changes ----------------------------------------------------------------------------
 
     def _on_document(self) -> None:
-        document = self.bench.document
-        name = self.bench.project.stem if self.bench.project else scene_title(document.scene)
+        name = document_name(self.bench)
         self.setWindowTitle(f"{name}{'' if self.bench.is_saved else ' •'} - GaussianNexus Studio")
-        if not self.bench.is_saved:
-            self._autosave.keep(document)
         self.menus.refresh()
-
-    def _on_session(self) -> None:
-        self._line.setText(self.run.line)
-        session = None if self.run.job is None else self.run.job.session
-        if session is not None and self.run.output is not None:
-            frame = self.run.output.input.frame
-            self._count.setText(f"{frame.t_ns / 1e9:6.1f} s   frame {frame.seq:5d}")
-        kind = "good" if self.run.is_playing else "calm"
-        words = "playing" if self.run.is_playing else "busy" if self.run.is_busy else "idle"
-        self._state.setText(f"{SHAPES[kind]} {words}")
-        self.menus.refresh()
-
-    def _on_log(self) -> None:
-        line = self.bench.log.lines()[-1]
-        shape = {"info": "", "warning": "▲ ", "error": "✖ "}[line.level]
-        self._line.setText(shape + line.text)
-        self._line.setToolTip(line.text)
 
     def _on_settings(self) -> None:
         settings = self.bench.settings
@@ -242,7 +226,7 @@ class MainWindow(QMainWindow):
         try:
             save_settings(settings, self._home / "settings.json")
         except OSError as error:
-            self._line.setText(f"▲ settings cannot be saved: {error.strerror}")
+            self._status.say(f"▲ settings cannot be saved: {error.strerror}")
 
     def _wear_theme(self) -> bool:
         """Give the application the user's theme; whether it had another one."""
@@ -274,9 +258,7 @@ class MainWindow(QMainWindow):
         if self._known_actions != len(self.bench.actions):
             self._known_actions = len(self.bench.actions)
             self.menus.build()
-        problem = self._autosave.problem()
-        if problem is not None:
-            self.bench.say("error", problem)
+        self._work.poll()
         if self.script is None:
             return
         if not self.script.is_done:
@@ -346,35 +328,28 @@ class MainWindow(QMainWindow):
 
     def close_window(self) -> None:
         """See `Shell`."""
-        self.close()
+        self.leaving.then(self.close)
 
-    def _ask_for_file(self, title: str, kinds: str, writes: bool) -> str:
-        ask = QFileDialog.getSaveFileName if writes else QFileDialog.getOpenFileName
-        chosen, _ = ask(self, title, "", kinds)
-        return chosen
+    def close(self) -> bool:
+        """Close without a question: unsaved work stays kept, and is offered again."""
+        self._is_asked = True
+        return super().close()
 
-    # --- recovery, layout, closing ---------------------------------------------------------------
+    def _ask_unsaved(self, name: str, answered: Callable[[Answer], None]) -> None:
+        if self.script is not None and not self.script.is_done:
+            answered(Answer.KEEP)  # a script can answer no question
+        else:
+            ask_unsaved(self, name, answered)
 
-    def _offer_recovery(self) -> None:
-        found = recoverable(self._home)
-        if not found:
-            return
-        newest = found[0]
-        name = scene_title(newest.document.scene)
-        self.notice.offer(
-            f"Unsaved work on {name!r} was left behind when the studio ended.",
-            {
-                "Restore": lambda: self._recover(newest),
-                "Discard": lambda: discard(newest),
-            },
-        )
+    def show_first_page(self) -> None:
+        """See `Shell`."""
+        if self.view is not None:
+            if self.first_page is not None:
+                self.first_page.leave()
+            self.first_page = FirstPage(self.bench, self.view)
+            self.first_page.begin()
 
-    def _recover(self, found: Recovered) -> None:
-        self.bench.open_document(found.document, None)
-        self.bench.show_document(found.document)
-        self.run.open_scene(found.document.scene)
-        discard(found)
-        self.bench.say("info", "restored; save it to keep it")
+    # --- layout, closing -------------------------------------------------------------------------
 
     def _restore(self) -> None:
         settings = self.bench.settings
@@ -400,7 +375,11 @@ class MainWindow(QMainWindow):
         self.bench.do("file.drop", paths=paths)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Remember the layout, cancel, wait for the threads, close. Unsaved work stays kept."""
+        """Ask about unsaved work; remember the layout, stop what runs, wait for the threads."""
+        if not self._is_asked:
+            event.ignore()
+            self.close_window()
+            return
         self._timer.stop()
         self.film_window(None)
         layout = base64.b64encode(bytes(self._docks.saveState().data())).decode()
@@ -412,7 +391,7 @@ class MainWindow(QMainWindow):
         for widget in (self.view, *self._contents.values()):
             if widget is not None:
                 widget.close()
-        self._autosave.stop(keep=not self.bench.is_saved)
+        self._work.close()
         event.accept()
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 
-from studio.app.model.script import ScriptError, Step
+from studio.app.model.script import READING, ScriptError, Step
 from studio.app.model.workbench import Workbench
 
 WAIT_S = 600.0
@@ -44,8 +44,8 @@ class ScriptRun:
 
     def advance(self) -> None:
         """Do the next step, if what is waited for is there; called by the window's timer."""
-        if self.is_done:
-            return
+        if self.is_done or READING in self._bench.busy:
+            return  # what a recording is opened for comes when it is open
         step = self._steps[0]
         try:
             if step.action_id.startswith("wait."):

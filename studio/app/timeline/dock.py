@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QSize, Qt, QTimer, QUrl
 from PySide6.QtGui import QCloseEvent, QDesktopServices
 from PySide6.QtWidgets import (
-    QFileDialog,
     QHBoxLayout,
     QLabel,
     QScrollArea,
@@ -24,6 +23,7 @@ from scenes.package import ScenePackage
 from studio.app.model.documents.document import Marker
 from studio.app.model.names import shown_name
 from studio.app.model.workbench import Topic, Workbench
+from studio.app.shell.questions import ask_file
 from studio.app.shell.theme import THEMES, Theme
 from studio.app.timeline.actions import add_timeline_actions
 from studio.app.timeline.comparison.forking import TwoRuns
@@ -161,12 +161,14 @@ class TimelineDock(QWidget):
             self.viewing.begin(path)
 
     def _on_recording(self) -> None:
-        if self.bench.recording is None:
+        recording = self.bench.recording
+        if recording is None:
             if self.viewing.path is not None:  # else two runs may be compared: they stay
                 self._forget()
-        elif self.bench.recording != self.viewing.path:
+        elif recording != self.viewing.path:
             self._forget()
-            self.viewing.begin(self.bench.recording)
+            self.viewing.path = recording
+            self.viewing.begin(recording)
         self._show_buttons()
 
     def _forget(self) -> None:
@@ -205,6 +207,7 @@ class TimelineDock(QWidget):
 
     def _show(self, shown: OpenRecording) -> None:
         is_again = self.pages.currentWidget() is not self.empty
+        self.bench.open_recording(self.viewing.path)
         self.view.leave()
         self.tracks.show_recording(shown)
         self._on_document()
@@ -213,6 +216,7 @@ class TimelineDock(QWidget):
         self._draw_curves(shown)
         # Only now can it be played: whoever shows what can be done must look again.
         self.bench.announce(Topic.RECORDING)
+        self.bench.remember(str(shown.index.path), "recent_sessions")
         if not is_again and self.runs.is_fork(shown.index.path):
             self.compare()
 
@@ -297,17 +301,13 @@ class TimelineDock(QWidget):
         """Open a recording; without a path, ask for one."""
         from studio.app.timeline.opening import recording_file
 
-        if not path:
-            dialog = QFileDialog(self, "Open recording", "", "Recordings (*.mcap)")
-            dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-            dialog.fileSelected.connect(self._open_chosen)
-            dialog.open()
+        chosen = path or ask_file(self, "Open recording", "Recordings (*.mcap)", False)
+        if not chosen:
             return
-        self._forget()
-        self.bench.open_recording(recording_file(Path(path)))
-
-    def _open_chosen(self, path: str) -> None:
-        self.bench.do("timeline.open", path=path)
+        file = recording_file(Path(chosen))
+        if self.bench.standing.is_session:
+            raise ValueError(f"{file}: a session is playing: stop it first")
+        self.viewing.begin(file)
 
     def play(self) -> None:
         """Play or pause."""

@@ -22,6 +22,7 @@ from studio.app.timeline.recorded.spans import FaultSpan, StateSpan, fault_spans
 from studio.app.timeline.task import Report, Task
 from studio.session.opening import scene_hash
 from studio.session.records.outputs import RECORDING
+from studio.session.records.recorded_scene import as_recorded
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,7 +88,7 @@ def open_recording(index: RecordingIndex, scene: ScenePackage | None) -> OpenRec
 def _stranger(index: RecordingIndex, scene: ScenePackage | None) -> str:
     if scene is None:
         return ""
-    found = scene_hash(scene)
+    found = scene_hash(as_recorded(scene, index.session))
     if found == index.session.scene_hash:
         return ""
     name = Path(index.session.scene).name

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 from devices.clock import WallClock
 from scenes.state import SceneState
+from studio.app.model.log import Level
+from studio.app.model.script import READING
 from studio.app.model.workbench import Workbench
 from studio.app.timeline.pictures.proxies import Proxies, proxies_of
 from studio.app.timeline.pictures.thread import PictureThread
@@ -27,7 +29,9 @@ class Viewing:
     def __init__(self, bench: Workbench) -> None:
         self.bench = bench
         self.path: Path | None = None
-        """What is open or being opened."""
+        """What is open, or is opened at the end of a session."""
+        self._wanted: Path | None = None
+        """What is being read."""
         self.shown: OpenRecording | None = None
         self.playback: Playback | None = None
         self.share: float | None = None
@@ -43,12 +47,13 @@ class Viewing:
         self._t_ns = -1
 
     def begin(self, path: Path) -> None:
-        """Begin to read; what is shown stays until it is read."""
+        """Begin to read; what is shown stays until it is read, and for good if it cannot be."""
         from studio.app.timeline.opening import opening
 
         if self._opening is not None:
             self._opening.cancel()
-        self.path, self.share = path, 0.0
+        self._wanted, self.share = path, 0.0
+        self.bench.busy.add(READING)
         self._opening = opening(path, self.bench.scene)
 
     def forget(self) -> None:
@@ -56,8 +61,9 @@ class Viewing:
         if self._opening is not None:
             self._opening.cancel()
             self._opening = None
+            self.bench.busy.discard(READING)
         self._stop_pictures()
-        self.shown = self.playback = self._state = self.share = self.path = None
+        self.shown = self.playback = self._state = self.share = self.path = self._wanted = None
         self._t_ns = -1
 
     def _stop_pictures(self) -> None:
@@ -90,17 +96,32 @@ class Viewing:
         if task.is_running:
             return None
         self._opening = self.share = None
+        self.bench.busy.discard(READING)
+        path, self._wanted = self._wanted, None
         if task.failure is not None:
-            self.bench.say("error", task.failure)
-            self.bench.open_recording(None)
-        return None if task.result is None else self._opened(task.result)
+            self._refuse("error", task.failure)
+        if task.result is None or path is None:
+            return None
+        if self.bench.standing.is_session:
+            self._refuse("warning", f"{path}: not shown, because a session has begun meanwhile")
+            return None
+        return self._opened(task.result, path)
 
-    def _opened(self, shown: OpenRecording) -> OpenRecording | None:
+    def _refuse(self, level: Level, words: str) -> None:
+        """Say why it is not shown; a recording that is shown stays."""
+        self.bench.say(level, words)
+        self.bench.notify(words, level)
+        if self.shown is None and self.path is not None:
+            self.bench.open_recording(None)
+
+    def _opened(self, shown: OpenRecording, path: Path) -> OpenRecording | None:
         index = shown.index
         if index.is_empty:
-            self.bench.say("warning", f"{index.path}: an empty recording: nothing to show")
-            self.bench.open_recording(None)
+            self._refuse("warning", f"{index.path}: an empty recording: nothing to show")
             return None
+        if path != self.path:
+            self.playback = None
+            self.path = path
         for text in (shown.stranger, index.shortened):
             if text:
                 self.bench.say("warning", text)

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from scenes.pose import Pose
-from studio.app.model.documents.added_mesh import AddedMesh, Geometry
+from studio.app.model.documents.added_mesh import AddedMesh
+from studio.app.model.documents.arranged import LARGEST_MESH_M, mass_kg
 from studio.app.model.documents.document import Primitive, TwinEdits
 
 if TYPE_CHECKING:
@@ -16,19 +14,8 @@ if TYPE_CHECKING:
     from sim.physics.moving.primitives import Primitive as Solid
     from sim.physics.moving.virtual import Virtual
 
-DENSITY_KG_PER_M3 = 150.0
-"""Of a body that was added by hand: a moving box with something in it, light wooden furniture."""
-
-LARGEST_MESH_M = 3.0
-"""Longest side of a mesh that is a body, metres. What is longer than a room is high is a part of a
-building, and surrounds what it would have to collide with."""
-
 LEAST_SIDE_M = 0.01
 """Thickness that a flat mesh gets in the physics, as the thinnest primitive there may be."""
-
-SAMPLES = 200_000
-"""Points on a mesh: 40 on each of the 6 × 28² cells that the faces of its box have at most, so that
-folds with ten times that area get 4 a cell, and the gap that one in 50 is closes with its sides."""
 
 Body = Primitive | AddedMesh
 
@@ -86,26 +73,15 @@ def solid_of(item: Primitive) -> Solid:
     )
 
 
-def mass_kg(item: Primitive) -> float:
-    """What a body weighs, by its volume."""
-    x, y, z = item.size_m
-    share = {"box": 1.0, "ball": math.pi / 6.0, "cylinder": math.pi / 4.0}[item.shape]
-    return DENSITY_KG_PER_M3 * share * x * y * z
-
-
 def _object_of(item: AddedMesh) -> PhysicalObject:
     """A mesh as boxes, as heavy as such boxes usually are."""
-    import trimesh
-
     from scenes.mesh import PhysicalObject
-    from scenes.prepare.cutout.object.solid_parts import guessed_mass_kg, solid_parts_of_surface
+    from scenes.prepare.cutout.object.solid_parts import guessed_mass_kg
     from sim.physics.scanned.objects import FRICTION
+    from sim.scenarios.arrangement import parts_of_mesh
 
-    geometry: Geometry = item.geometry
-    shell = trimesh.Trimesh(geometry.vertices, geometry.faces, process=False)
-    points = trimesh.sample.sample_surface(shell, SAMPLES, seed=0)[0]
-    x, y, z = (max(side, LEAST_SIDE_M) for side in geometry.size_m)
-    parts = solid_parts_of_surface(np.asarray(points, dtype=np.float64), (x, y, z))
+    x, y, z = (max(side, LEAST_SIDE_M) for side in item.geometry.size_m)
+    parts = parts_of_mesh(item.geometry)
     return PhysicalObject(
         object_id=item.mesh_id,
         kind="mesh",

@@ -167,13 +167,20 @@ class TwinView(QWidget):
             self._image = image_of(painted.picture)
             self.update()
 
+    def _no_room(self) -> str:
+        """Why no room is shown."""
+        session = self.bench.session
+        if session is None or session.is_busy:
+            return "opening the room …"
+        return "no room is open: open one (Ctrl+O), or drop it here"
+
     def paintEvent(self, event: QPaintEvent) -> None:
         """See Qt."""
         painter = QPainter(self)
         painter.fillRect(self.rect(), BACKDROP)
         if self._image is None or self.viewer is None or self.painted is None:
             painter.setPen(INK)
-            text = "opening the room …" if self.bench.scene is None else "drawing …"
+            text = "drawing …" if self.bench.scene is not None else self._no_room()
             painter.drawText(self.rect(), Qt.AlignmentFlag.AlignCenter, text)
             return
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)

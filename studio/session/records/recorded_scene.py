@@ -8,7 +8,8 @@ from devices.session_info import SessionInfo
 from scenes.opening import open_scene
 from scenes.package import ScenePackage
 from scenes.pose import Pose
-from sim.scenarios.scenario import recorded_camera
+from sim.scenarios.arrangement import Arrangement, arranged_scene
+from sim.scenarios.scenario import recorded_arrangement, recorded_camera
 from sim.tables import ScenarioError
 
 
@@ -18,7 +19,12 @@ def recorded_scene(info: SessionInfo) -> ScenePackage:
     Raises:
         PackageError, FormatError: it is gone or damaged.
     """
-    return with_camera(open_scene(info.scene), _placed(info))
+    return as_recorded(open_scene(info.scene), info)
+
+
+def as_recorded(scene: ScenePackage, info: SessionInfo) -> ScenePackage:
+    """A scene with camera and objects where the session's scenario put them."""
+    return arranged_scene(with_camera(scene, _placed(info)), _arranged(info))
 
 
 def with_camera(scene: ScenePackage, world_from_rig: Pose | None) -> ScenePackage:
@@ -34,3 +40,12 @@ def _placed(info: SessionInfo) -> Pose | None:
     except ScenarioError:
         # Of another version of the program: what was recorded plays all the same.
         return None
+
+
+def _arranged(info: SessionInfo) -> Arrangement:
+    if not info.scenario:
+        return Arrangement()
+    try:
+        return recorded_arrangement(info.scenario, source=info.scenario_name)
+    except ScenarioError:
+        return Arrangement()  # as for the camera

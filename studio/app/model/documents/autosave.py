@@ -1,14 +1,17 @@
 """Work in progress on the disk, so that a crash or a cut cable costs no more than a moment.
 
-Every process has a file of its own. Its name carries the process number; a file whose process is
-gone was left behind by a crash and is offered when the studio opens.
+Every document of every process has a file of its own. Its name carries the process's number and
+when that began; a file whose process is gone was left behind by a crash and is offered when the
+studio opens.
 """
 
 from __future__ import annotations
 
 import contextlib
 import os
+import re
 import threading
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,11 +20,18 @@ from studio.app.model.documents.document import Document
 from studio.app.model.documents.document_file import (
     SUFFIX,
     DocumentError,
+    document_to_text,
     load_document,
-    save_document,
+    project_of,
 )
+from studio.app.model.whole_text import write_whole
 
 STEM = "autosave-"
+BEGUN_NS = time.time_ns()
+"""When this process began: the number alone may be that of one that is gone."""
+
+NAME = re.compile(rf"{STEM}(?P<pid>\d+)(?:-(?P<begun>\d+)-\d+)?")
+"""Of a file, without its suffix: process, its begin, and which of its documents."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,32 +41,47 @@ class Recovered:
     Attributes:
         document: as of its last change.
         path: the file.
+        project: the document's own file; None if it was never saved.
         t_s: when it was written, seconds since 1970.
     """
 
     document: Document
     path: Path
+    project: Path | None
     t_s: float
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Kept:
+    """A document to write; None where there is nothing to keep any more."""
+
+    document: Document | None
+    project: Path | None = None
+
+
 class Autosave:
-    """Writes the newest document on a thread of its own; older ones that it missed are skipped.
+    """Writes the newest value of one document on a thread; older ones that it missed are skipped.
 
     Args:
         folder: where work in progress is kept.
         pid: of the process that it belongs to.
+        number: which document of that process it is.
     """
 
-    def __init__(self, folder: Path, *, pid: int | None = None) -> None:
-        self.path = folder / f"{STEM}{pid or os.getpid()}{SUFFIX}"
-        self._slot: Slot[Document] = Slot()
+    def __init__(self, folder: Path, *, pid: int | None = None, number: int = 0) -> None:
+        self.path = folder / f"{STEM}{pid or os.getpid()}-{BEGUN_NS}-{number}{SUFFIX}"
+        self._slot: Slot[_Kept] = Slot()
         self._problem: Slot[str] = Slot()
         self._thread = threading.Thread(target=self._run, name="autosave", daemon=True)
         self._thread.start()
 
-    def keep(self, document: Document) -> None:
-        """This is the work in progress now."""
-        self._slot.put(document)
+    def keep(self, document: Document, project: Path | None = None) -> None:
+        """This is the work in progress now, and the file that it will be saved to."""
+        self._slot.put(_Kept(document, project))
+
+    def forget(self) -> None:
+        """Nothing is in progress: the document is saved as it is."""
+        self._slot.put(_Kept(None))
 
     def problem(self) -> str | None:
         """Why the last one could not be written, once; None if all is well."""
@@ -70,9 +95,12 @@ class Autosave:
             self.path.unlink(missing_ok=True)
 
     def _run(self) -> None:
-        while (document := self._slot.take(timeout_s=None)) is not None:
+        while (kept := self._slot.take(timeout_s=None)) is not None:
             try:
-                save_document(document, self.path)
+                if kept.document is None:
+                    self.path.unlink(missing_ok=True)
+                else:
+                    write_whole(self.path, document_to_text(kept.document, project=kept.project))
             except OSError as error:
                 self._problem.put(
                     f"work in progress cannot be kept: {self.path}: {error.strerror}; "
@@ -84,10 +112,11 @@ def recoverable(folder: Path) -> list[Recovered]:
     """What crashed studios have left in the folder, newest first; damaged files stay untouched."""
     found: list[Recovered] = []
     for path in folder.glob(f"{STEM}*{SUFFIX}"):
-        pid = path.stem.removeprefix(STEM)
-        if pid.isdigit() and not _is_running(int(pid)):
+        name = NAME.fullmatch(path.stem)
+        if name is not None and not _is_at_work(int(name["pid"]), name["begun"]):
             with contextlib.suppress(DocumentError, OSError):
-                found.append(Recovered(load_document(path), path, path.stat().st_mtime))
+                document, project = load_document(path), project_of(path)
+                found.append(Recovered(document, path, project, path.stat().st_mtime))
     return sorted(found, key=lambda item: -item.t_s)
 
 
@@ -96,7 +125,10 @@ def discard(recovered: Recovered) -> None:
     recovered.path.unlink(missing_ok=True)
 
 
-def _is_running(pid: int) -> bool:
+def _is_at_work(pid: int, begun: str | None) -> bool:
+    """Whether the process that writes a file is there still."""
+    if pid == os.getpid():
+        return begun == str(BEGUN_NS)
     try:
         os.kill(pid, 0)
     except ProcessLookupError:

@@ -29,6 +29,9 @@ FORMAT, VERSION = "gaussiannexus project", 1
 SUFFIX = ".nexus"
 """Of a project's file."""
 
+PROJECT = "project"
+"""Key of the document's own file in a file of work in progress."""
+
 SHAPES = ("box", "ball", "cylinder")
 
 
@@ -36,10 +39,15 @@ class DocumentError(ValueError):
     """A project's file cannot be read: names the file, the key and what is wrong with it."""
 
 
-def document_to_text(document: Document) -> str:
-    """The document as JSON, with sorted keys and a line a value: fit for version control."""
+def document_to_text(document: Document, *, project: Path | None = None) -> str:
+    """The document as JSON, with sorted keys and a line a value: fit for version control.
+
+    Args:
+        document: what is written.
+        project: of work in progress, the document's own file.
+    """
     twin = document.twin
-    values = {
+    values: dict[str, Any] = {
         "format": FORMAT,
         "version": VERSION,
         "scene": document.scene,
@@ -62,6 +70,8 @@ def document_to_text(document: Document) -> str:
         "annotations": {key: _annotation(item) for key, item in twin.annotations.items()},
         "meshes": {key: _mesh(item) for key, item in twin.meshes.items()},
     }
+    if project is not None:
+        values[PROJECT] = str(project)
     return json.dumps(values, indent=1, sort_keys=True, allow_nan=False) + "\n"
 
 
@@ -112,6 +122,20 @@ def load_document(path: Path) -> Document:
     except UnicodeDecodeError:
         raise DocumentError(f"{path}: no project of this program (not a text)") from None
     return document_from_text(text, source=str(path))
+
+
+def project_of(path: Path) -> Path | None:
+    """The document's own file, which a file of work in progress names; None if it names none.
+
+    Raises:
+        DocumentError: it is no such file, or damaged.
+        OSError: it cannot be opened.
+    """
+    try:
+        named = json.loads(path.read_text(encoding="utf-8")).get(PROJECT)
+    except (ValueError, AttributeError) as error:
+        raise DocumentError(f"{path}: no project of this program: {error}") from None
+    return Path(named) if isinstance(named, str) else None
 
 
 def _document(values: Mapping[str, Any]) -> Document:

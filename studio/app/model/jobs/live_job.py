@@ -65,6 +65,8 @@ class LiveJob(SceneJob):
         opened: the room, where it is open already.
     """
 
+    is_live = True
+
     def __init__(
         self, plan: LivePlan, *, options: TrackerOptions, opened: ScenePackage | None = None
     ) -> None:
@@ -82,6 +84,11 @@ class LiveJob(SceneJob):
         self._rehearsed: RehearsedLive | None = None
         self._checker: threading.Thread | None = None
         self._over = threading.Event()
+
+    @property
+    def plays(self) -> bool:
+        """See `SceneJob`."""
+        return True
 
     @property
     def drawing(self) -> str:

@@ -34,7 +34,11 @@ class SceneJob:
         plan: what to play, or None to look at the scene only.
         out: folder for the results; None plays without leaving any.
         watch: sees every result on the job's thread.
+        keeps: whether what was played until it is stopped is kept, marked as cut short.
     """
+
+    is_live = False
+    """Whether its pictures are a live camera's."""
 
     def __init__(
         self,
@@ -42,6 +46,8 @@ class SceneJob:
         plan: SessionPlan | None = None,
         out: Path | None = None,
         watch: Watch | None = None,
+        *,
+        keeps: bool = False,
     ) -> None:
         self.outputs: Slot[SessionOutput] = Slot()
         self.lines: Slot[str] = Slot()
@@ -54,8 +60,9 @@ class SceneJob:
         self.recording: Path | None = None
         """What it has recorded, where that is not beside the performance's figures."""
         self._plan, self._out, self._watch = plan, out, watch
-        self._scene = scene
-        self._cancelled = threading.Event()
+        self.scene = scene
+        self._keeps = keeps
+        self._cancelled, self._stopped = threading.Event(), threading.Event()
         self._thread = threading.Thread(target=self._run, name="session", daemon=True)
 
     def offer(self, trackers: Mapping[str, MethodMaker], faults: tuple[type[Fault], ...]) -> None:
@@ -76,11 +83,16 @@ class SceneJob:
     @property
     def stops(self) -> bool:
         """Whether it was asked to stop."""
-        return self._cancelled.is_set()
+        return self._cancelled.is_set() or self._stopped.is_set()
+
+    @property
+    def plays(self) -> bool:
+        """Whether it plays a session, or only opens a scene."""
+        return self._plan is not None
 
     def ask_to_stop(self) -> None:
-        """Ask it to stop, without waiting for it."""
-        self._cancelled.set()
+        """Ask it to stop, without waiting for it; what was played is kept if it is to be."""
+        (self._stopped if self._keeps else self._cancelled).set()
 
     def cancel(self) -> None:
         """Ask it to stop and wait until it has."""
@@ -117,7 +129,7 @@ class SceneJob:
                 from scenes.opening import open_scene
 
                 progress.begin("opening the scene")
-                self.opened = open_scene(self._scene)
+                self.opened = open_scene(self.scene)
                 progress.finish()
             elif self._out is not None:
                 from studio.rehearsal import perform
@@ -129,6 +141,7 @@ class SceneJob:
                     opened=self._see_session,
                     watch=self._see,
                     cancelled=self._cancelled,
+                    stopped=self._stopped,
                 )
             else:
                 from studio.session.opening import open_session

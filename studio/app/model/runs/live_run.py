@@ -64,6 +64,15 @@ class Plays(Protocol):
     """What plays the jobs; `SessionRun` is the one there is."""
 
     @property
+    def out(self) -> Path:
+        """Folder where every session gets one of its own."""
+        ...
+
+    def new_folder(self, *words: str, out: Path | None = None) -> Path:
+        """Make the folder of the session that comes next; it goes if that leaves nothing."""
+        ...
+
+    @property
     def job(self) -> SceneJob | None:
         """What runs or ran last."""
         ...
@@ -93,12 +102,10 @@ class LiveRun:
     Args:
         bench: whose document says which room.
         run: plays them.
-        out: folder of recordings and reports.
     """
 
-    def __init__(self, bench: Workbench, run: Plays, *, out: Path) -> None:
+    def __init__(self, bench: Workbench, run: Plays) -> None:
         self.choice = LiveChoice(next(iter(bench.settings.cameras), DEFAULT_CAMERA))
-        self.out = out
         self.layout: LensLayout | None = None
         """The layout that a person looks at before it is confirmed; None for the found one."""
         self.plan: LivePlan | None = None
@@ -178,7 +185,7 @@ class LiveRun:
             words += ["--layout", choice.layout]
         if choice.place != "find":
             words += ["--place", choice.place]
-        return shlex.join([*words, "--out", str(self.out)])
+        return shlex.join([*words, "--out", str(self._run.out)])
 
     # What can be done.
 
@@ -222,9 +229,10 @@ class LiveRun:
             others = [each for each in bench.settings.cameras if each != shown]
             bench.set(cameras=tuple([shown, *others][:RECENT]))
         scene = bench.document.scene
-        plan = LivePlan(scene, setup, self.out, choice.is_simulated, seed=bench.document.seed)
+        plan = LivePlan(scene, setup, self._run.out, choice.is_simulated, seed=bench.document.seed)
         if asked is not None and choice.is_simulated == asked.is_simulated:
             plan = replace(asked, scene=scene, setup=setup)
+        plan = replace(plan, out=self._run.new_folder("live"))
         self.layout = None
         self._goes_live = plan.seconds is not None
         opened = None if self._run.is_busy else bench.scene

@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
-from collections import deque
+from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studio.app.model.documents.document import Document
+from studio.app.model.documents.arranged import arranged_text
+from studio.app.model.documents.document import Document, TrackerChoice
 from studio.app.model.jobs.scene_job import SceneJob
 from studio.app.model.jobs.share_job import ShareJob
+from studio.app.model.runs.ending import Ending, ending_of
+from studio.app.model.runs.session_folders import SessionFolders, let_go, reserved
+from studio.app.model.runs.trackers import Trackers
 from studio.app.model.workbench import Topic, Workbench
-from studio.console.rows import exit_code
 from studio.session.records.outputs import RECORDING
 from tracking.options import TrackerOptions, options_text
 
-PROBLEMS = 100
-"""Lines of trackers that failed, until the window takes them; of more, the oldest go."""
+Shown = Callable[["ScenePackage"], None]
+"""Shows a scene that was read."""
 
 if TYPE_CHECKING:  # what a session needs takes a second to import: not before the window is shown
+    from scenes.package import ScenePackage
     from studio.session.session import SessionOutput
-    from studio.session.trackers.methods import MethodMaker
 
 
 class SessionRun:
@@ -29,24 +31,35 @@ class SessionRun:
 
     Args:
         bench: what it reports to.
-        out: folder for rehearsals that are started here.
+        out: folder where every session gets one of its own.
         scenarios: folder where a document's scenario is written for the session to read.
+        make_job: makes what reads a scene or plays a session.
     """
 
-    def __init__(self, bench: Workbench, *, out: Path, scenarios: Path) -> None:
-        self.out = out
+    def __init__(
+        self,
+        bench: Workbench,
+        *,
+        out: Path,
+        scenarios: Path,
+        make_job: Callable[..., SceneJob] = SceneJob,
+    ) -> None:
+        self.folders = SessionFolders(out)
         self.output: SessionOutput | None = None
         self.line = ""
         """How far the work is, in words."""
         self.trying: TrackerOptions | None = None
         """The tracker's settings that are tried beside the session."""
         self._bench = bench
+        self._make_job = make_job
         self._scenarios = scenarios
         self._job: SceneJob | None = None
-        self._next: SceneJob | None = None
+        self._then: Shown | None = None
+        self._next: tuple[SceneJob, Shown | None] | None = None
+        self._reserved: Path | None = None
         self._share: ShareJob | None = None
-        self._is_playing = self._is_open = self._next_plays = False
-        self._problems: deque[str] = deque(maxlen=PROBLEMS)
+        self._is_open = False
+        self.trackers = Trackers(bench)
         self._options = bench.document.tracker.options
         """The tracker's settings that the session follows."""
 
@@ -62,8 +75,22 @@ class SessionRun:
 
     @property
     def is_playing(self) -> bool:
-        """Whether a session is playing."""
-        return self.is_busy and self._is_playing
+        """Whether a session is playing, or is being wound up."""
+        return self._bench.standing.is_session
+
+    @property
+    def is_opening(self) -> bool:
+        """Whether a scene is being opened."""
+        return self.is_busy and not self.is_playing
+
+    @property
+    def out(self) -> Path:
+        """Folder where every session gets one of its own."""
+        return self.folders.root_of(self._bench.project)
+
+    @out.setter
+    def out(self, root: Path) -> None:
+        self.folders.root = root
 
     @property
     def report(self) -> Path | None:
@@ -93,62 +120,93 @@ class SessionRun:
         self._share = ShareJob(rehearsal, out)
         self._bench.announce(Topic.SESSION)
 
-    def open_scene(self, scene: str) -> None:
-        """Open a scene; what runs is cancelled."""
-        self._bench.show_scene(None)
-        self._begin(SceneJob(scene), plays=False)
+    def open_scene(self, scene: str, then: Shown | None = None) -> None:
+        """Read a scene; what plays is stopped first, and what it has recorded is kept.
+
+        Args:
+            scene: name or path.
+            then: shows it once it is read; None shows it on the bench. Nothing is shown of one that
+                cannot be read, nor of one after which another one was asked for.
+        """
+        self._begin(self._make_job(scene), then)
 
     def rehearse(self, *, out: Path | None = None, is_paced: bool = False) -> None:
         """Play the document's scenario in its scene.
 
         Args:
-            out: folder for the results; None for the usual one.
+            out: folder for the results, or one named after it if it is there; None for a new one.
             is_paced: in real time, dropping frames, instead of every frame in its own time.
 
         Raises:
             ValueError: a session is playing, or the chosen tracker is not there.
-            OSError: the scenario cannot be written down.
+            OSError: the scenario or the folder cannot be written.
         """
         from studio.session.plan import Pace, SessionPlan
 
-        if self.is_playing:
-            raise ValueError("a session is playing already: stop it first")
+        self._check_free()
+        document = self._bench.document
         plan = SessionPlan(
-            scene=self._bench.document.scene,
-            scenario=self._scenario_file(self._bench.document),
-            seed=self._bench.document.seed,
-            methods=self._methods(),
+            scene=document.scene,
+            scenario=self._scenario_file(document),
+            seed=document.seed,
+            methods=self.trackers.names(),
             pace=Pace.PACED if is_paced else Pace.EXACT,
-            options=self._bench.document.tracker.options,
+            options=document.tracker.options,
+            arranged=arranged_text(document.twin),
         )
-        self.play(SceneJob(plan.scene, plan, out or self.out))
+        folder = self.new_folder(document.scenario_name or "rehearsal", out=out)
+        self.play(self._make_job(plan.scene, plan, folder, keeps=True))
 
     def track_again(self, recording: Path, out: Path | None = None) -> None:
         """Track the pictures of a recording with the chosen tracker.
 
         Args:
             recording: whose pictures.
-            out: folder for the results; None for one beside the recording's.
+            out: folder for the results, or one named after it if it is there; None for a new one.
 
         Raises:
             ValueError: a session is playing, or the chosen tracker is not there.
-            OSError: the recording cannot be read.
+            OSError: the recording cannot be read, or the folder cannot be made.
         """
         from devices.recording import read_session
         from studio.session.plan import SessionPlan
 
-        if self.is_playing:
-            raise ValueError("a session is playing already: stop it first")
-        methods = self._methods()
-        folder = recording.resolve().parent
+        self._check_free()
+        methods = self.trackers.names()
+        info = read_session(recording)
         plan = SessionPlan(
-            scene=read_session(recording).scene,
+            scene=info.scene,
             recording=recording,
             methods=methods,
             options=self._bench.document.tracker.options,
         )
-        name = f"{folder.name}-{methods[0]}"
-        self.play(SceneJob(plan.scene, plan, out or folder.with_name(name)))
+        folder = self.new_folder(info.scenario_name, f"tracked again by {methods[0]}", out=out)
+        self.play(self._make_job(plan.scene, plan, folder, keeps=True))
+
+    def new_folder(self, *words: str, out: Path | None = None) -> Path:
+        """Make the folder of the session that comes next; it goes if that leaves nothing.
+
+        Args:
+            words: what it is of, beside the room.
+            out: the folder that was asked for, or one named after it if it is there.
+
+        Raises:
+            OSError: it cannot be made.
+        """
+        self._let_go()
+        if out is not None:
+            folder = reserved(out)
+        else:
+            room = Path(self._bench.document.scene).stem
+            folder = self.folders.reserve(self._bench.project, (room, *words))
+        self._reserved = folder
+        return folder
+
+    def _check_free(self) -> None:
+        if self.is_playing:
+            raise ValueError("a session is playing already: stop it first")
+        if self.is_opening:
+            raise ValueError("a room is being opened: wait until it is shown")
 
     def try_tracker(self, options: TrackerOptions | None) -> None:
         """Track with other settings beside the session; None ends it.
@@ -163,56 +221,29 @@ class SessionRun:
         self.trying = options
         self._bench.announce(Topic.SESSION)
 
-    def check_tracker(self, name: str) -> None:
-        """Refuse a tracker that is not there.
+    def play(self, job: SceneJob) -> None:
+        """Play a session that somebody has planned.
 
         Raises:
-            ValueError: it is not.
+            StandingError: one is playing.
         """
-        from studio.session.trackers.methods import METHODS
-
-        known = (*METHODS, *self._bench.offered.trackers)
-        if name not in known:
-            raise ValueError(
-                f"tracker {name!r}: wanted one of {', '.join(known)}; one of a plug-in is there "
-                "while its file is in the folder of plug-ins and loads"
-            )
-
-    def _methods(self) -> tuple[str, ...]:
-        """Names of the trackers that the document asks for; the first is shown."""
-        from studio.session.trackers.methods import METHODS
-
-        choice = self._bench.document.tracker
-        self.check_tracker(choice.name)
-        is_beside = choice.is_beside and choice.name != METHODS[0]
-        return (choice.name, METHODS[0]) if is_beside else (choice.name,)
-
-    def _guarded(self) -> dict[str, MethodMaker]:
-        """The trackers of plug-ins; what goes wrong in one is in the log."""
-        from studio.session.trackers.guarded import GuardedMethod
-
-        say = self._problems.append
-        offered = self._bench.offered.trackers
-        return {name: partial(GuardedMethod, name, make, say=say) for name, make in offered.items()}
-
-    def play(self, job: SceneJob) -> None:
-        """Play a session that somebody has planned."""
         self._options = self._bench.document.tracker.options
-        job.offer(self._guarded(), tuple(self._bench.offered.faults.values()))
-        self._bench.open_recording(None)
-        self._begin(job, plays=True)
+        job.offer(self.trackers.guarded(), tuple(self._bench.offered.faults.values()))
+        self._begin(job, None)
 
     def stop(self) -> None:
-        """Ask what runs to stop."""
+        """Ask what runs to stop; of a session, what was recorded until then is kept."""
         if self._job is not None and self._job.running:
             self.line = "stopping …"
             self._job.ask_to_stop()
             self._bench.announce(Topic.SESSION)
 
     def close(self) -> None:
-        """Cancel and wait: the window closes."""
+        """Stop and wait: the window closes."""
         if self._job is not None:
             self._job.cancel()
+        self._let_go()
+        self.folders.close()
         if self._share is not None:
             self._share.close()
 
@@ -242,13 +273,11 @@ class SessionRun:
     def poll(self) -> None:
         """Take what the threads have left since the last time."""
         self._poll_share()
-        while self._problems:
-            self._bench.say("error", self._problems.popleft())
+        self.trackers.say_problems()
         job = self._job
         if job is None:
             return
-        if job.opened is not None and self._bench.scene is not job.opened:
-            self._bench.show_scene(job.opened)
+        self._show_played(job)
         line = job.lines.take()
         output = job.outputs.take()
         if output is not None:
@@ -263,6 +292,18 @@ class SessionRun:
             self._end(job)
         else:
             self._adjust(job)
+
+    def _show_played(self, job: SceneJob) -> None:
+        """Show the room that a session plays in, unless it is the one that is open.
+
+        The session's own has camera and objects where its scenario puts them; what is open has
+        them where they were scanned.
+        """
+        bench, played = self._bench, job.opened
+        if not job.plays or played is None or bench.scene is played:
+            return
+        if bench.scene is None or job.scene != bench.document.scene:
+            bench.show_scene(played)
 
     def _adjust(self, job: SceneJob) -> None:
         """Let the session that plays follow the document's settings, after a change or undo."""
@@ -288,54 +329,56 @@ class SessionRun:
             self._bench.say("error", str(job.failure))
         self._bench.announce(Topic.SESSION)
 
-    def _begin(self, job: SceneJob, *, plays: bool) -> None:
+    def _begin(self, job: SceneJob, then: Shown | None) -> None:
         if self.is_busy:
             # The thread ends by itself soon; the new one begins then.
             assert self._job is not None
             self._job.ask_to_stop()
-            self._next = job
-            self._next_plays = plays
+            self._next = job, then
             self.line = "stopping …"
             return
-        self._job, self._is_playing, self._is_open = job, plays, True
+        if job.plays:
+            self._bench.begin_session(is_live=job.is_live)
+        self._job, self._then, self._is_open = job, then, True
         self.output = self.trying = None
         self.line = "opening the scene …"
         job.start()
         self._bench.announce(Topic.SESSION)
 
     def _end(self, job: SceneJob) -> None:
+        """However it ended: the room is the user's again, or shows what was recorded."""
         self._is_open, self.trying = False, None
-        was_playing, self._is_playing = self._is_playing, False
-        self.line = self._last_words(job, was_playing)
+        then, self._then = self._then, None
+        following, self._next = self._next, None
+        ending = ending_of(job)
+        self._let_go()
+        if self.is_playing:
+            self._bench.end_session(ending.shown if following is None else None)
+        self._say(ending, is_followed=following is not None)
         self._bench.announce(Topic.SESSION)
-        if self._next is not None:
-            following, self._next = self._next, None
-            self._begin(following, plays=self._next_plays)
-        elif job.performance is not None:
-            self._bench.open_recording(job.performance.folder / RECORDING)
-        elif job.recording is not None:
-            self._bench.open_recording(job.recording)
+        if following is not None:
+            self._begin(*following)
+        elif job.opened is not None and not job.plays and not (then and job.stops):
+            (then or self._bench.show_scene)(job.opened)
 
-    def _last_words(self, job: SceneJob, was_playing: bool) -> str:
-        from studio.session.pipeline import CancelledError
+    def _say(self, ending: Ending, *, is_followed: bool) -> None:
+        bench, kept = self._bench, ending.kept
+        self.line = f"✖ {ending.line}" if ending.is_failure else ending.line
+        if ending.level is not None:
+            bench.say(ending.level, ending.line)
+        if ending.is_failure and not is_followed:
+            bench.notify(ending.line)
+        if kept is not None and not is_followed:
+            bench.notify(ending.line, "info", {"Look at it": lambda: self._look_at(kept)})
 
-        if isinstance(job.failure, CancelledError):
-            self._bench.say("info", "cancelled; nothing was kept")
-            return "cancelled; nothing was kept"
-        if job.failure is not None:
-            words = " ".join(str(job.failure).split()) or type(job.failure).__name__
-            self._bench.say("error", words)
-            return f"✖ {words}"
-        if job.performance is not None:
-            missed = exit_code(job.performance.rows)
-            verdict = "✗ a figure misses its bar" if missed else "✓ every figure meets its bar"
-            text = f"{verdict}; the report is in {job.performance.folder}"
-            self._bench.say("warning" if missed else "info", text)
-            return text
-        if job.last_words:
-            self._bench.say("info", job.last_words)
-            return job.last_words
-        return "the replay has ended" if was_playing else "ready"
+    def _look_at(self, recording: Path) -> None:
+        self._bench.do("timeline.open", path=str(recording))
+
+    def _let_go(self) -> None:
+        """A session that has left nothing leaves no folder, either."""
+        if self._reserved is not None and not self.is_busy:
+            let_go(self._reserved)
+            self._reserved = None
 
     def _scenario_file(self, document: Document) -> str | None:
         if not document.scenario:
@@ -347,5 +390,7 @@ class SessionRun:
 
 
 def with_scene(document: Document, scene: str) -> Document:
-    """A new document for a scene; nothing of the old one's rooms fits another."""
-    return replace(Document(scene), seed=document.seed, tracker=document.tracker)
+    """A new document for a scene: what was done to one room, or set for it, fits no other."""
+    before = document.tracker
+    tracker = TrackerChoice(before.name, before.is_beside)
+    return replace(Document(scene), seed=document.seed, tracker=tracker)

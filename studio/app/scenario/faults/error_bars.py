@@ -12,6 +12,8 @@ from studio.app.scenario.colours import theme_of
 from studio.app.scenario.faults.trial import ObjectError
 
 ROW_PX, HEAD_PX, NAME_PX, NUMBER_PX, GAP_PX = 26, 22, 84, 46, 8
+FAINT = 0.45
+"""How strongly errors are drawn that are no longer of what the scenario says."""
 COLUMNS = (
     ("position, cm", lambda e: e.position_cm, 10.0, "{:.1f}"),
     ("yaw, °", lambda e: e.yaw_deg, 10.0, "{:.1f}"),
@@ -53,6 +55,7 @@ class ErrorBars(QWidget):
         """See Qt."""
         del event
         painter, theme = QPainter(self), theme_of(self)
+        painter.setOpacity(1.0 if self.isEnabled() else FAINT)
         width = (self.width() - NAME_PX) / len(COLUMNS)
         painter.setPen(QColor(theme.faint))
         for k, (title, _, _, _) in enumerate(COLUMNS):

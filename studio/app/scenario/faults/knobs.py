@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from studio.app.model.documents.arranged import arranged_text
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.scenario.faults.error_bars import ErrorBars
 from studio.app.scenario.faults.plugin_faults import fault_fields, title_of
@@ -29,6 +30,14 @@ DEBOUNCE_MS = 700
 """After the last change of a knob before a trial begins."""
 POLL_MS = 80
 LENGTHS_S = (3.0, 6.0, 12.0)
+
+
+NOTHING_TRIED = (
+    "Tick what goes wrong, then Try now: how far off is the tracker in the first seconds?"
+)
+CHANGED_SINCE = (
+    "▲ these errors are of the scenario as it was before your last change: Try now for new ones"
+)
 
 
 class FaultKnobs(QWidget):
@@ -74,6 +83,7 @@ class FaultKnobs(QWidget):
         self._poll.timeout.connect(self.take_results)
         self._poll.start(POLL_MS)
         bench.listen(Topic.OFFERED, self._on_offered)
+        bench.listen(Topic.OPENED, self.forget)
 
     def _make_trial_row(self, layout: QVBoxLayout) -> None:
         self._live = QCheckBox("Try each change")
@@ -89,9 +99,7 @@ class FaultKnobs(QWidget):
         row.addWidget(self._length)
         row.addWidget(self._start)
         layout.addLayout(row)
-        self.state = QLabel(
-            "Tick what goes wrong, then Try now: how far off is the tracker in the first seconds?"
-        )
+        self.state = QLabel(NOTHING_TRIED)
         self.state.setObjectName("faint")
         self.state.setWordWrap(True)
         layout.addWidget(self.state)
@@ -111,6 +119,17 @@ class FaultKnobs(QWidget):
             row.show_line(found.get(key), objects=self._objects(), people=people)
         if self._live.isChecked() and self._editing.text != self._tried:
             self._debounce.start(DEBOUNCE_MS)
+        self._show_state()
+
+    def forget(self) -> None:
+        """Another document: what was tried with the one before says nothing of it."""
+        self._debounce.stop()
+        self.trials.cancel()
+        self._now = self._before = None
+        self._tried = ""
+        self.bars.hide()
+        self._start.setText("Try now")
+        self._show_state()
 
     def try_now(self) -> None:
         """Begin a trial of the text as it is now."""
@@ -121,29 +140,44 @@ class FaultKnobs(QWidget):
         self._now = None
         self.state.setText("◌ rehearsing the first seconds …")
         seconds = float(self._length.currentData())
-        more = self._editing.more_faults
-        self.trials.start(TrialPlan(document.scene, self._tried, document.seed, seconds, more))
+        more, arranged = self._editing.more_faults, arranged_text(document.twin)
+        plan = TrialPlan(document.scene, self._tried, document.seed, seconds, more, arranged)
+        self.trials.start(plan)
         self._start.setText("Stop")
 
     def take_results(self) -> None:
         """Show what the trial has come to."""
         result = self.trials.results.take()
-        if result is None:
+        if result is None or not self._tried:  # of the document before, which is gone
             return
         self._now = result
         before = {} if self._before is None else self._before.errors
-        if result.problem:
-            self.state.setText(f"✖ {result.problem}")
-        elif result.is_done:
-            tail = "; the line is the trial before" if before else "; faint names did not move"
-            self.state.setText(f"● mean errors{tail}")
-        else:
-            self.state.setText(f"◌ rehearsing … {result.share:.0%}")
+        self._show_state()
         if result.errors:
             self.bars.show_errors(result.errors, before)
             self.bars.show()
         if result.is_done:
             self._start.setText("Try now")
+
+    def _show_state(self) -> None:
+        """What the figures are of, and whether that is still what the scenario says."""
+        result = self._now
+        if not self._tried:
+            self.state.setText(NOTHING_TRIED)
+        elif result is None:
+            return
+        elif result.problem:
+            self.state.setText(f"✖ {result.problem}")
+        elif not result.is_done:
+            self.state.setText(f"◌ rehearsing … {result.share:.0%}")
+        elif self._editing.text != self._tried:
+            self.state.setText(CHANGED_SINCE)
+        else:
+            has_before = self._before is not None and bool(self._before.errors)
+            tail = "; the line is the trial before" if has_before else "; faint names did not move"
+            self.state.setText(f"● mean errors{tail}")
+        is_old = result is not None and self._editing.text != self._tried
+        self.bars.setEnabled(not is_old)
 
     def close_trials(self) -> None:
         """Stop what plays: the window closes."""
@@ -162,6 +196,7 @@ class FaultKnobs(QWidget):
     def close_knobs(self) -> None:
         """No longer follow the bench, and stop what plays: the window closes."""
         self._bench.stop_listening(self._on_offered)
+        self._bench.stop_listening(self.forget)
         self.close_trials()
 
     def _on_offered(self) -> None:

@@ -69,6 +69,7 @@ class TrialPlan:
         seed: of everything random.
         seconds: how much of it is played.
         more_faults: kinds of plug-ins that it may have.
+        arranged: tables of what was arranged by hand.
     """
 
     scene: str
@@ -76,6 +77,7 @@ class TrialPlan:
     seed: int
     seconds: float
     more_faults: tuple[type[Fault], ...] = ()
+    arranged: str = ""
 
 
 class Trials:
@@ -160,6 +162,7 @@ class Trials:
                 plan.seed,
                 methods=METHODS[:1],
                 more_faults=plan.more_faults,
+                arranged=plan.arranged,
             )
         )
         board = ScoreBoard(session.scene.objects)

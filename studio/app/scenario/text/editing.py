@@ -190,6 +190,7 @@ class ScenarioEditing:
         """
         write_whole(path, self.text if self.draft is None else self.draft)
         self.bench.say("info", f"saved {path}")
+        self.bench.remember(str(path), "recent_scenarios")
 
     def close(self) -> None:
         """No longer follow the bench."""

@@ -10,38 +10,51 @@ from studio.app.model.actions import Action
 from studio.app.model.documents.document import Document
 from studio.app.model.documents.document_file import SUFFIX, load_document, save_document
 from studio.app.model.documents.dropped import what_is
-from studio.app.model.runs.session_run import SessionRun, with_scene
+from studio.app.model.documents.recent import recent_choices
+from studio.app.model.runs.replacing import Replacing
+from studio.app.model.runs.session_run import with_scene
 from studio.app.model.workbench import Workbench
+
+OPENED = f"Projects, scenes, recordings, scenarios (*{SUFFIX} *.ply *.spz *.mcap *.toml);;All (*)"
+"""Files that *Open …* shows."""
 
 Ask = Callable[[str, str, bool], str]
 """Asks the user for a file: title, filter, whether it is to be written; "" if none was chosen."""
 
+AskFolder = Callable[[str], str]
+"""Asks the user for a folder: title; "" if none was chosen."""
 
-def add_file_actions(bench: Workbench, run: SessionRun, ask: Ask) -> None:
+
+def add_file_actions(
+    bench: Workbench, replacing: Replacing, ask: Ask, ask_folder: AskFolder
+) -> None:
     """Add what the File menu holds."""
 
     def open_any(path: str = "") -> None:
-        chosen = path or ask(
-            "Open", f"Projects, scenes, recordings (*{SUFFIX} *.ply *.spz *)", False
-        )
+        chosen = path or ask("Open", OPENED, False)
         if not chosen:
             return
         if chosen in SAMPLE_NAMES:
             open_scene(chosen)
             return
-        dropped = what_is(Path(chosen))
-        if dropped.action_id != "file.open":
-            bench.perform(dropped.action_id, **{dropped.argument: chosen})
-            return
-        document = load_document(Path(chosen))
-        bench.set(**{"recent": bench.settings.opened(chosen).recent})
-        bench.open_document(document, Path(chosen))
-        run.open_scene(document.scene)
+        try:
+            dropped = what_is(Path(chosen))
+            if dropped.action_id != "file.open":
+                bench.perform(dropped.action_id, **{dropped.argument: chosen})
+                return
+            document = load_document(Path(chosen))
+        except (ValueError, OSError) as error:
+            bench.notify(str(error))
+            raise
+        replacing.open(document, Path(chosen), recent=chosen)
+
+    def open_folder(path: str = "") -> None:
+        chosen = path or ask_folder("Open a room package, a recorded session or photos")
+        if chosen:
+            open_any(chosen)
 
     def open_scene(scene: str) -> None:
-        bench.set(recent=bench.settings.opened(scene).recent)
-        bench.open_document(with_scene(bench.document, scene), None)
-        run.open_scene(scene)
+        replacing.open(with_scene(bench.document, scene), recent=scene)
 
     def save(path: str = "") -> None:
         known = path or (str(bench.project) if bench.project else "")
@@ -58,7 +71,7 @@ def add_file_actions(bench: Workbench, run: SessionRun, ask: Ask) -> None:
                 "and what you have done stays open"
             ) from error
         bench.saved(target)
-        bench.set(recent=bench.settings.opened(str(target)).recent)
+        bench.remember(str(target))
         bench.say("info", f"saved {target}")
 
     def save_as() -> None:
@@ -67,10 +80,14 @@ def add_file_actions(bench: Workbench, run: SessionRun, ask: Ask) -> None:
             save(chosen)
 
     def new() -> None:
-        bench.open_document(Document(bench.document.scene), None)
+        replacing.open_in_room(Document(bench.document.scene))
 
     def drop(path: str) -> None:
-        found = what_is(Path(path))
+        try:
+            found = what_is(Path(path))
+        except ValueError as error:
+            bench.notify(str(error))
+            raise
         bench.say("info", f"opening {found.what}: {path}")
         bench.perform(found.action_id, **{found.argument: path})
 
@@ -89,6 +106,25 @@ def add_file_actions(bench: Workbench, run: SessionRun, ask: Ask) -> None:
             "Ctrl+O",
             ("path",),
             icon="mdi6.folder-open-outline",
+        ),
+        Action(
+            "file.open_folder",
+            "Open folder …",
+            "File",
+            open_folder,
+            "a room package (.gnx), a recorded session or photos",
+            "Ctrl+Shift+O",
+            ("path",),
+        ),
+        Action(
+            "file.open_recent",
+            "Open recent",
+            "File",
+            open_any,
+            "scenes, projects, sessions and scenarios that were opened lately",
+            arguments=("path",),
+            available=lambda: bool(recent_choices(bench.settings)),
+            choices=lambda: recent_choices(bench.settings),
         ),
         Action(
             "file.open_scene",

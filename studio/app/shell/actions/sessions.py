@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from studio.app.model.actions import Action
+from studio.app.model.runs.session_folders import reserved
 from studio.app.model.runs.session_run import SessionRun
 from studio.app.model.workbench import Workbench
 from studio.app.shell.actions.tracker import TrackerActions
@@ -29,7 +30,7 @@ def add_session_actions(bench: Workbench, run: SessionRun) -> None:
         elif document.scenario_name:
             words += ["--scenario", document.scenario_name]
         words += ["--seed", str(document.seed if seed is None else seed)]
-        words += ["--out", out or str(run.out), "--no-paper"]
+        words += ["--out", out or str(run.out / "rehearsal"), "--no-paper"]
         return shlex.join(words + (["--paced"] if paced else []))
 
     def make_live(corners: list[list[float]], name: str = "") -> None:
@@ -40,7 +41,8 @@ def add_session_actions(bench: Workbench, run: SessionRun) -> None:
         rehearsal = Path(folder) if folder else run.shown_rehearsal
         if rehearsal is None:
             raise ValueError("there is nothing to share yet: rehearse, or open a recording first")
-        run.share(rehearsal, Path(out) if out else rehearsal.with_name(f"{rehearsal.name}-shared"))
+        beside = rehearsal.with_name(f"{rehearsal.name}-shared")
+        run.share(rehearsal, reserved(Path(out) if out else beside))
 
     def share_command(folder: str = "", out: str = "") -> str:
         rehearsal = folder or str(run.shown_rehearsal or run.out)
@@ -67,7 +69,7 @@ def add_session_actions(bench: Workbench, run: SessionRun) -> None:
             "play the scenario with a simulated camera, and track the objects in its video",
             "F5",
             ("out", "seed", "paced"),
-            available=lambda: bench.scene is not None and not run.is_playing,
+            available=lambda: bench.scene is not None and not run.is_busy and not run.is_playing,
             command=command,
             icon="mdi6.play",
         ),
@@ -76,7 +78,7 @@ def add_session_actions(bench: Workbench, run: SessionRun) -> None:
             "Stop",
             "Session",
             run.stop,
-            "cancel what is playing; nothing of it is kept",
+            "end what is playing; what was recorded until then is kept, marked as cut short",
             "Shift+F5",
             available=lambda: run.is_busy,
             icon="mdi6.stop",

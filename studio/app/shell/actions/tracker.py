@@ -86,7 +86,7 @@ class TrackerActions:
         Raises:
             ValueError: there is none of that name.
         """
-        self._run.check_tracker(name)
+        self._run.trackers.check(name)
         before = self._bench.document.tracker
         is_beside = before.is_beside if beside is None else bool(beside)
         self._put(f"Tracker {name}", replace(before, name=name, is_beside=is_beside))

@@ -29,6 +29,10 @@ class Shell(Protocol):
         """Show the cheat sheet."""
         ...
 
+    def show_first_page(self) -> None:
+        """Show how to begin, over the view."""
+        ...
+
     def show_dock(self, dock_id: str) -> None:
         """Show a dock, in front of its tabs."""
         ...
@@ -248,6 +252,13 @@ def _help(bench: Workbench, shell: Shell) -> list[Action]:
             "",
             "H",
             icon="mdi6.keyboard-outline",
+        ),
+        Action(
+            "help.first_page",
+            "First page",
+            "Help",
+            shell.show_first_page,
+            "the ways to begin, and what was opened lately",
         ),
         Action("file.quit", "Quit", "File", shell.close_window, "", "Ctrl+Q"),
     ]

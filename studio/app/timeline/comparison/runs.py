@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from devices.recording import read_session
 from studio.app.model.jobs.scene_job import SceneJob
 from studio.app.model.workbench import Workbench
 from studio.app.timeline.comparison.forking import TwoRuns, comparing, planning_fork, writing_page
@@ -33,26 +34,25 @@ class Runs:
         self._pair: tuple[Path, Path] | None = None
         """Folders of the original and of its fork."""
         self._out = Path()
-        self._forks = 0
 
     def fork(self, at_s: float, out: str) -> None:
         """Play on from an instant of the open recording; the result is B.
 
         Args:
             at_s: the instant, seconds of the session.
-            out: folder for the results; "" for one beside the recording's.
+            out: folder for the results, or one named after it if it is there; "" for a new one.
 
         Raises:
             ValueError: nothing is open, or something is playing.
+            OSError: the recording cannot be read, or the folder cannot be made.
         """
         session, recording = self.bench.session, self.bench.recording
         if session is None or recording is None or self._planning is not None:
             raise ValueError("a fork needs an open recording, and no other fork being planned")
         if session.is_playing:
             raise ValueError("a session is playing already: stop it first")
-        self._forks += 1
-        beside = recording.parent.with_name(f"{recording.parent.name}-fork-{self._forks}")
-        self._out = Path(out) if out else beside
+        words = (read_session(recording).scenario_name, f"fork at {at_s:.1f} s")
+        self._out = session.new_folder(*words, out=Path(out) if out else None)
         self._pair = recording.parent, self._out
         self._planning = planning_fork(
             recording,
@@ -114,7 +114,7 @@ class Runs:
             self.bench.say("error", task.failure or "the fork cannot be planned")
             return
         self.bench.say("info", f"forking into {self._out}: the start is played again first")
-        session.play(SceneJob(task.result.scene, task.result, self._out))
+        session.play(SceneJob(task.result.scene, task.result, self._out, keeps=True))
 
     def _poll_page(self) -> None:
         task = self._writing

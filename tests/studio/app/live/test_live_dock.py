@@ -47,7 +47,8 @@ def test_from_the_first_check_to_the_report_with_one_button(opened):
     opened.until(lambda: not opened.live.is_running)
     opened.until(lambda: "report is" in head.text.text())
     assert head.next.text() == "Check and connect"
-    folder = opened.live.out
+    folder = job.plan.out
+    assert folder.parent == opened.window.run.out
     report = json.loads((folder / "live.json").read_text())
     assert any(row["name"] == "live.frames" and row["value"] > 5 for row in report["rows"])
     assert (folder / "live.html").is_file()
@@ -137,7 +138,7 @@ def test_settings_change_while_it_is_live_and_are_undone(opened):
     opened.until(lambda: session.options == TrackerOptions())
     opened.bench.do("live.end")
     opened.until(lambda: not opened.live.is_running)
-    changes = json.loads((opened.live.out / "live.json").read_text())["changes"]
+    changes = json.loads((opened.live.job.plan.out / "live.json").read_text())["changes"]
     assert len(changes) == 4
 
 

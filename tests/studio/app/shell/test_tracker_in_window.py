@@ -91,7 +91,7 @@ def test_a_plug_in_s_tracker_is_chosen_shown_and_recorded_beside_ours(opened, tm
     assert bench.document.tracker.is_beside
     assert bench.do("session.rehearse")
     until(lambda: bench.recording is not None)
-    assert methods_of(tmp_path / "demo") == ["still", "own"]
+    assert methods_of(bench.recording.parent) == ["still", "own"]
     assert read_session(bench.recording).methods == ("still", "own")
     assert bench.do("edit.undo")
     assert bench.do("edit.undo")
@@ -111,7 +111,7 @@ def test_a_tracker_that_raises_is_in_the_log_and_the_session_ends_as_it_would(op
     errors = [line.text for line in bench.log.lines("error")]
     assert len(errors) == 1
     assert errors[0].startswith(f"tracker failing: {plugins / 'failing.py'}:10: RuntimeError")
-    assert methods_of(tmp_path / "demo") == ["failing", "own"]
+    assert methods_of(bench.recording.parent) == ["failing", "own"]
 
 
 def test_the_recording_that_is_open_is_tracked_again_by_another_tracker(opened, tmp_path):
@@ -119,7 +119,9 @@ def test_the_recording_that_is_open_is_tracked_again_by_another_tracker(opened, 
     bench = window.bench
     assert bench.do("session.rehearse")
     until(lambda: bench.recording is not None)
+    first = bench.recording
     assert bench.do("tracker.choose", name="still")
     assert bench.do("session.track_again")
-    until(lambda: bench.recording == tmp_path / "demo-still" / "recording.mcap")
-    assert methods_of(tmp_path / "demo-still") == ["still"]
+    until(lambda: bench.recording not in (None, first))
+    assert methods_of(bench.recording.parent) == ["still"]
+    assert methods_of(first.parent) == ["own"]

@@ -59,9 +59,11 @@ def test_listeners_look_again_once_it_can_be_played(dock, bench, recording, unti
     seen = []
     action = bench.actions.get("timeline.play")
     bench.listen(Topic.RECORDING, lambda: seen.append(action.is_available))
+    assert not action.is_available
     bench.do("timeline.open", path=str(recording))
     until(lambda: dock.playback is not None)
-    assert (seen[0], seen[-1]) == (False, True)
+    assert seen
+    assert seen[-1]
 
 
 def test_it_plays_to_the_end_and_steps(opened, bench, until):
@@ -127,9 +129,26 @@ def test_a_damaged_recording_leaves_a_message(dock, bench, recording, tmp_path, 
     damaged = tmp_path / "cut.mcap"
     damaged.write_bytes(recording.read_bytes()[:5000])
     bench.do("timeline.open", path=str(damaged))
-    until(lambda: bench.recording is None)
+    until(lambda: bench.log.lines())
     assert "cut off" in bench.log.lines()[-1].text
+    assert bench.notice.text == bench.log.lines()[-1].text
+    assert bench.recording is None
     assert dock.playback is None
+
+
+def test_a_recording_that_cannot_be_read_leaves_the_open_one_as_it_was(
+    opened, bench, recording, tmp_path, until
+):
+    bench.do("timeline.seek", t_s=0.4)
+    shown, before = opened.shown, bench.state.objects
+    damaged = tmp_path / "cut.mcap"
+    damaged.write_bytes(recording.read_bytes()[:5000])
+    bench.do("timeline.open", path=str(damaged))
+    until(lambda: bench.notice is not None and opened.viewing.share is None)
+    assert (bench.recording, opened.shown) == (recording, shown)
+    assert bench.state.objects is before
+    assert opened.playback.t_ns == 400_000_000
+    assert str(damaged) not in bench.settings.recent_sessions
 
 
 def test_an_empty_recording_leaves_a_message(dock, bench, recording, tmp_path, until):
@@ -137,7 +156,8 @@ def test_an_empty_recording_leaves_a_message(dock, bench, recording, tmp_path, u
     with Recorder(path, read_session(recording)):
         pass
     bench.do("timeline.open", path=str(path))
-    until(lambda: bench.recording is None)
+    until(lambda: bench.log.lines())
+    assert bench.recording is None
     assert "empty recording" in bench.log.lines()[-1].text
 
 

@@ -3,21 +3,29 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from random import Random
+
+import pytest
 
 from studio.app.model.documents.autosave import Autosave, discard, recoverable
 from studio.app.model.documents.document import Document
+from studio.app.model.documents.document_file import save_document
 
 WRITER = """
 import sys
-from dataclasses import replace
 from pathlib import Path
 from studio.app.model.documents.autosave import Autosave
 from studio.app.model.documents.document import Document
-keep = Autosave(Path(sys.argv[1])).keep
+folder, rooms = Path(sys.argv[1]), []
 print("ready", flush=True)
-seed = 0
 for line in sys.stdin:
-    keep(Document("lab", seed=int(line)))
+    room, seed = line.split()
+    if room not in rooms:
+        if rooms:
+            autosave.stop(keep=True)
+        rooms.append(room)
+        autosave = Autosave(folder, number=len(rooms))
+    autosave.keep(Document(room, seed=int(seed)), folder / f"{room}.nexus")
     print(line.strip(), flush=True)
 """
 
@@ -74,6 +82,40 @@ def test_a_folder_that_cannot_be_written_is_reported(tmp_path):
     assert "cannot be kept" in said[0]
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_killed_at_any_moment_all_but_the_last_two_seconds_is_there_again(tmp_path, seed):
+    """Of the document that was edited, and with it of one that was left unsaved before."""
+    random = Random(seed)
+    child = subprocess.Popen(
+        [sys.executable, "-c", WRITER, str(tmp_path)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[4])},
+    )
+    assert child.stdout.readline() == "ready\n"
+    done = []
+    for number in range(1, random.randint(5, 60)):
+        room = "lab" if number < 4 else "desk"
+        child.stdin.write(f"{room} {number}\n")
+        child.stdin.flush()
+        child.stdout.readline()
+        done.append((time.monotonic(), room, number))
+        time.sleep(random.uniform(0.0, 0.02))
+    killed = time.monotonic()
+    child.kill()
+    child.wait()
+    found = {item.document.scene: item for item in recoverable(tmp_path)}
+    assert found["lab"].document.seed == 3
+    assert found["lab"].project == tmp_path / "lab.nexus"
+    sure = [number for when, room, number in done if when < killed - 2.0 and room == "desk"]
+    if "desk" in found:
+        assert found["desk"].document.seed >= max(sure, default=4)
+        assert found["desk"].document.seed <= done[-1][2]
+    else:
+        assert not sure
+
+
 def test_what_was_done_before_a_kill_is_there_again(tmp_path):
     child = subprocess.Popen(
         [sys.executable, "-c", WRITER, str(tmp_path)],
@@ -83,8 +125,8 @@ def test_what_was_done_before_a_kill_is_there_again(tmp_path):
         env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[4])},
     )
     assert child.stdout.readline() == "ready\n"
-    for seed in range(1, 30):
-        child.stdin.write(f"{seed}\n")
+    for number in range(1, 30):
+        child.stdin.write(f"lab {number}\n")
         child.stdin.flush()
         child.stdout.readline()
     time.sleep(0.5)
@@ -92,3 +134,20 @@ def test_what_was_done_before_a_kill_is_there_again(tmp_path):
     child.wait()
     (found,) = recoverable(tmp_path)
     assert found.document.seed == 29
+
+
+def test_a_process_of_the_same_number_does_not_claim_what_another_has_left(tmp_path):
+    """In a container every studio may be process 7."""
+    left = tmp_path / f"autosave-{os.getpid()}-1-0.nexus"
+    save_document(Document("lab", seed=3), left)
+    assert [item.document.seed for item in recoverable(tmp_path)] == [3]
+
+
+def test_what_is_saved_is_not_offered(tmp_path):
+    autosave = Autosave(tmp_path, pid=gone_pid())
+    autosave.keep(Document("lab"))
+    wait_for(autosave.path.exists)
+    autosave.forget()
+    wait_for(lambda: not autosave.path.exists())
+    autosave.stop(keep=True)
+    assert recoverable(tmp_path) == []

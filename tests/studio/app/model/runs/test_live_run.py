@@ -21,10 +21,13 @@ from tracking.options import TrackerOptions
 class Runner:
     """Takes jobs and plays none."""
 
-    def __init__(self):
-        self.job = None
+    def __init__(self, out):
+        self.job, self.out = None, out
         self.is_busy = self.is_playing = False
         self.stopped = 0
+
+    def new_folder(self, *words, out=None):
+        return self.out / "-".join(words)
 
     def play(self, job):
         self.job = job
@@ -48,7 +51,7 @@ class Playing(LiveJob):
 @pytest.fixture
 def live(tmp_path):
     bench = Workbench(Document("lab"), Settings(), SimpleNamespace(push=lambda change: None))
-    return LiveRun(bench, Runner(), out=tmp_path)
+    return LiveRun(bench, Runner(tmp_path))
 
 
 def test_it_begins_with_what_was_typed_and_remembers_it_without_the_password(live):
@@ -120,10 +123,10 @@ def test_the_command_does_the_same(live):
     live.choose(LiveChoice("udp://:5000", "stacked 90 270", "scan"))
     assert live.command() == (
         "nexus live lab --headless --camera udp://:5000 --layout 'stacked 90 270' --place scan "
-        f"--out {live.out}"
+        f"--out {live._run.out}"
     )
     live.choose(LiveChoice(is_simulated=True))
-    assert live.command() == f"nexus live lab --headless --simulated --out {live.out}"
+    assert live.command() == f"nexus live lab --headless --simulated --out {live._run.out}"
     assert live.setup().camera.port == 0
 
 
