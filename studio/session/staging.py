@@ -175,7 +175,7 @@ def _read(scenario_name: str, *, more_faults: Sequence[type[Fault]]) -> tuple[Sc
     from sim.scenarios.scenario import load_scenario
 
     scenario = load_scenario(scenario_name, more_faults=more_faults)
-    return scenario, Path(scenario.source).read_text(encoding="utf-8")
+    return scenario, Path(scenario.source).read_text(encoding="utf-8-sig")
 
 
 def _with_camera(room: PhysicalRoom, scenario: Scenario) -> PhysicalRoom:

@@ -24,6 +24,7 @@ from scenes.prepare.footage.capture import (
     Rejected,
     too_few,
 )
+from scenes.prepare.footage.picture_files import read_upright
 from scenes.prepare.footage.sharpness import Quality, Reason, judge, shrunk, verdict
 from scenes.prepare.progress import Progress
 
@@ -95,21 +96,6 @@ def gather_photos(
             )
         )
     return Capture(CaptureKind.PHOTOS, name, folder, tuple(frames), tuple(rejected))
-
-
-def read_upright(file: Path) -> NDArray[np.uint8] | None:
-    """(H, W, 3) BGR turned as its metadata say, or None if it is no readable picture."""
-    try:
-        data = np.fromfile(file, dtype=np.uint8)
-    except OSError:
-        return None
-    if not len(data):
-        return None
-    try:
-        picture = cv2.imdecode(data, cv2.IMREAD_COLOR)
-    except cv2.error:
-        return None
-    return None if picture is None else np.asarray(picture, dtype=np.uint8)
 
 
 def read_lens(file: Path) -> Lens:

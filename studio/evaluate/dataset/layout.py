@@ -236,7 +236,9 @@ def read_rgb(path: Path) -> NDArray[np.uint8]:
     Raises:
         ValueError: it is missing or no picture.
     """
-    return np.ascontiguousarray(_opened(path, cv2.IMREAD_COLOR)[..., ::-1])
+    return np.ascontiguousarray(
+        _opened(path, cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)[..., ::-1]
+    )
 
 
 def _opened(path: Path, mode: int) -> NDArray[np.uint8]:
@@ -313,7 +315,7 @@ class _Field:
 
 def _read(path: Path) -> _Field:
     try:
-        return _Field(path, "", json.loads(_existing(path).read_text(encoding="utf-8")))
+        return _Field(path, "", json.loads(_existing(path).read_text(encoding="utf-8-sig")))
     except json.JSONDecodeError as error:
         raise ValueError(f"{path}: no JSON ({error})") from None
 
