@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import os
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -191,12 +193,24 @@ def _same_picture(a: NDArray[np.uint8], b: NDArray[np.uint8]) -> bool:
 
 
 def _unique_names(files: Sequence[Path]) -> list[str]:
-    """One JPEG name per photo, its own where no other has it."""
-    stems = ["_".join(file.stem.split()) for file in files]
-    return [
-        f"{stem}.jpg" if stems.count(stem) == 1 else f"{stem}_{number:04d}.jpg"
-        for number, stem in enumerate(stems)
-    ]
+    """One JPEG name per photo: its own where no other has it, on any disk.
+
+    Numbers are added where names fall together without their suffix, and never ones that another
+    photo has.
+    """
+    stems = ["_".join(file.stem.split()) or "photo" for file in files]
+    shared = Counter(stem.casefold() for stem in stems)
+    taken = {stem for stem, count in shared.items() if count == 1}
+    names: list[str] = []
+    for number, stem in enumerate(stems):
+        name = stem
+        if shared[stem.casefold()] > 1:
+            numbers = itertools.count(number)
+            while name.casefold() in taken or name == stem:
+                name = f"{stem}_{next(numbers):04d}"
+            taken.add(name.casefold())
+        names.append(f"{name}.jpg")
+    return names
 
 
 def _positive(value: object) -> float | None:

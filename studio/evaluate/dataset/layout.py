@@ -236,13 +236,11 @@ def read_rgb(path: Path) -> NDArray[np.uint8]:
     Raises:
         ValueError: it is missing or no picture.
     """
-    return np.ascontiguousarray(
-        _opened(path, cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)[..., ::-1]
-    )
+    return np.ascontiguousarray(_opened(path, cv2.IMREAD_COLOR)[..., ::-1])
 
 
 def _opened(path: Path, mode: int) -> NDArray[np.uint8]:
-    picture = cv2.imread(str(_existing(path)), mode)
+    picture = cv2.imread(str(_existing(path)), mode | cv2.IMREAD_IGNORE_ORIENTATION)
     if picture is None:
         raise ValueError(f"{path}: no picture that can be decoded; copy the dataset again")
     return np.asarray(picture, dtype=np.uint8)

@@ -83,6 +83,22 @@ def test_bad_photos_are_left_out_with_the_reason(photo_folder, canvas, tmp_path)
     assert "2 not readable" in capture.summary()
 
 
+def test_photos_whose_names_fall_together_keep_names_of_their_own(canvas, tmp_path):
+    folder = tmp_path / "photos"
+    folder.mkdir()
+    names = ["Room.png", "a b.jpg", "a_b.jpg", "room.jpeg", "room.jpg", "room_0004.jpg", "x.jpg"]
+    for k, name in enumerate(names):
+        cv2.imwrite(str(folder / name), look(canvas, 100 * k))
+    capture = gather(folder, tmp_path / "work", options=FEW)
+    assert [frame.source for frame in capture.frames] == names
+    stored = [frame.name for frame in capture.frames]
+    assert len({name.casefold() for name in stored}) == len(names)
+    assert stored[-2:] == ["room_0004.jpg", "x.jpg"]
+    for k, name in enumerate(stored):
+        picture = cv2.imread(str(capture.folder / name)).astype(int)
+        assert np.abs(picture - look(canvas, 100 * k)).mean() < 10
+
+
 def test_focal_length_camera_and_orientation_come_from_the_metadata(canvas, tmp_path):
     folder = tmp_path / "photos"
     folder.mkdir()
