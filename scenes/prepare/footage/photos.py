@@ -26,7 +26,7 @@ from scenes.prepare.footage.capture import (
     Rejected,
     too_few,
 )
-from scenes.prepare.footage.picture_files import read_upright
+from scenes.prepare.footage.picture_files import read_upright, reads_heif
 from scenes.prepare.footage.sharpness import Quality, Reason, judge, shrunk, verdict
 from scenes.prepare.progress import Progress
 
@@ -51,7 +51,13 @@ class Lens:
 
 
 def gather_photos(
-    files: Sequence[Path], folder: Path, *, name: str, options: CaptureOptions, progress: Progress
+    files: Sequence[Path],
+    folder: Path,
+    *,
+    name: str,
+    options: CaptureOptions,
+    passed_over: Sequence[Rejected] = (),
+    progress: Progress,
 ) -> Capture:
     """Judge photos and copy the usable ones into `folder`, upright JPEG.
 
@@ -60,6 +66,7 @@ def gather_photos(
         folder: exists and is empty.
         name: what to call them in messages.
         options: limits.
+        passed_over: what else lay with them and is not read.
         progress: called with the share done.
 
     Raises:
@@ -67,6 +74,7 @@ def gather_photos(
         OSError: a picture cannot be written.
     """
     kept_files, rejected = _judged(files, options, progress)
+    rejected.extend(passed_over)
     if len(kept_files) < options.least_frames:
         raise too_few(name, len(kept_files), rejected, wanted=options.least_frames)
     if len(kept_files) > options.most_photos:
@@ -106,6 +114,7 @@ def read_lens(file: Path) -> Lens:
     The focal length for 35 mm film refers to its diagonal (CIPA DC-008). Without it, the focal
     length in millimetres needs the sensor's resolution.
     """
+    reads_heif()
     try:
         with Image.open(file) as picture:
             width, height = picture.size

@@ -26,6 +26,8 @@ class Reason(StrEnum):
     """Why a picture is not used."""
 
     UNREADABLE = "not readable"
+    MISSING = "missing or not fitting its pose"
+    FOREIGN = "of a kind that is not read"
     DARK = "too dark"
     EMPTY = "without detail"
     BLURRED = "blurred"

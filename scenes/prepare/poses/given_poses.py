@@ -14,11 +14,11 @@ from scenes.prepare.footage.capture import (
     CaptureKind,
     Frame,
     Rejected,
+    some_of,
 )
 from scenes.prepare.footage.sharpness import Reason
 from scenes.prepare.poses.import_colmap import find_model, import_colmap
 from scenes.prepare.poses.import_transforms import ignored_in, import_transforms
-from scenes.prepare.poses.photo_files import some_of
 from scenes.prepare.poses.sfm.job import SfmOptions
 from scenes.prepare.poses.sfm.run import LEAST_VIEWS, SfmReport
 from scenes.prepare.progress import Progress, silent
@@ -104,7 +104,7 @@ def as_capture(reconstruction: Reconstruction, pictures: Path) -> Capture:
     frames = tuple(
         Frame(view.image.name, view.name, 0.0, f"{view.camera}") for view in reconstruction.views
     )
-    rejected = tuple(Rejected(words, Reason.UNREADABLE) for words in reconstruction.left_out)
+    rejected = tuple(Rejected(words, Reason.MISSING) for words in reconstruction.left_out)
     return Capture(CaptureKind.PHOTOS, pictures.name, first.image.parent, frames, rejected)
 
 
@@ -117,7 +117,7 @@ def as_report(reconstruction: Reconstruction, poses: Path, pictures: Path) -> Sf
     if left_out:
         advice.append(
             f"{len(left_out)} of {len(names) + len(left_out)} photos with a pose are left out "
-            f"({some_of(left_out)}); copy them beside the others to have them used"
+            f"({some_of(left_out, '; ')}); copy them beside the others to have them used"
         )
     if count > len(names) + len(left_out):
         advice.append(

@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from scenes.prepare.footage.capture import CaptureError
+from scenes.prepare.footage.capture import CaptureError, some_of
 
 GUESSED_SUFFIXES = (".png", ".jpg", ".jpeg", ".JPG")
 """instant-ngp's own files leave the suffix out."""
 MAX_LEFT_OUT_SHARE = 0.5
 """Of the photos that have a pose. If more of them cannot be used, it is the wrong folder or the
 wrong file, and what is left shows no room."""
-MAX_NAMED = 5
-"""Photos that a message names; the others it counts."""
 
 
 def find_photo(name: str, folders: Sequence[Path]) -> Path | None:
@@ -56,13 +54,7 @@ def check_left_out(source: Path, left_out: Sequence[str], count: int) -> None:
     """
     if len(left_out) > MAX_LEFT_OUT_SHARE * count:
         raise CaptureError(
-            f"{source}: {len(left_out)} of {count} photos cannot be used ({some_of(left_out)}), "
-            f"at most {MAX_LEFT_OUT_SHARE:.0%} may be left out; give the folder that the poses "
+            f"{source}: {len(left_out)} of {count} photos cannot be used "
+            f"({some_of(left_out, '; ')}), at most {MAX_LEFT_OUT_SHARE:.0%} may be left out; give the folder that the poses "
             "were found with, or export them again"
         )
-
-
-def some_of(words: Sequence[str]) -> str:
-    """The first of a list, and how many more there are."""
-    more = len(words) - MAX_NAMED
-    return "; ".join(words[:MAX_NAMED]) + (f"; and {more} more" if more > 0 else "")

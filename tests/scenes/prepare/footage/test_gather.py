@@ -1,7 +1,9 @@
 from __future__ import annotations
 
 import errno
+import shutil
 from fractions import Fraction
+from pathlib import Path
 
 import av
 import cv2
@@ -18,6 +20,8 @@ from scenes.prepare.footage.gather import gather
 from scenes.prepare.footage.sharpness import Reason
 from scenes.prepare.progress import Cancelled
 
+HEIC = Path(__file__).parents[3] / "data" / "cases" / "portrait.heic"
+"""A phone's: stored on its side, turned by its container."""
 FEW = CaptureOptions(frames=12, least_frames=4)
 
 
@@ -97,6 +101,37 @@ def test_photos_whose_names_fall_together_keep_names_of_their_own(canvas, tmp_pa
     for k, name in enumerate(stored):
         picture = cv2.imread(str(capture.folder / name)).astype(int)
         assert np.abs(picture - look(canvas, 100 * k)).mean() < 10
+
+
+def test_files_beside_the_photos_that_are_not_read_are_named(photo_folder, tmp_path):
+    for name in ("a.dng", "b.HEIC", "walk.mov", ".hidden", "Thumbs.db"):
+        (photo_folder / name).write_bytes(b"\0\0\0\x18ftypheic" + bytes(500))
+    (photo_folder / "more").mkdir()
+    (photo_folder / "p0.jpg").rename(photo_folder / "more" / "p0.jpg")
+    capture = gather(photo_folder, tmp_path / "work", options=FEW)
+    assert len(capture.frames) == 7
+    assert {r.source: r.reason for r in capture.rejected} == {
+        "a.dng": Reason.FOREIGN,
+        "b.HEIC": Reason.UNREADABLE,
+        "more/": Reason.FOREIGN,
+        "walk.mov": Reason.FOREIGN,
+    }
+    assert capture.not_read().startswith("4 files were not read: b.HEIC, a.dng, more/, walk.mov. ")
+    few = CaptureOptions(frames=12, least_frames=8)
+    with pytest.raises(CaptureError, match=r"not read are b.HEIC, a.dng, .* Export them as JPEG"):
+        gather(photo_folder, tmp_path / "few", options=few)
+
+
+def test_heic_photos_are_read_upright(photo_folder, tmp_path):
+    pytest.importorskip("pi_heif")
+    shutil.copy(HEIC, photo_folder / "z.HEIC")
+    shutil.copy(HEIC, photo_folder / "zz.jpg")
+    capture = gather(photo_folder, tmp_path / "work", options=FEW)
+    assert capture.frames[-1].source == "z.HEIC"
+    stored = cv2.imread(str(capture.folder / capture.frames[-1].name))
+    assert stored.shape == (480, 320, 3)
+    assert stored[:200].mean() > stored[-200:].mean() + 20
+    assert capture.rejected[-1].reason is Reason.ALIKE
 
 
 def test_focal_length_camera_and_orientation_come_from_the_metadata(canvas, tmp_path):
