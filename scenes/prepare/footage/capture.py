@@ -22,7 +22,7 @@ PICTURE_SUFFIXES = (
 )
 CAPTURE_FILE = "capture.json"
 JPEG_QUALITY = 96
-NOT_READ = frozenset({Reason.UNREADABLE, Reason.FOREIGN})
+NOT_READ = frozenset({Reason.UNREADABLE, Reason.FOREIGN, Reason.SPHERICAL})
 MAX_NAMED = 5
 """Files that a message names; the others it counts."""
 
@@ -127,6 +127,7 @@ class Capture:
         frames: the chosen ones.
         rejected: the others that were looked at.
         gaps: passages of a video that are poorly covered.
+        notes: what was done to the pictures, in whole sentences.
     """
 
     kind: CaptureKind
@@ -135,6 +136,7 @@ class Capture:
     frames: tuple[Frame, ...]
     rejected: tuple[Rejected, ...] = ()
     gaps: tuple[Gap, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def counts(self) -> dict[str, int]:
         """How many pictures were rejected for each reason, the most frequent first."""
@@ -183,6 +185,7 @@ def too_few(
     why = ", ".join(f"{count} {reason}" for reason, count in counts.most_common())
     advices = {
         Reason.MISSING: "copy them beside the others",
+        Reason.SPHERICAL: "give a 360° film as one video, or export flat pictures",
         Reason.FOREIGN: "export the other files as JPEG",
         Reason.UNREADABLE: "copy the files again or export them as JPEG",
         Reason.DARK: "switch on the lights or take off the lens cap",
@@ -227,4 +230,5 @@ def load_capture(folder: Path, key: dict[str, Any]) -> Capture | None:
         return None
     if not all((folder / frame.name).is_file() for frame in frames):
         return None
-    return Capture(kind, values["source"], folder, frames, rejected, gaps)
+    notes = tuple(str(note) for note in values.get("notes", ()))
+    return Capture(kind, values["source"], folder, frames, rejected, gaps, notes)

@@ -26,6 +26,7 @@ from scenes.prepare.footage.capture import (
     Rejected,
     too_few,
 )
+from scenes.prepare.footage.equirectangular import is_dual_fisheye, is_equirectangular
 from scenes.prepare.footage.picture_files import read_upright, reads_heif
 from scenes.prepare.footage.sharpness import Quality, Reason, judge, shrunk, verdict
 from scenes.prepare.progress import Progress
@@ -178,6 +179,9 @@ def _judged(
             rejected.append(Rejected(file.name, Reason.UNREADABLE))
             continue
         grey = np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
+        if is_equirectangular([grey]) or is_dual_fisheye([grey]):
+            rejected.append(Rejected(file.name, Reason.SPHERICAL))
+            continue
         judged.append((file, judge(grey)))
         thumbs.append(shrunk(grey, THUMB_PX))
     typical = float(np.median([quality.blur for _, quality in judged])) if judged else 0.0

@@ -27,6 +27,7 @@ class Reason(StrEnum):
 
     UNREADABLE = "not readable"
     MISSING = "missing or not fitting its pose"
+    SPHERICAL = "360° pictures"
     FOREIGN = "of a kind that is not read"
     DARK = "too dark"
     EMPTY = "without detail"

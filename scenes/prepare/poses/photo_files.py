@@ -55,6 +55,6 @@ def check_left_out(source: Path, left_out: Sequence[str], count: int) -> None:
     if len(left_out) > MAX_LEFT_OUT_SHARE * count:
         raise CaptureError(
             f"{source}: {len(left_out)} of {count} photos cannot be used "
-            f"({some_of(left_out, '; ')}), at most {MAX_LEFT_OUT_SHARE:.0%} may be left out; give the folder that the poses "
-            "were found with, or export them again"
+            f"({some_of(left_out, '; ')}), at most {MAX_LEFT_OUT_SHARE:.0%} may be left out; give "
+            "the folder that the poses were found with, or export them again"
         )

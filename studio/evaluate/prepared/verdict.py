@@ -53,7 +53,7 @@ def verdict_of(prepared: Prepared) -> Verdict:
     notes = [note for _, note in faults if note]
     known = (*prepared.sfm.advice, *prepared.alignment.warnings)
     not_read = prepared.capture.not_read()
-    known = (*((not_read,) if not_read else ()), *known)
+    known = (*((not_read,) if not_read else ()), *prepared.capture.notes, *known)
     headline = "The room is ready"
     if is_unit_estimated(prepared):
         headline = "The room is ready, its unit is estimated: measure one known length in it"

@@ -39,5 +39,5 @@ def test_capitals_count_only_where_two_photos_differ_by_them(tmp_path):
 
 def test_half_of_the_photos_may_be_missing_and_no_more(tmp_path):
     check_left_out(tmp_path, ["a: gone"] * 6, 12)
-    with pytest.raises(CaptureError, match=r"7 of 12 photos cannot be used .*; and 2 more\)"):
+    with pytest.raises(CaptureError, match=r"7 of 12 photos cannot be used .* and 2 more\)"):
         check_left_out(tmp_path, ["a: gone"] * 7, 12)
