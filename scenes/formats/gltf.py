@@ -162,6 +162,13 @@ def _splats(glb: Glb, primitive: dict[str, Any], placement: Placement) -> _Splat
     where = f"mesh {placement.mesh}"
     properties, indices = primitive["extensions"][EXTENSION], primitive.get("attributes")
     kernel, colours = properties.get("kernel"), properties.get("colorSpace")
+    if kernel is None and colours is None:
+        raise refusal(
+            glb.path,
+            where,
+            f"{EXTENSION} without kernel and colorSpace, as drafts of the extension had it",
+            "export it with a newer version of its program, or as .ply or .spz",
+        )
     if kernel != KERNEL or colours != COLOUR_SPACE or primitive.get("mode") != POINTS:
         raise refusal(
             glb.path,

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from scenes.frames import WORLD_FROM_GLTF
 from scenes.mesh import CollisionMesh
@@ -135,7 +135,7 @@ def _placements(
 
 def _agreement(points: np.ndarray, others: np.ndarray) -> float:
     """Share of points that have one of the others near them."""
-    near, _ = cKDTree(others).query(points, distance_upper_bound=AGREE_M)
+    near, _ = KDTree(others).query(points, distance_upper_bound=AGREE_M)
     return float(np.isfinite(near).mean())
 
 

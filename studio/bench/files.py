@@ -84,7 +84,7 @@ def _poses_fit(poses: Path, work: Path) -> bool:
     if poses.is_dir():
         mode = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
         for view in found.views:
-            stored = cv2.imread(str(pictures / view.name), mode)
+            stored = np.asarray(cv2.imread(str(pictures / view.name), mode))
             seen = cv2.resize(read_picture(view)[..., ::-1], stored.shape[1::-1])
             if np.abs(seen.astype(int) - stored).mean() > 10:
                 return False
@@ -137,7 +137,7 @@ def _film_is_read(file: Path, work: Path) -> bool:
     other = gather(control, work / "b", options=options)
 
     def levels(folder: Path) -> np.ndarray:
-        pictures = [cv2.imread(str(path)) for path in sorted(folder.glob("*.jpg"))]
+        pictures = [np.asarray(cv2.imread(str(path))) for path in sorted(folder.glob("*.jpg"))]
         return np.mean([picture.mean(axis=(0, 1)) for picture in pictures], axis=0)
 
     difference = np.abs(levels(capture.folder) - levels(other.folder)).max()

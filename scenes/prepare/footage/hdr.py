@@ -46,7 +46,7 @@ def bgr_picture(frame: Any, size: tuple[int, int] | None = None) -> NDArray[np.u
 
 def tone_mapped(codes: NDArray[np.uint16], transfer: int) -> NDArray[np.uint8]:
     """(H, W, 3) BGR bytes of 16-bit RGB in Rec. 2020; what is brighter than white is white."""
-    signal = np.arange(CODES, dtype=np.float32) / (CODES - 1)
+    signal = np.arange(CODES) / (CODES - 1)
     if transfer == PQ:
         light = (_pq_nits(signal) / WHITE_NITS).astype(np.float32)[codes]
     else:
@@ -61,15 +61,15 @@ def tone_mapped(codes: NDArray[np.uint16], transfer: int) -> NDArray[np.uint8]:
     return np.ascontiguousarray(np.rint(255.0 * shown).astype(np.uint8)[..., ::-1])
 
 
-def _hlg_light(signal: NDArray[np.float32]) -> NDArray[np.float32]:
+def _hlg_light(signal: NDArray[np.float64]) -> NDArray[np.float32]:
     """Scene light 0..1. Source: ITU-R BT.2100, table 5."""
     a, b, c = 0.17883277, 0.28466892, 0.55991073
     low, high = signal**2 / 3, (np.exp((signal - c) / a) + b) / 12
     return np.where(signal <= 0.5, low, high).astype(np.float32)
 
 
-def _pq_nits(signal: NDArray[np.float32]) -> NDArray[np.float64]:
+def _pq_nits(signal: NDArray[np.float64]) -> NDArray[np.float64]:
     """Light of the screen in cd/m². Source: ITU-R BT.2100, table 4."""
     m1, m2, c1, c2, c3 = 0.1593017578125, 78.84375, 0.8359375, 18.8515625, 18.6875
-    power = signal.astype(np.float64) ** (1 / m2)
+    power = signal ** (1 / m2)
     return 10_000 * (np.maximum(power - c1, 0) / (c2 - c3 * power)) ** (1 / m1)

@@ -125,7 +125,7 @@ def as_report(reconstruction: Reconstruction, poses: Path, pictures: Path) -> Sf
         )
     file = _transforms_in(poses)
     ignored = () if file is None else ignored_in(file)
-    if ignored:
+    if file is not None and ignored:
         advice.append(
             f"{file.name} has keys that are not understood and not used: {', '.join(ignored)}"
         )

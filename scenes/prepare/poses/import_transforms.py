@@ -109,7 +109,7 @@ def ignored_in(file: Path) -> tuple[str, ...]:
 def _view(
     path: Path,
     number: int,
-    values: Mapping[str, Any],
+    values: dict[str, Any],
     frame: Any,
     pictures: Path | None,
     target: Path,

@@ -285,6 +285,7 @@ PROPERTIES = (*PRIMITIVE, "extensions", KHR)
         (glb(text=b"{nonsense"), "JSONDecodeError"),
         (glb(text=b"[" * 100_000), "RecursionError"),
         (glb(changed("extensionsRequired", ["EXT_meshopt_compression"])), "EXT_meshopt"),
+        (glb(changed(*PROPERTIES[:-1], PROPERTIES[-1], {})), "drafts of the extension .* newer"),
         (glb(changed(*PROPERTIES, "kernel", "disc")), "'disc'"),
         (glb(changed(*PROPERTIES, "colorSpace", "lin_rec709_display")), "lin_rec709"),
         (glb(changed(*PRIMITIVE, "mode", 4)), "mode 4"),

@@ -218,11 +218,11 @@ def _without_missing_photos(model: Any, folder: Path) -> list[str]:
         if not image.has_pose:
             continue
         file = find_photo(image.name, (folder,))
-        is_there = file is not None and file.is_relative_to(folder)
-        name = file.relative_to(folder).as_posix() if is_there else ""
-        fault = "there is no such photo"
-        if is_there and name not in taken:
-            fault = _fault(file, (image.camera.width, image.camera.height))
+        name, fault = "", "there is no such photo"
+        if file is not None and file.is_relative_to(folder):
+            name = file.relative_to(folder).as_posix()
+            if name not in taken:
+                fault = _fault(file, (image.camera.width, image.camera.height))
         if fault:
             left_out.append(f"{image.name}: {fault}")
             model.deregister_frame(image.frame_id)

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import errno
 import shutil
+import struct
 from fractions import Fraction
 from pathlib import Path
 
@@ -132,6 +133,44 @@ def test_heic_photos_are_read_upright(photo_folder, tmp_path):
     assert stored.shape == (480, 320, 3)
     assert stored[:200].mean() > stored[-200:].mean() + 20
     assert capture.rejected[-1].reason is Reason.ALIKE
+
+
+def test_a_phone_s_film_is_read_as_phones_make_it(canvas, tmp_path):
+    """Portrait by the container's rotation, 10-bit HEVC, frames unevenly apart."""
+    film = tmp_path / "IMG_1.mov"
+    with av.open(str(film), "w") as container:
+        stream = container.add_stream("libx265", rate=30)
+        stream.width, stream.height, stream.pix_fmt = 464, 360, "yuv420p10le"
+        stream.options = {"x265-params": "log-level=none", "preset": "ultrafast"}
+        stream.time_base = stream.codec_context.time_base = Fraction(1, 600)
+        at = 0
+        for k in range(90):
+            upright = look(canvas, 6 * k, width=360, height=464)
+            side = np.ascontiguousarray(np.rot90(upright))
+            frame = av.VideoFrame.from_ndarray(side, format="bgr24").reformat(format="yuv420p10le")
+            at += (19, 20, 41)[k % 3]
+            frame.pts, frame.time_base = at, Fraction(1, 600)
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+    data = bytearray(film.read_bytes())
+    # A quarter turn clockwise in the track header, as iPhones write it (16.16 and 2.30 fixed).
+    matrix = data.index(b"tkhd") + 44
+    turn = struct.pack(">9i", 0, 1 << 16, 0, -(1 << 16), 0, 0, 360 << 16, 0, 1 << 30)
+    data[matrix : matrix + 36] = turn
+    film.write_bytes(data)
+    capture = gather(film, tmp_path / "work", options=FEW)
+    assert len(capture.frames) >= 10
+    times = np.array([frame.t_s for frame in capture.frames])
+    for frame, t_s in zip(capture.frames, times, strict=True):
+        picture = cv2.imread(str(capture.folder / frame.name)).astype(int)
+        assert picture.shape == (464, 360, 3)
+        k = round((t_s * 600 - 19) / 80 * 3)
+        nearest = min(
+            np.abs(picture - look(canvas, 6 * n, width=360, height=464)).mean()
+            for n in range(max(0, k - 2), k + 3)
+        )
+        assert nearest < 12
+    assert 3.5 < times[-1] - times[0] < 4.1
 
 
 def test_focal_length_camera_and_orientation_come_from_the_metadata(canvas, tmp_path):
