@@ -1,4 +1,3 @@
-# pyright: standard
 """Where the messages of an MCAP file are, whether or not the file says so itself.
 
 Source: the MCAP specification. Its summary with all indexes is optional, and so is every checksum

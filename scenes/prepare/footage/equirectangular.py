@@ -1,4 +1,3 @@
-# pyright: standard
 """360° pictures in the equirectangular projection: recognised, and cut into flat views."""
 
 from __future__ import annotations
@@ -96,7 +95,7 @@ def flat_views(width: int, height: int) -> tuple[FlatView, ...]:
     x, y = np.meshgrid(at / focal, at / focal)
     down = np.arctan2(y, np.hypot(x, 1.0))
     rows = (down / math.pi + 0.5) * height - 0.5
-    views = []
+    views: list[FlatView] = []
     for number in range(VIEWS):
         yaw = np.arctan2(x, 1.0) + 2 * math.pi * number / VIEWS
         columns = (yaw / (2 * math.pi) + 0.5) % 1.0 * width - 0.5

@@ -1,4 +1,3 @@
-# pyright: standard
 """High-dynamic-range pictures as a screen for standard range shows them, in Rec. 709."""
 
 from __future__ import annotations

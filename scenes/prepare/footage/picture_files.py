@@ -1,9 +1,10 @@
-# pyright: standard
 """Any picture file as pixels: upright as its metadata say, or as it is stored."""
 
 from __future__ import annotations
 
+import importlib
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -104,8 +105,8 @@ def _read_heif(file: Path) -> NDArray[np.uint8] | None:
 def reads_heif() -> bool:
     """Whether HEIC files can be read here: the library for it has no wheel for every machine."""
     try:
-        from pi_heif import register_heif_opener
+        library: Any = importlib.import_module("pi_heif")
     except ImportError:
         return False
-    register_heif_opener()
+    library.register_heif_opener()
     return True

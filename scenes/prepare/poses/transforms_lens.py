@@ -1,4 +1,3 @@
-# pyright: standard
 """The lens that a `transforms.json` describes, and pictures without its distortion.
 
 Sources of the keys: nerfstudio's "Data conventions" page and its camera models; instant-ngp's
@@ -11,7 +10,7 @@ import math
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import cv2
 import numpy as np
@@ -228,9 +227,9 @@ def _is_on(value: Any) -> bool:
     if isinstance(value, str):
         return value.strip().lower() not in OFF
     if isinstance(value, Mapping):
-        return any(_is_on(part) for part in value.values())
+        return any(_is_on(part) for part in cast("Mapping[str, Any]", value).values())
     if isinstance(value, list | tuple):
-        return any(_is_on(part) for part in value)
+        return any(_is_on(part) for part in cast("list[Any]", value))
     return bool(value)
 
 

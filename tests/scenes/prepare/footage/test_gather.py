@@ -141,7 +141,7 @@ def test_a_phone_s_film_is_read_as_phones_make_it(canvas, tmp_path):
     with av.open(str(film), "w") as container:
         stream = container.add_stream("libx265", rate=30)
         stream.width, stream.height, stream.pix_fmt = 464, 360, "yuv420p10le"
-        stream.options = {"x265-params": "log-level=none", "preset": "ultrafast"}
+        stream.options = {"x265-params": "log-level=none", "preset": "ultrafast", "crf": "16"}
         stream.time_base = stream.codec_context.time_base = Fraction(1, 600)
         at = 0
         for k in range(90):
