@@ -61,7 +61,7 @@ def read_camera(path: Path) -> FilmedBy:
         OSError: it cannot be read.
     """
     try:
-        values = json.loads(path.read_text(encoding="utf-8"))
+        values = json.loads(path.read_text(encoding="utf-8-sig"))
     except (UnicodeDecodeError, json.JSONDecodeError) as error:
         raise FootageError(f"{path}: not a camera file: no JSON ({error})") from None
     if not isinstance(values, dict):
@@ -155,7 +155,7 @@ def _pictures_of_folder(folder: Path) -> Iterator[tuple[int, Pictures]]:
             f"{folder}: no {TIMES_FILE} in it; it has the columns t_ns and file, or t_ns, file_0, "
             "file_1 for one picture a lens"
         )
-    with times.open(encoding="utf-8", newline="") as opened:
+    with times.open(encoding="utf-8-sig", newline="") as opened:
         rows = csv.DictReader(opened)
         columns = [name for name in rows.fieldnames or () if name.startswith("file")]
         if "t_ns" not in (rows.fieldnames or ()) or not columns:
@@ -180,7 +180,9 @@ def _picture(folder: Path, name: str | None, times: Path, line: int) -> NDArray[
         data = np.fromfile(path, np.uint8)
     except OSError as error:
         raise FootageError(f"{times}, line {line}: {path}: {error.strerror or error}") from None
-    picture = cv2.imdecode(data, cv2.IMREAD_COLOR) if data.size else None
+    # As stored: the lenses are calibrated in those pixels, whatever EXIF says.
+    stored = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
+    picture = cv2.imdecode(data, stored) if data.size else None
     if picture is None:
         raise FootageError(f"{path}: no picture that can be read")
     return np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2RGB), dtype=np.uint8)

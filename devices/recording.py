@@ -7,17 +7,13 @@ from __future__ import annotations
 
 import errno
 import os
-import struct
 import warnings
-import zlib
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import IO
 
-import zstandard
-from mcap.exceptions import McapError
 from mcap.reader import SeekingReader
 from mcap.records import Schema
 from mcap.writer import CompressionType, Writer
@@ -31,19 +27,14 @@ from devices.recording_codec import (
     json_schema,
     stream_of,
 )
+from devices.recording_index import DAMAGE, RecordingError, damaged, open_reader
 from devices.session_info import SessionInfo, session_from_json, session_to_json
 from devices.streams import ByteQuota
 
-MAGIC = b"\x89MCAP0\r\n"
 SESSION_METADATA = "gaussiannexus.session"
 CLOSING_METADATA = "gaussiannexus.closing"
 DEFAULT_QUOTA_BYTES = 8 * 1024**3
 VIDEO_RESERVE_SHARE = 0.1
-_FOOTER = struct.Struct("<BQQQI")
-
-
-class RecordingError(ValueError):
-    """A recording that cannot be read: the message names the file and what is wrong with it."""
 
 
 class Recorder:
@@ -193,22 +184,23 @@ def read_session(path: Path) -> SessionInfo:
     """How a recording was made.
 
     Raises:
-        RecordingError: the file is not a whole recording of ours.
+        RecordingError: the file is damaged or no recording of ours.
         OSError: it cannot be opened.
     """
     with path.open("rb") as file:
-        return _session_of(_open_reader(path, file), path)
+        return _session_of(open_reader(path, file), path)
 
 
 def read_recording(path: Path) -> Iterator[RecordedValue]:
     """All messages in the order of `(t_ns, topic, seq)`, a chunk at a time.
 
     Raises:
-        RecordingError: the file is truncated, damaged or not a recording of ours.
+        RecordingError: the file is damaged or not a recording of ours; one that was cut off is
+            read to its last whole chunk.
         OSError: it cannot be opened.
     """
     with path.open("rb") as file:
-        reader = _open_reader(path, file)
+        reader = open_reader(path, file)
         _session_of(reader, path)
         same_time: list[Encoded] = []
         for encoded in _messages(reader, path):
@@ -220,13 +212,13 @@ def read_recording(path: Path) -> Iterator[RecordedValue]:
 
 
 class RecordingReader:
-    """A whole recording that is read from any instant on. Use as a context manager.
+    """A recording that is read from any instant on. Use as a context manager.
 
     Args:
         path: an MCAP recording.
 
     Raises:
-        RecordingError: the file is not a whole recording of ours.
+        RecordingError: the file is damaged or no recording of ours.
         OSError: it cannot be opened.
     """
 
@@ -234,7 +226,7 @@ class RecordingReader:
         self.path = path
         self._file = path.open("rb")
         try:
-            self._reader = _open_reader(path, self._file)
+            self._reader = open_reader(path, self._file)
             self.session = _session_of(self._reader, path)
             self.span_ns = self._read_span()
         except BaseException:
@@ -245,8 +237,8 @@ class RecordingReader:
         """Times of the first and the last message; None if there is none."""
         try:
             summary = self._reader.get_summary()
-        except _DAMAGE as error:
-            raise _damaged(self.path, error) from None
+        except DAMAGE as error:
+            raise damaged(self.path, error) from None
         statistics = None if summary is None else summary.statistics
         if statistics is None or not statistics.message_count:
             return None
@@ -306,59 +298,13 @@ def _place(encoded: Encoded) -> tuple[int, str, int]:
     return encoded.t_ns, topic, encoded.seq
 
 
-_DAMAGE = (
-    McapError,
-    struct.error,
-    zstandard.ZstdError,
-    ValueError,
-    KeyError,
-    TypeError,
-    IndexError,
-    OverflowError,
-    MemoryError,
-    EOFError,
-    AssertionError,
-)
-"""What the MCAP reader raises on damaged input."""
-
-
-def _open_reader(path: Path, file: IO[bytes]) -> SeekingReader:
-    size = os.fstat(file.fileno()).st_size
-    head = file.read(len(MAGIC))
-    if head != MAGIC:
-        found = "an empty file" if not size else f"a file that begins with {head!r}"
-        raise RecordingError(f"{path}: not a recording (MCAP): it is {found}")
-    file.seek(max(len(MAGIC), size - len(MAGIC)))
-    if file.read() != MAGIC:
-        raise RecordingError(
-            f"{path}: ends early after {size} bytes: the recording was cut off or not finished"
-        )
-    _check_summary(path, file, size)
-    file.seek(0)
-    return SeekingReader(file, validate_crcs=True, record_size_limit=size)
-
-
-def _check_summary(path: Path, file: IO[bytes], size: int) -> None:
-    """The index at the end says where the chunks are: a damaged one would hide messages."""
-    if size < _FOOTER.size + 2 * len(MAGIC):
-        raise RecordingError(f"{path}: ends early after {size} bytes")
-    file.seek(size - _FOOTER.size - len(MAGIC))
-    footer = file.read(_FOOTER.size)
-    _opcode, _length, start, _offsets, crc = _FOOTER.unpack(footer)
-    if not len(MAGIC) <= start < size:
-        raise RecordingError(f"{path}: damaged recording: its index is said to be at byte {start}")
-    file.seek(start)
-    if zlib.crc32(file.read(size - len(MAGIC) - 4 - start)) != crc:
-        raise RecordingError(f"{path}: damaged recording: checksum of its index is wrong")
-
-
 def _session_of(reader: SeekingReader, path: Path) -> SessionInfo:
     try:
         for metadata in reader.iter_metadata():
             if metadata.name == SESSION_METADATA:
                 return session_from_json(metadata.metadata["json"])
-    except _DAMAGE as error:
-        raise _damaged(path, error) from None
+    except DAMAGE as error:
+        raise damaged(path, error) from None
     raise RecordingError(f"{path}: an MCAP file, but not a GaussianNexus recording")
 
 
@@ -382,8 +328,8 @@ def _messages(
                     message.sequence,
                     message.data,
                 )
-    except _DAMAGE as error:
-        raise _damaged(path, error) from None
+    except DAMAGE as error:
+        raise damaged(path, error) from None
 
 
 def _decoded(messages: list[Encoded], path: Path) -> Iterator[RecordedValue]:
@@ -391,12 +337,5 @@ def _decoded(messages: list[Encoded], path: Path) -> Iterator[RecordedValue]:
         try:
             value = decode_message(encoded)
         except (ValueError, KeyError, TypeError, AttributeError) as error:
-            raise _damaged(path, error) from None
+            raise damaged(path, error) from None
         yield value
-
-
-def _damaged(path: Path, error: BaseException) -> RecordingError:
-    if isinstance(error, RecordingError):
-        return error
-    reason = str(error) or type(error).__name__
-    return RecordingError(f"{path}: damaged recording: {reason.splitlines()[0]}")

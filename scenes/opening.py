@@ -45,7 +45,8 @@ def open_scene(name_or_path: str | Path) -> ScenePackage:
 
 
 def _package_of_splats(path: Path) -> ScenePackage:
-    cloud = read_splats(path)
+    left_out: list[str] = []
+    cloud = read_splats(path, on_bad=left_out.append)
     if not is_in_world_frame(path):
         cloud = turned(cloud, WORLD_FROM_FORWARD_CAMERA)
     low, high = np.percentile(cloud.means, (1.0, 99.0), axis=0) if len(cloud) else np.zeros((2, 3))
@@ -58,5 +59,5 @@ def _package_of_splats(path: Path) -> ScenePackage:
         world_from_rig=Pose(WORLD_FROM_FORWARD_CAMERA.rotation, middle),
         footprint_m=np.stack([low[:2], high[:2]]),
         physical=None,
-        stages=(Stage("open", f"splat file {path.name}"),),
+        stages=(Stage("open", "; ".join([f"splat file {path.name}", *left_out])),),
     )

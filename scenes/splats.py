@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -145,27 +145,51 @@ def validate(cloud: SplatCloud, where: str, *, start: int = 0) -> None:
     Raises:
         ValueError: names the field, the first bad index, its value and the limit.
     """
+    for fault in faults(cloud):
+        if fault.bad.any():
+            raise ValueError(
+                f"{where}: {fault.what}: {int(fault.bad.sum())} of {len(fault.bad)} splats are "
+                f"bad; the first is {fault.first(start)}"
+            )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fault:
+    """What may be wrong with splats, and with which it is.
+
+    Attributes:
+        what: the field.
+        wanted: its limits.
+        bad: (N,) splats outside of them.
+        values: (N, ...) of the field.
+    """
+
+    what: str
+    wanted: str
+    bad: NDArray[np.bool_]
+    values: FloatArray
+
+    def first(self, start: int = 0) -> str:
+        """The first bad one, its number counted from `start`."""
+        first = int(np.argmax(self.bad))
+        value = np.asarray(self.values[first]).tolist()
+        return f"number {start + first} with {self.what} {value}, wanted {self.wanted}"
+
+
+def faults(cloud: SplatCloud) -> Iterator[Fault]:
+    """Everything that can be wrong with a cloud's values, whether or not it is."""
     for name in ("means", "scales", "rotations", "opacities", "sh"):
         array = getattr(cloud, name)
         finite = np.isfinite(array).reshape(len(cloud), int(array.size / max(len(cloud), 1)))
         bad = np.asarray(~finite.all(axis=1), dtype=np.bool_)
-        _refuse(bad, array, f"{where}: {name}", "finite values", start)
-    flat = np.min(cloud.scales, axis=1, initial=np.inf) <= 0
-    _refuse(flat, cloud.scales, f"{where}: scales", "> 0 m", start)
+        yield Fault(name, "finite values", bad, array)
+    flat = np.asarray(np.min(cloud.scales, axis=1, initial=np.inf) <= 0, dtype=np.bool_)
+    yield Fault("scales", "> 0 m", flat, cloud.scales)
     norms = np.linalg.norm(cloud.rotations, axis=1)
-    _refuse(np.abs(norms - 1) > 1e-2, norms, f"{where}: quaternion norm", "1 ± 0.01", start)
+    loose = np.asarray(np.abs(norms - 1) > 1e-2, dtype=np.bool_)
+    yield Fault("quaternion norm", "1 ± 0.01", loose, norms)
     outside = (cloud.opacities < 0) | (cloud.opacities > 1)
-    _refuse(outside, cloud.opacities, f"{where}: opacities", "0..1", start)
-
-
-def _refuse(bad: NDArray[np.bool_], values: FloatArray, what: str, wanted: str, start: int) -> None:
-    if bad.any():
-        first = int(np.argmax(bad))
-        raise ValueError(
-            f"{what}: {int(bad.sum())} of {len(bad)} splats are bad; "
-            f"the first is number {start + first} with {np.asarray(values[first]).tolist()}, "
-            f"wanted {wanted}"
-        )
+    yield Fault("opacities", "0..1", outside, cloud.opacities)
 
 
 def _quaternion_product(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -176,6 +176,12 @@ VERBS = (
         "nexus bench twin --json",
     ),
     Verb(
+        "bench files",
+        "studio.bench.files",
+        "try small files as people bring them, and count those that come out right",
+        "nexus bench files --json",
+    ),
+    Verb(
         "doctor",
         "studio.verbs.doctor",
         "say what is installed, missing, and what to do",

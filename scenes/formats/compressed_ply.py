@@ -22,6 +22,7 @@ from scenes.formats.storage.activation import (
     exponential,
     rotations_from_three,
 )
+from scenes.formats.storage.bad_rows import without_bad_rows
 from scenes.formats.storage.blocks import SplatBlocks, extents
 from scenes.formats.storage.error import refusal
 from scenes.splats import SH_C0, SH_COUNTS, SplatCloud
@@ -65,10 +66,9 @@ def read_compressed_ply_blocks(path: Path, header: PlyHeader, rows: int) -> Spla
             "the file is damaged, export it again",
         )
     higher = _higher(path, header, words.count)
-    blocks = (_decode(path, words, bounds, higher, extent) for extent in extents(words.count, rows))
-    return SplatBlocks(
-        words.count, SH_COUNTS.index(1 + (len(higher.columns) // 3 if higher else 0)), blocks
-    )
+    blocks = (_decode(words, bounds, higher, extent) for extent in extents(words.count, rows))
+    degree = SH_COUNTS.index(1 + (len(higher.columns) // 3 if higher else 0))
+    return without_bad_rows(path, SplatBlocks(words.count, degree, blocks))
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +125,7 @@ def _higher(path: Path, header: PlyHeader, n: int) -> _Table | None:
 
 @damaged_values_are_quiet
 def _decode(
-    path: Path, words: _Table, bounds: _Table, higher: _Table | None, extent: tuple[int, int]
+    words: _Table, bounds: _Table, higher: _Table | None, extent: tuple[int, int]
 ) -> SplatCloud:
     start, stop = extent
     packed = words.rows(start, stop).astype(np.uint32)
@@ -144,13 +144,11 @@ def _decode(
     three = (_bits(packed[:, 1], (20, 10, 0), 10) - 0.5) * np.sqrt(2.0)
     largest = (packed[:, 1] >> np.uint32(30)).astype(np.intp)
     return cloud_from_file(
-        path,
         means=position.astype(np.float32),
         scales=exponential(log_scale.astype(np.float32)),
-        quaternions=rotations_from_three(path, three, largest, start=start),
+        quaternions=rotations_from_three(three, largest),
         opacities=rgba[:, 3].astype(np.float32),
         sh=sh.astype(np.float32),
-        start=start,
     )
 
 

@@ -38,7 +38,8 @@ from scenes.formats.containers.gltf_nodes import Placement, placements
 from scenes.formats.storage.activation import cloud_from_file, damaged_values_are_quiet
 from scenes.formats.storage.atomic import write_file
 from scenes.formats.storage.axes import flipped
-from scenes.formats.storage.blocks import ROWS_PER_BLOCK, SplatBlocks, extents, in_blocks, whole
+from scenes.formats.storage.bad_rows import intact, without_bad_rows
+from scenes.formats.storage.blocks import ROWS_PER_BLOCK, SplatBlocks, extents, in_blocks
 from scenes.formats.storage.error import refusal
 from scenes.formats.storage.spool import contents, spools
 from scenes.harmonics import turned
@@ -82,7 +83,7 @@ def read_gltf(path: Path) -> SplatCloud:
             kernel or a colour space that is not supported.
         OSError: the file cannot be read.
     """
-    return whole(read_gltf_blocks(path))
+    return intact(path, read_gltf_blocks(path))
 
 
 def read_gltf_blocks(path: Path, rows: int = ROWS_PER_BLOCK) -> SplatBlocks:
@@ -105,7 +106,8 @@ def read_gltf_blocks(path: Path, rows: int = ROWS_PER_BLOCK) -> SplatBlocks:
             f"give a file with {EXTENSION}, each mesh placed once",
         )
     k = max(splats.k for splats in found)
-    return SplatBlocks(count, SH_COUNTS.index(k), _read(path, found, k, rows))
+    blocks = _read(path, found, k, rows)
+    return without_bad_rows(path, SplatBlocks(count, SH_COUNTS.index(k), blocks))
 
 
 def write_gltf(path: Path, cloud: SplatCloud) -> int:
@@ -160,6 +162,13 @@ def _splats(glb: Glb, primitive: dict[str, Any], placement: Placement) -> _Splat
     where = f"mesh {placement.mesh}"
     properties, indices = primitive["extensions"][EXTENSION], primitive.get("attributes")
     kernel, colours = properties.get("kernel"), properties.get("colorSpace")
+    if kernel is None and colours is None:
+        raise refusal(
+            glb.path,
+            where,
+            f"{EXTENSION} without kernel and colorSpace, as drafts of the extension had it",
+            "export it with a newer version of its program, or as .ply or .spz",
+        )
     if kernel != KERNEL or colours != COLOUR_SPACE or primitive.get("mode") != POINTS:
         raise refusal(
             glb.path,
@@ -201,15 +210,13 @@ def _read(path: Path, found: list[_Splats], k: int, rows: int) -> Iterator[Splat
                     name: entry.read(path, file, start, stop)
                     for name, entry in splats.attributes.items()
                 }
-                cloud = _decode(path, values, k, splats.placement.scale, first + start)
+                cloud = _decode(values, k, splats.placement.scale)
                 yield flipped(_placed(path, cloud, splats.placement))
             first += splats.count
 
 
 @damaged_values_are_quiet
-def _decode(
-    path: Path, values: dict[str, NDArray[np.float32]], k: int, scale: float, start: int
-) -> SplatCloud:
+def _decode(values: dict[str, NDArray[np.float32]], k: int, scale: float) -> SplatCloud:
     """Splats in the axes of their node, scaled, padded to `k` coefficients."""
     n = len(values["POSITION"])
     sh = np.zeros((n, k, 3), dtype=np.float32)
@@ -217,13 +224,11 @@ def _decode(
         if name in values:
             sh[:, i] = values[name]
     return cloud_from_file(
-        path,
         means=values["POSITION"] * np.float32(scale),
         scales=values[_SCALE] * np.float32(scale),
         quaternions=np.roll(values[_ROTATION], 1, axis=1),
         opacities=values[_OPACITY][:, 0],
         sh=sh,
-        start=start,
     )
 
 
@@ -233,7 +238,7 @@ def _placed(path: Path, cloud: SplatCloud, placement: Placement) -> SplatCloud:
     if placement.stays():
         return cloud
     placed = turned(cloud, placement.scene_from_node)
-    if not np.isfinite(placed.means).all():
+    if not np.isfinite(placed.means[np.isfinite(cloud.means).all(axis=1)]).all():
         raise refusal(
             path,
             f"mesh {placement.mesh}",

@@ -25,9 +25,10 @@ from scenes.formats.storage.activation import (
     sigmoid,
 )
 from scenes.formats.storage.atomic import write_file
-from scenes.formats.storage.blocks import ROWS_PER_BLOCK, SplatBlocks, extents, in_blocks, whole
+from scenes.formats.storage.bad_rows import intact, without_bad_rows
+from scenes.formats.storage.blocks import ROWS_PER_BLOCK, SplatBlocks, extents, in_blocks
 from scenes.formats.storage.error import refusal
-from scenes.splats import SH_COUNTS, SplatCloud
+from scenes.splats import SH_C0, SH_COUNTS, SplatCloud
 
 FLAT_SCALE = 1e-3
 """Thickness of a 2D splat (no scale_2) as a share of its smaller width."""
@@ -37,6 +38,8 @@ WORLD_COMMENT = "frame: world, right-handed, Z up, metres"
 
 _MEANS = ("x", "y", "z")
 _COLOURS = ("f_dc_0", "f_dc_1", "f_dc_2")
+_PLAIN_COLOURS = (("red", "green", "blue"), ("r", "g", "b"))
+"""Colours as they are, which some exporters write instead of f_dc_*: bytes, or 0..1."""
 _SCALES = ("scale_0", "scale_1", "scale_2")
 _ROTATIONS = ("rot_0", "rot_1", "rot_2", "rot_3")
 
@@ -51,7 +54,7 @@ def read_ply(path: Path) -> SplatCloud:
         FormatError: the file is truncated, foreign, or holds values that no scan can have.
         OSError: the file cannot be read.
     """
-    return whole(read_ply_blocks(path))
+    return intact(path, read_ply_blocks(path))
 
 
 def read_ply_blocks(path: Path, rows: int = ROWS_PER_BLOCK) -> SplatBlocks:
@@ -63,20 +66,23 @@ def read_ply_blocks(path: Path, rows: int = ROWS_PER_BLOCK) -> SplatBlocks:
     assert element.dtype is not None
     rest = _rest_columns(path, element)
     scales = _scale_columns(element)
-    wanted = [*_MEANS, *_COLOURS, "opacity", *scales, *_ROTATIONS, *rest]
+    colours = _colour_columns(element)
+    wanted = [*_MEANS, *colours, "opacity", *scales, *_ROTATIONS, *rest]
     missing = [name for name in wanted if name not in (element.dtype.names or ())]
     if missing:
         raise refusal(
             path,
             "element 'vertex'",
             f"no property {', '.join(missing)}",
-            "this is a point cloud or a foreign PLY, give a Gaussian-splat PLY",
+            "a point cloud or mesh has no splats: train some with nexus prepare, or give a "
+            "Gaussian-splat PLY",
         )
     blocks = (
-        _decode(path, read_rows(path, element, *extent), scales, rest, extent[0])
+        _decode(read_rows(path, element, *extent), colours, scales, rest)
         for extent in extents(element.count, rows)
     )
-    return SplatBlocks(element.count, SH_COUNTS.index(1 + len(rest) // 3), blocks)
+    degree = SH_COUNTS.index(1 + len(rest) // 3)
+    return without_bad_rows(path, SplatBlocks(element.count, degree, blocks))
 
 
 def write_ply(path: Path, cloud: SplatCloud, *, comments: Sequence[str] = ()) -> int:
@@ -116,7 +122,7 @@ def ply_comments(path: Path) -> tuple[str, ...]:
 
 @damaged_values_are_quiet
 def _decode(
-    path: Path, rows: NDArray[np.void], scales: Sequence[str], rest: Sequence[str], start: int
+    rows: NDArray[np.void], colours: Sequence[str], scales: Sequence[str], rest: Sequence[str]
 ) -> SplatCloud:
     widths = exponential(_columns(rows, scales))
     if len(scales) == 2:
@@ -124,19 +130,37 @@ def _decode(
         widths = np.concatenate([widths, thickness], axis=1)
     k = 1 + len(rest) // 3
     sh = np.empty((len(rows), k, 3), dtype=np.float32)
-    sh[:, 0] = _columns(rows, _COLOURS)
+    sh[:, 0] = _harmonics(rows, colours)
     for i, name in enumerate(rest):
         channel, above = divmod(i, k - 1)
         sh[:, 1 + above, channel] = rows[name]
     return cloud_from_file(
-        path,
         means=_columns(rows, _MEANS),
         scales=widths,
         quaternions=_columns(rows, _ROTATIONS),
         opacities=sigmoid(_columns(rows, ("opacity",))[:, 0]),
         sh=sh,
-        start=start,
     )
+
+
+def _colour_columns(element: PlyElement) -> tuple[str, ...]:
+    assert element.dtype is not None
+    names = element.dtype.names or ()
+    if "f_dc_0" not in names:
+        for plain in _PLAIN_COLOURS:
+            if all(name in names for name in plain):
+                return plain
+    return _COLOURS
+
+
+def _harmonics(rows: NDArray[np.void], names: Sequence[str]) -> NDArray[np.float32]:
+    """(N, 3) coefficients of degree 0."""
+    values = _columns(rows, names)
+    if tuple(names) == _COLOURS:
+        return values
+    kind = rows.dtype[names[0]]
+    largest = np.float32(np.iinfo(kind).max) if kind.kind in "iu" else np.float32(1.0)
+    return (values / largest - np.float32(0.5)) / np.float32(SH_C0)
 
 
 def _columns(rows: NDArray[np.void], names: Sequence[str]) -> NDArray[np.float32]:

@@ -12,6 +12,7 @@ from scenes.formats.ply import WORLD_COMMENT, ply_comments, read_ply_blocks, wri
 from scenes.formats.sog import META, is_sog_folder, read_sog_blocks
 from scenes.formats.splat import read_splat_blocks, write_splat_blocks
 from scenes.formats.spz import read_spz_blocks, write_spz_blocks
+from scenes.formats.storage.bad_rows import in_words
 from scenes.formats.storage.blocks import SplatBlocks, in_blocks, whole
 from scenes.formats.storage.error import FormatError, refusal
 from scenes.formats.usd import write_usd_blocks
@@ -58,20 +59,27 @@ READABLE = ", ".join(suffix for entry in FORMATS if entry.read for suffix in ent
 WRITABLE = ", ".join(suffix for entry in FORMATS if entry.write for suffix in entry.suffixes)
 
 
-def read_splats(path: str | Path) -> SplatCloud:
+def read_splats(path: str | Path, *, on_bad: Callable[[str], None] | None = None) -> SplatCloud:
     """Read a splat file of any known format, recognised by content before name.
 
     Args:
         path: a file with one of the `READABLE` endings, or a SOG folder.
+
+        on_bad: called once with what was left out, in words, if some splats are bad.
 
     Returns:
         The cloud in the file's unit; axes as in PLY files (x right, y down, z forward), or the
         world frame if `is_in_world_frame(path)`.
 
     Raises:
-        FormatError: no such file, or it is of no known format, truncated or damaged.
+        FormatError: no such file, or it is of no known format, truncated or damaged, or most of
+            its splats are bad.
     """
-    return whole(read_splat_file(path))
+    splats = read_splat_file(path)
+    cloud = whole(splats)
+    if splats.bad.count and on_bad is not None:
+        on_bad(in_words(splats.bad, splats.count))
+    return cloud
 
 
 def read_splat_file(path: str | Path) -> SplatBlocks:

@@ -31,7 +31,8 @@ from scenes.formats.storage.activation import (
     rotations_from_three,
     sigmoid,
 )
-from scenes.formats.storage.blocks import ROWS_PER_BLOCK, SplatBlocks, extents, whole
+from scenes.formats.storage.bad_rows import intact, without_bad_rows
+from scenes.formats.storage.blocks import ROWS_PER_BLOCK, SplatBlocks, extents
 from scenes.formats.storage.error import FormatError, refusal
 from scenes.splats import SH_COUNTS, SplatCloud
 
@@ -72,7 +73,7 @@ def read_sog(path: Path) -> SplatCloud:
         FormatError: a texture is missing, damaged or too small, or meta.json does not fit.
         OSError: a file cannot be read.
     """
-    return whole(read_sog_blocks(path))
+    return intact(path, read_sog_blocks(path))
 
 
 def read_sog_blocks(path: Path, rows: int = ROWS_PER_BLOCK) -> SplatBlocks:
@@ -92,8 +93,8 @@ def read_sog_blocks(path: Path, rows: int = ROWS_PER_BLOCK) -> SplatBlocks:
             f"{type(error).__name__}: {error}",
             "the file is damaged or of another version, export it again",
         ) from None
-    blocks = (_decode(source.path, columns, *extent) for extent in extents(columns.count, rows))
-    return SplatBlocks(columns.count, SH_COUNTS.index(columns.k), blocks)
+    blocks = (_decode(columns, *extent) for extent in extents(columns.count, rows))
+    return without_bad_rows(path, SplatBlocks(columns.count, SH_COUNTS.index(columns.k), blocks))
 
 
 @dataclass(frozen=True, slots=True)
@@ -227,7 +228,7 @@ def _columns(source: _Source, meta: dict[str, Any]) -> _Columns:
 
 
 @damaged_values_are_quiet
-def _decode(path: Path, columns: _Columns, start: int, stop: int) -> SplatCloud:
+def _decode(columns: _Columns, start: int, stop: int) -> SplatCloud:
     rows = slice(start, stop)
     sh = columns.dc(rows)[:, None, :]
     if columns.higher is not None:
@@ -236,13 +237,11 @@ def _decode(path: Path, columns: _Columns, start: int, stop: int) -> SplatCloud:
     three = (rgba[:, :3] / 255.0 * 2.0 - 1.0) * np.sqrt(0.5)
     largest = rgba[:, 3].astype(np.intp) - FIRST_TAG
     return cloud_from_file(
-        path,
         means=columns.means(rows).astype(np.float32),
         scales=exponential(columns.log_scales(rows).astype(np.float32)),
-        quaternions=rotations_from_three(path, three, largest, start=start),
+        quaternions=rotations_from_three(three, largest),
         opacities=columns.opacities(rows).astype(np.float32),
         sh=sh.astype(np.float32),
-        start=start,
     )
 
 

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from scenes.formats.storage.activation import cloud_from_file, damaged_values_are_quiet
 from scenes.formats.storage.atomic import write_file
-from scenes.formats.storage.blocks import ROWS_PER_BLOCK, SplatBlocks, extents, in_blocks, whole
+from scenes.formats.storage.bad_rows import intact, without_bad_rows
+from scenes.formats.storage.blocks import ROWS_PER_BLOCK, SplatBlocks, extents, in_blocks
 from scenes.formats.storage.error import refusal
 from scenes.splats import SH_C0, SplatCloud
 
@@ -34,7 +35,7 @@ def read_splat(path: Path) -> SplatCloud:
             positive or a quaternion zero.
         OSError: the file cannot be read.
     """
-    return whole(read_splat_blocks(path))
+    return intact(path, read_splat_blocks(path))
 
 
 def read_splat_blocks(path: Path, rows: int = ROWS_PER_BLOCK) -> SplatBlocks:
@@ -48,7 +49,7 @@ def read_splat_blocks(path: Path, rows: int = ROWS_PER_BLOCK) -> SplatBlocks:
             "it is truncated or no .splat file, copy or export it again",
         )
     count = size // ROW.itemsize
-    return SplatBlocks(count, 0, _read(path, count, rows))
+    return without_bad_rows(path, SplatBlocks(count, 0, _read(path, count, rows)))
 
 
 def write_splat(path: Path, cloud: SplatCloud) -> int:
@@ -74,20 +75,18 @@ def write_splat_blocks(path: Path, splats: SplatBlocks) -> int:
 def _read(path: Path, count: int, rows: int) -> Iterator[SplatCloud]:
     with path.open("rb") as file:
         for start, stop in extents(count, rows):
-            yield _decode(path, np.fromfile(file, dtype=ROW, count=stop - start), start)
+            yield _decode(np.fromfile(file, dtype=ROW, count=stop - start))
 
 
 @damaged_values_are_quiet
-def _decode(path: Path, rows: NDArray[np.void], start: int) -> SplatCloud:
+def _decode(rows: NDArray[np.void]) -> SplatCloud:
     rgba = rows["rgba"].astype(np.float32) / np.float32(255.0)
     return cloud_from_file(
-        path,
         means=rows["mean"],
         scales=rows["scale"],
         quaternions=(rows["quaternion"].astype(np.float32) - 128.0) / np.float32(128.0),
         opacities=rgba[:, 3],
         sh=((rgba[:, None, :3] - np.float32(0.5)) / np.float32(SH_C0)).astype(np.float32),
-        start=start,
     )
 
 

@@ -36,7 +36,8 @@ from scenes.formats.storage.activation import (
 )
 from scenes.formats.storage.atomic import write_file
 from scenes.formats.storage.axes import flipped
-from scenes.formats.storage.blocks import ROWS_PER_BLOCK, SplatBlocks, in_blocks, whole
+from scenes.formats.storage.bad_rows import intact, without_bad_rows
+from scenes.formats.storage.blocks import ROWS_PER_BLOCK, SplatBlocks, in_blocks
 from scenes.formats.storage.error import refusal
 from scenes.formats.storage.spool import contents, spools
 from scenes.splats import SplatCloud
@@ -55,14 +56,14 @@ def read_spz(path: Path) -> SplatCloud:
         FormatError: the file is truncated, damaged, foreign or of another version.
         OSError: the file cannot be read.
     """
-    return whole(read_spz_blocks(path))
+    return intact(path, read_spz_blocks(path))
 
 
 def read_spz_blocks(path: Path, rows: int = ROWS_PER_BLOCK) -> SplatBlocks:
     """As `read_spz`, `rows` splats at a time; damage is found where its block is read."""
     file = open_spz(path)
-    blocks = (flipped(_decode(file, *block)) for block in unpacked(file, rows))
-    return SplatBlocks(file.count, min(file.degree, 3), blocks)
+    blocks = (flipped(_decode(file, parts)) for _, parts in unpacked(file, rows))
+    return without_bad_rows(path, SplatBlocks(file.count, min(file.degree, 3), blocks))
 
 
 def write_spz(path: Path, cloud: SplatCloud) -> int:
@@ -89,7 +90,7 @@ def write_spz_blocks(path: Path, splats: SplatBlocks) -> int:
 
 
 @damaged_values_are_quiet
-def _decode(file: SpzFile, start: int, parts: list[NDArray[np.uint8]]) -> SplatCloud:
+def _decode(file: SpzFile, parts: list[NDArray[np.uint8]]) -> SplatCloud:
     """Splats in the file's axes."""
     positions, alphas, colours, scales, rotations, sh = parts
     n = len(alphas)
@@ -101,30 +102,20 @@ def _decode(file: SpzFile, start: int, parts: list[NDArray[np.uint8]]) -> SplatC
     # The three bytes fill the upper part of the word, so shifting back extends the sign.
     means = (fixed.view("<i4")[..., 0] >> 8) / float(1 << file.fractional_bits)
     return cloud_from_file(
-        file.path,
         means=means.astype(np.float32),
         scales=exponential((scales.reshape(n, 3) / 16.0 - 10.0).astype(np.float32)),
-        quaternions=_decode_rotations(file, start, rotations),
+        quaternions=_decode_rotations(file, rotations),
         opacities=alphas.astype(np.float32) / np.float32(255.0),
         sh=np.concatenate([dc, rest], axis=1).astype(np.float32),
-        start=start,
     )
 
 
-def _decode_rotations(file: SpzFile, start: int, packed: NDArray[np.uint8]) -> NDArray[np.float32]:
+def _decode_rotations(file: SpzFile, packed: NDArray[np.uint8]) -> NDArray[np.float32]:
     """(N, 4) wxyz in the file's axes."""
     if file.version == 2:
         xyz = packed.reshape(-1, 3) / 127.5 - 1.0
         squares = np.sum(xyz * xyz, axis=1, keepdims=True)
-        if (squares > LONGEST_XYZ**2).any():
-            first = int(np.argmax(squares > LONGEST_XYZ**2))
-            raise refusal(
-                file.path,
-                f"splat {start + first}",
-                f"quaternion norm: x, y, z alone have norm {np.sqrt(squares[first, 0]):.3f}, "
-                f"limit {LONGEST_XYZ}",
-                "the file is damaged, export it again",
-            )
+        squares[squares > LONGEST_XYZ**2] = np.nan
         w = np.sqrt(np.maximum(0.0, 1.0 - squares))
         return np.concatenate([w, xyz], axis=1).astype(np.float32)
     words = packed.reshape(-1, 4).view("<u4")
@@ -132,7 +123,7 @@ def _decode_rotations(file: SpzFile, start: int, packed: NDArray[np.uint8]) -> N
     sign = 1.0 - 2.0 * ((fields >> np.uint32(9)) & np.uint32(1))
     three = sign * (fields & np.uint32(511)) / 511.0 * np.sqrt(0.5)
     largest = (words[:, 0] >> np.uint32(30)).astype(np.intp)
-    xyzw = rotations_from_three(file.path, three, largest, start=start)
+    xyzw = rotations_from_three(three, largest)
     return np.roll(xyzw, 1, axis=1)
 
 

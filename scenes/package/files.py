@@ -88,7 +88,7 @@ def read_json(path: Path) -> dict[str, Any]:
             raise PackageError(
                 f"{path}: {path.stat().st_size} bytes, limit {MAX_JSON_BYTES}; not a scene package"
             )
-        values = json.loads(path.read_text(encoding="utf-8"))
+        values = json.loads(path.read_text(encoding="utf-8-sig"))
     except (OSError, UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
         raise PackageError(f"{path}: {error}; restore the folder from a copy") from None
     if not isinstance(values, dict):

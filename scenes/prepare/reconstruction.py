@@ -39,6 +39,7 @@ class Reconstruction:
         points: (N, 3) float64, world.
         colours: (N, 3) uint8 RGB.
         errors_px: (N,) float32, mean reprojection error of each point.
+        left_out: photos that were given a pose and are not among the views, each with the reason.
 
     Raises:
         ValueError: two views share a name, or the arrays do not belong together.
@@ -48,6 +49,7 @@ class Reconstruction:
     points: NDArray[np.float64]
     colours: NDArray[np.uint8]
     errors_px: NDArray[np.float32]
+    left_out: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         names = [view.name for view in self.views]
@@ -68,12 +70,13 @@ class Reconstruction:
 
 
 def read_picture(view: View) -> NDArray[np.uint8]:
-    """The view's photo, (H, W, 3) RGB.
+    """The view's photo as it is stored, (H, W, 3) RGB: its camera and pose are of those pixels.
 
     Raises:
         ValueError: the file is missing, no picture, or not of the camera's size.
     """
-    picture = cv2.imread(str(view.image), cv2.IMREAD_COLOR)
+    # EXIF would turn the picture under its pose.
+    picture = cv2.imread(str(view.image), cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
     if picture is None:
         raise ValueError(f"{view.image}: not a picture that can be read; film or copy it again")
     height, width = picture.shape[:2]

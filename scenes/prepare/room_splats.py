@@ -107,7 +107,8 @@ def import_splats(
         ValueError: values are damaged, or the splats do not draw the photos in either frame.
     """
     progress(0.0, f"reading {file.name}")
-    cloud = read_splats(file)
+    left_out: list[str] = []
+    cloud = read_splats(file, on_bad=left_out.append)
     metric = apply_alignment(reconstruction, alignment)
     progress(0.3, "drawing photos with it")
     try:
@@ -126,7 +127,8 @@ def import_splats(
         for view in photos.held_out
     )
     history = (Moment(0, 0.0, len(room), float("nan"), None),)
-    return TrainingResult(room, scores, history, f"someone else ({file.name})")
+    whose = "; ".join([file.name, *left_out])
+    return TrainingResult(room, scores, history, f"someone else ({whose})")
 
 
 def _draws(cloud: SplatCloud, metric: Reconstruction, renderer: NativeRenderer, file: Path) -> bool:

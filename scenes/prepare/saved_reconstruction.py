@@ -36,7 +36,8 @@ def save_reconstruction(reconstruction: Reconstruction, folder: Path) -> None:
     ]
 
     def fill(part: Path) -> None:
-        (part / VIEWS_FILE).write_text(json.dumps({"views": views}, indent=1), encoding="utf-8")
+        values = {"views": views, "left_out": reconstruction.left_out}
+        (part / VIEWS_FILE).write_text(json.dumps(values, indent=1), encoding="utf-8")
         archive = io.BytesIO()
         np.savez(
             archive,
@@ -67,7 +68,13 @@ def load_reconstruction(folder: Path) -> Reconstruction:
             for view in values["views"]
         )
         with np.load(folder / POINTS_FILE, allow_pickle=False) as arrays:
-            return Reconstruction(views, arrays["points"], arrays["colours"], arrays["errors_px"])
+            return Reconstruction(
+                views,
+                arrays["points"],
+                arrays["colours"],
+                arrays["errors_px"],
+                tuple(str(words) for words in values.get("left_out", ())),
+            )
     except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
         raise ValueError(
             f"{folder}: no saved reconstruction ({error}); run the preparation again"

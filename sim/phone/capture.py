@@ -151,7 +151,7 @@ def read_truth(folder: Path) -> Capture:
     """
     path = folder / TRUTH / "truth.json"
     try:
-        values = json.loads(path.read_text(encoding="utf-8"))
+        values = json.loads(path.read_text(encoding="utf-8-sig"))
         shots = tuple(
             Shot(
                 frame["name"],

@@ -182,7 +182,7 @@ def load_scenario(name_or_path: str | Path, *, more_faults: Sequence[type[Fault]
     if str(name_or_path) in scenario_names():
         path = SCENARIO_FOLDER / f"{name_or_path}.toml"
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         known = ", ".join(scenario_names())
         raise ScenarioError(

@@ -67,7 +67,7 @@ def read_setup(path: Path) -> LiveSetup:
         OSError: it cannot be read.
     """
     try:
-        values = tomllib.loads(path.read_text(encoding="utf-8"))
+        values = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise SetupError(f"{path}: no TOML: {error}") from None
     try:

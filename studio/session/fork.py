@@ -185,7 +185,7 @@ def open_fork(
     then = [Switch(c.t_ns, read(c.scenario, c.scenario_name)) for c in changes]
     if scenario is not None:
         new = load_scenario(scenario, more_faults=more_faults)
-        text = Path(new.source).read_text(encoding="utf-8")
+        text = Path(new.source).read_text(encoding="utf-8-sig")
         changes = (*changes, ScenarioChange(t_ns, text, new.name))
         then.append(Switch(t_ns, new))
     with recording.open("rb") as file:

@@ -185,7 +185,7 @@ def _read(
     from sim.scenarios.scenario import load_scenario, parse_scenario
 
     scenario = load_scenario(scenario_name, more_faults=more_faults)
-    text = Path(scenario.source).read_text(encoding="utf-8")
+    text = Path(scenario.source).read_text(encoding="utf-8-sig")
     if arranged:
         text = _with_arranged(text, arranged)
         scenario = parse_scenario(text, source=scenario.source, more_faults=more_faults)

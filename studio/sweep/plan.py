@@ -92,7 +92,7 @@ def load_sweep(name_or_path: str, scene: str) -> SweepPlan:
     if name_or_path in sweep_names():
         path = SWEEP_FOLDER / f"{name_or_path}.toml"
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or type(error).__name__
         raise ScenarioError(
@@ -153,7 +153,7 @@ def _base(settings: Table, source: str) -> tuple[str, dict[str, Any]]:
     named = settings.text("scenario")
     beside = Path(source).parent / named
     scenario = load_scenario(beside if beside.is_file() else named)
-    values = tomllib.loads(Path(scenario.source).read_text(encoding="utf-8"))
+    values = tomllib.loads(Path(scenario.source).read_text(encoding="utf-8-sig"))
     duration_s = settings.optional_number("duration_s", 0.1, 3600.0)
     if duration_s is not None:
         values["duration_s"] = duration_s

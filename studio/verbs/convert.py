@@ -17,6 +17,7 @@ from scenes.formats.registry import (
     read_splat_file,
     require_writer,
 )
+from scenes.formats.storage.bad_rows import CountError, all_announced, in_words
 from scenes.formats.storage.blocks import ROWS_PER_BLOCK, SplatBlocks, in_blocks
 from scenes.formats.storage.error import refusal
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA
@@ -105,16 +106,31 @@ def convert(source: Path, target: Path, *, progress: Progress) -> dict[str, obje
     splats, in_world = _read(source)
     if in_world and written.write is write_ply_blocks:
         write = partial(write_ply_blocks, comments=[WORLD_COMMENT])
-    elif in_world:
-        splats = splats.changed(lambda cloud: turned(cloud, WORLD_FROM_FORWARD_CAMERA.inverse()))
-    if splats.count >= SHOWN_FROM:
-        splats = replace(splats, blocks=_shown(splats, target, progress))
-    size = write(target, splats)
+
+    def placed(splats: SplatBlocks) -> SplatBlocks:
+        if in_world and written.write is not write_ply_blocks:
+            splats = splats.changed(
+                lambda cloud: turned(cloud, WORLD_FROM_FORWARD_CAMERA.inverse())
+            )
+        if splats.count >= SHOWN_FROM:
+            splats = replace(splats, blocks=_shown(splats, target, progress))
+        return splats
+
+    announced = splats.count
+    try:
+        size = write(target, placed(all_announced(splats)))
+    except CountError as error:
+        # Formats begin with the number of splats, which is known only now.
+        splats, _ = _read(source)
+        splats = replace(splats, count=error.count)
+        size = write(target, placed(splats))
     return {
         "verb": "convert",
         "source": str(source),
         "target": str(target),
         "splats": splats.count,
+        "left_out": splats.bad.count,
+        "left_out_why": in_words(splats.bad, announced),
         "sh_degree": splats.sh_degree,
         "written_sh_degree": min(splats.sh_degree, written.max_sh_degree),
         "source_bytes": _bytes(source),
@@ -210,6 +226,8 @@ def _bytes(path: Path) -> int | None:
 def _line(report: dict[str, object]) -> str:
     lost = report["sh_degree"] != report["written_sh_degree"]
     note = "; view-dependent colour left out, .splat holds none" if lost else ""
+    if report["left_out"]:
+        note += f"; {report['left_out_why']}"
     size = report["source_bytes"]
     before = "" if size is None else f"{size:,} → "
     return (

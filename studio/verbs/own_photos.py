@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from scenes.package.records import ViewPoint
 from scenes.prepare.cutout.marks.masks import Prompt
-from scenes.prepare.reconstruction import View, read_picture
+from scenes.prepare.footage.picture_files import read_stored, read_upright
 
 MOST_UNEVEN = 0.01
 """Relative difference of how much a photo is stretched across and down, at most. A crop of one
@@ -32,9 +32,11 @@ def own_photo(view: ViewPoint, path: Path, prompt: Prompt) -> tuple[NDArray[np.u
     """
     camera = view.camera
     wanted = camera.width_px, camera.height_px
-    photo = cv2.imread(str(path), cv2.IMREAD_COLOR)
-    if photo is None or photo.shape[1::-1] == wanted:
-        return read_picture(View(view.name, path, camera, view.world_from_camera)), prompt
+    photo = _photo(path, wanted)
+    if photo is None:
+        raise ValueError(f"{path}: not a picture that can be read; film or copy it again")
+    if photo.shape[1::-1] == wanted:
+        return np.ascontiguousarray(photo[..., ::-1]), prompt
     height, width = photo.shape[:2]
     across, down = wanted[0] / width, wanted[1] / height
     if abs(across / down - 1) > MOST_UNEVEN:
@@ -45,6 +47,18 @@ def own_photo(view: ViewPoint, path: Path, prompt: Prompt) -> tuple[NDArray[np.u
     smaller = cv2.INTER_AREA if across < 1 else cv2.INTER_LINEAR
     resized = cv2.cvtColor(cv2.resize(photo, wanted, interpolation=smaller), cv2.COLOR_BGR2RGB)
     return np.ascontiguousarray(resized, dtype=np.uint8), _scaled(prompt, across, down)
+
+
+def _photo(path: Path, wanted: tuple[int, int]) -> NDArray[np.uint8] | None:
+    """BGR of the view's shape: upright, or else as it is stored.
+
+    A preparation takes photos upright, and those with poses of elsewhere as they are stored.
+    """
+    upright, stored = read_upright(path), read_stored(path)
+    if upright is None or stored is None:
+        return None
+    is_on_its_side = abs(upright.shape[0] * wanted[0] / (upright.shape[1] * wanted[1]) - 1)
+    return stored if is_on_its_side > MOST_UNEVEN else upright
 
 
 def _scaled(prompt: Prompt, across: float, down: float) -> Prompt:

@@ -303,7 +303,7 @@ def _rig(path: Path | None) -> Rig | None:
     if path is None:
         return None
     try:
-        return rig_from_json(json.loads(path.read_text(encoding="utf-8")))
+        return rig_from_json(json.loads(path.read_text(encoding="utf-8-sig")))
     except (ValueError, TypeError, AttributeError) as error:
         raise ValueError(
             f"{path}: no calibration of a 360° camera ({error}); wanted JSON with lenses and "

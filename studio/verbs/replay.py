@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from studio.console.rows import Row, as_json, as_table, at_most, exit_code
+from studio.console.rows import Row, as_json, as_table, at_least, at_most, exit_code
 
 if TYPE_CHECKING:
     from studio.session.session import SessionOutput
@@ -69,10 +69,21 @@ class Comparison:
                 f"{old.state} then, {new.state} now, {100 * np.linalg.norm(apart):.3g} cm apart"
             )
 
+    def in_words(self) -> str:
+        """What came out, in one line."""
+        if not self.compared and not self.missing:
+            return (
+                "nothing was compared: the recording holds no pictures with tracks; record a "
+                "rehearsal, or give another recording"
+            )
+        if self.missing and not self.first:
+            return f"{self.missing} tracks are in one of both only"
+        return self.first or "the tracks are identical"
+
     def rows(self) -> list[Row]:
-        """The figures of the comparison; any difference fails."""
+        """The figures of the comparison; any difference fails, and so does nothing compared."""
         return [
-            Row("replay.tracks.compared", float(self.compared), ""),
+            at_least("replay.tracks.compared", self.compared, "", bar=1),
             at_most("replay.tracks.different", self.different, "", bar=0),
             at_most("replay.tracks.missing", self.missing, "", bar=0),
             Row("replay.tracks.apart_cm.max", self.largest_cm, "cm"),
@@ -92,6 +103,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Replay; exit 1 if the tracks differ from the recorded ones."""
     from devices.recording import read_session
+    from devices.recording_index import is_whole
     from studio.console.display import why_no_window
     from studio.console.progress import text_progress
     from studio.rehearsal import perform
@@ -129,6 +141,10 @@ def run(args: argparse.Namespace) -> int:
         print(json.dumps(as_json("replay", rows, info.seed), indent=2))
     else:
         print(as_table(rows))
-    verdict = comparison.first or "the tracks are identical"
-    print(f"nexus replay: {verdict}", file=sys.stderr)
+    if not is_whole(args.recording):
+        print(
+            f"nexus replay: {args.recording} was cut off; it was read to its last whole chunk",
+            file=sys.stderr,
+        )
+    print(f"nexus replay: {comparison.in_words()}", file=sys.stderr)
     return exit_code(comparison.rows())

@@ -39,7 +39,7 @@ def run(args: argparse.Namespace) -> int:
 
     script = None
     if args.script is not None:
-        script = read_script(args.script.read_text(encoding="utf-8"), source=str(args.script))
+        script = read_script(args.script.read_text(encoding="utf-8-sig"), source=str(args.script))
     no_window = why_no_window()
     if no_window is not None:
         raise ValueError(f"{no_window}; 'nexus rehearse --headless' needs no window")

@@ -1,15 +1,23 @@
 import errno
 import json
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from mcap.writer import Writer
+from mcap.reader import make_reader
+from mcap.writer import IndexType, Writer
 
 from devices import recording
 from devices.clock import ManualClock
 from devices.messages import EncodedFrame, Event
-from devices.recording import Recorder, RecordingError, read_recording, read_session
+from devices.recording import (
+    Recorder,
+    RecordingError,
+    RecordingReader,
+    read_recording,
+    read_session,
+)
 from devices.recording_codec import (
     FrameStamp,
     RecordedAnnotation,
@@ -19,6 +27,7 @@ from devices.recording_codec import (
     RecordedTruth,
     encode_message,
 )
+from devices.recording_index import is_whole
 from devices.replay import ReplayCamera
 from devices.session_info import (
     ForkOrigin,
@@ -180,14 +189,66 @@ def test_replay_is_a_device_that_closes_its_sink(whole):
         camera.start(queue, clock)
 
 
-def test_truncated_at_any_byte_is_one_clear_error(whole, tmp_path):
-    data = whole.read_bytes()
-    cut = tmp_path / "cut.mcap"
+def test_a_recording_that_is_cut_off_anywhere_is_read_as_far_as_it_goes(whole, tmp_path):
+    data, expected = whole.read_bytes(), plain(messages())
+    cut = tmp_path / "cut.mcap.part"
+    most = 0
     for length in [*range(64), *range(64, len(data), 997), len(data) - 1]:
         cut.write_bytes(data[:length])
-        with pytest.raises(RecordingError, match=r"cut\.mcap: ") as caught:
-            list(read_recording(cut))
-        assert "\n" not in str(caught.value)
+        assert not is_whole(cut)
+        if not most:
+            with suppress(RecordingError):
+                most = len(list(read_recording(cut)))
+            continue
+        found = plain(list(read_recording(cut)))
+        assert found == expected[: len(found)]
+        assert len(found) >= most
+        most = len(found)
+    assert most == len(expected)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"use_summary_offsets": False, "use_statistics": False},
+        {"index_types": IndexType.NONE},
+        {"use_chunking": False},
+        {"use_chunking": False, "index_types": IndexType.NONE, "use_statistics": False},
+        {"enable_crcs": False},
+        {"repeat_channels": False, "repeat_schemas": False},
+    ],
+)
+def test_what_the_format_leaves_optional_may_be_missing(whole, tmp_path, options):
+    bare = tmp_path / "bare.mcap"
+    with whole.open("rb") as file, bare.open("wb") as target:
+        reader = make_reader(file)
+        writer = Writer(target, **options)
+        writer.start()
+        for metadata in reader.iter_metadata():
+            writer.add_metadata(metadata.name, metadata.metadata)
+        channels = {}
+        for schema, channel, message in reader.iter_messages():
+            if channel.topic not in channels:
+                number = writer.register_schema(schema.name, schema.encoding, schema.data)
+                channels[channel.topic] = writer.register_channel(
+                    channel.topic, channel.message_encoding, number
+                )
+            writer.add_message(
+                channels[channel.topic],
+                message.log_time,
+                message.data,
+                message.publish_time,
+                message.sequence,
+            )
+        writer.finish()
+    assert is_whole(bare)
+    assert plain(list(read_recording(bare))) == plain(messages())
+    with RecordingReader(bare) as opened:
+        times = [m.t_ns for m in opened.messages()]
+        assert opened.span_ns == (times[0], times[-1])
+        assert [m.t_ns for m in opened.messages(from_ns=times[5], before_ns=times[-1])] == [
+            t for t in times if times[5] <= t < times[-1]
+        ]
 
 
 def test_a_flipped_byte_is_an_error_or_changes_nothing(whole, tmp_path):

@@ -156,8 +156,9 @@ class ChunkReader:
         known = self._streams.get(number)
         if known is not None:
             return known
-        if form:
-            raise RtmpError(f"RTMP: chunk stream {number} begins without a whole header")
+        # Some encoders begin with a header of form 1, which leaves out the message stream alone.
+        if form > 1:
+            raise RtmpError(f"RTMP: chunk stream {number} begins without a length")
         if len(self._streams) >= MOST_CHUNK_STREAMS:
             raise RtmpError(f"RTMP: more than {MOST_CHUNK_STREAMS} chunk streams")
         return self._streams.setdefault(number, _ChunkStream())

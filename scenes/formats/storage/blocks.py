@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,20 +14,36 @@ ROWS_PER_BLOCK = 65_536
 FIRST_ROWS = 1 << 20
 
 
+@dataclass(slots=True)
+class BadRows:
+    """Splats that were left out of the blocks read so far, as no scan can have their values.
+
+    Attributes:
+        count: how many.
+        first: what is wrong with the first; empty without any.
+    """
+
+    count: int = 0
+    first: str = ""
+
+
 @dataclass(frozen=True, slots=True)
 class SplatBlocks:
     """A cloud of which one block is in memory at a time.
 
     Attributes:
-        count: splats in all blocks together, known before the first is read.
+        count: splats in all blocks together, known before the first is read; bad ones among them
+            are left out of the blocks.
         sh_degree: 0 to 3, the same in all blocks.
         blocks: the blocks in order; they can be gone through once. A damaged file is found where
             it is damaged, so the iteration may raise `FormatError`.
+        bad: what the blocks read so far leave out.
     """
 
     count: int
     sh_degree: int
     blocks: Iterator[SplatCloud]
+    bad: BadRows = field(default_factory=BadRows)
 
     def changed(self, change: Callable[[SplatCloud], SplatCloud]) -> SplatBlocks:
         """The same blocks, each of them changed; the number and degree of splats must stay."""

@@ -65,6 +65,7 @@ class Alignment:
         bend_per_metre: how far the reconstruction itself bends away, metres per metre from the
             nearest reference (standard deviation).
         warnings: what the user should know, in whole sentences.
+        is_guess: nothing gave the scale: how long a metre is was estimated.
     """
 
     world_from_reconstruction: Similarity
@@ -75,6 +76,7 @@ class Alignment:
     references_m: FloatArray
     bend_per_metre: float
     warnings: tuple[str, ...]
+    is_guess: bool = False
 
     def predicted_error_m(self, points: ArrayLike, *, bound: float | None = None) -> FloatArray:
         """How far points may be off, metres.

@@ -42,6 +42,7 @@ def save_alignment(alignment: Alignment, folder: Path) -> None:
         "references_m": alignment.references_m.tolist(),
         "bend_per_metre": alignment.bend_per_metre,
         "warnings": list(alignment.warnings),
+        "is_guess": alignment.is_guess,
     }
     write_file(folder / FILE, [json.dumps(values, indent=1).encode()])
 
@@ -65,6 +66,7 @@ def load_alignment(folder: Path) -> Alignment:
             np.array(values["references_m"]).reshape(-1, 3),
             float(values["bend_per_metre"]),
             tuple(values["warnings"]),
+            bool(values.get("is_guess", False)),
         )
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise ValueError(

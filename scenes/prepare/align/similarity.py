@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import overload
 
 import numpy as np
@@ -104,9 +104,7 @@ class Similarity:
             View(view.name, view.image, view.camera, self.moved(view.world_from_camera))
             for view in reconstruction.views
         )
-        return Reconstruction(
-            views, self @ reconstruction.points, reconstruction.colours, reconstruction.errors_px
-        )
+        return replace(reconstruction, views=views, points=self @ reconstruction.points)
 
 
 def similarity_from_points(

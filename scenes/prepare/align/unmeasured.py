@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from scenes.prepare.align.alignment import Alignment
@@ -34,12 +36,15 @@ def guessed_alignment(reconstruction: Reconstruction, *, rng: np.random.Generato
     eyes = np.stack([view.world_from_camera.translation for view in reconstruction.views])
     height = float(np.median(eyes @ gravity.up) - gravity.floor)
     warning = (
-        "The scale is a guess: nothing in the photos gives it. The phone is taken to have been "
-        f"carried {CARRIED_HEIGHT_M} m above the floor; lengths may be a quarter off. Print a "
-        "code, fix it to a wall, film it with the room and give its side, or give a known length."
+        "The unit is estimated: nothing in the photos gives it. The phone is taken to have been "
+        f"carried {CARRIED_HEIGHT_M} m above the floor; lengths may be a quarter off. Measure one "
+        "known length: in the studio, click its two ends in the room and type its metres "
+        "(Preparation, Scale). Or film a printed code with the room and give its side."
     )
     scale = CARRIED_HEIGHT_M / height if height > 0 else 1.0
-    return _standing(reconstruction, gravity, scale, HEIGHT_SIGMA, (warning,))
+    return replace(
+        _standing(reconstruction, gravity, scale, HEIGHT_SIGMA, (warning,)), is_guess=True
+    )
 
 
 def stated_alignment(reconstruction: Reconstruction, *, rng: np.random.Generator) -> Alignment:

@@ -13,12 +13,18 @@ from typing import Any
 from scenes.cameras import Rig
 from scenes.formats.storage.atomic import write_file
 from scenes.prepare.footage.frame_choice import StepLimits
+from scenes.prepare.footage.picture_files import HEIF_SUFFIXES, reads_heif
 from scenes.prepare.footage.sharpness import QualityLimits, Reason
 
 VIDEO_SUFFIXES = frozenset({".mp4", ".mov", ".m4v", ".mkv", ".avi", ".webm", ".insv"})
-PICTURE_SUFFIXES = frozenset({".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp"})
+PICTURE_SUFFIXES = (
+    frozenset({".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp"}) | HEIF_SUFFIXES
+)
 CAPTURE_FILE = "capture.json"
 JPEG_QUALITY = 96
+NOT_READ = frozenset({Reason.UNREADABLE, Reason.FOREIGN, Reason.SPHERICAL})
+MAX_NAMED = 5
+"""Files that a message names; the others it counts."""
 
 
 class CaptureError(ValueError):
@@ -121,6 +127,7 @@ class Capture:
         frames: the chosen ones.
         rejected: the others that were looked at.
         gaps: passages of a video that are poorly covered.
+        notes: what was done to the pictures, in whole sentences.
     """
 
     kind: CaptureKind
@@ -129,10 +136,18 @@ class Capture:
     frames: tuple[Frame, ...]
     rejected: tuple[Rejected, ...] = ()
     gaps: tuple[Gap, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def counts(self) -> dict[str, int]:
         """How many pictures were rejected for each reason, the most frequent first."""
         return dict(Counter(str(r.reason) for r in self.rejected).most_common())
+
+    def not_read(self) -> str:
+        """Which files were not read, and what helps; empty if all were."""
+        files = [r.source for r in self.rejected if r.reason in NOT_READ]
+        if not files:
+            return ""
+        return f"{len(files)} files were not read: {some_of(files)}. {_remedy(files)}"
 
     def summary(self) -> str:
         """One line for people."""
@@ -142,6 +157,26 @@ class Capture:
         return f"{len(self.frames)} frames of {self.source}{left_out}{gaps}"
 
 
+def some_of(words: Sequence[str], separator: str = ", ") -> str:
+    """The first of a list, and how many more there are."""
+    more = len(words) - MAX_NAMED
+    return separator.join(words[:MAX_NAMED]) + (f" and {more} more" if more > 0 else "")
+
+
+def _remedy(files: Sequence[str]) -> str:
+    """What to do about files that were not read."""
+    suffixes = {Path(name).suffix.lower() for name in files}
+    if suffixes & HEIF_SUFFIXES:
+        install = "" if reads_heif() else ", or install pi-heif, which reads HEIC"
+        return (
+            "Export them as JPEG (on an iPhone: Settings, Camera, Formats, Most Compatible; or "
+            f"share them as JPEG){install}."
+        )
+    if suffixes & VIDEO_SUFFIXES:
+        return "Prepare from the photos or from one video, not from both; others export as JPEG."
+    return "Copy them again, or export them as JPEG or PNG."
+
+
 def too_few(
     source: str, kept: int, rejected: Sequence[Rejected], *, wanted: int, advice: str = ""
 ) -> CaptureError:
@@ -149,6 +184,9 @@ def too_few(
     counts = Counter(r.reason for r in rejected)
     why = ", ".join(f"{count} {reason}" for reason, count in counts.most_common())
     advices = {
+        Reason.MISSING: "copy them beside the others",
+        Reason.SPHERICAL: "give a 360° film as one video, or export flat pictures",
+        Reason.FOREIGN: "export the other files as JPEG",
         Reason.UNREADABLE: "copy the files again or export them as JPEG",
         Reason.DARK: "switch on the lights or take off the lens cap",
         Reason.EMPTY: "film furniture and corners, not a bare wall or an empty screen",
@@ -157,6 +195,9 @@ def too_few(
     }
     worst = counts.most_common(1)
     todo = advice or (advices[worst[0][0]] if worst else "take more pictures")
+    files = [r.source for r in rejected if r.reason in NOT_READ]
+    if files:
+        todo = f"not read are {some_of(files)}. {_remedy(files).rstrip('.')}; {todo}"
     return CaptureError(
         f"{source}: {kept} usable pictures{f' ({why})' if why else ''}, wanted at least {wanted}; "
         f"{todo}"
@@ -189,4 +230,5 @@ def load_capture(folder: Path, key: dict[str, Any]) -> Capture | None:
         return None
     if not all((folder / frame.name).is_file() for frame in frames):
         return None
-    return Capture(kind, values["source"], folder, frames, rejected, gaps)
+    notes = tuple(str(note) for note in values.get("notes", ()))
+    return Capture(kind, values["source"], folder, frames, rejected, gaps, notes)

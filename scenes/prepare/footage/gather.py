@@ -16,14 +16,19 @@ from scenes.prepare.footage.capture import (
     Capture,
     CaptureError,
     CaptureOptions,
+    Rejected,
     load_capture,
     save_capture,
 )
 from scenes.prepare.footage.photos import gather_photos
+from scenes.prepare.footage.picture_files import reads_heif
+from scenes.prepare.footage.sharpness import Reason
 from scenes.prepare.footage.video_frames import gather_video
 from scenes.prepare.progress import Progress, silent
 
 FRAMES_FOLDER = "frames"
+SYSTEM_FILES = frozenset({"Thumbs.db", "desktop.ini"})
+"""What systems leave in folders of pictures, which nobody brought."""
 
 
 def gather(
@@ -61,7 +66,15 @@ def gather(
     if len(files) == 1 and files[0].suffix.lower() in VIDEO_SUFFIXES:
         capture = gather_video(files[0], folder, options=chosen, progress=progress)
     else:
-        capture = gather_photos(files, folder, name=name, options=chosen, progress=progress)
+        passed_over = _passed_over(source, files) if isinstance(source, Path) else ()
+        capture = gather_photos(
+            files,
+            folder,
+            name=name,
+            options=chosen,
+            passed_over=passed_over,
+            progress=progress,
+        )
     save_capture(capture, key)
     progress(1.0, capture.summary())
     return capture
@@ -105,10 +118,28 @@ def _files(source: Path | Sequence[Path]) -> tuple[list[Path], str]:
     return [source], source.name
 
 
+def _passed_over(source: Path, files: Sequence[Path]) -> tuple[Rejected, ...]:
+    """What else is in the folder: it is not read, and its owner may think that it is."""
+    if not source.is_dir():
+        return ()
+    taken = set(files)
+    others = [
+        file
+        for file in sorted(source.iterdir())
+        if file not in taken and not file.name.startswith(".") and file.name not in SYSTEM_FILES
+    ]
+    return tuple(
+        Rejected(file.name + ("/" if file.is_dir() else ""), Reason.FOREIGN)
+        for file in others
+        if file.is_file() or any(f.suffix.lower() in PICTURE_SUFFIXES for f in file.iterdir())
+    )
+
+
 def _key(files: Sequence[Path], options: CaptureOptions) -> dict[str, Any]:
     """What the choice depends on, as plain values."""
     values = {
         "files": [_stamp(file) for file in files],
+        "reads_heif": reads_heif(),
         "options": asdict(replace(options, rig=None)),
         "rig": rig_to_json(options.rig) if options.rig else None,
     }

@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import os
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +26,8 @@ from scenes.prepare.footage.capture import (
     Rejected,
     too_few,
 )
+from scenes.prepare.footage.equirectangular import is_dual_fisheye, is_equirectangular
+from scenes.prepare.footage.picture_files import read_upright, reads_heif
 from scenes.prepare.footage.sharpness import Quality, Reason, judge, shrunk, verdict
 from scenes.prepare.progress import Progress
 
@@ -48,7 +52,13 @@ class Lens:
 
 
 def gather_photos(
-    files: Sequence[Path], folder: Path, *, name: str, options: CaptureOptions, progress: Progress
+    files: Sequence[Path],
+    folder: Path,
+    *,
+    name: str,
+    options: CaptureOptions,
+    passed_over: Sequence[Rejected] = (),
+    progress: Progress,
 ) -> Capture:
     """Judge photos and copy the usable ones into `folder`, upright JPEG.
 
@@ -57,6 +67,7 @@ def gather_photos(
         folder: exists and is empty.
         name: what to call them in messages.
         options: limits.
+        passed_over: what else lay with them and is not read.
         progress: called with the share done.
 
     Raises:
@@ -64,6 +75,7 @@ def gather_photos(
         OSError: a picture cannot be written.
     """
     kept_files, rejected = _judged(files, options, progress)
+    rejected.extend(passed_over)
     if len(kept_files) < options.least_frames:
         raise too_few(name, len(kept_files), rejected, wanted=options.least_frames)
     if len(kept_files) > options.most_photos:
@@ -97,27 +109,13 @@ def gather_photos(
     return Capture(CaptureKind.PHOTOS, name, folder, tuple(frames), tuple(rejected))
 
 
-def read_upright(file: Path) -> NDArray[np.uint8] | None:
-    """(H, W, 3) BGR turned as its metadata say, or None if it is no readable picture."""
-    try:
-        data = np.fromfile(file, dtype=np.uint8)
-    except OSError:
-        return None
-    if not len(data):
-        return None
-    try:
-        picture = cv2.imdecode(data, cv2.IMREAD_COLOR)
-    except cv2.error:
-        return None
-    return None if picture is None else np.asarray(picture, dtype=np.uint8)
-
-
 def read_lens(file: Path) -> Lens:
     """Focal length and camera from EXIF; nothing if there is none.
 
     The focal length for 35 mm film refers to its diagonal (CIPA DC-008). Without it, the focal
     length in millimetres needs the sensor's resolution.
     """
+    reads_heif()
     try:
         with Image.open(file) as picture:
             width, height = picture.size
@@ -181,6 +179,9 @@ def _judged(
             rejected.append(Rejected(file.name, Reason.UNREADABLE))
             continue
         grey = np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
+        if is_equirectangular([grey]) or is_dual_fisheye([grey]):
+            rejected.append(Rejected(file.name, Reason.SPHERICAL))
+            continue
         judged.append((file, judge(grey)))
         thumbs.append(shrunk(grey, THUMB_PX))
     typical = float(np.median([quality.blur for _, quality in judged])) if judged else 0.0
@@ -205,12 +206,24 @@ def _same_picture(a: NDArray[np.uint8], b: NDArray[np.uint8]) -> bool:
 
 
 def _unique_names(files: Sequence[Path]) -> list[str]:
-    """One JPEG name per photo, its own where no other has it."""
-    stems = ["_".join(file.stem.split()) for file in files]
-    return [
-        f"{stem}.jpg" if stems.count(stem) == 1 else f"{stem}_{number:04d}.jpg"
-        for number, stem in enumerate(stems)
-    ]
+    """One JPEG name per photo: its own where no other has it, on any disk.
+
+    Numbers are added where names fall together without their suffix, and never ones that another
+    photo has.
+    """
+    stems = ["_".join(file.stem.split()) or "photo" for file in files]
+    shared = Counter(stem.casefold() for stem in stems)
+    taken = {stem for stem, count in shared.items() if count == 1}
+    names: list[str] = []
+    for number, stem in enumerate(stems):
+        name = stem
+        if shared[stem.casefold()] > 1:
+            numbers = itertools.count(number)
+            while name.casefold() in taken or name == stem:
+                name = f"{stem}_{next(numbers):04d}"
+            taken.add(name.casefold())
+        names.append(f"{name}.jpg")
+    return names
 
 
 def _positive(value: object) -> float | None:

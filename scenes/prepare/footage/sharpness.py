@@ -26,6 +26,9 @@ class Reason(StrEnum):
     """Why a picture is not used."""
 
     UNREADABLE = "not readable"
+    MISSING = "missing or not fitting its pose"
+    SPHERICAL = "360° pictures"
+    FOREIGN = "of a kind that is not read"
     DARK = "too dark"
     EMPTY = "without detail"
     BLURRED = "blurred"

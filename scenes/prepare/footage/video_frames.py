@@ -25,7 +25,17 @@ from scenes.prepare.footage.capture import (
     Rejected,
     too_few,
 )
+from scenes.prepare.footage.equirectangular import (
+    FlatView,
+    cut,
+    flat_views,
+    has_spherical_metadata,
+    is_dual_fisheye,
+    is_equirectangular,
+    is_two_to_one,
+)
 from scenes.prepare.footage.frame_choice import choose_frames
+from scenes.prepare.footage.hdr import bgr_picture, hdr_kind
 from scenes.prepare.footage.panorama_views import PanoramaView, panorama_views, view_pictures
 from scenes.prepare.footage.photos import fitted, write_jpeg
 from scenes.prepare.footage.sharpness import (
@@ -38,6 +48,8 @@ from scenes.prepare.footage.sharpness import (
 )
 from scenes.prepare.progress import Progress
 
+KIND_LOOKS, KIND_STRIDE = 5, 6
+"""Frames by which the projection is recognised, and how far they are apart."""
 LOOKS_PER_FRAME = 8
 """Frames that are judged for each one that is taken."""
 SHORT_S = 20.0
@@ -83,6 +95,7 @@ def gather_video(
             f"{file}: a 360° video needs the calibration of its lenses; give the camera's rig "
             "file, or export a flat video from the camera's own program"
         )
+    film = _film(file, options)
     looks = _looks(file, options, progress)
     typical = float(np.median([look.quality.blur for look in looks])) if looks else 0.0
     reasons = [verdict(look.quality, typical, options.quality) for look in looks]
@@ -90,7 +103,7 @@ def gather_video(
         np.array([look.moved for look in looks]),
         np.array([look.quality.blur for look in looks]),
         np.array([reason is None for reason in reasons], dtype=np.bool_),
-        wanted=options.frames if options.rig is None else options.frames // FEWER_PANORAMAS,
+        wanted=options.frames // (FEWER_PANORAMAS if film.is_panorama else 1),
         steps=options.steps,
     )
     taken = {int(i) for i in chosen}
@@ -101,15 +114,81 @@ def gather_video(
     ]
     if len(taken) < options.least_frames:
         raise _too_few_frames(file, looks[-1].t_s, len(taken), rejected, options.least_frames)
-    frames = _written(file, folder, [looks[i] for i in chosen], options, progress)
+    frames = _written(file, folder, [looks[i] for i in chosen], options, film, progress)
     return Capture(
-        CaptureKind.VIDEO if options.rig is None else CaptureKind.PANORAMA,
+        CaptureKind.PANORAMA if film.is_panorama else CaptureKind.VIDEO,
         file.name,
         folder,
         frames,
         tuple(rejected),
         _gaps(frames, looks, chosen),
+        film.notes(),
     )
+
+
+@dataclass(frozen=True, slots=True)
+class _Film:
+    """What kind of pictures a video holds.
+
+    Attributes:
+        rig_views: views to cut where the lenses are calibrated.
+        flat_views: views to cut where the pictures are equirectangular.
+        hdr: such as HLG; empty for standard range.
+    """
+
+    rig_views: tuple[PanoramaView, ...]
+    flat_views: tuple[FlatView, ...]
+    hdr: str
+
+    @property
+    def is_panorama(self) -> bool:
+        """Whether one picture shows the whole room."""
+        return bool(self.rig_views or self.flat_views)
+
+    def notes(self) -> tuple[str, ...]:
+        """What was done to the pictures, in whole sentences."""
+        notes: list[str] = []
+        if self.flat_views:
+            notes.append(
+                "The video is a 360° film in the equirectangular projection: "
+                f"{len(self.flat_views)} flat views were cut from each of its pictures."
+            )
+        if self.hdr:
+            notes.append(
+                f"The video is in high dynamic range ({self.hdr}): its pictures were tone-mapped "
+                "to Rec. 709, and what is brighter than white is white."
+            )
+        return tuple(notes)
+
+
+def _film(file: Path, options: CaptureOptions) -> _Film:
+    """Find out what kind of pictures a video holds, from a few of the first and its metadata.
+
+    Raises:
+        CaptureError: it is no video, or of a projection that is not read.
+    """
+    greys: list[NDArray[np.uint8]] = []
+    hdr, size = "", (0, 0)
+    with _opened(file) as (container, stream):
+        for index, _, frame in _decoded(file, container, stream):
+            hdr, size = hdr_kind(frame), (frame.width, frame.height)
+            if options.rig is not None or not is_two_to_one(*size):
+                break
+            if index % KIND_STRIDE == 0:
+                greys.append(_grey(frame))
+            if len(greys) == KIND_LOOKS:
+                break
+    if options.rig is not None:
+        return _Film(panorama_views(options.rig), (), hdr)
+    if is_equirectangular(greys) or (greys and has_spherical_metadata(file)):
+        return _Film((), flat_views(*size), hdr)
+    if is_dual_fisheye(greys) or has_spherical_metadata(file):
+        raise CaptureError(
+            f"{file}: a 360° film that is not equirectangular ({size[0]}×{size[1]} px), such as "
+            "two fisheye pictures side by side; give the lenses' calibration with --rig, or export "
+            "an equirectangular or a flat video from the camera's own program"
+        )
+    return _Film((), (), hdr)
 
 
 def clock(t_s: float) -> str:
@@ -160,10 +239,14 @@ def _looks(file: Path, options: CaptureOptions, progress: Progress) -> list[Look
 
 
 def _written(
-    file: Path, folder: Path, looks: list[Look], options: CaptureOptions, progress: Progress
+    file: Path,
+    folder: Path,
+    looks: list[Look],
+    options: CaptureOptions,
+    film: _Film,
+    progress: Progress,
 ) -> tuple[Frame, ...]:
     wanted = {look.index: look for look in looks}
-    views = panorama_views(options.rig) if options.rig else ()
     frames: list[Frame] = []
     taken = 0
     with _opened(file) as (container, stream):
@@ -171,9 +254,9 @@ def _written(
             look = wanted.pop(index, None)
             if look is None:
                 continue
-            picture = _upright(frame.to_ndarray(format="bgr24"), frame)
+            picture = _upright(bgr_picture(frame), frame)
             taken += 1
-            for label, part, focal_px in _pictures(picture, options, views):
+            for label, part, focal_px in _pictures(picture, options, film):
                 name = f"{taken - 1:04d}{label}.jpg"
                 write_jpeg(folder / name, part)
                 height, width = part.shape[:2]
@@ -195,11 +278,14 @@ def _written(
 
 
 def _pictures(
-    picture: NDArray[np.uint8], options: CaptureOptions, views: tuple[PanoramaView, ...]
+    picture: NDArray[np.uint8], options: CaptureOptions, film: _Film
 ) -> list[tuple[str, NDArray[np.uint8], float | None]]:
     """What is stored of one frame: label, picture and focal length where it is known."""
+    if film.flat_views:
+        return [(f"_{v.label}", cut(picture, v), v.focal_px) for v in film.flat_views]
     if options.rig is None:
         return [("", fitted(picture, options.longest_px), None)]
+    views = film.rig_views
     parts = view_pictures(picture, options.rig, views)
     return [
         (f"_{view.label}", part, view.camera.fx) for view, part in zip(views, parts, strict=True)
@@ -264,12 +350,8 @@ def _frame_count(container: Any, stream: Any) -> int:
 def _grey(frame: Any) -> NDArray[np.uint8]:
     """The picture small and grey, upright."""
     scale = min(1.0, LOOK_PX / max(frame.width, frame.height))
-    small = frame.reformat(
-        width=max(2, round(frame.width * scale)),
-        height=max(2, round(frame.height * scale)),
-        format="bgr24",
-        interpolation="AREA",
-    ).to_ndarray()
+    size = max(2, round(frame.width * scale)), max(2, round(frame.height * scale))
+    small = bgr_picture(frame, size)
     return np.asarray(cv2.cvtColor(_upright(small, frame), cv2.COLOR_BGR2GRAY), dtype=np.uint8)
 
 

@@ -97,7 +97,8 @@ def upright_scene(
         FormatError: the file is damaged.
         ValueError: nobody says how long its unit is, or it has no opaque splat; one line.
     """
-    cloud = read_splats(path)
+    left_out: list[str] = []
+    cloud = read_splats(path, on_bad=left_out.append)
     in_world = is_in_world_frame(path)
     level = find_level(cloud, convention="z" if in_world else FILE_UP, up=up)
     height = level.ceiling - level.floor
@@ -117,7 +118,7 @@ def upright_scene(
         footprint_m=np.zeros((2, 2)),
         physical=None,
         stages=(
-            Stage("open", f"splat file {path.name}, {metres:g} m per unit"),
+            Stage("open", "; ".join([f"splat file {path.name}, {metres:g} m per unit", *left_out])),
             Stage("upright", f"{level.evidence}; {floor}"),
         ),
     )

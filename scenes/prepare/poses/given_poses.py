@@ -13,9 +13,12 @@ from scenes.prepare.footage.capture import (
     CaptureError,
     CaptureKind,
     Frame,
+    Rejected,
+    some_of,
 )
+from scenes.prepare.footage.sharpness import Reason
 from scenes.prepare.poses.import_colmap import find_model, import_colmap
-from scenes.prepare.poses.import_transforms import import_transforms
+from scenes.prepare.poses.import_transforms import ignored_in, import_transforms
 from scenes.prepare.poses.sfm.job import SfmOptions
 from scenes.prepare.poses.sfm.run import LEAST_VIEWS, SfmReport
 from scenes.prepare.progress import Progress, silent
@@ -58,7 +61,7 @@ def import_poses(
         found = import_colmap(
             poses, work_dir, pictures=pictures, options=options, progress=progress
         )
-    elif poses.suffix == ".json" or (poses / TRANSFORMS).is_file():
+    elif _transforms_in(poses) is not None:
         found = import_transforms(
             poses, work_dir, pictures=pictures, options=options, progress=progress
         )
@@ -78,6 +81,14 @@ def import_poses(
     return found
 
 
+def _transforms_in(poses: Path) -> Path | None:
+    """The file of an app that is meant, or None where a COLMAP model is."""
+    if poses.is_dir():
+        file = poses / TRANSFORMS
+        return file if file.is_file() and find_model(poses) is None else None
+    return poses if poses.suffix.lower() == ".json" else None
+
+
 def load_imported(work_dir: Path) -> Reconstruction:
     """What `import_poses` kept.
 
@@ -93,24 +104,39 @@ def as_capture(reconstruction: Reconstruction, pictures: Path) -> Capture:
     frames = tuple(
         Frame(view.image.name, view.name, 0.0, f"{view.camera}") for view in reconstruction.views
     )
-    return Capture(CaptureKind.PHOTOS, pictures.name, first.image.parent, frames)
+    rejected = tuple(Rejected(words, Reason.MISSING) for words in reconstruction.left_out)
+    return Capture(CaptureKind.PHOTOS, pictures.name, first.image.parent, frames, rejected)
 
 
 def as_report(reconstruction: Reconstruction, poses: Path, pictures: Path) -> SfmReport:
     """What there is to say of poses that are taken as they are."""
     names = tuple(view.name for view in reconstruction.views)
+    left_out = reconstruction.left_out
     count = sum(file.suffix.lower() in PICTURE_SUFFIXES for file in pictures.iterdir())
-    advice = (
-        f"{poses.name} has poses for {len(names)} of {count} photos; the others are not used",
-    )
+    advice: list[str] = []
+    if left_out:
+        advice.append(
+            f"{len(left_out)} of {len(names) + len(left_out)} photos with a pose are left out "
+            f"({some_of(left_out, '; ')}); copy them beside the others to have them used"
+        )
+    if count > len(names) + len(left_out):
+        advice.append(
+            f"{poses.name} has poses for {len(names)} of {count} photos; the others are not used"
+        )
+    file = _transforms_in(poses)
+    ignored = () if file is None else ignored_in(file)
+    if file is not None and ignored:
+        advice.append(
+            f"{file.name} has keys that are not understood and not used: {', '.join(ignored)}"
+        )
     errors = reconstruction.errors_px
     return SfmReport(
         placed=names,
-        failed=(),
+        failed=tuple(words.partition(":")[0] for words in left_out),
         models=(len(names),),
         mapper=f"no mapper, poses of {poses.name}",
         points=len(reconstruction.points),
         error_px=float(np.mean(errors)) if len(errors) else float("nan"),
-        advice=advice if count > len(names) else (),
+        advice=tuple(advice),
         times={},
     )

@@ -87,6 +87,6 @@ def _require_rgb(scene: Path, image: int) -> None:
 
 def _read(path: Path) -> dict[str, Any]:
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
+        return json.loads(path.read_text(encoding="utf-8-sig"))
     except (OSError, json.JSONDecodeError) as error:
         raise ValueError(f"{path}: cannot be read ({error})") from None

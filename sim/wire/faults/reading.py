@@ -43,7 +43,7 @@ def read_faults_file(path: Path) -> tuple[WireFault, ...]:
         OSError: it cannot be read.
     """
     try:
-        values = tomllib.loads(path.read_text(encoding="utf-8"))
+        values = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise FaultError(f"{path}: no TOML ({error})") from None
     tables: Any = values.pop("fault", [])

@@ -194,7 +194,7 @@ def _run(attempt: _Try) -> None:
         module = ModuleType(f"gaussiannexus_plugin_{attempt.path.stem}")
         module.__file__ = str(attempt.path)
         sys.modules[module.__name__] = module  # dataclasses look up the module they are in
-        source = attempt.path.read_text(encoding="utf-8")
+        source = attempt.path.read_text(encoding="utf-8-sig")
         exec(compile(source, str(attempt.path), "exec"), module.__dict__)
         register = getattr(module, "register", None)
         if register is None:

@@ -240,7 +240,7 @@ def read_rgb(path: Path) -> NDArray[np.uint8]:
 
 
 def _opened(path: Path, mode: int) -> NDArray[np.uint8]:
-    picture = cv2.imread(str(_existing(path)), mode)
+    picture = cv2.imread(str(_existing(path)), mode | cv2.IMREAD_IGNORE_ORIENTATION)
     if picture is None:
         raise ValueError(f"{path}: no picture that can be decoded; copy the dataset again")
     return np.asarray(picture, dtype=np.uint8)
@@ -313,7 +313,7 @@ class _Field:
 
 def _read(path: Path) -> _Field:
     try:
-        return _Field(path, "", json.loads(_existing(path).read_text(encoding="utf-8")))
+        return _Field(path, "", json.loads(_existing(path).read_text(encoding="utf-8-sig")))
     except json.JSONDecodeError as error:
         raise ValueError(f"{path}: no JSON ({error})") from None
 

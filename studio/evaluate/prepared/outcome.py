@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from studio.evaluate.prepared.verdict import verdict_of
+from studio.evaluate.prepared.verdict import is_unit_estimated, verdict_of
 
 if TYPE_CHECKING:
     from scenes.prepare.pipeline import Prepared
@@ -37,6 +37,7 @@ def outcome_of(prepared: Prepared) -> dict[str, Any]:
         "photos_placed": len(prepared.sfm.placed),
         "photos_failed": list(map(str, prepared.sfm.failed)),
         "good": verdict.good,
+        "unit_estimated": is_unit_estimated(prepared),
         "headline": verdict.headline,
         "notes": list(verdict.notes),
     }

@@ -52,7 +52,11 @@ def verdict_of(prepared: Prepared) -> Verdict:
     ]
     notes = [note for _, note in faults if note]
     known = (*prepared.sfm.advice, *prepared.alignment.warnings)
+    not_read = prepared.capture.not_read()
+    known = (*((not_read,) if not_read else ()), *prepared.capture.notes, *known)
     headline = "The room is ready"
+    if is_unit_estimated(prepared):
+        headline = "The room is ready, its unit is estimated: measure one known length in it"
     if faults:
         headline = "The room is not good yet: " + _listed([short for short, _ in faults])
     return Verdict(not faults, headline, (*notes, *known))
@@ -122,7 +126,14 @@ def _places(prepared: Prepared) -> tuple[str, str] | None:
     return None
 
 
+def is_unit_estimated(prepared: Prepared) -> bool:
+    """Whether nothing that was given says how long a metre is; a measured length mends it later."""
+    return prepared.alignment.is_guess
+
+
 def _scale(prepared: Prepared) -> tuple[str, str] | None:
+    if is_unit_estimated(prepared):
+        return None
     scale, sigma = prepared.alignment.metres_per_unit()
     # The alignment's own warnings say what to do about it.
     return ("its scale is uncertain", "") if sigma > 0.1 * scale else None

@@ -85,7 +85,7 @@ def test_spherical_harmonics_are_channel_major_bytes_over_8(tmp_path):
         (file_bytes([LOW] * 257), "1 chunks for 257 splats, wanted 2"),
         (file_bytes([LOW], chunks=[[np.nan, *CHUNK[1:]]]), "means.*finite"),
         (file_bytes([LOW], chunks=[[*CHUNK[:6], *[200.0] * 6, *CHUNK[12:]]]), "scales"),
-        (file_bytes([(0, 0x3FFFFFFF, 0, 0)]), "splat 0.*quaternion norm"),
+        (file_bytes([(0, 0x3FFFFFFF, 0, 0)]), "number 0 with rotations"),
         (file_bytes([LOW, LOW], sh=[[0] * 9]), "1 rows of 9 coefficients for 2"),
         (file_bytes([LOW], sh=[[0] * 12]), "1 rows of 12"),
         (file_bytes([LOW]).replace(b"float min_y", b"float min_q"), "min_y is missing"),

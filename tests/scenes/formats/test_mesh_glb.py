@@ -35,3 +35,9 @@ def test_a_cut_file_is_refused(mesh, tmp_path, keep):
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(FormatError, match="no such file"):
         read_mesh(tmp_path / "none.glb")
+
+
+def test_an_obj_with_decimal_commas_is_read(tmp_path):
+    path = tmp_path / "room.obj"
+    path.write_text("v 0,5 -1,25 0,0\nv 1,0 0,0 0,0\nv 0,0 1e0 2,5\nf 1 2 3\n")
+    assert read_mesh(path).vertices.tolist() == [[0.5, -1.25, 0.0], [1.0, 0.0, 0.0], [0, 1, 2.5]]

@@ -145,7 +145,7 @@ def test_without_higher_harmonics(tmp_path):
         ({"scales": {"codebook": [None] * 256, "files": ["scales.webp"]}}, "scales"),
         ({"scales": {"codebook": [1.0], "files": ["scales.webp"]}}, "codebook"),
         ({"quats_webp": webp([[[0, 0, 0, 251], [0, 0, 0, 255]]])}, "splat 0.*rotation tag 251"),
-        ({"quats_webp": webp([[[0, 0, 0, 252], [0, 0, 0, 255]]])}, "splat 0.*quaternion norm"),
+        ({"quats_webp": webp([[[0, 0, 0, 252], [0, 0, 0, 255]]])}, "number 0 with rotations"),
         ({"labels_webp": webp([[[0, 0, 0], [64, 0, 0]]])}, "splat 1.*palette entry 64"),
         ({"centroids_webp": webp([[[0, 0, 0]] * 100])}, "100 pixels wide"),
         ({"sh0_webp": b"RIFF"}, "sh0.webp"),

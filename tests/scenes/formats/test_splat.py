@@ -60,11 +60,10 @@ def test_a_cut_inside_a_splat_is_refused(tmp_path):
 @pytest.mark.parametrize(
     ("offset", "value", "said"),
     [
-        (0, struct.pack("<f", np.nan), "means.*number 1"),
+        (0, struct.pack("<f", np.nan), "number 1 with means"),
         (8, struct.pack("<f", np.inf), "means"),
-        (12, struct.pack("<f", 0.0), "scales.*> 0"),
         (16, struct.pack("<f", -1.0), "scales.*> 0"),
-        (28, bytes([128] * 4), "splat 1.*quaternion norm 0"),
+        (28, bytes([128] * 4), "number 1 with quaternion norm 0"),
     ],
 )
 def test_bad_values_are_named_with_their_splat(tmp_path, offset, value, said):

@@ -4,7 +4,7 @@ import pytest
 from scenes.frames import WORLD_FROM_GLTF
 from scenes.mesh import CollisionMesh
 from scenes.pose import Pose
-from scenes.prepare.headset_mesh import place_mesh, register_mesh
+from scenes.prepare.headset_mesh import mirrored, place_mesh, register_mesh
 
 
 def box(low, high):
@@ -51,6 +51,32 @@ def test_a_mesh_is_placed_wherever_its_origin_is_and_whichever_axis_is_up(room, 
     world_from_mesh = Pose.from_yaw(np.deg2rad(turn_deg), (4.0, -7.0, 1.3)) @ upright
     placed, fit = place_mesh(moved(room, world_from_mesh.inverse()), room)
     assert np.linalg.norm(placed.vertices - room.vertices, axis=1).max() < 0.02
+    assert fit.overlap > 0.95
+
+
+def test_a_mirrored_mesh_is_turned_back_and_said_to_be(room):
+    world_from_mesh = Pose.from_yaw(np.deg2rad(40.0), (1.0, 2.0, 0.4)) @ WORLD_FROM_GLTF
+    placed, fit = place_mesh(mirrored(moved(room, world_from_mesh.inverse())), room)
+    assert np.linalg.norm(placed.vertices - room.vertices, axis=1).max() < 0.02
+    assert np.array_equal(placed.faces, room.faces)
+    assert fit.is_mirrored
+    assert "mirrored in its file" in fit.summary()
+
+
+def test_a_mesh_that_fits_in_two_places_is_refused(room):
+    shell = CollisionMesh(*box((-3, -2, 0), (3, 2, 2.6)))
+    cupboard, faces = box((1.8, 1.2, 0), (3, 2, 2.0))
+    one_corner = CollisionMesh(
+        np.concatenate([shell.vertices, cupboard]), np.concatenate([shell.faces, faces + 8])
+    )
+    with pytest.raises(ValueError, match="fits the room in two places alike"):
+        place_mesh(one_corner, shell)
+
+
+def test_a_mesh_may_be_laid_either_way_where_that_makes_no_difference():
+    shell = CollisionMesh(*box((-3, -2, 0), (3, 2, 2.6)))
+    placed, fit = place_mesh(shell, shell)
+    assert np.allclose(placed.vertices.min(axis=0), (-3, -2, 0), atol=0.02)
     assert fit.overlap > 0.95
 
 

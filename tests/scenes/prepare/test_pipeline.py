@@ -64,7 +64,7 @@ def test_given_poses_are_trained_on_and_saved(project, filmed_ball, tmp_path):
     assert [view.name for view in package.views] == [view.name for view in filmed_ball.views]
     assert [stage.name for stage in package.stages][:2] == ["poses", "alignment"]
     assert result.sfm.mapper.endswith(project.name)
-    assert "guess" in result.alignment.warnings[0]
+    assert "estimated" in result.alignment.warnings[0]
     assert result.training.history[-1].iteration == 30
 
 

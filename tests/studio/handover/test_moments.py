@@ -87,10 +87,15 @@ def test_events_are_as_many_as_one_can_look_through_and_no_lost_frames(drawn):
     assert not any(text.startswith("frame") for _t_ms, text in events)
 
 
-def test_a_truncated_recording_is_refused_by_name(rehearsed, tmp_path):
+def test_a_truncated_recording_gives_its_whole_moments_and_an_empty_one_is_refused(
+    rehearsed, tmp_path
+):
     short = tmp_path / "short.mcap"
-    short.write_bytes((rehearsed / "recording.mcap").read_bytes()[:-100])
+    data = (rehearsed / "recording.mcap").read_bytes()
+    short.write_bytes(data[:-100])
+    assert read(short) == read(rehearsed / "recording.mcap")
 
+    short.write_bytes(data[:40])
     with pytest.raises(RecordingError, match=r"short\.mcap: ends early"):
         read(short)
 

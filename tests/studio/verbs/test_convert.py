@@ -136,13 +136,25 @@ def big_ply(path, count: int, coefficients: int = 1, *, bad: int | None = None) 
 
 @pytest.mark.parametrize("target", FORMATS)
 def test_damage_found_on_the_way_leaves_the_target_as_it_was(convert, tmp_path, target):
-    big_ply(tmp_path / "a.ply", 600_000, bad=599_998)
+    big_ply(tmp_path / "a.ply", 600_000)
+    short = (tmp_path / "a.ply").read_bytes()[:-100]
+    (tmp_path / "a.ply").write_bytes(short)
     (tmp_path / f"b.{target}").write_bytes(b"before")
     code, out, err = convert(tmp_path / "a.ply", tmp_path / f"b.{target}")
     assert (code, out) == (3, "")
-    assert "number 599998" in err.splitlines()[-1]
+    assert "vertex 599998" in err.splitlines()[-1]
     assert (tmp_path / f"b.{target}").read_bytes() == b"before"
     assert len(list(tmp_path.iterdir())) == 2
+
+
+@pytest.mark.parametrize("target", FORMATS)
+def test_bad_splats_are_left_out_of_the_file_and_its_count(convert, tmp_path, target):
+    big_ply(tmp_path / "a.ply", 200_000, bad=199_998)
+    code, out, _ = convert(tmp_path / "a.ply", tmp_path / f"b.{target}", "--json")
+    report = json.loads(out)
+    assert (code, report["splats"], report["left_out"]) == (0, 199_999, 1)
+    assert "number 199998 with means" in report["left_out_why"]
+    assert len(read_splats(tmp_path / f"b.{target}")) == 199_999
 
 
 def test_long_conversions_say_how_far_they_are(convert, tmp_path):

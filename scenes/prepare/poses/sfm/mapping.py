@@ -10,7 +10,10 @@ from typing import Any
 
 import numpy as np
 import pycolmap
+from PIL import Image
 
+from scenes.prepare.footage.capture import CaptureError
+from scenes.prepare.poses.photo_files import check_left_out, find_photo
 from scenes.prepare.poses.pose_uncertainty import pose_uncertainty_px
 from scenes.prepare.poses.sfm.job import Attempt, Job, write_json
 from scenes.prepare.poses.sfm.session import MAPPING_FILE, Refused, Worker, open_database
@@ -192,21 +195,65 @@ def import_model(worker: Worker) -> None:
     names = _placed(model, least_points=0)
     if not names:
         raise Refused(f"{job.import_model}: no picture of the model has a pose; map it again")
-    missing = [name for name in names if not (job.pictures_folder / name).is_file()]
-    if missing:
-        raise Refused(
-            f"{job.pictures_folder}: {len(missing)} of {len(names)} photos of the model are "
-            f"missing, such as {missing[0]}; give the folder that the model was made from"
-        )
+    left_out = _without_missing_photos(model, job.pictures_folder)
+    try:
+        check_left_out(job.pictures_folder, left_out, len(names))
+    except CaptureError as error:
+        raise Refused(str(error)) from None
+    names = _placed(model, least_points=0)
     best = job.work / "models" / "import"
     best.mkdir(parents=True, exist_ok=True)
     model.write(best)
-    _keep(job, [Attempt("import", (tuple(names),))], best)
+    _keep(job, [Attempt("import", (tuple(names),))], best, left_out)
 
 
-def _keep(job: Job, attempts: Sequence[Attempt], best: Path | None) -> None:
+def _without_missing_photos(model: Any, folder: Path) -> list[str]:
+    """Take the poses of photos that are not there out of a model; say of which.
+
+    Photos that are there under another spelling of their name are called by what they are.
+    """
+    left_out: list[str] = []
+    taken: set[str] = set()
+    for image in sorted(model.images.values(), key=lambda image: image.name):
+        if not image.has_pose:
+            continue
+        file = find_photo(image.name, (folder,))
+        name, fault = "", "there is no such photo"
+        if file is not None and file.is_relative_to(folder):
+            name = file.relative_to(folder).as_posix()
+            if name not in taken:
+                fault = _fault(file, (image.camera.width, image.camera.height))
+        if fault:
+            left_out.append(f"{image.name}: {fault}")
+            model.deregister_frame(image.frame_id)
+            continue
+        taken.add(name)
+        if name != image.name:
+            image.name = name
+    return left_out
+
+
+def _fault(file: Path, wanted: tuple[int, int]) -> str:
+    """Say what is wrong with a photo whose camera has a size; nothing if it fits."""
+    try:
+        with Image.open(file) as opened:
+            size = opened.size
+    except (OSError, ValueError, SyntaxError):
+        return "no picture that can be read"
+    if size == wanted:
+        return ""
+    return f"{size[0]}×{size[1]} px, its camera has {wanted[0]}×{wanted[1]}"
+
+
+def _keep(
+    job: Job, attempts: Sequence[Attempt], best: Path | None, left_out: Sequence[str] = ()
+) -> None:
     kept = None if best is None else best.relative_to(job.work).as_posix()
-    values = {"attempts": [asdict(attempt) for attempt in attempts], "kept": kept}
+    values = {
+        "attempts": [asdict(attempt) for attempt in attempts],
+        "kept": kept,
+        "left_out": left_out,
+    }
     write_json(job.work / MAPPING_FILE, values)
 
 

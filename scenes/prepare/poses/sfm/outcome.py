@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 
 from scenes.cameras import Pinhole
 from scenes.pose import Pose
+from scenes.prepare.footage.picture_files import forget_turn
 from scenes.prepare.poses.epipolar import epipolar_distances_px
 from scenes.prepare.poses.sfm.job import Attempt, JobResult, KnownPose, StageTime
 from scenes.prepare.poses.sfm.session import MAPPING_FILE, Worker, open_database
@@ -42,9 +44,12 @@ def undistort(worker: Worker) -> None:
         jpeg_quality=JPEG_QUALITY,
         num_threads=job.options.threads,
     )
+    for name in placed:
+        forget_turn(out / "images" / name)
     order = {picture.name: i for i, picture in enumerate(job.pictures)}
     placed.sort(key=lambda name: (order.get(name, 0), name))
     flat = _reconstruction(pycolmap.Reconstruction(out / "sparse"), out / "images", placed)
+    flat = replace(flat, left_out=tuple(mapping.get("left_out", ())))
     save_reconstruction(flat, job.work / "reconstruction")
     worker.report("undistortion", 1.0, f"{len(placed)} pictures placed")
 

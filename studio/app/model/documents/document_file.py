@@ -118,7 +118,7 @@ def load_document(path: Path) -> Document:
         OSError: it cannot be opened.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
         raise DocumentError(f"{path}: no project of this program (not a text)") from None
     return document_from_text(text, source=str(path))

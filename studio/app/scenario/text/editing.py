@@ -57,7 +57,7 @@ class ScenarioEditing:
         names = (document.scenario_name, DEFAULT_SCENARIOS.get(self.room, ""))
         for name in names:
             if name in scenario_names():
-                return (SCENARIO_FOLDER / f"{name}.toml").read_text(encoding="utf-8")
+                return (SCENARIO_FOLDER / f"{name}.toml").read_text(encoding="utf-8-sig")
         return self._first_text or EMPTY
 
     @property
@@ -161,7 +161,7 @@ class ScenarioEditing:
             ScenarioError: it is no text.
         """
         try:
-            text = path.read_text(encoding="utf-8")
+            text = path.read_text(encoding="utf-8-sig")
         except UnicodeDecodeError:
             raise ScenarioError(f"{path}: is no UTF-8 text, wanted a scenario's TOML") from None
         problem = self._problem_of(text, str(path))

@@ -64,6 +64,12 @@ def test_messages_of_several_streams_may_interleave():
     assert [m.data for m in read] == [b"a", b"v" * 200]
 
 
+def test_a_chunk_stream_may_begin_with_a_header_that_leaves_out_the_message_stream():
+    data = b"\x46" + (40).to_bytes(3, "big") + (3).to_bytes(3, "big") + b"\x09" + b"abc"
+    (read,) = ChunkReader().take(data)
+    assert (read.kind, read.stream, read.time_ms, read.data) == (9, 0, 40, b"abc")
+
+
 def test_an_aborted_message_leaves_no_bytes():
     first = encode_message(9, b"v" * 200, channel=4, chunk_bytes=128)
     abort = encode_message(2, (4).to_bytes(4, "big"), channel=2, chunk_bytes=128)
@@ -76,7 +82,8 @@ def test_an_aborted_message_leaves_no_bytes():
     ("data", "said"),
     [
         (b"\x04\x00\x00\x00\xff\xff\xff\x09\x01\x00\x00\x00", "a message of 16777215 bytes"),
-        (b"\xc4abc", "without a whole header"),
+        (b"\xc4abc", "begins without a length"),
+        (b"\x84\x00\x00\x00", "begins without a length"),
         (encode_message(1, bytes(4), chunk_bytes=128), "chunk size 0"),
         (
             b"".join(bytes([n]) + bytes(11) for n in range(2, 4 + MOST_CHUNK_STREAMS)),

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from scenes.formats.compressed_ply import CHUNK_SPLATS
 from scenes.formats.gltf import read_gltf_blocks, write_gltf_blocks
-from scenes.formats.ply import read_ply_blocks, write_ply, write_ply_blocks
+from scenes.formats.ply import read_ply, read_ply_blocks, write_ply, write_ply_blocks
 from scenes.formats.sog import read_sog_blocks
 from scenes.formats.splat import read_splat_blocks, write_splat_blocks
 from scenes.formats.spz import read_spz_blocks, write_spz_blocks
@@ -113,11 +113,12 @@ def test_bad_splats_are_numbered_by_the_file_not_by_the_block(tmp_path, random_c
     row = 14 * 4
     data[-3 * row : -3 * row + 4] = np.float32(np.nan).tobytes()
     (tmp_path / "a.ply").write_bytes(data)
-    blocks = read_ply_blocks(tmp_path / "a.ply", 4).blocks
-    for _ in range(4):
-        next(blocks)
+    splats = read_ply_blocks(tmp_path / "a.ply", 4)
+    assert [len(block) for block in splats.blocks] == [4, 4, 4, 4, 3]
+    assert splats.bad.count == 1
+    assert splats.bad.first.startswith("number 17 with means")
     with pytest.raises(FormatError, match="number 17 with"):
-        next(blocks)
+        read_ply(tmp_path / "a.ply")
 
 
 @pairs

@@ -42,7 +42,7 @@ def test_a_room_of_any_scale_comes_out_upright_with_its_floor_at_zero(seed):
 
 def test_it_says_that_the_scale_is_a_guess():
     alignment = guessed_alignment(room(1.5), rng=np.random.default_rng(0))
-    assert "guess" in alignment.warnings[0]
+    assert "estimated" in alignment.warnings[0]
     assert alignment.anchors == ()
     error = alignment.predicted_error_m([[3.0, 0.0, 0.0]])
     assert error[0] > 0.5

@@ -1,7 +1,10 @@
 from __future__ import annotations
 
 import errno
+import shutil
+import struct
 from fractions import Fraction
+from pathlib import Path
 
 import av
 import cv2
@@ -18,6 +21,8 @@ from scenes.prepare.footage.gather import gather
 from scenes.prepare.footage.sharpness import Reason
 from scenes.prepare.progress import Cancelled
 
+HEIC = Path(__file__).parents[3] / "data" / "cases" / "portrait.heic"
+"""A phone's: stored on its side, turned by its container."""
 FEW = CaptureOptions(frames=12, least_frames=4)
 
 
@@ -81,6 +86,91 @@ def test_bad_photos_are_left_out_with_the_reason(photo_folder, canvas, tmp_path)
     }
     assert len(capture.frames) == 8
     assert "2 not readable" in capture.summary()
+
+
+def test_photos_whose_names_fall_together_keep_names_of_their_own(canvas, tmp_path):
+    folder = tmp_path / "photos"
+    folder.mkdir()
+    names = ["Room.png", "a b.jpg", "a_b.jpg", "room.jpeg", "room.jpg", "room_0004.jpg", "x.jpg"]
+    for k, name in enumerate(names):
+        cv2.imwrite(str(folder / name), look(canvas, 100 * k))
+    capture = gather(folder, tmp_path / "work", options=FEW)
+    assert [frame.source for frame in capture.frames] == names
+    stored = [frame.name for frame in capture.frames]
+    assert len({name.casefold() for name in stored}) == len(names)
+    assert stored[-2:] == ["room_0004.jpg", "x.jpg"]
+    for k, name in enumerate(stored):
+        picture = cv2.imread(str(capture.folder / name)).astype(int)
+        assert np.abs(picture - look(canvas, 100 * k)).mean() < 10
+
+
+def test_files_beside_the_photos_that_are_not_read_are_named(photo_folder, tmp_path):
+    for name in ("a.dng", "b.HEIC", "walk.mov", ".hidden", "Thumbs.db"):
+        (photo_folder / name).write_bytes(b"\0\0\0\x18ftypheic" + bytes(500))
+    (photo_folder / "more").mkdir()
+    (photo_folder / "p0.jpg").rename(photo_folder / "more" / "p0.jpg")
+    capture = gather(photo_folder, tmp_path / "work", options=FEW)
+    assert len(capture.frames) == 7
+    assert {r.source: r.reason for r in capture.rejected} == {
+        "a.dng": Reason.FOREIGN,
+        "b.HEIC": Reason.UNREADABLE,
+        "more/": Reason.FOREIGN,
+        "walk.mov": Reason.FOREIGN,
+    }
+    assert capture.not_read().startswith("4 files were not read: b.HEIC, a.dng, more/, walk.mov. ")
+    few = CaptureOptions(frames=12, least_frames=8)
+    with pytest.raises(CaptureError, match=r"not read are b.HEIC, a.dng, .* Export them as JPEG"):
+        gather(photo_folder, tmp_path / "few", options=few)
+
+
+def test_heic_photos_are_read_upright(photo_folder, tmp_path):
+    pytest.importorskip("pi_heif")
+    shutil.copy(HEIC, photo_folder / "z.HEIC")
+    shutil.copy(HEIC, photo_folder / "zz.jpg")
+    capture = gather(photo_folder, tmp_path / "work", options=FEW)
+    assert capture.frames[-1].source == "z.HEIC"
+    stored = cv2.imread(str(capture.folder / capture.frames[-1].name))
+    assert stored.shape == (480, 320, 3)
+    assert stored[:200].mean() > stored[-200:].mean() + 20
+    assert capture.rejected[-1].reason is Reason.ALIKE
+
+
+def test_a_phone_s_film_is_read_as_phones_make_it(canvas, tmp_path):
+    """Portrait by the container's rotation, 10-bit HEVC, frames unevenly apart."""
+    film = tmp_path / "IMG_1.mov"
+    with av.open(str(film), "w") as container:
+        stream = container.add_stream("libx265", rate=30)
+        stream.width, stream.height, stream.pix_fmt = 464, 360, "yuv420p10le"
+        stream.options = {"x265-params": "log-level=none", "preset": "ultrafast", "crf": "16"}
+        stream.time_base = stream.codec_context.time_base = Fraction(1, 600)
+        at = 0
+        for k in range(90):
+            upright = look(canvas, 6 * k, width=360, height=464)
+            side = np.ascontiguousarray(np.rot90(upright))
+            frame = av.VideoFrame.from_ndarray(side, format="bgr24").reformat(format="yuv420p10le")
+            at += (19, 20, 41)[k % 3]
+            frame.pts, frame.time_base = at, Fraction(1, 600)
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+    data = bytearray(film.read_bytes())
+    # A quarter turn clockwise in the track header, as iPhones write it (16.16 and 2.30 fixed).
+    matrix = data.index(b"tkhd") + 44
+    turn = struct.pack(">9i", 0, 1 << 16, 0, -(1 << 16), 0, 0, 360 << 16, 0, 1 << 30)
+    data[matrix : matrix + 36] = turn
+    film.write_bytes(data)
+    capture = gather(film, tmp_path / "work", options=FEW)
+    assert len(capture.frames) >= 10
+    times = np.array([frame.t_s for frame in capture.frames])
+    for frame, t_s in zip(capture.frames, times, strict=True):
+        picture = cv2.imread(str(capture.folder / frame.name)).astype(int)
+        assert picture.shape == (464, 360, 3)
+        k = round((t_s * 600 - 19) / 80 * 3)
+        nearest = min(
+            np.abs(picture - look(canvas, 6 * n, width=360, height=464)).mean()
+            for n in range(max(0, k - 2), k + 3)
+        )
+        assert nearest < 12
+    assert 3.5 < times[-1] - times[0] < 4.1
 
 
 def test_focal_length_camera_and_orientation_come_from_the_metadata(canvas, tmp_path):

@@ -8,12 +8,14 @@ import shutil
 import cv2
 import numpy as np
 import pytest
+from PIL import ExifTags, Image
 
 from scenes.formats.storage.error import FormatError
 from scenes.frames import OPENGL_FROM_OPENCV
 from scenes.prepare.footage.capture import CaptureError
+from scenes.prepare.poses.given_poses import as_report, import_poses, load_imported
 from scenes.prepare.poses.import_colmap import import_colmap
-from scenes.prepare.poses.import_transforms import import_transforms
+from scenes.prepare.poses.import_transforms import ignored_in, import_transforms
 from scenes.prepare.poses.sfm.job import SfmOptions
 from scenes.prepare.reconstruction import read_picture
 
@@ -47,12 +49,57 @@ def test_what_a_colmap_project_lacks_is_named(colmap_project, tmp_path):
         import_colmap(project / "images", tmp_path / "a")
     copy = tmp_path / "copy"
     shutil.copytree(project, copy)
-    (copy / "images" / "03.jpg").unlink()
-    with pytest.raises(CaptureError, match=r"1 of 12 photos .* missing, such as 03.jpg"):
+    for k in range(7):
+        (copy / "images" / f"{k:02d}.jpg").unlink()
+    with pytest.raises(CaptureError, match=r"7 of 12 photos .* \(00.jpg: there is no such photo;"):
         import_colmap(copy, tmp_path / "b")
     shutil.rmtree(copy / "images")
     with pytest.raises(FormatError, match="no folder `images`"):
         import_colmap(copy, tmp_path / "c")
+
+
+def with_turn(picture, orientation):
+    """The same pixels with an EXIF tag that has viewers turn them."""
+    exif = Image.Exif()
+    exif[ExifTags.Base.Orientation] = orientation
+    jpeg = picture.read_bytes()
+    body = b"Exif\0\0" + exif.tobytes().removeprefix(b"Exif\0\0")
+    segment = b"\xff\xe1" + (len(body) + 2).to_bytes(2, "big") + body
+    picture.write_bytes(jpeg[:2] + segment + jpeg[2:])
+
+
+@pytest.mark.parametrize("orientation", [3, 6])
+def test_photos_of_a_colmap_model_are_never_turned_by_exif(colmap_project, tmp_path, orientation):
+    project, wanted = colmap_project
+    copy = tmp_path / "copy"
+    shutil.copytree(project, copy)
+    for picture in (copy / "images").glob("*.jpg"):
+        with_turn(picture, orientation)
+    got = import_colmap(copy, tmp_path / "work")
+    for a, b in zip(got.views, wanted.views, strict=True):
+        assert np.array_equal(read_picture(a), read_picture(b))
+        with Image.open(a.image) as stored:
+            assert ExifTags.Base.Orientation not in stored.getexif()
+
+
+def test_missing_photos_of_a_colmap_model_are_left_out_and_named(colmap_project, tmp_path):
+    project, _ = colmap_project
+    copy = tmp_path / "copy"
+    shutil.copytree(project, copy)
+    (copy / "images" / "03.jpg").unlink()
+    (copy / "images" / "05.jpg").write_bytes(b"no picture")
+    (copy / "images" / "07.jpg").rename(copy / "images" / "07.JPG")
+    got = import_poses(copy, copy / "images", tmp_path / "work")
+    assert len(got.views) == 10
+    assert "07.JPG" in [view.name for view in got.views]
+    assert got.left_out == (
+        "03.jpg: there is no such photo",
+        "05.jpg: no picture that can be read",
+    )
+    assert load_imported(tmp_path / "work").left_out == got.left_out
+    report = as_report(got, copy, copy / "images")
+    assert report.failed == ("03.jpg", "05.jpg")
+    assert "2 of 12 photos with a pose are left out (03.jpg: there is no" in report.advice[0]
 
 
 @pytest.fixture
@@ -141,21 +188,18 @@ def test_distortion_of_an_app_is_taken_out(transforms, tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda v: v.pop("fl_x"), "frame 0: neither fl_x nor camera_angle_x"),
+        (lambda v: (v.pop("fl_x"), v.pop("fl_y")), "frame 0: neither fl_x nor camera_angle_x"),
         (lambda v: v.update(fl_x="wide"), "frame 0: fl_x is 'wide'"),
         (lambda v: v.update(w=640), "the picture is 480×360 px, the file says 640×360"),
         (lambda v: v.update(camera_model="EQUIRECTANGULAR"), "EQUIRECTANGULAR"),
         (lambda v: v.update(frames=[]), "frames: missing or empty"),
-        (lambda v: v["frames"][0].pop("file_path"), "file_path is missing"),
-        (lambda v: v["frames"][2].update(file_path="images/99.jpg"), "there is no picture"),
-        (lambda v: v["frames"][1].pop("transform_matrix"), "transform_matrix is missing"),
+        (lambda v: v.update(is_fisheye=True), "camera_model 'OPENCV' and is_fisheye contradict"),
+        (lambda v: v.update(ftheta_p0=1.5), "ftheta_p0 is 1.5, which seems to describe the lens"),
+        (lambda v: v.update(frames=[{**f, "k4": 0.1} for f in v["frames"]]), "k4 is 0.1, which"),
+        (lambda v: [f.pop("file_path") for f in v["frames"]], "file_path is missing"),
         (
-            lambda v: v["frames"][1].update(transform_matrix=(2 * np.eye(4)).tolist()),
+            lambda v: [f.update(transform_matrix=(2 * np.eye(4)).tolist()) for f in v["frames"]],
             "no rigid motion",
-        ),
-        (
-            lambda v: v["frames"][1].update(transform_matrix=np.full((4, 4), np.nan).tolist()),
-            "transform_matrix is missing or not",
         ),
     ],
 )
@@ -164,6 +208,76 @@ def test_what_a_file_of_an_app_lacks_is_named(transforms, tmp_path, change, mess
     change(values)
     with pytest.raises(FormatError, match=message):
         import_transforms(written(folder, values), tmp_path / "work")
+
+
+def test_bad_frames_are_left_out_and_named(transforms, tmp_path):
+    folder, values = transforms
+    frames = values["frames"]
+    frames[1].pop("file_path")
+    frames[2].update(file_path="images/99.jpg")
+    frames[3].pop("transform_matrix")
+    frames[5].update(transform_matrix=(2 * np.eye(4)).tolist())
+    frames[7].update(transform_matrix=np.full((4, 4), np.nan).tolist())
+    frames[9].update(fl_x="wide")
+    path = written(folder, values)
+    got = import_poses(path, folder / "images", tmp_path / "work", options=QUICK)
+    assert len(got.views) == 6
+    faults = dict(words.split(": ", 1) for words in got.left_out)
+    assert faults["frame 1"] == "file_path is missing"
+    assert faults["images/99.jpg"].startswith("there is no picture")
+    assert faults["images/03.jpg"].startswith("transform_matrix is missing")
+    assert faults["images/05.jpg"].startswith("transform_matrix is no rigid motion")
+    assert faults["images/07.jpg"].startswith("transform_matrix is missing or not 4×4 finite")
+    assert faults["images/09.jpg"] == "fl_x is 'wide'"
+    advice = as_report(got, path, folder / "images").advice[0]
+    assert advice.startswith("6 of 12 photos with a pose are left out (frame 1: file_path")
+
+
+def test_a_file_most_of_whose_photos_are_missing_is_refused(transforms, tmp_path):
+    folder, values = transforms
+    for number in range(7):
+        (folder / "images" / f"{number:02d}.jpg").unlink()
+    with pytest.raises(CaptureError, match="7 of 12 photos cannot be used"):
+        import_transforms(written(folder, values), tmp_path / "work", options=QUICK)
+
+
+def test_backslashes_and_byte_order_marks_are_read(transforms, photographed, tmp_path):
+    folder, values = transforms
+    for frame in values["frames"]:
+        frame["file_path"] = "C:\\scan\\" + frame["file_path"].replace("/", "\\")
+    values["exposure_bracket"] = 3
+    values["aabb_scale"] = 16
+    path = folder / "transforms.json"
+    path.write_text(json.dumps(values), encoding="utf-16")
+    assert ignored_in(path) == ("exposure_bracket",)
+    path.write_text(json.dumps(values), encoding="utf-8-sig")
+    got = import_transforms(folder, tmp_path / "work", options=QUICK)
+    assert len(got.views) == len(photographed.world_from_camera)
+    assert as_report(got, path, folder / "images").advice == (
+        "transforms.json has keys that are not understood and not used: exposure_bracket",
+    )
+
+
+def test_photos_of_an_app_are_never_turned_by_exif(transforms, photographed, tmp_path):
+    folder, values = transforms
+    for picture in (folder / "images").glob("*.jpg"):
+        with_turn(picture, 3)
+    got = import_transforms(written(folder, values), tmp_path / "work", options=QUICK)
+    for view, name in zip(got.views, photographed.world_from_camera, strict=True):
+        stored = cv2.imread(str(photographed.folder / name))[..., ::-1]
+        assert np.abs(read_picture(view).astype(int) - stored).mean() < 8.0
+    assert np.median(got.errors_px) < 1.0
+
+
+def test_photos_whose_stated_size_is_the_turned_one_are_turned(transforms, photographed, tmp_path):
+    folder, values = transforms
+    for name in photographed.world_from_camera:
+        picture = folder / "images" / name
+        turned = cv2.rotate(cv2.imread(str(picture)), cv2.ROTATE_90_COUNTERCLOCKWISE)
+        cv2.imwrite(str(picture), turned, [cv2.IMWRITE_JPEG_QUALITY, 95])
+        with_turn(picture, 6)
+    got = import_transforms(written(folder, values), tmp_path / "work", options=QUICK)
+    assert got.views[0].camera == photographed.camera
 
 
 def test_files_that_are_no_transforms_are_refused(tmp_path):

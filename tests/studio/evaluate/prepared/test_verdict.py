@@ -1,24 +1,30 @@
 """When a room is called good, and what is said when it is not."""
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from scenes.prepare.footage.capture import Capture, CaptureKind, Rejected
+from scenes.prepare.footage.sharpness import Reason
 from scenes.prepare.train.trainer import PRESETS, Moment, TrainingResult, ViewScore
 from studio.evaluate.prepared.verdict import verdict_of
 
 ENOUGH = PRESETS["default"].iterations
 
 
-def prepared(psnrs, *, steps=ENOUGH, placed=40, failed=0, sigma=0.001):
+def prepared(psnrs, *, steps=ENOUGH, placed=40, failed=0, sigma=0.001, is_guess=False, rejected=()):
     """What the verdict looks at of a preparation."""
     scores = tuple(ViewScore(f"{k:03d}.jpg", psnr, 0.9) for k, psnr in enumerate(psnrs))
     history = (Moment(steps, 100.0, 1000, 0.02, None),)
     return SimpleNamespace(
         training=TrainingResult(None, scores, history, "a test"),
         sfm=SimpleNamespace(placed=range(placed), failed=range(failed), advice=()),
-        alignment=SimpleNamespace(metres_per_unit=lambda: (1.0, sigma), warnings=()),
+        alignment=SimpleNamespace(
+            metres_per_unit=lambda: (1.0, sigma), warnings=(), is_guess=is_guess
+        ),
+        capture=Capture(CaptureKind.PHOTOS, "photos", Path(), (), rejected),
     )
 
 
@@ -73,6 +79,22 @@ def test_other_faults_are_named_too(change, words):
     verdict = verdict_of(prepared([33.0] * 10, **change))
     assert not verdict.good
     assert words in verdict.headline
+
+
+def test_a_room_whose_unit_is_estimated_is_ready_with_the_remedy():
+    verdict = verdict_of(prepared([31.6] * 10, is_guess=True, sigma=0.25))
+    assert verdict.good
+    assert verdict.headline == (
+        "The room is ready, its unit is estimated: measure one known length in it"
+    )
+
+
+def test_files_that_were_not_read_are_named_and_counted_with_the_remedy():
+    rejected = tuple(Rejected(f"IMG_{k}.HEIC", Reason.UNREADABLE) for k in range(24))
+    verdict = verdict_of(prepared([33.0] * 10, rejected=rejected))
+    assert verdict.good
+    assert verdict.notes[0].startswith("24 files were not read: IMG_0.HEIC, IMG_1.HEIC, ")
+    assert "and 19 more. Export them as JPEG" in verdict.notes[0]
 
 
 def test_no_view_kept_aside_is_no_fault():

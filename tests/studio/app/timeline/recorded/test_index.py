@@ -159,9 +159,18 @@ def test_an_empty_recording_is_empty(recording, tmp_path):
     assert not index.state_at(0).objects
 
 
-def test_a_damaged_recording_is_refused(recording, tmp_path):
+def test_a_recording_that_was_cut_off_is_shown_as_far_as_it_goes(recording, tmp_path):
     data = recording.read_bytes()
+    path = tmp_path / "cut.mcap.part"
+    path.write_bytes(data[:-100])
+    whole, cut = read_index(recording), read_index(path)
+    assert whole is not None
+    assert cut is not None
+    assert (cut.start_ns, cut.end_ns) == (whole.start_ns, whole.end_ns)
+
+
+def test_a_damaged_recording_is_refused(recording, tmp_path):
     path = tmp_path / "damaged.mcap"
-    path.write_bytes(data[: len(data) // 2])
-    with pytest.raises(RecordingError, match="cut off"):
+    path.write_bytes(recording.read_bytes()[:40])
+    with pytest.raises(RecordingError, match="ends early after 40 bytes"):
         read_index(path)
