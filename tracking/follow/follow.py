@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.pose import wrap_angle
+from scenes.pose import Pose, wrap_angle
 from scenes.state import TrackState
 from tracking.evidence.appearance_memory import AppearanceMemory, remember_appearance
 from tracking.evidence.evidence import Evidence, gather, view_of
@@ -24,6 +24,7 @@ from tracking.follow.belief import (
     hypothesis_of,
     is_at_rest_still,
     is_followed,
+    is_on_a_passer_by,
     is_shaken,
 )
 from tracking.follow.carried import is_lifted
@@ -31,7 +32,7 @@ from tracking.follow.measure import Seen, at_remembered_pose, measure
 from tracking.follow.posterior import CARRIED_SIGMA_M, HEAVY_HEIGHT_M, RECOGNISED_CORRELATION
 from tracking.follow.track import RESTING_FRAMES, SEARCH_PERIOD_NS, Rest, Task, Track
 from tracking.follow.yaw_review import is_under_review, reviewed
-from tracking.hypotheses.hypothesis import CLEAR_NATS
+from tracking.hypotheses.hypothesis import CLEAR_NATS, is_other
 from tracking.hypotheses.refinement import START_SIGMA, refined
 from tracking.kernels import native
 from tracking.likelihood.pose_likelihood import pose_support
@@ -137,8 +138,8 @@ def follow(task: Task, unchanged: bool) -> Track:
     if unchanged and not task.is_turn and not is_under_review(track):
         return replace(track, motion=Motion.rest(now), seen_ns=now)
     if track.state is TrackState.LOST:
-        if task.is_first or not _shows_where_it_was(task):
-            return track
+        if task.is_first or not _shows_at(task, track.world_from_object):
+            return track if task.is_first else _back(task)
         # Somebody stood before it, and it was believed gone.
         track = replace(track, state=TrackState.OCCLUDED, motion=Motion.rest(now))
         task = replace(task, track=track)
@@ -167,9 +168,15 @@ def follow(task: Task, unchanged: bool) -> Track:
         rests = not _has_moved(task, belief.fit, unchanged=unchanged)
         return _accept(task, evidence, belief, rests=rests, unchanged=unchanged)
     rested = track.state is TrackState.STATIC and track.missed_frames == 0
+    if rested and is_on_a_passer_by(track, belief):
+        return _at_rest(task, evidence, belief, unchanged=unchanged)
     is_doubtful = unchanged or not _has_moved(task, belief.fit, unchanged=unchanged)
     if rested and is_at_rest_still(task, belief, is_doubtful=is_doubtful):
         return _at_rest(task, evidence, belief, unchanged=unchanged)
+    if not rested:
+        back = _back(task, least=max(belief.found.nats, 0.0))
+        if back is not track:
+            return back
     belief = _again(task, evidence, belief)
     task, fit = reviewed(task, evidence, belief)
     if fit is not belief.fit:
@@ -180,11 +187,35 @@ def follow(task: Task, unchanged: bool) -> Track:
     return _miss(task, belief)
 
 
-def _shows_where_it_was(task: Task) -> bool:
-    """Whether a lost object clearly shows at its last place."""
-    scene, model, pose = task.scene, task.model, task.track.world_from_object
-    evidence = gather(scene, model, view_of(scene, model, pose), task.neighbours)
-    return pose_support(observe(scene, evidence), model, pose, scene.renderer).nats > CLEAR_NATS
+def _shows_at(task: Task, world_from_object: Pose, *, least: float = 0.0) -> bool:
+    """Whether an object clearly shows at a pose, by more nats than the least."""
+    scene, model = task.scene, task.model
+    evidence = gather(scene, model, view_of(scene, model, world_from_object), task.neighbours)
+    observation = observe(scene, evidence)
+    support = pose_support(observation, model, world_from_object, scene.renderer)
+    return support.nats > least + CLEAR_NATS and not support.is_covered
+
+
+def _back(task: Task, *, least: float = 0.0) -> Track:
+    """The track at the place where the object stood before, if it clearly shows there again.
+
+    What was dragged along with a passer-by, or lost, may be where it last was in plain sight.
+    """
+    track, now = task.track, task.scene.frame.t_ns
+    stood = track.stood
+    if stood is None or not is_other(task.model, stood, track.world_from_object):
+        return track
+    if not _shows_at(task, stood, least=least):
+        return track
+    back = replace(
+        track,
+        world_from_object=stood,
+        motion=Motion.rest(now),
+        state=TrackState.OCCLUDED,
+        rest=None,
+        reduced=None,
+    )
+    return follow(replace(task, track=back), unchanged=False)
 
 
 def _corrected(task: Task, before: Fit, after: Fit) -> Task:
@@ -249,6 +280,8 @@ def _accept(
         seen_ns=now,
         reduced=fit.reduced,
     )
+    if rests and not belief.found.is_covered and belief.found.nats > CLEAR_NATS:
+        seen = replace(seen, stood=track.world_from_object)
     kept = 1.0 if rests else KEPT_SHARE
     seen = replace(seen, usual_nats=max(kept * track.usual_nats, belief.found.nats))
     if track.state is TrackState.STATIC and rests:
@@ -276,6 +309,7 @@ def _accept(
         return replace(
             seen,
             world_from_object=fit.world_from_object,
+            stood=fit.world_from_object,
             motion=Motion.rest(now),
             state=TrackState.STATIC,
             still_frames=still_frames,

@@ -123,6 +123,7 @@ def _found_nearby(tasks: Sequence[Task]) -> dict[str, Track] | None:
     now = task.scene.frame.t_ns
     task = replace(task, track=replace(task.track, looked_ns=now))
     found = search_near(task.scene, task.model, task.neighbours, _nearby(task))
+    found = [item for item in found if not item.support.is_covered]
     if not found or found[0].log_odds < CLEAR_NATS:
         return {_id(task): task.track}
     assignment = assign([AssignmentCandidates(task.model, found)])
@@ -230,11 +231,18 @@ def _still_free(task: Task) -> tuple[Hypothesis, ...]:
     return tuple(
         hypothesis
         for hypothesis in task.track.hypotheses
-        if not any(
+        if not _is_on_a_passer_by(task, hypothesis)
+        and not any(
             is_same_spot(task.model, hypothesis.world_from_object, other, world_from_other)
             for other, world_from_other in task.neighbours
         )
     )
+
+
+def _is_on_a_passer_by(task: Task, hypothesis: Hypothesis) -> bool:
+    """Whether something unknown hides most of another place than the last one."""
+    pose, last = hypothesis.world_from_object, task.track.world_from_object
+    return hypothesis.support.is_covered and is_other(task.model, pose, last)
 
 
 def heights_of(task: Task) -> tuple[float, ...]:

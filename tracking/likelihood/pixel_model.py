@@ -38,6 +38,10 @@ UNKNOWN_RANGE = (0.03, 0.97)
 """Lowest and highest probability that a pixel shows something unknown: outlines of scans are off by
 about so many pixels of a hundred."""
 
+MOSTLY_UNKNOWN = 0.6
+"""Share of a silhouette from which something unknown hides most of an object: what is left of it is
+as much as the outlines of a scan are off by."""
+
 UNKNOWN_GAP_PX = 2
 """Pixels around a silhouette that belong to neither side: what the lens blurs."""
 
@@ -120,6 +124,11 @@ class PoseSupport:
     matched_fraction: float
     unknown_fraction: float
     area_px: float
+
+    @property
+    def is_covered(self) -> bool:
+        """Whether something in no scan is known to hide most of what could be seen of it."""
+        return self.unknown_fraction > MOSTLY_UNKNOWN
 
 
 NOT_IN_VIEW = PoseSupport(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
