@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import json
+import re
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,6 +19,9 @@ if TYPE_CHECKING:
     from studio.evaluate.findings import Findings
 
 DEFAULT_PLOTS = Path("out/evaluation")
+
+MAX_RUNS = 100
+"""Runs of one table: some take minutes each."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +50,7 @@ TABLES: Mapping[str, Table] = {
     "twins": Table("twins", "evaluate", 3, 10, "two identical chairs that change places"),
     "recover": Table("recover", "evaluate", 2, 5, "ten objects moved between sessions"),
     "sequence": Table("sequence", "evaluate", 1, 5, "motion in steps of one to four frames"),
+    "seeds": Table("seeds", "evaluate", 10, 10, "the default rehearsal: in most seeds, the worst"),
     "rest": Table("rest", "evaluate", 1, 5, "how much the poses of still objects shake"),
     "distance": Table("distance", "evaluate", 1, 5, "error against size, beside the bound"),
     "camera": Table("camera", "evaluate", 5, 10, "what is left of the camera pose's error"),
@@ -73,7 +78,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="own",
         help="'paper' runs the paper's method on the same frames and prints it beside ours",
     )
-    parser.add_argument("--seeds", type=int, metavar="N", help="runs (default: what takes minutes)")
+    parser.add_argument(
+        "--seeds", metavar="N | A-B",
+        help="so many runs, or those of seeds A to B (default: what takes minutes)",
+    )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
     parser.add_argument(
         "--plot", type=Path, nargs="?", const=DEFAULT_PLOTS, metavar="DIR",
@@ -110,8 +118,8 @@ def run(args: argparse.Namespace) -> int:
     from studio.evaluate.filmed.takes import TakeCache
 
     table = TABLES[args.table]
-    seeds = table.seeds if args.seeds is None else args.seeds
-    _check(args, seeds)
+    seeds = seeds_of(args.seeds, table.seeds)
+    _check(args)
     conditions = Conditions(
         lens_size_px=args.lens_px,
         noise=args.noise,
@@ -122,7 +130,7 @@ def run(args: argparse.Namespace) -> int:
     )
     asked = Asked(
         methods=("own",) if args.method == "own" else ("own", "paper"),
-        seeds=tuple(range(seeds)),
+        seeds=seeds,
         conditions=conditions,
         cache=TakeCache(),
         progress=text_progress(),
@@ -131,7 +139,7 @@ def run(args: argparse.Namespace) -> int:
         importlib.import_module(f"studio.evaluate.tables.{table.module}"), table.function
     )
     findings: Findings = evaluate(asked)
-    runs = "1 seed" if seeds == 1 else f"{seeds} seeds"
+    runs = "1 seed" if len(seeds) == 1 else f"{len(seeds)} seeds"
     caption = f"nexus evaluate {args.table} · {' and '.join(asked.methods)} · {runs}"
     if args.plot is not None:
         from studio.evaluate.drawings import write_drawings
@@ -140,15 +148,33 @@ def run(args: argparse.Namespace) -> int:
             print(f"figure: {path}", file=sys.stderr)
     if args.json:
         values = as_json(f"evaluate {args.table}", findings.rows)
-        print(json.dumps({**values, "seeds": seeds, "methods": list(asked.methods)}, indent=2))
+        print(json.dumps({**values, "seeds": len(seeds), "methods": list(asked.methods)}, indent=2))
     else:
         print(_as_text(findings, caption))
     return exit_code(findings.rows)
 
 
-def _check(args: argparse.Namespace, seeds: int) -> None:
+def seeds_of(text: str | None, usual: int) -> tuple[int, ...]:
+    """The seeds of "N", as many from 0 on, or of "A-B".
+
+    Args:
+        text: what was asked for; None for the usual number.
+        usual: number of runs.
+
+    Raises:
+        ValueError: it is neither, or not from 1 to 100 seeds.
+    """
+    found = re.fullmatch(r"(?:(\d{1,6})-)?(\d{1,6})", (text or str(usual)).strip())
+    if found is None:
+        raise ValueError(f"--seeds {text!r}: wanted a number of runs, or A-B such as 100-107")
+    first, last = (0, int(found[2]) - 1) if found[1] is None else (int(found[1]), int(found[2]))
+    if not 1 <= last - first + 1 <= MAX_RUNS:
+        raise ValueError(f"--seeds {last - first + 1}: wanted 1 to {MAX_RUNS} runs")
+    return tuple(range(first, last + 1))
+
+
+def _check(args: argparse.Namespace) -> None:
     limits = {
-        "--seeds": (seeds, 1, 100),
         "--lens-px": (args.lens_px, 64, 4096),
         "--noise": (args.noise, 0, 20),
         "--drift": (args.drift, 0, 20),
