@@ -151,7 +151,8 @@ def _unknown(
     """What the surroundings of a silhouette say of every pixel."""
     side = 2 * UNKNOWN_GAP_PX + 1
     near = np.clip(cv2.dilate(alpha, np.ones((side, side), np.uint8)), 0.0, 1.0)
-    outside = (1.0 - near) * (1.0 - observation.hidden[part])
+    outside = np.asarray((1.0 - near) * (1.0 - observation.hidden[part]), np.float32)
+    changed = np.asarray(outside * observation.changed[part], np.float32)
     kept = math.exp(-1.0 / max(reach_px, 1.0))
     live = observation.live[part]
     across, down = (
@@ -165,7 +166,7 @@ def _unknown(
         other = _spread_along(_spread_along(values, down, scale).T, across.T, scale).T
         return np.asarray(0.5 * (one + other), np.float32)
 
-    return _Unknown(spread(outside * observation.changed[part]), spread(outside))
+    return _Unknown(spread(changed), spread(outside))
 
 
 def _spread_along(values: FloatArray, passed: FloatArray, scale: float) -> FloatArray:
