@@ -202,7 +202,7 @@ def _back(task: Task, *, least: float = 0.0) -> Track:
     What was dragged along with a passer-by, or lost, may be where it last was in plain sight.
     """
     track, now = task.track, task.scene.frame.t_ns
-    stood = track.stood
+    stood = track.world_from_stood
     if stood is None or not is_other(task.model, stood, track.world_from_object):
         return track
     if not _shows_at(task, stood, least=least):
@@ -281,7 +281,7 @@ def _accept(
         reduced=fit.reduced,
     )
     if rests and not belief.found.is_covered and belief.found.nats > CLEAR_NATS:
-        seen = replace(seen, stood=track.world_from_object)
+        seen = replace(seen, world_from_stood=track.world_from_object)
     kept = 1.0 if rests else KEPT_SHARE
     seen = replace(seen, usual_nats=max(kept * track.usual_nats, belief.found.nats))
     if track.state is TrackState.STATIC and rests:
@@ -309,7 +309,7 @@ def _accept(
         return replace(
             seen,
             world_from_object=fit.world_from_object,
-            stood=fit.world_from_object,
+            world_from_stood=fit.world_from_object,
             motion=Motion.rest(now),
             state=TrackState.STATIC,
             still_frames=still_frames,

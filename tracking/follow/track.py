@@ -118,7 +118,7 @@ class Track:
         rest: how it looks at rest; None while it is not known to rest.
         reduced: its last reduced rendering; None before.
         appearance: its appearance where it last rested unoccluded; None before.
-        stood: the pose at which it last rested in plain sight; None before.
+        world_from_stood: the pose at which it last rested in plain sight; None before.
         seen_ns: frame time of the last accepted measurement.
         looked_ns: frame time of the last search around its last place; when it was seen, before.
         searched_ns: frame time of the last search over the whole scene.
@@ -144,7 +144,7 @@ class Track:
     rest: Rest | None
     reduced: ReducedRendering | None
     appearance: AppearanceMemory | None
-    stood: Pose | None
+    world_from_stood: Pose | None
     seen_ns: int
     looked_ns: int
     searched_ns: int
@@ -219,7 +219,7 @@ def new_track(model: TrackModel) -> Track:
         rest=None,
         reduced=None,
         appearance=None,
-        stood=None,
+        world_from_stood=None,
         seen_ns=0,
         looked_ns=0,
         searched_ns=-SEARCH_PERIOD_NS,

@@ -200,12 +200,12 @@ def _screened(
 
 
 def score_roughly(
-    scene: Scene, model: TrackModel, looks: Sequence[LensLook], pose: Pose, lens: int
+    scene: Scene, model: TrackModel, looks: Sequence[LensLook], world_from_object: Pose, lens: int
 ) -> Rough:
     """A pose with its rough likelihood in one of some looks."""
-    observation = _level(looks[lens], model, pose)
-    support = pose_support(observation, model, pose, scene.renderer, tolerance=ROUGHLY)
-    return support.nats, pose, lens
+    observation = _level(looks[lens], model, world_from_object)
+    support = pose_support(observation, model, world_from_object, scene.renderer, tolerance=ROUGHLY)
+    return support.nats, world_from_object, lens
 
 
 def _level(look: LensLook, model: TrackModel, pose: Pose) -> Observation:
@@ -261,10 +261,12 @@ def _is_beside(model: TrackModel, pose: Pose, other: Pose) -> bool:
 
 
 def window_about(
-    scene: Scene, model: TrackModel, neighbours: Sequence[Neighbour], pose: Pose
+    scene: Scene, model: TrackModel, neighbours: Sequence[Neighbour], world_from_object: Pose
 ) -> ObjectWindow:
     """The window about a place, as large as any yaw needs."""
-    evidence = gather(scene, model, view_of(scene, model, pose, at_any_yaw=True), neighbours)
+    evidence = gather(
+        scene, model, view_of(scene, model, world_from_object, at_any_yaw=True), neighbours
+    )
     return ObjectWindow(evidence, observe(scene, evidence))
 
 
@@ -292,13 +294,15 @@ def _rough_nats(
     ]
 
 
-def align_in_window(scene: Scene, model: TrackModel, window: ObjectWindow, start: Pose) -> Turned:
+def align_in_window(
+    scene: Scene, model: TrackModel, window: ObjectWindow, world_from_start: Pose
+) -> Turned:
     """A pose aligned at the window's own resolution, or the start if that is likelier."""
     observation = window.observation
-    moved = aligned_coarsely(observation, model, start, scene)
+    moved = aligned_coarsely(observation, model, world_from_start, scene)
     tried = [
         (pose_support(observation, model, pose, scene.renderer).nats, pose, window)
-        for pose in (start, moved)
+        for pose in (world_from_start, moved)
     ]
     return max(tried, key=lambda item: item[0])
 

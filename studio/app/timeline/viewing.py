@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from devices.clock import WallClock
+from devices.recording_index import is_whole
 from scenes.state import SceneState
 from studio.app.model.log import Level
 from studio.app.model.script import READING
@@ -117,7 +118,8 @@ class Viewing:
     def _opened(self, shown: OpenRecording, path: Path) -> OpenRecording | None:
         index = shown.index
         if index.is_empty:
-            self._refuse("warning", f"{index.path}: an empty recording: nothing to show")
+            why = "an empty recording" if is_whole(path) else "cut off before its first picture"
+            self._refuse("warning", f"{index.path}: {why}: nothing to show")
             return None
         if path != self.path:
             self.playback = None

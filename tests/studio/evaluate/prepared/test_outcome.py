@@ -24,8 +24,9 @@ def test_codes_residuals_size_scale_and_verdict_are_plain_values():
         ),
         sfm=SimpleNamespace(placed=range(12), failed=("9.jpg",), advice=("Film the corner.",)),
         alignment=SimpleNamespace(
-            metres_per_unit=lambda: (2.0, 0.01), warnings=(), anchors=(anchor,)
+            metres_per_unit=lambda: (2.0, 0.01), warnings=(), anchors=(anchor,), is_guess=False
         ),
+        capture=SimpleNamespace(not_read=lambda: "", notes=()),
         package=SimpleNamespace(room=Room(means=np.array([[0.0, -1, 0], [3, 1, 2.5]]))),
     )
     found = json.loads(json.dumps(outcome_of(prepared)))
