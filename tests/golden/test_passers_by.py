@@ -1,4 +1,4 @@
-"""What people do before objects at rest: nobody takes one along.
+"""People before objects at rest take none of them along.
 
 Simulated once a seed and tracked. While what is unknown was no coherent object, the chair ended 130
 to 148 cm off in both seeds.

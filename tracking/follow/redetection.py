@@ -139,7 +139,7 @@ def _is_look_due(task: Task) -> bool:
 
 
 def _nearby(task: Task) -> Nearby:
-    """Where a lost object may have gone since it was seen."""
+    """Places that a lost object may have gone to since it was seen."""
     waited_s = (task.scene.frame.t_ns - task.track.seen_ns) * 1e-9
     reach_m = min(NEARBY_M, JUMP_M + FASTEST_M_S * waited_s)
     last = task.track.world_from_object

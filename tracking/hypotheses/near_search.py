@@ -59,7 +59,7 @@ COMPARED = 2
 
 @dataclass(frozen=True, slots=True)
 class Nearby:
-    """Where an object may have gone since it was seen.
+    """Places that an object may have gone to since it was seen.
 
     Attributes:
         world_from_last: its last pose.

@@ -148,7 +148,7 @@ class _Unknown:
 def _unknown(
     observation: Observation, part: tuple[slice, slice], alpha: FloatArray, reach_px: float
 ) -> _Unknown:
-    """What the surroundings of a silhouette say of every pixel."""
+    """The probability of something unknown in every pixel, by a silhouette's surroundings."""
     side = 2 * UNKNOWN_GAP_PX + 1
     near = np.clip(cv2.dilate(alpha, np.ones((side, side), np.uint8)), 0.0, 1.0)
     outside = np.asarray((1.0 - near) * (1.0 - observation.hidden[part]), np.float32)
