@@ -32,9 +32,10 @@ from tracking.camera.rig_state import (
 )
 from tracking.evidence.evidence import Neighbour, Scene
 from tracking.follow.first_frame import settled
-from tracking.follow.follow import first_look, follow
-from tracking.follow.held import held, seen_anew
+from tracking.follow.follow import follow
+from tracking.follow.outcome import hold, see_anew
 from tracking.follow.redetection import Search, is_missing, redetect
+from tracking.follow.rest import first_look
 from tracking.follow.track import Task, Track, new_track, report
 from tracking.follow.yaw_review import is_under_review, was_reviewed
 from tracking.hypotheses.budget import NOMINAL_COSTS, StepCosts
@@ -166,7 +167,7 @@ class Tracker:
         notices = camera_notices(state.rig, rig, frame.t_ns)
         if rig.blind is not None:
             located = self._stopwatch()
-            tracks = {name: held(track, frame.t_ns) for name, track in state.tracks.items()}
+            tracks = {name: hold(track, frame.t_ns) for name, track in state.tracks.items()}
             following = replace(
                 state,
                 tracks=MappingProxyType(tracks), rig=rig, schedule=schedule, t_ns=frame.t_ns,
@@ -174,7 +175,7 @@ class Tracker:
             return following, self._output(following, frame, (began, located), notices)
         is_elsewhere = state.rig is not None and rig.background is not state.rig.background
         if is_elsewhere:
-            anew = {name: seen_anew(track) for name, track in state.tracks.items()}
+            anew = {name: see_anew(track) for name, track in state.tracks.items()}
             state = replace(state, tracks=MappingProxyType(anew))
         scene = self._scene(frame, rig, layers, is_first=schedule.is_first)
         rectified = self._stopwatch()

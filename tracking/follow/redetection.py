@@ -9,9 +9,9 @@ from functools import partial
 from scenes.state import TrackState
 from tracking.evidence.evidence import gather, view_of
 from tracking.evidence.observation import observe
-from tracking.follow.follow import rest_of
 from tracking.follow.local_search import FASTEST_M_S, JUMP_M
 from tracking.follow.posterior import HEAVY_HEIGHT_M
+from tracking.follow.rest import rest_of
 from tracking.follow.track import RESTING_FRAMES, SEARCH_PERIOD_NS, Review, Task, Track
 from tracking.hypotheses.assignment import Assignment, AssignmentCandidates, assign, is_same_spot
 from tracking.hypotheses.budget import FrameBudget
