@@ -1,7 +1,8 @@
-"""People before objects at rest take none of them along.
+"""People before objects at rest take none of them along, and a book that one lifts is followed.
 
 Simulated once a seed and tracked. While what is unknown was no coherent object, the chair ended 130
-to 148 cm off in both seeds.
+to 148 cm off in both seeds; while lost objects were looked for in the whole room alone, a lifted
+book was lost to the end.
 """
 
 from __future__ import annotations
@@ -14,8 +15,10 @@ from studio.evaluate.scores import VISIBLE_FRACTION, ScoreBoard
 from studio.session.opening import open_session
 from studio.session.plan import SessionPlan
 
-SCENARIO = Path(__file__).parent / "passers-by.toml"
+HERE = Path(__file__).parent
 SEEDS = (0, 1)
+LAST_FRAMES = 10
+"""Last pictures of a take, in which the book is carried slowly and put down."""
 
 pytestmark = [pytest.mark.golden, pytest.mark.timeout(900)]
 
@@ -23,11 +26,13 @@ pytestmark = [pytest.mark.golden, pytest.mark.timeout(900)]
 @pytest.fixture(scope="module")
 def boards():
     """The scores of one rehearsal a seed."""
-    return [played(seed) for seed in SEEDS]
+    return [played("passers-by", seed) for seed in SEEDS]
 
 
-def played(seed):
-    plan = SessionPlan(scene="lab", scenario=str(SCENARIO), seed=seed, methods=("own",))
+def played(scenario, seed):
+    plan = SessionPlan(
+        scene="lab", scenario=str(HERE / f"{scenario}.toml"), seed=seed, methods=("own",)
+    )
     session = open_session(plan)
     board = ScoreBoard(session.scene.objects)
     session.run(lambda output: board.add(output.shown.objects, output.message.truth.recorded))
@@ -44,3 +49,9 @@ def test_a_stool_that_somebody_passes_stays_where_it_is(boards):
     samples = [sample for board in boards for sample in board.samples("stool-2")]
     assert min(sample.visible for sample in samples) < 0.1
     assert max(sample.error.world_cm for sample in samples) < 3.0
+
+
+def test_a_book_lifted_fast_is_found_while_it_is_carried():
+    for seed in SEEDS:
+        samples = played("lifted-book", seed).samples("book-1")
+        assert max(sample.error.world_cm for sample in samples[-LAST_FRAMES:]) < 5.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -117,10 +117,8 @@ class RoomTrial:
         judged: list[Judged] = []
         for number in range(len(staged.stills)):
             judged += self.still(film, number)
-        state = self._method.start()
-        for seq, picture in enumerate(film.sequence()):
-            state, tracks = self._step(state, picture, seq)
-            judged += self._judged(SEQUENCE, picture, tracks)
+        for of_picture in self.session(SEQUENCE, film.sequence()):
+            judged += of_picture
         return TrackedRoom(
             tuple(judged), staged.moving, tuple(self._step_ms), tuple(self._first_ms)
         )
@@ -130,6 +128,13 @@ class RoomTrial:
         picture = film.still(number)
         _, tracks = self._step(self._method.start(), picture, 0)
         return self._judged(COLD, picture, tracks)
+
+    def session(self, name: str, pictures: Iterable[Picture]) -> Iterator[list[Judged]]:
+        """Pictures of one session, each judged."""
+        state = self._method.start()
+        for seq, picture in enumerate(pictures):
+            state, tracks = self._step(state, picture, seq)
+            yield self._judged(name, picture, tracks)
 
     def _step(
         self, state: Any, picture: Picture, seq: int

@@ -50,7 +50,7 @@ class Found:
     own_place: bool
 
 
-def evaluate(asked: Asked) -> Findings:
+def evaluate(asked: Asked, seconds: int = SECONDS) -> Findings:
     """Shuffle ten objects, once a seed, and start a session on a scan that knows the old places."""
     room, scene = ten_objects()
     trial = Trial(scene, asked.methods)
@@ -58,7 +58,7 @@ def evaluate(asked: Asked) -> Findings:
     with FilmSet(room, cache=asked.cache) as film_set:
         for seed in asked.seeds:
             poses = standing(shuffled(room, np.random.default_rng([seed, 10])))
-            taken = [Shot(k * SECOND_NS, poses) for k in range(SECONDS)]
+            taken = [Shot(k * SECOND_NS, poses) for k in range(seconds)]
             answers = performed(film_set, trial, taken, asked, seed=seed, what="ten objects")
             for name, answer in last_of(answers).items():
                 ends[name].append(judged(room, answer))
@@ -66,7 +66,7 @@ def evaluate(asked: Asked) -> Findings:
     for method, runs in ends.items():
         findings.rows.extend(_rows(method, runs))
         findings.text.append(_table(method, runs))
-    findings.drawings.append(Drawing("recover", lambda figure: _draw(figure, ends)))
+    findings.drawings.append(Drawing("recover", lambda figure: _draw(figure, ends, seconds)))
     return findings
 
 
@@ -141,7 +141,7 @@ def _table(method: str, runs: Sequence[Sequence[Found]]) -> str:
     return f"recover: {TITLES[method]} (medians over the seeds)\n{aligned(lines)}"
 
 
-def _draw(figure: Figure, ends: Mapping[str, Sequence[Sequence[Found]]]) -> None:
+def _draw(figure: Figure, ends: Mapping[str, Sequence[Sequence[Found]]], seconds: int) -> None:
     axes = figure.add_subplot()
     for method, colour, shift in (("own", OWN, -0.12), ("paper", OTHER, 0.12)):
         for number, run in enumerate(ends.get(method, ())):
@@ -152,5 +152,5 @@ def _draw(figure: Figure, ends: Mapping[str, Sequence[Sequence[Found]]]) -> None
             axes.set_xticks(np.arange(len(run)), [found.object_id for found in run], rotation=40)
     axes.axhline(RIGHT_CM, color="0.5", lw=1, ls="--")
     axes.set_yscale("log")
-    axes.set_ylabel(f"world error after {SECONDS} s, cm")
+    axes.set_ylabel(f"world error after {seconds} s, cm")
     axes.legend()
