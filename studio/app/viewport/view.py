@@ -96,6 +96,7 @@ class TwinView(QWidget):
         self._press = self._last = QPointF()
         self._drag: Drag | None = None
         self._drags = 0
+        self._is_covered = False
         self.setMinimumSize(240, 160)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -133,9 +134,16 @@ class TwinView(QWidget):
         height = 2 * max(8, round(0.5 * self.height() * scale))
         return Pinhole.from_fov(width, height, FIELD_OF_VIEW)
 
+    def cover(self, is_covered: bool) -> None:
+        """Neither shown nor drawn while something else has its place."""
+        if is_covered != self._is_covered:
+            self._is_covered = is_covered
+            self.setVisible(not is_covered)
+            self.redraw()
+
     def redraw(self) -> None:
         """Ask for a picture of what is now."""
-        if self._painter is None or self.viewer is None:
+        if self._painter is None or self.viewer is None or self._is_covered:
             return
         bench, scene = self.bench, self.bench.scene
         rig = bench.state.world_from_rig or (scene.world_from_rig if scene else None)
