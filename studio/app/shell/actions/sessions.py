@@ -30,7 +30,7 @@ def add_session_actions(bench: Workbench, run: SessionRun) -> None:
         elif document.scenario_name:
             words += ["--scenario", document.scenario_name]
         words += ["--seed", str(document.seed if seed is None else seed)]
-        words += ["--out", out or str(run.out / "rehearsal"), "--no-paper"]
+        words += [*(["--out", out] if out else []), "--no-paper"]
         return shlex.join(words + (["--paced"] if paced else []))
 
     def make_live(corners: list[list[float]], name: str = "") -> None:
