@@ -29,6 +29,7 @@ from studio.live.placing import (
 )
 from studio.live.relocation import Lookout, Relocation
 from studio.live.setup import LiveSetup
+from studio.live.shortfalls import Losses
 from studio.live.status import LiveState, LiveStatus
 from studio.session.latency import Latencies
 from studio.session.opening import open_live_session, scene_hash
@@ -127,6 +128,7 @@ class LiveSession:
         self._relocation = Relocation(
             locate, self._look, done=self._relocated, failed=self._not_relocated
         )
+        self._losses = Losses(scene)
         self._tap = PacketTap()
         self._receiver = CameraReceiver(setup.camera, clock, packets=self._tap, stream_id=STREAM_ID)
         voice = Voice(self._say, self._note)
@@ -262,6 +264,7 @@ class LiveSession:
             0 if session is None else session.counts[0],
             0 if session is None else session.counts[1],
             dict(Counter(str(track.state) for track in tracks)),
+            self._losses.lost,
             (self._clock.now_ns() - live_ns) / 1e9 if live_ns else None,
             "" if session is None else session.recording_failure,
             self._relocation.is_lost,
@@ -372,6 +375,11 @@ class LiveSession:
             if self._last is not None:  # the first picture's search is nobody's delay
                 self.latencies.add(stages)
         self._relocation.notice(output.shown.notices, output.now_ns)
+        dropped = 0 if self._session is None else self._session.counts[1]
+        for words in self._losses.notice(
+            output.shown.objects, dropped=dropped, is_camera_lost=self._relocation.is_lost
+        ):
+            self._note("lost", words)
         if self._last is None:
             self._first_ns = output.now_ns
             self._say(LiveState.READY, "objects found: go live")

@@ -150,7 +150,8 @@ def _headless(args: argparse.Namespace) -> int:
             rehearsed.wait_for_stream(lambda text: print(text, file=sys.stderr))
         elif session.status().listening_at:
             print(f"enter in the camera: {session.status().listening_at}", file=sys.stderr)
-        checks = run_checks(live_checks(session, recordings=out))
+        simulated = None if rehearsed is None else lambda: "it streams"
+        checks = run_checks(live_checks(session, recordings=out, simulated=simulated))
         save_checks(checks, out / "preflight.json")
         _print_checks(checks)
         result = _play(session, rehearsed, args)

@@ -1,4 +1,4 @@
-"""Where a verb leaves its results: never in the place of an earlier one unless that is asked for."""
+"""Where a verb leaves its results: not in the place of earlier ones unless that is asked for."""
 
 from __future__ import annotations
 

@@ -165,7 +165,9 @@ class LiveDock(QWidget):
         banner = banner_of(status, session.events(), now_ns=session.now_ns())
         drawing = job.drawing if job is not None else ""
         self.head.show_status(status, banner, drawing=drawing, is_locating=session.is_locating)
-        self.camera.show_session(session, status, layout=self.live.shown_layout())
+        is_simulated = job is not None and job.plan.is_simulated
+        layout = self.live.shown_layout()
+        self.camera.show_session(session, status, layout=layout, is_simulated=is_simulated)
         stages = {stage.name: stage for stage in status.stages}
         whole = stages.pop("whole", None)
         self.latency.show_stages(tuple(stages.values()), whole)
