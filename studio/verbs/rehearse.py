@@ -73,7 +73,7 @@ def run(args: argparse.Namespace) -> int:
     from studio.rehearsal import perform
     from studio.session.plan import Pace, SessionPlan
 
-    out = result_folder(args, DEFAULT_OUT)
+    out = args.out = result_folder(args, DEFAULT_OUT)
     plan = SessionPlan(
         scene=scene_to_rehearse(args),
         scenario=args.scenario,
@@ -110,7 +110,7 @@ def run_sweep(args: argparse.Namespace) -> int:
     from studio.sweep.results import SWEEP_HTML
     from studio.sweep.sweep import sweep
 
-    target = args.out or DEFAULT_SWEEP_OUT
+    target = args.out = args.out or DEFAULT_SWEEP_OUT
     scene = scene_to_rehearse(args)
     scene = scene if scene in SAMPLE_NAMES else str(Path(scene).resolve())
     if args.scenario is not None or args.paced:

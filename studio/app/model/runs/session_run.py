@@ -11,7 +11,7 @@ from studio.app.model.documents.arranged import arranged_text
 from studio.app.model.documents.document import Document, TrackerChoice
 from studio.app.model.jobs.scene_job import SceneJob
 from studio.app.model.jobs.share_job import ShareJob
-from studio.app.model.runs.ending import Ending, ending_of
+from studio.app.model.runs.ending import Ending, ending_of, remedies_of
 from studio.app.model.runs.session_folders import SessionFolders, let_go, reserved
 from studio.app.model.runs.trackers import Trackers
 from studio.app.model.workbench import Topic, Workbench
@@ -130,12 +130,15 @@ class SessionRun:
         """
         self._begin(self._make_job(scene), then)
 
-    def rehearse(self, *, out: Path | None = None, is_paced: bool = False) -> None:
+    def rehearse(
+        self, *, out: Path | None = None, is_paced: bool = False, trains_again: bool = False
+    ) -> None:
         """Play the document's scenario in its scene.
 
         Args:
             out: folder for the results, or one named after it if it is there; None for a new one.
             is_paced: in real time, dropping frames, instead of every frame in its own time.
+            trains_again: train the scan's photos first, as objects cut out of it need.
 
         Raises:
             ValueError: a session is playing, or the chosen tracker is not there.
@@ -155,7 +158,7 @@ class SessionRun:
             arranged=arranged_text(document.twin),
         )
         folder = self.new_folder(document.scenario_name or "rehearsal", out=out)
-        self.play(self._make_job(plan.scene, plan, folder, keeps=True))
+        self.play(self._make_job(plan.scene, plan, folder, keeps=True, trains_again=trains_again))
 
     def track_again(self, recording: Path, out: Path | None = None) -> None:
         """Track the pictures of a recording with the chosen tracker.
@@ -354,25 +357,26 @@ class SessionRun:
         self._let_go()
         if self.is_playing:
             self._bench.end_session(ending.shown if following is None else None)
-        self._say(ending, is_followed=following is not None)
+        self._say(job, ending, is_followed=following is not None)
         self._bench.announce(Topic.SESSION)
         if following is not None:
             self._begin(*following)
         elif job.opened is not None and not job.plays and not (then and job.stops):
             (then or self._bench.show_scene)(job.opened)
 
-    def _say(self, ending: Ending, *, is_followed: bool) -> None:
+    def _say(self, job: SceneJob, ending: Ending, *, is_followed: bool) -> None:
         bench, kept = self._bench, ending.kept
         self.line = f"✖ {ending.line}" if ending.is_failure else ending.line
         if ending.level is not None:
             bench.say(ending.level, ending.line)
         if ending.is_failure and not is_followed:
-            bench.notify(ending.line)
+            bench.notify(ending.line, "error", remedies_of(job, bench.do))
         if kept is not None and not is_followed:
-            bench.notify(ending.line, "info", {"Look at it": lambda: self._look_at(kept)})
-
-    def _look_at(self, recording: Path) -> None:
-        self._bench.do("timeline.open", path=str(recording))
+            bench.notify(
+                ending.line,
+                "info",
+                {"Look at it": lambda: bench.do("timeline.open", path=str(kept))},
+            )
 
     def _let_go(self) -> None:
         """A session that has left nothing leaves no folder, either."""

@@ -17,12 +17,18 @@ def add_session_actions(bench: Workbench, run: SessionRun) -> None:
     """Add what the Session menu holds."""
     TrackerActions(bench, run).add()
 
-    def rehearse(out: str = "", seed: int | None = None, paced: bool = False) -> None:
+    def rehearse(
+        out: str = "", seed: int | None = None, paced: bool = False, trains_again: bool = False
+    ) -> None:
         if seed is not None and seed != bench.document.seed:
             bench.change(f"Seed {seed}", replace(bench.document, seed=int(seed)))
-        run.rehearse(out=Path(out) if out else None, is_paced=paced)
+        place = Path(out) if out else None
+        run.rehearse(out=place, is_paced=paced, trains_again=trains_again)
 
-    def command(out: str = "", seed: int | None = None, paced: bool = False) -> str:
+    def command(
+        out: str = "", seed: int | None = None, paced: bool = False, trains_again: bool = False
+    ) -> str:
+        del trains_again  # the verb does it where it is needed
         document = bench.document
         words = ["nexus", "rehearse", document.scene]
         if document.scenario:
@@ -68,7 +74,7 @@ def add_session_actions(bench: Workbench, run: SessionRun) -> None:
             rehearse,
             "play the scenario with a simulated camera, and track the objects in its video",
             "F5",
-            ("out", "seed", "paced"),
+            ("out", "seed", "paced", "trains_again"),
             available=lambda: bench.scene is not None and not run.is_busy and not run.is_playing,
             command=command,
             icon="mdi6.play",
