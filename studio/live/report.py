@@ -32,7 +32,7 @@ def live_rows(result: LiveResult) -> list[Row]:
         Row("live.duration_s", result.duration_s, "s"),
         Row("live.live_s", result.live_s, "s"),
         Row("live.frames", float(0 if session is None else session.frames), ""),
-        Row("live.dropped", float(0 if session is None else session.dropped), ""),
+        Row("live.dropped", float(result.dropped), ""),
         Row("live.camera.pictures", float(camera.pictures), ""),
         Row("live.camera.damaged", float(camera.damaged), ""),
         Row("live.camera.connections", float(camera.connections), ""),
@@ -107,9 +107,9 @@ def _drops(result: LiveResult) -> str:
     session, live_s = result.session, max(result.duration_s, 1e-3)
     if session is None:
         return ""
-    came = session.frames + session.dropped
+    came = session.frames + result.dropped
     words = drop_words(came_hz=came / live_s, tracked_hz=session.frames / live_s)
-    return f"{session.dropped} of {came} pictures were not tracked. {words}" if words else ""
+    return f"{result.dropped} of {came} pictures were not tracked. {words}" if words else ""
 
 
 def _calibration(result: LiveResult) -> str:

@@ -51,7 +51,7 @@ class LiveStatus:
         stages: durations of the last pictures by stage; `whole` is from a picture's capture to its
             poses where the camera's stream has times, else from its last byte.
         frames: pictures that were tracked.
-        dropped: pictures that came while the tracker was busy.
+        dropped: pictures that came while the tracker was busy, after the first tracked one.
         objects: how many objects are in each state of tracking.
         lost: why each lost object is lost, by its id.
         live_s: seconds since it went live; None before.

@@ -124,8 +124,8 @@ class CameraView(QWidget):
         mark = f"{SHAPES['warning']} " if is_held else ""
         self._put("Last picture", mark + age_words(camera.last_age_ns))
         self._colour("Last picture", "warning" if is_held else "")
-        self._rates.count(camera.pictures, status.frames, time.monotonic())
-        self._put("Rate", f"{figures(self._rates.came_hz, '5.1f')} /s")
+        self._rates.count(camera.pictures, status, time.monotonic())
+        self._put("Rate", f"{figures(self._rates.decoded_hz, '5.1f')} /s")
         self._put("Tracked", f"{figures(status.frames, '7d')}")
         self._show_drops(status, is_simulated=is_simulated)
         gaps = sum(event.kind == "camera-gap" for event in session.events())
@@ -200,22 +200,25 @@ class CameraView(QWidget):
 
 
 class Rates:
-    """Pictures that came and were tracked a second, over the last `RATE_S`."""
+    """Pictures a second over the last `RATE_S`: decoded, sent to the tracker, and tracked."""
 
     def __init__(self) -> None:
-        self.came_hz = self.tracked_hz = 0.0
-        self._since: tuple[int, int, float] | None = None
+        self.decoded_hz = self.came_hz = self.tracked_hz = 0.0
+        self._since: tuple[int, int, int, float] | None = None
 
-    def count(self, came: int, tracked: int, now_s: float) -> None:
+    def count(self, decoded: int, status: LiveStatus, now_s: float) -> None:
         """Take how many there were so far."""
-        if self._since is None or came < self._since[0]:
-            self._since = came, tracked, now_s
+        came, tracked = status.frames + status.dropped, status.frames
+        since = self._since
+        if since is None or decoded < since[0] or came < since[1]:
+            self._since = decoded, came, tracked, now_s
             return
-        took_s = now_s - self._since[2]
+        took_s = now_s - since[3]
         if took_s >= RATE_S:
-            self.came_hz = (came - self._since[0]) / took_s
-            self.tracked_hz = (tracked - self._since[1]) / took_s
-            self._since = came, tracked, now_s
+            self.decoded_hz = (decoded - since[0]) / took_s
+            self.came_hz = (came - since[1]) / took_s
+            self.tracked_hz = (tracked - since[2]) / took_s
+            self._since = decoded, came, tracked, now_s
 
 
 _SMOOTH = Qt.TransformationMode.SmoothTransformation
