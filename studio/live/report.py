@@ -12,6 +12,7 @@ import numpy as np
 
 from scenes.formats.storage.atomic import write_file
 from studio.console.rows import Row, as_json
+from studio.console.spoken import spoken
 from studio.live.live import LiveResult
 from studio.live.shortfalls import drop_words
 from studio.reports.page import page
@@ -75,6 +76,7 @@ def write_report(
     text = page("live.html.j2").render(
         scene=scene,
         rows=rows,
+        spoken=spoken,
         checks=checks,
         events=[(_clock(event.t_ns - begun_ns), event) for event in result.events],
         changes=[(_clock(change.t_ns - begun_ns), change.text) for change in result.changes],

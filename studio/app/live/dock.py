@@ -195,7 +195,7 @@ class LiveDock(QWidget):
         if job is None or job.running or job.report is None or job.report == self._shown_report:
             return
         self._shown_report = job.report
-        self.report.setHtml(report_page(job.report.parent))
+        self.report.setHtml(report_page(job.report.parent, self._bench.name_of))
         self.browser_button.setEnabled(True)
         self.show_tab("Report")
 

@@ -43,6 +43,8 @@ SCALE = (
 )
 POLL_MS = 300
 STATES = {"running": ("calm", "runs"), "done": ("good", "done"), "failed": ("bad", "failed")}
+NAMES = {"outdoor points": "outside the windows"}
+"""Stages whose names say too little, as people read them."""
 BAR_CELLS = 10
 QUALITIES = {
     "preview": "preview: half a minute of training",
@@ -265,7 +267,8 @@ class RoomPage(QScrollArea):
             bar = f"{'█' * full}{'░' * (BAR_CELLS - full)} {100 * stage.done:3.0f} %"
             left_s = stage.spent_s if stage.state == "done" else stage.left_s
             left = "" if left_s is None else f"{left_s:4.0f} s"
-            item = QTreeWidgetItem([stage.name, f"{SHAPES[kind]} {words}", bar, left])
+            name = NAMES.get(stage.name, stage.name)
+            item = QTreeWidgetItem([name, f"{SHAPES[kind]} {words}", bar, left])
             item.setForeground(1, QColor(getattr(theme, kind)))
             item.setToolTip(0, stage.note)
             self.stages.addTopLevelItem(item)

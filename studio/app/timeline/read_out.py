@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from studio.app.model.documents.document import Marker
+from studio.app.scenario.fields import fault_title
 from studio.app.shell.theme import figures
 from studio.app.timeline.opening import OpenRecording
 from studio.app.timeline.recorded.columns import STATE, STATES, last_at
+from studio.console.spoken import with_names
 
 NEAR_NS = 150_000_000
 """Events and markers as near as this are named: one or two frames of a slow camera."""
@@ -40,10 +42,11 @@ def read_out(
     if curve is not None and at >= 0:
         words.append(f"off by {curve.world_cm[at]:.1f} cm, {curve.yaw_deg[at]:.1f}°")
     words += [
-        f"fault {span.name} {span.largest:g}"
+        f"{fault_title(span.name)} {span.largest:g}"
         for span in shown.faults
         if span.from_ns <= t_ns < span.to_ns
     ]
     words += [m.text for m in markers if abs(m.t_ns - t_ns) <= NEAR_NS]
+    ids = shown.index.tracks
     near = [e.text for e in shown.index.events if abs(e.t_ns - t_ns) <= NEAR_NS]
-    return "   ".join([*words, *near[:2]])
+    return "   ".join([*words, *(with_names(text, ids, name) for text in near[:2])])

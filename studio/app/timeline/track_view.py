@@ -24,6 +24,7 @@ from PySide6.QtWidgets import QWidget
 
 from scenes.state import TrackState
 from studio.app.model.documents.document import Marker
+from studio.app.scenario.fields import fault_title
 from studio.app.shell.theme import Theme
 from studio.app.timeline.curves import GUTTER_PX, curve_pen
 from studio.app.timeline.opening import OpenRecording
@@ -248,11 +249,12 @@ class TrackView(QWidget):
             box = self._box(span.from_ns, span.to_ns, top)
             painter.fillRect(box, QBrush(QColor(theme.warning), Qt.BrushStyle.HorPattern))
             painter.drawRect(box)
-            width = QFontMetricsF(painter.font()).horizontalAdvance(span.name) + 8
+            title = fault_title(span.name)
+            width = QFontMetricsF(painter.font()).horizontalAdvance(title) + 8
             if box.left() >= free_x and width <= box.width():
                 label = QRectF(box.left() + 2, box.top(), width, box.height())
                 painter.fillRect(label, QColor(theme.panel))
-                painter.drawText(label, Qt.AlignmentFlag.AlignCenter, span.name)
+                painter.drawText(label, Qt.AlignmentFlag.AlignCenter, title)
                 free_x = label.right()
 
     def _draw_states(

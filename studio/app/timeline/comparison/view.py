@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt
@@ -21,11 +22,12 @@ from PySide6.QtWidgets import (
 )
 
 from devices.clock import WallClock
-from studio.app.devices.report_html import UNITS, spoken
 from studio.app.timeline.comparison.beside import Beside, Called
 from studio.app.timeline.comparison.forking import TwoRuns
 from studio.app.timeline.playback import Playback
 from studio.compare.verdicts import Compared
+from studio.console.spoken import UNITS, spoken
+from studio.console.spoken import Called as Names
 
 COLUMNS = ("Figure", "A", "B", "B − A", "Unit", "Verdict")
 SHARES = (3, 2)
@@ -41,11 +43,12 @@ class ComparedModel(QAbstractTableModel):
 
     Args:
         rows: the figures.
+        called: what the object of an id is called.
     """
 
-    def __init__(self, rows: Sequence[Compared]) -> None:
+    def __init__(self, rows: Sequence[Compared], called: Names) -> None:
         super().__init__()
-        self._rows = rows
+        self._rows, self._called = rows, called
 
     def rowCount(self, parent: Index = ROOT) -> int:
         """See Qt."""
@@ -75,7 +78,7 @@ class ComparedModel(QAbstractTableModel):
         sign = "✖ " if row.worse else "● " if row.verdict in ("same", "better") else "○ "
         numbers = (_number(row.a), _number(row.b), _number(row.difference, "+"))
         unit = UNITS.get(row.unit, row.unit)
-        return (spoken(row.name), *numbers, unit, sign + row.verdict)[index.column()]
+        return (spoken(row.name, self._called), *numbers, unit, sign + row.verdict)[index.column()]
 
 
 class ComparisonView(QWidget):
@@ -101,7 +104,7 @@ class ComparisonView(QWidget):
         super().__init__()
         self.playback: Playback | None = None
         """Of both runs; None while nothing is compared."""
-        self._scrub, self._cover = scrub, cover
+        self._scrub, self._cover, self._called = scrub, cover, called
         self._shown_ns = -1
         self.table = _table()
         self.beside = Beside(called)
@@ -137,7 +140,9 @@ class ComparisonView(QWidget):
     def show_comparison(self, compared: TwoRuns) -> None:
         """Show two runs, from where they differ."""
         comparison = compared.comparison
-        self._model = ComparedModel(sorted(comparison.rows, key=lambda row: not row.worse))
+        called = partial(self._called, scene=comparison.scene)
+        rows = sorted(comparison.rows, key=lambda row: not row.worse)
+        self._model = ComparedModel(rows, called)
         self.table.setModel(self._model)
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
