@@ -41,7 +41,9 @@ class StatusLine:
         run = self._run
         self._line.setText(run.line)
         session = None if run.job is None else run.job.session
-        if session is not None and run.output is not None:
+        if not run.is_playing:
+            self._count.clear()  # the timeline says which instant is shown
+        elif session is not None and run.output is not None:
             frame = run.output.input.frame
             self._count.setText(f"{frame.t_ns / 1e9:6.1f} s   frame {frame.seq:5d}")
         kind = "good" if run.is_playing else "calm"

@@ -247,7 +247,7 @@ class TimelineDock(QWidget):
             playing.seek(t_ns)
             self._show_instant()
             if has_ended:
-                self.bench.note("timeline.seek", t_s=round(playing.t_ns / 1e9, 3))
+                self.bench.note("timeline.seek", t_s=round(playing.seconds(playing.t_ns), 3))
 
     def _on_hover(self, t_ns: int | None, object_id: str) -> None:
         if t_ns is None or self.shown is None:
@@ -304,7 +304,8 @@ class TimelineDock(QWidget):
 
     def seek(self, t_s: float) -> None:
         """Go to a time of the session, seconds."""
-        self._playing().seek(round(float(t_s) * 1e9))
+        playing = self._playing()
+        playing.seek(playing.instant_ns(float(t_s)))
         self._show_instant()
 
     def step(self, frames: int) -> None:
@@ -330,7 +331,7 @@ class TimelineDock(QWidget):
         playback.seek(failure.t_ns)
         self.bench.select(failure.object_id)
         name = self.bench.name_of(failure.object_id)
-        self.bench.say("info", f"{name} {failure.text} at {failure.t_ns / 1e9:.2f} s")
+        self.bench.say("info", f"{name} {failure.text} at {playback.seconds(failure.t_ns):.2f} s")
 
     def change_speed(self, steps: int) -> None:
         """Slower or faster."""
@@ -347,10 +348,11 @@ class TimelineDock(QWidget):
     def mark(self, text: str = "", t_s: float | None = None) -> None:
         """Add a marker to the document, here unless a time is given."""
         document = self.bench.document
-        t_ns = self._playing().t_ns if t_s is None else round(float(t_s) * 1e9)
+        playing = self._playing()
+        t_ns = playing.t_ns if t_s is None else playing.instant_ns(float(t_s))
         marker = Marker(t_ns, text or f"Marker {len(document.markers) + 1}")
         markers = tuple(sorted((*document.markers, marker), key=lambda item: item.t_ns))
-        self.bench.change(f"Mark {t_ns / 1e9:.2f} s", replace(document, markers=markers))
+        self.bench.change(f"Mark {playing.seconds(t_ns):.2f} s", replace(document, markers=markers))
 
     def close_recording(self) -> None:
         """Close it."""

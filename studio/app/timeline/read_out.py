@@ -32,7 +32,7 @@ def read_out(
         markers: the document's.
         name: gives what an object of an id is called.
     """
-    words = [f"{figures(t_ns / 1e9, '7.2f')} s"]
+    words = [f"{figures((t_ns - shown.index.origin_ns) / 1e9, '7.2f')} s"]
     tracks = shown.index.tracks.get(object_id)
     number = -1 if tracks is None else tracks.newest(t_ns)
     if tracks is not None and number >= 0:

@@ -207,10 +207,10 @@ class TrackView(QWidget):
         width_s = (self.to_ns - self.from_ns) / 1e9
         most = max((self.width() - GUTTER_PX) / TICK_PX, 1.0)
         step_s = next((step for step in TICKS_S if width_s / step <= most), TICKS_S[-1])
-        for t_s in np.arange(
-            np.ceil(self.from_ns / 1e9 / step_s) * step_s, self.to_ns / 1e9, step_s
-        ):
-            x = round(self.x_of(round(t_s * 1e9)))
+        origin_ns = 0 if self._shown is None else self._shown.index.origin_ns
+        from_s, to_s = ((t_ns - origin_ns) / 1e9 for t_ns in (self.from_ns, self.to_ns))
+        for t_s in np.arange(np.ceil(from_s / step_s) * step_s, to_s, step_s):
+            x = round(self.x_of(origin_ns + round(t_s * 1e9)))
             painter.setPen(QColor(theme.line))
             painter.drawLine(x, RULER_PX - 6, x, self.height())
             painter.setPen(QColor(theme.faint))

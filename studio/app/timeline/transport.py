@@ -112,11 +112,12 @@ class Transport(QWidget):
             picture_ns: when the camera's picture was taken, if it is not that of the playhead.
         """
         due = picture_ns is not None and not playback.is_playing
-        picture = f"  picture of {(picture_ns or 0) / 1e9:.2f} s" if due else ""
+        picture = f"  picture of {playback.seconds(picture_ns or 0):.2f} s" if due else ""
         playing = "▶" if playback.is_playing else "‖"
         loop = "  loop" if playback.is_looping else ""
         self.time.setText(
-            f"{playing}{figures(playback.t_ns / 1e9, '8.2f')} s of {playback.end_ns / 1e9:.1f} s"
+            f"{playing}{figures(playback.seconds(playback.t_ns), '8.2f')} s of "
+            f"{playback.seconds(playback.end_ns):.1f} s"
             f"  ×{playback.speed:g}{loop}{picture}"
         )
 

@@ -133,6 +133,7 @@ class Viewing:
                 index.frames_ns.tolist(),
                 start_ns=index.start_ns,
                 end_ns=index.end_ns,
+                origin_ns=index.origin_ns,
                 clock=WallClock(),
             )
         self._stop_pictures()

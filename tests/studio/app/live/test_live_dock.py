@@ -63,6 +63,11 @@ def test_from_the_first_check_to_the_report_with_one_button(opened):
     timeline = opened.window.content("timeline")
     opened.until(lambda: timeline.is_open)
     assert opened.bench.recording == job.recording
+    # Its time begins at 0 s, however long the camera was waited for.
+    assert timeline.playback.start_ns > 0
+    opened.until(lambda: "0.00 s of" in timeline.transport.time.text())
+    opened.bench.do("timeline.seek", t_s=0.2)
+    assert timeline.playback.t_ns == timeline.playback.start_ns + 200_000_000
 
 
 def test_an_address_that_is_none_is_refused_in_words(opened):
