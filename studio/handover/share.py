@@ -10,6 +10,7 @@ from enum import StrEnum
 from pathlib import Path
 
 from devices.recording import read_session
+from devices.recording_index import is_whole
 from devices.session_info import SessionInfo
 from scenes.formats.storage.atomic import write_folder
 from scenes.opening import open_scene
@@ -36,6 +37,8 @@ VIEWER_BYTES = 25_000_000
 
 SHEET_BYTES = 5_000_000
 """More than both sheets and their pictures take, for the estimate of the disk space."""
+
+CUT_OFF = "the recording was cut off; what was shared ends where it does"
 
 STILLS = 4
 """Pictures on the session sheet, chosen: two rows of two fill the rest of its page."""
@@ -67,6 +70,7 @@ class Shared:
         splats: in the viewer; 0 without one.
         of_splats: in the scene.
         parts: that were made.
+        note: what to know of it, in words; empty if all is as it should be.
     """
 
     folder: Path
@@ -78,6 +82,7 @@ class Shared:
     splats: int
     of_splats: int
     parts: frozenset[Part] = ALL
+    note: str = ""
 
     @property
     def paths(self) -> tuple[Path, ...]:
@@ -158,6 +163,7 @@ def share(
         splats=0 if made[-1] is None else made[-1].splats,
         of_splats=0 if made[-1] is None else made[-1].of_splats,
         parts=parts,
+        note="" if is_whole(folder / RECORDING) else CUT_OFF,
     )
 
 
@@ -281,7 +287,11 @@ def _write_sheets(
     package: ScenePackage,
     page: ViewerPage | None,
 ) -> None:
-    notes = [] if page is None else [("viewer", f"{page.splats} of {page.of_splats} splats")]
+    notes: list[tuple[str, str]] = (
+        [] if page is None else [("viewer", f"{page.splats} of {page.of_splats} splats")]
+    )
+    if not is_whole(folder / RECORDING):
+        notes.append(("note", f"{CUT_OFF}, at {moments.end_ms / 1000.0:.1f} s"))
     if scene_hash(package) != info.scene_hash:
         notes.append(("note", "the scene has changed since; the viewer shows the newer one"))
     sheet = sheet_of(

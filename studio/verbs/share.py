@@ -58,6 +58,8 @@ def run(args: argparse.Namespace) -> int:
     else:
         for path in shared.paths:
             print(f"{path.stat().st_size / 1e6:8.2f} MB  {path}")
+    if shared.note:
+        print(f"note: {shared.note}", file=sys.stderr)
     print(f"open {shared.first}, or send it", file=sys.stderr)
     return 0
 

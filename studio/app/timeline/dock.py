@@ -237,7 +237,8 @@ class TimelineDock(QWidget):
                 self.viewing.show_instant()
             return
         t_ns = self.viewing.show_instant()
-        self.transport.show_time(playing, self.viewing.other_picture_ns)
+        cut = "" if self.shown is None else self.shown.cut
+        self.transport.show_time(playing, self.viewing.other_picture_ns, cut=cut)
         if t_ns is not None:
             self.rows.set_playhead(t_ns)
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from studio.app.model.jobs.share_job import ShareJob
+from studio.app.model.log import Level
 from studio.app.model.runs.session_folders import let_go
 from studio.app.model.workbench import Topic, Workbench
 
@@ -76,12 +77,14 @@ class HandingOver:
         size = f"{first.name} ({first.stat().st_size / 1e6:.1f} MB)"
         use = "opens in any browser, without a network" if first == shared.viewer else "is ready"
         words = f"Shared in {shared.folder}: {size} {use}; send it or open it"
-        bench.say("info", words)
+        level: Level = "warning" if shared.note else "info"
+        words += f". Note: {shared.note}" * bool(shared.note)
+        bench.say(level, words)
         ways = {
             "Open folder": lambda: bench.do(SHOW),
             f"Open {first.name}": lambda: bench.do(OPEN),
         }
-        bench.notify(words, "info", ways)
+        bench.notify(words, level, ways)
 
     def close(self) -> None:
         """Cancel and wait."""

@@ -61,6 +61,25 @@ def test_place_and_content_are_chosen_and_the_folder_is_one_click_away(
     assert opened == [str(folder)]
 
 
+def test_a_recording_that_was_cut_off_says_so_in_the_timeline_and_when_shared(
+    desk, rehearsed, tmp_path
+):
+    """Its last bytes are missing, as a full disk or a crash leaves it."""
+    recording, bench = rehearsed / "recording.mcap", desk.window.bench
+    timeline = desk.window.content("timeline")
+    assert "cut off" not in timeline.transport.time.text()
+    recording.write_bytes(recording.read_bytes()[:-30])
+    desk.window.show_dock("timeline")
+    desk.click(timeline.transport.buttons["timeline.close"])
+    bench.do("timeline.open", path=str(recording))
+    desk.until(lambda: timeline.is_open and "(cut off)" in timeline.transport.time.text(), 20)
+    assert "shown as far as it goes" in desk.window.problem.text
+    bench.do("share.make", out=str(tmp_path / "cut"), parts=["sheet"])
+    desk.until(lambda: not desk.window.run.is_sharing)
+    assert "the recording was cut off" in desk.window.problem.text
+    assert "the recording was cut off" in (tmp_path / "cut" / "session-sheet.md").read_text()
+
+
 def test_nothing_chosen_or_cancelled_makes_nothing(desk, rehearsed):
     asked = dialog(desk)
     for box in asked.parts.values():
