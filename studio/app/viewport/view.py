@@ -68,7 +68,8 @@ class TwinView(QWidget):
         bench: what is shown.
         layers: which layers, and those that take a while to make.
         drawings: what it draws the scene with, shared with other views.
-        finished: called with the places when a tool has what it needs.
+        finished: called with the places when a tool has what it needs; gives what stays in hand
+            where that came to nothing.
     """
 
     def __init__(
@@ -77,7 +78,7 @@ class TwinView(QWidget):
         *,
         layers: Layers,
         drawings: Drawings,
-        finished: Callable[[InHand], None],
+        finished: Callable[[InHand], InHand | None],
     ) -> None:
         super().__init__()
         self.bench = bench
@@ -393,6 +394,9 @@ class TwinView(QWidget):
             self.set_viewer(self.viewer.stepped(right, up, ahead, floor=self._free_floor()))
         elif key == Qt.Key.Key_Escape:
             self.take(Tool.SELECT)
+        elif key == Qt.Key.Key_Backspace and self.hand.places:
+            self.hand = self.hand.without_last()
+            self.update()
         elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and self.hand.places:
             self._finish()
         else:
@@ -437,7 +441,10 @@ class TwinView(QWidget):
     def _finish(self) -> None:
         hand = self.hand
         self.take(Tool.SELECT)
-        self._finished(hand)
+        left = self._finished(hand)
+        if left is not None:
+            self.take(left.tool)
+            self.hand = left
 
     def _grabbed(self, at: QPointF) -> Drag | None:
         """Grip what is under the mouse, for the running physics to pull."""

@@ -124,17 +124,28 @@ class ViewGrid(QWidget):
                         view.set_viewer(watched.viewer)
         return False
 
-    def _finished(self, hand: InHand) -> None:
-        """A tool has what it needs: what it makes is an action, so that scripts have it too."""
+    def _finished(self, hand: InHand) -> InHand | None:
+        """A tool has what it needs: what it makes is an action, so that scripts have it too.
+
+        Returns:
+            What stays in hand: of four corners that are no surface, all but the last.
+        """
         places = places_text(tuple(hand.places))
         if hand.tool is Tool.DRAW and len(places) > 1:
             self.bench.do("twin.annotate", points=places)
         elif hand.tool is Tool.SURFACE:
-            self.bench.do("twin.add_surface", corners=places)
+            try:
+                self.bench.perform("twin.add_surface", corners=places)
+            except ValueError as error:
+                kept = hand.without_last()
+                again = "click the last corner again" if kept.places else "click four corners"
+                self.bench.say("error", f"{error}; {again}, Backspace takes back one more")
+                return kept
         elif hand.tool is Tool.MEASURE and len(places) > 1:
             from studio.app.viewport.view_overlay import measure_text
 
             self.bench.say("info", f"measured {measure_text(hand.places)}")
+        return None
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """See Qt."""
