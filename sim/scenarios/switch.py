@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, replace
 
 from scenes.mesh import PhysicalRoom
+from sim.faults.bump import Bump
+from sim.faults.delay import Delay
+from sim.faults.fault import Fault
+from sim.faults.loss import Loss
 from sim.faults.twins import Twins
-from sim.scenarios.scenario import Scenario, validate_scenario
+from sim.scenarios.actions import Action
+from sim.scenarios.scenario import RemoteSettings, Scenario, validate_scenario
 from sim.tables import ScenarioError
 
 
@@ -91,3 +97,73 @@ def _check_people(new: Scenario, first: Scenario) -> None:
                 f"{', '.join(known) or 'nobody'}: nobody can come into a session that goes on; "
                 f"add them to {first.source}, standing still, and rehearse it first"
             )
+
+
+def first_difference_s(
+    before: Scenario,
+    after: Scenario,
+    *,
+    from_s: float,
+    begins_s: Callable[[Scenario, str, int], float],
+) -> float | None:
+    """The time from which a session that goes on with another scenario can differ; None if never.
+
+    A time at or after the end means that the session ends before the change. What cannot change in
+    a session counts as different at once: it is refused when it is played.
+
+    Args:
+        before: what is followed until the instant.
+        after: what is followed from then on.
+        from_s: the instant.
+        begins_s: when an action of a person begins, by scenario, person's id and number.
+    """
+    fixed = ("duration_s", "camera", "surfaces")
+    if any(getattr(before, name) != getattr(after, name) for name in fixed):
+        return from_s
+    if _remote_within(before) != _remote_within(after):
+        return from_s
+    found = [_first_fault_s(before, after, from_s)]
+    old, new = ({p.person_id: p for p in each.people} for each in (before, after))
+    for person_id in {*old, *new}:
+        if person_id not in old or person_id not in new:
+            return from_s
+        number = _first_other(old[person_id].actions, new[person_id].actions)
+        if number is not None:
+            has_it = number < len(new[person_id].actions)
+            found.append(max(from_s, begins_s(after if has_it else before, person_id, number)))
+    return min((t_s for t_s in found if t_s is not None), default=None)
+
+
+def _first_fault_s(before: Scenario, after: Scenario, from_s: float) -> float | None:
+    """The first frame at which other faults are there."""
+    for number in range(math.ceil(from_s * after.camera.fps - 1e-9), after.frame_count):
+        t_s = number / after.camera.fps
+        if _acting(before, from_s, t_s) != _acting(after, from_s, t_s):
+            return t_s
+    return None
+
+
+def _acting(scenario: Scenario, from_s: float, t_s: float) -> list[Fault]:
+    """Loss and delay are drawn for every frame, whatever size they name."""
+    return [
+        fault
+        for fault in scenario.faults.each
+        if isinstance(fault, Loss | Delay)
+        or (fault.size_at(t_s) and not (isinstance(fault, Bump) and fault.at_s < from_s))
+    ]
+
+
+def _remote_within(scenario: Scenario) -> list[RemoteSettings]:
+    """Remote users, without the lines that they would draw after the end."""
+    return [
+        replace(user, draws=tuple(d for d in user.draws if d.from_s < scenario.duration_s))
+        for user in scenario.remote
+    ]
+
+
+def _first_other(old: Sequence[Action], new: Sequence[Action]) -> int | None:
+    """Number of the first action that is not the same; None if all are."""
+    same = next((i for i, (a, b) in enumerate(zip(old, new, strict=False)) if a != b), None)
+    if same is not None:
+        return same
+    return None if len(old) == len(new) else min(len(old), len(new))

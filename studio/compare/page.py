@@ -12,6 +12,7 @@ from studio.compare.error_map import error_maps
 from studio.compare.run import Run
 from studio.compare.verdicts import Compared
 from studio.console.machine import describe_machine
+from studio.console.spoken import Called, spoken, with_names
 from studio.reports.floor_picture import floor_picture
 from studio.reports.page import page
 
@@ -50,14 +51,24 @@ def render_comparison(comparison: Comparison, films: dict[str, str]) -> str:
         films: address of the film by the run's name, for those that have one.
     """
     a, b = comparison.a, comparison.b
+    names = {item.object_id: item.name for item in comparison.scene.objects}
+
+    def called(object_id: str) -> str:
+        return names.get(object_id) or object_id
+
     return page("compare.html.j2").render(
         comparison=comparison,
         runs=(a, b),
         headline=headline(comparison),
         kinship=kinship(a, b),
         difference=scenario_difference(a, b),
-        figures=[_cells(row) for row in comparison.rows if not _is_duration(row)],
-        durations=[_cells(row) for row in comparison.rows if _is_duration(row)],
+        figures=[_cells(row, called) for row in comparison.rows if not _is_duration(row)],
+        durations=[_cells(row, called) for row in comparison.rows if _is_duration(row)],
+        worse=[(spoken(row.name, called), row) for row in comparison.worse],
+        events={
+            run.name: [(t_ns, with_names(text, names, called)) for t_ns, text in run.events]
+            for run in (a, b)
+        },
         maps=error_maps(comparison.scene, a, b, floor_picture(comparison.scene)),
         curves=error_curves(a, b),
         films=films,
@@ -86,7 +97,7 @@ def _is_duration(row: Compared) -> bool:
     return row.name.startswith("stage.")
 
 
-def _cells(row: Compared) -> dict[str, str]:
+def _cells(row: Compared, called: Called) -> dict[str, str]:
     change = ""
     if row.difference is not None:
         change = f"{row.difference:+.3g}" if row.difference else "0"
@@ -94,7 +105,7 @@ def _cells(row: Compared) -> dict[str, str]:
             change += f" ({100 * row.difference / abs(row.a):+.0f} %)"
     marks = {"better": "pass", "worse": "fail"}
     return {
-        "name": row.name.removeprefix("rehearse."),
+        "name": spoken(row.name, called),
         "unit": "°" if row.unit == "deg" else row.unit,
         "a": "–" if row.a is None else f"{row.a:.4g}",
         "b": "–" if row.b is None else f"{row.b:.4g}",

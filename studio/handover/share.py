@@ -6,9 +6,11 @@ import shutil
 import threading
 from dataclasses import dataclass
 from datetime import datetime
+from enum import StrEnum
 from pathlib import Path
 
 from devices.recording import read_session
+from devices.recording_index import is_whole
 from devices.session_info import SessionInfo
 from scenes.formats.storage.atomic import write_folder
 from scenes.opening import open_scene
@@ -36,8 +38,22 @@ VIEWER_BYTES = 25_000_000
 SHEET_BYTES = 5_000_000
 """More than both sheets and their pictures take, for the estimate of the disk space."""
 
+CUT_OFF = "the recording was cut off; what was shared ends where it does"
+
 STILLS = 4
 """Pictures on the session sheet, chosen: two rows of two fill the rest of its page."""
+
+
+class Part(StrEnum):
+    """What can be handed over."""
+
+    VIEWER = "viewer"
+    FILM = "film"
+    SHEET = "sheet"
+    ARCHIVE = "archive"
+
+
+ALL = frozenset(Part)
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,8 +67,10 @@ class Shared:
         sheet: the session sheet as a page; the same as Markdown lies beside it.
         sheet_markdown: that one.
         archive: everything in one file.
-        splats: in the viewer.
+        splats: in the viewer; 0 without one.
         of_splats: in the scene.
+        parts: that were made.
+        note: what to know of it, in words; empty if all is as it should be.
     """
 
     folder: Path
@@ -63,11 +81,27 @@ class Shared:
     archive: Path
     splats: int
     of_splats: int
+    parts: frozenset[Part] = ALL
+    note: str = ""
 
     @property
     def paths(self) -> tuple[Path, ...]:
-        """All files."""
-        return (self.film, self.viewer, self.sheet, self.sheet_markdown, self.archive)
+        """All files that were made."""
+        files = {
+            self.film: Part.FILM,
+            self.viewer: Part.VIEWER,
+            self.sheet: Part.SHEET,
+            self.sheet_markdown: Part.SHEET,
+            self.archive: Part.ARCHIVE,
+        }
+        return tuple(path for path, part in files.items() if part in self.parts)
+
+    @property
+    def first(self) -> Path:
+        """The file to open or to send: the viewer if it was made."""
+        order = (Part.VIEWER, Part.SHEET, Part.FILM, Part.ARCHIVE)
+        paths = (self.viewer, self.sheet, self.film, self.archive)
+        return next(path for path, part in zip(paths, order, strict=True) if part in self.parts)
 
 
 def share(
@@ -78,6 +112,7 @@ def share(
     cancelled: threading.Event | None = None,
     scene: str | None = None,
     viewer_bytes: int = VIEWER_BYTES,
+    parts: frozenset[Part] = ALL,
 ) -> Shared:
     """Make everything that is handed over; `out` is complete in the end, or as it was.
 
@@ -88,17 +123,21 @@ def share(
         cancelled: set it from another thread to stop.
         scene: name or path of the scene, where it is no longer where the recording says.
         viewer_bytes: of the viewer at most; its room is thinned to that.
+        parts: what is made.
 
     Raises:
         CancelledError: it was cancelled; nothing is left behind.
-        ValueError: the folder is no rehearsal's, `out` holds something else, a file is damaged.
+        ValueError: the folder is no rehearsal's, `out` holds something else, a file is damaged, or
+            nothing is to be made.
         OSError: the scene or a library is missing, or the disk is too full.
     """
     progress = progress or Progress(lambda _text, _final: None)
     cancelled = cancelled or threading.Event()
+    if not parts:
+        raise ValueError(f"share: nothing to make; wanted some of {', '.join(Part)}")
     check_folders(folder, out)
     check_space(folder, out, viewer_bytes)
-    made: list[ViewerPage] = []
+    made: list[ViewerPage | None] = []
 
     def fill(part: Path) -> None:
         made.append(
@@ -109,6 +148,7 @@ def share(
                 viewer_bytes=viewer_bytes,
                 progress=progress,
                 cancelled=cancelled,
+                parts=parts,
             )
         )
 
@@ -120,8 +160,10 @@ def share(
         sheet=out / SHEET_HTML,
         sheet_markdown=out / SHEET_MD,
         archive=out / ARCHIVE,
-        splats=made[-1].splats,
-        of_splats=made[-1].of_splats,
+        splats=0 if made[-1] is None else made[-1].splats,
+        of_splats=0 if made[-1] is None else made[-1].of_splats,
+        parts=parts,
+        note="" if is_whole(folder / RECORDING) else CUT_OFF,
     )
 
 
@@ -185,7 +227,8 @@ def _fill(
     viewer_bytes: int,
     progress: Progress,
     cancelled: threading.Event,
-) -> ViewerPage:
+    parts: frozenset[Part],
+) -> ViewerPage | None:
     info = read_session(folder / RECORDING)
     progress.begin("reading the recording")
     moments = read_moments(
@@ -200,33 +243,38 @@ def _fill(
     package = recorded_scene(info) if scene is None else open_scene(scene)
     progress.finish()
 
-    progress.begin("making the viewer")
-    page = write_viewer(
-        part / VIEWER,
-        scene=package,
-        info=info,
-        moments=moments,
-        modules=web_modules(progress.begin),
-        licences=licences(),
-        most_bytes=viewer_bytes,
-        cancelled=cancelled,
-    )
-    progress.finish(f"{page.splats} of {page.of_splats} splats, {page.size_bytes / 1e6:.1f} MB")
+    page: ViewerPage | None = None
+    if Part.VIEWER in parts:
+        progress.begin("making the viewer")
+        page = write_viewer(
+            part / VIEWER,
+            scene=package,
+            info=info,
+            moments=moments,
+            modules=web_modules(progress.begin),
+            licences=licences(),
+            most_bytes=viewer_bytes,
+            cancelled=cancelled,
+        )
+        progress.finish(f"{page.splats} of {page.of_splats} splats, {page.size_bytes / 1e6:.1f} MB")
 
     progress.begin("writing film and session sheet")
     _stop_if(cancelled)
-    shutil.copyfile(folder / FILM, part / FILM)
-    _write_sheets(folder, part, info=info, moments=moments, package=package, page=page)
+    if Part.FILM in parts:
+        shutil.copyfile(folder / FILM, part / FILM)
+    if Part.SHEET in parts:
+        _write_sheets(folder, part, info=info, moments=moments, package=package, page=page)
     progress.finish()
 
-    progress.begin("packing the archive")
-    write_archive(
-        part / ARCHIVE,
-        {**_session_files(folder), **_shared_files(part)},
-        cancelled=cancelled,
-        reached=progress.advance,
-    )
-    progress.finish(f"{(part / ARCHIVE).stat().st_size / 1e6:.1f} MB")
+    if Part.ARCHIVE in parts:
+        progress.begin("packing the archive")
+        write_archive(
+            part / ARCHIVE,
+            {**_session_files(folder), **_shared_files(part)},
+            cancelled=cancelled,
+            reached=progress.advance,
+        )
+        progress.finish(f"{(part / ARCHIVE).stat().st_size / 1e6:.1f} MB")
     return page
 
 
@@ -237,9 +285,13 @@ def _write_sheets(
     info: SessionInfo,
     moments: Moments,
     package: ScenePackage,
-    page: ViewerPage,
+    page: ViewerPage | None,
 ) -> None:
-    notes = [("viewer", f"{page.splats} of {page.of_splats} splats")]
+    notes: list[tuple[str, str]] = (
+        [] if page is None else [("viewer", f"{page.splats} of {page.of_splats} splats")]
+    )
+    if not is_whole(folder / RECORDING):
+        notes.append(("note", f"{CUT_OFF}, at {moments.end_ms / 1000.0:.1f} s"))
     if scene_hash(package) != info.scene_hash:
         notes.append(("note", "the scene has changed since; the viewer shows the newer one"))
     sheet = sheet_of(

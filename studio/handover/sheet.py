@@ -36,7 +36,7 @@ class Sheet:
 
     Attributes:
         title: scene and scenario.
-        verdict: whether the figures with a bar met it, in words.
+        verdict: whether the figures with a limit kept it, in words.
         facts: name and value: scene, when, seed, versions.
         figures: those with a bar first.
         events: (seconds, text).
@@ -137,7 +137,7 @@ def sheet_markdown(sheet: Sheet) -> str:
     lines += [f"| {_plain(name)} | {_plain(value)} |" for name, value in sheet.facts]
     if sheet.changes:
         lines += ["", "## Changes", "", *(f"- {_plain(change)}" for change in sheet.changes)]
-    lines += ["", "## Figures", "", "| figure | value | bar | |", "|---|--:|--:|---|"]
+    lines += ["", "## Figures", "", "| figure | value | limit | |", "|---|--:|--:|---|"]
     for row in sheet.figures:
         mark = {True: "✓ pass", False: "✗ fail", None: ""}[row.passed]
         lines.append(f"| {name_text(row)} | {value_text(row)} | {bar_text(row)} | {mark} |")
@@ -185,10 +185,10 @@ def _is_shown(row: Row) -> bool:
 def _verdict(barred: list[Row]) -> str:
     missed = [name_text(row) for row in barred if row.passed is False]
     if not barred:
-        return "Nothing was held to a bar"
+        return "Nothing was held to a limit"
     if not missed:
         return f"All {len(barred)} figures with a bar met it"
-    return f"{len(missed)} of {len(barred)} figures miss their bar: {'; '.join(missed)}"
+    return f"{len(missed)} of {len(barred)} figures miss their limit: {'; '.join(missed)}"
 
 
 def _changes(info: SessionInfo) -> tuple[str, ...]:

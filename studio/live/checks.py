@@ -41,7 +41,11 @@ Sleep = Callable[[float], None]
 
 
 def live_checks(
-    session: LiveSession, *, recordings: Path, sleep: Sleep = time.sleep
+    session: LiveSession,
+    *,
+    recordings: Path,
+    sleep: Sleep = time.sleep,
+    simulated: Callable[[], str] | None = None,
 ) -> Mapping[str, Probe]:
     """The checks of a live session, by name.
 
@@ -49,24 +53,29 @@ def live_checks(
         session: its camera is being received already.
         recordings: folder that the recording goes into.
         sleep: waits, seconds.
+        simulated: says how far a simulated camera is that is made ready by itself; None for a real
+            one, which somebody must start.
     """
     machine = dict(checks_for(recordings=recordings))
     machine.pop("camera")
     machine.pop("display")
     return {
-        "camera": lambda: _camera(session, sleep),
-        "stream": lambda: _stream(session, sleep),
+        "camera": lambda: _camera(session, sleep, simulated),
+        "stream": lambda: _stream(session, sleep, is_simulated=simulated is not None),
         "light": lambda: _light(session, sleep),
         **machine,
     }
 
 
-def _camera(session: LiveSession, sleep: Sleep) -> Check:
+def _camera(session: LiveSession, sleep: Sleep, simulated: Callable[[], str] | None) -> Check:
     picture = _first_picture(session, sleep)
     status = session.status()
     if picture is not None:
         size = f"{status.camera.size_px[0]}×{status.camera.size_px[1]} px"
         return Check("camera", "PASS", f"{status.camera.codec}, {size}")
+    if simulated is not None:
+        fix = "wait: it begins by itself; its pictures are kept for the next time"
+        return Check("camera", "WARN", f"the simulated camera is made ready: {simulated()}", fix)
     if status.listening_at and status.camera.state is not CameraState.FAILED:
         fix = f"enter {status.listening_at} in the camera's app and start streaming there"
         return Check("camera", "WARN", f"nothing sent yet ({status.camera.reason})", fix)
@@ -74,7 +83,7 @@ def _camera(session: LiveSession, sleep: Sleep) -> Check:
     return Check("camera", "FAIL", status.camera.reason, fix)
 
 
-def _stream(session: LiveSession, sleep: Sleep) -> Check:
+def _stream(session: LiveSession, sleep: Sleep, *, is_simulated: bool) -> Check:
     if _first_picture(session, sleep) is None:
         return Check("stream", "WARN", "no picture to judge", "see the camera's line")
     before = session.status().camera
@@ -83,6 +92,8 @@ def _stream(session: LiveSession, sleep: Sleep) -> Check:
     fps = (after.pictures - before.pictures) / STEADY_S
     damaged = after.damaged - before.damaged
     found = f"{fps:.0f} pictures a second, {after.damaged} damaged"
+    if is_simulated and (fps < LEAST_FPS or damaged):
+        return Check("stream", "WARN", found, "close other programs: this computer plays it, too")
     if fps < LEAST_FPS:
         fix = "move the camera or its phone nearer to the access point, or lower its bitrate"
         return Check("stream", "WARN", found, fix)

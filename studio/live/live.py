@@ -29,6 +29,7 @@ from studio.live.placing import (
 )
 from studio.live.relocation import Lookout, Relocation
 from studio.live.setup import LiveSetup
+from studio.live.shortfalls import Losses
 from studio.live.status import LiveState, LiveStatus
 from studio.session.latency import Latencies
 from studio.session.opening import open_live_session, scene_hash
@@ -62,6 +63,7 @@ class LiveResult:
         latencies: durations of all stages from a picture's last byte to its poses.
         recording: where it is recorded; None if it is not.
         recording_failure: why the recording is not whole; empty if it is.
+        dropped: pictures that came while the tracker was busy, after the first tracked one.
     """
 
     session: SessionResult | None
@@ -74,6 +76,7 @@ class LiveResult:
     latencies: Latencies
     recording: Path | None
     recording_failure: str
+    dropped: int = 0
 
 
 class LiveSession:
@@ -124,9 +127,11 @@ class LiveSession:
         self._session: Session | None = None
         self._last: SessionOutput | None = None
         self._first_ns = self._live_ns = self._end_ns = self._next_return_ns = 0
+        self._first_dropped = 0
         self._relocation = Relocation(
             locate, self._look, done=self._relocated, failed=self._not_relocated
         )
+        self._losses = Losses(scene)
         self._tap = PacketTap()
         self._receiver = CameraReceiver(setup.camera, clock, packets=self._tap, stream_id=STREAM_ID)
         voice = Voice(self._say, self._note)
@@ -260,13 +265,18 @@ class LiveSession:
             self._placed,
             self.latencies.stages(last=SHOWN_STAGES),
             0 if session is None else session.counts[0],
-            0 if session is None else session.counts[1],
+            self._dropped(),
             dict(Counter(str(track.state) for track in tracks)),
+            self._losses.lost,
             (self._clock.now_ns() - live_ns) / 1e9 if live_ns else None,
             "" if session is None else session.recording_failure,
             self._relocation.is_lost,
             None if self._frames is None else self._frames.camera_clock,
         )
+
+    def _dropped(self) -> int:
+        """Pictures left out so far; those that came while objects were first looked for aside."""
+        return 0 if self._session is None else self._session.counts[1] - self._first_dropped
 
     # The way of a session.
 
@@ -303,6 +313,7 @@ class LiveSession:
             self.latencies,
             self._record_to,
             "" if self._session is None else self._session.recording_failure,
+            self._dropped(),
         )
 
     def _place(self, pictures: list[Received], layout: LensLayout) -> PlacedCamera:
@@ -372,8 +383,14 @@ class LiveSession:
             if self._last is not None:  # the first picture's search is nobody's delay
                 self.latencies.add(stages)
         self._relocation.notice(output.shown.notices, output.now_ns)
+        lost = self._relocation.is_lost
+        for words in self._losses.notice(
+            output.shown.objects, dropped=self._dropped(), is_camera_lost=lost
+        ):
+            self._note("lost", words)
         if self._last is None:
             self._first_ns = output.now_ns
+            self._first_dropped = 0 if self._session is None else self._session.counts[1]
             self._say(LiveState.READY, "objects found: go live")
         self._last = output
         if self._state is LiveState.READY and (self._goes_live.is_set() or not self._asks):

@@ -12,7 +12,9 @@ import numpy as np
 
 from scenes.formats.storage.atomic import write_file
 from studio.console.rows import Row, as_json
+from studio.console.spoken import spoken
 from studio.live.live import LiveResult
+from studio.live.shortfalls import drop_words
 from studio.reports.page import page
 from studio.session.preflight import Check
 
@@ -31,7 +33,7 @@ def live_rows(result: LiveResult) -> list[Row]:
         Row("live.duration_s", result.duration_s, "s"),
         Row("live.live_s", result.live_s, "s"),
         Row("live.frames", float(0 if session is None else session.frames), ""),
-        Row("live.dropped", float(0 if session is None else session.dropped), ""),
+        Row("live.dropped", float(result.dropped), ""),
         Row("live.camera.pictures", float(camera.pictures), ""),
         Row("live.camera.damaged", float(camera.damaged), ""),
         Row("live.camera.connections", float(camera.connections), ""),
@@ -74,6 +76,7 @@ def write_report(
     text = page("live.html.j2").render(
         scene=scene,
         rows=rows,
+        spoken=spoken,
         checks=checks,
         events=[(_clock(event.t_ns - begun_ns), event) for event in result.events],
         changes=[(_clock(change.t_ns - begun_ns), change.text) for change in result.changes],
@@ -82,6 +85,7 @@ def write_report(
         calibration=_calibration(result),
         recording=None if result.recording is None else result.recording.name,
         recording_failure=result.recording_failure,
+        drops=_drops(result),
     )
     write_file(folder / REPORT_JSON, [json.dumps(values, indent=2).encode()])
     write_file(folder / REPORT_HTML, [text.encode()])
@@ -98,6 +102,16 @@ def histogram(result: LiveResult) -> list[tuple[str, int, float]]:
         words = f"{low:g} to {high:g} ms" if math.isfinite(high) else f"above {low:g} ms"
         bars.append((words, int(count), int(count) / total))
     return bars
+
+
+def _drops(result: LiveResult) -> str:
+    """Why pictures were left out, in words; empty if nearly all were tracked."""
+    session, live_s = result.session, max(result.duration_s, 1e-3)
+    if session is None:
+        return ""
+    came = session.frames + result.dropped
+    words = drop_words(came_hz=came / live_s, tracked_hz=session.frames / live_s)
+    return f"{result.dropped} of {came} pictures were not tracked. {words}" if words else ""
 
 
 def _calibration(result: LiveResult) -> str:

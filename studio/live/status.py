@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 from devices.camera.lenses.search import FoundLayout
@@ -51,8 +51,9 @@ class LiveStatus:
         stages: durations of the last pictures by stage; `whole` is from a picture's capture to its
             poses where the camera's stream has times, else from its last byte.
         frames: pictures that were tracked.
-        dropped: pictures that came while the tracker was busy.
+        dropped: pictures that came while the tracker was busy, after the first tracked one.
         objects: how many objects are in each state of tracking.
+        lost: why each lost object is lost, by its id.
         live_s: seconds since it went live; None before.
         recording_failure: why nothing is recorded any more; empty while all is well.
         is_camera_lost: whether the camera stands nowhere near its old place or its view is blocked;
@@ -71,6 +72,7 @@ class LiveStatus:
     frames: int = 0
     dropped: int = 0
     objects: Mapping[str, int] | None = None
+    lost: Mapping[str, str] = field(default_factory=dict[str, str])
     live_s: float | None = None
     recording_failure: str = ""
     is_camera_lost: bool = False

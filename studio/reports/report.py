@@ -9,6 +9,7 @@ from typing import Any
 from scenes.state import ObjectModel
 from studio.console.machine import describe_machine
 from studio.console.rows import Row
+from studio.console.spoken import Called, spoken, with_names
 from studio.evaluate import figures
 from studio.evaluate.metrics import PAPER_ROOM, PAPER_TABLE
 from studio.evaluate.scores import ROOM_BAR_CM, ROOM_BAR_DEG, VISIBLE_FRACTION, Score, ScoreBoard
@@ -70,6 +71,10 @@ def render_report(report: Report) -> str:
         visibility=figures.visibility(shown) if moved else "",
         stills=[(f"{t:.1f} s", embedded_jpeg(picture)) for t, picture in report.stills],
         machine=describe_machine(),
+        events=[
+            (t_ns, with_names(text, [o.object_id for o in scene.objects], _called(report)))
+            for t_ns, text in report.events
+        ],
         visible_percent=round(100 * VISIBLE_FRACTION),
         method_names=METHOD_NAMES,
     )
@@ -102,11 +107,19 @@ def _verdict(report: Report) -> Verdict:
         f"over {frames}, hidden spans included{_worst(board)}."
     )
     if missed:
-        names = ", ".join(_plain_name(row) for row in missed)
+        names = "; ".join(_plain_name(row, _called(report)) for row in missed)
         one = len(missed) == 1
-        headline = "One figure misses its bar" if one else f"{len(missed)} figures miss their bars"
+        headline = (
+            "One figure misses its limit" if one else f"{len(missed)} figures miss their limits"
+        )
         return Verdict("fail", headline, f"{detail} Missed: {names}.")
     return Verdict("pass", "The rehearsal went well", detail)
+
+
+def _called(report: Report) -> Called:
+    """What the scene calls its objects."""
+    names = {item.object_id: item.name for item in report.session.scene.objects}
+    return lambda object_id: names.get(object_id) or object_id
 
 
 def _fork_s(report: Report) -> float | None:
@@ -128,9 +141,9 @@ def _moved_scores(board: ScoreBoard) -> list[tuple[ObjectModel, Score]]:
     return [(model, score) for model, score in scores if score is not None]
 
 
-def _plain_name(row: Row) -> str:
+def _plain_name(row: Row, called: Called) -> str:
     value = "not measured" if row.value is None else f"{row.value:.1f} {row.unit}".strip()
-    return f"{row.name.removeprefix('rehearse.')} {value} (bar {row.bar:g})"
+    return f"{spoken(row.name, called)} {value} (limit {row.bar:g})"
 
 
 def _seconds(board: ScoreBoard) -> float:
@@ -164,7 +177,7 @@ def _cards(report: Report) -> list[dict[str, Any]]:
             "unit": f"of {dropped + report.result.frames}",
             "spread": "",
             "passed": dropped == 0,
-            "bar": "bar 0",
+            "bar": "limit 0",
             "notes": [],
         }
     )
@@ -186,7 +199,7 @@ def _card(title: str, score: Score, other: Score | None, *, yaw: bool) -> dict[s
         "unit": unit,
         "spread": f"± {spread.std:.1f}",
         "passed": spread.mean <= bar,
-        "bar": f"bar {bar:g} {unit}",
+        "bar": f"limit {bar:g} {unit}",
         "notes": notes,
     }
 

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import logging
+import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenes.mesh import PhysicalRoom
-from scenes.package import ScenePackage
+from scenes.package import ScenePackage, is_package
+from scenes.prepare.progress import Progress
 from sim.faults.fault import Fault
 from sim.scenarios.scenario import Scenario
 from sim.scenarios.switch import Switch, validate_switches
@@ -20,6 +23,28 @@ if TYPE_CHECKING:
     from sim.rehearsal import Scanned, SimulatedStep
 
 log = logging.getLogger(__name__)
+
+
+class Remedy(StrEnum):
+    """What makes a scene fit to rehearse in: words of a button."""
+
+    TRAIN_AGAIN = "Train the photos again and rehearse"
+    PREPARE_FILE = "Make a room of this file"
+    PREPARE = "Prepare a room from photos"
+
+
+class UnfitSceneError(ValueError):
+    """A scene that cannot be rehearsed in as it is; says why.
+
+    Args:
+        text: why, and what to do.
+        remedy: what to do.
+    """
+
+    def __init__(self, text: str, remedy: Remedy) -> None:
+        super().__init__(text)
+        self.remedy = remedy
+
 
 Load = Callable[[str], tuple[Scenario, str]]
 """Reads a scenario by name or path; gives its text, too."""
@@ -142,6 +167,8 @@ def _scan(
     from sim.scenarios.first import first_scenario
     from sim.scenarios.scenario import parse_scenario
 
+    if scene.collision is None:
+        raise _without_surface(path)
     reality, renderer = scene.reality, NativeRenderer()
     if reality is not None:
         parts = parts_of(scene, reality, renderer)
@@ -154,10 +181,7 @@ def _scan(
         parts = TakenApart(scene.room, {}, {})
         words = "the scan itself: it has no movable object, so nothing is tracked"
     else:
-        raise ValueError(
-            f"{path}: a scan of a real room that nothing stands for yet: the tracker would see its "
-            "own model; `nexus rehearse` makes it from the photos, or `nexus prepare --rehearsable`"
-        )
+        raise _without_reality(path)
     for object_id, why in parts.missing.items():
         log.warning("%s stands still in this rehearsal: %s", object_id, why)
     for item in scene.objects:
@@ -177,6 +201,77 @@ def _scan(
     error = None if reality is None else partial(drawn_error, reality)
     scanned = Scanned(partial(SplatLook, renderer=renderer, scanned_at=scanned_at), error)
     return Staging(scene, room, scenario, text, scanned, words)
+
+
+def _without_reality(path: str) -> UnfitSceneError:
+    """What a scan with objects lacks, and whether its photos are there to make it of."""
+    why = f"{Path(path).name}: to rehearse with objects that were cut out of a scan, "
+    if is_prepared_here(Path(path)):
+        return UnfitSceneError(
+            f"{why}its photos are trained once more, some minutes, once: the simulated camera must "
+            "not show the tracker the very model that it tracks with (nexus rehearse does it, too)",
+            Remedy.TRAIN_AGAIN,
+        )
+    return UnfitSceneError(
+        f"{why}its photos are needed, and {work_folder_of(Path(path)).name} is not beside it: put "
+        "that folder back, or prepare the room from photos or a video (nexus prepare --rehearsable "
+        "trains them at once); a splat file has none: undo the cuts to rehearse in it",
+        Remedy.PREPARE,
+    )
+
+
+def _without_surface(path: str) -> UnfitSceneError:
+    name = Path(path).name
+    if not is_package(Path(path)):
+        return UnfitSceneError(
+            f"{name}: splats alone do not say how large they are and what people stand on: say "
+            "what one unit is, or how high the ceiling, and a room is made of the file",
+            Remedy.PREPARE_FILE,
+        )
+    return UnfitSceneError(
+        f"{name}: no surface was found in it that people and objects could stand on: prepare it "
+        "again, of photos or a video with more overlap",
+        Remedy.PREPARE,
+    )
+
+
+def work_folder_of(scene: Path) -> Path:
+    """Where the preparation of a package leaves its photos and stages, unless told otherwise."""
+    return scene.with_name(f"{scene.name}.prepare")
+
+
+def is_prepared_here(scene: Path) -> bool:
+    """Whether the photos of a package are there, beside it."""
+    return (work_folder_of(scene) / "training").is_dir()
+
+
+def add_reality(
+    scene: Path, work_folder: Path | None = None, *, seed: int = 0, progress: Progress
+) -> None:
+    """Train the photos of a package once more, and keep what comes out in it.
+
+    Args:
+        scene: a package's folder.
+        work_folder: of its preparation; the one beside the package if not given.
+        seed: of the training.
+        progress: shows the stages; whatever it raises ends the training, which goes on from there
+            the next time.
+
+    Raises:
+        ValueError: the work folder is not there or another room's; the scene is damaged.
+        OSError: the disk is full.
+    """
+    from scenes.package import load_package, save_package
+    from scenes.prepare.reality import with_reality
+
+    package = with_reality(
+        load_package(scene),
+        work_folder or work_folder_of(scene),
+        seed=seed,
+        seconds=time.monotonic,
+        progress=progress,
+    )
+    save_package(package, scene)
 
 
 def _read(

@@ -10,6 +10,8 @@ import json
 import sys
 from pathlib import Path
 
+from studio.verbs.result_flags import add_result_flags, result_folder
+
 DEFAULT_OUT = Path("out/fork")
 
 
@@ -28,9 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="F",
         help="go on with this one, name or TOML file (default: unchanged)",
     )
-    parser.add_argument(
-        "--out", type=Path, default=DEFAULT_OUT, metavar="DIR", help=f"results ({DEFAULT_OUT})"
-    )
+    add_result_flags(parser, DEFAULT_OUT)
     parser.add_argument("--headless", action="store_true", help="without a window")
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
 
@@ -43,11 +43,10 @@ def run(args: argparse.Namespace) -> int:
     from studio.rehearsal import perform
     from studio.session.fork import open_fork
     from studio.session.plan import SessionPlan
-    from studio.session.records.outputs import check_target
 
-    check_target(args.out)
-    if args.recording.resolve().parent == args.out.resolve():
+    if args.out is not None and args.recording.resolve().parent == args.out.resolve():
         raise ValueError(f"{args.out}: holds the recording that is forked; choose another --out")
+    out = result_folder(args, DEFAULT_OUT)
     fork = open_fork(args.recording, at_s=args.at, scenario=args.scenario)
     info = fork.info
     assert info.seed is not None
@@ -56,11 +55,11 @@ def run(args: argparse.Namespace) -> int:
     if no_window is None:
         from studio.app.window import rehearse_in_window
 
-        performance = rehearse_in_window(plan, args.out)
+        performance = rehearse_in_window(plan, out)
     else:
         if no_window:
             print(f"{no_window}: forking without a window", file=sys.stderr)
-        performance = perform(plan, args.out, progress=text_progress())
+        performance = perform(plan, out, progress=text_progress())
     if args.json:
         print(json.dumps(as_json("fork", performance.rows, info.seed), indent=2))
     else:

@@ -13,6 +13,8 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from studio.verbs.result_flags import add_result_flags, check_free, next_free
+
 if TYPE_CHECKING:
     from studio.live.live import LiveResult, LiveSession
     from studio.live.rehearsed import RehearsedLive
@@ -55,9 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seconds", type=float, metavar="N", help="end after so long live")
     parser.add_argument("--headless", action="store_true", help="without a window")
     parser.add_argument("--no-record", action="store_true", help="leave no recording")
-    parser.add_argument(
-        "--out", type=Path, default=DEFAULT_OUT, metavar="DIR", help=f"results ({DEFAULT_OUT})"
-    )
+    add_result_flags(parser, DEFAULT_OUT)
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
 
 
@@ -77,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
         plan = LivePlan(
             args.scene,
             setup_of(args),
-            args.out,
+            args.out or DEFAULT_OUT,  # every session gets a folder of its own in it
             is_simulated=args.simulated,
             scenario=args.scenario,
             seed=args.seed,
@@ -121,8 +121,10 @@ def _headless(args: argparse.Namespace) -> int:
     from studio.live.report import live_rows, write_report
     from studio.session.preflight import run_checks, save_checks
 
+    out = args.out or next_free(DEFAULT_OUT)
+    check_free(out, replaces=args.replace)
     scene = open_scene(args.scene)
-    args.out.mkdir(parents=True, exist_ok=True)
+    out.mkdir(parents=True, exist_ok=True)
     renderer = NativeRenderer()
     session = LiveSession(
         args.scene,
@@ -131,7 +133,7 @@ def _headless(args: argparse.Namespace) -> int:
         clock=WallClock(),
         renderer=renderer,
         locate=RoomLocator(scene, renderer),
-        record_to=None if args.no_record else recording_in(args.out),
+        record_to=None if args.no_record else recording_in(out),
     )
     with ExitStack() as stack:
         rehearsed: RehearsedLive | None = None
@@ -148,14 +150,15 @@ def _headless(args: argparse.Namespace) -> int:
             rehearsed.wait_for_stream(lambda text: print(text, file=sys.stderr))
         elif session.status().listening_at:
             print(f"enter in the camera: {session.status().listening_at}", file=sys.stderr)
-        checks = run_checks(live_checks(session, recordings=args.out))
-        save_checks(checks, args.out / "preflight.json")
+        simulated = None if rehearsed is None else lambda: "it streams"
+        checks = run_checks(live_checks(session, recordings=out, simulated=simulated))
+        save_checks(checks, out / "preflight.json")
         _print_checks(checks)
         result = _play(session, rehearsed, args)
         rows = live_rows(result)
         if rehearsed is not None:
             rows += rehearsed.rows(result)
-    path = write_report(args.out, result, rows, scene=args.scene, checks=checks)
+    path = write_report(out, result, rows, scene=args.scene, checks=checks)
     if args.json:
         print(json.dumps(as_json("live", rows, args.seed if args.simulated else None), indent=2))
     else:

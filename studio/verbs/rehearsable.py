@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-import time
 from pathlib import Path
 
 PACKAGE_SUFFIX = ".gnx"
@@ -63,10 +62,10 @@ def add_reality(scene: Path, work_folder: Path | None, *, seed: int = 0) -> None
         ValueError: the work folder is not there or another room's; the scene is damaged.
         OSError: the disk is full; the training goes on from there the next time.
     """
-    from scenes.package import load_package, save_package
+    from scenes.package import load_package
     from scenes.prepare.foreign.foreign import no_movable_object
-    from scenes.prepare.reality import with_reality
     from studio.console.progress import StageProgress, text_progress
+    from studio.session import staging
 
     package = load_package(scene)
     if package.physical is not None or package.reality is not None:
@@ -75,20 +74,13 @@ def add_reality(scene: Path, work_folder: Path | None, *, seed: int = 0) -> None
         print(no_movable_object(str(scene)), file=sys.stderr)
         return
     print(
-        f"{scene}: training what stands for the real room, once; the scan itself would show the "
-        "tracker its own model",
+        f"{scene}: training its photos once more, once; the scan itself would show the tracker "
+        "its own model",
         file=sys.stderr,
     )
     stages = StageProgress(text_progress())
-    package = with_reality(
-        package,
-        work_folder or scene.with_name(f"{scene.name}.prepare"),
-        seed=seed,
-        seconds=time.monotonic,
-        progress=stages,
-    )
+    staging.add_reality(scene, work_folder, seed=seed, progress=stages)
     stages.finish()
-    save_package(package, scene)
 
 
 def _room_of_splats(path: Path, args: argparse.Namespace) -> str:

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 from studio.verbs.rehearsable import add_unit_flags, scene_to_rehearse
+from studio.verbs.result_flags import add_result_flags, result_folder
 
 DEFAULT_OUT = Path("out/rehearsal")
 DEFAULT_SWEEP_OUT = Path("out/sweep")
@@ -23,9 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--scenario", metavar="F", help="name or TOML file (default: the room's)")
     parser.add_argument("--seed", type=int, default=0, help="decides everything random")
-    parser.add_argument(
-        "--out", type=Path, default=DEFAULT_OUT, metavar="DIR", help=f"results ({DEFAULT_OUT})"
-    )
+    add_result_flags(parser, DEFAULT_OUT)
     parser.add_argument("--headless", action="store_true", help="without a window")
     parser.add_argument(
         "--method",
@@ -73,9 +72,8 @@ def run(args: argparse.Namespace) -> int:
     from studio.console.rows import as_json, as_table, exit_code
     from studio.rehearsal import perform
     from studio.session.plan import Pace, SessionPlan
-    from studio.session.records.outputs import check_target
 
-    check_target(args.out)
+    out = args.out = result_folder(args, DEFAULT_OUT)
     plan = SessionPlan(
         scene=scene_to_rehearse(args),
         scenario=args.scenario,
@@ -87,11 +85,11 @@ def run(args: argparse.Namespace) -> int:
     if no_window is None:
         from studio.app.window import rehearse_in_window
 
-        performance = rehearse_in_window(plan, args.out)
+        performance = rehearse_in_window(plan, out)
     else:
         if no_window:
             print(f"{no_window}: rehearsing without a window", file=sys.stderr)
-        performance = perform(plan, args.out, progress=text_progress())
+        performance = perform(plan, out, progress=text_progress())
     if args.json:
         print(json.dumps(as_json("rehearse", performance.rows, args.seed), indent=2))
     else:
@@ -112,7 +110,7 @@ def run_sweep(args: argparse.Namespace) -> int:
     from studio.sweep.results import SWEEP_HTML
     from studio.sweep.sweep import sweep
 
-    target = DEFAULT_SWEEP_OUT if args.out == DEFAULT_OUT else args.out
+    target = args.out = args.out or DEFAULT_SWEEP_OUT
     scene = scene_to_rehearse(args)
     scene = scene if scene in SAMPLE_NAMES else str(Path(scene).resolve())
     if args.scenario is not None or args.paced:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from studio.console.rows import Row, as_json, as_table, at_least, at_most, exit_code
+from studio.verbs.result_flags import check_free
 
 if TYPE_CHECKING:
     from studio.session.session import SessionOutput
@@ -97,6 +98,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--out", type=Path, metavar="DIR", help="also leave report, film and tracks"
     )
+    parser.add_argument(
+        "--replace", action="store_true", help="put them in the place of earlier ones in --out"
+    )
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
 
 
@@ -123,6 +127,7 @@ def run(args: argparse.Namespace) -> int:
     rows: list[Row] = []
     if args.out is not None:
         check_target(args.out)
+        check_free(args.out, replaces=args.replace)
         performance = perform(
             plan, args.out, progress=progress, watch=comparison.add, verb="replay"
         )

@@ -28,13 +28,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--scene", metavar="S", help="where the scene is now, if the recording no longer finds it"
     )
+    parser.add_argument(
+        "--only",
+        nargs="+",
+        choices=("viewer", "film", "sheet", "archive"),
+        metavar="PART",
+        help="make only these of viewer, film, sheet and archive",
+    )
     parser.add_argument("--json", action="store_true", help="print what was made as JSON")
 
 
 def run(args: argparse.Namespace) -> int:
     """Share."""
     from studio.console.progress import text_progress
-    from studio.handover.share import share
+    from studio.handover.share import ALL, Part, share
 
     shared = share(
         args.folder,
@@ -42,6 +49,7 @@ def run(args: argparse.Namespace) -> int:
         progress=text_progress(),
         scene=args.scene,
         viewer_bytes=int(args.viewer_mb * 1e6),
+        parts=ALL if args.only is None else frozenset(map(Part, args.only)),
     )
     if args.json:
         files = {path.name: path.stat().st_size for path in shared.paths}
@@ -50,7 +58,9 @@ def run(args: argparse.Namespace) -> int:
     else:
         for path in shared.paths:
             print(f"{path.stat().st_size / 1e6:8.2f} MB  {path}")
-    print(f"open {shared.viewer} in a browser, or send it", file=sys.stderr)
+    if shared.note:
+        print(f"note: {shared.note}", file=sys.stderr)
+    print(f"open {shared.first}, or send it", file=sys.stderr)
     return 0
 
 

@@ -28,6 +28,7 @@ from tracking.output import TrackOutput
 LENS_PX, FRAMES, FPS = 64, 12, 10
 LENS = Fisheye.from_fov(LENS_PX, np.radians(200))
 RIG = Rig((LENS, LENS), (Pose.identity(), FRONT_FROM_BACK_LENS))
+SCENARIO = 'room = "tiny"\nduration_s = 1.2\n[camera]\nfps = 10\n'
 CHAIR_STARTS, HIDDEN = 3, range(6, 9)
 
 
@@ -143,13 +144,15 @@ def make_session(
         scene="tiny",
         scene_hash=scene_hash(scene),
         seed=plan.seed,
-        scenario="[camera]\nfps = 10\n",
+        scenario=SCENARIO,
         scenario_name="tiny-push",
         mode=str(plan.pace),
         methods=plan.methods,
         versions={"gaussiannexus-studio": "0.1.0"},
         rig=RIG,
         fps=float(FPS),
+        changes=() if plan.fork is None else plan.fork.changes,
+        fork=None if plan.fork is None else plan.fork.origin,
     )
     exact = plan.pace is Pace.EXACT
     clock = ManualClock() if exact else WallClock()
@@ -181,6 +184,7 @@ def tiny():
         hidden=HIDDEN,
         inputs=lambda: make_inputs(scene),
         session=lambda plan, **options: make_session(plan, scene, **options),
+        scenario=SCENARIO,
         tracker=lambda offset_m: OffsetTracker(scene, offset_m),
     )
 

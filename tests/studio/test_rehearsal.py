@@ -132,8 +132,8 @@ def test_a_bad_tracker_fails_the_verb_and_the_verdict(in_tiny_room, tmp_path, ca
     printed = json.loads(capsys.readouterr().out)
     assert printed["rows"] == json.loads((out / "report.json").read_text())["rows"]
     page = (out / "report.html").read_text()
-    assert "2 figures miss their bars" in page
-    assert "chairs.world_cm.mean 30.0 cm (bar 9.9)" in page
+    assert "2 figures miss their limits" in page
+    assert "chairs, place, mean 30.0 cm (limit 9.9)" in page
 
 
 def test_without_a_display_it_says_so_and_goes_on(in_tiny_room, tmp_path, capsys):

@@ -271,7 +271,7 @@ class SessionDock(QWidget):
         if folder is None or folder == self._shown_report:
             return
         self._shown_report = folder
-        self.report.setHtml(report_page(folder))
+        self.report.setHtml(report_page(folder, self._bench.name_of))
         self.browser_button.setEnabled(browser_page(folder).is_file())
 
     def _open_report(self) -> None:

@@ -7,25 +7,12 @@ import json
 from pathlib import Path
 from typing import Any, cast
 
+from studio.console.spoken import UNITS, Called, spoken
 from studio.live.report import REPORT_HTML as LIVE_HTML
 from studio.live.report import REPORT_JSON as LIVE_JSON
 from studio.session.records.outputs import REPORT_HTML, REPORT_JSON
 
 PICTURE_WIDTH_PX = 320
-WORDS = {
-    "world_cm": "place",
-    "yaw_deg": "heading",
-    "ms": "time",
-    "mean": "mean",
-    "p50": "usual",
-    "p95": "95 %",
-    "object": "",
-    "rehearse": "",
-    "live": "",
-    "stage": "step",
-}
-"""Parts of a figure's name as people say them; "" leaves a part out, others stay."""
-UNITS = {"deg": "°"}
 
 
 def is_live(folder: Path) -> bool:
@@ -38,8 +25,13 @@ def browser_page(folder: Path) -> Path:
     return folder / (LIVE_HTML if is_live(folder) else REPORT_HTML)
 
 
-def report_page(folder: Path) -> str:
-    """Simple HTML of a folder's report and pictures; says so where it is damaged."""
+def report_page(folder: Path, called: Called = str) -> str:
+    """Simple HTML of a folder's report and pictures; says so where it is damaged.
+
+    Args:
+        folder: of the session.
+        called: what the object of an id is called.
+    """
     name = LIVE_JSON if is_live(folder) else REPORT_JSON
     try:
         values: dict[str, Any] = dict(json.loads((folder / name).read_text("utf-8")))
@@ -47,7 +39,7 @@ def report_page(folder: Path) -> str:
     except (OSError, ValueError, TypeError, KeyError) as error:
         what = f"{folder.name}: its {name} cannot be read ({error}). Rehearse again."
         return f"<p>✖ {html.escape(what)}</p>"
-    lines = [_line(row) for row in rows]
+    lines = [_line(row, called) for row in rows]
     pictures = "".join(
         f'<p><img src="{path.resolve().as_uri()}" width="{PICTURE_WIDTH_PX}"/></p>'
         for path in sorted(folder.glob("*.png"))
@@ -81,18 +73,12 @@ def _texts(title: str, values: dict[str, Any]) -> str:
     return f"<h4>{title}</h4><table cellspacing=0 cellpadding=3 width='100%'>{rows}</table>"
 
 
-def spoken(name: str) -> str:
-    """A figure's name in words: `rehearse.chairs.world_cm.mean` is "chairs, place, mean"."""
-    words = [WORDS.get(part, part.replace("_", " ")) for part in name.split(".")]
-    return ", ".join(word for word in words if word)
-
-
-def _line(row: dict[str, Any]) -> str:
+def _line(row: dict[str, Any], called: Called) -> str:
     passed = row.get("passed")
     unit = str(row.get("unit") or "")
     mark = "" if passed is None else "✓" if passed else "✖"
     cells = (
-        ("left", spoken(str(row.get("name", "")))),
+        ("left", spoken(str(row.get("name", "")), called)),
         ("right", _number(row.get("value"))),
         ("left", UNITS.get(unit, unit)),
         ("right", "" if row.get("bar") is None else _number(row.get("bar"))),

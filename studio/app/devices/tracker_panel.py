@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QCheckBox, QComboBox, QHBoxLayout, QLabel, QVBoxLa
 from studio.app.devices.tracker_options import TrackerOptionsForm
 from studio.app.model.workbench import Topic, Workbench
 
-TITLES = {"own": "ours", "paper": "the paper's"}
+TITLES = {"own": "this program's", "paper": "the paper's"}
 """What people read of the built-in trackers."""
 
 
@@ -24,8 +24,8 @@ class TrackerPanel(QWidget):
         self.names = QComboBox()
         self.names.setAccessibleName("Tracker of the next session")
         self.names.activated.connect(self._choose)
-        self.beside = QCheckBox("ours beside it")
-        self.beside.setToolTip("run our tracker too: report and timeline show both")
+        self.beside = QCheckBox("this program's beside it")
+        self.beside.setToolTip("run this program's tracker too: report and timeline show both")
         self.beside.clicked.connect(self._choose)
         self.note = QLabel()
         self.note.setWordWrap(True)

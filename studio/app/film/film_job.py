@@ -118,7 +118,7 @@ class FilmJob:
         )
         if index is None:
             raise _CancelledError
-        times = plan.times_ns(index.start_ns, index.end_ns)
+        times = plan.times_ns(index.start_ns, index.end_ns, origin_ns=index.origin_ns)
         found = recorded_moments(
             index,
             made_of.scene,

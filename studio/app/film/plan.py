@@ -58,18 +58,27 @@ class FilmPlan:
         if self.path.suffix.lower() != ".mp4":
             raise ValueError(f"film path = {str(self.path)!r}, wanted a name such as film.mp4")
 
-    def times_ns(self, start_ns: int, end_ns: int) -> range:
+    def times_ns(self, start_ns: int, end_ns: int, *, origin_ns: int = 0) -> range:
         """Instants of its pictures in a recording from `start_ns` to `end_ns`, at least one.
+
+        Args:
+            start_ns: of the recording.
+            end_ns: of the recording.
+            origin_ns: the instant that is called 0 s.
 
         Raises:
             ValueError: nothing of the recording is between `from_s` and `to_s`, or too much.
         """
-        first = start_ns if self.from_s is None else max(start_ns, round(1e9 * self.from_s))
-        last = end_ns if self.to_s is None else min(end_ns, round(1e9 * self.to_s))
+        first, last = start_ns, end_ns
+        if self.from_s is not None:
+            first = max(start_ns, origin_ns + round(1e9 * self.from_s))
+        if self.to_s is not None:
+            last = min(end_ns, origin_ns + round(1e9 * self.to_s))
         if last < first:
             raise ValueError(
-                f"film from {first / 1e9:g} s to {last / 1e9:g} s: wanted a part of "
-                f"{start_ns / 1e9:g} to {end_ns / 1e9:g} s"
+                f"film from {(first - origin_ns) / 1e9:g} s to {(last - origin_ns) / 1e9:g} s: "
+                f"wanted a part of {(start_ns - origin_ns) / 1e9:g} to "
+                f"{(end_ns - origin_ns) / 1e9:g} s"
             )
         if (last - first) / 1e9 > MOST_S:
             raise ValueError(

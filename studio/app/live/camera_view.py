@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QImage, QPixmap
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QWidget
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
 
 from devices.camera.lenses.layout import LensLayout
 from devices.camera.received import CameraState
@@ -18,6 +18,7 @@ from studio.app.live.words import age_words, size_words
 from studio.app.model.workbench import Workbench
 from studio.app.shell.theme import SHAPES, THEMES, figures
 from studio.live.live import LiveSession
+from studio.live.shortfalls import LEAST_HZ, drop_words
 from studio.live.status import LiveState, LiveStatus
 
 SIDE_PX = 116
@@ -29,8 +30,11 @@ WIDTH_PX = 2 * SIDE_PX + GAP_PX
 FIGURES = ("Last picture", "Rate", "Tracked", "Dropped", "Gaps", "Recording")
 """What stands beside the picture."""
 
-RATE_S = 1.0
+RATE_S = 2.0
 """Seconds over which pictures are counted."""
+
+CAUSE_LINES = 2
+"""Of the sentence below the figures."""
 
 
 class CameraView(QWidget):
@@ -45,7 +49,7 @@ class CameraView(QWidget):
         self._bench = bench
         self._shown: tuple[int, LensLayout | None] | None = None
         self._is_idle = True
-        self._counted: tuple[int, float, float] = (0, 0.0, 0.0)
+        self._rates = Rates()
         self.picture = QLabel("no picture yet")
         self.picture.setObjectName("faint")
         self.picture.setAccessibleName("Picture of the camera")
@@ -67,11 +71,21 @@ class CameraView(QWidget):
             grid.addWidget(value, row, 1)
             self.values[name] = value
         grid.setRowStretch(len(FIGURES), 1)
-        layout = QHBoxLayout(self)
+        row = QHBoxLayout()
+        row.setSpacing(12)
+        row.addWidget(self.picture, 0, Qt.AlignmentFlag.AlignTop)
+        row.addLayout(grid, 1)
+        self.cause = QLabel()
+        self.cause.setWordWrap(True)
+        self.cause.setAccessibleName("Why pictures are dropped")
+        # What it says must not move what is below it.
+        self.cause.setMinimumHeight(CAUSE_LINES * self.fontMetrics().lineSpacing())
+        self.cause.setAlignment(Qt.AlignmentFlag.AlignTop)
+        layout = QVBoxLayout(self)
         layout.setContentsMargins(8, 4, 8, 8)
-        layout.setSpacing(12)
-        layout.addWidget(self.picture, 0, Qt.AlignmentFlag.AlignTop)
-        layout.addLayout(grid, 1)
+        layout.setSpacing(4)
+        layout.addLayout(row)
+        layout.addWidget(self.cause)
         self.recolour()
 
     def show_idle(self) -> None:
@@ -81,12 +95,19 @@ class CameraView(QWidget):
         self._is_idle, self._shown = True, None
         self.picture.setPixmap(QPixmap())
         self.picture.setText("no picture yet")
+        self._rates = Rates()
+        self.cause.clear()
         for name in self.values:
             self._put(name, "–")
             self._colour(name, "")
 
     def show_session(
-        self, session: LiveSession, status: LiveStatus, *, layout: LensLayout | None
+        self,
+        session: LiveSession,
+        status: LiveStatus,
+        *,
+        layout: LensLayout | None,
+        is_simulated: bool = False,
     ) -> None:
         """Show a session.
 
@@ -94,6 +115,7 @@ class CameraView(QWidget):
             session: whose picture.
             status: of it.
             layout: how its picture holds the lenses, as far as that is known.
+            is_simulated: whether this computer plays the camera, too.
         """
         self._is_idle = False
         self._show_picture(session, layout)
@@ -102,9 +124,10 @@ class CameraView(QWidget):
         mark = f"{SHAPES['warning']} " if is_held else ""
         self._put("Last picture", mark + age_words(camera.last_age_ns))
         self._colour("Last picture", "warning" if is_held else "")
-        self._put("Rate", f"{figures(self._rate(camera.pictures), '5.1f')} /s")
+        self._rates.count(camera.pictures, status, time.monotonic())
+        self._put("Rate", f"{figures(self._rates.decoded_hz, '5.1f')} /s")
         self._put("Tracked", f"{figures(status.frames, '7d')}")
-        self._put("Dropped", f"{figures(status.dropped, '7d')}")
+        self._show_drops(status, is_simulated=is_simulated)
         gaps = sum(event.kind == "camera-gap" for event in session.events())
         self._put("Gaps", f"{gaps}, {camera.damaged} damaged")
         self._colour("Gaps", "warning" if gaps or camera.damaged else "")
@@ -145,13 +168,25 @@ class CameraView(QWidget):
             self._put("Recording", f"{SHAPES['good']} {size_words(size)}" if is_on else "not yet")
             self._colour("Recording", "good" if is_on else "")
 
-    def _rate(self, pictures: int) -> float:
-        now = time.monotonic()
-        before, at, fps = self._counted
-        if pictures < before or now - at >= RATE_S:
-            fps = max(pictures - before, 0) / max(now - at, 1e-3) if at else 0.0
-            self._counted = pictures, now, fps
-        return fps
+    def _show_drops(self, status: LiveStatus, *, is_simulated: bool) -> None:
+        """How many pictures were not tracked; while there are many, why, and what to do."""
+        came_hz, tracked_hz = self._rates.came_hz, self._rates.tracked_hz
+        words, kind = "", ""
+        if status.state is LiveState.LIVE:
+            words = drop_words(came_hz=came_hz, tracked_hz=tracked_hz, is_simulated=is_simulated)
+        if words:
+            kind = "bad" if tracked_hz < LEAST_HZ else "warning"
+        share = status.dropped / max(status.frames + status.dropped, 1)
+        mark = f"{SHAPES[kind]} " if kind else ""
+        part = f" ({share:.0%})" if status.dropped else ""
+        self._put("Dropped", f"{mark}{figures(status.dropped, '7d')}{part}")
+        self._colour("Dropped", kind)
+        if words and not self.cause.text():
+            self._bench.say("warning", words)
+        if self.cause.text() != words:
+            self.cause.setText(words)
+        theme = THEMES[self._bench.settings.theme]
+        self.cause.setStyleSheet(f"color: {getattr(theme, kind)};" if kind else "")
 
     def _put(self, name: str, text: str) -> None:
         if self.values[name].text() != text:
@@ -162,6 +197,28 @@ class CameraView(QWidget):
         sheet = f"color: {getattr(theme, kind)};" if kind else ""
         if self.values[name].styleSheet() != sheet:
             self.values[name].setStyleSheet(sheet)
+
+
+class Rates:
+    """Pictures a second over the last `RATE_S`: decoded, sent to the tracker, and tracked."""
+
+    def __init__(self) -> None:
+        self.decoded_hz = self.came_hz = self.tracked_hz = 0.0
+        self._since: tuple[int, int, int, float] | None = None
+
+    def count(self, decoded: int, status: LiveStatus, now_s: float) -> None:
+        """Take how many there were so far."""
+        came, tracked = status.frames + status.dropped, status.frames
+        since = self._since
+        if since is None or decoded < since[0] or came < since[1]:
+            self._since = decoded, came, tracked, now_s
+            return
+        took_s = now_s - since[3]
+        if took_s >= RATE_S:
+            self.decoded_hz = (decoded - since[0]) / took_s
+            self.came_hz = (came - since[1]) / took_s
+            self.tracked_hz = (tracked - since[2]) / took_s
+            self._since = decoded, came, tracked, now_s
 
 
 _SMOOTH = Qt.TransformationMode.SmoothTransformation

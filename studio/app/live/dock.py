@@ -165,7 +165,9 @@ class LiveDock(QWidget):
         banner = banner_of(status, session.events(), now_ns=session.now_ns())
         drawing = job.drawing if job is not None else ""
         self.head.show_status(status, banner, drawing=drawing, is_locating=session.is_locating)
-        self.camera.show_session(session, status, layout=self.live.shown_layout())
+        is_simulated = job is not None and job.plan.is_simulated
+        layout = self.live.shown_layout()
+        self.camera.show_session(session, status, layout=layout, is_simulated=is_simulated)
         stages = {stage.name: stage for stage in status.stages}
         whole = stages.pop("whole", None)
         self.latency.show_stages(tuple(stages.values()), whole)
@@ -193,7 +195,7 @@ class LiveDock(QWidget):
         if job is None or job.running or job.report is None or job.report == self._shown_report:
             return
         self._shown_report = job.report
-        self.report.setHtml(report_page(job.report.parent))
+        self.report.setHtml(report_page(job.report.parent, self._bench.name_of))
         self.browser_button.setEnabled(True)
         self.show_tab("Report")
 

@@ -22,6 +22,7 @@ from studio.app.live.words import (
     begun_with_a_capital,
     elapsed_words,
     light_of,
+    objects_words,
 )
 from studio.app.model.jobs.live_job import LiveJob
 from studio.app.model.own_address import reachable
@@ -35,9 +36,6 @@ LIVE_RED = "#c62828"
 
 LINES = 2
 """Of the sentence below the state that are kept free, so that little moves when it changes."""
-
-OBJECTS = {"occluded": "hidden", "static": "at rest"}
-"""States of tracking as people read them; others stay."""
 
 STARTS = "Choose a camera, then check and connect."
 
@@ -161,7 +159,7 @@ class LiveHead(QWidget):
         if drawing and status.state is LiveState.CONNECTING:
             text = f"the simulated camera is made ready: {drawing}"
         if status.state is LiveState.LIVE:
-            text = _objects(status)
+            text = objects_words(status, self._bench.name_of)
             self.badge.setText(f"LIVE {elapsed_words(status.live_s or 0.0)}")
         self.badge.setVisible(status.state is LiveState.LIVE)
         self._show_text(begun_with_a_capital(reachable(text)))
@@ -220,13 +218,3 @@ class LiveHead(QWidget):
         lines = LINES if banner is None else 1
         self.text.setMinimumHeight(lines * self.fontMetrics().lineSpacing())
         self.updateGeometry()
-
-
-def _objects(status: LiveStatus) -> str:
-    """How many objects are in which state, in words."""
-    found = status.objects or {}
-    if not found:
-        return "no objects in this room"
-    return "objects: " + ", ".join(
-        f"{count} {OBJECTS.get(state, state)}" for state, count in sorted(found.items())
-    )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -38,6 +38,9 @@ class Light:
     kind: str
     word: str
 
+
+OBJECTS = {"occluded": "hidden", "static": "at rest", "tracked": "followed"}
+"""States of tracking as people read them; others stay."""
 
 IDLE = Light("calm", "not connected")
 
@@ -128,6 +131,23 @@ def _banner_of_place(status: LiveStatus, events: Sequence[Event], now_ns: int) -
             text = f"{_sentence(event.text)} If objects stand beside their places:"
             return Banner("warning", text, Help.FIND)
     return None
+
+
+def objects_words(status: LiveStatus, name: Callable[[str], str]) -> str:
+    """How many objects are in which state, and of those that are lost why.
+
+    Args:
+        status: of the session.
+        name: what the object of an id is called.
+    """
+    found = status.objects or {}
+    if not found:
+        return "no objects in this room"
+    counts = ", ".join(
+        f"{count} {OBJECTS.get(state, state)}" for state, count in sorted(found.items())
+    )
+    lost = "; ".join(f"{name(object_id)} is lost: {why}" for object_id, why in status.lost.items())
+    return f"objects: {counts}. {lost}".rstrip(". ")
 
 
 def _sentence(text: str) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, QObject, Qt, QTimer
-from PySide6.QtGui import QCloseEvent, QColor, QDragEnterEvent, QDropEvent, QPixmap
+from PySide6.QtGui import QCloseEvent, QColor, QDragEnterEvent, QDropEvent, QPixmap, QResizeEvent
 from PySide6.QtWidgets import (
     QComboBox,
     QDoubleSpinBox,
@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QLabel,
     QPushButton,
     QScrollArea,
+    QSizePolicy,
     QTreeWidget,
     QTreeWidgetItem,
     QVBoxLayout,
@@ -43,13 +44,24 @@ SCALE = (
 )
 POLL_MS = 300
 STATES = {"running": ("calm", "runs"), "done": ("good", "done"), "failed": ("bad", "failed")}
+NAMES = {"outdoor points": "outside the windows"}
+"""Stages whose names say too little, as people read them."""
 BAR_CELLS = 10
 QUALITIES = {
-    "preview": "preview: half a minute of training",
-    "default": "usual: two and a half minutes",
-    "fine": "fine: eight minutes",
+    "preview": "preview: trains half a minute",
+    "default": "usual: trains two and a half minutes",
+    "fine": "fine: trains eight minutes",
 }
 """What people read of each quality; times of two idle cores."""
+
+ALL_ELSE = (
+    "All else takes some minutes more, mostly to find where the photos were taken; a busy computer "
+    "takes twice as long. Left says what is left of a stage."
+)
+PREVIEW_PX = 280
+"""Widest that a picture of the training is shown."""
+MARGIN_PX = 28
+"""Of the page, left and right together."""
 
 
 class RoomPage(QScrollArea):
@@ -67,6 +79,7 @@ class RoomPage(QScrollArea):
         self.job: PreparationJob | None = None
         self._is_open = False
         self._preview: Path | None = None
+        self._pixmap = QPixmap()
         self.setAcceptDrops(True)
         self.setWidgetResizable(True)
         self.setFrameShape(QScrollArea.Shape.NoFrame)
@@ -115,6 +128,7 @@ class RoomPage(QScrollArea):
         self.stages.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.preview = QLabel()
         self.preview.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.preview.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.codes = _table(["Code", "Side", "Photos", "Off by"])
         self.verdict = QLabel()
         self.verdict.setWordWrap(True)
@@ -132,6 +146,10 @@ class RoomPage(QScrollArea):
         words.setWordWrap(True)
         layout.addWidget(words)
         layout.addLayout(form)
+        times = QLabel(ALL_ELSE)
+        times.setObjectName("faint")
+        times.setWordWrap(True)
+        layout.addWidget(times)
         layout.addWidget(self.ends)
         layout.addLayout(buttons)
         layout.addWidget(self.stages)
@@ -223,12 +241,23 @@ class RoomPage(QScrollArea):
         if picture is not None and picture != self._preview:
             pixmap = QPixmap(str(picture))
             if not pixmap.isNull():
-                self._preview = picture
-                smooth = Qt.TransformationMode.SmoothTransformation
-                self.preview.setPixmap(pixmap.scaledToWidth(280, smooth))
+                self._preview, self._pixmap = picture, pixmap
+                self._show_preview()
         if not running:
             self._is_open = False
             self._end(self.job)
+
+    def _show_preview(self) -> None:
+        """As wide as the page lets it be: what is wider would be cut off."""
+        if not self._pixmap.isNull():
+            smooth = Qt.TransformationMode.SmoothTransformation
+            width = max(1, min(PREVIEW_PX, self.viewport().width() - MARGIN_PX))
+            self.preview.setPixmap(self._pixmap.scaledToWidth(width, smooth))
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """See Qt."""
+        super().resizeEvent(event)
+        self._show_preview()
 
     def _end(self, job: PreparationJob) -> None:
         if job.problem:
@@ -263,9 +292,12 @@ class RoomPage(QScrollArea):
             kind, words = STATES[stage.state]
             full = round(BAR_CELLS * stage.done)
             bar = f"{'█' * full}{'░' * (BAR_CELLS - full)} {100 * stage.done:3.0f} %"
-            left_s = stage.spent_s if stage.state == "done" else stage.left_s
-            left = "" if left_s is None else f"{left_s:4.0f} s"
-            item = QTreeWidgetItem([stage.name, f"{SHAPES[kind]} {words}", bar, left])
+            if stage.spent_s is not None:
+                bar = f"took {stage.spent_s:.0f} s"
+            is_left = stage.state == "running" and stage.left_s is not None
+            left = f"{stage.left_s:4.0f} s" if is_left else ""
+            name = NAMES.get(stage.name, stage.name)
+            item = QTreeWidgetItem([name, f"{SHAPES[kind]} {words}", bar, left])
             item.setForeground(1, QColor(getattr(theme, kind)))
             item.setToolTip(0, stage.note)
             self.stages.addTopLevelItem(item)

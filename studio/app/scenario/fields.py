@@ -144,6 +144,11 @@ FAULT_TITLES: Mapping[str, str] = {
 """What people read."""
 
 
+def fault_title(name: str) -> str:
+    """What people read of a fault; one of a plug-in has its own name."""
+    return FAULT_TITLES.get(name, name)
+
+
 def new_values(
     fields: tuple[Field, ...],
     *,

@@ -34,6 +34,7 @@ from studio.app.shell.menus import Menus
 from studio.app.shell.notice import NoticeBar
 from studio.app.shell.questions import ask_file, ask_folder, ask_unsaved
 from studio.app.shell.script_run import ScriptRun
+from studio.app.shell.share_dialog import ask_share
 from studio.app.shell.status_line import StatusLine
 from studio.app.shell.theme import THEMES, apply_theme
 from studio.app.shell.window_film import WindowFilm
@@ -106,7 +107,7 @@ class MainWindow(QMainWindow):
         self.first_page: FirstPage | None = None
         ask = partial(ask_file, self)
         add_file_actions(bench, replacing, ask, partial(ask_folder, self))
-        add_session_actions(bench, run)
+        add_session_actions(bench, run, partial(ask_share, self))
         live = bench.shared(LiveRun)
         if live is not None:
             LiveActions(bench, live, ask).add()

@@ -38,7 +38,7 @@ TOOLBAR = (
     "session.rehearse",
     "session.stop",
     "",
-    "share.make",
+    "share.ask",
     "",
     "palette.open",
     "help.keys",

@@ -27,6 +27,7 @@ class StatusLine:
         bench.listen(Topic.SESSION, self._on_session)
         bench.listen(Topic.RECORDING, self._on_session)
         bench.listen(Topic.LOG, self._on_log)
+        bench.listen(Topic.DOCUMENT, self._on_change)
 
     @property
     def text(self) -> str:
@@ -41,12 +42,20 @@ class StatusLine:
         run = self._run
         self._line.setText(run.line)
         session = None if run.job is None else run.job.session
-        if session is not None and run.output is not None:
+        if not run.is_playing:
+            self._count.clear()  # the timeline says which instant is shown
+        elif session is not None and run.output is not None:
             frame = run.output.input.frame
             self._count.setText(f"{frame.t_ns / 1e9:6.1f} s   frame {frame.seq:5d}")
         kind = "good" if run.is_playing else "calm"
         words = str(self._bench.standing.mode) if not run.is_opening else "opening"
         self._state.setText(f"{SHAPES[kind]} {words}")
+
+    def _on_change(self) -> None:
+        """Something was done since: what could not be done before is over."""
+        lines = self._bench.log.lines()
+        if lines and lines[-1].level == "error" and lines[-1].text in self._line.text():
+            self._line.setText(self._run.line)
 
     def _on_log(self) -> None:
         line = self._bench.log.lines()[-1]

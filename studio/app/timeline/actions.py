@@ -68,7 +68,7 @@ class Timeline(Protocol):
         """See the dock."""
         ...
 
-    def fork(self, t_s: float | None = None, out: str = "") -> None:
+    def fork(self, t_s: float | None = None, out: str = "", anyway: bool = False) -> None:
         """See the dock."""
         ...
 
@@ -88,7 +88,8 @@ def add_timeline_actions(dock: Timeline) -> None:
     def is_open() -> bool:
         return dock.is_open
 
-    def fork_command(t_s: float = 0.0, out: str = "") -> str:
+    def fork_command(t_s: float = 0.0, out: str = "", anyway: bool = False) -> str:
+        del anyway  # a command line is not asked
         words = ["nexus", "fork", str(bench.recording), "--at", f"{t_s:g}"]
         if bench.document.scenario:
             words += ["--scenario", f"{bench.document.scenario_name or 'scenario'}.toml"]
@@ -233,7 +234,7 @@ def add_timeline_actions(dock: Timeline) -> None:
             group,
             dock.fork,
             "go on from this instant with the edited scenario",
-            arguments=("t_s", "out"),
+            arguments=("t_s", "out", "anyway"),
             available=is_open,
             command=fork_command,
             icon=icon + "source-fork",

@@ -7,13 +7,11 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QSize, Qt, QTimer, QUrl
+from PySide6.QtCore import QSize, QTimer, QUrl
 from PySide6.QtGui import QCloseEvent, QDesktopServices
 from PySide6.QtWidgets import (
     QHBoxLayout,
     QLabel,
-    QScrollArea,
-    QSplitter,
     QStackedWidget,
     QVBoxLayout,
     QWidget,
@@ -29,12 +27,12 @@ from studio.app.timeline.actions import add_timeline_actions
 from studio.app.timeline.comparison.forking import TwoRuns
 from studio.app.timeline.comparison.runs import Runs
 from studio.app.timeline.comparison.view import ComparisonView
-from studio.app.timeline.curves import Curves
 from studio.app.timeline.empty_page import EmptyPage
 from studio.app.timeline.playback import Playback
-from studio.app.timeline.track_view import TrackView
+from studio.app.timeline.rows import Rows
 from studio.app.timeline.transport import Legend, Transport
 from studio.app.timeline.viewing import Viewing
+from studio.app.viewport.view_grid import ViewGrid
 
 if TYPE_CHECKING:
     from studio.app.timeline.opening import OpenRecording
@@ -62,6 +60,7 @@ class TimelineDock(QWidget):
         bench.listen(Topic.DOCUMENT, self._on_document)
         bench.listen(Topic.SETTINGS, self._on_theme)
         bench.listen(Topic.SCENE, self._on_scene)
+        bench.listen(Topic.OPENED, self._leave_comparison)
         self._timer = QTimer(self)
         self._timer.timeout.connect(self.poll)
         self._timer.start(POLL_MS)
@@ -87,36 +86,24 @@ class TimelineDock(QWidget):
 
     def _build(self) -> None:
         self.transport = Transport(self.bench)
-        self.tracks = TrackView(
+        self.rows = Rows(
             self._theme,
             scrub=self._on_scrub,
             hover=self._on_hover,
-            zoomed=self._on_zoom,
             choose=self.bench.select,
             name=self.bench.name_of,
         )
-        self.curves = Curves()
-        area = QScrollArea()
-        area.setWidget(self.tracks)
-        area.setWidgetResizable(True)
-        area.setFrameShape(QScrollArea.Shape.NoFrame)
-        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        area.verticalScrollBar().rangeChanged.connect(self._on_rows_scroll)
-        self._rows = area
-        self._split = QSplitter(Qt.Orientation.Vertical)
-        self._split.addWidget(area)
-        self._split.addWidget(self.curves)
-        self._split.setStretchFactor(1, 1)
-        self._split.setChildrenCollapsible(False)
+        self.tracks, self.curves = self.rows.tracks, self.rows.curves
         self.view = ComparisonView(
             self._leave_comparison,
             partial(self.bench.do, "timeline.open_page"),
             self._on_scrub,
             self._called,
+            self._cover,
         )
         self.empty = EmptyPage(self.bench)
         self.pages = QStackedWidget()
-        for page in (self.empty, self._split, self.view):
+        for page in (self.empty, self.rows, self.view):
             self.pages.addWidget(page)
         whole = QVBoxLayout(self)
         whole.setContentsMargins(0, 0, 0, 0)
@@ -143,9 +130,7 @@ class TimelineDock(QWidget):
         theme = self._theme()
         self.transport.colour(theme)
         self.legend.colour(theme)
-        self.tracks.redraw()
-        if self.shown is not None:
-            self._draw_curves(self.shown)
+        self.rows.redraw()
 
     def _on_document(self) -> None:
         self.tracks.show_markers(self.bench.document.markers)  # names may be others, too
@@ -163,7 +148,8 @@ class TimelineDock(QWidget):
     def _on_recording(self) -> None:
         recording = self.bench.recording
         if recording is None:
-            if self.viewing.path is not None:  # else two runs may be compared: they stay
+            # Two runs can be compared with no recording open: they stay, unless a session plays.
+            if self.viewing.path is not None or self.bench.standing.is_session:
                 self._forget()
         elif recording != self.viewing.path:
             self._forget()
@@ -174,7 +160,7 @@ class TimelineDock(QWidget):
     def _forget(self) -> None:
         self.viewing.forget()
         self.view.leave()
-        self.tracks.show_recording(None)
+        self.rows.show_recording(None)
         self.pages.setCurrentWidget(self.empty)
         self.transport.time.clear()
         self.read_out.clear()
@@ -183,7 +169,7 @@ class TimelineDock(QWidget):
         self.transport.show_available()
         # With two folders it can always be done, by its button only once there was a fork.
         self.transport.buttons["timeline.compare"].setEnabled(self.runs.has_pair)
-        self.legend.setVisible(self.pages.currentWidget() is self._split)
+        self.legend.setVisible(self.pages.currentWidget() is self.rows)
 
     # --- polling ---------------------------------------------------------------------------------
 
@@ -209,33 +195,33 @@ class TimelineDock(QWidget):
         is_again = self.pages.currentWidget() is not self.empty
         self.bench.open_recording(self.viewing.path)
         self.view.leave()
-        self.tracks.show_recording(shown)
+        self.rows.show_recording(shown)
         self._on_document()
-        self.pages.setCurrentWidget(self._split)
-        self._share_height()
-        self._draw_curves(shown)
+        self.pages.setCurrentWidget(self.rows)
+        self.rows.share_height(self.pages.height())
         # Only now can it be played: whoever shows what can be done must look again.
         self.bench.announce(Topic.RECORDING)
         self.bench.remember(str(shown.index.path), "recent_sessions")
         if not is_again and self.runs.is_fork(shown.index.path):
             self.compare()
 
-    def _share_height(self) -> None:
-        """All rows are seen if the curves keep their least height."""
-        rows = self.tracks.minimumHeight()
-        height = self.pages.height() - self._split.handleWidth()
-        self._split.setSizes([rows, max(height - rows, self.curves.minimumHeight())])
-
-    def _on_rows_scroll(self, _low: int, high: int) -> None:
-        """Curves end where the rows end, whose width a scroll bar takes."""
-        self.curves.leave_right(self._rows.verticalScrollBar().sizeHint().width() if high else 0)
-
-    def _draw_curves(self, shown: OpenRecording) -> None:
-        self.curves.show_curves(shown.curves, self._theme())
-        self.curves.show_span(self.tracks.from_ns, self.tracks.to_ns)
+    def _cover(self, widget: QWidget | None) -> bool:
+        """Show something in place of the window's views, None these again; whether there are."""
+        grid = self.bench.shared(ViewGrid)
+        if grid is not None:
+            grid.cover(widget)
+        return grid is not None
 
     def _show_comparison(self, compared: TwoRuns) -> None:
         self.view.show_comparison(compared)
+        grid, scene = self.bench.shared(ViewGrid), self.bench.scene
+        viewer = None if grid is None else grid.active.viewer
+        if (
+            viewer is not None
+            and scene is not None
+            and scene.name == compared.comparison.scene.name
+        ):
+            self.view.beside.look_from(viewer.orbit)
         self.pages.setCurrentWidget(self.view)
         self.bench.announce(Topic.RECORDING)
 
@@ -246,12 +232,15 @@ class TimelineDock(QWidget):
         if playing is self.view.playback:
             self.transport.show_time(playing)
             self.view.show_instant()
+            if self.viewing.playback is not None:  # all that is seen is of one instant
+                self.viewing.playback.seek(playing.t_ns)
+                self.viewing.show_instant()
             return
         t_ns = self.viewing.show_instant()
-        self.transport.show_time(playing, self.viewing.other_picture_ns)
+        cut = "" if self.shown is None else self.shown.cut
+        self.transport.show_time(playing, self.viewing.other_picture_ns, cut=cut)
         if t_ns is not None:
-            self.tracks.set_playhead(t_ns)
-            self.curves.set_playhead(t_ns)
+            self.rows.set_playhead(t_ns)
 
     def _on_scrub(self, t_ns: int, has_ended: bool) -> None:
         playing = self._playhead()
@@ -259,10 +248,7 @@ class TimelineDock(QWidget):
             playing.seek(t_ns)
             self._show_instant()
             if has_ended:
-                self.bench.note("timeline.seek", t_s=round(playing.t_ns / 1e9, 3))
-
-    def _on_zoom(self) -> None:
-        self.curves.show_span(self.tracks.from_ns, self.tracks.to_ns)
+                self.bench.note("timeline.seek", t_s=round(playing.seconds(playing.t_ns), 3))
 
     def _on_hover(self, t_ns: int | None, object_id: str) -> None:
         if t_ns is None or self.shown is None:
@@ -319,7 +305,8 @@ class TimelineDock(QWidget):
 
     def seek(self, t_s: float) -> None:
         """Go to a time of the session, seconds."""
-        self._playing().seek(round(float(t_s) * 1e9))
+        playing = self._playing()
+        playing.seek(playing.instant_ns(float(t_s)))
         self._show_instant()
 
     def step(self, frames: int) -> None:
@@ -345,7 +332,7 @@ class TimelineDock(QWidget):
         playback.seek(failure.t_ns)
         self.bench.select(failure.object_id)
         name = self.bench.name_of(failure.object_id)
-        self.bench.say("info", f"{name} {failure.text} at {failure.t_ns / 1e9:.2f} s")
+        self.bench.say("info", f"{name} {failure.text} at {playback.seconds(failure.t_ns):.2f} s")
 
     def change_speed(self, steps: int) -> None:
         """Slower or faster."""
@@ -357,26 +344,25 @@ class TimelineDock(QWidget):
 
     def switch_curves(self) -> None:
         """Show yaw errors instead of position errors, or the other way round."""
-        self.curves.shows_yaw = not self.curves.shows_yaw
-        if self.shown is not None:
-            self._draw_curves(self.shown)
+        self.rows.switch_curves()
 
     def mark(self, text: str = "", t_s: float | None = None) -> None:
         """Add a marker to the document, here unless a time is given."""
         document = self.bench.document
-        t_ns = self._playing().t_ns if t_s is None else round(float(t_s) * 1e9)
+        playing = self._playing()
+        t_ns = playing.t_ns if t_s is None else playing.instant_ns(float(t_s))
         marker = Marker(t_ns, text or f"Marker {len(document.markers) + 1}")
         markers = tuple(sorted((*document.markers, marker), key=lambda item: item.t_ns))
-        self.bench.change(f"Mark {t_ns / 1e9:.2f} s", replace(document, markers=markers))
+        self.bench.change(f"Mark {playing.seconds(t_ns):.2f} s", replace(document, markers=markers))
 
     def close_recording(self) -> None:
         """Close it."""
         self.bench.open_recording(None)
 
-    def fork(self, t_s: float | None = None, out: str = "") -> None:
+    def fork(self, t_s: float | None = None, out: str = "", anyway: bool = False) -> None:
         """Play on from an instant, here unless one is given; the result is B."""
         at_s = self._playing().t_ns / 1e9 if t_s is None else float(t_s)
-        self.runs.fork(at_s, out)
+        self.runs.fork(at_s, out, anyway=anyway)
         self._playing().pause()
 
     def compare(self, a: str = "", b: str = "") -> None:
@@ -388,14 +374,22 @@ class TimelineDock(QWidget):
         self.runs.write_page()
 
     def _leave_comparison(self) -> None:
+        if self.pages.currentWidget() is not self.view:
+            return
         self.view.leave()
-        self.pages.setCurrentWidget(self.empty if self.playback is None else self._split)
+        self.pages.setCurrentWidget(self.empty if self.playback is None else self.rows)
         self.bench.announce(Topic.RECORDING)
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """End the threads."""
         self._timer.stop()
-        for callback in (self._on_recording, self._on_document, self._on_theme, self._on_scene):
+        for callback in (
+            self._on_recording,
+            self._on_document,
+            self._on_theme,
+            self._on_scene,
+            self._leave_comparison,
+        ):
             self.bench.stop_listening(callback)
         self.empty.leave()
         self.viewing.close()

@@ -7,6 +7,7 @@ from functools import partial
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
+from studio.app.model.standing import Mode
 from studio.app.model.workbench import Topic, Workbench
 
 WORDS = (
@@ -14,6 +15,10 @@ WORDS = (
     "recording (.mcap) or the folder of a rehearsal onto the window."
 )
 PLAYING = "The session is being played and recorded. When it has ended, it can be looked at here."
+LIVE = (
+    "A live session: the dock Live says how it is doing. When it has ended, what it has recorded "
+    "can be looked at here."
+)
 REHEARSE, STOP = "session.rehearse", "session.stop"
 WAYS = (
     ("▶  Rehearse this room", REHEARSE),
@@ -57,7 +62,8 @@ class EmptyPage(QWidget):
     def _show_state(self) -> None:
         session = self._bench.session
         is_playing = session is not None and session.is_playing
-        self.words.setText(PLAYING if is_playing else WORDS)
+        is_live = self._bench.standing.mode is Mode.LIVE
+        self.words.setText(LIVE if is_live else PLAYING if is_playing else WORDS)
         for action_id, button in self.buttons.items():
             button.setVisible((action_id == STOP) == is_playing)
 

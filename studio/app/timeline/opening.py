@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from devices.recording_index import is_whole
 from scenes.package import ScenePackage
 from scenes.state import ObjectModel
 from studio.app.timeline.recorded.errors import (
@@ -21,6 +22,7 @@ from studio.app.timeline.recorded.reading import read_index
 from studio.app.timeline.recorded.spans import FaultSpan, StateSpan, fault_spans, state_spans
 from studio.app.timeline.task import Report, Task
 from studio.session.opening import scene_hash
+from studio.session.records.cut_short import is_cut_short
 from studio.session.records.outputs import RECORDING
 from studio.session.records.recorded_scene import as_recorded
 
@@ -36,6 +38,7 @@ class OpenRecording:
         curves: errors by object id; empty without truth.
         failure: the first one, or None.
         stranger: why it does not suit the scene that is open, in words; empty if it does.
+        cut: how it came to an early end, in words; empty if it was played and written to its end.
     """
 
     index: RecordingIndex
@@ -44,6 +47,7 @@ class OpenRecording:
     curves: Mapping[str, ErrorCurve]
     failure: Failure | None
     stranger: str
+    cut: str
 
 
 def recording_file(path: Path) -> Path:
@@ -82,7 +86,14 @@ def open_recording(index: RecordingIndex, scene: ScenePackage | None) -> OpenRec
         curves=curves,
         failure=first_failure(index, curves),
         stranger=_stranger(index, scene),
+        cut=_cut(index),
     )
+
+
+def _cut(index: RecordingIndex) -> str:
+    if not is_whole(index.path):
+        return "cut off"
+    return "stopped early" if any(map(is_cut_short, index.events)) else ""
 
 
 def _stranger(index: RecordingIndex, scene: ScenePackage | None) -> str:

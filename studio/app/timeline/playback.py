@@ -19,15 +19,23 @@ class Playback:
         start_ns: first instant.
         end_ns: last instant.
         clock: real time.
+        origin_ns: the instant that people read as 0 s.
     """
 
     def __init__(
-        self, frames_ns: Sequence[int], *, start_ns: int, end_ns: int, clock: Clock
+        self,
+        frames_ns: Sequence[int],
+        *,
+        start_ns: int,
+        end_ns: int,
+        clock: Clock,
+        origin_ns: int = 0,
     ) -> None:
         self.is_looping = False
         self._frames_ns = frames_ns
         self._start_ns, self._end_ns = start_ns, end_ns
         self._clock = clock
+        self.origin_ns = origin_ns
         self._speed = 1.0
         self._is_playing = False
         self._base_ns = start_ns
@@ -70,6 +78,14 @@ class Playback:
         length = self._end_ns - self._start_ns
         self._set(self._start_ns + (t_ns - self._start_ns) % length)
         return self._base_ns
+
+    def seconds(self, t_ns: int) -> float:
+        """An instant as people read it."""
+        return (t_ns - self.origin_ns) / 1e9
+
+    def instant_ns(self, t_s: float) -> int:
+        """The instant that people read as so many seconds."""
+        return self.origin_ns + round(t_s * 1e9)
 
     def play(self) -> None:
         """Go on; from the start if it is at the end."""

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from studio.app.model.documents.document import Marker
+from studio.app.scenario.fields import fault_title
 from studio.app.shell.theme import figures
 from studio.app.timeline.opening import OpenRecording
 from studio.app.timeline.recorded.columns import STATE, STATES, last_at
+from studio.console.spoken import with_names
 
 NEAR_NS = 150_000_000
 """Events and markers as near as this are named: one or two frames of a slow camera."""
@@ -30,7 +32,7 @@ def read_out(
         markers: the document's.
         name: gives what an object of an id is called.
     """
-    words = [f"{figures(t_ns / 1e9, '7.2f')} s"]
+    words = [f"{figures((t_ns - shown.index.origin_ns) / 1e9, '7.2f')} s"]
     tracks = shown.index.tracks.get(object_id)
     number = -1 if tracks is None else tracks.newest(t_ns)
     if tracks is not None and number >= 0:
@@ -40,10 +42,11 @@ def read_out(
     if curve is not None and at >= 0:
         words.append(f"off by {curve.world_cm[at]:.1f} cm, {curve.yaw_deg[at]:.1f}°")
     words += [
-        f"fault {span.name} {span.largest:g}"
+        f"{fault_title(span.name)} {span.largest:g}"
         for span in shown.faults
         if span.from_ns <= t_ns < span.to_ns
     ]
     words += [m.text for m in markers if abs(m.t_ns - t_ns) <= NEAR_NS]
+    ids = shown.index.tracks
     near = [e.text for e in shown.index.events if abs(e.t_ns - t_ns) <= NEAR_NS]
-    return "   ".join([*words, *near[:2]])
+    return "   ".join([*words, *(with_names(text, ids, name) for text in near[:2])])

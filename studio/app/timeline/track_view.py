@@ -24,6 +24,7 @@ from PySide6.QtWidgets import QWidget
 
 from scenes.state import TrackState
 from studio.app.model.documents.document import Marker
+from studio.app.scenario.fields import fault_title
 from studio.app.shell.theme import Theme
 from studio.app.timeline.curves import GUTTER_PX, curve_pen
 from studio.app.timeline.opening import OpenRecording
@@ -206,10 +207,10 @@ class TrackView(QWidget):
         width_s = (self.to_ns - self.from_ns) / 1e9
         most = max((self.width() - GUTTER_PX) / TICK_PX, 1.0)
         step_s = next((step for step in TICKS_S if width_s / step <= most), TICKS_S[-1])
-        for t_s in np.arange(
-            np.ceil(self.from_ns / 1e9 / step_s) * step_s, self.to_ns / 1e9, step_s
-        ):
-            x = round(self.x_of(round(t_s * 1e9)))
+        origin_ns = 0 if self._shown is None else self._shown.index.origin_ns
+        from_s, to_s = ((t_ns - origin_ns) / 1e9 for t_ns in (self.from_ns, self.to_ns))
+        for t_s in np.arange(np.ceil(from_s / step_s) * step_s, to_s, step_s):
+            x = round(self.x_of(origin_ns + round(t_s * 1e9)))
             painter.setPen(QColor(theme.line))
             painter.drawLine(x, RULER_PX - 6, x, self.height())
             painter.setPen(QColor(theme.faint))
@@ -248,11 +249,12 @@ class TrackView(QWidget):
             box = self._box(span.from_ns, span.to_ns, top)
             painter.fillRect(box, QBrush(QColor(theme.warning), Qt.BrushStyle.HorPattern))
             painter.drawRect(box)
-            width = QFontMetricsF(painter.font()).horizontalAdvance(span.name) + 8
+            title = fault_title(span.name)
+            width = QFontMetricsF(painter.font()).horizontalAdvance(title) + 8
             if box.left() >= free_x and width <= box.width():
                 label = QRectF(box.left() + 2, box.top(), width, box.height())
                 painter.fillRect(label, QColor(theme.panel))
-                painter.drawText(label, Qt.AlignmentFlag.AlignCenter, span.name)
+                painter.drawText(label, Qt.AlignmentFlag.AlignCenter, title)
                 free_x = label.right()
 
     def _draw_states(

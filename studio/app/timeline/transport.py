@@ -104,19 +104,23 @@ class Transport(QWidget):
         for action_id, button in self.buttons.items():
             button.setEnabled(self._bench.actions.get(action_id).is_available)
 
-    def show_time(self, playback: Playback, picture_ns: int | None = None) -> None:
+    def show_time(
+        self, playback: Playback, picture_ns: int | None = None, *, cut: str = ""
+    ) -> None:
         """Say where it is, of what length, and how fast.
 
         Args:
             playback: the playhead.
             picture_ns: when the camera's picture was taken, if it is not that of the playhead.
+            cut: how the recording came to an early end, in words; empty if it did not.
         """
         due = picture_ns is not None and not playback.is_playing
-        picture = f"  picture of {(picture_ns or 0) / 1e9:.2f} s" if due else ""
+        picture = f"  picture of {playback.seconds(picture_ns or 0):.2f} s" if due else ""
         playing = "▶" if playback.is_playing else "‖"
         loop = "  loop" if playback.is_looping else ""
         self.time.setText(
-            f"{playing}{figures(playback.t_ns / 1e9, '8.2f')} s of {playback.end_ns / 1e9:.1f} s"
+            f"{playing}{figures(playback.seconds(playback.t_ns), '8.2f')} s of "
+            f"{playback.seconds(playback.end_ns):.1f} s{f' ({cut})' * bool(cut)}"
             f"  ×{playback.speed:g}{loop}{picture}"
         )
 

@@ -19,6 +19,9 @@ from studio.app.timeline.task import Task
 if TYPE_CHECKING:
     from studio.app.timeline.opening import OpenRecording
 
+CUT_OFF = "cut off"
+"""Of `OpenRecording.cut`: the file has no end."""
+
 
 class Viewing:
     """One recording at a time; `poll` is called by the dock's timer.
@@ -127,12 +130,20 @@ class Viewing:
         for text in (shown.stranger, index.shortened):
             if text:
                 self.bench.say("warning", text)
+        if shown.cut == CUT_OFF:
+            words = (
+                f"{index.path.name} was cut off, by a full disk or the program's end: it is shown "
+                f"as far as it goes, to {(index.end_ns - index.origin_ns) / 1e9:.1f} s"
+            )
+            self.bench.say("warning", words)
+            self.bench.notify(words, "warning")
         self.shown = shown
         if self.playback is None:
             self.playback = Playback(
                 index.frames_ns.tolist(),
                 start_ns=index.start_ns,
                 end_ns=index.end_ns,
+                origin_ns=index.origin_ns,
                 clock=WallClock(),
             )
         self._stop_pictures()

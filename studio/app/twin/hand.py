@@ -51,6 +51,12 @@ def physics_of(scene: ScenePackage) -> PhysicsByHand:
     return physics_by_hand(scene)
 
 
+NOTHING_FALLS = (
+    "Nothing moves: all objects rest where they stand. Hold Ctrl and drag one to move it by "
+    "physics, or put one into the air first."
+)
+
+
 class TwinPhysics:
     """Grab, throw, push, pause: what the window does with a running room. See `Grabbing`.
 
@@ -78,6 +84,7 @@ class TwinPhysics:
         self._label = ""
         self._touched: set[str] = set()
         self._count = 0
+        self._has_moved = False
         self._begun = 0
         self._released_ns: int | None = None
         self._shown: SceneState | None = None
@@ -220,6 +227,7 @@ class TwinPhysics:
             self.reset()
             return
         moved = self._moved(frame)
+        self._has_moved |= bool(moved)
         waited = self._released_ns is not None and (
             self._clock.now_ns() - self._released_ns > PATIENCE_NS
         )
@@ -230,6 +238,9 @@ class TwinPhysics:
         if frame.moving:
             self._released_ns = self._clock.now_ns()
         else:
+            if not self._has_moved and not self._touched:
+                self._bench.say("info", NOTHING_FALLS)
+                self._bench.notify(NOTHING_FALLS, "info")
             self._end()
 
     # --- inside ----------------------------------------------------------------------------------
@@ -238,6 +249,7 @@ class TwinPhysics:
         if not self._label:
             self._touched = set()
             self._count += 1
+            self._has_moved = False
         self._touched |= {object_id} - {""}
         what = name_of(self._bench.document, object_id, object_id) if object_id else "objects"
         self._label = f"{verb} {what}"

@@ -68,7 +68,8 @@ class TwinView(QWidget):
         bench: what is shown.
         layers: which layers, and those that take a while to make.
         drawings: what it draws the scene with, shared with other views.
-        finished: called with the places when a tool has what it needs.
+        finished: called with the places when a tool has what it needs; gives what stays in hand
+            where that came to nothing.
     """
 
     def __init__(
@@ -77,7 +78,7 @@ class TwinView(QWidget):
         *,
         layers: Layers,
         drawings: Drawings,
-        finished: Callable[[InHand], None],
+        finished: Callable[[InHand], InHand | None],
     ) -> None:
         super().__init__()
         self.bench = bench
@@ -96,6 +97,7 @@ class TwinView(QWidget):
         self._press = self._last = QPointF()
         self._drag: Drag | None = None
         self._drags = 0
+        self._is_covered = False
         self.setMinimumSize(240, 160)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -133,9 +135,16 @@ class TwinView(QWidget):
         height = 2 * max(8, round(0.5 * self.height() * scale))
         return Pinhole.from_fov(width, height, FIELD_OF_VIEW)
 
+    def cover(self, is_covered: bool) -> None:
+        """Neither shown nor drawn while something else has its place."""
+        if is_covered != self._is_covered:
+            self._is_covered = is_covered
+            self.setVisible(not is_covered)
+            self.redraw()
+
     def redraw(self) -> None:
         """Ask for a picture of what is now."""
-        if self._painter is None or self.viewer is None:
+        if self._painter is None or self.viewer is None or self._is_covered:
             return
         bench, scene = self.bench, self.bench.scene
         rig = bench.state.world_from_rig or (scene.world_from_rig if scene else None)
@@ -385,6 +394,9 @@ class TwinView(QWidget):
             self.set_viewer(self.viewer.stepped(right, up, ahead, floor=self._free_floor()))
         elif key == Qt.Key.Key_Escape:
             self.take(Tool.SELECT)
+        elif key == Qt.Key.Key_Backspace and self.hand.places:
+            self.hand = self.hand.without_last()
+            self.update()
         elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and self.hand.places:
             self._finish()
         else:
@@ -429,7 +441,10 @@ class TwinView(QWidget):
     def _finish(self) -> None:
         hand = self.hand
         self.take(Tool.SELECT)
-        self._finished(hand)
+        left = self._finished(hand)
+        if left is not None:
+            self.take(left.tool)
+            self.hand = left
 
     def _grabbed(self, at: QPointF) -> Drag | None:
         """Grip what is under the mouse, for the running physics to pull."""

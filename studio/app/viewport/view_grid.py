@@ -38,8 +38,10 @@ class ViewGrid(QWidget):
         self._layout.setContentsMargins(0, 0, 0, 0)
         self._layout.setSpacing(2)
         self.active: TwinView
+        self._covered_by: QWidget | None = None
         self.set_count(1)
         add_view_actions(self)
+        bench.share(self)
         self._timer = QTimer(self)
         self._timer.timeout.connect(self._poll)
         self._timer.start(POLL_MS)
@@ -60,6 +62,24 @@ class ViewGrid(QWidget):
     def add_foot(self, widget: QWidget) -> None:
         """Put something below all views."""
         self._layout.addWidget(widget, MAX_VIEWS, 0, 1, 2)
+
+    def cover(self, widget: QWidget | None) -> None:
+        """Show something in the place of all views; None shows these again."""
+        if widget is self._covered_by:
+            return
+        if self._covered_by is not None:
+            self._layout.removeWidget(self._covered_by)
+        self._covered_by = widget
+        if widget is not None:
+            self._layout.addWidget(widget, 0, 0, MAX_VIEWS, 2)
+            widget.show()
+        self._show_views()
+
+    def _show_views(self) -> None:
+        is_covered = self._covered_by is not None
+        for view in self.views:
+            view.cover(is_covered)
+        self.insets.cover(is_covered)
 
     def set_count(self, count: int) -> None:
         """Show so many views.
@@ -88,6 +108,7 @@ class ViewGrid(QWidget):
         for place, view in enumerate(self.views):
             self._layout.addWidget(view, place // 2, place % 2)
         self.active = self.views[0]
+        self._show_views()
         self.insets.place()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
@@ -103,17 +124,28 @@ class ViewGrid(QWidget):
                         view.set_viewer(watched.viewer)
         return False
 
-    def _finished(self, hand: InHand) -> None:
-        """A tool has what it needs: what it makes is an action, so that scripts have it too."""
+    def _finished(self, hand: InHand) -> InHand | None:
+        """A tool has what it needs: what it makes is an action, so that scripts have it too.
+
+        Returns:
+            What stays in hand: of four corners that are no surface, all but the last.
+        """
         places = places_text(tuple(hand.places))
         if hand.tool is Tool.DRAW and len(places) > 1:
             self.bench.do("twin.annotate", points=places)
         elif hand.tool is Tool.SURFACE:
-            self.bench.do("twin.add_surface", corners=places)
+            try:
+                self.bench.perform("twin.add_surface", corners=places)
+            except ValueError as error:
+                kept = hand.without_last()
+                again = "click the last corner again" if kept.places else "click four corners"
+                self.bench.say("error", f"{error}; {again}, Backspace takes back one more")
+                return kept
         elif hand.tool is Tool.MEASURE and len(places) > 1:
             from studio.app.viewport.view_overlay import measure_text
 
             self.bench.say("info", f"measured {measure_text(hand.places)}")
+        return None
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """See Qt."""
@@ -123,6 +155,7 @@ class ViewGrid(QWidget):
     def closeEvent(self, event: QCloseEvent) -> None:
         """End the threads that draw."""
         self.closing.emit()
+        self._covered_by = None
         self._timer.stop()
         self.layers.close()
         self.insets.close()

@@ -7,7 +7,7 @@ import pytest
 
 from sim.rehearsal import simulate
 from sim.scenarios.scenario import parse_scenario
-from sim.scenarios.switch import Switch
+from sim.scenarios.switch import Switch, first_difference_s
 from sim.tables import ScenarioError
 
 HEAD = """
@@ -189,3 +189,34 @@ def test_what_cannot_change_is_refused(small_room, t_s, text, said):
 def test_instants_come_in_order(small_room):
     with pytest.raises(ScenarioError, match="wanted an instant from 2"):
         play(small_room, (2.0, TEXT), (1.0, TEXT))
+
+
+WALKS = TEXT.replace('{ do = "stand", seconds = 0.5 }', '{ do = "stand", seconds = 3.0 }')
+
+
+@pytest.mark.parametrize(
+    ("other", "found_s"),
+    [
+        (TEXT, None),
+        (TEXT + "blur = { px = 3.0, from_s = 4.0 }\n", 4.0),
+        (TEXT + "blur = { px = 3.0, from_s = 1.0, to_s = 1.8 }\n", None),  # all before
+        (TEXT + "blur = { px = 3.0, from_s = 5.6 }\n", None),  # all after the end
+        (TEXT.replace("bump_s = 0.5", "bump_s = 1.5"), None),  # it does not come late
+        (TEXT.replace("bump_s = 0.5", "bump_s = 3.3"), 3.4),  # the next frame
+        (TEXT.replace("drop_share = 0.1", "drop_share = 0.2"), 2.0),
+        (TEXT.replace("duration_s = 5.6", "duration_s = 6.0"), 2.0),
+        (TEXT.replace("[0.8, -1.0, 1.6]]", "[0.9, -1.0, 1.6]]"), 2.0),
+        (TEXT.replace(", 1.58]", ", 1.5]"), None),  # where she started is past
+        (WALKS, 4.5),
+        (TEXT.replace(PEOPLE, ""), 2.0),
+    ],
+)
+def test_the_first_moment_that_can_differ(other, found_s):
+    """The actions are taken to begin 4.5 s apart."""
+    found = first_difference_s(
+        scenario(),
+        scenario(other),
+        from_s=2.0,
+        begins_s=lambda _scenario, _id, number: 4.5 * number,
+    )
+    assert found == (None if found_s is None else pytest.approx(found_s))

@@ -10,8 +10,6 @@ from studio import rehearsal
 from studio.console.progress import Progress
 from studio.session.plan import SessionPlan
 
-OTHER = "[camera]\nfps = 10\n[faults]\ndrop_share = 0.1\n"
-
 
 def perform(tiny, folder, patch, *, change=lambda info: info, **options):
     def open_session(plan, **given):
@@ -32,10 +30,12 @@ def two_runs(tiny, tmp_path_factory):
         a = perform(tiny, folder / "a", patch)
         digest = hashlib.sha256((a / "recording.mcap").read_bytes()).hexdigest()
 
+        other = tiny.scenario + "[faults]\ndrop_share = 0.1\n"
+
         def forked(info):
             return replace(
                 info,
-                changes=(ScenarioChange(500_000_000, OTHER, "other"),),
+                changes=(ScenarioChange(500_000_000, other, "other"),),
                 fork=ForkOrigin("recording.mcap", digest, 500_000_000),
             )
 

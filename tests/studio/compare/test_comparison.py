@@ -87,7 +87,7 @@ def test_the_page_needs_nothing_but_the_films_beside_it(compared, tmp_path):
     assert text.count("<svg") == 2
     assert "got worse by more than 10 %" in text
     assert "B is a fork of A: the same to the bit until 0.5 s" in text
-    assert '<tr class="fail"><td>chairs.world_cm.mean</td><td>3</td><td>5</td>' in text
+    assert '<tr class="fail"><td>chairs, place, mean</td><td>3</td><td>5</td>' in text
 
 
 def test_times_of_the_films_are_those_of_their_frames(compared, tiny):

@@ -34,7 +34,7 @@ def test_it_says_what_was_played_when_and_how_it_went(lab_info):
     text = sheet_markdown(make(lab_info, ROWS))
 
     assert text.startswith("# tiny · tiny-push\n")
-    assert "**1 of 2 figures miss their bar: chairs, yaw, mean**" in text
+    assert "**1 of 2 figures miss their limit: chairs, yaw, mean**" in text
     assert "| when | 2026-11-25 07:26 UTC |" in text
     assert "| seed | 0 |" in text
     assert "| versions | gaussiannexus-studio 0.1.0 |" in text

@@ -81,5 +81,5 @@ def test_a_scan_that_nothing_stands_for_is_refused(tmp_path, capsys):
     save_package(make_scan().scene, tmp_path / "cell.gnx")
     command = ["simulate", "dataset", str(tmp_path / "cell.gnx"), "--out", str(tmp_path / "d")]
     assert main(command) == EXIT_INPUT
-    assert "nothing stands for yet" in capsys.readouterr().err
+    assert "to rehearse with objects that were cut out of a scan" in capsys.readouterr().err
     assert not (tmp_path / "d").exists()

@@ -92,8 +92,11 @@ class LiveJob(SceneJob):
 
     @property
     def drawing(self) -> str:
-        """How far the simulated camera's film is; empty where there is none to wait for."""
-        return "" if self._rehearsed is None else self._rehearsed.drawing
+        """How far the simulated camera is with its film; empty for a real camera."""
+        if not self.plan.is_simulated:
+            return ""
+        drawing = "" if self._rehearsed is None else self._rehearsed.drawing
+        return drawing or "it begins in a moment"
 
     @property
     def is_checking(self) -> bool:
@@ -247,7 +250,12 @@ class LiveJob(SceneJob):
         had_none = True
         while had_none and not self._over.is_set():
             had_none = live.picture is None
-            self.checks = checks = run_checks(live_checks(live, recordings=self.plan.out))
+            probes = live_checks(
+                live,
+                recordings=self.plan.out,
+                simulated=(lambda: self.drawing) if self.plan.is_simulated else None,
+            )
+            self.checks = checks = run_checks(probes)
             self.found.put(checks)
             try:
                 save_checks(checks, self.plan.out / "preflight.json")

@@ -35,6 +35,8 @@ class SceneJob:
         out: folder for the results; None plays without leaving any.
         watch: sees every result on the job's thread.
         keeps: whether what was played until it is stopped is kept, marked as cut short.
+        trains_again: whether the scene's photos are trained once more first, see
+            `studio.session.staging.add_reality`.
     """
 
     is_live = False
@@ -48,6 +50,7 @@ class SceneJob:
         watch: Watch | None = None,
         *,
         keeps: bool = False,
+        trains_again: bool = False,
     ) -> None:
         self.outputs: Slot[SessionOutput] = Slot()
         self.lines: Slot[str] = Slot()
@@ -61,7 +64,7 @@ class SceneJob:
         """What it has recorded, where that is not beside the performance's figures."""
         self._plan, self._out, self._watch = plan, out, watch
         self.scene = scene
-        self._keeps = keeps
+        self._keeps, self._trains_again = keeps, trains_again
         self._cancelled, self._stopped = threading.Event(), threading.Event()
         self._thread = threading.Thread(target=self._run, name="session", daemon=True)
 
@@ -134,6 +137,8 @@ class SceneJob:
             elif self._out is not None:
                 from studio.rehearsal import perform
 
+                if self._trains_again:
+                    self._train_again(progress)
                 self.performance = perform(
                     self._plan,
                     self._out,
@@ -153,6 +158,24 @@ class SceneJob:
                 progress.finish()
         except Exception as error:  # noqa: BLE001 - raised again where the window is closed
             self.failure = error
+
+    def _train_again(self, progress: Progress) -> None:
+        from scenes.prepare.progress import Cancelled
+        from studio.console.progress import StageProgress
+        from studio.session.pipeline import CancelledError
+        from studio.session.staging import add_reality
+
+        stages = StageProgress(progress)
+
+        def show(done: float, note: str) -> None:
+            if self.stops:
+                raise Cancelled
+            stages(done, note)
+
+        try:
+            add_reality(Path(self.scene), progress=show)
+        except Cancelled:
+            raise CancelledError from None
 
     def _see_session(self, session: Session) -> None:
         self.session = session

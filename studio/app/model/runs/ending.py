@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -45,9 +46,32 @@ def ending_of(job: SceneJob) -> Ending:
         return Ending(text, "info", kept=performance.folder / RECORDING)
     if performance is not None:
         missed = exit_code(performance.rows)
-        verdict = "✗ a figure misses its bar" if missed else "✓ every figure meets its bar"
+        verdict = "✗ a figure misses its limit" if missed else "✓ every figure keeps its limit"
         text = f"{verdict}; the report is in {performance.folder}"
         return Ending(text, "warning" if missed else "info", performance.folder / RECORDING)
     if job.last_words:
         return Ending(job.last_words, "info", job.recording)
     return Ending("the replay has ended" if job.plays else "ready", shown=job.recording)
+
+
+def remedies_of(job: SceneJob, do: Callable[..., object]) -> dict[str, Callable[[], object]]:
+    """Ways out of a job's failure, by the words of their buttons; empty if there are none.
+
+    Args:
+        job: that has ended.
+        do: does an action.
+    """
+    from studio.session.staging import Remedy, UnfitSceneError
+
+    if not isinstance(job.failure, UnfitSceneError):
+        return {}
+    remedy = job.failure.remedy
+
+    def prepare() -> None:
+        do("dock.preparation")
+        if remedy is Remedy.PREPARE_FILE:
+            do("preparation.add", path=job.scene)
+
+    if remedy is Remedy.TRAIN_AGAIN:
+        return {remedy: lambda: do("session.rehearse", trains_again=True)}
+    return {remedy: prepare}

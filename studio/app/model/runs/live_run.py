@@ -185,7 +185,7 @@ class LiveRun:
             words += ["--layout", choice.layout]
         if choice.place != "find":
             words += ["--place", choice.place]
-        return shlex.join([*words, "--out", str(self._run.out)])
+        return shlex.join(words)  # without --out it finds a folder that is free
 
     # What can be done.
 

@@ -194,7 +194,7 @@ def read_kept(folder: Path) -> KeptSession | None:
     judged = [row.get("passed") for row in rows if isinstance(row, dict)]
     is_good = None if all(p is None for p in judged) else False not in judged
     cut_short = str(values.get("cut_short", ""))
-    verdict = {True: "all figures meet their bars", False: "a figure misses its bar", None: ""}
+    verdict = {True: "all figures keep their limits", False: "a figure misses its limit", None: ""}
     begun, title = _named(folder)
     return KeptSession(
         folder, recording, begun, title, verdict[is_good] if values else "", is_good, cut_short

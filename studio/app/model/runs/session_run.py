@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 from studio.app.model.documents.arranged import arranged_text
 from studio.app.model.documents.document import Document, TrackerChoice
 from studio.app.model.jobs.scene_job import SceneJob
-from studio.app.model.jobs.share_job import ShareJob
-from studio.app.model.runs.ending import Ending, ending_of
+from studio.app.model.runs.ending import Ending, ending_of, remedies_of
+from studio.app.model.runs.handing_over import HandingOver
 from studio.app.model.runs.session_folders import SessionFolders, let_go, reserved
 from studio.app.model.runs.trackers import Trackers
 from studio.app.model.workbench import Topic, Workbench
@@ -57,7 +57,7 @@ class SessionRun:
         self._then: Shown | None = None
         self._next: tuple[SceneJob, Shown | None] | None = None
         self._reserved: Path | None = None
-        self._share: ShareJob | None = None
+        self.handing = HandingOver(bench)
         self._is_open = False
         self.trackers = Trackers(bench)
         self._options = bench.document.tracker.options
@@ -107,18 +107,7 @@ class SessionRun:
     @property
     def is_sharing(self) -> bool:
         """Whether a hand-over is being made."""
-        return self._share is not None
-
-    def share(self, rehearsal: Path, out: Path) -> None:
-        """Make film, viewer, sheet and archive of a rehearsal's folder, on a thread.
-
-        Raises:
-            ValueError: one is being made.
-        """
-        if self._share is not None:
-            raise ValueError("a hand-over is being made already")
-        self._share = ShareJob(rehearsal, out)
-        self._bench.announce(Topic.SESSION)
+        return self.handing.is_running
 
     def open_scene(self, scene: str, then: Shown | None = None) -> None:
         """Read a scene; what plays is stopped first, and what it has recorded is kept.
@@ -130,12 +119,15 @@ class SessionRun:
         """
         self._begin(self._make_job(scene), then)
 
-    def rehearse(self, *, out: Path | None = None, is_paced: bool = False) -> None:
+    def rehearse(
+        self, *, out: Path | None = None, is_paced: bool = False, trains_again: bool = False
+    ) -> None:
         """Play the document's scenario in its scene.
 
         Args:
             out: folder for the results, or one named after it if it is there; None for a new one.
             is_paced: in real time, dropping frames, instead of every frame in its own time.
+            trains_again: train the scan's photos first, as objects cut out of it need.
 
         Raises:
             ValueError: a session is playing, or the chosen tracker is not there.
@@ -155,7 +147,7 @@ class SessionRun:
             arranged=arranged_text(document.twin),
         )
         folder = self.new_folder(document.scenario_name or "rehearsal", out=out)
-        self.play(self._make_job(plan.scene, plan, folder, keeps=True))
+        self.play(self._make_job(plan.scene, plan, folder, keeps=True, trains_again=trains_again))
 
     def track_again(self, recording: Path, out: Path | None = None) -> None:
         """Track the pictures of a recording with the chosen tracker.
@@ -244,8 +236,7 @@ class SessionRun:
             self._job.cancel()
         self._let_go()
         self.folders.close()
-        if self._share is not None:
-            self._share.close()
+        self.handing.close()
 
     def make_live(self, name: str, clicks_px: object) -> None:
         """Make what was clicked in the front lens's picture a live surface of the session.
@@ -272,7 +263,10 @@ class SessionRun:
 
     def poll(self) -> None:
         """Take what the threads have left since the last time."""
-        self._poll_share()
+        shared = self.handing.poll()
+        if shared is not None:
+            self.line = shared
+            self._bench.announce(Topic.SESSION)
         self.trackers.say_problems()
         job = self._job
         if job is None:
@@ -312,23 +306,6 @@ class SessionRun:
             self._options = wanted
             self._bench.say("info", f"the tracker goes on with {options_text(wanted)}")
 
-    def _poll_share(self) -> None:
-        job = self._share
-        if job is None:
-            return
-        line = job.lines.take()
-        if line is not None:
-            self.line = line
-            self._bench.announce(Topic.SESSION)
-        if job.is_running:
-            return
-        self._share = None
-        if job.shared is not None:
-            self._bench.say("info", f"shared: open {job.shared.viewer} in any browser")
-        else:
-            self._bench.say("error", str(job.failure))
-        self._bench.announce(Topic.SESSION)
-
     def _begin(self, job: SceneJob, then: Shown | None) -> None:
         if self.is_busy:
             # The thread ends by itself soon; the new one begins then.
@@ -354,25 +331,26 @@ class SessionRun:
         self._let_go()
         if self.is_playing:
             self._bench.end_session(ending.shown if following is None else None)
-        self._say(ending, is_followed=following is not None)
+        self._say(job, ending, is_followed=following is not None)
         self._bench.announce(Topic.SESSION)
         if following is not None:
             self._begin(*following)
         elif job.opened is not None and not job.plays and not (then and job.stops):
             (then or self._bench.show_scene)(job.opened)
 
-    def _say(self, ending: Ending, *, is_followed: bool) -> None:
+    def _say(self, job: SceneJob, ending: Ending, *, is_followed: bool) -> None:
         bench, kept = self._bench, ending.kept
         self.line = f"✖ {ending.line}" if ending.is_failure else ending.line
         if ending.level is not None:
             bench.say(ending.level, ending.line)
         if ending.is_failure and not is_followed:
-            bench.notify(ending.line)
+            bench.notify(ending.line, "error", remedies_of(job, bench.do))
         if kept is not None and not is_followed:
-            bench.notify(ending.line, "info", {"Look at it": lambda: self._look_at(kept)})
-
-    def _look_at(self, recording: Path) -> None:
-        self._bench.do("timeline.open", path=str(recording))
+            bench.notify(
+                ending.line,
+                "info",
+                {"Look at it": lambda: bench.do("timeline.open", path=str(kept))},
+            )
 
     def _let_go(self) -> None:
         """A session that has left nothing leaves no folder, either."""

@@ -35,7 +35,7 @@ class TrackerActions:
                 "Choose the tracker",
                 "Session",
                 self.choose,
-                "ours, the paper's, or a plug-in's, for the next rehearsal or replay",
+                "this program's, the paper's, or a plug-in's, for the next rehearsal or replay",
                 arguments=("name", "beside"),
             ),
             Action(
@@ -54,7 +54,7 @@ class TrackerActions:
                 "Change the tracker's settings",
                 "Session",
                 self.set_options,
-                "of our tracker; a session that plays follows from the next frame on",
+                "of this program's tracker; a session that plays follows from the next frame on",
                 arguments=OPTIONS,
             ),
             Action(

@@ -2,17 +2,44 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from devices.recording import read_session
 from studio.app.model.jobs.scene_job import SceneJob
 from studio.app.model.workbench import Workbench
-from studio.app.timeline.comparison.forking import TwoRuns, comparing, planning_fork, writing_page
+from studio.app.timeline.comparison.forking import (
+    PlannedFork,
+    TwoRuns,
+    comparing,
+    planning_fork,
+    writing_page,
+)
 from studio.app.timeline.task import Task
 
 if TYPE_CHECKING:
     from studio.session.plan import SessionPlan
+
+PLANNING = "a fork"
+"""Names the planning of a fork in `Workbench.busy`: scripts wait for it."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """A fork that was asked for.
+
+    Attributes:
+        recording: that it is of.
+        words: of its folder's name.
+        out: folder that was asked for, or None.
+        anyway: whether it is played even if nothing would be different.
+    """
+
+    recording: Path
+    words: tuple[str, str]
+    out: Path | None
+    anyway: bool
 
 
 class Runs:
@@ -28,23 +55,24 @@ class Runs:
         """The last comparison."""
         self.page: Path | None = None
         """The page that was written last."""
-        self._planning: Task[SessionPlan] | None = None
+        self._planning: Task[PlannedFork] | None = None
+        self._asked: _Asked | None = None
         self._comparing: Task[TwoRuns] | None = None
         self._writing: Task[Path] | None = None
         self._pair: tuple[Path, Path] | None = None
         """Folders of the original and of its fork."""
-        self._out = Path()
 
-    def fork(self, at_s: float, out: str) -> None:
+    def fork(self, at_s: float, out: str, *, anyway: bool = False) -> None:
         """Play on from an instant of the open recording; the result is B.
 
         Args:
             at_s: the instant, seconds of the session.
             out: folder for the results, or one named after it if it is there; "" for a new one.
+            anyway: also if nothing would be different; otherwise that is said, and asked.
 
         Raises:
             ValueError: nothing is open, or something is playing.
-            OSError: the recording cannot be read, or the folder cannot be made.
+            OSError: the recording cannot be read.
         """
         session, recording = self.bench.session, self.bench.recording
         if session is None or recording is None or self._planning is not None:
@@ -52,13 +80,13 @@ class Runs:
         if session.is_playing:
             raise ValueError("a session is playing already: stop it first")
         words = (read_session(recording).scenario_name, f"fork at {at_s:.1f} s")
-        self._out = session.new_folder(*words, out=Path(out) if out else None)
-        self._pair = recording.parent, self._out
+        self._asked = _Asked(recording, words, Path(out) if out else None, anyway)
+        self.bench.busy.add(PLANNING)
         self._planning = planning_fork(
             recording,
             at_s=at_s,
             document=self.bench.document,
-            out=self._out,
+            scene=self.bench.scene,
             more_faults=tuple(self.bench.offered.faults.values()),
         )
 
@@ -105,16 +133,35 @@ class Runs:
         return task.result
 
     def _poll_fork(self) -> None:
-        task, session = self._planning, self.bench.session
-        if task is None or task.is_running or session is None:
+        task, asked = self._planning, self._asked
+        if task is None or task.is_running or asked is None:
             return
         self._planning = None
-        if task.result is None:
-            self._pair = None
+        self.bench.busy.discard(PLANNING)
+        planned = task.result
+        if planned is None:
             self.bench.say("error", task.failure or "the fork cannot be planned")
+        elif planned.in_vain and not asked.anyway:
+            self.bench.say("warning", planned.in_vain)
+            ways = {"Fork all the same": lambda: self._play(asked, planned.plan)}
+            self.bench.notify(planned.in_vain, "warning", ways)
+        else:
+            self._play(asked, planned.plan)
+
+    def _play(self, asked: _Asked, plan: SessionPlan) -> None:
+        session = self.bench.session
+        assert session is not None
+        if session.is_playing:  # the question was answered late
+            self.bench.say("error", "fork: a session is playing already: stop it first")
             return
-        self.bench.say("info", f"forking into {self._out}: the start is played again first")
-        session.play(SceneJob(task.result.scene, task.result, self._out, keeps=True))
+        try:
+            out = session.new_folder(*asked.words, out=asked.out)
+        except OSError as error:
+            self.bench.say("error", f"fork: {error}")
+            return
+        self._pair = asked.recording.parent, out
+        self.bench.say("info", f"forking into {out}: the start is played again first")
+        session.play(SceneJob(plan.scene, plan, out, keeps=True))
 
     def _poll_page(self) -> None:
         task = self._writing

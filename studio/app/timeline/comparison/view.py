@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 from PySide6.QtCore import QAbstractTableModel, QModelIndex, QPersistentModelIndex, Qt
-from PySide6.QtGui import QCloseEvent
+from PySide6.QtGui import QCloseEvent, QMouseEvent
 from PySide6.QtWidgets import (
     QHBoxLayout,
     QHeaderView,
@@ -14,17 +15,19 @@ from PySide6.QtWidgets import (
     QPushButton,
     QSlider,
     QSplitter,
+    QStyle,
     QTableView,
     QVBoxLayout,
     QWidget,
 )
 
 from devices.clock import WallClock
-from studio.app.devices.report_html import UNITS, spoken
 from studio.app.timeline.comparison.beside import Beside, Called
 from studio.app.timeline.comparison.forking import TwoRuns
 from studio.app.timeline.playback import Playback
 from studio.compare.verdicts import Compared
+from studio.console.spoken import UNITS, spoken
+from studio.console.spoken import Called as Names
 
 COLUMNS = ("Figure", "A", "B", "B − A", "Unit", "Verdict")
 SHARES = (3, 2)
@@ -40,11 +43,12 @@ class ComparedModel(QAbstractTableModel):
 
     Args:
         rows: the figures.
+        called: what the object of an id is called.
     """
 
-    def __init__(self, rows: Sequence[Compared]) -> None:
+    def __init__(self, rows: Sequence[Compared], called: Names) -> None:
         super().__init__()
-        self._rows = rows
+        self._rows, self._called = rows, called
 
     def rowCount(self, parent: Index = ROOT) -> int:
         """See Qt."""
@@ -74,7 +78,7 @@ class ComparedModel(QAbstractTableModel):
         sign = "✖ " if row.worse else "● " if row.verdict in ("same", "better") else "○ "
         numbers = (_number(row.a), _number(row.b), _number(row.difference, "+"))
         unit = UNITS.get(row.unit, row.unit)
-        return (spoken(row.name), *numbers, unit, sign + row.verdict)[index.column()]
+        return (spoken(row.name, self._called), *numbers, unit, sign + row.verdict)[index.column()]
 
 
 class ComparisonView(QWidget):
@@ -85,6 +89,8 @@ class ComparisonView(QWidget):
         open_page: opens the whole comparison as a page.
         scrub: takes a time that was dragged to, and whether the drag has ended.
         called: what an object is called in a scene.
+        cover: shows the pictures in place of the window's views, or with None these again;
+            whether there are views.
     """
 
     def __init__(
@@ -93,49 +99,50 @@ class ComparisonView(QWidget):
         open_page: Callable[[], object],
         scrub: Callable[[int, bool], object],
         called: Called,
+        cover: Callable[[QWidget | None], bool],
     ) -> None:
         super().__init__()
         self.playback: Playback | None = None
         """Of both runs; None while nothing is compared."""
-        self._scrub = scrub
+        self._scrub, self._cover, self._called = scrub, cover, called
         self._shown_ns = -1
         self.table = _table()
         self.beside = Beside(called)
         self.headline = QLabel()
-        back, page = QPushButton("Back to the timeline"), QPushButton("Open page")
-        back.clicked.connect(lambda: close())
+        self.back, page = QPushButton("Back to the timeline"), QPushButton("Open page")
+        self.back.clicked.connect(lambda: close())
         page.clicked.connect(lambda: open_page())
         top = QHBoxLayout()
-        top.addWidget(back)
+        top.addWidget(self.back)
         top.addWidget(self.headline, 1)
         top.addWidget(page)
-        self.slider = QSlider(Qt.Orientation.Horizontal)
+        self.slider = _TimeSlider(Qt.Orientation.Horizontal)
         self.slider.setAccessibleName("Time of both runs")
         self.slider.valueChanged.connect(self._on_slider)
         self.slider.sliderReleased.connect(self._on_released)
-        left = QWidget()
-        column = QVBoxLayout(left)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(4)
-        column.addWidget(self.beside, 1)
-        column.addWidget(self.slider)
-        split = QSplitter(Qt.Orientation.Horizontal)
-        split.addWidget(left)
-        split.addWidget(self.table)
-        split.setStretchFactor(0, SHARES[0])
-        split.setStretchFactor(1, SHARES[1])
-        split.setSizes([1000 * share for share in SHARES])
-        split.setChildrenCollapsible(False)
+        self._split = QSplitter(Qt.Orientation.Horizontal)
+        self._split.addWidget(self.beside)
+        self._split.addWidget(self.table)
+        self._share_width()
+        self._split.setChildrenCollapsible(False)
         whole = QVBoxLayout(self)
         whole.setContentsMargins(8, 0, 8, 6)
         whole.setSpacing(4)
         whole.addLayout(top)
-        whole.addWidget(split, 1)
+        whole.addWidget(self.slider)
+        whole.addWidget(self._split, 1)
+
+    def _share_width(self) -> None:
+        for place, share in enumerate(SHARES):
+            self._split.setStretchFactor(place, share)
+        self._split.setSizes([1000 * share for share in SHARES])
 
     def show_comparison(self, compared: TwoRuns) -> None:
         """Show two runs, from where they differ."""
         comparison = compared.comparison
-        self._model = ComparedModel(sorted(comparison.rows, key=lambda row: not row.worse))
+        called = partial(self._called, scene=comparison.scene)
+        rows = sorted(comparison.rows, key=lambda row: not row.worse)
+        self._model = ComparedModel(rows, called)
         self.table.setModel(self._model)
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
@@ -153,6 +160,7 @@ class ComparisonView(QWidget):
         self.slider.blockSignals(True)
         self.slider.setRange(start_ns // SLIDER_STEP_NS, end_ns // SLIDER_STEP_NS)
         self.slider.blockSignals(False)
+        self._cover(self.beside)
         self.beside.open(compared.recordings, comparison.scene)
         fork_s = comparison.b.fork_s or 0.0
         self.playback.seek(round(fork_s * 1e9))
@@ -170,8 +178,11 @@ class ComparisonView(QWidget):
         self.beside.show_instant(self._shown_ns)
 
     def leave(self) -> None:
-        """End the threads that draw."""
+        """End the threads that draw; the window's views are seen again."""
         self.beside.close_runs()
+        if self.playback is not None and self._cover(None):
+            self._split.insertWidget(0, self.beside)
+            self._share_width()
         self.playback = None
 
     def _on_slider(self, value: int) -> None:
@@ -184,6 +195,18 @@ class ComparisonView(QWidget):
         """End the threads that draw."""
         self.leave()
         event.accept()
+
+
+class _TimeSlider(QSlider):
+    """A slider that goes to where it is pressed, and is dragged on from there."""
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """See Qt."""
+        if event.button() == Qt.MouseButton.LeftButton:
+            x, width = round(event.position().x()), self.width()
+            low, high = self.minimum(), self.maximum()
+            self.setValue(QStyle.sliderValueFromPosition(low, high, x, width))
+        super().mousePressEvent(event)
 
 
 def _table() -> QTableView:

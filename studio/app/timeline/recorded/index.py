@@ -132,6 +132,11 @@ class RecordingIndex:
     shortened: str = ""
 
     @property
+    def origin_ns(self) -> int:
+        """The instant that is called 0 s: a script's own, and of a live session its first one."""
+        return self.start_ns if self.session.seed is None else 0
+
+    @property
     def duration_s(self) -> float:
         """From the first message to the last, seconds."""
         return (self.end_ns - self.start_ns) / 1e9

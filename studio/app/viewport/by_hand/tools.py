@@ -54,6 +54,10 @@ class InHand:
         """With one more place."""
         return replace(self, places=(*self.places, np.asarray(place, dtype=np.float64)))
 
+    def without_last(self) -> InHand:
+        """With the newest place taken back."""
+        return replace(self, places=self.places[:-1])
+
     @property
     def is_complete(self) -> bool:
         """Whether nothing more can be picked: a surface has four corners."""

@@ -46,6 +46,7 @@ class Insets:
         self._drawings = drawings
         self._painter: InsetPainter | None = None
         self._shown: dict[str, Inset] = {}
+        self._is_covered = False
         self._timer = QTimer(over)
         self._timer.timeout.connect(self._poll)
         for topic in (Topic.STATE, Topic.SETTINGS):
@@ -102,7 +103,7 @@ class Insets:
             )
         inset = Inset(self._over, close=lambda: self._bench.do("view.inset", source=source))
         self._shown[source] = inset
-        inset.show()
+        inset.setVisible(not self._is_covered)
         self.place()
         self.redraw()
         self._timer.start(POLL_MS)
@@ -137,6 +138,13 @@ class Insets:
         """Show none of them, and leave them open."""
         for inset in self._shown.values():
             inset.hide()
+
+    def cover(self, is_covered: bool) -> None:
+        """Show none of them while something else is in the place of what they stand on."""
+        if is_covered != self._is_covered:
+            self._is_covered = is_covered
+            for inset in self._shown.values():
+                inset.setVisible(not is_covered)
 
     def redraw(self) -> None:
         """Ask for pictures of what is now."""

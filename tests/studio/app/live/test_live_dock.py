@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import json
 import time
+from dataclasses import replace
 
 import pytest
 
 from devices.messages import Event
+from scenes.state import TrackState
 from studio.app.model.runs.live_run import Step
+from studio.app.shell.theme import THEMES
 from studio.console.display import why_no_window
+from studio.session import opening
 from tests.studio.live.conftest import LAYOUT
 from tracking.options import TrackerOptions
 from tracking.output import CameraMoment, CameraNotice
@@ -59,6 +63,11 @@ def test_from_the_first_check_to_the_report_with_one_button(opened):
     timeline = opened.window.content("timeline")
     opened.until(lambda: timeline.is_open)
     assert opened.bench.recording == job.recording
+    # Its time begins at 0 s, however long the camera was waited for.
+    assert timeline.playback.start_ns > 0
+    opened.until(lambda: "0.00 s of" in timeline.transport.time.text())
+    opened.bench.do("timeline.seek", t_s=0.2)
+    assert timeline.playback.t_ns == timeline.playback.start_ns + 200_000_000
 
 
 def test_an_address_that_is_none_is_refused_in_words(opened):
@@ -161,6 +170,92 @@ def test_a_lost_camera_has_a_button_that_looks_for_it(opened, monkeypatch):
     monkeypatch.setattr(session, "events", lambda: (refused, placed))
     relocation.notice((CameraNotice(CameraMoment.FOUND),), session.now_ns())
     opened.until(lambda: not head.banner.isVisible())
+
+
+class Slow:
+    """A tracker that takes 0.25 s a picture, and loses the chair after its tenth."""
+
+    def __init__(self, tracker):
+        self._tracker, self._count = tracker, 0
+
+    def start(self):
+        return self._tracker.start()
+
+    def step(self, state, frame, now_ns):
+        state, answer = self._tracker.step(state, frame, now_ns)
+        self._count += 1
+        time.sleep(0.25)
+        tracks = tuple(
+            replace(track, state=TrackState.LOST)
+            if track.object_id == "chair-1" and self._count > 10
+            else track
+            for track in answer.objects
+        )
+        return state, replace(answer, objects=tracks)
+
+
+def test_drops_are_coloured_with_their_cause_and_lost_objects_say_a_reason(
+    opened, tiny, monkeypatch
+):
+    monkeypatch.setattr(
+        opening, "make_method", lambda name, scene, *_, **__: Slow(tiny.tracker(0.0))
+    )
+    view, bench = opened.dock.camera, opened.bench
+    opened.go_live()
+    opened.until(lambda: view.cause.text())
+    assert view.cause.text().startswith("This computer is too slow for ")
+    assert "fewer or smaller pictures" in view.cause.text()
+    bad = THEMES[bench.settings.theme].bad
+    assert f"color: {bad}" in view.values["Dropped"].styleSheet()
+    assert "%" in view.values["Dropped"].text()
+    assert any(line.text == view.cause.text() for line in bench.log.lines("warning"))
+    opened.until(lambda: "is lost" in opened.dock.head.text.text())
+    assert "Chair 1 is lost: it" in opened.dock.head.text.text()
+    opened.bench.do("live.end")
+    opened.until(lambda: not opened.live.is_running)
+    folder = opened.live.job.plan.out
+    events = json.loads((folder / "live.json").read_text())["events"]
+    assert sum("Chair 1 is lost" in event["text"] for event in events) == 1
+    assert "This computer is too slow" in (folder / "live.html").read_text()
+
+
+def test_a_simulated_camera_is_waited_for_in_its_own_words(opened, monkeypatch):
+    """Its pictures are drawn first; nobody has to enter an address anywhere."""
+
+    class Drawing:
+        drawing, failure = "drawing lab-rearrange, once 12%", ""
+
+        def __init__(self, *_args, **_more):
+            pass
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_error):
+            pass
+
+        def direct(self):
+            pass
+
+        def rows(self, _result):
+            return []
+
+    monkeypatch.setattr("studio.live.rehearsed.RehearsedLive", Drawing)
+    dock, timeline = opened.dock, opened.window.content("timeline")
+    dock.page.simulated.click()
+    dock.head.next.click()
+    opened.until(lambda: "12%" in dock.head.text.text())
+    assert "dock Live" in timeline.empty.words.text()
+    assert "played and recorded" not in timeline.empty.words.text()
+    job = opened.live.job
+    opened.until(lambda: job.checks)
+    camera = job.checks[0]
+    assert camera.name == "camera"
+    assert "made ready" in camera.what
+    assert "by itself" in camera.fix
+    assert "app" not in camera.fix
+    dock.head.cancel.click()
+    opened.until(lambda: not opened.live.is_running)
 
 
 def test_closing_the_window_while_live_keeps_the_recording(opened):

@@ -55,6 +55,30 @@ def test_a_preparation_that_fails_says_so_in_the_panel_and_in_the_log(dock, benc
     assert bench.log.lines("error")
 
 
+def test_left_is_what_is_left_and_the_preview_fits_a_narrow_dock(dock, bench, qtbot, tmp_path):
+    from PySide6.QtGui import QImage
+
+    from studio.app.preparation.stage_lines import stages_of
+
+    page = dock.room
+    picture = tmp_path / "1.jpg"
+    assert QImage(640, 480, QImage.Format.Format_RGB32).save(str(picture))
+    lines = ["poses …", "poses: 40 s", "outdoor points …", "outdoor points  25%, 12 s left"]
+    page.job = SimpleNamespace(
+        is_running=True, stages=stages_of(lines), preview=picture, problem="", cancel=print
+    )
+    page._is_open = True
+    dock.resize(240, 640)
+    page.refresh()
+    shown = [page.stages.topLevelItem(i) for i in range(2)]
+    cells = [[item.text(column).strip() for column in range(4)] for item in shown]
+    assert cells[0] == ["poses", "● done", "took 40 s", ""]
+    assert cells[1][0] == "outside the windows"
+    assert cells[1][3] == "12 s"
+    qtbot.waitUntil(lambda: 0 < page.preview.pixmap().width() <= page.viewport().width())
+    assert page.preview.width() >= page.preview.pixmap().width()
+
+
 def test_what_runs_ends_with_the_window(dock, bench, qtbot, tmp_path):
     photos = tmp_path / "photos"
     photos.mkdir()

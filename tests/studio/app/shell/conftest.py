@@ -27,7 +27,10 @@ def desk(tiny, tmp_path, qapp, until, monkeypatch):
 
     def open_tiny(plan, **given):
         plans.append(plan)
-        return tiny.session(plan, **options, **given)
+        if plan.fork is None:
+            return tiny.session(plan, **options, **given)
+        inputs = options.get("inputs", tiny.inputs)
+        return tiny.session(plan, inputs=lambda: plan.fork.proven(inputs()), **given)
 
     monkeypatch.setattr(rehearsal, "open_session", open_tiny)
     monkeypatch.setattr(opening, "open_session", open_tiny)

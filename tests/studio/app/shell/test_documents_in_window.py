@@ -261,3 +261,32 @@ def test_what_was_set_for_one_room_does_not_stay_in_another(desk, other_room):
     assert bench.document.tracker.options == TrackerOptions()
     assert knobs.state.text() == NOTHING_TRIED
     assert not knobs.bars.isVisible()
+
+
+def test_a_corner_that_is_off_its_plane_keeps_the_other_picks_and_the_red_line_goes(desk):
+    import numpy as np
+    from PySide6.QtCore import QPoint, Qt
+    from PySide6.QtTest import QTest
+
+    from studio.app.viewport.by_hand.tools import Tool
+
+    window, bench = desk.window, desk.window.bench
+    view = window.view.active
+    desk.until(lambda: view.painted is not None)
+    bench.do("view.tool_surface")
+    picks = ((-0.4, 0.3, 0.0), (0.4, 0.3, 0.0), (0.4, -0.3, 0.6))
+    for pick in picks:
+        view.hand = view.hand.picked(np.array(pick))
+    rows, columns = np.nonzero(view.painted.depth)  # the last one by the mouse, on the floor
+    scale = view.width() / view.painted.depth.shape[1]
+    floor = len(rows) // 2
+    at = QPoint(round(columns[floor] * scale), round(rows[floor] * scale))
+    QTest.mouseClick(view, Qt.MouseButton.LeftButton, pos=at)
+    assert view.hand.tool is Tool.SURFACE
+    assert [tuple(place) for place in view.hand.places] == list(picks)
+    assert window.line.startswith("✖")
+    assert "click the last corner again" in window.line
+    QTest.keyClick(view, Qt.Key.Key_Backspace)
+    assert len(view.hand.places) == 2
+    desk.edit()
+    assert not window.line.startswith("✖")

@@ -2,6 +2,7 @@
 
 import json
 import threading
+from dataclasses import replace
 
 import pytest
 
@@ -199,22 +200,24 @@ def test_every_other_end_gives_the_twin_back(desk, tiny, tmp_path, way):
 
 
 def test_a_stopped_fork_comes_back_to_the_recording_it_was_made_of(desk, tiny, tmp_path):
-    from studio.app.model.jobs.scene_job import SceneJob
-
-    bench = desk.window.bench
+    window, bench = desk.window, desk.window.bench
     original = rehearsed(desk)
-    held = desk.options["inputs"] = Held(tiny, 5)
-    # What the timeline plays of a fork, without proving the tiny room's start again.
-    folder = desk.window.run.new_folder("fork")
-    job = SceneJob(str(desk.room), SessionPlan(methods=("own",)), folder, keeps=True)
-    desk.window.run.play(job)
+    held = desk.options["inputs"] = Held(tiny, 9)
+    scenario = tiny.scenario.replace("1.2", "2.0")
+    bench.change("Longer", replace(bench.document, scenario=scenario, scenario_name="longer"))
+    window.show_dock("timeline")
+    bench.do("timeline.seek", t_s=0.5)
+    desk.click(window.content("timeline").transport.buttons["timeline.fork"])
     desk.until(held.reached.is_set)
     assert bench.recording is None
     desk.press("F5", "Shift")
     held.go_on.set()
     desk.until(lambda: bench.recording == original)
-    desk.until(lambda: desk.window.content("timeline").is_open)
-    assert json.loads((folder / "report.json").read_text())["cut_short"]
+    desk.until(lambda: window.content("timeline").is_open)
+    folder = tmp_path / "sessions" / folders(tmp_path)[-1]
+    report = json.loads((folder / "report.json").read_text())
+    assert report["cut_short"]
+    assert report["fork"]["t_ns"] == 500_000_000
     close_recording(desk)
     assert is_usable(desk)
 

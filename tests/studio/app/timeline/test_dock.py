@@ -198,13 +198,17 @@ def test_two_runs_are_compared_in_a_table(
         folder = tmp_path / name
         folder.mkdir()
         shutil.copy(recording, folder / "recording.mcap")
-        rows = [Row("chair.world_cm", error_cm, "cm")]
+        rows = [
+            Row("chair.world_cm", error_cm, "cm"),
+            Row("rehearse.object.chair-1.world_cm.p95", 2.0, "cm"),
+        ]
         (folder / "report.json").write_text(json.dumps(as_json("rehearse", rows, 0)))
     bench.do("timeline.compare", a=str(tmp_path / "a"), b=str(tmp_path / "b"))
     until(lambda: opened.comparison is not None)
     model = opened.view.table.model()
     cells = [model.index(0, column).data() for column in range(model.columnCount())]
     assert cells == ["chair, place", "3.000", "9.000", "+6.000", "cm", "✖ worse"]
+    assert model.index(1, 0).data() == "Chair 1, place, 95 %"  # names, no ids
 
 
 @pytest.fixture
@@ -247,7 +251,9 @@ def test_both_runs_are_pictured_at_one_instant(compared, bench, until):
     until(lambda: all(a.grab().toImage() != b for a, b in zip(pictures, before, strict=True)))
     bench.do("timeline.step_back")
     assert compared.view.playback.t_ns == 1_000_000_000
-    assert compared.playback.t_ns == 0  # the recording below stays where it was
+    # One clock: the recording below, and all that the window shows of it, goes along.
+    until(lambda: compared.playback.t_ns == 1_000_000_000)
+    assert bench.state.objects["chair-1"].source_seq == 10
 
 
 def test_runs_are_captioned_by_the_names_of_the_rest_of_the_window(compared, bench, tiny):

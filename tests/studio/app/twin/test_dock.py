@@ -50,6 +50,17 @@ def test_a_number_moves_the_object_and_undo_takes_it_back(dock, bench):
     assert np.isclose(dock.inspector.place[0].value(), before)
 
 
+def test_physics_with_all_at_rest_says_that_nothing_moves(dock, bench, qtbot):
+    from PySide6.QtCore import Qt
+
+    document = bench.document
+    qtbot.mouseClick(dock.run, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: bench.notice is not None, timeout=30_000)
+    assert bench.notice.text.startswith("Nothing moves: all objects rest")
+    assert not dock.physics.is_busy
+    assert bench.document is document
+
+
 def test_what_is_added_is_listed_selected_and_removed(dock, bench):
     assert bench.do("twin.add_primitive", shape="box")
     assert bench.do("twin.add_avatar", role="remote")

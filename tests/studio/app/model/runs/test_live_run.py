@@ -122,11 +122,10 @@ def test_nothing_to_direct_is_said_in_words(live):
 def test_the_command_does_the_same(live):
     live.choose(LiveChoice("udp://:5000", "stacked 90 270", "scan"))
     assert live.command() == (
-        "nexus live lab --headless --camera udp://:5000 --layout 'stacked 90 270' --place scan "
-        f"--out {live._run.out}"
+        "nexus live lab --headless --camera udp://:5000 --layout 'stacked 90 270' --place scan"
     )
     live.choose(LiveChoice(is_simulated=True))
-    assert live.command() == f"nexus live lab --headless --simulated --out {live._run.out}"
+    assert live.command() == "nexus live lab --headless --simulated"
     assert live.setup().camera.port == 0
 
 

@@ -51,8 +51,8 @@ def test_a_project_has_its_sessions_beside_it(folders, tmp_path):
 @pytest.mark.parametrize(
     ("report", "verdict", "cut_short"),
     [
-        ('{"rows": [{"passed": true}, {"passed": null}]}', "all figures meet their bars", ""),
-        ('{"rows": [{"passed": false}]}', "a figure misses its bar", ""),
+        ('{"rows": [{"passed": true}, {"passed": null}]}', "all figures keep their limits", ""),
+        ('{"rows": [{"passed": false}]}', "a figure misses its limit", ""),
         ('{"rows": [], "cut_short": "stopped"}', "", "stopped"),
         ("{", "", ""),
         ("[1]", "", ""),
