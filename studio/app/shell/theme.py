@@ -177,6 +177,9 @@ def _bars(theme: Theme) -> str:
     QStatusBar::item {{ border: none; }}
     QStatusBar QLabel {{ padding: 0 6px; }}
     QToolBar {{ border: none; padding: 3px 8px; spacing: 2px; }}
+    QToolBar:vertical {{ padding: 6px 3px; }}
+    QToolBar:vertical QToolButton {{ padding: 5px; }}
+    QToolBar:vertical::separator {{ height: 1px; }}
     QToolBar::separator {{ background: {theme.line}; width: 1px; margin: 6px 6px; }}
     QToolBar QToolButton {{ padding: 4px 8px; border: 1px solid transparent; border-radius: 4px; }}
     QToolBar QToolButton:hover {{ background: {theme.raised}; }}
@@ -303,6 +306,7 @@ def _docks(theme: Theme, name: str) -> str:
     ads--CDockAreaWidget {{ background: {theme.panel}; border: none; }}
     ads--CDockAreaTitleBar {{ background: {theme.ground}; border: none; padding: 0; }}
     ads--CDockWidget {{ background: {theme.panel}; border: none; }}
+    #dockWidgetScrollArea {{ padding: 0; border: none; }}
     ads--CDockWidgetTab {{ background: {theme.ground}; border: none; padding: 3px 6px;
         border-top: 2px solid {theme.ground}; }}
     ads--CDockWidgetTab[activeTab="true"] {{ background: {theme.panel};
@@ -315,4 +319,8 @@ def _docks(theme: Theme, name: str) -> str:
     #tabCloseButton, #dockAreaCloseButton {{ qproperty-icon: {_mark("close", name)}; }}
     #detachGroupButton {{ qproperty-icon: {_mark("float", name)}; }}
     #floatingTitleLabel {{ color: {theme.text}; }}
+    ads--CFloatingWidgetTitleBar {{ background: {theme.ground}; }}
+    #floatingTitleCloseButton {{ qproperty-icon: {_mark("close", name)}; border: none; }}
+    #floatingTitleMaximizeButton {{ qproperty-icon: {_mark("whole", name)}; border: none; }}
+    #floatingTitleDockButton {{ qproperty-icon: {_mark("dock", name)}; }}
     """

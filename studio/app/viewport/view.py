@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
-from PySide6.QtCore import QPointF, QRectF, Qt, QTimer
+from PySide6.QtCore import QEvent, QPointF, QRectF, Qt, QTimer, Signal
 from PySide6.QtGui import (
     QCloseEvent,
     QImage,
@@ -26,18 +26,26 @@ from scenes.cameras import Pinhole
 from studio.app.model.measured_line import MeasuredLine
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.viewport.by_hand.corners import surface_at
-from studio.app.viewport.by_hand.dragging import Aim, CornerDrag, Drag, GrabDrag, HandleDrag
+from studio.app.viewport.by_hand.dragging import (
+    Aim,
+    CornerDrag,
+    Drag,
+    GrabDrag,
+    HandleDrag,
+    SizeDrag,
+)
+from studio.app.viewport.by_hand.gizmo import Handle
 from studio.app.viewport.by_hand.handles import Handles, handles_of, taken
 from studio.app.viewport.by_hand.items import boxes_of
 from studio.app.viewport.by_hand.picking import Pick, length_m, pick, point_at
 from studio.app.viewport.by_hand.tools import CORNERS_HINT, HINTS, HOLDING, InHand, Tool
 from studio.app.viewport.drawing.painter import Painted, TwinPainter
 from studio.app.viewport.drawing.scene_drawing import Drawings
-from studio.app.viewport.drawing.shapes import box_edges, shapes_of
+from studio.app.viewport.drawing.shapes import shapes_of
 from studio.app.viewport.drawing.view_picture import View
 from studio.app.viewport.layers import Layers
 from studio.app.viewport.orbit import home
-from studio.app.viewport.view_overlay import BACKDROP, INK, Overlay, image_of
+from studio.app.viewport.view_overlay import BACKDROP, INK, PICKED, Overlay, image_of
 from studio.app.viewport.viewer import MODES, Mode, Viewer
 from studio.app.viewport.walk import Walker
 
@@ -61,6 +69,19 @@ FLIGHT = {
 }
 
 
+@dataclass(frozen=True, slots=True)
+class Hover:
+    """The item or handle under the mouse while no button is held.
+
+    Attributes:
+        item_id: of an object or anything else that can be selected; "" if there is none.
+        handle: of the gizmo, which is in front of items.
+    """
+
+    item_id: str = ""
+    handle: Handle | None = None
+
+
 class TwinView(QWidget):
     """Left drag turns, right or middle drag pans, wheel zooms, WASD and QE fly or walk.
 
@@ -70,6 +91,9 @@ class TwinView(QWidget):
         drawings: what it draws the scene with, shared with other views.
         finished: called with the places when a tool has what it needs.
     """
+
+    tool_taken = Signal(object)
+    """The tool that is in hand from now on."""
 
     def __init__(
         self,
@@ -96,12 +120,15 @@ class TwinView(QWidget):
         self._press = self._last = QPointF()
         self._drag: Drag | None = None
         self._drags = 0
+        self.hover = Hover()
+        self.setMouseTracking(True)
         self.setMinimumSize(240, 160)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAccessibleName("view of the twin")
-        for topic in (Topic.STATE, Topic.SELECTION, Topic.SETTINGS):
+        for topic in (Topic.STATE, Topic.SETTINGS):
             bench.listen(topic, self.redraw)
+        bench.listen(Topic.SELECTION, self.update)
         bench.listen(Topic.SCENE, self._new_scene)
         self._timer = QTimer(self)
         self._timer.timeout.connect(self._poll)
@@ -146,10 +173,6 @@ class TwinView(QWidget):
             world_from_rig=rig,
         )
         shapes += self._layers.shapes()
-        boxes = boxes_of(bench)
-        if bench.selection in boxes:
-            pose, size = boxes[bench.selection]
-            shapes.append(box_edges("selection", size, pose))
         pose = self.viewer.world_from_camera()
         self._painter.show(View(bench.state, self.camera, pose, bench.live, tuple(shapes)))
         self.update()
@@ -187,16 +210,20 @@ class TwinView(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.drawImage(QRectF(self.rect()), self._image)
         overlay = Overlay(painter, self._screen_camera(), self.viewer.world_from_camera())
-        shown = self._layers.shown
+        shown, bench = self._layers.shown, self.bench
+        boxes = boxes_of(bench)
+        for item_id, colour in ((self.hover.item_id, INK), (bench.selection, PICKED)):
+            if item_id in boxes:
+                overlay.box(*boxes[item_id], colour)
         if shown.labels:
-            bench = self.bench
             overlay.label_all(bench.state, bench.document, bench.scene, people=shown.avatars)
         if self._layers.errors is not None:
             overlay.error_scale(QRectF(self.rect()), self._layers.errors)
         drag, handles = self._drag, self._handles()
         gizmo, corners = handles.gizmo, handles.corners
         if gizmo is not None:
-            overlay.gizmo(gizmo, drag.handle if isinstance(drag, HandleDrag) else None)
+            is_held = isinstance(drag, HandleDrag | SizeDrag)
+            overlay.gizmo(gizmo, drag.handle if is_held else self.hover.handle)
         if corners is not None:
             held = drag.corner if isinstance(drag, CornerDrag) else None
             overlay.corners(corners.pixels(), held)
@@ -268,7 +295,9 @@ class TwinView(QWidget):
         self.hand = InHand(tool)
         crossed = tool in (Tool.MEASURE, Tool.DRAW, Tool.SURFACE)
         self.setCursor(Qt.CursorShape.CrossCursor if crossed else Qt.CursorShape.ArrowCursor)
+        self.hover = Hover()
         self.update()
+        self.tool_taken.emit(tool)
 
     def pick_at(self, x_px: float, y_px: float) -> Pick | None:
         """What is under a pixel of the widget."""
@@ -333,12 +362,33 @@ class TwinView(QWidget):
             x, y = event.position().x(), event.position().y()
             eye = self.viewer.world_from_camera()
             self._drag.to(Aim(x, y, self._screen_camera(), eye))
+        elif not event.buttons():
+            self._hover_over(event.position())
         elif event.buttons() & Qt.MouseButton.LeftButton:
             self.set_viewer(self.viewer.dragged(moved.x(), moved.y()))
         elif event.buttons() & (Qt.MouseButton.RightButton | Qt.MouseButton.MiddleButton):
             focal = self._screen_camera().fx
             orbit = self.viewer.orbit.panned(moved.x(), moved.y(), focal_px=focal)
             self.set_viewer(replace(self.viewer, orbit=orbit))
+
+    def _hover_over(self, at: QPointF) -> None:
+        """Show what a press here would take hold of, or a click select."""
+        hover = Hover()
+        if self.hand.tool in HOLDING:
+            gizmo = self._handles().gizmo
+            handle = None if gizmo is None else gizmo.hit(at.x(), at.y())
+            found = None if handle is not None else self.pick_at(at.x(), at.y())
+            hover = Hover("" if found is None else found.item_id, handle)
+        if hover != self.hover:
+            self.hover = hover
+            self.update()
+
+    def leaveEvent(self, event: QEvent) -> None:
+        """See Qt: nothing is under the mouse any more."""
+        super().leaveEvent(event)
+        if self.hover != Hover():
+            self.hover = Hover()
+            self.update()
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """See Qt."""
@@ -398,7 +448,7 @@ class TwinView(QWidget):
     def closeEvent(self, event: QCloseEvent) -> None:
         """End the thread that draws."""
         self._timer.stop()
-        for callback in (self.redraw, self._new_scene):
+        for callback in (self.redraw, self.update, self._new_scene):
             self.bench.stop_listening(callback)
         if self._painter is not None:
             self._painter.stop()

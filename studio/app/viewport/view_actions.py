@@ -9,12 +9,10 @@ from functools import partial
 from pathlib import Path
 from typing import Protocol
 
-from scenes.pose import Pose
 from studio.app.model.actions import Action, Choice
 from studio.app.model.names import CAMERA
 from studio.app.model.workbench import Workbench
-from studio.app.viewport.by_hand.placing import move_item
-from studio.app.viewport.by_hand.tools import Tool
+from studio.app.viewport.by_hand.tools import HINTS, ICONS, Tool
 from studio.app.viewport.drawing.shapes import Shown
 from studio.app.viewport.view import TwinView
 from studio.app.viewport.viewer import MODES
@@ -65,6 +63,10 @@ class Views(Protocol):
         """Show so many views."""
         ...
 
+    def take(self, tool: Tool) -> None:
+        """Take a tool in hand, in all views."""
+        ...
+
 
 def add_view_actions(grid: Views) -> None:
     """Add what concerns the view in hand."""
@@ -102,9 +104,23 @@ def _moving(grid: Views) -> list[Action]:
         grid.bench.say("info", "views are linked" if grid.is_linked else "views are free")
 
     return [
-        Action("view.frame", "See the selection", "View", lambda: grid.active.frame(), "", "F"),
         Action(
-            "view.home", "See the whole room", "View", lambda: grid.active.go_home(), "", "Shift+F"
+            "view.frame",
+            "See the selection",
+            "View",
+            lambda: grid.active.frame(),
+            "",
+            "F",
+            icon="mdi6.image-filter-center-focus",
+        ),
+        Action(
+            "view.home",
+            "See the whole room",
+            "View",
+            lambda: grid.active.go_home(),
+            "",
+            "Shift+F",
+            icon="mdi6.home-outline",
         ),
         Action(
             "view.mode", "Orbit, fly or walk", "View", mode, "the next, or by name", "V", ("name",)
@@ -165,33 +181,29 @@ def _moving(grid: Views) -> list[Action]:
 
 def _tools(grid: Views) -> list[Action]:
     def take(tool: Tool) -> Callable[[], None]:
-        return lambda: grid.active.take(tool)
+        return lambda: grid.take(tool)
 
-    def place(item: str, x: float, y: float, z: float = 0.0, yaw_deg: float = 0.0) -> None:
-        pose = Pose.from_yaw(math.radians(yaw_deg), (float(x), float(y), float(z)))
-        move_item(grid.bench, item, pose)
-
-    keys = {"select": "1", "move": "2", "turn": "3", "measure": "4", "draw": "5", "surface": "6"}
     titles = {
         "select": "Select",
         "move": "Move",
         "turn": "Turn",
+        "scale": "Scale",
         "measure": "Measure",
         "draw": "Draw a note",
         "surface": "Live surface of four corners",
     }
     return [
         *(
-            Action(f"view.tool_{tool}", titles[tool], "Twin", take(tool), "", keys[tool])
-            for tool in Tool
-        ),
-        Action(
-            "twin.place",
-            "Put something at a place",
-            "Twin",
-            place,
-            "metres and degrees",
-            arguments=("item", "x", "y", "z", "yaw_deg"),
+            Action(
+                f"view.tool_{tool}",
+                titles[tool],
+                "Twin",
+                take(tool),
+                HINTS[tool],
+                str(number),
+                icon=ICONS[tool],
+            )
+            for number, tool in enumerate(Tool, 1)
         ),
         Action(
             "view.select",

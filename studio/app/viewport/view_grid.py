@@ -7,11 +7,11 @@ from PySide6.QtGui import QCloseEvent, QResizeEvent
 from PySide6.QtWidgets import QGridLayout, QWidget
 
 from studio.app.model.workbench import Workbench
-from studio.app.viewport.by_hand.placing import places_text
 from studio.app.viewport.by_hand.tools import InHand, Tool
 from studio.app.viewport.drawing.scene_drawing import Drawings
 from studio.app.viewport.insets.insets import Insets
 from studio.app.viewport.layers import Layers
+from studio.app.viewport.tool_bar import ToolBar
 from studio.app.viewport.view import TwinView
 from studio.app.viewport.view_actions import add_view_actions
 
@@ -38,8 +38,10 @@ class ViewGrid(QWidget):
         self._layout.setContentsMargins(0, 0, 0, 0)
         self._layout.setSpacing(2)
         self.active: TwinView
-        self.set_count(1)
         add_view_actions(self)
+        self.tools = ToolBar(bench)
+        self._layout.addWidget(self.tools, 0, 0, MAX_VIEWS // 2, 1)
+        self.set_count(1)
         self._timer = QTimer(self)
         self._timer.timeout.connect(self._poll)
         self._timer.start(POLL_MS)
@@ -59,7 +61,7 @@ class ViewGrid(QWidget):
 
     def add_foot(self, widget: QWidget) -> None:
         """Put something below all views."""
-        self._layout.addWidget(widget, MAX_VIEWS, 0, 1, 2)
+        self._layout.addWidget(widget, MAX_VIEWS, 0, 1, 3)
 
     def set_count(self, count: int) -> None:
         """Show so many views.
@@ -82,13 +84,25 @@ class ViewGrid(QWidget):
                 finished=self._finished,
             )
             view.installEventFilter(self)
+            view.tool_taken.connect(self._all_take)
             if self.views and self.views[0].viewer is not None:
                 view.set_viewer(self.views[0].viewer)
             self.views.append(view)
         for place, view in enumerate(self.views):
-            self._layout.addWidget(view, place // 2, place % 2)
+            self._layout.addWidget(view, place // 2, 1 + place % 2)
         self.active = self.views[0]
+        self.take(self.active.hand.tool)
         self.insets.place()
+
+    def take(self, tool: Tool) -> None:
+        """Take a tool in hand, in all views."""
+        self.active.take(tool)
+
+    def _all_take(self, tool: Tool) -> None:
+        self.tools.show_tool(tool)
+        for view in self.views:
+            if view.hand.tool is not tool:
+                view.take(tool)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """See Qt: the view that is touched is the one in hand; linked views follow it."""
@@ -105,7 +119,7 @@ class ViewGrid(QWidget):
 
     def _finished(self, hand: InHand) -> None:
         """A tool has what it needs: what it makes is an action, so that scripts have it too."""
-        places = places_text(tuple(hand.places))
+        places = [[round(float(v), 4) for v in place] for place in hand.places]
         if hand.tool is Tool.DRAW and len(places) > 1:
             self.bench.do("twin.annotate", points=places)
         elif hand.tool is Tool.SURFACE:
@@ -126,6 +140,7 @@ class ViewGrid(QWidget):
         self._timer.stop()
         self.layers.close()
         self.insets.close()
+        self.tools.close()
         for view in self.views:
             view.close()
         self.drawings.close()
