@@ -30,6 +30,7 @@ from studio.app.shell.command_palette import CommandPalette
 from studio.app.shell.docks import CLOSED_AT_FIRST, DOCKS, Dock, make_content
 from studio.app.shell.first_page import FirstPage
 from studio.app.shell.history import QtHistory
+from studio.app.shell.layouts import AREAS, FIRST_SHARES, Layout, add_dock_again
 from studio.app.shell.menus import Menus
 from studio.app.shell.notice import NoticeBar
 from studio.app.shell.questions import ask_file, ask_folder, ask_unsaved
@@ -41,12 +42,6 @@ from studio.app.shell.work_in_progress import WorkInProgress
 
 POLL_MS = 15
 """Between two looks at what the threads have left: well below a frame of a 30 Hz view."""
-
-AREAS = {
-    "left": ads.LeftDockWidgetArea,
-    "right": ads.RightDockWidgetArea,
-    "bottom": ads.BottomDockWidgetArea,
-}
 
 
 class MainWindow(QMainWindow):
@@ -98,7 +93,7 @@ class MainWindow(QMainWindow):
         self._docks, self.docks = self._make_docks(middle)
         self._panels = PanelDocks(self._docks, self.docks["session"])
         self.plugins = PluginHost(bench, plugins or home / "plugins", places=self._panels)
-        self._first_layout = self._docks.saveState()
+        self._first_layout = Layout(bytes(self._docks.saveState().data()), FIRST_SHARES)
         self.menus = Menus(bench, self)
         self.palette_bar = CommandPalette(bench, self)
         self.cheat_sheet = CheatSheet(bench, self)
@@ -127,8 +122,13 @@ class MainWindow(QMainWindow):
         ads.CDockManager.setConfigFlag(flags.OpaqueSplitterResize, True)
         ads.CDockManager.setConfigFlag(flags.FocusHighlighting, False)
         ads.CDockManager.setConfigFlag(flags.DockAreaHasTabsMenuButton, False)
+        # The application's theme decides, also after a change of theme.
+        ads.CDockManager.setConfigFlag(flags.DisableStylesheet, True)
+        # A floating dock is dragged back by a title bar of the library's own: it sees no drags of
+        # a window manager's.
+        ads.CDockManager.setConfigFlag(flags.FloatingContainerForceQWidgetTitleBar, True)
         manager = ads.CDockManager(self)
-        manager.setStyleSheet("")  # the application's theme decides
+        add_dock_again(manager, {dock.id: dock.side for dock in DOCKS})
         centre = ads.CDockWidget(manager, "View")
         centre.setWidget(middle)
         centre.setFeature(ads.CDockWidget.DockWidgetFeature.NoTab, True)
@@ -290,19 +290,19 @@ class MainWindow(QMainWindow):
 
     def save_layout(self, name: str) -> None:
         """See `Shell`."""
-        state = base64.b64encode(bytes(self._docks.saveState().data())).decode()
-        self.bench.set(layouts={**self.bench.settings.layouts, name: state})
+        layout = Layout.of(self._docks).text()
+        self.bench.set(layouts={**self.bench.settings.layouts, name: layout})
 
     def load_layout(self, name: str) -> None:
         """See `Shell`."""
         if not name:
-            self._docks.restoreState(self._first_layout)
+            self._first_layout.show(self._docks)
             return
-        state = self.bench.settings.layouts.get(name)
-        if state is None:
+        layout = self.bench.settings.layouts.get(name)
+        if layout is None:
             known = ", ".join(self.bench.settings.layouts) or "none"
             raise ValueError(f"no layout {name!r}; saved are: {known}")
-        self._docks.restoreState(QByteArray(base64.b64decode(state)))
+        Layout.from_text(layout).show(self._docks)
 
     def save_picture(self, path: Path) -> None:
         """See `Shell`."""
