@@ -109,7 +109,7 @@ def apply_theme(application: QApplication, name: str, text_scale: float) -> None
     font.setFeature(QFont.Tag("tnum"), 1)
     application.setFont(font)
     application.setPalette(palette(theme))
-    application.setStyleSheet(style_sheet(theme, name))
+    application.setStyleSheet(style_sheet(theme, name, text_scale))
 
 
 def palette(theme: Theme) -> QPalette:
@@ -155,15 +155,29 @@ def figures(value: float, form: str) -> str:
     return format(value, form).replace(" ", FIGURE_SPACE)
 
 
-def style_sheet(theme: Theme, name: str) -> str:
+def style_sheet(theme: Theme, name: str, text_scale: float = 1.0) -> str:
     """What the palette cannot say: docks, tabs, menus, inputs, focus.
 
     Args:
         theme: its colours.
         name: of the theme, for the marks.
+        text_scale: icons are as much larger as the text.
     """
     named = [part(theme, name) for part in (_buttons, _inputs, _docks)]
-    return "\n".join((_bars(theme), _lists(theme), *named))
+    return "\n".join((_bars(theme), _lists(theme), *named, _icons(text_scale)))
+
+
+def _icons(text_scale: float) -> str:
+    def side(px: int) -> str:
+        return f"qproperty-iconSize: {round(px * text_scale)}px {round(px * text_scale)}px;"
+
+    return f"""
+    QToolButton {{ {side(18)} }}
+    QPushButton, QTreeView, QListView, QTabBar, ads--CDockWidgetTab {{ {side(16)} }}
+    QToolBar, QToolBar QToolButton {{ {side(24)} }}
+    ads--CTitleBarButton, #tabCloseButton, #dockAreaCloseButton, #floatingTitleCloseButton,
+    #floatingTitleMaximizeButton, #floatingTitleDockButton {{ {side(12)} }}
+    """
 
 
 def _mark(what: str, name: str) -> str:
@@ -314,7 +328,7 @@ def _docks(theme: Theme, name: str) -> str:
     ads--CDockWidgetTab #dockWidgetTabLabel {{ color: {theme.faint}; }}
     ads--CDockWidgetTab[activeTab="true"] #dockWidgetTabLabel {{ color: {theme.text}; }}
     ads--CTitleBarButton, #tabCloseButton, #dockAreaCloseButton {{ background: transparent;
-        border: none; border-radius: 3px; padding: 3px; qproperty-iconSize: 12px; }}
+        border: none; border-radius: 3px; padding: 3px; }}
     ads--CTitleBarButton:hover, #tabCloseButton:hover {{ background: {theme.raised}; }}
     #tabCloseButton, #dockAreaCloseButton {{ qproperty-icon: {_mark("close", name)}; }}
     #detachGroupButton {{ qproperty-icon: {_mark("float", name)}; }}

@@ -74,6 +74,7 @@ class Inspector(QWidget):
         form = QFormLayout(self)
         form.setContentsMargins(8, 6, 8, 8)
         form.setVerticalSpacing(4)
+        form.setRowWrapPolicy(QFormLayout.RowWrapPolicy.WrapLongRows)
         form.addRow("Name", self.name)
         form.addRow("State", self.state)
         rows = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 import qtawesome
-from PySide6.QtCore import QEvent, QSize, Qt
+from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QAction, QActionGroup, QPalette
 from PySide6.QtWidgets import QToolBar
 
@@ -15,8 +15,6 @@ from studio.app.viewport.by_hand.tools import Tool
 
 LOOKS = ("view.frame", "view.home")
 """Actions below the tools: what to look at."""
-ICON_SHARE = 1.5
-"""Side of an icon in lines of text: it grows with the text."""
 
 
 class ToolBar(QToolBar):
@@ -70,8 +68,6 @@ class ToolBar(QToolBar):
             made.setToolTip(f"{action.title} ({keys})" if keys else action.title)
 
     def _colour(self) -> None:
-        side = round(ICON_SHARE * self.fontMetrics().height())
-        self.setIconSize(QSize(side, side))
         colour = self.palette().color(QPalette.ColorRole.ButtonText)
         accent = self.palette().color(QPalette.ColorRole.Accent)
         for action_id, made in self._buttons.items():
@@ -79,9 +75,9 @@ class ToolBar(QToolBar):
             made.setIcon(qtawesome.icon(icon, color=colour, color_on=accent))
 
     def changeEvent(self, event: QEvent) -> None:
-        """Draw the icons anew when theme or size of text changes."""
+        """Draw the icons anew when the theme changes."""
         super().changeEvent(event)
-        if event.type() in (QEvent.Type.PaletteChange, QEvent.Type.FontChange) and self._buttons:
+        if event.type() == QEvent.Type.PaletteChange and self._buttons:
             self._colour()
 
     def close(self) -> bool:

@@ -54,4 +54,6 @@ class AddedMesh:
         if self.scale == (1.0, 1.0, 1.0):
             return self.geometry
         file = self.geometry
-        return Geometry(file.vertices * np.array(self.scale, dtype=np.float32), file.faces, file.colours)
+        return Geometry(
+            file.vertices * np.array(self.scale, dtype=np.float32), file.faces, file.colours
+        )
