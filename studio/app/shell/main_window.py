@@ -35,6 +35,7 @@ from studio.app.shell.menus import Menus
 from studio.app.shell.notice import NoticeBar
 from studio.app.shell.questions import ask_file, ask_folder, ask_unsaved
 from studio.app.shell.script_run import ScriptRun
+from studio.app.shell.single_keys import VIEW, SingleKeys
 from studio.app.shell.status_line import StatusLine
 from studio.app.shell.theme import THEMES, apply_theme
 from studio.app.shell.window_film import WindowFilm
@@ -93,6 +94,7 @@ class MainWindow(QMainWindow):
         self._docks, self.docks = self._make_docks(middle)
         self._panels = PanelDocks(self._docks, self.docks["session"])
         self.plugins = PluginHost(bench, plugins or home / "plugins", places=self._panels)
+        self._single_keys = SingleKeys(self, self._docks)
         self._first_layout = Layout(bytes(self._docks.saveState().data()), FIRST_SHARES)
         self.menus = Menus(bench, self)
         self.palette_bar = CommandPalette(bench, self)
@@ -129,7 +131,7 @@ class MainWindow(QMainWindow):
         ads.CDockManager.setConfigFlag(flags.FloatingContainerForceQWidgetTitleBar, True)
         manager = ads.CDockManager(self)
         add_dock_again(manager, {dock.id: dock.side for dock in DOCKS})
-        centre = ads.CDockWidget(manager, "View")
+        centre = ads.CDockWidget(manager, VIEW)
         centre.setWidget(middle)
         centre.setFeature(ads.CDockWidget.DockWidgetFeature.NoTab, True)
         areas = {"centre": manager.setCentralWidget(centre)}
@@ -208,6 +210,9 @@ class MainWindow(QMainWindow):
         for topic in (Topic.SESSION, Topic.RECORDING, Topic.SELECTION):
             self.bench.listen(topic, self.menus.refresh)
         self.bench.listen(Topic.SETTINGS, self._on_settings)
+        history = self.bench.history
+        if isinstance(history, QtHistory):  # a step is there only after its document was shown
+            history.stack.indexChanged.connect(self.menus.refresh)
         self._on_document()
         self._on_settings()
 

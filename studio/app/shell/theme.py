@@ -164,7 +164,39 @@ def style_sheet(theme: Theme, name: str, text_scale: float = 1.0) -> str:
         text_scale: icons are as much larger as the text.
     """
     named = [part(theme, name) for part in (_buttons, _inputs, _docks)]
+    named.append(_focus(theme))
     return "\n".join((_bars(theme), _lists(theme), *named, _icons(text_scale)))
+
+
+def _focus(theme: Theme) -> str:
+    """A ring of two pixels; the padding is a pixel less, so that nothing moves."""
+    padded = {
+        "QPushButton": "3px 11px",
+        "QToolButton": "3px 5px",
+        "QToolBar QToolButton": "3px 7px",
+        "QToolBar:vertical QToolButton": "4px",
+        "QLineEdit": "2px 5px",
+        "QPlainTextEdit": "2px 5px",
+        "QTextBrowser": "0",
+        "QAbstractSpinBox": "1px 17px 1px 4px",
+        "QComboBox": "2px 19px 2px 6px",
+        "QTreeView": "0",
+        "QListView": "0",
+        "QTableView": "0",
+    }
+    rings = [
+        f"{part}:focus {{ border: 2px solid {theme.accent}; padding: {padding}; }}"
+        for part, padding in padded.items()
+    ]
+    return "\n".join(
+        [
+            "QTreeView, QListView, QTableView, QTextBrowser { padding: 1px; }",
+            *rings,
+            "QAbstractSpinBox QLineEdit:focus { border: none; padding: 0; }",
+            f"QCheckBox:focus::indicator {{ border: 2px solid {theme.accent}; margin: -1px; }}",
+            f"QPushButton:default:focus {{ border-color: {theme.text}; }}",
+        ]
+    )
 
 
 def _icons(text_scale: float) -> str:
@@ -236,9 +268,6 @@ def _buttons(theme: Theme, name: str) -> str:
     QToolButton[popupMode="2"] {{ padding-right: 18px; }}
     QToolButton::menu-indicator {{ image: {_mark("down", name)}; width: 8px; height: 8px;
         subcontrol-position: center right; right: 6px; }}
-    QPushButton:focus, QLineEdit:focus, QAbstractSpinBox:focus, QComboBox:focus, QTreeView:focus,
-    QTableView:focus, QListView:focus, QPlainTextEdit:focus, QToolButton:focus {{
-        border: 1px solid {theme.accent}; }}
     QScrollBar:vertical {{ width: 10px; background: transparent; }}
     QScrollBar:horizontal {{ height: 10px; background: transparent; }}
     QScrollBar::handle {{ background: {theme.line}; border-radius: 4px; min-height: 24px;

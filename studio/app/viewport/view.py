@@ -11,6 +11,7 @@ import numpy as np
 from PySide6.QtCore import QEvent, QPointF, QRectF, Qt, QTimer, Signal
 from PySide6.QtGui import (
     QCloseEvent,
+    QFocusEvent,
     QImage,
     QKeyEvent,
     QMouseEvent,
@@ -117,9 +118,11 @@ class TwinView(QWidget):
         self._image: QImage | None = None
         self._painter: TwinPainter | None = None
         self._home: Viewer | None = None
+        self._room: tuple[str, bytes] | None = None
         self._press = self._last = QPointF()
         self._drag: Drag | None = None
         self._drags = 0
+        self._is_ringed = False
         self.hover = Hover()
         self.setMouseTracking(True)
         self.setMinimumSize(240, 160)
@@ -147,7 +150,11 @@ class TwinView(QWidget):
             orbit = home(scene.footprint_m)
             x, y, _ = orbit.target
             self._home = Viewer(orbit, Walker(x, y, 0.0))
-            self.viewer = self._home
+            # A session or a recording in the same room is seen from where one stands.
+            room = (scene.name, scene.footprint_m.tobytes())
+            if room != self._room or self.viewer is None:
+                self.viewer = self._home
+            self._room = room
             self._painter = TwinPainter(self._drawings.of(scene))
             self.redraw()
         self.update()
@@ -229,6 +236,8 @@ class TwinView(QWidget):
             overlay.corners(corners.pixels(), held)
         overlay.in_hand(self.hand)
         overlay.words(QPointF(12, self.height() - 12), self._caption(), INK)
+        if self._is_ringed:
+            overlay.ring(QRectF(self.rect()))
         hint = HINTS[self.hand.tool] or (CORNERS_HINT if corners is not None else "")
         if hint:
             overlay.words(QPointF(12, 24), hint, INK)
@@ -382,6 +391,19 @@ class TwinView(QWidget):
         if hover != self.hover:
             self.hover = hover
             self.update()
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        """See Qt: a ring says where keys go, for whoever came here by keys."""
+        super().focusInEvent(event)
+        reasons = (Qt.FocusReason.TabFocusReason, Qt.FocusReason.BacktabFocusReason)
+        self._is_ringed = event.reason() in reasons
+        self.update()
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        """See Qt."""
+        super().focusOutEvent(event)
+        self._is_ringed = False
+        self.update()
 
     def leaveEvent(self, event: QEvent) -> None:
         """See Qt: nothing is under the mouse any more."""

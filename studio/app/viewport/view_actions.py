@@ -103,6 +103,9 @@ def _moving(grid: Views) -> list[Action]:
         grid.is_linked = not grid.is_linked
         grid.bench.say("info", "views are linked" if grid.is_linked else "views are free")
 
+    def shows(count: int) -> Callable[[], bool]:
+        return lambda: len(grid.views) == count
+
     return [
         Action(
             "view.frame",
@@ -155,9 +158,16 @@ def _moving(grid: Views) -> list[Action]:
             "1 to 4",
             arguments=("count",),
         ),
-        Action("view.one", "One view", "View", partial(grid.set_count, 1), ""),
-        Action("view.four", "Four views", "View", partial(grid.set_count, 4), ""),
-        Action("view.link", "Link the views", "View", link, "they move together"),
+        Action("view.one", "One view", "View", partial(grid.set_count, 1), "", is_on=shows(1)),
+        Action("view.four", "Four views", "View", partial(grid.set_count, 4), "", is_on=shows(4)),
+        Action(
+            "view.link",
+            "Link the views",
+            "View",
+            link,
+            "they move together",
+            is_on=lambda: grid.is_linked,
+        ),
         Action(
             "view.inset",
             "Picture in picture",
@@ -183,6 +193,9 @@ def _tools(grid: Views) -> list[Action]:
     def take(tool: Tool) -> Callable[[], None]:
         return lambda: grid.take(tool)
 
+    def is_in_hand(tool: Tool) -> bool:
+        return grid.active.hand.tool is tool
+
     titles = {
         "select": "Select",
         "move": "Move",
@@ -202,6 +215,7 @@ def _tools(grid: Views) -> list[Action]:
                 HINTS[tool],
                 str(number),
                 icon=ICONS[tool],
+                is_on=partial(is_in_hand, tool),
             )
             for number, tool in enumerate(Tool, 1)
         ),
@@ -218,15 +232,25 @@ def _tools(grid: Views) -> list[Action]:
 def _drawn(grid: Views) -> list[Action]:
     bench = grid.bench
 
+    def is_on_now(name: str) -> bool:
+        return bool(getattr(Shown.of(bench.settings.layers), name))
+
     def toggle(name: str) -> None:
-        is_on = not getattr(Shown.of(bench.settings.layers), name)
+        is_on = not is_on_now(name)
         bench.set(layers={**bench.settings.layers, name: is_on})
         bench.say("info", f"{LAYERS[name]}: {'shown' if is_on else 'hidden'}")
         if name == "errors" and is_on and bench.recording is None:
             bench.say("info", "errors on the floor appear when a session has ended or is open")
 
     return [
-        Action(f"view.show_{name}", f"Show or hide: {title}", "View", partial(toggle, name), "")
+        Action(
+            f"view.show_{name}",
+            f"Show {title[0].lower()}{title[1:]}",
+            "View",
+            partial(toggle, name),
+            "again hides them",
+            is_on=partial(is_on_now, name),
+        )
         for name, title in LAYERS.items()
     ]
 

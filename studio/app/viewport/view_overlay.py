@@ -175,6 +175,12 @@ class Overlay:
                 self._painter.drawRect(QRectF(end - corner, end + corner))
             self._painter.setBrush(Qt.BrushStyle.NoBrush)
 
+    def ring(self, area: QRectF) -> None:
+        """A frame that says that keys go to this view."""
+        self._painter.setBrush(Qt.BrushStyle.NoBrush)
+        self._painter.setPen(QPen(PICKED, 3.0))
+        self._painter.drawRect(area.adjusted(1.5, 1.5, -1.5, -1.5))
+
     def corners(self, pixels: NDArray[np.float64], held: int | None) -> None:
         """Handles (4, 2) of a live surface, the first one square; the held one is larger."""
         for corner, (x, y) in enumerate(pixels):
