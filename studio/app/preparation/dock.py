@@ -67,6 +67,14 @@ class PreparationDock(QWidget):
                 "on a copy of the scene; can be undone",
             ),
             Action(
+                "preparation.clean",
+                "Remove the marked splats",
+                group,
+                self.cut.clean,
+                "takes what was marked by box, lasso or brush out of the room; can be undone",
+                available=lambda: bool(self.cut.marks),
+            ),
+            Action(
                 "preparation.undo_cut",
                 "Undo the last cut",
                 group,

@@ -132,7 +132,7 @@ class Menus:
         made.setToolTip(action.hint or action.title)
         made.setStatusTip(action.hint)
         made.setObjectName(action.id)
-        made.setIconText(action.title)  # of its button, which keeps its width
+        made.setIconText(action.title.removesuffix(" …"))  # of its button, which keeps its width
         made.setCheckable(action.is_on is not None)
         made.triggered.connect(self._trigger(action.id))
         # Keys belong to the whole window, also where the action is in no menu.
