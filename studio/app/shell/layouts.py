@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -12,6 +12,8 @@ from typing import Any
 import PySide6QtAds as ads
 from PySide6.QtCore import QByteArray, Qt
 from PySide6.QtWidgets import QSplitter, QToolButton, QWidget
+
+from studio.app.shell.docks import DOCKS
 
 Shares = Sequence[Sequence[float]]
 """Of each splitter, from the outermost inwards, the share of each of its parts."""
@@ -77,13 +79,9 @@ class Layout:
                 splitter.setSizes([round(share * length) for share in parts])
 
 
-def add_dock_again(manager: Any, sides: Mapping[str, str]) -> None:
-    """Give windows of floating docks a button that takes them back into the window.
-
-    Args:
-        manager: of the window's docks.
-        sides: where each dock goes, by id, if nothing else is at that side.
-    """
+def add_dock_again(manager: Any) -> None:
+    """Give windows of floating docks a button that takes them back to where they began."""
+    sides = {dock.id: dock.side for dock in DOCKS}
 
     def take_back(floating: Any) -> None:
         for widget in floating.dockWidgets():

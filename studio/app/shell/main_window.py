@@ -130,7 +130,7 @@ class MainWindow(QMainWindow):
         # a window manager's.
         ads.CDockManager.setConfigFlag(flags.FloatingContainerForceQWidgetTitleBar, True)
         manager = ads.CDockManager(self)
-        add_dock_again(manager, {dock.id: dock.side for dock in DOCKS})
+        add_dock_again(manager)
         centre = ads.CDockWidget(manager, VIEW)
         centre.setWidget(middle)
         centre.setFeature(ads.CDockWidget.DockWidgetFeature.NoTab, True)
@@ -210,9 +210,8 @@ class MainWindow(QMainWindow):
         for topic in (Topic.SESSION, Topic.RECORDING, Topic.SELECTION):
             self.bench.listen(topic, self.menus.refresh)
         self.bench.listen(Topic.SETTINGS, self._on_settings)
-        history = self.bench.history
-        if isinstance(history, QtHistory):  # a step is there only after its document was shown
-            history.stack.indexChanged.connect(self.menus.refresh)
+        if isinstance(self.bench.history, QtHistory):  # steps come after their documents
+            self.bench.history.stack.indexChanged.connect(self.menus.refresh)
         self._on_document()
         self._on_settings()
 
