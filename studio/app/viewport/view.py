@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-import threading
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from PySide6.QtCore import QEvent, QPointF, QRectF, Qt, QTimer, Signal
@@ -22,21 +21,12 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from devices.streams import Slot
 from scenes.cameras import Pinhole
 from studio.app.model.measured_line import MeasuredLine
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.viewport.by_hand.corners import surface_at
-from studio.app.viewport.by_hand.dragging import (
-    Aim,
-    CornerDrag,
-    Drag,
-    GrabDrag,
-    HandleDrag,
-    SizeDrag,
-)
-from studio.app.viewport.by_hand.gizmo import Handle
-from studio.app.viewport.by_hand.handles import Handles, handles_of, taken
+from studio.app.viewport.by_hand.dragging import Aim, Drag, GrabDrag
+from studio.app.viewport.by_hand.handles import Handles, Hover, handles_of, taken
 from studio.app.viewport.by_hand.items import boxes_of
 from studio.app.viewport.by_hand.picking import Pick, length_m, pick, point_at
 from studio.app.viewport.by_hand.tools import CORNERS_HINT, HINTS, HOLDING, InHand, Tool
@@ -46,9 +36,9 @@ from studio.app.viewport.drawing.shapes import shapes_of
 from studio.app.viewport.drawing.view_picture import View
 from studio.app.viewport.layers import Layers
 from studio.app.viewport.orbit import home
-from studio.app.viewport.view_overlay import BACKDROP, INK, PICKED, Overlay, image_of
+from studio.app.viewport.view_overlay import BACKDROP, INK, Overlay, image_of, why_nothing
 from studio.app.viewport.viewer import MODES, Mode, Viewer
-from studio.app.viewport.walk import Walker
+from studio.app.viewport.walk import FoundFloor, Walker
 
 POLL_MS = 10
 MAX_WIDTH_PX = 960
@@ -68,19 +58,6 @@ FLIGHT = {
     Qt.Key.Key_E: (0, 1, 0),
     Qt.Key.Key_Q: (0, -1, 0),
 }
-
-
-@dataclass(frozen=True, slots=True)
-class Hover:
-    """The item or handle under the mouse while no button is held.
-
-    Attributes:
-        item_id: of an object or anything else that can be selected; "" if there is none.
-        handle: of the gizmo, which is in front of items.
-    """
-
-    item_id: str = ""
-    handle: Handle | None = None
 
 
 class TwinView(QWidget):
@@ -112,8 +89,7 @@ class TwinView(QWidget):
         self.hand = InHand()
         self.painted: Painted | None = None
         self.fps = 0.0
-        self.floor: object | None = None
-        self._floors: Slot[object] = Slot()
+        self._floor = FoundFloor()
         self._finished = finished
         self._image: QImage | None = None
         self._painter: TwinPainter | None = None
@@ -145,7 +121,7 @@ class TwinView(QWidget):
             self._painter.stop()
             self._painter = None
         scene = self.bench.scene
-        self._image = self.painted = self.floor = None
+        self._image = self.painted = None
         if scene is not None:
             orbit = home(scene.footprint_m)
             x, y, _ = orbit.target
@@ -155,6 +131,8 @@ class TwinView(QWidget):
             if room != self._room or self.viewer is None:
                 self.viewer = self._home
             self._room = room
+            if self.viewer.mode == "walk":
+                self._floor.find(scene)
             self._painter = TwinPainter(self._drawings.of(scene))
             self.redraw()
         self.update()
@@ -185,9 +163,6 @@ class TwinView(QWidget):
         self.update()
 
     def _poll(self) -> None:
-        floor = self._floors.take()
-        if floor is not None:
-            self.floor = floor
         if self._painter is None:
             return
         painted = self._painter.pictures.take()
@@ -197,48 +172,27 @@ class TwinView(QWidget):
             self._image = image_of(painted.picture)
             self.update()
 
-    def _no_room(self) -> str:
-        """Why no room is shown."""
-        session = self.bench.session
-        if session is None or session.is_busy:
-            return "opening the room …"
-        return "no room is open: open one (Ctrl+O), or drop it here"
-
     def paintEvent(self, event: QPaintEvent) -> None:
         """See Qt."""
         painter = QPainter(self)
         painter.fillRect(self.rect(), BACKDROP)
         if self._image is None or self.viewer is None or self.painted is None:
             painter.setPen(INK)
-            text = "drawing …" if self.bench.scene is not None else self._no_room()
-            painter.drawText(self.rect(), Qt.AlignmentFlag.AlignCenter, text)
+            painter.drawText(self.rect(), Qt.AlignmentFlag.AlignCenter, why_nothing(self.bench))
             return
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.drawImage(QRectF(self.rect()), self._image)
         overlay = Overlay(painter, self._screen_camera(), self.viewer.world_from_camera())
-        shown, bench = self._layers.shown, self.bench
-        boxes = boxes_of(bench)
-        for item_id, colour in ((self.hover.item_id, INK), (bench.selection, PICKED)):
-            if item_id in boxes:
-                overlay.box(*boxes[item_id], colour)
-        if shown.labels:
-            overlay.label_all(bench.state, bench.document, bench.scene, people=shown.avatars)
-        if self._layers.errors is not None:
-            overlay.error_scale(QRectF(self.rect()), self._layers.errors)
-        drag, handles = self._drag, self._handles()
-        gizmo, corners = handles.gizmo, handles.corners
-        if gizmo is not None:
-            is_held = isinstance(drag, HandleDrag | SizeDrag)
-            overlay.gizmo(gizmo, drag.handle if is_held else self.hover.handle)
-        if corners is not None:
-            held = drag.corner if isinstance(drag, CornerDrag) else None
-            overlay.corners(corners.pixels(), held)
+        area, handles = QRectF(self.rect()), self._handles()
+        overlay.items(self.bench, self._layers, area=area, hovered=self.hover.item_id)
+        overlay.handles(handles, drag=self._drag, hovered=self.hover.handle)
         overlay.in_hand(self.hand)
         overlay.words(QPointF(12, self.height() - 12), self._caption(), INK)
         if self._is_ringed:
-            overlay.ring(QRectF(self.rect()))
-        hint = HINTS[self.hand.tool] or (CORNERS_HINT if corners is not None else "")
+            overlay.ring(area)
+        has_corners = handles.corners is not None
+        hint = HINTS[self.hand.tool] or (CORNERS_HINT if has_corners else "")
         if hint:
             overlay.words(QPointF(12, 24), hint, INK)
 
@@ -276,10 +230,10 @@ class TwinView(QWidget):
         if mode not in MODES:
             raise ValueError(f"mode = {mode!r}, wanted one of {', '.join(MODES)}")
         chosen: Mode = next(m for m in MODES if m == mode)
-        if chosen == "walk" and self.floor is None:
-            self._find_floor()
+        if chosen == "walk":
+            self._floor.find(self.bench.scene)
         if self.viewer is not None:
-            self.set_viewer(self.viewer.in_mode(chosen, self._free_floor()))
+            self.set_viewer(self.viewer.in_mode(chosen, self._floor.of(self.bench.scene)))
 
     def frame(self) -> None:
         """Come near to what is selected, or see the whole room."""
@@ -296,7 +250,8 @@ class TwinView(QWidget):
         if self.viewer is None:
             return
         self.set_mode("walk")
-        walker = self.viewer.walker.stood_at(np.array([x, y]), self._free_floor())
+        floor = self._floor.of(self.bench.scene)
+        walker = self.viewer.walker.stood_at(np.array([x, y]), floor)
         self.set_viewer(replace(self.viewer, walker=walker))
 
     def take(self, tool: Tool) -> None:
@@ -319,21 +274,6 @@ class TwinView(QWidget):
         if found is None or found.item_id:
             return found
         return replace(found, item_id=surface_at(view.state.surfaces, found.point))
-
-    def _find_floor(self) -> None:
-        """Work out where one may stand, on a thread: a large mesh takes a second."""
-        from studio.app.viewport.visitor_floor import visitor_floor
-
-        scene, floors = self.bench.scene, self._floors
-        if scene is not None:
-            threading.Thread(
-                target=lambda: floors.put(visitor_floor(scene)), name="floor", daemon=True
-            ).start()
-
-    def _free_floor(self):  # noqa: ANN202
-        from sim.navigation.floor import FreeFloor
-
-        return self.floor if isinstance(self.floor, FreeFloor) else None
 
     def _in_picture(self, x_px: float, y_px: float) -> tuple[float, float]:
         camera = self.camera
@@ -384,10 +324,7 @@ class TwinView(QWidget):
         """Show what a press here would take hold of, or a click select."""
         hover = Hover()
         if self.hand.tool in HOLDING:
-            gizmo = self._handles().gizmo
-            handle = None if gizmo is None else gizmo.hit(at.x(), at.y())
-            found = None if handle is not None else self.pick_at(at.x(), at.y())
-            hover = Hover("" if found is None else found.item_id, handle)
+            hover = Hover.over(self._handles(), self.pick_at, at_px=(at.x(), at.y()))
         if hover != self.hover:
             self.hover = hover
             self.update()
@@ -444,7 +381,8 @@ class TwinView(QWidget):
         if self.viewer.mode == "orbit":
             self.set_viewer(replace(self.viewer, orbit=self.viewer.orbit.zoomed(steps)))
         else:
-            self.set_viewer(self.viewer.stepped(0, 0, 2 * steps, floor=self._free_floor()))
+            floor = self._floor.of(self.bench.scene)
+            self.set_viewer(self.viewer.stepped(0, 0, 2 * steps, floor=floor))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """See Qt: flight, and what ends a tool."""
@@ -454,7 +392,8 @@ class TwinView(QWidget):
             slow = event.modifiers() & Qt.KeyboardModifier.AltModifier
             factor = FAST if fast else SLOW if slow else 1.0
             right, up, ahead = (factor * v for v in FLIGHT[key])
-            self.set_viewer(self.viewer.stepped(right, up, ahead, floor=self._free_floor()))
+            floor = self._floor.of(self.bench.scene)
+            self.set_viewer(self.viewer.stepped(right, up, ahead, floor=floor))
         elif key == Qt.Key.Key_Escape:
             self.take(Tool.SELECT)
         elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and self.hand.places:

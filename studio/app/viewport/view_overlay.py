@@ -17,12 +17,17 @@ from scenes.pose import Pose
 from scenes.state import SceneState, TrackState
 from studio.app.model.documents.document import Document
 from studio.app.model.names import shown_name
+from studio.app.model.workbench import Workbench
+from studio.app.viewport.by_hand.dragging import CornerDrag, Drag, HandleDrag, SizeDrag
 from studio.app.viewport.by_hand.gizmo import Gizmo, Handle
+from studio.app.viewport.by_hand.handles import Handles
+from studio.app.viewport.by_hand.items import boxes_of
 from studio.app.viewport.by_hand.picking import length_m
 from studio.app.viewport.by_hand.tools import InHand, Tool
 from studio.app.viewport.drawing.floor_errors import STOPS, FloorErrors
 from studio.app.viewport.drawing.shapes import box_edges, pieces
 from studio.app.viewport.labels import Wanted, spread
+from studio.app.viewport.layers import Layers
 from studio.view.overlay import STATE_COLOURS, STATE_WORDS
 
 BACKDROP = QColor(14, 16, 20)
@@ -81,6 +86,34 @@ class Overlay:
         self._painter = painter
         self._camera = camera
         self._camera_from_world = world_from_camera.inverse()
+
+    def items(self, bench: Workbench, layers: Layers, *, area: QRectF, hovered: str) -> None:
+        """Boxes of what is selected and of what the mouse is over, names, and the scale of errors.
+
+        Args:
+            bench: whose items.
+            layers: which layers are shown.
+            area: of the picture.
+            hovered: id of the item under the mouse, or "".
+        """
+        boxes = boxes_of(bench)
+        for item_id, colour in ((hovered, INK), (bench.selection, PICKED)):
+            if item_id in boxes:
+                self.box(*boxes[item_id], colour)
+        if layers.shown.labels:
+            people = layers.shown.avatars
+            self.label_all(bench.state, bench.document, bench.scene, people=people)
+        if layers.errors is not None:
+            self.error_scale(area, layers.errors)
+
+    def handles(self, handles: Handles, *, drag: Drag | None, hovered: Handle | None) -> None:
+        """Handles of the selected item, the held or hovered one larger."""
+        if handles.gizmo is not None:
+            is_held = isinstance(drag, HandleDrag | SizeDrag)
+            self.gizmo(handles.gizmo, drag.handle if is_held else hovered)
+        if handles.corners is not None:
+            held = drag.corner if isinstance(drag, CornerDrag) else None
+            self.corners(handles.corners.pixels(), held)
 
     def label_all(
         self, state: SceneState, document: Document, scene: ScenePackage | None, *, people: bool
@@ -262,6 +295,15 @@ class Overlay:
         camera = self._camera
         x, y = camera.fx * at[0] / at[2] + camera.cx, camera.fy * at[1] / at[2] + camera.cy
         return QPointF(float(x), float(y))
+
+
+def why_nothing(bench: Workbench) -> str:
+    """Words for a view that has no picture yet."""
+    if bench.scene is not None:
+        return "drawing …"
+    if bench.session is None or bench.session.is_busy:
+        return "opening the room …"
+    return "no room is open: open one (Ctrl+O), or drop it here"
 
 
 def measure_text(places: Sequence[NDArray[np.float64]]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from scenes.cameras import Pinhole
@@ -12,8 +13,9 @@ from studio.app.twin.items import scanned_poses
 from studio.app.twin.sizes import size_of
 from studio.app.viewport.by_hand.corners import CornerHandles
 from studio.app.viewport.by_hand.dragging import CornerDrag, Drag, HandleDrag, SizeDrag
-from studio.app.viewport.by_hand.gizmo import Gizmo
+from studio.app.viewport.by_hand.gizmo import Gizmo, Handle
 from studio.app.viewport.by_hand.items import is_held_by_hand, pose_of
+from studio.app.viewport.by_hand.picking import Pick
 from studio.app.viewport.by_hand.tools import HOLDING, Tool
 
 
@@ -28,6 +30,34 @@ class Handles:
 
     gizmo: Gizmo | None
     corners: CornerHandles | None
+
+
+@dataclass(frozen=True, slots=True)
+class Hover:
+    """The item or handle under the mouse while no button is held.
+
+    Attributes:
+        item_id: of an object or anything else that can be selected; "" if there is none.
+        handle: of the gizmo, which is in front of items.
+    """
+
+    item_id: str = ""
+    handle: Handle | None = None
+
+    @classmethod
+    def over(
+        cls,
+        handles: Handles,
+        pick_at: Callable[[float, float], Pick | None],
+        *,
+        at_px: tuple[float, float],
+    ) -> Hover:
+        """What a press at a pixel would take hold of, or a click select."""
+        handle = None if handles.gizmo is None else handles.gizmo.hit(*at_px)
+        if handle is not None:
+            return cls(handle=handle)
+        found = pick_at(*at_px)
+        return cls("" if found is None else found.item_id)
 
 
 def handles_of(
