@@ -26,7 +26,7 @@ from scenes.prepare.cutout.proposals import Proposal, propose
 from scenes.prepare.cutout.remainder.floaters import remove_floaters
 from scenes.prepare.cutout.votes.lifting import share
 from scenes.render.native import NativeRenderer
-from studio.verbs import cut_add
+from studio.verbs import cut_add, cut_clean
 from studio.verbs.own_photos import own_photo
 
 OUTLINE_RGB = (255, 64, 32)
@@ -90,6 +90,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="put back what was cut last, or take away what was added",
     )
     parser.add_argument("--json", action="store_true", help="report as one JSON object")
+    cut_clean.add_arguments(parser)
     cut_add.add_arguments(parser)
 
 
@@ -117,6 +118,9 @@ def run(args: argparse.Namespace) -> int:
             save_package(cleared, args.scene)
         report = {"floaters": count}
         lines = [f"{args.scene}: {count} stray splats removed"]
+    elif args.clean:
+        cleaned, report, lines = cut_clean.clean(args, package)
+        save_package(cleaned, args.scene)
     elif args.add is not None:
         report, lines = _add(args, package)
     elif args.propose and args.accept is None:

@@ -34,6 +34,8 @@ from studio.live.status import LiveState, LiveStatus
 LIVE_RED = "#c62828"
 """Of the badge, in both themes; white on it has 5.6:1."""
 
+SIGNS_PX = 4
+"""What signs such as ▲ may stand out of a line, which come from another font, pixels."""
 LINES = 2
 """Of the sentence below the state that are kept free, so that little moves when it changes."""
 
@@ -53,6 +55,7 @@ class LiveHead(QWidget):
         self._bench, self._live = bench, live
         self._light = IDLE
         self._banner: Banner | None = None
+        self._held_px = 0
         self.state = QLabel()
         self.state.setAccessibleName("State of the live session")
         font = self.state.font()
@@ -97,7 +100,7 @@ class LiveHead(QWidget):
         """As high as its words take at its width."""
         layout = self.layout()
         assert layout is not None
-        return QSize(layout.totalSizeHint().width(), layout.totalHeightForWidth(self.width()))
+        return QSize(layout.totalSizeHint().width(), self._height_px())
 
     def minimumSizeHint(self) -> QSize:
         """See `sizeHint`."""
@@ -109,6 +112,7 @@ class LiveHead(QWidget):
         """See Qt."""
         super().resizeEvent(event)
         if event.oldSize().width() != event.size().width():
+            self._held_px = 0
             self.updateGeometry()
 
     def _make_banner(self) -> QWidget:
@@ -129,6 +133,7 @@ class LiveHead(QWidget):
         """No session plays: what the last one came to, or how to begin one."""
         self._show_light(IDLE if job is None or not job.running else Light("unknown", "opening"))
         self._show_banner(None, is_locating=False)
+        self._hold(is_playing=False)
         self.badge.hide()
         text = STARTS
         if job is not None:
@@ -164,6 +169,7 @@ class LiveHead(QWidget):
         self.badge.setVisible(status.state is LiveState.LIVE)
         self._show_text(begun_with_a_capital(reachable(text)))
         self._show_banner(banner, is_locating=is_locating)
+        self._hold(is_playing=True)
         self.refresh_button()
 
     def refresh_button(self) -> None:
@@ -215,6 +221,21 @@ class LiveHead(QWidget):
         self.banner_button.setText("Looking …" if is_locating else Help.FIND)
         self.banner_button.setEnabled(not is_locating)
         self.banner.setVisible(banner is not None)
-        lines = LINES if banner is None else 1
-        self.text.setMinimumHeight(lines * self.fontMetrics().lineSpacing())
         self.updateGeometry()
+
+    def _hold(self, is_playing: bool) -> None:
+        """Keep the place of text and banner while a session plays: the tabs below stay put."""
+        policy = self.banner.sizePolicy()
+        if policy.retainSizeWhenHidden() != is_playing:
+            policy.setRetainSizeWhenHidden(is_playing)
+            self.banner.setSizePolicy(policy)
+        lines = LINES * self.fontMetrics().lineSpacing()
+        self.text.setMinimumHeight(lines)
+        self.banner_text.setMinimumHeight(lines + SIGNS_PX if is_playing else 0)
+        self._held_px = self._height_px() if is_playing else 0
+
+    def _height_px(self) -> int:
+        """What its words take at its width, and while a session plays no less than before."""
+        layout = self.layout()
+        assert layout is not None
+        return max(layout.totalHeightForWidth(self.width()), self._held_px)

@@ -101,6 +101,16 @@ class PlainHistory:
         self._changes: list[Change] = []
         self._done = 0
 
+    @property
+    def undoes(self) -> str:
+        """See `History`."""
+        return self._changes[self._done - 1].label if self._done else ""
+
+    @property
+    def redoes(self) -> str:
+        """See `History`."""
+        return self._changes[self._done].label if self._done < len(self._changes) else ""
+
     def push(self, change: Change) -> None:
         """See `History`."""
         del self._changes[self._done :]

@@ -42,6 +42,8 @@ class Action:
         command: the command line that does the same, given the arguments; None if there is none.
         icon: name of its icon, or empty.
         choices: its ways, as a menu of its own; None if it has one way only.
+        is_on: whether what it switches is on now; None if it switches nothing.
+        says: its title as it is now, such as what would be undone; None if it never changes.
     """
 
     id: str
@@ -55,6 +57,8 @@ class Action:
     command: Callable[..., str] | None = None
     icon: str = ""
     choices: Callable[[], Sequence[Choice]] | None = None
+    is_on: Callable[[], bool] | None = None
+    says: Callable[[], str] | None = None
 
     @property
     def is_available(self) -> bool:

@@ -34,6 +34,16 @@ class Change:
 class History(Protocol):
     """A stack of changes; the window's is Qt's undo stack."""
 
+    @property
+    def undoes(self) -> str:
+        """Label of the change that `undo` takes back; "" if there is none."""
+        ...
+
+    @property
+    def redoes(self) -> str:
+        """Label of the change that `redo` makes again; "" if there is none."""
+        ...
+
     def push(self, change: Change) -> None:
         """Remember a change that has been made."""
         ...

@@ -12,6 +12,7 @@ PRESETS: Mapping[str, Mapping[str, str]] = {
     "blender": {
         "view.tool_move": "G",
         "view.tool_turn": "R",
+        "view.tool_scale": "S",
         "view.frame": "Num+.",
         "palette.open": "F3",
     },
@@ -19,6 +20,7 @@ PRESETS: Mapping[str, Mapping[str, str]] = {
         "view.tool_select": "Q",
         "view.tool_move": "W",
         "view.tool_turn": "E",
+        "view.tool_scale": "R",
         "view.frame": "F",
     },
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,12 +22,12 @@ from PySide6.QtWidgets import (
 
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.preparation.cut_job import CutJob, Mark, undo
-from studio.app.preparation.photo_marker import BeforeAfter, PhotoMarker
+from studio.app.preparation.photo_marker import BeforeAfter, MarkTool, PhotoMarker
 from studio.app.preparation.view_pictures import Pictures, ViewPictures
 from studio.app.shell.theme import SHAPES
+from studio.app.shell.wrapping import WrappingRow
 
 POLL_MS = 200
-BOX, CLICKS = "Box", "Clicks"
 
 
 class CutPage(QWidget):
@@ -48,7 +49,11 @@ class CutPage(QWidget):
         self._after: ViewPictures | None = None
         self.views, self.tool = QComboBox(), QComboBox()
         self.views.setAccessibleName("View")
-        self.tool.addItems([BOX, CLICKS])
+        self.tool.addItems(list(MarkTool))
+        self.tool.setAccessibleName("Mark by")
+        self.clear_button = QPushButton("Clear")
+        self.clear_button.setToolTip("take the marks of this view away")
+        self.clear_button.clicked.connect(self._clear)
         self.load_button = QPushButton("Show views")
         self.load_button.clicked.connect(self.load)
         self.marker, self.compare = PhotoMarker(), BeforeAfter()
@@ -56,6 +61,12 @@ class CutPage(QWidget):
         self.name = QLineEdit()
         self.name.setPlaceholderText("Name of the object")
         self.cut_button, self.undo_button = QPushButton("Cut out"), QPushButton("Undo cut")
+        self.clean_button = QPushButton("Remove splats")
+        self.clean_button.setToolTip(
+            "take what is marked out of the room: in one view what hangs before it, in several "
+            "what lies in all marks"
+        )
+        self.clean_button.clicked.connect(lambda: bench.do("preparation.clean"))
         self.slider = QSlider(Qt.Orientation.Horizontal)
         self.slider.setRange(0, 100)
         self.slider.setValue(50)
@@ -80,16 +91,19 @@ class CutPage(QWidget):
         top.addWidget(self.load_button)
         top.addWidget(self.views, 1)
         top.addWidget(self.tool)
+        top.addWidget(self.clear_button)
         bottom.addWidget(self.name, 1)
-        bottom.addWidget(self.cut_button)
-        bottom.addWidget(self.undo_button)
+        buttons = WrappingRow((self.cut_button, self.clean_button, self.undo_button))
         layout = QVBoxLayout(self)
         layout.addLayout(top)
         layout.addWidget(self.marker, 1)
         layout.addLayout(bottom)
+        layout.addLayout(buttons)
         layout.addWidget(self.line)
         layout.addWidget(self.compare, 1)
         layout.addWidget(self.slider)
+        for widget in (self.compare, self.slider):  # photos to mark have their place until then
+            widget.hide()
 
     def load(self) -> None:
         """Draw the views of the scene that is open."""
@@ -107,13 +121,20 @@ class CutPage(QWidget):
             ValueError: nothing is marked, it has no name, or one runs already.
             OSError: the scene cannot be copied.
         """
+        self._begin(cleans=False)
+
+    def clean(self) -> None:
+        """Begin to take what is marked out of the room; see `begin`."""
+        self._begin(cleans=True)
+
+    def _begin(self, *, cleans: bool) -> None:
         if self.job is not None and self.job.is_running:
             raise ValueError("an object is being cut out: wait for it")
         scene = Path(self._bench.document.scene)
         if not (scene / "scene.json").is_file():
             raise ValueError("built-in rooms are left as they are: open a scene of your own")
-        self.job = CutJob(scene, self.name.text(), list(self.marks.values()))
-        self.line.setText("cutting on a copy …")
+        self.job = CutJob(scene, self.name.text(), list(self.marks.values()), cleans=cleans)
+        self.line.setText("cleaning a copy …" if cleans else "cutting on a copy …")
         self.refresh()
 
     def undo(self) -> None:
@@ -134,7 +155,9 @@ class CutPage(QWidget):
     def refresh(self) -> None:
         """Take what threads and processes have left."""
         busy = self.job is not None
-        self.cut_button.setEnabled(bool(self.marks) and not busy)
+        for button in (self.cut_button, self.clean_button):
+            button.setEnabled(bool(self.marks) and not busy)
+        self.clear_button.setEnabled(bool(self.marks) and not busy)
         self.undo_button.setEnabled(bool(self.kept) and not busy)
         if self._drawing is not None and (drawn := self._drawing.result.take()) is not None:
             self._drawing = None
@@ -143,6 +166,8 @@ class CutPage(QWidget):
             self._after = None
             if not isinstance(drawn, str):
                 name = next(iter(drawn))
+                for widget in (self.compare, self.slider):
+                    widget.show()
                 self.compare.show_images(image_of(self._pictures[name]), image_of(drawn[name]))
         if self.job is not None and not self.job.is_running:
             job, self.job = self.job, None
@@ -158,12 +183,7 @@ class CutPage(QWidget):
         except OSError as error:
             self._bench.say("error", f"{job.scene}: the cut scene cannot be put in place: {error}")
             return
-        report = job.report
-        size = " × ".join(f"{side:g}" for side in report["box_cm"])
-        self.line.setText(
-            f"{SHAPES['good']} {report['object']}: {report['splats']:,} splats, {size} cm, "
-            f"{report['floaters']} floaters removed"
-        )
+        self.line.setText(f"{SHAPES['good']} {_done(job.report)}")
         self._after = ViewPictures(job.scene, tuple(self.marks)[:1])
         self.marks.clear()
         self._show_view(self.views.currentText())
@@ -178,7 +198,9 @@ class CutPage(QWidget):
             self.line.setText(f"{SHAPES['bad']} {drawn}")
             return
         self._pictures = drawn
-        self.line.setText("Draw a box around the whole object, in 1 to 3 views.")
+        self.line.setText(
+            "Mark an object in 1 to 3 views to cut it out, or what is to go to remove its splats."
+        )
         self.views.clear()
         self.views.addItems(list(drawn))
 
@@ -188,16 +210,27 @@ class CutPage(QWidget):
         self.marker.show_image(image_of(self._pictures[name]))
         mark = self.marks.get(name)
         if mark is not None:
-            self.marker.set_marks(mark.box, list(mark.clicks))
+            self.marker.set_marks(mark.box, mark.clicks, mark.outlines, mark.strokes)
 
     def _set_tool(self, tool: str) -> None:
-        self.marker.draws_box = tool == BOX
+        self.marker.tool = MarkTool(tool)
+
+    def _clear(self) -> None:
+        self.marker.clear()
+        self._take_marks()
 
     def _take_marks(self) -> None:
         name = self.views.currentText()
-        self.marks[name] = Mark(name, self.marker.box, tuple(self.marker.points))
-        if self.marker.box is None and not self.marker.points:
-            del self.marks[name]
+        drawn, marker = self.marks, self.marker
+        drawn[name] = Mark(
+            name,
+            marker.box,
+            tuple(marker.points),
+            tuple(marker.outlines),
+            tuple(marker.strokes),
+        )
+        if drawn[name].is_empty:
+            del drawn[name]
         self.refresh()
 
     def _forget(self) -> None:
@@ -211,6 +244,17 @@ class CutPage(QWidget):
         if self.job is not None:
             self.job.cancel()
         event.accept()
+
+
+def _done(report: dict[str, Any]) -> str:
+    """Words for what `nexus cut --json` reports."""
+    if "cleaned" in report:
+        return f"{report['cleaned']:,} splats removed"
+    size = " × ".join(f"{side:g}" for side in report["box_cm"])
+    return (
+        f"{report['object']}: {report['splats']:,} splats, {size} cm, "
+        f"{report['floaters']} floaters removed"
+    )
 
 
 def image_of(picture: NDArray[np.uint8]) -> QImage:

@@ -52,7 +52,13 @@ class PreparationDock(QWidget):
                 "how long what was measured is really; makes a new scene, the old one stays",
                 arguments=("metres",),
             ),
-            Action("preparation.cancel", "Cancel the preparation", group, self.room.cancel),
+            Action(
+                "preparation.cancel",
+                "Cancel the preparation",
+                group,
+                self.room.cancel,
+                available=lambda: self.room.job is not None and self.room.job.is_running,
+            ),
             Action(
                 "preparation.cut",
                 "Cut the marked object out",
@@ -60,7 +66,22 @@ class PreparationDock(QWidget):
                 self.cut.begin,
                 "on a copy of the scene; can be undone",
             ),
-            Action("preparation.undo_cut", "Undo the last cut", group, self.cut.undo),
+            Action(
+                "preparation.clean",
+                "Remove the marked splats",
+                group,
+                self.cut.clean,
+                "takes what was marked by box, lasso or brush out of the room; can be undone",
+                available=lambda: bool(self.cut.marks),
+            ),
+            Action(
+                "preparation.undo_cut",
+                "Undo the last cut",
+                group,
+                self.cut.undo,
+                "puts the scene before it back",
+                available=lambda: bool(self.cut.kept),
+            ),
         ):
             if action.id not in bench.actions:
                 bench.actions.add(action)

@@ -16,7 +16,7 @@ from PySide6.QtWidgets import (
 )
 
 from studio.app.model.documents.dropped import PICTURES
-from studio.app.preparation.photo_marker import PhotoMarker
+from studio.app.preparation.photo_marker import MarkTool, PhotoMarker
 from studio.app.preparation.preparation_job import Pick
 
 SHOWN_PX = 1600
@@ -40,7 +40,7 @@ class LengthPicker(QWidget):
         self.metres.setSuffix(" m")
         self.metres.setSpecialValueText("no length")
         self.marker, self.line = PhotoMarker(), QLabel()
-        self.marker.draws_box = False
+        self.marker.tool = MarkTool.CLICKS
         self.line.setWordWrap(True)
         self._folder: Path | None = None
         self._scale = 1.0

@@ -26,6 +26,16 @@ class QtHistory:
         self._show = show
         self._merge_ids: dict[str, int] = {}
 
+    @property
+    def undoes(self) -> str:
+        """See `History.undoes`."""
+        return self.stack.undoText()
+
+    @property
+    def redoes(self) -> str:
+        """See `History.redoes`."""
+        return self.stack.redoText()
+
     def push(self, change: Change) -> None:
         """See `History.push`."""
         self.stack.push(_Step(change, self._show, self._merge_id(change.merge)))

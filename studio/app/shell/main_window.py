@@ -30,11 +30,13 @@ from studio.app.shell.command_palette import CommandPalette
 from studio.app.shell.docks import CLOSED_AT_FIRST, DOCKS, Dock, make_content
 from studio.app.shell.first_page import FirstPage
 from studio.app.shell.history import QtHistory
+from studio.app.shell.layouts import AREAS, FIRST_SHARES, Layout, add_dock_again
 from studio.app.shell.menus import Menus
 from studio.app.shell.notice import NoticeBar
 from studio.app.shell.questions import ask_file, ask_folder, ask_unsaved
 from studio.app.shell.script_run import ScriptRun
 from studio.app.shell.share_dialog import ask_share
+from studio.app.shell.single_keys import VIEW, SingleKeys
 from studio.app.shell.status_line import StatusLine
 from studio.app.shell.theme import THEMES, apply_theme
 from studio.app.shell.window_film import WindowFilm
@@ -42,12 +44,6 @@ from studio.app.shell.work_in_progress import WorkInProgress
 
 POLL_MS = 15
 """Between two looks at what the threads have left: well below a frame of a 30 Hz view."""
-
-AREAS = {
-    "left": ads.LeftDockWidgetArea,
-    "right": ads.RightDockWidgetArea,
-    "bottom": ads.BottomDockWidgetArea,
-}
 
 
 class MainWindow(QMainWindow):
@@ -99,7 +95,8 @@ class MainWindow(QMainWindow):
         self._docks, self.docks = self._make_docks(middle)
         self._panels = PanelDocks(self._docks, self.docks["session"])
         self.plugins = PluginHost(bench, plugins or home / "plugins", places=self._panels)
-        self._first_layout = self._docks.saveState()
+        self._single_keys = SingleKeys(self, self._docks)
+        self._first_layout = Layout(bytes(self._docks.saveState().data()), FIRST_SHARES)
         self.menus = Menus(bench, self)
         self.palette_bar = CommandPalette(bench, self)
         self.cheat_sheet = CheatSheet(bench, self)
@@ -128,9 +125,14 @@ class MainWindow(QMainWindow):
         ads.CDockManager.setConfigFlag(flags.OpaqueSplitterResize, True)
         ads.CDockManager.setConfigFlag(flags.FocusHighlighting, False)
         ads.CDockManager.setConfigFlag(flags.DockAreaHasTabsMenuButton, False)
+        # The application's theme decides, also after a change of theme.
+        ads.CDockManager.setConfigFlag(flags.DisableStylesheet, True)
+        # A floating dock is dragged back by a title bar of the library's own: it sees no drags of
+        # a window manager's.
+        ads.CDockManager.setConfigFlag(flags.FloatingContainerForceQWidgetTitleBar, True)
         manager = ads.CDockManager(self)
-        manager.setStyleSheet("")  # the application's theme decides
-        centre = ads.CDockWidget(manager, "View")
+        add_dock_again(manager)
+        centre = ads.CDockWidget(manager, VIEW)
         centre.setWidget(middle)
         centre.setFeature(ads.CDockWidget.DockWidgetFeature.NoTab, True)
         areas = {"centre": manager.setCentralWidget(centre)}
@@ -209,6 +211,8 @@ class MainWindow(QMainWindow):
         for topic in (Topic.SESSION, Topic.RECORDING, Topic.SELECTION):
             self.bench.listen(topic, self.menus.refresh)
         self.bench.listen(Topic.SETTINGS, self._on_settings)
+        if isinstance(self.bench.history, QtHistory):  # steps come after their documents
+            self.bench.history.stack.indexChanged.connect(self.menus.refresh)
         self._on_document()
         self._on_settings()
 
@@ -291,19 +295,19 @@ class MainWindow(QMainWindow):
 
     def save_layout(self, name: str) -> None:
         """See `Shell`."""
-        state = base64.b64encode(bytes(self._docks.saveState().data())).decode()
-        self.bench.set(layouts={**self.bench.settings.layouts, name: state})
+        layout = Layout.of(self._docks).text()
+        self.bench.set(layouts={**self.bench.settings.layouts, name: layout})
 
     def load_layout(self, name: str) -> None:
         """See `Shell`."""
         if not name:
-            self._docks.restoreState(self._first_layout)
+            self._first_layout.show(self._docks)
             return
-        state = self.bench.settings.layouts.get(name)
-        if state is None:
+        layout = self.bench.settings.layouts.get(name)
+        if layout is None:
             known = ", ".join(self.bench.settings.layouts) or "none"
             raise ValueError(f"no layout {name!r}; saved are: {known}")
-        self._docks.restoreState(QByteArray(base64.b64decode(state)))
+        Layout.from_text(layout).show(self._docks)
 
     def save_picture(self, path: Path) -> None:
         """See `Shell`."""

@@ -92,6 +92,10 @@ class Menus:
                 made.setShortcut(keys)
             if made.isEnabled() != action.is_available:
                 made.setEnabled(action.is_available)
+            if action.is_on is not None:
+                made.setChecked(action.is_on())
+            if action.says is not None and made.text() != (said := action.says()):
+                made.setText(said)
 
     def colour(self, colour: str) -> None:
         """Draw the icons in a colour: of the theme."""
@@ -116,6 +120,7 @@ class Menus:
         else:
             later = [self._menus["Help"]] if "Help" in self._menus else []
         menu = QMenu(f"&{name}", bar)
+        menu.aboutToShow.connect(self.refresh)  # also for what changes without a word to anybody
         if later:
             bar.insertMenu(later[0].menuAction(), menu)
         else:
@@ -127,6 +132,8 @@ class Menus:
         made.setToolTip(action.hint or action.title)
         made.setStatusTip(action.hint)
         made.setObjectName(action.id)
+        made.setIconText(action.title.removesuffix(" …"))  # of its button, which keeps its width
+        made.setCheckable(action.is_on is not None)
         made.triggered.connect(self._trigger(action.id))
         # Keys belong to the whole window, also where the action is in no menu.
         self._window.addAction(made)
@@ -158,6 +165,7 @@ class Menus:
     def _trigger(self, action_id: str) -> Callable[..., None]:
         def run(_checked: bool = False) -> None:
             self._bench.do(action_id)
+            self.refresh()  # Qt has turned the check mark, whatever became of it
 
         return partial(run)
 

@@ -41,12 +41,11 @@ class StatusLine:
     def _on_session(self) -> None:
         run = self._run
         self._line.setText(run.line)
-        session = None if run.job is None else run.job.session
-        if not run.is_playing:
-            self._count.clear()  # the timeline says which instant is shown
-        elif session is not None and run.output is not None:
+        text = ""  # the time of a recording stands over the timeline, and nowhere else
+        if run.is_playing and run.output is not None:
             frame = run.output.input.frame
-            self._count.setText(f"{frame.t_ns / 1e9:6.1f} s   frame {frame.seq:5d}")
+            text = f"{frame.t_ns / 1e9:6.1f} s   frame {frame.seq:5d}"
+        self._count.setText(text)
         kind = "good" if run.is_playing else "calm"
         words = str(self._bench.standing.mode) if not run.is_opening else "opening"
         self._state.setText(f"{SHAPES[kind]} {words}")

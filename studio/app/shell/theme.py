@@ -109,7 +109,7 @@ def apply_theme(application: QApplication, name: str, text_scale: float) -> None
     font.setFeature(QFont.Tag("tnum"), 1)
     application.setFont(font)
     application.setPalette(palette(theme))
-    application.setStyleSheet(style_sheet(theme, name))
+    application.setStyleSheet(style_sheet(theme, name, text_scale))
 
 
 def palette(theme: Theme) -> QPalette:
@@ -155,15 +155,61 @@ def figures(value: float, form: str) -> str:
     return format(value, form).replace(" ", FIGURE_SPACE)
 
 
-def style_sheet(theme: Theme, name: str) -> str:
+def style_sheet(theme: Theme, name: str, text_scale: float = 1.0) -> str:
     """What the palette cannot say: docks, tabs, menus, inputs, focus.
 
     Args:
         theme: its colours.
         name: of the theme, for the marks.
+        text_scale: icons are as much larger as the text.
     """
     named = [part(theme, name) for part in (_buttons, _inputs, _docks)]
-    return "\n".join((_bars(theme), _lists(theme), *named))
+    named.append(_focus(theme))
+    return "\n".join((_bars(theme), _lists(theme), *named, _icons(text_scale)))
+
+
+def _focus(theme: Theme) -> str:
+    """A ring of two pixels; the padding is a pixel less, so that nothing moves."""
+    padded = {
+        "QPushButton": "3px 11px",
+        "QToolButton": "3px 5px",
+        "QToolBar QToolButton": "3px 7px",
+        "QToolBar:vertical QToolButton": "4px",
+        "QLineEdit": "2px 5px",
+        "QPlainTextEdit": "2px 5px",
+        "QTextBrowser": "0",
+        "QAbstractSpinBox": "1px 17px 1px 4px",
+        "QComboBox": "2px 19px 2px 6px",
+        "QTreeView": "0",
+        "QListView": "0",
+        "QTableView": "0",
+    }
+    rings = [
+        f"{part}:focus {{ border: 2px solid {theme.accent}; padding: {padding}; }}"
+        for part, padding in padded.items()
+    ]
+    return "\n".join(
+        [
+            "QTreeView, QListView, QTableView, QTextBrowser { padding: 1px; }",
+            *rings,
+            "QAbstractSpinBox QLineEdit:focus { border: none; padding: 0; }",
+            f"QCheckBox:focus::indicator {{ border: 2px solid {theme.accent}; margin: -1px; }}",
+            f"QPushButton:default:focus {{ border-color: {theme.text}; }}",
+        ]
+    )
+
+
+def _icons(text_scale: float) -> str:
+    def side(px: int) -> str:
+        return f"qproperty-iconSize: {round(px * text_scale)}px {round(px * text_scale)}px;"
+
+    return f"""
+    QToolButton {{ {side(18)} }}
+    QPushButton, QTreeView, QListView, QTabBar, ads--CDockWidgetTab {{ {side(16)} }}
+    QToolBar, QToolBar QToolButton {{ {side(24)} }}
+    ads--CTitleBarButton, #tabCloseButton, #dockAreaCloseButton, #floatingTitleCloseButton,
+    #floatingTitleMaximizeButton, #floatingTitleDockButton {{ {side(12)} }}
+    """
 
 
 def _mark(what: str, name: str) -> str:
@@ -177,6 +223,9 @@ def _bars(theme: Theme) -> str:
     QStatusBar::item {{ border: none; }}
     QStatusBar QLabel {{ padding: 0 6px; }}
     QToolBar {{ border: none; padding: 3px 8px; spacing: 2px; }}
+    QToolBar:vertical {{ padding: 6px 3px; }}
+    QToolBar:vertical QToolButton {{ padding: 5px; }}
+    QToolBar:vertical::separator {{ height: 1px; }}
     QToolBar::separator {{ background: {theme.line}; width: 1px; margin: 6px 6px; }}
     QToolBar QToolButton {{ padding: 4px 8px; border: 1px solid transparent; border-radius: 4px; }}
     QToolBar QToolButton:hover {{ background: {theme.raised}; }}
@@ -219,9 +268,6 @@ def _buttons(theme: Theme, name: str) -> str:
     QToolButton[popupMode="2"] {{ padding-right: 18px; }}
     QToolButton::menu-indicator {{ image: {_mark("down", name)}; width: 8px; height: 8px;
         subcontrol-position: center right; right: 6px; }}
-    QPushButton:focus, QLineEdit:focus, QAbstractSpinBox:focus, QComboBox:focus, QTreeView:focus,
-    QTableView:focus, QListView:focus, QPlainTextEdit:focus, QToolButton:focus {{
-        border: 1px solid {theme.accent}; }}
     QScrollBar:vertical {{ width: 10px; background: transparent; }}
     QScrollBar:horizontal {{ height: 10px; background: transparent; }}
     QScrollBar::handle {{ background: {theme.line}; border-radius: 4px; min-height: 24px;
@@ -303,6 +349,7 @@ def _docks(theme: Theme, name: str) -> str:
     ads--CDockAreaWidget {{ background: {theme.panel}; border: none; }}
     ads--CDockAreaTitleBar {{ background: {theme.ground}; border: none; padding: 0; }}
     ads--CDockWidget {{ background: {theme.panel}; border: none; }}
+    #dockWidgetScrollArea {{ padding: 0; border: none; }}
     ads--CDockWidgetTab {{ background: {theme.ground}; border: none; padding: 3px 6px;
         border-top: 2px solid {theme.ground}; }}
     ads--CDockWidgetTab[activeTab="true"] {{ background: {theme.panel};
@@ -310,9 +357,13 @@ def _docks(theme: Theme, name: str) -> str:
     ads--CDockWidgetTab #dockWidgetTabLabel {{ color: {theme.faint}; }}
     ads--CDockWidgetTab[activeTab="true"] #dockWidgetTabLabel {{ color: {theme.text}; }}
     ads--CTitleBarButton, #tabCloseButton, #dockAreaCloseButton {{ background: transparent;
-        border: none; border-radius: 3px; padding: 3px; qproperty-iconSize: 12px; }}
+        border: none; border-radius: 3px; padding: 3px; }}
     ads--CTitleBarButton:hover, #tabCloseButton:hover {{ background: {theme.raised}; }}
     #tabCloseButton, #dockAreaCloseButton {{ qproperty-icon: {_mark("close", name)}; }}
     #detachGroupButton {{ qproperty-icon: {_mark("float", name)}; }}
     #floatingTitleLabel {{ color: {theme.text}; }}
+    ads--CFloatingWidgetTitleBar {{ background: {theme.ground}; }}
+    #floatingTitleCloseButton {{ qproperty-icon: {_mark("close", name)}; border: none; }}
+    #floatingTitleMaximizeButton {{ qproperty-icon: {_mark("whole", name)}; border: none; }}
+    #floatingTitleDockButton {{ qproperty-icon: {_mark("dock", name)}; }}
     """

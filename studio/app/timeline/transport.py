@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QFontDatabase
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QSizePolicy, QToolButton, QWidget
 
@@ -66,7 +66,6 @@ class Transport(QWidget):
         self.buttons: dict[str, QToolButton] = {}
         for action_id in BUTTONS:
             button = QToolButton()
-            button.setIconSize(QSize(18, 18))
             button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
             if action_id in NAMED:
                 button.setText(NAMED[action_id])

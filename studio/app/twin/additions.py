@@ -16,7 +16,7 @@ from scenes.frames import look_at
 from scenes.pose import Pose
 from scenes.quad import quad_of
 from scenes.state import Annotation, Avatar, LiveSurface
-from studio.app.model.documents.added_mesh import AddedMesh, Geometry
+from studio.app.model.documents.added_mesh import AddedMesh, Axis, Geometry
 from studio.app.model.documents.document import Document, Primitive, Shape, with_item
 from studio.app.twin.edits import EditError, checked_place, new_id
 
@@ -95,6 +95,8 @@ def mesh_added(
     source: str,
     place: ArrayLike,
     yaw_rad: float = 0.0,
+    unit: str = "m",
+    up: Axis = "z",
 ) -> tuple[Document, str]:
     """A mesh more, standing on `place` (3,).
 
@@ -105,13 +107,15 @@ def mesh_added(
         source: name of the file it came from.
         place: of the middle of its base, world metres.
         yaw_rad: heading.
+        unit: that the file's lengths were taken to be in.
+        up: which of its axes was taken to be up.
 
     Raises:
         EditError: the place is none.
     """
     mesh_id = new_id(document, scanned, "mesh")
     pose = Pose.from_yaw(yaw_rad, checked_place(mesh_id, place))
-    item = AddedMesh(mesh_id, source, geometry, pose)
+    item = AddedMesh(mesh_id, source, geometry, pose, unit, up)
     twin = document.twin
     twin = replace(twin, meshes=with_item(twin.meshes, mesh_id, item))
     return replace(document, twin=twin), mesh_id

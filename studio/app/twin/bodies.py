@@ -22,11 +22,7 @@ Body = Primitive | AddedMesh
 
 def bodies_of(twin: TwinEdits) -> dict[str, Body]:
     """What of the document's items the physics has, by id."""
-    small = {
-        key: mesh
-        for key, mesh in twin.meshes.items()
-        if max(mesh.geometry.size_m) <= LARGEST_MESH_M
-    }
+    small = {key: mesh for key, mesh in twin.meshes.items() if max(mesh.size_m) <= LARGEST_MESH_M}
     return {**twin.primitives, **small}
 
 
@@ -35,7 +31,7 @@ def is_same_body(first: Body, second: Body) -> bool:
     if isinstance(first, Primitive) and isinstance(second, Primitive):
         return (first.shape, first.size_m) == (second.shape, second.size_m)
     if isinstance(first, AddedMesh) and isinstance(second, AddedMesh):
-        return first.geometry is second.geometry
+        return first.geometry is second.geometry and first.scale == second.scale
     return False
 
 
@@ -80,8 +76,8 @@ def _object_of(item: AddedMesh) -> PhysicalObject:
     from sim.physics.scanned.objects import FRICTION
     from sim.scenarios.arrangement import parts_of_mesh
 
-    x, y, z = (max(side, LEAST_SIDE_M) for side in item.geometry.size_m)
-    parts = parts_of_mesh(item.geometry)
+    x, y, z = (max(side, LEAST_SIDE_M) for side in item.size_m)
+    parts = parts_of_mesh(item.scaled)
     return PhysicalObject(
         object_id=item.mesh_id,
         kind="mesh",

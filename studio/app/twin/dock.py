@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import qtawesome
-from PySide6.QtCore import QEvent, QSignalBlocker, QSize, Qt, QTimer
-from PySide6.QtGui import QPalette
+from PySide6.QtCore import QEvent, QSignalBlocker, Qt, QTimer
+from PySide6.QtGui import QPalette, QResizeEvent
 from PySide6.QtWidgets import (
     QFileDialog,
     QFrame,
@@ -34,6 +34,10 @@ POLL_MS = 16
 """Between two looks at the physics: a picture of 60 Hz."""
 TREE_ROWS = 6
 """Lines of the tree that are seen in the lowest window."""
+STATE_SHARE = 0.45
+"""Most of the tree's width that states take; names are read first."""
+NARROW = 22
+"""Letters of the tree's width below which names take all of it."""
 SHOW_MS = 80
 """Between two changes of the numbers while objects move: faster, nobody reads them."""
 ICONS = {
@@ -104,7 +108,7 @@ class TwinDock(QWidget):
         header = self.tree.header()
         header.setStretchLastSection(False)
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
-        header.setSectionResizeMode(1, QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(1, QHeaderView.ResizeMode.Fixed)
         self.tree.currentItemChanged.connect(self._pick)
         self.add.setText("Add")
         self.add.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
@@ -125,7 +129,6 @@ class TwinDock(QWidget):
             label.setWordWrap(True)
             label.setContentsMargins(8, 2, 8, 6)
         self.tree.setFrameShape(QFrame.Shape.NoFrame)
-        self.tree.setMinimumHeight(TREE_ROWS * self.fontMetrics().lineSpacing())
         self.area = QScrollArea()
         self.area.setWidgetResizable(True)
         self.area.setFrameShape(QFrame.Shape.NoFrame)
@@ -144,6 +147,21 @@ class TwinDock(QWidget):
         whole.addWidget(self.nothing)
         whole.addWidget(self.hint)
         self._recolour()
+
+    def _size(self) -> None:
+        """Rows and columns for the size of the text: names keep most of the width."""
+        self.tree.setMinimumHeight(TREE_ROWS * self.fontMetrics().lineSpacing())
+        width = self.tree.viewport().width()
+        most = round(STATE_SHARE * width)
+        # Below, a selected item's state still stands among its numbers.
+        self.tree.setColumnHidden(1, width < NARROW * self.fontMetrics().averageCharWidth())
+        wanted = max(self.tree.sizeHintForColumn(1), self.tree.header().sectionSizeHint(1))
+        self.tree.header().resizeSection(1, min(wanted, most))
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """See Qt."""
+        super().resizeEvent(event)
+        self._size()
 
     def heightForWidth(self, arg__1: int) -> int:
         """See Qt: what scrolls inside gives way, or the dock would scroll as a whole, too."""
@@ -164,6 +182,7 @@ class TwinDock(QWidget):
             self._build(found)
         for item in found:
             self._rows[item.item_id].setText(1, item.state)
+        self._size()
         with QSignalBlocker(self.tree):
             row = self._rows.get(bench.selection)
             if row is None:
@@ -234,14 +253,14 @@ class TwinDock(QWidget):
     def _recolour(self) -> None:
         colour = self.palette().color(QPalette.ColorRole.ButtonText)
         self.add.setIcon(qtawesome.icon("mdi6.plus", color=colour))
-        for button in (self.add, self.run):
-            button.setIconSize(QSize(16, 16))
         self.run.setProperty("icon name", "")
         self._shape = None
 
     def changeEvent(self, event: QEvent) -> None:
         """Draw the icons anew when the theme changes."""
         super().changeEvent(event)
+        if event.type() == QEvent.Type.FontChange:
+            self._size()
         if event.type() == QEvent.Type.PaletteChange:
             self._recolour()
             self._is_stale = True

@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scenes.frames import CAMERA_FROM_AHEAD
 from scenes.pose import Pose, wrap_angle
 from scenes.state import Annotation, Avatar, LiveSurface
 from studio.app.model.documents.document import (
@@ -48,6 +49,64 @@ class ItemKind(Enum):
 
 TURNABLE = frozenset(ItemKind) - {ItemKind.SURFACE, ItemKind.ANNOTATION}
 """Kinds that have a pose; the others are made of points."""
+
+TILTABLE = TURNABLE - {ItemKind.AVATAR}
+"""Kinds that can lean to a side, too; people stand upright."""
+
+LOOKING = (ItemKind.AVATAR, ItemKind.CAMERA)
+"""Kinds whose frame is a camera's (OpenCV axes): their x axis here is where they look."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stance:
+    """Numbers that say where an item is, as forms, scripts and the gizmo have them.
+
+    Attributes:
+        place: (x, y, z) world metres, to a tenth of a millimetre.
+        yaw_deg: heading about up, from world +X.
+        tilt_x_deg, tilt_y_deg: turn about its own x axis, then about y, before the heading: of a
+            camera x is where it looks, and a negative y looks up. All to a hundredth of a degree.
+    """
+
+    place: tuple[float, float, float]
+    yaw_deg: float = 0.0
+    tilt_x_deg: float = 0.0
+    tilt_y_deg: float = 0.0
+
+    @classmethod
+    def of(cls, kind: ItemKind, world_from_item: Pose) -> Stance:
+        """How an item stands."""
+        x, y, z = (round(float(v), 4) for v in world_from_item.translation)
+        if kind not in TURNABLE:
+            return cls((x, y, z))
+        heading = heading_rad(kind, world_from_item)
+        axes = world_from_item.rotation
+        if kind in LOOKING:
+            axes = axes @ CAMERA_FROM_AHEAD.rotation
+        rest = Pose.from_yaw(-heading).rotation @ axes
+        about_y = math.atan2(-rest[2, 0], rest[0, 0])
+        about_x = math.atan2(-rest[1, 2], rest[1, 1])
+        angles = (round(math.degrees(angle), 2) + 0.0 for angle in (heading, about_x, about_y))
+        return cls((x, y, z), *angles)
+
+    def pose(self, kind: ItemKind) -> Pose:
+        """`world_from_item` of an item that stands so."""
+        yaw, about_x, about_y = map(math.radians, (self.yaw_deg, self.tilt_x_deg, self.tilt_y_deg))
+        c, s = math.cos(about_y), math.sin(about_y)
+        tilt_y = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+        c, s = math.cos(about_x), math.sin(about_x)
+        tilt_x = np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+        axes = Pose.from_yaw(yaw).rotation @ tilt_y @ tilt_x
+        if kind in LOOKING:
+            axes = axes @ CAMERA_FROM_AHEAD.rotation.T
+        return Pose(axes, np.array(self.place))
+
+    def values(self) -> dict[str, float]:
+        """As arguments of `twin.place`; a tilt of 0 is left out."""
+        x, y, z = self.place
+        tilts = {"tilt_x_deg": self.tilt_x_deg, "tilt_y_deg": self.tilt_y_deg}
+        upright = {"x": x, "y": y, "z": z, "yaw_deg": self.yaw_deg}
+        return upright | {name: angle for name, angle in tilts.items() if angle}
 
 
 def kind_of(document: Document, scanned: Mapping[str, Pose], item_id: str) -> ItemKind:
@@ -105,12 +164,17 @@ def pose_of(document: Document, scanned: Mapping[str, Pose], item_id: str) -> Po
 
 def heading_rad(kind: ItemKind, world_from_item: Pose) -> float:
     """About up, from world +X, in [-π, π): where a person or camera looks; an object's yaw."""
-    if kind in (ItemKind.AVATAR, ItemKind.CAMERA):
+    if kind in LOOKING:
         forward = world_from_item.rotation[:, 2]
         # One that looks straight up or down heads to where the top of its picture is.
         along = forward if math.hypot(*forward[:2]) > 1e-6 else -world_from_item.rotation[:, 1]
         return wrap_angle(math.atan2(along[1], along[0]))
-    return wrap_angle(world_from_item.yaw())
+    along = world_from_item.rotation[:, 0]
+    # One whose x axis is upright heads to where its y axis says.
+    if math.hypot(*along[:2]) < 1e-6:
+        x, y, _ = world_from_item.rotation[:, 1]
+        return wrap_angle(math.atan2(-x, y))
+    return wrap_angle(math.atan2(along[1], along[0]))
 
 
 def put(
@@ -178,6 +242,40 @@ def turned(
     turn = Pose.from_yaw(wrap_angle(to_rad - heading_rad(kind, before)))
     pose = Pose(turn.rotation @ before.rotation, before.translation)
     return put(document, scanned, item_id, pose)
+
+
+def placed(
+    document: Document, scanned: Mapping[str, Pose], item_id: str, stance: Stance
+) -> Document:
+    """The item where numbers say: what the gizmo, forms and scripts do.
+
+    Raises:
+        EditError: it is not there, cannot lean so, or a number is out of bounds.
+    """
+    kind = kind_of(document, scanned, item_id)
+    angles = (stance.yaw_deg, stance.tilt_x_deg, stance.tilt_y_deg)
+    if not all(map(math.isfinite, angles)):
+        raise EditError(f"{item_id}: angles {angles} in degrees, wanted finite ones")
+    if kind not in TURNABLE and any(angles):
+        raise EditError(f"{item_id}: a {kind.value} is made of points; drag those instead")
+    if kind not in TILTABLE and any(angles[1:]):
+        raise EditError(f"{item_id}: a person stands upright; tilted by {angles[1:]} degrees")
+    checked_place(item_id, stance.place)
+    return put(document, scanned, item_id, stance.pose(kind))
+
+
+def tilted(
+    document: Document, scanned: Mapping[str, Pose], item_id: str, x_deg: float, y_deg: float
+) -> Document:
+    """The item leaning about its own x and y axes; place and heading stay.
+
+    Raises:
+        EditError: it is not there, cannot lean, or an angle is not finite.
+    """
+    kind = kind_of(document, scanned, item_id)
+    before = Stance.of(kind, pose_of(document, scanned, item_id))
+    after = replace(before, tilt_x_deg=x_deg, tilt_y_deg=y_deg)
+    return placed(document, scanned, item_id, after)
 
 
 def reset(document: Document, scanned: Mapping[str, Pose], item_id: str) -> Document:

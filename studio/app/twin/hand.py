@@ -34,6 +34,9 @@ if TYPE_CHECKING:
 
 PATIENCE_NS = 3_000_000_000
 """Time after a release in which everything should come to rest; then the step of undo is made."""
+SETTLED_NS = 200_000_000
+"""Time after which a body's new size is its last one: while it is dragged, each picture has another
+one, and the parts of a large mesh take some tenths of a second each."""
 MOVED_M = 0.005
 """Way below which an object that nobody gripped counts as where it was: a scan's noise lets
 objects settle by as much."""
@@ -87,6 +90,8 @@ class TwinPhysics:
         self._has_moved = False
         self._begun = 0
         self._released_ns: int | None = None
+        self._resized_ns: int | None = None
+        """When a body got another size that the physics has not got yet."""
         self._shown: SceneState | None = None
         bench.listen(Topic.SCENE, self.close)
         bench.listen(Topic.SESSION, self._give_way)
@@ -213,6 +218,8 @@ class TwinPhysics:
         running = self._running
         if running is None:
             return
+        if self._is_settled():
+            self._follow()
         problem = running.problems.take()
         if problem is not None:
             self._bench.say("warning", problem)
@@ -309,12 +316,18 @@ class TwinPhysics:
         if running is None or scene is None:
             return
         twin = self._bench.document.twin
-        bodies = bodies_of(twin)
+        bodies, is_settled = bodies_of(twin), self._is_settled()
+        if is_settled:
+            self._resized_ns = None
         for object_id, body in list(self._bodies.items()):
             now = bodies.get(object_id)
-            if now is None or not is_same_body(now, body):
-                running.remove(object_id)
-                del self._bodies[object_id], self._known[object_id]
+            if now is not None and is_same_body(now, body):
+                continue
+            if now is not None and not is_settled:
+                self._resized_ns = self._clock.now_ns()
+                continue
+            running.remove(object_id)
+            del self._bodies[object_id], self._known[object_id]
         for object_id, item in bodies.items():
             if object_id not in self._bodies:
                 running.add(partial(virtual_of, item))
@@ -329,6 +342,11 @@ class TwinPhysics:
         if changed:
             self._known |= changed
             running.place(changed)
+
+    def _is_settled(self) -> bool:
+        """Whether bodies that are of another size have been so for a while: none is dragged."""
+        since = self._resized_ns
+        return since is not None and self._clock.now_ns() - since >= SETTLED_NS
 
     def _moved(self, frame: RoomPoses) -> dict[str, Pose]:
         """Poses of the document's items that have moved, by id."""

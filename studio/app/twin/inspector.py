@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import (
+    QComboBox,
     QDoubleSpinBox,
     QFormLayout,
     QHBoxLayout,
@@ -17,9 +18,11 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from studio.app.model.documents.added_mesh import METRES
 from studio.app.model.workbench import Workbench
-from studio.app.twin.edits import FARTHEST_M, ItemKind
+from studio.app.twin.edits import FARTHEST_M, TILTABLE, ItemKind, Stance
 from studio.app.twin.items import TwinItem
+from studio.app.twin.sizes import scale_of
 
 PLACE_STEP_M, TURN_STEP_DEG, SIZE_STEP_M = 0.01, 1.0, 0.01
 """One press of an arrow: a centimetre, a degree."""
@@ -28,7 +31,7 @@ FRAME_ACTIONS = ("view.frame", "view.frame_selection", "viewport.frame")
 
 
 class Inspector(QWidget):
-    """Name, place, heading, size, mass and certainty of what is selected.
+    """Name, place, heading, tilt, size, mass and certainty of what is selected.
 
     Args:
         bench: whose actions the numbers do.
@@ -45,12 +48,23 @@ class Inspector(QWidget):
             _spin(f"{axis} ", " m", PLACE_STEP_M, 3, FARTHEST_M, self._move) for axis in "xyz"
         ]
         self.yaw = _spin("", "°", TURN_STEP_DEG, 1, 180.0, self._turn)
-        self.yaw.setWrapping(True)
+        self.tilt = [_spin(f"{axis} ", "°", TURN_STEP_DEG, 1, 180.0, self._tilt) for axis in "xy"]
+        for spin in (self.yaw, *self.tilt):
+            spin.setWrapping(True)
         self.extent = [
             _spin(f"{axis} ", " m", SIZE_STEP_M, 3, 20.0, self._resize) for axis in "xyz"
         ]
         for spin in self.extent:
             spin.setMinimum(0.01)
+        self.scale = _spin("", " × its file", 0.01, 3, 2000.0, self._rescale)
+        self.scale.setMinimum(0.001)
+        self.unit, self.up = QComboBox(), QComboBox()
+        self.unit.addItems(list(METRES))
+        self.up.addItems(["y", "z"])
+        self.unit.setAccessibleName("unit of the file")
+        self.up.setAccessibleName("upper axis of the file")
+        self.unit.textActivated.connect(self._set_unit)
+        self.up.textActivated.connect(self._set_up)
         self.sides = QLabel()
         self.state, self.mass, self.sigma = QLabel(), QLabel(), QLabel()
         self.sigma.setWordWrap(True)
@@ -60,11 +74,21 @@ class Inspector(QWidget):
         form = QFormLayout(self)
         form.setContentsMargins(8, 6, 8, 8)
         form.setVerticalSpacing(4)
+        form.setRowWrapPolicy(QFormLayout.RowWrapPolicy.WrapLongRows)
         form.addRow("Name", self.name)
         form.addRow("State", self.state)
-        for title, spins in (("Place", self.place), ("Heading", [self.yaw]), ("Size", self.extent)):
-            for index, spin in enumerate(spins):
-                form.addRow("" if index else title, spin)
+        rows = (
+            ("Place", self.place),
+            ("Heading", [self.yaw]),
+            ("Tilt", self.tilt),
+            ("Size", self.extent),
+            ("Scale", [self.scale]),
+            ("Unit", [self.unit]),
+            ("Up in file", [self.up]),
+        )
+        for title, fields in rows:
+            for index, field in enumerate(fields):
+                form.addRow("" if index else title, field)
         form.addRow("Size", self.sides)
         form.addRow("Mass", self.mass)
         form.addRow("Certainty", self.sigma)
@@ -85,7 +109,7 @@ class Inspector(QWidget):
             self.state.setText("")
             self.mass.setText("")
             self.sigma.setText("")
-            for spin in (*self.place, self.yaw, *self.extent):
+            for spin in (*self.place, self.yaw, *self.tilt, *self.extent):
                 _set_value(spin, 0.0)
             return
         if not self.name.hasFocus():
@@ -97,9 +121,12 @@ class Inspector(QWidget):
             spin.setEnabled(is_by_hand)
         _set_value(self.yaw, item.yaw_deg or 0.0)
         self.yaw.setEnabled(item.yaw_deg is not None and is_by_hand)
-        for spin, side in zip(self.extent, item.size_m or (0.0, 0.0, 0.0), strict=True):
-            _set_value(spin, side)
-            spin.setEnabled(item.kind is ItemKind.PRIMITIVE)
+        stance = Stance.of(item.kind, item.world_from_item)
+        angles = (stance.tilt_x_deg, stance.tilt_y_deg)
+        for spin, angle in zip(self.tilt, angles, strict=True):
+            _set_value(spin, angle)
+            spin.setEnabled(is_by_hand)
+            self._form.setRowVisible(spin, item.kind in TILTABLE)
         self._show_size(item)
         about = "about " if item.kind is ItemKind.OBJECT else ""
         self._form.setRowVisible(self.mass, item.mass_kg is not None)
@@ -112,9 +139,19 @@ class Inspector(QWidget):
 
     def _show_size(self, item: TwinItem) -> None:
         """Fields where a size can be changed, else one line: less to scroll past."""
-        for spin in self.extent:
-            self._form.setRowVisible(spin, item.kind is ItemKind.PRIMITIVE)
-        self._form.setRowVisible(self.sides, item.kind is not ItemKind.PRIMITIVE)
+        mesh = self._bench.document.twin.meshes.get(item.item_id)
+        is_sized = item.kind in (ItemKind.PRIMITIVE, ItemKind.MESH)
+        for spin, side in zip(self.extent, item.size_m or (0.0, 0.0, 0.0), strict=True):
+            _set_value(spin, side)
+            spin.setEnabled(is_sized)
+            self._form.setRowVisible(spin, is_sized)
+        for field in (self.scale, self.unit, self.up):
+            self._form.setRowVisible(field, mesh is not None)
+        if mesh is not None:
+            _set_value(self.scale, scale_of(mesh))
+            self.unit.setCurrentText(mesh.unit)
+            self.up.setCurrentText(mesh.up)
+        self._form.setRowVisible(self.sides, not is_sized)
         sides = " × ".join(f"{side:.2f}" for side in item.size_m or ())
         self.sides.setText(f"{sides} m" if sides else "–")
 
@@ -127,6 +164,26 @@ class Inspector(QWidget):
         if self._item is not None:
             yaw_deg = round(self.yaw.value(), 2)
             self._bench.do("twin.turn", item=self._item.item_id, yaw_deg=yaw_deg)
+
+    def _tilt(self) -> None:
+        if self._item is not None:
+            x_deg, y_deg = (round(spin.value(), 2) for spin in self.tilt)
+            self._bench.do("twin.tilt", item=self._item.item_id, x_deg=x_deg, y_deg=y_deg)
+
+    def _rescale(self) -> None:
+        if self._item is not None:
+            factor = round(self.scale.value(), 3)
+            self._bench.do("twin.scale", item=self._item.item_id, factor=factor)
+
+    def _set_unit(self, unit: str) -> None:
+        if self._item is not None and not self._bench.do(
+            "twin.mesh_unit", item=self._item.item_id, unit=unit
+        ):
+            self.show_item(self._item)  # it is still read in the unit of before
+
+    def _set_up(self, up: str) -> None:
+        if self._item is not None:
+            self._bench.do("twin.mesh_up", item=self._item.item_id, up=up)
 
     def _resize(self) -> None:
         if self._item is not None:

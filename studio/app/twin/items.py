@@ -143,7 +143,7 @@ def _added_item(document: Document, scanned: Mapping[str, Pose], item_id: str) -
         state = f"{width} × {height} px"
     elif kind is ItemKind.MESH:
         mesh = twin.meshes[item_id]
-        size, state = mesh.geometry.size_m, mesh.source
+        size, state = mesh.size_m, mesh.source
     elif kind is ItemKind.ANNOTATION:
         state = f"{len(twin.annotations[item_id].points_in_world)} points"
     return TwinItem(

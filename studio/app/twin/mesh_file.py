@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any, Literal
 
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.frames import WORLD_FROM_GLTF
-from studio.app.model.documents.added_mesh import MOST_TRIANGLES, Geometry
+from studio.app.model.documents.added_mesh import METRES, MOST_TRIANGLES, Axis, Geometry
 from studio.app.twin.edits import EditError
 
 SUFFIXES = (".obj", ".ply", ".glb", ".gltf", ".stl", ".off")
@@ -19,12 +20,32 @@ MOST_BYTES = 64_000_000
 LEAST_M, LARGEST_M = 0.01, 20.0
 """Longest side of a mesh, metres: what is smaller or larger is in another unit, or fits no room."""
 
-METRES: dict[str, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
-"""One of each unit, metres."""
-
 Up = Literal["", "y", "z"]
 Y_UP = (".glb", ".gltf", ".obj")
 """Formats that have Y up by their rules (glTF) or by what most modellers write (OBJ)."""
+
+
+class OtherUnitError(EditError):
+    """A mesh is of no size that fits a room if its unit is the one that was taken.
+
+    Attributes:
+        fitting: size of its longest side in each unit that would fit, metres.
+    """
+
+    def __init__(self, text: str, fitting: dict[str, float]) -> None:
+        super().__init__(text)
+        self.fitting = fitting
+
+    @property
+    def likely(self) -> str:
+        """The unit that is taken without a question; "" if none would fit.
+
+        Programs that do not model in metres save millimetres or centimetres: the one of both in
+        which the mesh is nearest to a metre.
+        """
+        metric = {name: side for name, side in self.fitting.items() if name in ("cm", "mm")}
+        known = metric or self.fitting
+        return min(known, key=lambda name: abs(math.log(known[name])), default="")
 
 
 def read_geometry(path: Path, *, unit: str = "m", up: Up = "", fallback: Any) -> Geometry:
@@ -37,8 +58,8 @@ def read_geometry(path: Path, *, unit: str = "m", up: Up = "", fallback: Any) ->
         fallback: colour (3,) 0..1 of a file that has none.
 
     Raises:
-        EditError: it cannot be read, has no triangles or too many, or is of a size that says that
-            its unit is another one; the message says which would fit.
+        EditError: it cannot be read, or has no triangles or too many.
+        OtherUnitError: it is of a size that says that its unit is another one.
     """
     if unit not in METRES:
         raise EditError(f"twin.add_mesh: unit {unit!r}, wanted one of {', '.join(METRES)}")
@@ -58,7 +79,7 @@ def read_geometry(path: Path, *, unit: str = "m", up: Up = "", fallback: Any) ->
         )
     if not np.isfinite(vertices).all():
         raise EditError(f"{path.name}: a vertex is not finite; repair it in a modelling program")
-    if (up or ("y" if path.suffix.lower() in Y_UP else "z")) == "y":
+    if upper_axis(path, up) == "y":
         vertices = WORLD_FROM_GLTF @ vertices
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     _check_size(path, high - low, unit)
@@ -78,11 +99,15 @@ def described(path: Path, geometry: Geometry, *, unit: str, up: Up) -> str:
     text = f"{path.name}: {len(geometry.faces)} triangles, {x:.3f} × {y:.3f} × {z:.3f} m"
     if is_gltf or (unit != "m" and up):
         return text
-    axis = up or ("y" if path.suffix.lower() in Y_UP else "z")
     return (
-        f"{text}, read in {unit} with {axis} up, since the file does not say; if that is wrong, "
-        "undo and add it with unit= and up="
+        f"{text}, read in {unit} with {upper_axis(path, up)} up, since the file does not say; if "
+        "that is wrong, choose another unit or axis in the dock Twin"
     )
+
+
+def upper_axis(path: Path, up: Up) -> Axis:
+    """Which of a file's axes is up: the one that is given, else the format's usual one."""
+    return up or ("y" if path.suffix.lower() in Y_UP else "z")
 
 
 def _surface(path: Path) -> Any:
@@ -112,15 +137,17 @@ def _check_size(path: Path, sides: NDArray[np.float64], unit: str) -> None:
     longest = float(sides.max())
     if LEAST_M <= METRES[unit] * longest <= LARGEST_M:
         return
-    fitting = [
-        f"unit={name} ({_sides(factor * sides)})"
+    fitting = {
+        name: factor * longest
         for name, factor in METRES.items()
         if LEAST_M <= factor * longest <= LARGEST_M
-    ]
-    remedy = f"add it with {' or '.join(fitting)}" if fitting else "scale it in a modelling program"
-    raise EditError(
+    }
+    words = [f"unit={name} ({_sides(METRES[name] * sides)})" for name in fitting]
+    remedy = f"add it with {' or '.join(words)}" if words else "scale it in a modelling program"
+    raise OtherUnitError(
         f"{path.name}: {_sides(METRES[unit] * sides)} if its unit is {unit}, limits of the longest "
-        f"side {LEAST_M:g} to {LARGEST_M:g} m; {remedy}"
+        f"side {LEAST_M:g} to {LARGEST_M:g} m; {remedy}",
+        fitting,
     )
 
 

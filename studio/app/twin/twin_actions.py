@@ -9,10 +9,11 @@ from typing import Any
 
 from scenes.pose import Pose
 from studio.app.model.actions import Action
+from studio.app.model.documents.added_mesh import Axis
 from studio.app.model.documents.document import Document
 from studio.app.model.workbench import Workbench
-from studio.app.twin import additions, edits
-from studio.app.twin.edits import EditError
+from studio.app.twin import additions, edits, sizes
+from studio.app.twin.edits import EditError, Stance
 from studio.app.twin.hand import TwinPhysics
 from studio.app.twin.items import scanned_poses
 from studio.app.twin.mesh_file import Up
@@ -63,6 +64,33 @@ class TwinEditing:
             edits.turned(self._document, self.scanned, item, math.radians(float(yaw))),
         )
 
+    def tilt(self, item: str = "", x_deg: float = 0.0, y_deg: float = 0.0) -> None:
+        """Lean an item about its own x and y axes, degrees."""
+        item = self._item(item)
+        self._change(
+            f"Tilt {self._bench.name_of(item)}",
+            edits.tilted(self._document, self.scanned, item, float(x_deg), float(y_deg)),
+        )
+
+    def place(
+        self,
+        item: str = "",
+        x: float = 0.0,
+        y: float = 0.0,
+        z: float = 0.0,
+        yaw_deg: float = 0.0,
+        tilt_x_deg: float = 0.0,
+        tilt_y_deg: float = 0.0,
+    ) -> None:
+        """Put an item at a place with a heading and a tilt, metres and degrees."""
+        item = self._item(item)
+        numbers = (float(v) for v in (yaw_deg, tilt_x_deg, tilt_y_deg))
+        stance = Stance((float(x), float(y), float(z)), *numbers)
+        self._change(
+            f"Move {self._bench.name_of(item)}",
+            edits.placed(self._document, self.scanned, item, stance),
+        )
+
     def put(self, poses: Mapping[str, Any] | None = None) -> None:
         """Put several items at poses, (4, 4) `world_from_item` by id."""
         there = {
@@ -90,12 +118,29 @@ class TwinEditing:
         )
 
     def resize(self, item: str = "", size: Point | None = None) -> None:
-        """Give a primitive other sides (x, y, z), metres."""
+        """Give a body or mesh other sides (x, y, z), metres."""
         item, sides = self._item(item), _given(size, "twin.resize", "size = [x, y, z] in m")
         self._change(
-            f"Resize {self._bench.name_of(item)}",
-            additions.primitive_resized(self._document, item, sides),
+            f"Resize {self._bench.name_of(item)}", sizes.resized(self._document, item, sides)
         )
+
+    def scale(self, item: str = "", factor: float = 1.0) -> None:
+        """Make a mesh so many times as large as its file has it."""
+        item = self._item(item)
+        document = sizes.scaled(self._document, item, float(factor))
+        self._change(f"Scale {self._bench.name_of(item)}", document)
+
+    def mesh_unit(self, item: str = "", unit: str = "m") -> None:
+        """Take a mesh's lengths to be in another unit: m, cm, mm, in or ft."""
+        item = self._item(item)
+        document = sizes.read_in_unit(self._document, item, unit)
+        self._change(f"Unit of {self._bench.name_of(item)}", document)
+
+    def mesh_up(self, item: str = "", up: Axis = "z") -> None:
+        """Take another axis of a mesh's file to be up: y or z."""
+        item = self._item(item)
+        document = sizes.read_with_up(self._document, item, up)
+        self._change(f"Upper axis of {self._bench.name_of(item)}", document)
 
     def remove(self, item: str = "") -> None:
         """Take something away that was added."""
@@ -129,7 +174,7 @@ class TwinEditing:
         path: str = "",
         place: Point | None = None,
         yaw_deg: float = 0.0,
-        unit: str = "m",
+        unit: str = "",
         up: Up = "",
     ) -> None:
         """Add the mesh of a file, read on a thread; without a place in the middle of the floor."""
@@ -169,6 +214,8 @@ class TwinEditing:
                 source=read.path.name,
                 place=read.place,
                 yaw_rad=read.yaw_rad,
+                unit=read.unit,
+                up=read.up,
             )
             self._added(item, document)
             self._bench.say("info", f"added {read.text}")
@@ -270,10 +317,16 @@ def add_twin_actions(
     rows = (
         ("move", "Move to a place", do.move, "item, place", "", "mdi6.cursor-move"),
         ("turn", "Turn to a heading", do.turn, "item, yaw_deg", "", "mdi6.rotate-3d-variant"),
+        ("tilt", "Tilt", do.tilt, "item, x_deg, y_deg", "", "mdi6.angle-acute"),
+        ("place", "Put something at a place", do.place,
+         "item, x, y, z, yaw_deg, tilt_x_deg, tilt_y_deg", "", ""),
         ("put", "Put items at poses", do.put, "poses", "", ""),
         ("reset", "Reset to the scan", do.reset, "item", "", "mdi6.restore"),
         ("rename", "Rename", do.rename, "item, name", "", ""),
-        ("resize", "Resize a primitive", do.resize, "item, size", "", ""),
+        ("resize", "Give other sides", do.resize, "item, size", "", ""),
+        ("scale", "Scale a mesh", do.scale, "item, factor", "", ""),
+        ("mesh_unit", "Unit of a mesh", do.mesh_unit, "item, unit", "", ""),
+        ("mesh_up", "Upper axis of a mesh", do.mesh_up, "item, up", "", ""),
         ("remove", "Remove", do.remove, "item", "", "mdi6.delete-outline"),
         ("add_primitive", "Add a box, ball or cylinder", do.add_primitive,
          "shape, place, size, yaw_deg", "", "mdi6.cube-outline"),

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-import threading
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from PySide6.QtCore import QPointF, QRectF, Qt, QTimer
+from PySide6.QtCore import QEvent, QPointF, QRectF, Qt, QTimer, Signal
 from PySide6.QtGui import (
     QCloseEvent,
+    QFocusEvent,
     QImage,
     QKeyEvent,
     QMouseEvent,
@@ -21,25 +21,24 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from devices.streams import Slot
 from scenes.cameras import Pinhole
 from studio.app.model.measured_line import MeasuredLine
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.viewport.by_hand.corners import surface_at
-from studio.app.viewport.by_hand.dragging import Aim, CornerDrag, Drag, GrabDrag, HandleDrag
-from studio.app.viewport.by_hand.handles import Handles, handles_of, taken
+from studio.app.viewport.by_hand.dragging import Aim, Drag, GrabDrag
+from studio.app.viewport.by_hand.handles import Handles, Hover, handles_of, taken
 from studio.app.viewport.by_hand.items import boxes_of
 from studio.app.viewport.by_hand.picking import Pick, length_m, pick, point_at
 from studio.app.viewport.by_hand.tools import CORNERS_HINT, HINTS, HOLDING, InHand, Tool
 from studio.app.viewport.drawing.painter import Painted, TwinPainter
 from studio.app.viewport.drawing.scene_drawing import Drawings
-from studio.app.viewport.drawing.shapes import box_edges, shapes_of
+from studio.app.viewport.drawing.shapes import shapes_of
 from studio.app.viewport.drawing.view_picture import View
 from studio.app.viewport.layers import Layers
 from studio.app.viewport.orbit import home
-from studio.app.viewport.view_overlay import BACKDROP, INK, Overlay, image_of
+from studio.app.viewport.view_overlay import BACKDROP, INK, Overlay, image_of, why_nothing
 from studio.app.viewport.viewer import MODES, Mode, Viewer
-from studio.app.viewport.walk import Walker
+from studio.app.viewport.walk import FoundFloor, Walker
 
 POLL_MS = 10
 MAX_WIDTH_PX = 960
@@ -72,6 +71,9 @@ class TwinView(QWidget):
             where that came to nothing.
     """
 
+    tool_taken = Signal(object)
+    """The tool that is in hand from now on."""
+
     def __init__(
         self,
         bench: Workbench,
@@ -88,22 +90,26 @@ class TwinView(QWidget):
         self.hand = InHand()
         self.painted: Painted | None = None
         self.fps = 0.0
-        self.floor: object | None = None
-        self._floors: Slot[object] = Slot()
+        self._floor = FoundFloor()
         self._finished = finished
         self._image: QImage | None = None
         self._painter: TwinPainter | None = None
         self._home: Viewer | None = None
+        self._room: tuple[str, bytes] | None = None
         self._press = self._last = QPointF()
         self._drag: Drag | None = None
         self._drags = 0
         self._is_covered = False
+        self._is_ringed = False
+        self.hover = Hover()
+        self.setMouseTracking(True)
         self.setMinimumSize(240, 160)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAccessibleName("view of the twin")
-        for topic in (Topic.STATE, Topic.SELECTION, Topic.SETTINGS):
+        for topic in (Topic.STATE, Topic.SETTINGS):
             bench.listen(topic, self.redraw)
+        bench.listen(Topic.SELECTION, self.update)
         bench.listen(Topic.SCENE, self._new_scene)
         self._timer = QTimer(self)
         self._timer.timeout.connect(self._poll)
@@ -117,12 +123,18 @@ class TwinView(QWidget):
             self._painter.stop()
             self._painter = None
         scene = self.bench.scene
-        self._image = self.painted = self.floor = None
+        self._image = self.painted = None
         if scene is not None:
             orbit = home(scene.footprint_m)
             x, y, _ = orbit.target
             self._home = Viewer(orbit, Walker(x, y, 0.0))
-            self.viewer = self._home
+            # A session or a recording in the same room is seen from where one stands.
+            room = (scene.name, scene.footprint_m.tobytes())
+            if room != self._room or self.viewer is None:
+                self.viewer = self._home
+            self._room = room
+            if self.viewer.mode == "walk":
+                self._floor.find(scene)
             self._painter = TwinPainter(self._drawings.of(scene))
             self.redraw()
         self.update()
@@ -155,18 +167,11 @@ class TwinView(QWidget):
             world_from_rig=rig,
         )
         shapes += self._layers.shapes()
-        boxes = boxes_of(bench)
-        if bench.selection in boxes:
-            pose, size = boxes[bench.selection]
-            shapes.append(box_edges("selection", size, pose))
         pose = self.viewer.world_from_camera()
         self._painter.show(View(bench.state, self.camera, pose, bench.live, tuple(shapes)))
         self.update()
 
     def _poll(self) -> None:
-        floor = self._floors.take()
-        if floor is not None:
-            self.floor = floor
         if self._painter is None:
             return
         painted = self._painter.pictures.take()
@@ -176,42 +181,27 @@ class TwinView(QWidget):
             self._image = image_of(painted.picture)
             self.update()
 
-    def _no_room(self) -> str:
-        """Why no room is shown."""
-        session = self.bench.session
-        if session is None or session.is_busy:
-            return "opening the room …"
-        return "no room is open: open one (Ctrl+O), or drop it here"
-
     def paintEvent(self, event: QPaintEvent) -> None:
         """See Qt."""
         painter = QPainter(self)
         painter.fillRect(self.rect(), BACKDROP)
         if self._image is None or self.viewer is None or self.painted is None:
             painter.setPen(INK)
-            text = "drawing …" if self.bench.scene is not None else self._no_room()
-            painter.drawText(self.rect(), Qt.AlignmentFlag.AlignCenter, text)
+            painter.drawText(self.rect(), Qt.AlignmentFlag.AlignCenter, why_nothing(self.bench))
             return
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.drawImage(QRectF(self.rect()), self._image)
         overlay = Overlay(painter, self._screen_camera(), self.viewer.world_from_camera())
-        shown = self._layers.shown
-        if shown.labels:
-            bench = self.bench
-            overlay.label_all(bench.state, bench.document, bench.scene, people=shown.avatars)
-        if self._layers.errors is not None:
-            overlay.error_scale(QRectF(self.rect()), self._layers.errors)
-        drag, handles = self._drag, self._handles()
-        gizmo, corners = handles.gizmo, handles.corners
-        if gizmo is not None:
-            overlay.gizmo(gizmo, drag.handle if isinstance(drag, HandleDrag) else None)
-        if corners is not None:
-            held = drag.corner if isinstance(drag, CornerDrag) else None
-            overlay.corners(corners.pixels(), held)
+        area, handles = QRectF(self.rect()), self._handles()
+        overlay.items(self.bench, self._layers, area=area, hovered=self.hover.item_id)
+        overlay.handles(handles, drag=self._drag, hovered=self.hover.handle)
         overlay.in_hand(self.hand)
         overlay.words(QPointF(12, self.height() - 12), self._caption(), INK)
-        hint = HINTS[self.hand.tool] or (CORNERS_HINT if corners is not None else "")
+        if self._is_ringed:
+            overlay.ring(area)
+        has_corners = handles.corners is not None
+        hint = HINTS[self.hand.tool] or (CORNERS_HINT if has_corners else "")
         if hint:
             overlay.words(QPointF(12, 24), hint, INK)
 
@@ -249,10 +239,10 @@ class TwinView(QWidget):
         if mode not in MODES:
             raise ValueError(f"mode = {mode!r}, wanted one of {', '.join(MODES)}")
         chosen: Mode = next(m for m in MODES if m == mode)
-        if chosen == "walk" and self.floor is None:
-            self._find_floor()
+        if chosen == "walk":
+            self._floor.find(self.bench.scene)
         if self.viewer is not None:
-            self.set_viewer(self.viewer.in_mode(chosen, self._free_floor()))
+            self.set_viewer(self.viewer.in_mode(chosen, self._floor.of(self.bench.scene)))
 
     def frame(self) -> None:
         """Come near to what is selected, or see the whole room."""
@@ -269,7 +259,8 @@ class TwinView(QWidget):
         if self.viewer is None:
             return
         self.set_mode("walk")
-        walker = self.viewer.walker.stood_at(np.array([x, y]), self._free_floor())
+        floor = self._floor.of(self.bench.scene)
+        walker = self.viewer.walker.stood_at(np.array([x, y]), floor)
         self.set_viewer(replace(self.viewer, walker=walker))
 
     def take(self, tool: Tool) -> None:
@@ -277,7 +268,9 @@ class TwinView(QWidget):
         self.hand = InHand(tool)
         crossed = tool in (Tool.MEASURE, Tool.DRAW, Tool.SURFACE)
         self.setCursor(Qt.CursorShape.CrossCursor if crossed else Qt.CursorShape.ArrowCursor)
+        self.hover = Hover()
         self.update()
+        self.tool_taken.emit(tool)
 
     def pick_at(self, x_px: float, y_px: float) -> Pick | None:
         """What is under a pixel of the widget."""
@@ -290,21 +283,6 @@ class TwinView(QWidget):
         if found is None or found.item_id:
             return found
         return replace(found, item_id=surface_at(view.state.surfaces, found.point))
-
-    def _find_floor(self) -> None:
-        """Work out where one may stand, on a thread: a large mesh takes a second."""
-        from studio.app.viewport.visitor_floor import visitor_floor
-
-        scene, floors = self.bench.scene, self._floors
-        if scene is not None:
-            threading.Thread(
-                target=lambda: floors.put(visitor_floor(scene)), name="floor", daemon=True
-            ).start()
-
-    def _free_floor(self):  # noqa: ANN202
-        from sim.navigation.floor import FreeFloor
-
-        return self.floor if isinstance(self.floor, FreeFloor) else None
 
     def _in_picture(self, x_px: float, y_px: float) -> tuple[float, float]:
         camera = self.camera
@@ -342,12 +320,43 @@ class TwinView(QWidget):
             x, y = event.position().x(), event.position().y()
             eye = self.viewer.world_from_camera()
             self._drag.to(Aim(x, y, self._screen_camera(), eye))
+        elif not event.buttons():
+            self._hover_over(event.position())
         elif event.buttons() & Qt.MouseButton.LeftButton:
             self.set_viewer(self.viewer.dragged(moved.x(), moved.y()))
         elif event.buttons() & (Qt.MouseButton.RightButton | Qt.MouseButton.MiddleButton):
             focal = self._screen_camera().fx
             orbit = self.viewer.orbit.panned(moved.x(), moved.y(), focal_px=focal)
             self.set_viewer(replace(self.viewer, orbit=orbit))
+
+    def _hover_over(self, at: QPointF) -> None:
+        """Show what a press here would take hold of, or a click select."""
+        hover = Hover()
+        if self.hand.tool in HOLDING:
+            hover = Hover.over(self._handles(), self.pick_at, at_px=(at.x(), at.y()))
+        if hover != self.hover:
+            self.hover = hover
+            self.update()
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        """See Qt: a ring says where keys go, for whoever came here by keys."""
+        super().focusInEvent(event)
+        reasons = (Qt.FocusReason.TabFocusReason, Qt.FocusReason.BacktabFocusReason)
+        self._is_ringed = event.reason() in reasons
+        self.update()
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        """See Qt."""
+        super().focusOutEvent(event)
+        self._is_ringed = False
+        self.update()
+
+    def leaveEvent(self, event: QEvent) -> None:
+        """See Qt: nothing is under the mouse any more."""
+        super().leaveEvent(event)
+        if self.hover != Hover():
+            self.hover = Hover()
+            self.update()
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """See Qt."""
@@ -381,7 +390,8 @@ class TwinView(QWidget):
         if self.viewer.mode == "orbit":
             self.set_viewer(replace(self.viewer, orbit=self.viewer.orbit.zoomed(steps)))
         else:
-            self.set_viewer(self.viewer.stepped(0, 0, 2 * steps, floor=self._free_floor()))
+            floor = self._floor.of(self.bench.scene)
+            self.set_viewer(self.viewer.stepped(0, 0, 2 * steps, floor=floor))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """See Qt: flight, and what ends a tool."""
@@ -391,7 +401,8 @@ class TwinView(QWidget):
             slow = event.modifiers() & Qt.KeyboardModifier.AltModifier
             factor = FAST if fast else SLOW if slow else 1.0
             right, up, ahead = (factor * v for v in FLIGHT[key])
-            self.set_viewer(self.viewer.stepped(right, up, ahead, floor=self._free_floor()))
+            floor = self._floor.of(self.bench.scene)
+            self.set_viewer(self.viewer.stepped(right, up, ahead, floor=floor))
         elif key == Qt.Key.Key_Escape:
             self.take(Tool.SELECT)
         elif key == Qt.Key.Key_Backspace and self.hand.places:
@@ -410,7 +421,7 @@ class TwinView(QWidget):
     def closeEvent(self, event: QCloseEvent) -> None:
         """End the thread that draws."""
         self._timer.stop()
-        for callback in (self.redraw, self._new_scene):
+        for callback in (self.redraw, self.update, self._new_scene):
             self.bench.stop_listening(callback)
         if self._painter is not None:
             self._painter.stop()

@@ -9,12 +9,10 @@ from functools import partial
 from pathlib import Path
 from typing import Protocol
 
-from scenes.pose import Pose
 from studio.app.model.actions import Action, Choice
 from studio.app.model.names import CAMERA
 from studio.app.model.workbench import Workbench
-from studio.app.viewport.by_hand.placing import move_item
-from studio.app.viewport.by_hand.tools import Tool
+from studio.app.viewport.by_hand.tools import HINTS, ICONS, Tool
 from studio.app.viewport.drawing.shapes import Shown
 from studio.app.viewport.view import TwinView
 from studio.app.viewport.viewer import MODES
@@ -65,6 +63,10 @@ class Views(Protocol):
         """Show so many views."""
         ...
 
+    def take(self, tool: Tool) -> None:
+        """Take a tool in hand, in all views."""
+        ...
+
 
 def add_view_actions(grid: Views) -> None:
     """Add what concerns the view in hand."""
@@ -101,10 +103,27 @@ def _moving(grid: Views) -> list[Action]:
         grid.is_linked = not grid.is_linked
         grid.bench.say("info", "views are linked" if grid.is_linked else "views are free")
 
+    def shows(count: int) -> Callable[[], bool]:
+        return lambda: len(grid.views) == count
+
     return [
-        Action("view.frame", "See the selection", "View", lambda: grid.active.frame(), "", "F"),
         Action(
-            "view.home", "See the whole room", "View", lambda: grid.active.go_home(), "", "Shift+F"
+            "view.frame",
+            "See the selection",
+            "View",
+            lambda: grid.active.frame(),
+            "",
+            "F",
+            icon="mdi6.image-filter-center-focus",
+        ),
+        Action(
+            "view.home",
+            "See the whole room",
+            "View",
+            lambda: grid.active.go_home(),
+            "",
+            "Shift+F",
+            icon="mdi6.home-outline",
         ),
         Action(
             "view.mode", "Orbit, fly or walk", "View", mode, "the next, or by name", "V", ("name",)
@@ -139,9 +158,16 @@ def _moving(grid: Views) -> list[Action]:
             "1 to 4",
             arguments=("count",),
         ),
-        Action("view.one", "One view", "View", partial(grid.set_count, 1), ""),
-        Action("view.four", "Four views", "View", partial(grid.set_count, 4), ""),
-        Action("view.link", "Link the views", "View", link, "they move together"),
+        Action("view.one", "One view", "View", partial(grid.set_count, 1), "", is_on=shows(1)),
+        Action("view.four", "Four views", "View", partial(grid.set_count, 4), "", is_on=shows(4)),
+        Action(
+            "view.link",
+            "Link the views",
+            "View",
+            link,
+            "they move together",
+            is_on=lambda: grid.is_linked,
+        ),
         Action(
             "view.inset",
             "Picture in picture",
@@ -165,33 +191,33 @@ def _moving(grid: Views) -> list[Action]:
 
 def _tools(grid: Views) -> list[Action]:
     def take(tool: Tool) -> Callable[[], None]:
-        return lambda: grid.active.take(tool)
+        return lambda: grid.take(tool)
 
-    def place(item: str, x: float, y: float, z: float = 0.0, yaw_deg: float = 0.0) -> None:
-        pose = Pose.from_yaw(math.radians(yaw_deg), (float(x), float(y), float(z)))
-        move_item(grid.bench, item, pose)
+    def is_in_hand(tool: Tool) -> bool:
+        return grid.active.hand.tool is tool
 
-    keys = {"select": "1", "move": "2", "turn": "3", "measure": "4", "draw": "5", "surface": "6"}
     titles = {
         "select": "Select",
         "move": "Move",
         "turn": "Turn",
+        "scale": "Scale",
         "measure": "Measure",
         "draw": "Draw a note",
         "surface": "Live surface of four corners",
     }
     return [
         *(
-            Action(f"view.tool_{tool}", titles[tool], "Twin", take(tool), "", keys[tool])
-            for tool in Tool
-        ),
-        Action(
-            "twin.place",
-            "Put something at a place",
-            "Twin",
-            place,
-            "metres and degrees",
-            arguments=("item", "x", "y", "z", "yaw_deg"),
+            Action(
+                f"view.tool_{tool}",
+                titles[tool],
+                "Twin",
+                take(tool),
+                HINTS[tool],
+                str(number),
+                icon=ICONS[tool],
+                is_on=partial(is_in_hand, tool),
+            )
+            for number, tool in enumerate(Tool, 1)
         ),
         Action(
             "view.select",
@@ -206,15 +232,25 @@ def _tools(grid: Views) -> list[Action]:
 def _drawn(grid: Views) -> list[Action]:
     bench = grid.bench
 
+    def is_on_now(name: str) -> bool:
+        return bool(getattr(Shown.of(bench.settings.layers), name))
+
     def toggle(name: str) -> None:
-        is_on = not getattr(Shown.of(bench.settings.layers), name)
+        is_on = not is_on_now(name)
         bench.set(layers={**bench.settings.layers, name: is_on})
         bench.say("info", f"{LAYERS[name]}: {'shown' if is_on else 'hidden'}")
         if name == "errors" and is_on and bench.recording is None:
             bench.say("info", "errors on the floor appear when a session has ended or is open")
 
     return [
-        Action(f"view.show_{name}", f"Show or hide: {title}", "View", partial(toggle, name), "")
+        Action(
+            f"view.show_{name}",
+            f"Show {title[0].lower()}{title[1:]}",
+            "View",
+            partial(toggle, name),
+            "again hides them",
+            is_on=partial(is_on_now, name),
+        )
         for name, title in LAYERS.items()
     ]
 

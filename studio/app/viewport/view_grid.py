@@ -7,11 +7,11 @@ from PySide6.QtGui import QCloseEvent, QResizeEvent
 from PySide6.QtWidgets import QGridLayout, QWidget
 
 from studio.app.model.workbench import Workbench
-from studio.app.viewport.by_hand.placing import places_text
 from studio.app.viewport.by_hand.tools import InHand, Tool
 from studio.app.viewport.drawing.scene_drawing import Drawings
 from studio.app.viewport.insets.insets import Insets
 from studio.app.viewport.layers import Layers
+from studio.app.viewport.tool_bar import ToolBar
 from studio.app.viewport.view import TwinView
 from studio.app.viewport.view_actions import add_view_actions
 
@@ -39,8 +39,10 @@ class ViewGrid(QWidget):
         self._layout.setSpacing(2)
         self.active: TwinView
         self._covered_by: QWidget | None = None
-        self.set_count(1)
         add_view_actions(self)
+        self.tools = ToolBar(bench)
+        self._layout.addWidget(self.tools, 0, 0, MAX_VIEWS // 2, 1)
+        self.set_count(1)
         bench.share(self)
         self._timer = QTimer(self)
         self._timer.timeout.connect(self._poll)
@@ -61,7 +63,7 @@ class ViewGrid(QWidget):
 
     def add_foot(self, widget: QWidget) -> None:
         """Put something below all views."""
-        self._layout.addWidget(widget, MAX_VIEWS, 0, 1, 2)
+        self._layout.addWidget(widget, MAX_VIEWS, 0, 1, 3)
 
     def cover(self, widget: QWidget | None) -> None:
         """Show something in the place of all views; None shows these again."""
@@ -71,7 +73,7 @@ class ViewGrid(QWidget):
             self._layout.removeWidget(self._covered_by)
         self._covered_by = widget
         if widget is not None:
-            self._layout.addWidget(widget, 0, 0, MAX_VIEWS, 2)
+            self._layout.addWidget(widget, 0, 0, MAX_VIEWS, 3)
             widget.show()
         self._show_views()
 
@@ -79,6 +81,7 @@ class ViewGrid(QWidget):
         is_covered = self._covered_by is not None
         for view in self.views:
             view.cover(is_covered)
+        self.tools.setVisible(not is_covered)
         self.insets.cover(is_covered)
 
     def set_count(self, count: int) -> None:
@@ -102,14 +105,26 @@ class ViewGrid(QWidget):
                 finished=self._finished,
             )
             view.installEventFilter(self)
+            view.tool_taken.connect(self._all_take)
             if self.views and self.views[0].viewer is not None:
                 view.set_viewer(self.views[0].viewer)
             self.views.append(view)
         for place, view in enumerate(self.views):
-            self._layout.addWidget(view, place // 2, place % 2)
+            self._layout.addWidget(view, place // 2, 1 + place % 2)
         self.active = self.views[0]
         self._show_views()
+        self.take(self.active.hand.tool)
         self.insets.place()
+
+    def take(self, tool: Tool) -> None:
+        """Take a tool in hand, in all views."""
+        self.active.take(tool)
+
+    def _all_take(self, tool: Tool) -> None:
+        self.tools.show_tool(tool)
+        for view in self.views:
+            if view.hand.tool is not tool:
+                view.take(tool)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """See Qt: the view that is touched is the one in hand; linked views follow it."""
@@ -130,7 +145,7 @@ class ViewGrid(QWidget):
         Returns:
             What stays in hand: of four corners that are no surface, all but the last.
         """
-        places = places_text(tuple(hand.places))
+        places = [[round(float(v), 4) for v in place] for place in hand.places]
         if hand.tool is Tool.DRAW and len(places) > 1:
             self.bench.do("twin.annotate", points=places)
         elif hand.tool is Tool.SURFACE:
@@ -159,6 +174,7 @@ class ViewGrid(QWidget):
         self._timer.stop()
         self.layers.close()
         self.insets.close()
+        self.tools.close()
         for view in self.views:
             view.close()
         self.drawings.close()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +17,17 @@ from scenes.pose import Pose
 from scenes.state import SceneState, TrackState
 from studio.app.model.documents.document import Document
 from studio.app.model.names import shown_name
+from studio.app.model.workbench import Workbench
+from studio.app.viewport.by_hand.dragging import CornerDrag, Drag, HandleDrag, SizeDrag
 from studio.app.viewport.by_hand.gizmo import Gizmo, Handle
+from studio.app.viewport.by_hand.handles import Handles
+from studio.app.viewport.by_hand.items import boxes_of
 from studio.app.viewport.by_hand.picking import length_m
 from studio.app.viewport.by_hand.tools import InHand, Tool
 from studio.app.viewport.drawing.floor_errors import STOPS, FloorErrors
+from studio.app.viewport.drawing.shapes import box_edges, pieces
 from studio.app.viewport.labels import Wanted, spread
+from studio.app.viewport.layers import Layers
 from studio.view.overlay import STATE_COLOURS, STATE_WORDS
 
 BACKDROP = QColor(14, 16, 20)
@@ -33,10 +40,19 @@ HANDLES: Mapping[Handle, QColor] = {
     "z": QColor(96, 160, 245),
     "floor": QColor(245, 210, 90),
     "yaw": QColor(245, 210, 90),
+    "tilt_x": QColor(240, 100, 92),
+    "tilt_y": QColor(110, 200, 110),
+    "size": QColor(245, 210, 90),
+    "size_x": QColor(240, 100, 92),
+    "size_y": QColor(110, 200, 110),
+    "size_z": QColor(96, 160, 245),
 }
 PICKED = QColor(86, 180, 233)
 SCALE_PX = (210, 12)
 """Width and height of the colour scale, pixels."""
+
+NEAREST_M = 0.05
+"""Ends of edges that are nearer to the viewer's plane are not drawn, metres."""
 
 STATE_SHAPES = {
     TrackState.STATIC: "○",
@@ -70,6 +86,34 @@ class Overlay:
         self._painter = painter
         self._camera = camera
         self._camera_from_world = world_from_camera.inverse()
+
+    def items(self, bench: Workbench, layers: Layers, *, area: QRectF, hovered: str) -> None:
+        """Boxes of what is selected and of what the mouse is over, names, and the scale of errors.
+
+        Args:
+            bench: whose items.
+            layers: which layers are shown.
+            area: of the picture.
+            hovered: id of the item under the mouse, or "".
+        """
+        boxes = boxes_of(bench)
+        for item_id, colour in ((hovered, INK), (bench.selection, PICKED)):
+            if item_id in boxes:
+                self.box(*boxes[item_id], colour)
+        if layers.shown.labels:
+            people = layers.shown.avatars
+            self.label_all(bench.state, bench.document, bench.scene, people=people)
+        if layers.errors is not None:
+            self.error_scale(area, layers.errors)
+
+    def handles(self, handles: Handles, *, drag: Drag | None, hovered: Handle | None) -> None:
+        """Handles of the selected item, the held or hovered one larger."""
+        if handles.gizmo is not None:
+            is_held = isinstance(drag, HandleDrag | SizeDrag)
+            self.gizmo(handles.gizmo, drag.handle if is_held else hovered)
+        if handles.corners is not None:
+            held = drag.corner if isinstance(drag, CornerDrag) else None
+            self.corners(handles.corners.pixels(), held)
 
     def label_all(
         self, state: SceneState, document: Document, scene: ScenePackage | None, *, people: bool
@@ -133,8 +177,19 @@ class Overlay:
         depth_m = float((self._camera_from_world @ point)[2])
         return [] if at is None else [_Label(text, at + shift, colour, depth_m)]
 
+    def box(self, pose: Pose, size_m: tuple[float, float, float], colour: QColor) -> None:
+        """Edges of an item's box, in front of everything; those behind the viewer are left out."""
+        edges = pieces(box_edges("", size_m, pose).points)
+        for pen in (QPen(QColor(0, 0, 0, 150), 4.0), QPen(colour, 2.0)):
+            self._painter.setPen(pen)
+            for edge in edges:
+                for ends in pairwise(edge):
+                    first, last = map(self._pixel_ahead, ends)
+                    if first is not None and last is not None:
+                        self._painter.drawLine(first, last)
+
     def gizmo(self, gizmo: Gizmo, held: Handle | None) -> None:
-        """Handles of the selected item; the held one is thicker."""
+        """Handles of the selected item; the one that is held or pointed at is thicker."""
         for handle, line in gizmo.lines().items():
             points = [QPointF(x, y) for x, y in line if np.isfinite((x, y)).all()]
             pen = QPen(QColor(0, 0, 0, 150), 6.0 if handle == held else 4.5)
@@ -142,10 +197,22 @@ class Overlay:
             self._painter.drawPolyline(points)
             self._painter.setPen(QPen(HANDLES[handle], 4.0 if handle == held else 2.5))
             self._painter.drawPolyline(points)
-            if handle in ("x", "y", "z") and points:
-                self._painter.setBrush(HANDLES[handle])
-                self._painter.drawEllipse(points[-1], 4.5, 4.5)
-                self._painter.setBrush(Qt.BrushStyle.NoBrush)
+            if not points:
+                continue
+            end, radius = points[-1], 6.0 if handle == held else 4.5
+            self._painter.setBrush(HANDLES[handle])
+            if handle in ("x", "y", "z"):
+                self._painter.drawEllipse(end, radius, radius)
+            elif handle.startswith("size"):  # squares size, as in most programs
+                corner = QPointF(radius, radius)
+                self._painter.drawRect(QRectF(end - corner, end + corner))
+            self._painter.setBrush(Qt.BrushStyle.NoBrush)
+
+    def ring(self, area: QRectF) -> None:
+        """A frame that says that keys go to this view."""
+        self._painter.setBrush(Qt.BrushStyle.NoBrush)
+        self._painter.setPen(QPen(PICKED, 3.0))
+        self._painter.drawRect(area.adjusted(1.5, 1.5, -1.5, -1.5))
 
     def corners(self, pixels: NDArray[np.float64], held: int | None) -> None:
         """Handles (4, 2) of a live surface, the first one square; the held one is larger."""
@@ -219,6 +286,24 @@ class Overlay:
     def _pixel(self, point: NDArray[np.float64]) -> QPointF | None:
         pixels, seen = self._camera.project(self._camera_from_world @ np.atleast_2d(point))
         return QPointF(*pixels[0]) if seen[0] else None
+
+    def _pixel_ahead(self, point: NDArray[np.float64]) -> QPointF | None:
+        """As `_pixel`, also of places beside the picture."""
+        at = self._camera_from_world @ point
+        if at[2] < NEAREST_M:
+            return None
+        camera = self._camera
+        x, y = camera.fx * at[0] / at[2] + camera.cx, camera.fy * at[1] / at[2] + camera.cy
+        return QPointF(float(x), float(y))
+
+
+def why_nothing(bench: Workbench) -> str:
+    """Words for a view that has no picture yet."""
+    if bench.scene is not None:
+        return "drawing …"
+    if bench.session is None or bench.session.is_busy:
+        return "opening the room …"
+    return "no room is open: open one (Ctrl+O), or drop it here"
 
 
 def measure_text(places: Sequence[NDArray[np.float64]]) -> str:

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+import threading
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.streams import Slot
 from scenes.frames import look_at
 from scenes.pose import Pose
 
 if TYPE_CHECKING:
+    from scenes.package import ScenePackage
     from sim.navigation.floor import FreeFloor
 
 EYES_M = 1.65
@@ -20,6 +23,35 @@ EYES_M = 1.65
 
 MAX_PITCH = math.radians(80.0)
 TURN_PER_PX = math.radians(0.25)
+
+
+class FoundFloor:
+    """The floor on which one walks in a scene, found on a thread: a large mesh takes a second."""
+
+    def __init__(self) -> None:
+        self._scene: ScenePackage | None = None
+        self._found: Slot[tuple[ScenePackage, FreeFloor]] = Slot()
+        self._floor: FreeFloor | None = None
+
+    def find(self, scene: ScenePackage | None) -> None:
+        """Begin to find a scene's floor, unless that has been done."""
+        if scene is None or scene is self._scene:
+            return
+        self._scene, self._floor, found = scene, None, self._found
+
+        def run() -> None:
+            from studio.app.viewport.visitor_floor import visitor_floor  # takes a while to import
+
+            found.put((scene, visitor_floor(scene)))
+
+        threading.Thread(target=run, name="floor", daemon=True).start()
+
+    def of(self, scene: ScenePackage | None) -> FreeFloor | None:
+        """A scene's floor; None before it is found."""
+        found = self._found.take()
+        if found is not None and found[0] is self._scene:
+            self._floor = found[1]
+        return self._floor if scene is self._scene else None
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,10 +30,10 @@ def arranged_text(twin: TwinEdits) -> str:
     ]
     tables += [_table("added", _primitive(item)) for _, item in sorted(twin.primitives.items())]
     for key, mesh in sorted(twin.meshes.items()):
-        if max(mesh.geometry.size_m) > LARGEST_MESH_M:
+        if max(mesh.size_m) > LARGEST_MESH_M:
             continue
         values = {"id": key, "shape": "mesh", "source": mesh.source}
-        values |= {**_place(mesh.world_from_mesh), **_geometry(mesh.geometry)}
+        values |= {**_place(mesh.world_from_mesh), **_geometry(mesh.scaled)}
         tables.append(_table("added", values))
     return "\n".join([HEAD, *tables]) if tables else ""
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from scenes.pose import Pose
 from scenes.state import Annotation, Avatar, LiveSurface
-from studio.app.model.documents.added_mesh import AddedMesh, unpacked
+from studio.app.model.documents.added_mesh import METRES, AddedMesh, unpacked
 from studio.app.model.documents.document import (
     Document,
     Marker,
@@ -254,6 +254,9 @@ def _read_annotation(key: str, item: Mapping[str, Any]) -> Annotation:
 def _mesh(item: AddedMesh) -> dict[str, Any]:
     return {
         "source": item.source,
+        "unit": item.unit,
+        "up": item.up,
+        "scale": list(item.scale),
         "world_from_mesh": _matrix(item.world_from_mesh),
         "vertex_count": len(item.geometry.vertices),
         "face_count": len(item.geometry.faces),
@@ -268,7 +271,20 @@ def _read_mesh(key: str, item: Mapping[str, Any]) -> AddedMesh:
         face_count=int(item["face_count"]),
     )
     pose = Pose.from_matrix(item["world_from_mesh"])
-    return AddedMesh(key, _text(item["source"], f"meshes.{key}.source"), geometry, pose)
+    source = _text(item["source"], f"meshes.{key}.source")
+    # Projects that were written before meshes could be scaled have none of these keys.
+    unit, up, scale = (
+        item.get("unit", "m"),
+        item.get("up", "z"),
+        _three(item.get("scale", (1,) * 3)),
+    )
+    if unit not in METRES or up not in ("y", "z"):
+        raise ValueError(
+            f"meshes.{key}: unit {unit!r} and up {up!r}, wanted {list(METRES)}, y or z"
+        )
+    if min(scale) <= 0:
+        raise ValueError(f"meshes.{key}.scale = {list(scale)}, wanted factors above 0")
+    return AddedMesh(key, source, geometry, pose, unit, up, scale)
 
 
 def _three(values: Any) -> tuple[float, float, float]:

@@ -46,7 +46,8 @@ def ending_of(job: SceneJob) -> Ending:
         return Ending(text, "info", kept=performance.folder / RECORDING)
     if performance is not None:
         missed = exit_code(performance.rows)
-        verdict = "✗ a figure misses its limit" if missed else "✓ every figure keeps its limit"
+        # Good means may hide a first failure, which the timeline shows: no praise beside it.
+        verdict = "✗ a figure is beyond its limit" if missed else "recorded"
         text = f"{verdict}; the report is in {performance.folder}"
         return Ending(text, "warning" if missed else "info", performance.folder / RECORDING)
     if job.last_words:

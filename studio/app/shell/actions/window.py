@@ -116,7 +116,9 @@ def _edit(bench: Workbench) -> list[Action]:
             bench.history.undo,
             "take the last change back",
             "Ctrl+Z",
+            available=lambda: bool(bench.history.undoes),
             icon="mdi6.undo",
+            says=lambda: f"Undo: {bench.history.undoes}" if bench.history.undoes else "Undo",
         ),
         Action(
             "edit.redo",
@@ -125,7 +127,9 @@ def _edit(bench: Workbench) -> list[Action]:
             bench.history.redo,
             "make it again",
             "Ctrl+Shift+Z",
+            available=lambda: bool(bench.history.redoes),
             icon="mdi6.redo",
+            says=lambda: f"Redo: {bench.history.redoes}" if bench.history.redoes else "Redo",
         ),
         Action(
             "edit.copy_command",

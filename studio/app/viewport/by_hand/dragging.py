@@ -13,12 +13,15 @@ from scenes.pose import Pose
 from studio.app.model.grabbing import Grabbing
 from studio.app.model.workbench import Workbench
 from studio.app.twin.additions import corner_dragged
-from studio.app.twin.edits import EditError
+from studio.app.twin.edits import EditError, Stance, kind_of, placed
+from studio.app.twin.items import scanned_poses
+from studio.app.twin.sizes import resized
 from studio.app.viewport.by_hand.corners import CornerHandles
 from studio.app.viewport.by_hand.gizmo import Gizmo, Handle
-from studio.app.viewport.by_hand.items import pose_of
 from studio.app.viewport.by_hand.picking import met_plane, ray_of
-from studio.app.viewport.by_hand.placing import move_item, note_pose
+
+MOVING: tuple[Handle, ...] = ("x", "y", "z", "floor")
+"""Handles that move and do not turn."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,17 +75,72 @@ class HandleDrag:
         self._bench, self._gizmo = bench, gizmo
         self._item_id = bench.selection
         self._start_px, self._merge = start_px, merge
+        self._stance: Stance | None = None
 
     def to(self, aim: Aim) -> None:
-        """See `Drag`."""
+        """See `Drag`. It goes where numbers say, so that a script puts it there again exactly."""
+        bench, item_id = self._bench, self._item_id
+        scanned = scanned_poses(bench.scene)
         pose = self._gizmo.dragged(self.handle, self._start_px, (aim.x_px, aim.y_px))
-        move_item(self._bench, self._item_id, pose, merge=self._merge)
+        try:
+            stance = Stance.of(kind_of(bench.document, scanned, item_id), pose)
+            document = placed(bench.document, scanned, item_id, stance)
+        except EditError:  # near the horizon a pixel is a kilometre: it stays at the last place
+            return
+        self._stance = stance
+        verb = "Move" if self.handle in MOVING else "Turn"
+        bench.change(f"{verb} {bench.name_of(item_id)}", document, merge=self._merge)
 
     def end(self) -> None:
-        """See `Drag`."""
-        pose = pose_of(self._bench, self._item_id)
-        if pose is not None:
-            note_pose(self._bench, self._item_id, pose)
+        """Write the drag down as the line of a script that does the same."""
+        if self._stance is not None:
+            self._bench.note("twin.place", item=self._item_id, **self._stance.values())
+
+
+class SizeDrag:
+    """Sizes a body or mesh by one of its handles.
+
+    Args:
+        bench: whose item it is.
+        gizmo: as it was at the press.
+        size_m: its sides at the press, metres.
+        handle: which is held.
+        start_px: where the press was.
+        merge: makes all of it one step of undo.
+    """
+
+    def __init__(
+        self,
+        bench: Workbench,
+        gizmo: Gizmo,
+        size_m: tuple[float, float, float],
+        *,
+        handle: Handle,
+        start_px: tuple[float, float],
+        merge: str,
+    ) -> None:
+        self.handle: Handle = handle
+        self._bench, self._gizmo, self._before = bench, gizmo, size_m
+        self._item_id = bench.selection
+        self._start_px, self._merge = start_px, merge
+        self._size: list[float] | None = None
+
+    def to(self, aim: Aim) -> None:
+        """See `Drag`. A size out of bounds is passed over."""
+        bench, item_id = self._bench, self._item_id
+        factors = self._gizmo.sized(self.handle, self._start_px, (aim.x_px, aim.y_px))
+        size = [round(f * side, 4) for f, side in zip(factors, self._before, strict=True)]
+        try:
+            document = resized(bench.document, item_id, size)
+        except EditError:
+            return
+        self._size = size
+        bench.change(f"Resize {bench.name_of(item_id)}", document, merge=self._merge)
+
+    def end(self) -> None:
+        """Write the drag down as the line of a script that does the same."""
+        if self._size is not None:
+            self._bench.note("twin.resize", item=self._item_id, size=self._size)
 
 
 class CornerDrag:

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from scenes.cameras import Pinhole
 from scenes.pose import Pose
 from studio.app.model.workbench import Workbench
+from studio.app.twin.edits import TILTABLE, TURNABLE, heading_rad, kind_of
+from studio.app.twin.items import scanned_poses
+from studio.app.twin.sizes import size_of
 from studio.app.viewport.by_hand.corners import CornerHandles
-from studio.app.viewport.by_hand.dragging import CornerDrag, Drag, HandleDrag
-from studio.app.viewport.by_hand.gizmo import Gizmo
-from studio.app.viewport.by_hand.items import pose_of
+from studio.app.viewport.by_hand.dragging import CornerDrag, Drag, HandleDrag, SizeDrag
+from studio.app.viewport.by_hand.gizmo import Gizmo, Handle
+from studio.app.viewport.by_hand.items import is_held_by_hand, pose_of
+from studio.app.viewport.by_hand.picking import Pick
 from studio.app.viewport.by_hand.tools import HOLDING, Tool
 
 
@@ -27,6 +32,34 @@ class Handles:
     corners: CornerHandles | None
 
 
+@dataclass(frozen=True, slots=True)
+class Hover:
+    """The item or handle under the mouse while no button is held.
+
+    Attributes:
+        item_id: of an object or anything else that can be selected; "" if there is none.
+        handle: of the gizmo, which is in front of items.
+    """
+
+    item_id: str = ""
+    handle: Handle | None = None
+
+    @classmethod
+    def over(
+        cls,
+        handles: Handles,
+        pick_at: Callable[[float, float], Pick | None],
+        *,
+        at_px: tuple[float, float],
+    ) -> Hover:
+        """What a press at a pixel would take hold of, or a click select."""
+        handle = None if handles.gizmo is None else handles.gizmo.hit(*at_px)
+        if handle is not None:
+            return cls(handle=handle)
+        found = pick_at(*at_px)
+        return cls("" if found is None else found.item_id)
+
+
 def handles_of(
     bench: Workbench, tool: Tool, *, camera: Pinhole, world_from_camera: Pose
 ) -> Handles:
@@ -40,9 +73,20 @@ def handles_of(
     """
     chosen, gizmo, corners = bench.selection, None, None
     pose = pose_of(bench, chosen)
-    if tool in (Tool.MOVE, Tool.TURN) and pose is not None and bench.is_by_hand:
-        turns = tool is Tool.TURN
-        gizmo = Gizmo(pose, camera, world_from_camera, moves=not turns, turns=turns)
+    if tool in HOLDING and pose is not None and is_held_by_hand(bench, chosen):
+        kind = kind_of(bench.document, scanned_poses(bench.scene), chosen)
+        is_sized = size_of(bench.document, chosen) is not None
+        gizmo = Gizmo(
+            pose,
+            camera,
+            world_from_camera,
+            moves=tool in (Tool.SELECT, Tool.MOVE),
+            turns=tool in (Tool.SELECT, Tool.TURN) and kind in TURNABLE,
+            tilts=tool is Tool.TURN and kind in TILTABLE,
+            sizes=tool is Tool.SELECT and is_sized,
+            sides=tool is Tool.SCALE and is_sized,
+            heading_rad=heading_rad(kind, pose),
+        )
     surface = bench.document.twin.surfaces.get(chosen)
     # A session or a recording may show another surface of that name.
     is_shown = surface is not None and bench.state.surfaces.get(chosen) is surface
@@ -69,4 +113,7 @@ def taken(
     handle = None if gizmo is None else gizmo.hit(*at_px)
     if gizmo is None or handle is None:
         return None
+    size = size_of(bench.document, bench.selection)
+    if handle.startswith("size") and size is not None:
+        return SizeDrag(bench, gizmo, size, handle=handle, start_px=at_px, merge=merge)
     return HandleDrag(bench, gizmo, handle=handle, start_px=at_px, merge=merge)

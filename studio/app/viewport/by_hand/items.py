@@ -5,6 +5,9 @@ from __future__ import annotations
 from scenes.pose import Pose
 from studio.app.model.documents.document import shown_pose
 from studio.app.model.workbench import Workbench
+from studio.app.twin.edits import pose_of as edited_pose
+from studio.app.twin.edits import taken_ids
+from studio.app.twin.items import scanned_poses
 from studio.app.viewport.by_hand.picking import Boxes
 
 CAMERA_BOX_M = (0.2, 0.2, 0.2)
@@ -13,18 +16,21 @@ PERSON_BOX_M = (0.5, 0.5, 1.8)
 
 
 def pose_of(bench: Workbench, item_id: str) -> Pose | None:
-    """Pose of an object, body or camera in the world; None if there is none of that id."""
-    twin, moving = bench.document.twin, bench.state.objects.get(item_id)
+    """Pose of an item in the world, as it is shown; None if there is none of that id."""
+    moving = bench.state.objects.get(item_id)
     if moving is not None:
         return moving.world_from_object
-    if item_id in twin.primitives:
-        return twin.primitives[item_id].world_from_primitive
-    if item_id in twin.cameras:
-        return twin.cameras[item_id]
-    if item_id in twin.meshes:
-        return twin.meshes[item_id].world_from_mesh
-    scanned = {} if bench.scene is None else {o.object_id: o for o in bench.scene.objects}
-    return scanned[item_id].world_from_object if item_id in scanned else None
+    scanned = scanned_poses(bench.scene)
+    if item_id not in taken_ids(bench.document, scanned):
+        return None
+    return edited_pose(bench.document, scanned, item_id)
+
+
+def is_held_by_hand(bench: Workbench, item_id: str) -> bool:
+    """Whether hands decide where an item is, and no session or recording does."""
+    if bench.is_by_hand:
+        return True
+    return item_id not in bench.state.objects and item_id not in scanned_poses(bench.scene)
 
 
 def boxes_of(bench: Workbench) -> Boxes:
@@ -39,7 +45,7 @@ def boxes_of(bench: Workbench) -> Boxes:
         found[key] = (shown_pose(bench.state, key, body.world_from_primitive), body.size_m)
     for key, mesh in twin.meshes.items():
         place = shown_pose(bench.state, key, mesh.world_from_mesh)
-        found[key] = (place, mesh.geometry.size_m)
+        found[key] = (place, mesh.size_m)
     for key, world_from_camera in twin.cameras.items():
         place = world_from_camera.translation - (0.0, 0.0, 0.5 * CAMERA_BOX_M[2])
         found[key] = (Pose.from_yaw(0.0, place), CAMERA_BOX_M)

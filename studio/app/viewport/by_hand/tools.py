@@ -16,23 +16,35 @@ class Tool(StrEnum):
     SELECT = "select"
     MOVE = "move"
     TURN = "turn"
+    SCALE = "scale"
     MEASURE = "measure"
     DRAW = "draw"
     SURFACE = "surface"
 
 
-HOLDING = (Tool.SELECT, Tool.MOVE, Tool.TURN)
+HOLDING = (Tool.SELECT, Tool.MOVE, Tool.TURN, Tool.SCALE)
 """Tools with which a press can take hold of something instead of picking a place."""
 
 HINTS: dict[Tool, str] = {
     Tool.SELECT: "",
     Tool.MOVE: "drag an arrow, or the square to move on the floor",
-    Tool.TURN: "drag the ring",
+    Tool.TURN: "drag a ring: upright turns, the others tilt",
+    Tool.SCALE: "drag an end to size one side, the square to size all alike",
     Tool.MEASURE: "click two places or more; Esc ends",
     Tool.DRAW: "click places to draw a line through; Enter keeps it, Esc drops it",
     Tool.SURFACE: "click a flat surface's four corners, top left first; Esc leaves",
 }
 """What to do with each, shown over the view."""
+
+ICONS: dict[Tool, str] = {
+    Tool.SELECT: "mdi6.cursor-default-outline",
+    Tool.MOVE: "mdi6.cursor-move",
+    Tool.TURN: "mdi6.rotate-3d-variant",
+    Tool.SCALE: "mdi6.arrow-expand",
+    Tool.MEASURE: "mdi6.ruler",
+    Tool.DRAW: "mdi6.draw",
+    Tool.SURFACE: "mdi6.vector-square",
+}
 
 CORNERS_HINT = "drag a corner to fit the surface"
 """Shown while a live surface is selected."""

@@ -112,7 +112,8 @@ class MeshDrawer:
             if isinstance(shape, Solid):
                 _place(actor, shape)
             elif isinstance(shape, Surface) and actor is not None:
-                actor.SetUserMatrix(_matrix(shape.world_from_body.matrix()))
+                own = np.diag([*shape.scale, 1.0])
+                actor.SetUserMatrix(_matrix(shape.world_from_body.matrix() @ own))
             self._actors[key] = (shape, actor)
 
     def _look(self, camera: Pinhole, world_from_camera: Pose) -> None:

@@ -87,6 +87,7 @@ class Outlines:
             case Surface():
                 mesh = shape.geometry
                 ends = mesh.vertices[self._of(mesh, mesh.faces)].astype(np.float64)
+                ends *= shape.scale
                 world = (shape.world_from_body @ ends.reshape(-1, 3)).reshape(-1, 2, 3)
                 return [(world, surface_colour(mesh))]
             case Squares():

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.frames import WORLD_FROM_FORWARD_CAMERA
+from scenes.frames import CAMERA_FROM_AHEAD
 from scenes.mesh import CollisionMesh
 from scenes.pose import Pose
 from scenes.state import Avatar, LiveSurface, SceneState
@@ -103,11 +103,13 @@ class Surface:
         key: names it.
         geometry: in the body's frame.
         world_from_body: its pose.
+        scale: factors along the body's axes.
     """
 
     key: str
     geometry: Geometry
     world_from_body: Pose
+    scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
 
 
 Shape = Solid | Line | Wire | Squares | Surface
@@ -166,7 +168,7 @@ def shapes_of(
         found.append(primitive_solid(item, shown_pose(state, key, item.world_from_primitive)))
     for key, mesh in twin.meshes.items():
         place = shown_pose(state, key, mesh.world_from_mesh)
-        found.append(Surface(f"mesh {key}", mesh.geometry, place))
+        found.append(Surface(f"mesh {key}", mesh.geometry, place, mesh.scale))
     if shown.avatars:
         for avatar in state.avatars.values():
             own = avatar.user_id == seen_by
@@ -204,7 +206,7 @@ def avatar_shapes(avatar: Avatar) -> list[Shape]:
     pale = tuple(0.55 + 0.45 * c for c in colour)
     key, head = f"avatar {avatar.user_id}", avatar.world_from_head
     size = 2 * HEAD_M
-    face = head @ Pose(_FORWARD, np.array([0.0, 0.02, HEAD_M + 0.02]))
+    face = head @ Pose(CAMERA_FROM_AHEAD.rotation, np.array([0.0, 0.02, HEAD_M + 0.02]))
     forward = head.rotation[:, 2]
     upright = Pose.from_yaw(float(np.arctan2(forward[1], forward[0])), head.translation)
     bust = upright @ Pose(np.eye(3), np.array([-0.05, 0.0, -SHOULDERS_M]))
@@ -301,7 +303,3 @@ def _ellipsoids(state: SceneState) -> Iterator[Solid]:
 def without(shapes: Iterable[Shape], key: str) -> list[Shape]:
     """Shapes of another key."""
     return [shape for shape in shapes if shape.key != key]
-
-
-_FORWARD = WORLD_FROM_FORWARD_CAMERA.rotation.T @ Pose.from_yaw(0.5 * np.pi).rotation
-"""Turns a body that points along +x to point along a camera's z."""

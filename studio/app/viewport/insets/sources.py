@@ -40,7 +40,7 @@ def eyes_of(
     if source in twin.meshes:
         mesh = twin.meshes[source]
         place = shown_pose(state, source, mesh.world_from_mesh)
-        return object_eyes(place, mesh.geometry.size_m[2])
+        return object_eyes(place, mesh.size_m[2])
     scanned = {} if scene is None else {item.object_id: item for item in scene.objects}
     height = scanned[source].box_m[2] if source in scanned else PLAIN_HEIGHT_M
     tracked = state.objects.get(source)

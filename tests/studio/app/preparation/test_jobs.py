@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from scenes.package import load_package
-from studio.app.preparation.cut_job import CutJob, Mark, cut_words, undo
+from scenes.prepare.cutout.marks.drawn import Stroke
+from studio.app.preparation.cut_job import CutJob, Mark, clean_words, cut_words, undo
 from studio.app.preparation.preparation_job import (
     PreparationJob,
     Scale,
@@ -59,6 +60,20 @@ def test_marks_become_words_and_a_cut_without_any_is_refused(tmp_path):
         cut_words(tmp_path, "Chair", [Mark("a")])
     with pytest.raises(ValueError, match="type a name"):
         cut_words(tmp_path, "  ", [Mark("a", (0, 0, 1, 1))])
+
+
+def test_what_a_hand_draws_becomes_words_of_cutting_and_of_cleaning(tmp_path):
+    triangle = ((1.0, 2.0), (9.0, 2.0), (1.0, 8.0))
+    mark = Mark("a", None, (), (triangle,), (Stroke(4.0, ((3.0, 3.0), (5.0, 3.0))),))
+    words = cut_words(tmp_path, "Chair", [mark])[5:]
+    assert words[:6] == ["--box", "a", "1.0", "2.0", "9.0", "8.0"]
+    assert words[6:] == ["--click", "a", "3.0", "3.0", "5.0", "3.0"]
+    words = clean_words(tmp_path, [mark])[2:]
+    assert words[:2] == ["--clean", "--json"]
+    assert words[2:10] == ["--lasso", "a", "1.0", "2.0", "9.0", "2.0", "1.0", "8.0"]
+    assert words[10:] == ["--brush", "a", "4.0", "3.0", "3.0", "5.0", "3.0"]
+    with pytest.raises(ValueError, match="draw around it, or brush over it"):
+        clean_words(tmp_path, [Mark("a", None, ((1.0, 2.0),))])
 
 
 def test_progress_lines_are_stages():

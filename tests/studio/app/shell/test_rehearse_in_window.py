@@ -73,7 +73,7 @@ def has_picture(window):
 def test_shows_the_twin_and_ends_with_the_verdict(play, tmp_path):
     window = play()
     play.until(lambda: window.bench.camera_picture is not None and has_picture(window))
-    play.until(lambda: "every figure keeps its limit" in window.line)
+    play.until(lambda: "recorded; the report is in" in window.line)
     assert (tmp_path / "demo" / "report.html").exists()
     picture = window.view.grab().toImage()
     colours = {

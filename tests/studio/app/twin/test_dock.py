@@ -59,6 +59,26 @@ def test_physics_with_all_at_rest_says_that_nothing_moves(dock, bench, qtbot):
     assert bench.notice.text.startswith("Nothing moves: all objects rest")
     assert not dock.physics.is_busy
     assert bench.document is document
+def test_in_twice_as_large_text_names_and_several_objects_are_seen(dock, bench, qapp):
+    from studio.app.shell.theme import apply_theme
+
+    bench.select(bench.scene.objects[0].object_id)
+    try:
+        for scale in (1.0, 2.0):
+            apply_theme(qapp, "light", scale)
+            dock.resize(250, 520)
+            dock.refresh()
+            qapp.processEvents()
+            tree, name = dock.tree, bench.scene.objects[0].name
+            row = tree.currentItem()
+            shown = tree.visualItemRect(row)
+            taken = tree.indentation() * 2 + tree.iconSize().width() + 12
+            assert tree.fontMetrics().horizontalAdvance(name) < tree.columnWidth(0) - taken
+            assert tree.viewport().height() >= 3.5 * shown.height()
+            assert tree.iconSize().width() == round(16 * scale)
+            assert tree.isColumnHidden(1) == (scale == 2.0)
+    finally:
+        apply_theme(qapp, "dark", 1.0)
 
 
 def test_what_is_added_is_listed_selected_and_removed(dock, bench):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -96,6 +97,33 @@ def test_moved_and_turned_is_where_it_was_put(place, angle):
     )
 
 
+@given(
+    places,
+    st.sampled_from(sorted(edits.TILTABLE, key=str)),
+    st.tuples(st.floats(-180, 180), st.floats(-180, 180), st.sampled_from([-90, -40, 0, 7, 90])),
+)
+def test_an_item_stands_as_its_numbers_say_and_they_say_how_it_stands(place, kind, angles):
+    pose = edits.Stance(place, *angles).pose(kind)
+    again = edits.Stance.of(kind, pose)
+    assert again.pose(kind).matrix() == pytest.approx(pose.matrix(), abs=4e-4)
+    assert edits.Stance.of(kind, again.pose(kind)).pose(kind).matrix() == pytest.approx(
+        again.pose(kind).matrix(), abs=1e-9
+    ), "numbers that were read put it there again exactly"
+
+
+def test_a_camera_that_is_put_by_numbers_looks_where_its_heading_says():
+    document, camera = additions.camera_added(EMPTY, SCANNED, place=(0, 0, 1), looks_at=(1, 0, 1))
+    stance = edits.Stance((1.0, 2.0, 1.5), yaw_deg=90.0, tilt_y_deg=-30.0)
+    document = edits.placed(document, SCANNED, camera, stance)
+    ahead = document.twin.cameras[camera].rotation[:, 2]
+    assert ahead == pytest.approx((0.0, math.cos(math.pi / 6), 0.5)), "a negative y looks up"
+    pose = document.twin.cameras[camera]
+    assert edits.Stance.of(ItemKind.CAMERA, pose) == stance
+    assert edits.Stance.of(
+        ItemKind.CAMERA, edits.turned(document, SCANNED, camera, 0.0).twin.cameras[camera]
+    ) == replace(stance, yaw_deg=0.0)
+
+
 def test_a_persons_hands_go_along():
     document, ann = additions.avatar_added(EMPTY, SCANNED, place=(0, 0, 0), facing_rad=0.0)
     person = document.twin.avatars[ann]
@@ -171,6 +199,11 @@ def test_a_line_drawn_in_the_view_lies_on_what_it_meets():
         additions.projected(eye, directions, lambda _eye, _ray: None)
 
 
+def _with_person():
+    document, ann = additions.avatar_added(EMPTY, SCANNED, place=(0, 0, 0))
+    return document, SCANNED, ann
+
+
 BAD = {
     "unknown id": lambda: edits.moved(EMPTY, SCANNED, "piano", (0, 0, 0)),
     "unknown to rename": lambda: edits.renamed(EMPTY, SCANNED, "piano", "Piano"),
@@ -178,6 +211,8 @@ BAD = {
     "no place": lambda: edits.moved(EMPTY, SCANNED, "chair-1", "there"),
     "too far": lambda: edits.moved(EMPTY, SCANNED, "chair-1", (0, 0, 1e6)),
     "no angle": lambda: edits.turned(EMPTY, SCANNED, "chair-1", math.inf),
+    "tilt that is none": lambda: edits.tilted(EMPTY, SCANNED, "chair-1", math.nan, 0.0),
+    "tilted person": lambda: edits.tilted(*_with_person(), x_deg=0.0, y_deg=10.0),
     "object removed": lambda: edits.removed(EMPTY, SCANNED, "chair-1"),
     "shape": lambda: additions.primitive_added(EMPTY, SCANNED, shape="cone", place=(0, 0, 0)),
     "flat": lambda: additions.primitive_added(
@@ -203,7 +238,7 @@ BAD = {
 
 @pytest.mark.parametrize("name", BAD)
 def test_what_cannot_be_done_is_refused_in_words(name):
-    with pytest.raises(EditError, match=r"wanted|there|limit|drag|draw|scan"):
+    with pytest.raises(EditError, match=r"wanted|there|limit|drag|draw|scan|stands"):
         BAD[name]()
 
 
@@ -211,6 +246,8 @@ def test_points_have_no_heading_to_turn():
     document, board = additions.surface_added(EMPTY, SCANNED, BOARD)
     with pytest.raises(EditError, match="made of points"):
         edits.turned(document, SCANNED, board, 1.0)
+    with pytest.raises(EditError, match="made of points"):
+        edits.placed(document, SCANNED, board, edits.Stance((0, 0, 0), yaw_deg=20.0))
     with pytest.raises(EditError, match="not in the scan"):
         edits.reset(document, SCANNED, board)
     moved = edits.moved(document, SCANNED, board, BOARD.mean(axis=0) + np.array([0, 0, 0.1]))

@@ -15,9 +15,10 @@ from sim.physics.scanned.objects import FRICTION
 from studio.app.model.documents.added_mesh import Geometry
 from studio.app.model.documents.document_file import document_to_text
 from studio.app.twin.additions import mesh_added, primitive_added
-from studio.app.twin.bodies import physical_pose
+from studio.app.twin.bodies import physical_pose, virtual_of
 from studio.app.twin.edits import EditError, moved
-from studio.app.twin.hand import TwinPhysics
+from studio.app.twin.hand import SETTLED_NS, TwinPhysics
+from studio.app.twin.sizes import resized
 from studio.app.viewport.by_hand.items import boxes_of
 from studio.app.viewport.drawing.shapes import Shown, shapes_of
 
@@ -49,6 +50,26 @@ def table_geometry(scale: float = 1.0) -> Geometry:
 
 def scanned(desk):
     return {item.object_id: item.world_from_object for item in desk.objects}
+
+
+def test_a_body_that_is_dragged_to_another_size_is_made_once(hand, bench, until, monkeypatch):
+    made = []
+    monkeypatch.setattr(
+        "studio.app.twin.hand.virtual_of", lambda item: made.append(item.size_m) or virtual_of(item)
+    )
+    document, box = primitive_added(bench.document, {}, shape="box", place=(0.0, 0.6, 0.0))
+    bench.show_document(document)
+    hand.grab(BOOK, bench.scene.object_by_id(BOOK).world_from_object.translation)
+    hand.release()
+    until(lambda: made, hand.poll)
+    for side in (0.31, 0.4, 0.5):
+        bench.show_document(resized(bench.document, box, (side, side, side)))
+        hand.poll()
+    hand._clock.sleep_until(hand._clock.now_ns() + SETTLED_NS)
+    until(lambda: len(made) > 1, hand.poll)
+    for _ in range(20):
+        hand.poll()
+    assert made == [(0.3, 0.3, 0.3), (0.5, 0.5, 0.5)]
 
 
 def test_a_throw_is_one_step_and_undo_puts_everything_back(hand, bench, desk, until):

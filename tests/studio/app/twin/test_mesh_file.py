@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 import trimesh
 
+from devices.clock import WallClock
 from studio.app.model.documents.document_file import load_document, save_document
 from studio.app.twin import mesh_file
 from studio.app.twin.additions import mesh_added
 from studio.app.twin.edits import EditError, moved, pose_of, removed, turned
 from studio.app.twin.hand import TwinPhysics
 from studio.app.twin.items import items_of
-from studio.app.twin.mesh_file import read_geometry
+from studio.app.twin.mesh_file import OtherUnitError, read_geometry
 from studio.app.twin.twin_actions import add_twin_actions
 
 SIDES = (0.4, 0.6, 0.9)
@@ -57,6 +58,11 @@ def test_another_unit_is_named_with_the_size_it_would_give(tmp_path):
     assert "limits of the longest side 0.01 to 20 m" in text
     assert "unit=mm (0.4 × 0.6 × 0.9 m)" in text
     assert read_geometry(path, unit="mm", fallback=GREY).size_m == pytest.approx(SIDES)
+    assert error.value.likely == "mm"
+    box(path, 1e6)
+    with pytest.raises(OtherUnitError, match="scale it in a modelling program") as error:
+        read_geometry(path, fallback=GREY)
+    assert error.value.likely == ""
 
 
 def test_what_cannot_be_read_is_refused_with_the_remedy(tmp_path, monkeypatch):
@@ -100,8 +106,6 @@ def test_a_mesh_is_moved_turned_saved_and_taken_away(bench, tmp_path):
 
 
 def test_the_action_reads_beside_the_window_and_is_one_step(bench, tmp_path, until):
-    from devices.clock import WallClock
-
     editing = add_twin_actions(bench, TwinPhysics(bench, WallClock()))
     assert bench.do("twin.add_mesh", path=str(box(tmp_path / "a.glb")), place=[0.2, 0.1, 0.0])
     assert bench.busy
@@ -111,6 +115,9 @@ def test_the_action_reads_beside_the_window_and_is_one_step(bench, tmp_path, unt
     assert "0.400 × 0.900 × 0.600 m" in bench.log.lines()[-1].text
     bench.history.undo()
     assert bench.document.twin.meshes == {}
+    bench.do("twin.add_mesh", path=str(box(tmp_path / "drawn.stl", 1000.0)))
+    until(lambda: not bench.busy, editing.poll)
+    assert bench.document.twin.meshes["mesh-1"].unit == "mm", "in metres it would fit no room"
     bench.do("twin.add_mesh", path=str(tmp_path / "gone.obj"))
     until(lambda: not bench.busy, editing.poll)
     assert "gone.obj: there is no such file" in bench.log.lines("error")[-1].text
@@ -119,15 +126,14 @@ def test_the_action_reads_beside_the_window_and_is_one_step(bench, tmp_path, unt
 
 
 def test_a_mesh_is_picked_and_placed_in_the_view(bench, tmp_path):
-    from scenes.pose import Pose
     from studio.app.viewport.by_hand.items import boxes_of
     from studio.app.viewport.by_hand.items import pose_of as shown_pose_of
-    from studio.app.viewport.by_hand.placing import move_item
 
     geometry = read_geometry(box(tmp_path / "a.stl"), fallback=GREY)
     document, mesh_id = mesh_added(bench.document, {}, geometry, source="a", place=(0, 0, 0))
     bench.show_document(document)
-    move_item(bench, mesh_id, Pose.from_yaw(0.3, (0.5, 0.0, 0.0)), merge="drag")
+    add_twin_actions(bench, TwinPhysics(bench, WallClock()))
+    assert bench.do("twin.place", item=mesh_id, x=0.5, yaw_deg=20, tilt_x_deg=30)
     assert shown_pose_of(bench, mesh_id).translation == pytest.approx((0.5, 0, 0))
     assert boxes_of(bench)[mesh_id][1] == pytest.approx(SIDES)
     bench.history.undo()

@@ -83,6 +83,47 @@ def test_dragging_the_ring_turns_by_the_angle(start, by):
     assert np.allclose(turned.translation, pose.translation)
 
 
+@given(st.sampled_from(["tilt_x", "tilt_y"]), st.floats(-3.0, 3.0), st.floats(-1.5, 1.5))
+@settings(deadline=None)
+def test_dragging_a_ring_about_a_level_axis_tilts(handle, start, by):
+    pose, heading = Pose.from_yaw(0.7, (0.1, 0.1, 0.3)), 0.7
+    gizmo = Gizmo(pose, CAMERA, EYE, moves=False, tilts=True, heading_rad=heading)
+    axis = pose.rotation[:, "xy".index(handle[-1])]
+    across = np.cross(axis, (0.0, 0.0, 1.0))
+
+    def on_ring(angle):
+        way = math.cos(angle) * across + math.sin(angle) * np.cross(axis, across)
+        return tuple(pixel_of(pose.translation + 0.2 * way))
+
+    tilted = gizmo.dragged(handle, on_ring(start), on_ring(start + by))
+    assert tilted.rotation @ pose.rotation.T @ axis == pytest.approx(axis), "about that axis"
+    turned = tilted.rotation @ pose.rotation.T @ across
+    assert turned == pytest.approx(math.cos(by) * across + math.sin(by) * np.cross(axis, across))
+
+
+@given(st.sampled_from(["size_x", "size_y", "size_z"]), st.floats(0.4, 2.0))
+@settings(deadline=None)
+def test_dragging_an_end_sizes_that_side_alone(handle, factor):
+    pose = Pose.from_yaw(0.4, (0.0, 0.1, 0.2))
+    gizmo = Gizmo(pose, CAMERA, EYE, moves=False, turns=False, sides=True)
+    axis = pose.rotation[:, "xyz".index(handle[-1])]
+    ends = [tuple(pixel_of(pose.translation + length * axis)) for length in (0.2, 0.2 * factor)]
+    factors = dict(zip(("size_x", "size_y", "size_z"), gizmo.sized(handle, *ends), strict=True))
+    assert factors.pop(handle) == pytest.approx(factor, rel=1e-3)
+    assert list(factors.values()) == [1.0, 1.0]
+
+
+def test_the_square_sizes_all_sides_by_how_far_it_is_dragged():
+    pose = Pose.from_yaw(0.4, (0.0, 0.1, 0.2))
+    gizmo = Gizmo(pose, CAMERA, EYE, sizes=True)
+    middle = pixel_of(pose.translation)
+    start, end = gizmo.lines()["size"]
+    assert gizmo.hit(*end) == "size"
+    twice = tuple(middle + 2 * (end - middle))
+    assert gizmo.sized("size", tuple(end), twice) == pytest.approx((2.0, 2.0, 2.0))
+    assert min(gizmo.sized("size", tuple(start), tuple(middle))) > 0
+
+
 def test_a_press_takes_the_handle_under_it_and_no_other():
     gizmo = Gizmo(Pose.from_yaw(0.0, (0.0, 0.0, 0.3)), CAMERA, EYE, turns=False)
     for handle, line in gizmo.lines().items():
