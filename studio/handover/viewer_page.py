@@ -28,6 +28,7 @@ from studio.handover.moments import Moments
 from studio.handover.splat_parts import SplatPart, write_splat_parts
 from studio.handover.views import first_places, views_of
 from studio.handover.web_files import module_source
+from studio.view.fonts import FACES, WEIGHTS
 
 VIEWER = Path(__file__).parent / "viewer"
 OWN_MODULES = ("camera.js", "main.js", "moments.js", "panel.js", "room.js", "sharpness.js")
@@ -82,6 +83,10 @@ def write_viewer(
     scripts = [
         _part(name, _packed(module_source(file)), module=True)
         for name, file in {**modules, **own}.items()
+    ]
+    scripts += [
+        _part(f"font-{weight}", _packed((FACES / name).read_bytes()))
+        for weight, name in WEIGHTS.items()
     ]
     before, after = _frame(scene, info, licences)
     fixed = len(before) + len(after) + sum(map(len, scripts)) + len(data) * 4 // 3 + 4096

@@ -262,7 +262,7 @@ class RoomPage(QScrollArea):
         for stage in stages:
             kind, words = STATES[stage.state]
             full = round(BAR_CELLS * stage.done)
-            bar = f"{'█' * full}{'░' * (BAR_CELLS - full)} {100 * stage.done:3.0f} %"
+            bar = f"{'▰' * full}{'▱' * (BAR_CELLS - full)} {100 * stage.done:3.0f} %"
             left_s = stage.spent_s if stage.state == "done" else stage.left_s
             left = "" if left_s is None else f"{left_s:4.0f} s"
             item = QTreeWidgetItem([stage.name, f"{SHAPES[kind]} {words}", bar, left])

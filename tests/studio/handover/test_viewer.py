@@ -52,6 +52,14 @@ def bare(page):
     )
 
 
+def test_words_are_in_the_face_that_the_page_brings_along(shown):
+    faces = shown.evaluate("[...document.fonts].map((f) => `${f.family} ${f.weight} ${f.status}`)")
+    assert {face.replace('"', "") for face in faces} == {
+        "Atkinson Hyperlegible Next 400 loaded",
+        "Atkinson Hyperlegible Next 700 loaded",
+    }
+
+
 def test_the_room_and_its_objects_look_as_the_renderer_draws_them(shown, lab):
     bare(shown)
     shown.evaluate("viewer.seek(2000)")
