@@ -18,7 +18,14 @@ from numpy.typing import NDArray
 
 from scenes.cameras import Pinhole
 from scenes.pose import Pose, rotation_from_quaternion
-from scenes.splats import SplatCloud
+from scenes.splats import SH_C0, SplatCloud
+
+SPLAT_CELLS, OVERLAP, FAINT = 4, 0.6, 0.02
+"""Of a shadow as splats: cells between two, their standard deviation in that distance, and what is
+too faint to be drawn."""
+
+RISE_M, FLAT_M = 0.012, 0.002
+"""They lie so far over the base, before a floor's splats and behind a book's, and are so flat."""
 
 FloatArray = NDArray[np.float64]
 Part = tuple[slice, slice]
@@ -108,7 +115,35 @@ def _outline(cells: FloatArray) -> NDArray[np.float32]:
     inside = (rows >= 0) & (columns >= 0) & (rows < CELLS) & (columns < CELLS)
     found = np.zeros((CELLS, CELLS), np.float32)
     found[rows[inside], columns[inside]] = 1.0
-    return cv2.morphologyEx(found, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
+    closed = cv2.morphologyEx(found, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
+    return np.asarray(closed, np.float32)
+
+
+def shadow_splats(shadow: ContactShadow) -> SplatCloud | None:
+    """A shadow as flat black splats over the base, for viewers without a picture's depth.
+
+    They are in the object's frame without its heading; None of a shadow too faint to be seen.
+    """
+    step_m = SPLAT_CELLS * shadow.cell_m
+    side = CELLS // SPLAT_CELLS
+    dark = cv2.resize(shadow.dark, (side, side), interpolation=cv2.INTER_AREA)
+    rows, columns = np.nonzero(dark > FAINT)
+    if len(rows) == 0:
+        return None
+    means = np.empty((len(rows), 3), np.float32)
+    means[:, 0] = shadow.low_xy[0] + (columns + 0.5) * step_m
+    means[:, 1] = shadow.low_xy[1] + (rows + 0.5) * step_m
+    means[:, 2] = shadow.base_m + RISE_M
+    wide = OVERLAP * step_m
+    # So many of them cover a point that together they take what the map says.
+    opacities = 1.0 - (1.0 - dark[rows, columns]) ** (1.0 / (2.0 * math.pi * OVERLAP**2))
+    return SplatCloud(
+        means=means,
+        scales=np.tile(np.array([wide, wide, FLAT_M], np.float32), (len(rows), 1)),
+        rotations=np.tile(np.array([1.0, 0.0, 0.0, 0.0], np.float32), (len(rows), 1)),
+        opacities=opacities.astype(np.float32),
+        sh=np.full((len(rows), 1, 3), -0.5 / SH_C0, np.float32),
+    )
 
 
 def _spread(splats: SplatCloud) -> FloatArray:

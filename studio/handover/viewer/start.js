@@ -34,7 +34,8 @@
     return new Response(stream.pipeThrough(new DecompressionStream("gzip")));
   };
   const partText = (name) => unpacked(name).text();
-  window.viewerParts = { bytes: partBytes, text: partText };
+  const hasPart = (name) => document.getElementById(`part:${name}`) !== null;
+  window.viewerParts = { bytes: partBytes, text: partText, has: hasPart };
 
   // The page's own face: nothing is fetched, and words look the same on every machine.
   const loadFonts = async () => {
