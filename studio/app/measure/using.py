@@ -104,7 +104,7 @@ def _round(window: MainWindow, wait: Wait, project: Path) -> None:
     bench, run = window.bench, window.run
     timeline: Any = window.content("timeline")
     bench.perform("file.open", path=str(project))
-    _idle(window, wait)
+    wait(lambda: bench.project == project)
     _rehearse(window, wait)
     rehearsal = run.report
     assert rehearsal is not None
@@ -121,7 +121,7 @@ def _round(window: MainWindow, wait: Wait, project: Path) -> None:
     rest(wait, 1.0)
     bench.perform("timeline.close")
     bench.perform("file.open_scene", scene="desk")
-    _idle(window, wait)
+    wait(lambda: bench.document.scene == "desk")
     shutil.rmtree(run.out)  # a long use fills no disk
 
 
