@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import gc
+import os
+import tempfile
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
@@ -19,6 +22,27 @@ settings.register_profile("ci", derandomize=True, deadline=None, max_examples=40
 settings.load_profile("ci")
 
 AMBIENT, KEY = 0.55, 0.5
+TEMPORARY = ("TMPDIR", "TEMP", "TMP")
+"""Variables that name the system's temporary folder."""
+
+
+@pytest.fixture(scope="session", autouse=True)
+def nothing_left(tmp_path_factory):
+    """Gives the tests and their processes a temporary folder, which they must leave empty."""
+    own = tmp_path_factory.mktemp("temporary")
+    before = {name: os.environ.get(name) for name in TEMPORARY}
+    os.environ.update(dict.fromkeys(TEMPORARY, str(own)))
+    tempfile.tempdir = None
+    yield
+    for name, value in before.items():
+        if value is None:
+            del os.environ[name]
+        else:
+            os.environ[name] = value
+    tempfile.tempdir = None
+    gc.collect()
+    left = sorted(path.name for path in own.iterdir())
+    assert not left, f"left in the temporary folder: {', '.join(left)}"
 
 
 @pytest.fixture(scope="session")

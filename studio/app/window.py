@@ -16,12 +16,13 @@ from PySide6.QtCore import (
     QCoreApplication,
     QEvent,
     QMessageLogContext,
+    QTimer,
     QtMsgType,
     qInstallMessageHandler,
 )
 from PySide6.QtWidgets import QApplication, QMainWindow, QWidget
 
-from scenes.memory import give_back_memory
+from scenes.memory import give_back_memory, keep_heap_small, return_free_pages
 from studio.app.model.documents.document import Document
 from studio.app.model.documents.document_file import SUFFIX, load_document
 from studio.app.model.jobs.live_job import LivePlan
@@ -43,6 +44,11 @@ SWITCH_S = 0.002
 """How long a busy thread may keep the interpreter from the window, seconds."""
 
 
+TRIM_MS = 5000
+"""Between two times that the heap's free pages are given back, milliseconds: what sessions and
+closed rooms leave is not kept for long. It takes some milliseconds at most."""
+
+
 def make_window(
     document: Document,
     *,
@@ -58,6 +64,7 @@ def make_window(
         home: folder of settings and of work in progress; None for the user's own.
         plugins: folder of plug-ins; None for the user's own.
     """
+    keep_heap_small()
     home = home or settings_folder()
     settings, problem = load_settings(home / "settings.json")
     made: list[Workbench] = []
@@ -69,6 +76,9 @@ def make_window(
     bench.share(run.folders)
     bench.share(LiveRun(bench, run))
     window = MainWindow(bench, run, home=home, make_view=_make_view, plugins=plugins)
+    trimming = QTimer(window)
+    trimming.timeout.connect(return_free_pages)
+    trimming.start(TRIM_MS)
     if problem:
         bench.say("warning", problem)
     return window

@@ -11,6 +11,7 @@ from scenes.render.levels.thinning import thinned
 from scenes.splats import SplatCloud
 from studio.handover.browser_spz import write_browser_spz
 from studio.session.pipeline import CancelledError
+from studio.view.contact_shadows import contact_shadow, shadow_splats, tilt_of
 
 MOST_SPLATS = 1_500_000
 """Of the room, chosen: what a laptop's own graphics still turn smoothly in a browser."""
@@ -41,7 +42,7 @@ class SplatPart:
 def write_splat_parts(
     scene: ScenePackage, folder: Path, *, allowed_bytes: int, cancelled: threading.Event
 ) -> tuple[SplatPart, ...]:
-    """Write the room, then the objects in their order; thinned where they would be too large.
+    """Write the room, then the objects in their order, thinned where they would be too large.
 
     Args:
         scene: what to write.
@@ -68,6 +69,30 @@ def write_splat_parts(
         "room", scene.room, folder, allowed_bytes=allowed_bytes - taken, cancelled=cancelled
     )
     return (room, *objects)
+
+
+def shadow_part(index: int) -> str:
+    """The part with the shadow of an object."""
+    return f"shadow-{index}"
+
+
+def write_shadow_parts(scene: ScenePackage, folder: Path) -> tuple[SplatPart, ...]:
+    """Write what every object darkens around its base; none of what is too faint to be seen.
+
+    They are no splats of the scene, and are counted as none.
+
+    Raises:
+        OSError: the disk is full.
+    """
+    found: list[SplatPart] = []
+    for index, item in enumerate(scene.objects):
+        shadow = contact_shadow(item.splats, tilt_of(item.world_from_object.rotation))
+        splats = None if shadow is None else shadow_splats(shadow)
+        if splats is not None:
+            path = folder / f"{shadow_part(index)}.spz"
+            write_browser_spz(path, splats)
+            found.append(SplatPart(shadow_part(index), path, 0, 0))
+    return tuple(found)
 
 
 def _written(

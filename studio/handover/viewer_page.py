@@ -25,9 +25,15 @@ from scenes.package import ScenePackage
 from scenes.pose import Pose
 from studio.handover.keys import Keys
 from studio.handover.moments import Moments
-from studio.handover.splat_parts import SplatPart, write_splat_parts
+from studio.handover.splat_parts import (
+    SplatPart,
+    shadow_part,
+    write_shadow_parts,
+    write_splat_parts,
+)
 from studio.handover.views import first_places, views_of
 from studio.handover.web_files import module_source
+from studio.view.fonts import FACES, WEIGHTS
 
 VIEWER = Path(__file__).parent / "viewer"
 OWN_MODULES = ("camera.js", "main.js", "moments.js", "panel.js", "room.js", "sharpness.js")
@@ -35,6 +41,9 @@ FORMAT_VERSION = 1
 
 DECIMALS = 4
 """Of lengths in metres, a tenth of a millimetre; of quaternions a hundredth of a degree."""
+
+STOOD_MS = 400
+"""An object that has not moved for so long stands on something."""
 
 BLOCK_BYTES = 3 << 18
 """Read at once; a multiple of three, so that base64 of the blocks is base64 of the whole."""
@@ -83,6 +92,10 @@ def write_viewer(
         _part(name, _packed(module_source(file)), module=True)
         for name, file in {**modules, **own}.items()
     ]
+    scripts += [
+        _part(f"font-{weight}", _packed((FACES / name).read_bytes()))
+        for weight, name in WEIGHTS.items()
+    ]
     before, after = _frame(scene, info, licences)
     fixed = len(before) + len(after) + sum(map(len, scripts)) + len(data) * 4 // 3 + 4096
     if fixed >= most_bytes:
@@ -90,10 +103,11 @@ def write_viewer(
             f"viewer: {fixed / 1e6:.1f} MB are needed before any splat, {most_bytes / 1e6:.1f} MB "
             "are allowed; allow more with --viewer-mb"
         )
-    parts = write_splat_parts(
-        scene, path.parent, allowed_bytes=(most_bytes - fixed) * 3 // 4, cancelled=cancelled
-    )
+    shadows = write_shadow_parts(scene, path.parent)
+    left = (most_bytes - fixed) * 3 // 4 - sum(part.path.stat().st_size for part in shadows)
+    parts = shadows
     try:
+        parts += write_splat_parts(scene, path.parent, allowed_bytes=left, cancelled=cancelled)
         size = write_file(path, _page(before, [*scripts, _part("data", data)], parts, after))
     finally:
         for part in parts:
@@ -170,6 +184,7 @@ def _data(scene: ScenePackage, info: SessionInfo, moments: Moments) -> dict[str,
                 "id": item.object_id,
                 "name": item.name,
                 "part": f"object-{index}",
+                "shadow_part": shadow_part(index),
                 **_object_data(item.world_from_object, moments, item.object_id),
             }
             for index, item in enumerate(scene.objects)
@@ -203,8 +218,23 @@ def _object_data(scanned: Pose, moments: Moments, object_id: str) -> dict[str, A
     found = moments.objects.get(object_id)
     if found is None or not found.poses.values:
         values = [*scanned.translation.tolist(), *scanned.quaternion().tolist()]
-        return {"poses": {"t_ms": [0], "values": [values]}, "states": []}
-    return {"poses": _keys(found.poses), "states": [list(state) for state in found.states]}
+        return {"poses": {"t_ms": [0], "values": [values]}, "states": [], "stands_m": [values[2]]}
+    return {
+        "poses": _keys(found.poses),
+        "states": [list(state) for state in found.states],
+        "stands_m": _stands_m(found.poses, float(scanned.translation[2])),
+    }
+
+
+def _stands_m(keys: Keys, scanned_m: float) -> list[float]:
+    """Heights at which an object has stood for a while: only there it casts a shadow."""
+    ends_ms = [*keys.t_ms[1:], float("inf")]
+    heights = [
+        values[2]
+        for values, from_ms, to_ms in zip(keys.values, keys.t_ms, ends_ms, strict=True)
+        if values is not None and to_ms - from_ms > STOOD_MS
+    ]
+    return sorted({round(height, 2) for height in (scanned_m, *heights)})
 
 
 def _keys(keys: Keys) -> dict[str, Any]:

@@ -7,6 +7,7 @@ once, by the launcher or by the first hand-over.
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -105,6 +106,8 @@ def fetch(web: Path) -> None:
             capture_output=True,
             text=True,
             timeout=NPM_WITHIN_S,
+            # Node would leave what it compiled in the system's temporary folder.
+            env={**os.environ, "NODE_DISABLE_COMPILE_CACHE": "1"},
         )
     except (OSError, subprocess.TimeoutExpired) as error:
         raise _cannot(web, str(error)) from None

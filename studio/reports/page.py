@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from studio.view.fonts import font_faces
+
 TEMPLATES = Path(__file__).parent / "templates"
 PICTURE_WIDTH_PX = 980
 JPEG_QUALITY = 82
@@ -25,6 +27,7 @@ def page(name: str) -> jinja2.Template:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.globals["font_faces"] = font_faces()
     return environment.get_template(name)
 
 

@@ -34,6 +34,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="only keep a session going for so long; soak.csv in --out says how it went",
     )
     parser.add_argument(
+        "--use-minutes",
+        type=float,
+        metavar="N",
+        help="only open, rehearse, fork, film and close in one window for so long: its memory",
+    )
+    parser.add_argument(
         "--out", type=Path, default=Path("out/bench-studio"), help="folder (out/bench-studio)"
     )
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
@@ -43,6 +49,7 @@ def run(args: argparse.Namespace) -> int:
     """Measure; exit 1 if a figure misses its bar."""
     from studio.app.measure.soaking import soak_rows
     from studio.app.measure.steps import OPEN, STEPS
+    from studio.app.measure.using import use_rows
     from studio.console.display import why_no_window
     from studio.console.rows import as_json, as_table, exit_code
 
@@ -55,6 +62,8 @@ def run(args: argparse.Namespace) -> int:
     reasons: dict[str, str] = {}
     if args.soak_minutes:
         rows = soak_rows(args.soak_minutes, args.out)
+    elif args.use_minutes:
+        rows = use_rows(args.use_minutes, args.out / "use")
     else:
         rows = [] if args.steps is not None else _window_rows(args)
         if not args.no_steps:
@@ -71,11 +80,11 @@ def run(args: argparse.Namespace) -> int:
 def _window_rows(args: argparse.Namespace) -> list[Row]:
     from studio.app.measure.figures import (
         answering_rows,
-        kill_rows,
         open_close_rows,
         opening_rows,
         orbiting_rows,
     )
+    from studio.app.measure.killing import kill_rows
     from studio.app.measure.seeking import seek_rows
     from studio.app.measure.walking import walked_rows
 

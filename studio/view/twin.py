@@ -15,6 +15,13 @@ from scenes.pose import Pose
 from scenes.render.levels.thinning import thinned
 from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
 from scenes.splats import SplatCloud
+from studio.view.contact_shadows import (
+    ContactShadow,
+    Region,
+    contact_shadow,
+    draw_contact_shadows,
+    tilt_of,
+)
 from studio.view.open_room import RoomSides, Side, room_sides
 from studio.view.surface_drawing import LivePicture, draw_surface
 
@@ -34,6 +41,9 @@ MARGIN_M = 0.15
 MOST_OPEN_ROOMS = 6
 """Rooms without some of their sides that are kept: an orbit passes three sets of sides, coarse and
 fine."""
+
+TILT = 0.05
+"""Of a rotation's entries: an object that leans by less casts the same shadow."""
 
 COARSE_SPLATS = 200_000
 """Splats of the room in a coarse picture."""
@@ -68,6 +78,8 @@ class Twin:
         self._usual = usual_colour(scene.room)
         self._sides: RoomSides | None = None
         self._open_rooms: dict[tuple[frozenset[Side], bool], PosedSplats] = {}
+        self._cast: dict[str, tuple[bytes, ContactShadow | None]] = {}
+        """Of every object the shadow that it cast last, and how it leaned then."""
         self._top_m = float(scene.room.means[:, 2].max(initial=0.0))
 
     def picture(
@@ -112,17 +124,52 @@ class Twin:
         room = self._coarse_room if coarse else self._room
         if opens:
             room = self._opened(room, world_from_camera, is_coarse=coarse)
-        posed = [
-            PosedSplats(item.splats, poses.get(object_id, item.world_from_object))
+        posed = {
+            object_id: PosedSplats(item.splats, poses.get(object_id, item.world_from_object))
             for object_id, item in self._objects.items()
-        ]
+        }
         behind = self._behind(camera, world_from_camera)
         options = RenderOptions(background=behind, near_m=near_m)
-        drawn = self._renderer.render([room, *posed], camera, world_from_camera, options)
+        drawn = self._renderer.render([room, *posed.values()], camera, world_from_camera, options)
         picture = (np.clip(drawn.rgb, 0.0, 1.0) * 255.0 + 0.5).astype(np.uint8)
+        if isinstance(camera, Pinhole):
+            self._lay_shadows(picture, drawn.depth, camera, world_from_camera, posed)
         for surface in live:
             draw_surface(picture, drawn.depth, camera, world_from_camera, surface)
         return DrawnTwin(picture, drawn.depth)
+
+    def _lay_shadows(
+        self,
+        picture: NDArray[np.uint8],
+        depth: NDArray[np.float32],
+        camera: Pinhole,
+        world_from_camera: Pose,
+        posed: Mapping[str, PosedSplats],
+    ) -> None:
+        """Let every object cast its shadow on what it stands on."""
+
+        def bodies(region: Region) -> NDArray[np.float32]:
+            options = RenderOptions(region=region)
+            return self._renderer.render(
+                [*posed.values()], camera, world_from_camera, options
+            ).alpha
+
+        found: list[tuple[ContactShadow, Pose]] = []
+        for object_id, body in posed.items():
+            shadow = self._shadow(object_id, body)
+            if shadow is not None:
+                found.append((shadow, body.world_from_object))
+        draw_contact_shadows(picture, depth, camera, world_from_camera, found, bodies=bodies)
+
+    def _shadow(self, object_id: str, body: PosedSplats) -> ContactShadow | None:
+        """What an object casts as it leans now."""
+        tilt = tilt_of(body.world_from_object.rotation)
+        key = np.round(tilt / TILT).astype(int).tobytes()
+        known = self._cast.get(object_id)
+        if known is None or known[0] != key:
+            known = (key, contact_shadow(body.cloud, tilt))
+            self._cast[object_id] = known
+        return known[1]
 
     def _opened(
         self, room: PosedSplats, world_from_camera: Pose, *, is_coarse: bool

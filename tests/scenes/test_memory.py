@@ -1,10 +1,12 @@
 """Memory that nobody uses goes back to the operating system."""
 
+import subprocess
+import sys
 import weakref
 
 import pytest
 
-from scenes.memory import give_back_memory
+from scenes.memory import give_back_memory, keep_heap_small
 
 
 class Holder:
@@ -20,6 +22,46 @@ def test_what_holds_only_itself_is_gone() -> None:
     assert held() is None
 
 
+LEAVE_GAPS = """
+import sys, threading
+import numpy as np
+from pathlib import Path
+from scenes.memory import give_back_memory, keep_heap_small
+
+if sys.argv[1] == "small":
+    keep_heap_small()
+kept = []
+
+def work():
+    for _ in range(40):
+        pictures = [np.ones(3 << 19, np.uint8) for _ in range(4)]
+        kept.append(np.ones(600, np.uint8))
+        del pictures[1::2]
+        kept.append(np.ones(3000, np.uint8))
+
+def resident_mb():
+    return int(Path("/proc/self/statm").read_text().split()[1]) * 4096 / 2**20
+
+before = resident_mb()
+for _ in range(3):
+    threads = [threading.Thread(target=work) for _ in range(8)]
+    for thread in threads: thread.start()
+    for thread in threads: thread.join()
+print(resident_mb() - before)
+"""
+"""Threads that make and free pictures, and keep a little between them."""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the option is glibc's")
+def test_pictures_that_threads_have_freed_leave_nothing_between_what_stays() -> None:
+    def grown_mb(heap: str) -> float:
+        command = [sys.executable, "-c", LEAVE_GAPS, heap]
+        return float(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+
+    assert grown_mb("small") < min(20.0, 0.5 * grown_mb("usual"))
+
+
 def test_a_library_without_trimming_is_no_error(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("ctypes.CDLL", lambda _name: object())
+    keep_heap_small()
     give_back_memory()

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from scenes.memory import give_back_memory
 from studio.app.measure.process import BEGIN
 from studio.app.measure.shown import asked_for_answers, has_picture, resident_mb, rest, shown_window
 
@@ -155,21 +156,16 @@ def open_close(rounds: str) -> dict[str, Any]:
         window.close()
         dispose(window)
         rest(wait, 0.3)
+        give_back_memory()  # what is free is no leak
         resident.append(resident_mb())
     return {"resident_mb": resident}
 
 
 def editing(home: str) -> dict[str, Any]:
-    """Edit without end, printing each edit's number: whoever reads it kills this process."""
-    from studio.app.model.documents.document import Document, Marker
+    """Edit without end, see `killing.edit_for_ever`."""
+    from studio.app.measure.killing import edit_for_ever
 
-    window, wait = shown_window("lab", home=Path(home))
-    print("ready", flush=True)
-    for number in range(100_000):
-        markers = (Marker(number, "edit"),)
-        window.bench.change("Mark", Document("lab", markers=markers))
-        print(f"{number} {time.monotonic()}", flush=True)
-        rest(wait, 0.03)
+    edit_for_ever(Path(home))
     return {}
 
 
@@ -225,6 +221,13 @@ def soaking(seconds: str, folder: str) -> dict[str, Any]:
     return {"failure": failure, "ended_mb": ended_mb}
 
 
+def using(seconds: str, folder: str) -> dict[str, Any]:
+    """One window that opens, plays, films and closes for so long, see `using.used`."""
+    from studio.app.measure.using import used
+
+    return {"resident_mb": used(float(seconds), Path(folder))}
+
+
 def step(name: str, folder: str) -> dict[str, Any]:
     """Figures of the steps that one measurement gives, see `steps.MEASUREMENTS`."""
     from studio.app.measure import designer, operator, scaling, tester
@@ -248,6 +251,7 @@ MEASURES: dict[str, Callable[..., dict[str, Any]]] = {
     "editing": editing,
     "soaking": soaking,
     "step": step,
+    "using": using,
 }
 
 

@@ -2,24 +2,18 @@
 
 from __future__ import annotations
 
-import os
-import signal
 import subprocess
-import tempfile
-import time
-from pathlib import Path
 
 import numpy as np
 
-from studio.app.measure.process import command, measured
-from studio.app.model.documents.autosave import recoverable
+from studio.app.measure.process import measured
 from studio.console.rows import Row, at_least, at_most
 
 OPENINGS = 3
 """Processes that are started for the time to the window; their median counts."""
 
 WINDOW_S, PICTURE_S, FPS, REFINED_MS, INPUT_MS, INPUT_WORST_MS = 1.0, 4.0, 15.0, 300.0, 100.0, 500.0
-LEAK_MB, LOST_S = 1.0, 2.0
+LEAK_MB = 1.0
 """Bars of the studio's figures."""
 
 
@@ -58,39 +52,8 @@ def open_close_rows(rounds: int) -> list[Row]:
         resident = measured("open_close", str(rounds))["resident_mb"]
     except subprocess.CalledProcessError:
         return [at_most("studio.open_close.crashes", 1, "", bar=0)]
-    # The first rounds fill caches: imports, fonts, the renderer's buffers.
-    settled = resident[len(resident) // 2 :]
-    leak = float(np.polyfit(range(len(settled)), settled, 1)[0]) if len(settled) > 1 else 0.0
+    leak = float(np.polyfit(range(len(resident)), resident, 1)[0]) if len(resident) > 1 else 0.0
     return [
         at_most("studio.open_close.crashes", 0, "", bar=0),
         at_most("studio.open_close.leak_mb", leak, "MB", bar=LEAK_MB),
     ]
-
-
-def kill_rows(times: int, seed: int = 0) -> list[Row]:
-    """Seconds of edits that a kill at a random moment costs, the worst of some."""
-    rng = np.random.default_rng(seed)
-    lost = [_lost_s(float(rng.uniform(0.3, 3.0))) for _ in range(times)]
-    return [at_most("studio.kill9.lost_s.max", max(lost), "s", bar=LOST_S)]
-
-
-def _lost_s(after_s: float) -> float:
-    """Between the last edit that is there again and the kill."""
-    with tempfile.TemporaryDirectory() as home:
-        child = subprocess.Popen(command("editing", home), stdout=subprocess.PIPE, text=True)
-        assert child.stdout is not None
-        made: dict[int, float] = {}
-        killed = None
-        for line in child.stdout:
-            words = line.split()
-            if len(words) == 2:
-                made[int(words[0])] = float(words[1])
-            first = next(iter(made.values()), None)
-            if first is not None and time.monotonic() - first > after_s and killed is None:
-                killed = time.monotonic()
-                os.kill(child.pid, signal.SIGKILL)
-        child.wait()
-        found = recoverable(Path(home))
-        kept = found[0].document.markers[0].t_ns if found else -1
-        unkept = [t for number, t in made.items() if number > kept]
-        return (killed or 0.0) - min(unkept) if unkept else 0.0

@@ -6,8 +6,10 @@ import json
 import os
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 BEGIN = "NEXUS_MEASURE_BEGIN"
@@ -19,17 +21,28 @@ def command(what: str, *rest: str) -> Sequence[str]:
     return [sys.executable, "-m", "studio.app.measure.child", what, *rest]
 
 
+def surroundings(temporary: Path) -> dict[str, str]:
+    """The variables of a measurement's process: when it began, and its own temporary folder.
+
+    Args:
+        temporary: what it leaves there, however it ends, is the caller's to delete.
+    """
+    own = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(temporary))
+    return {**os.environ, **own, BEGIN: repr(time.monotonic())}
+
+
 def measured(what: str, *rest: str) -> dict[str, Any]:
     """What a measurement found.
 
     Raises:
         subprocess.CalledProcessError: it crashed or failed.
     """
-    done = subprocess.run(
-        command(what, *rest),
-        stdout=subprocess.PIPE,
-        text=True,
-        check=True,
-        env={**os.environ, BEGIN: repr(time.monotonic())},
-    )
+    with tempfile.TemporaryDirectory(prefix="nexus-measure-") as folder:
+        done = subprocess.run(
+            command(what, *rest),
+            stdout=subprocess.PIPE,
+            text=True,
+            check=True,
+            env=surroundings(Path(folder)),
+        )
     return json.loads(done.stdout.splitlines()[-1])

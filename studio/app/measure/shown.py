@@ -30,7 +30,8 @@ def shown_window(scene: Any, home: Path | None = None) -> tuple[MainWindow, Wait
 
     Args:
         scene: name or path of a scene, or a document.
-        home: folder of settings; None for an empty one. Rehearsals go to its `out`.
+        home: folder of settings; None for an empty one, which goes with the temporary folder of
+            the measurement's process. Rehearsals go to its `out`.
     """
     from PySide6.QtWidgets import QApplication
 
@@ -40,8 +41,8 @@ def shown_window(scene: Any, home: Path | None = None) -> tuple[MainWindow, Wait
     sys.setswitchinterval(SWITCH_S)
     application = QApplication.instance() or QApplication(["nexus"])
     document = Document(scene) if isinstance(scene, str) else scene
-    folder = Path(tempfile.mkdtemp(prefix="nexus-measure-"))
-    window = make_window(document, rehearse_to=folder / "out", home=home or folder)
+    home = home or Path(tempfile.mkdtemp(prefix="home-"))
+    window = make_window(document, rehearse_to=home / "out", home=home)
     window.show()
     window.run.open_scene(document.scene)
 

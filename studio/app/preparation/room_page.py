@@ -291,7 +291,7 @@ class RoomPage(QScrollArea):
         for stage in stages:
             kind, words = STATES[stage.state]
             full = round(BAR_CELLS * stage.done)
-            bar = f"{'█' * full}{'░' * (BAR_CELLS - full)} {100 * stage.done:3.0f} %"
+            bar = f"{'▰' * full}{'▱' * (BAR_CELLS - full)} {100 * stage.done:3.0f} %"
             if stage.spent_s is not None:
                 bar = f"took {stage.spent_s:.0f} s"
             is_left = stage.state == "running" and stage.left_s is not None

@@ -6,8 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from PySide6.QtGui import QColor, QFont, QPalette
+from PySide6.QtGui import QColor, QFont, QFontDatabase, QPalette
 from PySide6.QtWidgets import QApplication
+
+from studio.view.fonts import FIXED, SYMBOLS, TEXT, font_files
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,16 +102,35 @@ POINT_SIZE = 10.0
 
 
 def apply_theme(application: QApplication, name: str, text_scale: float) -> None:
-    """Colour the whole application, and size its text."""
+    """Colour the whole application, and size its text, which is in the program's own faces."""
     theme = THEMES[name]
     application.setStyle("Fusion")
-    font = QFont(application.font())
+    _register_fonts(application)
+    font = QFont([TEXT, SYMBOLS])
+    # Words are as wide on every machine, whatever it does to fit letters to pixels.
+    font.setHintingPreference(QFont.HintingPreference.PreferVerticalHinting)
     font.setPointSizeF(POINT_SIZE * text_scale)
-    # Digits of one width, also in fonts whose digits are not: numbers that change do not jump.
+    # Digits of one width: numbers that change do not jump.
     font.setFeature(QFont.Tag("tnum"), 1)
     application.setFont(font)
     application.setPalette(palette(theme))
     application.setStyleSheet(style_sheet(theme, name, text_scale))
+
+
+def fixed_font() -> QFont:
+    """The face whose letters are all of one width; its size follows the interface's text."""
+    font = QFont([FIXED, SYMBOLS])
+    font.setHintingPreference(QFont.HintingPreference.PreferVerticalHinting)
+    return font
+
+
+def _register_fonts(application: QApplication) -> None:
+    if application.property("nexus fonts"):
+        return
+    for path in font_files():
+        if QFontDatabase.addApplicationFont(str(path)) < 0:
+            raise OSError(f"{path}: no font can be read from it; install the program anew")
+    application.setProperty("nexus fonts", True)
 
 
 def palette(theme: Theme) -> QPalette:

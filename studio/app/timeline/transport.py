@@ -5,12 +5,11 @@ from __future__ import annotations
 from functools import partial
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QFontDatabase
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QSizePolicy, QToolButton, QWidget
 
 from studio.app.model.keys import keys_of
 from studio.app.model.workbench import Workbench
-from studio.app.shell.theme import Theme, figures
+from studio.app.shell.theme import Theme, figures, fixed_font
 from studio.app.timeline.playback import Playback
 
 BUTTONS = (
@@ -74,7 +73,7 @@ class Transport(QWidget):
             self.buttons[action_id] = button
             row.addWidget(button)
         self.time = QLabel()
-        self.time.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
+        self.time.setFont(fixed_font())
         self.progress = QProgressBar()
         self.progress.setMaximumWidth(160)
         self.progress.setFormat("reading %p %")

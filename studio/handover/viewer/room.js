@@ -9,6 +9,8 @@ const COLOURS = { local: 0xf28e2b, remote: 0x4e9de6 };
 const RAY_WIDTH_M = 0.006;
 const STEM_WIDTH_M = 0.012;
 const LINE_WIDTH_M = 0.008;
+const UPRIGHT = 0.96;
+const ON_M = 0.03;
 
 export class Room {
   /** `changed` is called whenever the picture is no longer what it should be. */
@@ -24,6 +26,7 @@ export class Room {
     this.spark = new SparkRenderer({ renderer: this.renderer, onDirty: changed });
     this.scene.add(this.spark);
     this.objects = new Map();
+    this.shadows = new Map();
     this.people = new Map();
     this.lines = new Map();
   }
@@ -40,6 +43,12 @@ export class Room {
       group.add(await this.#splats(parts, item.part));
       this.objects.set(item.id, group);
       this.scene.add(group);
+      if (parts.has(item.shadow_part)) {
+        const shadow = new THREE.Group();
+        shadow.add(await this.#splats(parts, item.shadow_part));
+        this.shadows.set(item.id, shadow);
+        this.scene.add(shadow);
+      }
       progress(index + 2, all);
     }
     for (const person of data.people) {
@@ -58,7 +67,12 @@ export class Room {
 
   /** Puts everything where it was at a time. */
   show(t) {
-    for (const item of this.data.objects) pose(this.objects.get(item.id), item.poses, t);
+    for (const item of this.data.objects) {
+      const body = this.objects.get(item.id);
+      pose(body, item.poses, t);
+      const shadow = this.shadows.get(item.id);
+      if (shadow) lay(shadow, body, item.stands_m);
+    }
     for (const person of this.data.people) {
       const { head, ray, stem } = this.people.get(person.id);
       head.visible = pose(head, person.heads, t);
@@ -114,6 +128,15 @@ export class Room {
       kept.group.add(part);
     }
   }
+}
+
+/** Lays an object's shadow below it; hides it where the object is in the air or lies on its side. */
+function lay(shadow, body, stands) {
+  const { x, y, z, w } = body.quaternion;
+  const isUpright = 1 - 2 * (x * x + y * y) > UPRIGHT;
+  shadow.visible = isUpright && stands.some((height) => Math.abs(body.position.z - height) < ON_M);
+  shadow.position.copy(body.position);
+  shadow.quaternion.set(0, 0, z, w).normalize();
 }
 
 /** A head, in its own axes: x right, y down, z where it looks. */

@@ -29,13 +29,24 @@
     for (let i = 0; i < packed.length; i++) bytes[i] = packed.charCodeAt(i);
     return bytes;
   };
-  const partText = (name) => {
+  const unpacked = (name) => {
     const stream = new Blob([partBytes(name)]).stream();
-    return new Response(stream.pipeThrough(new DecompressionStream("gzip"))).text();
+    return new Response(stream.pipeThrough(new DecompressionStream("gzip")));
   };
-  window.viewerParts = { bytes: partBytes, text: partText };
+  const partText = (name) => unpacked(name).text();
+  const hasPart = (name) => document.getElementById(`part:${name}`) !== null;
+  window.viewerParts = { bytes: partBytes, text: partText, has: hasPart };
+
+  // The page's own face: nothing is fetched, and words look the same on every machine.
+  const loadFonts = async () => {
+    for (const weight of ["400", "700"]) {
+      const bytes = await unpacked(`font-${weight}`).arrayBuffer();
+      document.fonts.add(await new FontFace("Atkinson Hyperlegible Next", bytes, { weight }).load());
+    }
+  };
 
   const open = async () => {
+    await loadFonts();
     const imports = {};
     for (const element of document.querySelectorAll("script[data-module]")) {
       const name = element.dataset.module;

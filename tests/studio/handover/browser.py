@@ -179,6 +179,7 @@ def opened_browser(profile: Path) -> Iterator[Page]:
     process = subprocess.Popen(
         [sys.executable, "-c", WITH_PIPES, str(to_browser), str(to_us), program, *flags],
         pass_fds=(to_browser, to_us),
+        env={**os.environ, "TMPDIR": str(profile)},
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     )

@@ -2,7 +2,8 @@ import threading
 
 import pytest
 
-from studio.handover.splat_parts import write_splat_parts
+from scenes.formats.registry import read_splats
+from studio.handover.splat_parts import shadow_part, write_shadow_parts, write_splat_parts
 from studio.session.pipeline import CancelledError
 
 
@@ -36,3 +37,13 @@ def test_a_cancelled_one_stops(lab, tmp_path):
 
     with pytest.raises(CancelledError):
         write_splat_parts(lab, tmp_path, allowed_bytes=500_000, cancelled=cancelled)
+
+
+def test_every_object_has_a_shadow_of_a_few_dark_splats(lab, tmp_path):
+    parts = write_shadow_parts(lab, tmp_path)
+    assert [part.name for part in parts] == [shadow_part(k) for k in range(len(lab.objects))]
+    for part in parts:
+        cloud = read_splats(part.path)
+        assert 20 < len(cloud) < 600
+        assert cloud.colours().max() < 0.05
+        assert part.path.stat().st_size < 20_000

@@ -52,6 +52,14 @@ def bare(page):
     )
 
 
+def test_words_are_in_the_face_that_the_page_brings_along(shown):
+    faces = shown.evaluate("[...document.fonts].map((f) => `${f.family} ${f.weight} ${f.status}`)")
+    assert {face.replace('"', "") for face in faces} == {
+        "Atkinson Hyperlegible Next 400 loaded",
+        "Atkinson Hyperlegible Next 700 loaded",
+    }
+
+
 def test_the_room_and_its_objects_look_as_the_renderer_draws_them(shown, lab):
     bare(shown)
     shown.evaluate("viewer.seek(2000)")
@@ -71,6 +79,25 @@ def test_the_room_and_its_objects_look_as_the_renderer_draws_them(shown, lab):
     nearer = difference < np.abs(picture - elsewhere).mean(axis=2)
     assert matters.sum() > 2000
     assert nearer[matters].mean() > 0.9
+
+
+def test_a_chair_that_was_moved_darkens_the_floor_where_it_stands(shown, lab):
+    bare(shown)
+    shown.evaluate("viewer.seek(2000)")
+    page = settled(shown)
+    eye, target = (np.array(shown.evaluate(f"viewer.{end}()")) for end in ("eye", "target"))
+    unshaded = drawn_here(lab, eye, target, Pose.from_yaw(1.0, CHAIR_TO))
+
+    def darker(radius_m):
+        angles = np.arange(0, 2 * np.pi, 0.2)
+        ring = np.column_stack([np.cos(angles), np.sin(angles), 0 * angles]) * radius_m + CHAIR_TO
+        focal = 0.5 * HEIGHT / np.tan(np.radians(FIELD_OF_VIEW_DEG) / 2)
+        camera = Pinhole(WIDTH, HEIGHT, focal, focal, WIDTH / 2, HEIGHT / 2)
+        pixels, seen = camera.project(look_at(eye, target).inverse() @ ring)
+        columns, rows = np.round(pixels[seen]).astype(int).T
+        return float(np.median((unshaded - page)[rows, columns].mean(axis=1)))
+
+    assert darker(0.22) > darker(0.75) + 0.03
 
 
 def drawn_here(lab, eye, target, world_from_chair):

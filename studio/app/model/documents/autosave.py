@@ -30,6 +30,12 @@ STEM = "autosave-"
 BEGUN_NS = time.time_ns()
 """When this process began: the number alone may be that of one that is gone."""
 
+CLOCKS_NS = 5_000_000_000
+"""By so much a process's start and the clock may differ: one is counted in whole seconds."""
+
+STARTED = 19
+"""Place of a process's start among the words of `/proc/PID/stat` after its name."""
+
 NAME = re.compile(rf"{STEM}(?P<pid>\d+)(?:-(?P<begun>\d+)-\d+)?")
 """Of a file, without its suffix: process, its begin, and which of its documents."""
 
@@ -126,7 +132,7 @@ def discard(recovered: Recovered) -> None:
 
 
 def _is_at_work(pid: int, begun: str | None) -> bool:
-    """Whether the process that writes a file is there still."""
+    """Whether the process that writes a file is there still, and not another one of its number."""
     if pid == os.getpid():
         return begun == str(BEGUN_NS)
     try:
@@ -134,5 +140,19 @@ def _is_at_work(pid: int, begun: str | None) -> bool:
     except ProcessLookupError:
         return False
     except PermissionError:
-        return True
-    return True
+        pass
+    started_ns = _started_ns(pid)
+    return begun is None or started_ns is None or started_ns <= int(begun) + CLOCKS_NS
+
+
+def _started_ns(pid: int) -> int | None:
+    """When a process started, nanoseconds since 1970; None where the system does not say."""
+    try:
+        # The second word is the program's name in brackets, which may hold spaces.
+        words = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+        system = Path("/proc/stat").read_text(encoding="utf-8")
+        boot_s = int(re.findall(r"^btime (\d+)", system, re.MULTILINE)[0])
+        since_boot_s = int(words[STARTED]) / os.sysconf("SC_CLK_TCK")
+    except (OSError, ValueError, IndexError, AttributeError):
+        return None
+    return round(1e9 * (boot_s + since_boot_s))

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from PySide6.QtCore import QRegularExpression, QTimer
 from PySide6.QtGui import (
     QColor,
-    QFontDatabase,
     QSyntaxHighlighter,
     QTextCharFormat,
     QTextCursor,
@@ -17,6 +16,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QPlainTextEdit, QTextEdit
 
 from studio.app.scenario.colours import theme_of
+from studio.app.shell.theme import fixed_font
 
 TYPING_MS = 400
 """After the last key before what was typed is read."""
@@ -61,7 +61,7 @@ class ScenarioText(QPlainTextEdit):
     def __init__(self, typed: Callable[[str], object]) -> None:
         super().__init__()
         self._typed = typed
-        self.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
+        self.setFont(fixed_font())
         self.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
         self.setAccessibleName("Scenario as TOML")
         self.setTabChangesFocus(True)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -52,11 +53,14 @@ class MeshDrawer:
 
     Make it, use it and close it on one thread.
 
+    Args:
+        samples: of a pixel, for edges without steps; 0 leaves them as they are.
+
     Raises:
         NoOpenGLError: there is no way to draw off the screen.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, samples: int = 0) -> None:
         # EGL needs no display and no window of the desktop's; VTK falls back to others by itself.
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
         import vtkmodules.vtkRenderingOpenGL2  # noqa: F401 - makes the window one of OpenGL
@@ -64,7 +68,7 @@ class MeshDrawer:
 
         self._window: Any = vtkRenderWindow()
         self._window.SetOffScreenRendering(1)
-        self._window.SetMultiSamples(0)
+        self._window.SetMultiSamples(samples)
         self._window.SetAlphaBitPlanes(1)
         self._renderer: Any = vtkRenderer()
         self._renderer.SetBackground(0.0, 0.0, 0.0)
@@ -136,8 +140,10 @@ class MeshDrawer:
         from vtkmodules.util.numpy_support import vtk_to_numpy
         from vtkmodules.vtkCommonCore import vtkFloatArray, vtkUnsignedCharArray
 
+        # Where pixels have samples, the buffer that is shown is corrected for a screen's gamma,
+        # which is wrong for what is not opaque.
         pixels, buffer = vtkUnsignedCharArray(), vtkFloatArray()
-        self._window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 1, pixels)
+        self._window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, pixels)
         self._window.GetZbufferData(0, 0, width - 1, height - 1, buffer)
         # OpenGL's rows begin at the bottom.
         if pixels.GetNumberOfValues() == 0:
@@ -147,6 +153,10 @@ class MeshDrawer:
             )
         rgba = vtk_to_numpy(pixels).reshape(height, width, 4)[::-1].copy()
         level = np.asarray(vtk_to_numpy(buffer).reshape(height, width)[::-1], dtype=np.float32)
+        # The depth of an edge's pixel is that of one of its samples, which may be the one behind.
+        missed = (level >= 1.0) & (rgba[..., 3] > 0)
+        if missed.any():
+            level = np.where(missed, cv2.erode(level, np.ones((3, 3), np.uint8)), level)
         rgba[level >= 1.0] = 0
         # What is half transparent comes multiplied by its share.
         half = (rgba[..., 3] > 0) & (rgba[..., 3] < 255)

@@ -1,6 +1,6 @@
 import pytest
 
-from studio.app.measure.figures import kill_rows, opening_rows
+from studio.app.measure.figures import opening_rows
 from studio.console.display import why_no_window
 
 WHY_NOT = why_no_window()
@@ -8,12 +8,6 @@ pytestmark = [
     pytest.mark.gui,
     pytest.mark.skipif(WHY_NOT is not None, reason=f"no window here: {WHY_NOT}"),
 ]
-
-
-def test_a_killed_window_loses_less_than_two_seconds():
-    (row,) = kill_rows(1)
-    assert row.name == "studio.kill9.lost_s.max"
-    assert 0.0 <= row.value <= 2.0
 
 
 def test_opening_is_measured_from_the_start_of_the_process():

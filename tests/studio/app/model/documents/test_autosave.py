@@ -143,6 +143,18 @@ def test_a_process_of_the_same_number_does_not_claim_what_another_has_left(tmp_p
     assert [item.document.seed for item in recoverable(tmp_path)] == [3]
 
 
+@pytest.mark.skipif(not Path("/proc/stat").exists(), reason="only there a start is known")
+def test_a_later_process_of_a_killed_studio_s_number_does_not_hide_its_work(tmp_path):
+    """After a power cut, numbers begin anew: something else has the studio's."""
+    other = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
+    now_ns = time.time_ns()
+    for seed, begun_ns in ((1, now_ns - 3_600_000_000_000), (2, now_ns)):
+        left = tmp_path / f"autosave-{other.pid}-{begun_ns}-{seed}.nexus"
+        save_document(Document("lab", seed=seed), left)
+    assert [item.document.seed for item in recoverable(tmp_path)] == [1]
+    other.communicate()
+
+
 def test_what_is_saved_is_not_offered(tmp_path):
     autosave = Autosave(tmp_path, pid=gone_pid())
     autosave.keep(Document("lab"))

@@ -70,6 +70,24 @@ def test_half_transparent_shapes_have_depth_and_their_own_colour(drawer):
     assert np.abs(half.rgba[inside][:, :3].astype(int) - full.rgba[inside][:, :3]).mean() < 6
 
 
+def test_edges_have_no_steps_and_the_colour_of_what_they_are_of(drawer):
+    sharp = drawer.draw([ball()], CENTRED, EYE)
+    smoother = MeshDrawer(samples=4)
+    smooth = smoother.draw([ball()], CENTRED, EYE)
+    smoother.close()
+    edge = (smooth.rgba[..., 3] > 0) & (smooth.rgba[..., 3] < 255)
+    assert not ((sharp.rgba[..., 3] > 0) & (sharp.rgba[..., 3] < 255)).any()
+    assert edge.sum() > 60
+    # The outline is the same: what pixels cover adds up to as much.
+    covered = [float(drawn.rgba[..., 3].astype(int).sum()) for drawn in (smooth, sharp)]
+    assert covered[0] == pytest.approx(covered[1], rel=0.02)
+    assert np.isfinite(smooth.depth[edge]).all()
+    # An orange ball has orange edges, red at least twice as strong as blue and no more than before.
+    red, _, blue = smooth.rgba[edge][:, :3].astype(int).T
+    assert (red >= 2 * blue).mean() > 0.95
+    assert red.max() <= int(sharp.rgba[..., 0].max()) + 8
+
+
 def test_a_moved_body_moves_and_a_removed_one_goes(drawer):
     there = drawer.draw([ball()], CENTRED, EYE)
     moved = Solid("ball", "ball", (1.0, 1.0, 1.0), (1.0, 0.5, 0.2), Pose.from_yaw(0, (0, 1.2, 0.4)))
