@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from scenes.prepare.room_splats import PREVIEWS
-from studio.app.model.measured_line import MeasuredLine, free_place
+from studio.app.model.documents.dropped import SPLATS
+from studio.app.model.measured_line import MeasuredLine, free_name, free_place
 from studio.app.preparation.child import Child
 from studio.app.preparation.stage_lines import StageLine, stages_of
 from studio.evaluate.prepared.outcome import OUTCOME
@@ -63,6 +64,22 @@ class Scale:
         return words
 
 
+def place_of_room(source: Path) -> Path:
+    """The folder of the room that is made of a source.
+
+    A room that was made of photos before is made again in its place, from the stages that are kept;
+    but not one of which objects were cut out since, nor one of a splat file.
+    """
+    place = source.with_name(f"{source.stem}.gnx")
+    if source.is_file() and source.suffix.lower() in SPLATS:
+        return free_name(source, source.stem)
+    try:
+        objects = json.loads((place / "scene.json").read_text(encoding="utf-8")).get("objects")
+    except (OSError, ValueError):
+        return place
+    return free_name(source, source.stem) if objects else place
+
+
 def preparation_words(
     source: Path, out: Path, scale: Scale, *, quality: str = "default", seed: int = 0
 ) -> list[str]:
@@ -80,6 +97,11 @@ def splat_file_words(source: Path, out: Path, scale: Scale) -> list[str]:
     if not scale.is_known:
         raise ValueError(UNKNOWN_SCALE)
     return ["convert", str(source), str(out), "--json", *scale.flags()]
+
+
+def reality_words(scene: Path) -> list[str]:
+    """The command line that trains what stands for a prepared room in rehearsals."""
+    return ["rehearse", str(scene), "--only-train"]
 
 
 def rescaling_words(line: MeasuredLine, true_m: float) -> tuple[list[str], Path]:

@@ -29,7 +29,9 @@ from studio.app.preparation.preparation_job import (
     UNKNOWN_SCALE,
     PreparationJob,
     Scale,
+    place_of_room,
     preparation_words,
+    reality_words,
     splat_file_words,
 )
 from studio.app.preparation.stage_lines import StageLine
@@ -182,7 +184,7 @@ class RoomPage(QScrollArea):
             raise ValueError("nothing to prepare yet: drop a video or a folder of photos")
         if self.job is not None and self.job.is_running:
             raise ValueError("a preparation is running: cancel it first")
-        out = self.source.with_name(f"{self.source.stem}.gnx")
+        out = place_of_room(self.source)
         if self._is_splat_file:
             words = splat_file_words(self.source, out, self.scale())
         else:
@@ -192,6 +194,23 @@ class RoomPage(QScrollArea):
             words = preparation_words(self.source, out, only, quality=quality)
             words += [] if self.mesh is None else ["--mesh", str(self.mesh)]
         self.job, self._is_open, self._preview = PreparationJob(words, out), True, None
+        self.codes.hide()
+        self.verdict.clear()
+        self.refresh()
+
+    def train_reality(self) -> None:
+        """Begin to train what stands for the open room in rehearsals.
+
+        Raises:
+            ValueError: a preparation is running, or no prepared room is open.
+        """
+        if self.job is not None and self.job.is_running:
+            raise ValueError("a preparation is running: cancel it first")
+        scene = Path(self._bench.document.scene)
+        if not (scene / "scene.json").is_file():
+            raise ValueError(f"{scene}: is no prepared room: open one that was made from photos")
+        self.job = PreparationJob(reality_words(scene), scene)
+        self._is_open, self._preview = True, None
         self.codes.hide()
         self.verdict.clear()
         self.refresh()
