@@ -54,6 +54,7 @@ class ScenarioDock(QWidget):
         super().__init__()
         self._bench = bench
         self.editing = ScenarioEditing(bench)
+        bench.share(self.editing)
         self._plan: RoomPlan | None = None
         self._blocks: tuple[Block, ...] = ()
         self._planned: tuple[Scenario, RoomPlan] | None = None
