@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from scenes.prepare.room_splats import PREVIEWS
-from studio.app.model.documents.dropped import SPLATS
+from studio.app.model.documents.dropped import SPLATS, photos_of, poses_in
 from studio.app.model.measured_line import MeasuredLine, free_name, free_place
 from studio.app.preparation.child import Child
 from studio.app.preparation.stage_lines import StageLine, stages_of
@@ -83,8 +83,11 @@ def place_of_room(source: Path) -> Path:
 def preparation_words(
     source: Path, out: Path, scale: Scale, *, quality: str = "default", seed: int = 0
 ) -> list[str]:
-    """The command line that prepares a video or a folder of photos."""
-    words = ["prepare", str(source), "--out", str(out), "--quality", quality]
+    """The command line that prepares a video or a folder of photos, with its poses if any."""
+    poses = poses_in(source) if source.is_dir() else None
+    photos = photos_of(source) if source.is_dir() else source
+    words = ["prepare", str(photos), "--out", str(out), "--quality", quality]
+    words += [] if poses is None else ["--poses", str(poses)]
     return [*words, "--seed", str(seed), "--json", *scale.flags()]
 
 

@@ -22,7 +22,14 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from studio.app.model.documents.dropped import MESHES, SPLATS, VIDEOS
+from studio.app.model.documents.dropped import (
+    MESHES,
+    PICTURES,
+    SPLATS,
+    VIDEOS,
+    photos_of,
+    poses_in,
+)
 from studio.app.model.workbench import Workbench
 from studio.app.preparation.length_picker import LengthPicker
 from studio.app.preparation.preparation_job import (
@@ -152,20 +159,23 @@ class RoomPage(QScrollArea):
         self.refresh()
 
     def add(self, path: Path) -> None:
-        """Take what was dropped.
+        """Take what was dropped; of a photo, all in its folder.
 
         Raises:
             ValueError: it is not there.
         """
         if not path.exists():
             raise ValueError(f"{path}: there is no such file or folder")
+        path = path.parent if path.suffix.lower() in PICTURES and path.is_file() else path
         if path.suffix.lower() in MESHES:
             self.mesh = path
         else:
             self.source = path
-            self.ends.show_photos(path)
+            self.ends.show_photos(photos_of(path) if path.is_dir() else path)
         names = [item.name for item in (self.source, self.mesh) if item is not None]
-        self.drop.setText("\n+ mesh ".join(names))
+        poses = poses_in(path) if path.is_dir() else None
+        words = [] if poses is None else [f"with the poses of {poses.name}"]
+        self.drop.setText("\n".join(["\n+ mesh ".join(names), *words]))
         self._show_notice()
         self.refresh()
 
@@ -299,7 +309,7 @@ class RoomPage(QScrollArea):
         return super().eventFilter(watched, event)
 
     def _ask_file(self) -> None:
-        kinds = " ".join(f"*{suffix}" for suffix in sorted(VIDEOS | SPLATS | MESHES))
+        kinds = " ".join(f"*{suffix}" for suffix in sorted(VIDEOS | SPLATS | MESHES | PICTURES))
         chosen, _ = QFileDialog.getOpenFileName(self, "Prepare a room of", "", f"Files ({kinds})")
         if chosen:
             self._bench.do("preparation.add", path=chosen)

@@ -95,6 +95,15 @@ def test_a_room_whose_objects_were_cut_out_is_not_made_again_in_its_place(scene,
     assert place_of_room(photos) == tmp_path / "crate-2.gnx"
 
 
+def test_poses_of_another_program_beside_the_photos_are_taken(tmp_path):
+    (tmp_path / "images").mkdir()
+    (tmp_path / "transforms.json").touch()
+    words = preparation_words(tmp_path, Path("o"), Scale())
+    assert words[:4] == ["prepare", str(tmp_path / "images"), "--out", "o"]
+    assert words[words.index("--poses") + 1] == str(tmp_path / "transforms.json")
+    assert "--poses" not in preparation_words(tmp_path / "images", Path("o"), Scale())
+
+
 def test_a_preparation_that_cannot_be_says_what_to_do(tmp_path):
     photos = tmp_path / "photos"
     photos.mkdir()
