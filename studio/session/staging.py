@@ -31,10 +31,6 @@ OPTIMISM = (
 """How far a rehearsal in a scan is to be trusted: `nexus evaluate twin` on room C, docs/twin.md."""
 
 
-class NotRehearsableError(ValueError):
-    """The scene lacks something that a rehearsal in it needs, and that can be made."""
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Staging:
     """A room, its scan, and what happens in it.
@@ -158,7 +154,7 @@ def _scan(
         parts = TakenApart(scene.room, {}, {})
         words = "the scan itself: it has no movable object, so nothing is tracked"
     else:
-        raise NotRehearsableError(
+        raise ValueError(
             f"{path}: a scan of a real room that nothing stands for yet: the tracker would see its "
             "own model; `nexus rehearse` makes it from the photos, or `nexus prepare --rehearsable`"
         )
@@ -167,10 +163,7 @@ def _scan(
     for item in scene.objects:
         if item.object_id not in parts.objects and item.object_id not in parts.missing:
             log.warning(missing(item))
-    try:
-        room = scanned_room(scene, parts, renderer)
-    except ValueError as error:
-        raise NotRehearsableError(str(error)) from None
+    room = scanned_room(scene, parts, renderer)
     if fork is not None:
         scenario, text = fork.scenario, fork.info.scenario
     elif scenario_name is not None:

@@ -43,11 +43,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="of a scan's preparation, where what stands for the real room is trained the first "
         "time (SCENE.prepare)",
     )
-    parser.add_argument(
-        "--only-train",
-        action="store_true",
-        help="of a scan: train what stands for the real room if that is missing, and end",
-    )
     add_unit_flags(parser)
     pace = parser.add_mutually_exclusive_group()
     pace.add_argument(
@@ -73,9 +68,6 @@ def run(args: argparse.Namespace) -> int:
         return run_sweep(args)
     if args.cluster is not None:
         raise ValueError("--cluster plays sweeps only: name one with --sweep")
-    if args.only_train:
-        scene_to_rehearse(args)
-        return 0
     from studio.console.display import why_no_window
     from studio.console.progress import text_progress
     from studio.console.rows import as_json, as_table, exit_code

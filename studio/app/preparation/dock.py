@@ -62,13 +62,6 @@ class PreparationDock(QWidget):
                 "its floor and walls are found; its unit or its ceiling's height is asked for",
                 arguments=("path",),
             ),
-            Action(
-                "preparation.train_reality",
-                "Train what stands for the real room",
-                group,
-                self.train_reality,
-                "a second reconstruction from the photos, once: rehearsals show it to the tracker",
-            ),
             Action("preparation.cancel", "Cancel the preparation", group, self.room.cancel),
             Action(
                 "preparation.cut",
@@ -89,15 +82,7 @@ class PreparationDock(QWidget):
             ValueError: it is not there.
         """
         self.room.add(Path(path or self._bench.document.scene))
-        self._show(self.room)
-
-    def train_reality(self) -> None:
-        """Train what stands for the open room, and show how far it is; see `RoomPage`."""
-        self.room.train_reality()
-        self._show(self.room)
-
-    def _show(self, page: QWidget) -> None:
-        self.tabs.setCurrentWidget(page)
+        self.tabs.setCurrentWidget(self.room)
         if "dock.preparation" in self._bench.actions:
             self._bench.do("dock.preparation")
 

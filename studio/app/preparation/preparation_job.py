@@ -102,11 +102,6 @@ def splat_file_words(source: Path, out: Path, scale: Scale) -> list[str]:
     return ["convert", str(source), str(out), "--json", *scale.flags()]
 
 
-def reality_words(scene: Path) -> list[str]:
-    """The command line that trains what stands for a prepared room in rehearsals."""
-    return ["rehearse", str(scene), "--only-train"]
-
-
 def rescaling_words(line: MeasuredLine, true_m: float) -> tuple[list[str], Path]:
     """The command line that makes a scene in which a measured line has its true length.
 

@@ -38,7 +38,6 @@ from studio.app.preparation.preparation_job import (
     Scale,
     place_of_room,
     preparation_words,
-    reality_words,
     splat_file_words,
 )
 from studio.app.preparation.stage_lines import StageLine
@@ -204,23 +203,6 @@ class RoomPage(QScrollArea):
             words = preparation_words(self.source, out, only, quality=quality)
             words += [] if self.mesh is None else ["--mesh", str(self.mesh)]
         self.job, self._is_open, self._preview = PreparationJob(words, out), True, None
-        self.codes.hide()
-        self.verdict.clear()
-        self.refresh()
-
-    def train_reality(self) -> None:
-        """Begin to train what stands for the open room in rehearsals.
-
-        Raises:
-            ValueError: a preparation is running, or no prepared room is open.
-        """
-        if self.job is not None and self.job.is_running:
-            raise ValueError("a preparation is running: cancel it first")
-        scene = Path(self._bench.document.scene)
-        if not (scene / "scene.json").is_file():
-            raise ValueError(f"{scene}: is no prepared room: open one that was made from photos")
-        self.job = PreparationJob(reality_words(scene), scene)
-        self._is_open, self._preview = True, None
         self.codes.hide()
         self.verdict.clear()
         self.refresh()

@@ -17,7 +17,6 @@ from PySide6.QtWidgets import (
 )
 
 from studio.app.model.measured_line import MeasuredLine
-from studio.app.model.runs.rehearsable import MAKE_ROOM, MEASURE
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.preparation.preparation_job import PreparationJob, rescaling_words
 from studio.app.preparation.stage_lines import StageLine
@@ -31,6 +30,8 @@ UNKNOWN_UNIT = (
     "{name} does not say how long its unit is: one unit is shown as one metre. Measure something "
     "whose length you know, or make a room of it by the height of its ceiling."
 )
+MAKE_ROOM, MEASURE = "Make a room of it", "Measure something"
+"""Words on the buttons of that."""
 NOT_MEASURED = "Nothing is measured in this room yet."
 CANCELLED = "cancelled: the room keeps its scale"
 OPEN_IT = ": open it when what you have changed meanwhile is saved"

@@ -21,7 +21,6 @@ class Ending:
         shown: the recording that is opened now; None if there is none.
         kept: of a session that was stopped: its recording, which is not opened by itself.
         is_failure: whether it came to nothing that was wanted.
-        is_unfit: whether that was because the room lacks what a rehearsal needs.
     """
 
     line: str
@@ -29,21 +28,18 @@ class Ending:
     shown: Path | None = None
     kept: Path | None = None
     is_failure: bool = False
-    is_unfit: bool = False
 
 
 def ending_of(job: SceneJob) -> Ending:
     """How a job that no longer runs has ended."""
     from studio.session.pipeline import CancelledError
-    from studio.session.staging import NotRehearsableError
 
     performance = job.performance
     if isinstance(job.failure, CancelledError):
         return Ending("stopped before anything was recorded", "info")
     if job.failure is not None:
         words = " ".join(str(job.failure).split()) or type(job.failure).__name__
-        is_unfit = isinstance(job.failure, NotRehearsableError)
-        return Ending(words, "error", is_failure=True, is_unfit=is_unfit)
+        return Ending(words, "error", is_failure=True)
     if performance is not None and performance.cut_short:
         text = f"{performance.cut_short}; what was recorded is kept as {performance.folder.name}"
         return Ending(text, "info", kept=performance.folder / RECORDING)

@@ -12,7 +12,6 @@ from studio.app.model.documents.document import Document, TrackerChoice
 from studio.app.model.jobs.scene_job import SceneJob
 from studio.app.model.jobs.share_job import ShareJob
 from studio.app.model.runs.ending import Ending, ending_of
-from studio.app.model.runs.rehearsable import missing_to_rehearse
 from studio.app.model.runs.session_folders import SessionFolders, let_go, reserved
 from studio.app.model.runs.trackers import Trackers
 from studio.app.model.workbench import Topic, Workbench
@@ -368,10 +367,7 @@ class SessionRun:
         if ending.level is not None:
             bench.say(ending.level, ending.line)
         if ending.is_failure and not is_followed:
-            missing = missing_to_rehearse(bench) if ending.is_unfit else None
-            bench.notify(
-                missing.text if missing else ending.line, ways=missing.ways if missing else {}
-            )
+            bench.notify(ending.line)
         if kept is not None and not is_followed:
             bench.notify(ending.line, "info", {"Look at it": lambda: self._look_at(kept)})
 

@@ -53,30 +53,6 @@ def test_a_room_is_arranged_rehearsed_twice_and_the_first_run_found(hand):
     within(hand)
 
 
-def test_a_room_that_lacks_something_says_what_helps_by_a_button(desk, hand):
-    from studio.session.staging import NotRehearsableError
-
-    def unfit():
-        raise NotRehearsableError("a scan that nothing stands for yet")
-        yield
-
-    window, bench = desk.window, desk.window.bench
-    desk.options["inputs"] = unfit
-    hand.button("Rehearse", window.menus.toolbar)
-    desk.until(window.problem.isVisible)
-    assert "Undo the cut to rehearse with people alone" in window.problem.text
-    (desk.room.with_name("tiny.gnx.prepare") / "training").mkdir(parents=True)
-    window.problem.hide()
-    hand.button("Rehearse", window.menus.toolbar)
-    desk.until(window.problem.isVisible)
-    hand.button("Train it from the photos")
-    page = window.content("preparation").room
-    assert page.isVisible()
-    desk.until(lambda: bool(page.verdict.text()))
-    assert "no finished preparation" in page.verdict.text()
-    assert bench.document.scene == str(desk.room)
-
-
 @pytest.mark.slow
 def test_every_task_of_the_first_day_takes_eight_clicks_at_most(tmp_path):
     from studio.app.measure.first_time import first_time
