@@ -95,7 +95,7 @@ SYNONYMS: Mapping[str, tuple[str, ...]] = {
     "play": ("rehearse",),
     "preferences": ("dark", "keys", "text"),
     "publish": ("share",),
-    "reconstruct": ("prepare", "train"),
+    "reconstruct": ("prepare",),
     "record": ("rehearse", "live", "film"),
     "recordings": ("sessions",),
     "render": ("film", "picture"),
