@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QDialog
 
 from studio.app.measure.clicking import DeadEndError, Hand
 from studio.app.measure.process import measured
@@ -209,8 +209,11 @@ def share(hand: Hand) -> None:
     """Film, viewer and sheet are made, and shown in their folder."""
     window = hand.window
     hand.button("Share", window.menus.toolbar)
+    asked = [each for each in window.findChildren(QDialog) if each.isVisible()]
+    if asked:  # where to, and what of it
+        hand.button("Share", asked[0])
     hand.until(lambda: not window.run.is_sharing, "what can be shared")
-    hand.until(lambda: "shared" in window.line or "shared" in window.problem.text, "where it is")
+    hand.until(lambda: "hared" in window.line or "hared" in window.problem.text, "where it is")
 
 
 def _px(scale: float, place: tuple[float, ...]) -> tuple[int, int]:
