@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from scenes.formats.containers.glb import MAGIC as GLB_MAGIC
@@ -16,6 +17,8 @@ from scenes.formats.storage.bad_rows import in_words
 from scenes.formats.storage.blocks import SplatBlocks, in_blocks, whole
 from scenes.formats.storage.error import FormatError, refusal
 from scenes.formats.usd import write_usd_blocks
+from scenes.frames import WORLD_FROM_FORWARD_CAMERA
+from scenes.harmonics import turned
 from scenes.splats import SplatCloud
 
 Read = Callable[[Path], SplatBlocks]
@@ -120,6 +123,26 @@ def require_writer(path: Path) -> tuple[SplatFormat, Write]:
         what = "an unknown ending" if named is None else f"{named.name} is read only"
         raise refusal(path, "", what, f"choose a name that ends in one of {WRITABLE}")
     return named, named.write
+
+
+def require_world_writer(path: Path) -> tuple[SplatFormat, Write]:
+    """As `require_writer`, for splats in the world frame (Z up), as packages have them.
+
+    The writer turns them to the axes of the format; a PLY file says instead that they are as they
+    are.
+
+    Raises:
+        FormatError: the ending is unknown or of a read-only format.
+    """
+    named, write = require_writer(path)
+    if write is write_ply_blocks:
+        return named, partial(write_ply_blocks, comments=[WORLD_COMMENT])
+
+    def write_turned(target: Path, splats: SplatBlocks) -> int:
+        file_from_world = WORLD_FROM_FORWARD_CAMERA.inverse()
+        return write(target, splats.changed(lambda cloud: turned(cloud, file_from_world)))
+
+    return named, write_turned
 
 
 def is_in_world_frame(path: str | Path) -> bool:

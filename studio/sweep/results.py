@@ -32,7 +32,7 @@ class SweepFolder:
         if folder.exists() and not folder.is_dir():
             raise ValueError(f"{folder}: is a file; choose another folder with --out")
         names = sorted(e.name for e in folder.iterdir()) if folder.exists() else []
-        foreign = [name for name in names if name.split(".part-")[0] not in OWN_NAMES]
+        foreign = [name for name in names if not _is_own(name.split(".part-")[0])]
         if foreign:
             raise ValueError(
                 f"{folder}: holds {foreign[0]!r}, which no sweep wrote; "
@@ -75,6 +75,11 @@ class SweepFolder:
 
     def _path(self, run: Run) -> Path:
         return self._folder / RUNS / f"{run.name}.json"
+
+
+def _is_own(name: str) -> bool:
+    """Whether a sweep wrote it, or it is what the sweep was made of: its file, a scenario."""
+    return name in OWN_NAMES or name.endswith(".toml")
 
 
 def run_hash(run: Run) -> str:

@@ -84,6 +84,7 @@ def _window_rows(args: argparse.Namespace) -> list[Row]:
         opening_rows,
         orbiting_rows,
     )
+    from studio.app.measure.first_time import task_rows
     from studio.app.measure.killing import kill_rows
     from studio.app.measure.seeking import seek_rows
     from studio.app.measure.walking import walked_rows
@@ -98,7 +99,9 @@ def _window_rows(args: argparse.Namespace) -> list[Row]:
     rows += open_close_rows(args.rounds)
     rows += kill_rows(args.kills)
     print("walking …", file=sys.stderr)
-    return rows + walked_rows()
+    rows += walked_rows()
+    print("first-time tasks …", file=sys.stderr)
+    return rows + task_rows()
 
 
 def _day_rows(rows: list[Row], only: list[str] | tuple[str, ...]) -> list[Row]:

@@ -6,21 +6,19 @@ import argparse
 import json
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
-from scenes.formats.ply import WORLD_COMMENT, write_ply_blocks
 from scenes.formats.registry import (
     READABLE,
     WRITABLE,
     is_in_world_frame,
     read_splat_file,
+    require_world_writer,
     require_writer,
 )
 from scenes.formats.storage.bad_rows import CountError, all_announced, in_words
 from scenes.formats.storage.blocks import ROWS_PER_BLOCK, SplatBlocks, in_blocks
 from scenes.formats.storage.error import refusal
-from scenes.frames import WORLD_FROM_FORWARD_CAMERA
 from scenes.harmonics import turned
 from scenes.opening import open_scene
 from scenes.package import ScenePackage, is_package, save_package
@@ -104,26 +102,22 @@ def convert(source: Path, target: Path, *, progress: Progress) -> dict[str, obje
     if target.exists() and source.exists() and target.samefile(source):
         raise refusal(target, "", "is the file to read", "choose another name to write")
     splats, in_world = _read(source)
-    if in_world and written.write is write_ply_blocks:
-        write = partial(write_ply_blocks, comments=[WORLD_COMMENT])
+    if in_world:
+        _, write = require_world_writer(target)
 
-    def placed(splats: SplatBlocks) -> SplatBlocks:
-        if in_world and written.write is not write_ply_blocks:
-            splats = splats.changed(
-                lambda cloud: turned(cloud, WORLD_FROM_FORWARD_CAMERA.inverse())
-            )
+    def watched(splats: SplatBlocks) -> SplatBlocks:
         if splats.count >= SHOWN_FROM:
             splats = replace(splats, blocks=_shown(splats, target, progress))
         return splats
 
     announced = splats.count
     try:
-        size = write(target, placed(all_announced(splats)))
+        size = write(target, watched(all_announced(splats)))
     except CountError as error:
         # Formats begin with the number of splats, which is known only now.
         splats, _ = _read(source)
         splats = replace(splats, count=error.count)
-        size = write(target, placed(splats))
+        size = write(target, watched(splats))
     return {
         "verb": "convert",
         "source": str(source),

@@ -239,6 +239,13 @@ def step(name: str, folder: str) -> dict[str, Any]:
     raise ValueError(f"no measurement {name!r}")
 
 
+def tasks(folder: str) -> dict[str, Any]:
+    """Clicks of the first-time tasks, see `first_time.first_time`."""
+    from studio.app.measure.first_time import first_time
+
+    return first_time(folder)
+
+
 SHORT = Path(__file__).with_name("short.toml")
 """A rehearsal of a second: what is repeated fifty times."""
 
@@ -252,6 +259,7 @@ MEASURES: dict[str, Callable[..., dict[str, Any]]] = {
     "soaking": soaking,
     "step": step,
     "using": using,
+    "tasks": tasks,
 }
 
 

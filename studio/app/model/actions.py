@@ -66,6 +66,72 @@ class Action:
         return self.available is None or self.available()
 
 
+SYNONYMS: Mapping[str, tuple[str, ...]] = {
+    "annotate": ("note", "mark"),
+    "batch": ("sweep",),
+    "benchmark": ("sweep",),
+    "branch": ("fork",),
+    "comment": ("note", "mark"),
+    "connect": ("live",),
+    "crop": ("cut",),
+    "delete": ("remove",),
+    "diff": ("compare",),
+    "distance": ("measure",),
+    "documentation": ("manual",),
+    "dump": ("export",),
+    "erase": ("remove", "delete"),
+    "exit": ("quit",),
+    "experiment": ("sweep", "fork"),
+    "export": ("share", "picture of", "film", "save"),
+    "extract": ("cut",),
+    "font": ("text",),
+    "gravity": ("physics",),
+    "guide": ("manual", "first page"),
+    "help": ("manual", "keys"),
+    "history": ("sessions", "undo"),
+    "hotkey": ("keys",),
+    "import": ("open", "mesh", "prepare"),
+    "licence": ("about",),
+    "license": ("about",),
+    "load": ("open",),
+    "movie": ("film",),
+    "options": ("tracker", "dark", "keys"),
+    "play": ("rehearse",),
+    "preferences": ("dark", "keys", "text"),
+    "publish": ("share",),
+    "reconstruct": ("prepare",),
+    "record": ("rehearse", "live", "film"),
+    "recordings": ("sessions",),
+    "render": ("film", "picture"),
+    "revert": ("undo",),
+    "rotate": ("turn",),
+    "ruler": ("measure",),
+    "run": ("rehearse", "physics"),
+    "runs": ("sessions",),
+    "scan": ("prepare",),
+    "screenshot": ("picture",),
+    "segment": ("cut",),
+    "send": ("share",),
+    "settings": ("tracker", "dark", "keys"),
+    "shortcut": ("keys",),
+    "simulate": ("rehearse", "physics"),
+    "simulation": ("rehearse", "physics"),
+    "snapshot": ("picture",),
+    "stream": ("live",),
+    "train": ("prepare",),
+    "translate": ("move",),
+    "trash": ("remove", "delete"),
+    "tutorial": ("first page", "manual"),
+    "version": ("about",),
+    "video": ("film",),
+    "zoom": ("frame", "text"),
+}
+"""Words that people type who come from other programs, and what the same is called here."""
+
+LEAST_TYPED = 3
+"""Letters from which on a beginning is taken for one of these words."""
+
+
 class ActionError(ValueError):
     """An action is not known, cannot be done now, or was given a wrong argument."""
 
@@ -133,19 +199,32 @@ class ActionTable:
 
 
 def matching(actions: Iterator[Action] | ActionTable, typed: str) -> list[Action]:
-    """Actions whose title, group or id contains every typed word, best first; all for ""."""
-    words = typed.lower().split()
+    """Actions whose title, group, id or hint has every typed word, best first; all for "".
 
-    def rank(action: Action) -> tuple[int, str] | None:
+    A word of another program counts as ours, see `SYNONYMS`: behind what has it literally, and
+    only in titles.
+    """
+    words = typed.lower().split()
+    same = {word: _ours(word) for word in words}
+
+    def rank(action: Action) -> tuple[int, int, str] | None:
         title = action.title.lower()
         text = f"{action.group.lower()} {title} {action.id} {action.hint.lower()}"
-        if not all(word in text for word in words):
+        foreign = [word for word in words if word not in text]
+        if not all(any(ours in title for ours in same[word]) for word in foreign):
             return None
         starts = sum(any(part.startswith(word) for part in title.split()) for word in words)
-        return -starts, title
+        return len(foreign), -starts, title
 
     ranked = [(rank(action), action) for action in actions]
     found = [(key, action) for key, action in ranked if key is not None]
     if not words:
         return [action for _, action in found]
     return [action for _, action in sorted(found, key=lambda pair: pair[0])]
+
+
+def _ours(word: str) -> tuple[str, ...]:
+    """What a word of other programs, or the beginning of one, is called here."""
+    if len(word) < LEAST_TYPED:
+        return ()
+    return tuple(ours for key, each in SYNONYMS.items() if key.startswith(word) for ours in each)

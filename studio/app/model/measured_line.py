@@ -33,9 +33,13 @@ class MeasuredLine:
 
 def free_place(scene: Path) -> Path:
     """A folder beside a scene or splat file that is not there yet, for the scene made of it."""
-    stem = scene.stem if scene.is_file() else f"{scene.stem}-scaled"
-    place, number = scene.with_name(f"{stem}.gnx"), 1
+    return free_name(scene, scene.stem if scene.is_file() else f"{scene.stem}-scaled")
+
+
+def free_name(source: Path, stem: str) -> Path:
+    """A folder `STEM.gnx` beside something, or `STEM-2.gnx` and so on, that is not there yet."""
+    place, number = source.with_name(f"{stem}.gnx"), 1
     while place.exists():
         number += 1
-        place = scene.with_name(f"{stem}-{number}.gnx")
+        place = source.with_name(f"{stem}-{number}.gnx")
     return place

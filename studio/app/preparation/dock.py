@@ -23,6 +23,7 @@ class PreparationDock(QWidget):
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__()
+        self._bench = bench
         self.room = RoomPage(bench)
         self.cut = CutPage(bench)
         self.scale = ScalePage(bench)
@@ -30,6 +31,7 @@ class PreparationDock(QWidget):
         self.tabs.addTab(self.room, "Room")
         self.tabs.addTab(self.cut, "Objects")
         self.tabs.addTab(self.scale, "Scale")
+        self.scale.asked.connect(lambda: self.tabs.setCurrentWidget(self.scale))
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(self.tabs)
@@ -51,6 +53,14 @@ class PreparationDock(QWidget):
                 self.scale.begin,
                 "how long what was measured is really; makes a new scene, the old one stays",
                 arguments=("metres",),
+            ),
+            Action(
+                "preparation.room_of",
+                "Make a room of the splat file",
+                group,
+                self.make_room_of,
+                "its floor and walls are found; its unit or its ceiling's height is asked for",
+                arguments=("path",),
             ),
             Action(
                 "preparation.cancel",
@@ -85,6 +95,17 @@ class PreparationDock(QWidget):
         ):
             if action.id not in bench.actions:
                 bench.actions.add(action)
+
+    def make_room_of(self, path: str = "") -> None:
+        """Show the page on which a splat file becomes a room; without a path, of the open one.
+
+        Raises:
+            ValueError: it is not there.
+        """
+        self.room.add(Path(path or self._bench.document.scene))
+        self.tabs.setCurrentWidget(self.room)
+        if "dock.preparation" in self._bench.actions:
+            self._bench.do("dock.preparation")
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """What runs on the pages ends with the window."""

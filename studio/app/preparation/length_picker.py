@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from PySide6.QtCore import QSize
-from PySide6.QtGui import QImage, QImageReader
+import cv2
+from PySide6.QtGui import QImage
 from PySide6.QtWidgets import (
     QComboBox,
     QDoubleSpinBox,
@@ -15,6 +15,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from scenes.prepare.footage.picture_files import read_upright
 from studio.app.model.documents.dropped import PICTURES
 from studio.app.preparation.photo_marker import MarkTool, PhotoMarker
 from studio.app.preparation.preparation_job import Pick
@@ -85,15 +86,15 @@ class LengthPicker(QWidget):
         if self._folder is None or not name:
             self.marker.show_image(QImage())
             return
-        reader = QImageReader(str(self._folder / name))
-        reader.setAutoTransform(True)
-        whole = reader.size()
-        if max(whole.width(), whole.height()) > SHOWN_PX:
-            share = SHOWN_PX / max(whole.width(), whole.height())
-            reader.setScaledSize(QSize(*(round(s * share) for s in whole.toTuple())))
-        image = reader.read()
-        shown = max(image.width(), image.height(), 1)
-        self._scale = max(whole.width(), whole.height(), 1) / shown
+        picture = read_upright(self._folder / name)  # what Qt cannot read, too: HEIC
+        image = QImage()
+        self._scale = 1.0
+        if picture is not None:
+            longest = max(picture.shape[:2])
+            self._scale = max(longest / SHOWN_PX, 1.0)
+            height, width = (round(side / self._scale) for side in picture.shape[:2])
+            shown = cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA)
+            image = QImage(shown.data, width, height, 3 * width, QImage.Format.Format_BGR888).copy()
         self.marker.hint = f"{name} cannot be shown"
         self.marker.show_image(image)
         self._show_marks()

@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from scenes.prepare.room_splats import PREVIEWS
-from studio.app.model.measured_line import MeasuredLine, free_place
+from studio.app.model.documents.dropped import SPLATS, photos_of, poses_in
+from studio.app.model.measured_line import MeasuredLine, free_name, free_place
 from studio.app.preparation.child import Child
 from studio.app.preparation.stage_lines import StageLine, stages_of
 from studio.evaluate.prepared.outcome import OUTCOME
@@ -63,11 +64,30 @@ class Scale:
         return words
 
 
+def place_of_room(source: Path) -> Path:
+    """The folder of the room that is made of a source.
+
+    A room that was made of photos before is made again in its place, from the stages that are kept;
+    but not one of which objects were cut out since, nor one of a splat file.
+    """
+    place = source.with_name(f"{source.stem}.gnx")
+    if source.is_file() and source.suffix.lower() in SPLATS:
+        return free_name(source, source.stem)
+    try:
+        objects = json.loads((place / "scene.json").read_text(encoding="utf-8")).get("objects")
+    except (OSError, ValueError):
+        return place
+    return free_name(source, source.stem) if objects else place
+
+
 def preparation_words(
     source: Path, out: Path, scale: Scale, *, quality: str = "default", seed: int = 0
 ) -> list[str]:
-    """The command line that prepares a video or a folder of photos."""
-    words = ["prepare", str(source), "--out", str(out), "--quality", quality]
+    """The command line that prepares a video or a folder of photos, with its poses if any."""
+    poses = poses_in(source) if source.is_dir() else None
+    photos = photos_of(source) if source.is_dir() else source
+    words = ["prepare", str(photos), "--out", str(out), "--quality", quality]
+    words += [] if poses is None else ["--poses", str(poses)]
     return [*words, "--seed", str(seed), "--json", *scale.flags()]
 
 

@@ -23,13 +23,21 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from studio.app.model.documents.dropped import MESHES, SPLATS, VIDEOS
+from studio.app.model.documents.dropped import (
+    MESHES,
+    PICTURES,
+    SPLATS,
+    VIDEOS,
+    photos_of,
+    poses_in,
+)
 from studio.app.model.workbench import Workbench
 from studio.app.preparation.length_picker import LengthPicker
 from studio.app.preparation.preparation_job import (
     UNKNOWN_SCALE,
     PreparationJob,
     Scale,
+    place_of_room,
     preparation_words,
     splat_file_words,
 )
@@ -168,20 +176,23 @@ class RoomPage(QScrollArea):
         self.refresh()
 
     def add(self, path: Path) -> None:
-        """Take what was dropped.
+        """Take what was dropped; of a photo, all in its folder.
 
         Raises:
             ValueError: it is not there.
         """
         if not path.exists():
             raise ValueError(f"{path}: there is no such file or folder")
+        path = path.parent if path.suffix.lower() in PICTURES and path.is_file() else path
         if path.suffix.lower() in MESHES:
             self.mesh = path
         else:
             self.source = path
-            self.ends.show_photos(path)
+            self.ends.show_photos(photos_of(path) if path.is_dir() else path)
         names = [item.name for item in (self.source, self.mesh) if item is not None]
-        self.drop.setText("\n+ mesh ".join(names))
+        poses = poses_in(path) if path.is_dir() else None
+        words = [] if poses is None else [f"with the poses of {poses.name}"]
+        self.drop.setText("\n".join(["\n+ mesh ".join(names), *words]))
         self._show_notice()
         self.refresh()
 
@@ -200,7 +211,7 @@ class RoomPage(QScrollArea):
             raise ValueError("nothing to prepare yet: drop a video or a folder of photos")
         if self.job is not None and self.job.is_running:
             raise ValueError("a preparation is running: cancel it first")
-        out = self.source.with_name(f"{self.source.stem}.gnx")
+        out = place_of_room(self.source)
         if self._is_splat_file:
             words = splat_file_words(self.source, out, self.scale())
         else:
@@ -312,7 +323,7 @@ class RoomPage(QScrollArea):
         return super().eventFilter(watched, event)
 
     def _ask_file(self) -> None:
-        kinds = " ".join(f"*{suffix}" for suffix in sorted(VIDEOS | SPLATS | MESHES))
+        kinds = " ".join(f"*{suffix}" for suffix in sorted(VIDEOS | SPLATS | MESHES | PICTURES))
         chosen, _ = QFileDialog.getOpenFileName(self, "Prepare a room of", "", f"Files ({kinds})")
         if chosen:
             self._bench.do("preparation.add", path=chosen)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from PySide6.QtCore import QTimer
+from PySide6.QtCore import QTimer, Signal
 from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import (
     QDoubleSpinBox,
@@ -28,8 +28,10 @@ WHAT = (
 )
 UNKNOWN_UNIT = (
     "{name} does not say how long its unit is: one unit is shown as one metre. Measure something "
-    "that you know the length of: Preparation, Scale."
+    "whose length you know, or make a room of it by the height of its ceiling."
 )
+MAKE_ROOM, MEASURE = "Make a room of it", "Measure something"
+"""Words on the buttons of that."""
 NOT_MEASURED = "Nothing is measured in this room yet."
 CANCELLED = "cancelled: the room keeps its scale"
 OPEN_IT = ": open it when what you have changed meanwhile is saved"
@@ -45,6 +47,9 @@ class ScalePage(QWidget):
     Args:
         bench: has what was measured, and opens the scene that is made.
     """
+
+    asked = Signal()
+    """Somebody wants to see this page."""
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__()
@@ -165,7 +170,20 @@ class ScalePage(QWidget):
         from scenes.formats.registry import is_in_world_frame
 
         if not is_in_world_frame(path):
-            self._bench.say("warning", UNKNOWN_UNIT.format(name=path.name))
+            words = UNKNOWN_UNIT.format(name=path.name)
+            self._bench.say("warning", words)
+            ways = {MEASURE: self._measure, MAKE_ROOM: self._make_room}
+            self._bench.notify(words, "warning", ways)
+
+    def _measure(self) -> None:
+        """Take the tool, and come to the front."""
+        bench = self._bench
+        bench.do("dock.preparation")
+        self.asked.emit()
+        bench.do("view.tool_measure")
+
+    def _make_room(self) -> None:
+        self._bench.do("preparation.room_of", path=self._bench.document.scene)
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """What runs ends with the window; no longer follow the bench."""

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 from PySide6.QtCore import QTimer
 from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import (
     QComboBox,
-    QFileDialog,
     QHBoxLayout,
     QLabel,
     QPushButton,
@@ -34,6 +34,7 @@ from studio.app.scenario.plan import Block, RoomPlan, planned, room_plan
 from studio.app.scenario.scenario_actions import ScenarioActions
 from studio.app.scenario.text.editing import ScenarioEditing
 from studio.app.scenario.text.editor import ScenarioText
+from studio.app.shell.questions import ask_file
 from studio.app.shell.wrapping import WrappingRow, together
 
 POLL_MS = 60
@@ -53,13 +54,14 @@ class ScenarioDock(QWidget):
         super().__init__()
         self._bench = bench
         self.editing = ScenarioEditing(bench)
+        bench.share(self.editing)
         self._plan: RoomPlan | None = None
         self._blocks: tuple[Block, ...] = ()
         self._planned: tuple[Scenario, RoomPlan] | None = None
         self._job: BackdropJob | None = None
         self._pictured = ""
         """The scene that the floor's picture is of."""
-        ScenarioActions(self.editing, self._ask, self.object_ids)
+        ScenarioActions(self.editing, partial(ask_file, self), self.object_ids)
         self.floor = FloorPlan(bench)
         self.blocks = ActionBlocks(bench, self.edit_action)
         self.form = ActionForm(bench, self.editing, self.object_ids)
@@ -340,11 +342,6 @@ class ScenarioDock(QWidget):
     def _choose(self, name: str) -> None:
         if name in scenario_names():
             self._bench.do("scenario.choose", name=name)
-
-    def _ask(self, title: str, kinds: str, writes: bool) -> str:
-        ask = QFileDialog.getSaveFileName if writes else QFileDialog.getOpenFileName
-        chosen, _ = ask(self, title, "", kinds)
-        return chosen
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Stop what runs in the background."""

@@ -92,6 +92,15 @@ DOCKS = (
         "Ctrl+4",
     ),
     Dock(
+        "sweeps",
+        "Sweeps",
+        "mdi6.chart-scatter-plot",
+        "right",
+        "studio.app.sweeps.dock:SweepsDock",
+        "the scenario with faults of every size: start, watch, read the table, open a run",
+        "Ctrl+9",
+    ),
+    Dock(
         "timeline",
         "Timeline",
         "mdi6.chart-timeline-variant",
@@ -111,7 +120,7 @@ DOCKS = (
     ),
 )
 
-CLOSED_AT_FIRST = frozenset({"keys"})
+CLOSED_AT_FIRST = frozenset({"keys", "sweeps"})
 """Docks that a first window does not show."""
 
 

@@ -48,13 +48,14 @@ class NoticeBar(QFrame):
         self.show()
 
     def follow(self, bench: Workbench) -> None:
-        """Show what the bench has to say from now on, with a way to close it."""
+        """Show what the bench has to say from now on, until it is closed or the room is another."""
 
         def show() -> None:
             if bench.notice is not None:
                 self._show_notice(bench.notice)
 
         bench.listen(Topic.NOTICE, show)
+        bench.listen(Topic.OPENED, self.hide)
 
     def _show_notice(self, notice: Notice) -> None:
         shape = {"info": "calm", "warning": "warning", "error": "bad"}[notice.level]

@@ -39,11 +39,30 @@ def ask_unsaved(window: QWidget, name: str, answered: Callable[[Answer], None]) 
     box.open()
 
 
+Ask = Callable[[str, str, bool], str]
+"""Asks for a file: title, kinds, whether it is to be written; "" if none was chosen."""
+
+
 def ask_file(window: QWidget, title: str, kinds: str, writes: bool) -> str:
-    """Ask for a file, to be written or read; "" if none is chosen."""
-    ask = QFileDialog.getSaveFileName if writes else QFileDialog.getOpenFileName
-    chosen, _ = ask(window, title, "", kinds)
-    return chosen
+    """Ask for a file, to be written or read; "" if none is chosen.
+
+    A name to write gets the ending of the chosen kind where it has none of them, before it is asked
+    whether a file of that name is to be replaced.
+    """
+    if not writes:
+        return QFileDialog.getOpenFileName(window, title, "", kinds)[0]
+    dialog = QFileDialog(window, title)
+    dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
+    dialog.setNameFilters(kinds.split(";;"))
+
+    def take_ending(kind: str) -> None:
+        dialog.setDefaultSuffix(kind.partition("*.")[2].split()[0].strip(")"))
+
+    dialog.filterSelected.connect(take_ending)
+    take_ending(dialog.nameFilters()[0])
+    chosen = dialog.selectedFiles() if dialog.exec() else []
+    dialog.deleteLater()
+    return chosen[0] if chosen else ""
 
 
 def ask_folder(window: QWidget, title: str) -> str:

@@ -337,10 +337,11 @@ def _inputs(theme: Theme, name: str) -> str:
     QComboBox::down-arrow:disabled {{ image: none; }}
     QComboBox QAbstractItemView {{ border: 1px solid {theme.frame}; background: {theme.panel}; }}
     QCheckBox {{ spacing: 7px; }}
-    QCheckBox::indicator {{ width: 14px; height: 14px; border: 1px solid {theme.frame};
-        border-radius: 3px; background: {theme.field}; }}
+    QCheckBox::indicator, QTreeView::indicator {{ width: 14px; height: 14px;
+        border: 1px solid {theme.frame}; border-radius: 3px; background: {theme.field}; }}
     QCheckBox::indicator:hover, QCheckBox:focus::indicator {{ border-color: {theme.accent}; }}
-    QCheckBox::indicator:checked {{ background: {theme.accent}; border-color: {theme.accent};
+    QCheckBox::indicator:checked, QTreeView::indicator:checked {{
+        background: {theme.accent}; border-color: {theme.accent};
         image: {_mark("tick", name)}; }}
     QCheckBox::indicator:disabled {{ border-color: {theme.line}; background: {theme.panel}; }}
     QCheckBox:disabled {{ color: {theme.disabled}; }}

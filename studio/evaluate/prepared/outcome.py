@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from studio.evaluate.prepared.verdict import is_unit_estimated, verdict_of
 
 if TYPE_CHECKING:
@@ -12,12 +14,16 @@ if TYPE_CHECKING:
 OUTCOME = "outcome.json"
 """In the work folder."""
 
+EXTENT_PERCENT = (1.0, 99.0)
+"""Of the splats, between which a room's size is measured: some lie far out behind windows."""
+
 
 def outcome_of(prepared: Prepared) -> dict[str, Any]:
     """Codes with their residuals, scale, size and verdict; plain values."""
     verdict = verdict_of(prepared)
     scale, sigma = prepared.alignment.metres_per_unit()
     means = prepared.package.room.means
+    low, high = np.percentile(means, EXTENT_PERCENT, axis=0, method="nearest")
     return {
         "codes": [
             {
@@ -32,8 +38,8 @@ def outcome_of(prepared: Prepared) -> dict[str, Any]:
         "metres_per_unit": scale,
         "scale_sigma_share": sigma / scale,
         "splats": len(prepared.package.room),
-        "low_m": [float(x) for x in means.min(axis=0)],
-        "high_m": [float(x) for x in means.max(axis=0)],
+        "low_m": low.tolist(),
+        "high_m": high.tolist(),
         "photos_placed": len(prepared.sfm.placed),
         "photos_failed": list(map(str, prepared.sfm.failed)),
         "good": verdict.good,

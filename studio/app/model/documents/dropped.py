@@ -18,8 +18,17 @@ FACES = re.compile(rb"^element face (\d+)", re.MULTILINE)
 SPLATS_IN_GLTF = b"KHR_gaussian_splatting"
 """Extension that a glTF file of splats names."""
 
-VIDEOS = frozenset({".mp4", ".mov", ".mkv", ".avi", ".insv", ".webm"})
-PICTURES = frozenset({".jpg", ".jpeg", ".png", ".heic", ".webp"})
+VIDEOS = frozenset({".mp4", ".mov", ".m4v", ".mkv", ".avi", ".webm", ".insv"})
+PICTURES = frozenset(
+    {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp", ".heic", ".heif", ".hif", ".avif"}
+)
+"""What a room is prepared of; a test holds both to what the preparation reads."""
+
+POSES = ("transforms.json", "sparse/0/cameras.bin", "sparse/0/cameras.txt", "sparse/cameras.bin")
+POSES += ("sparse/cameras.txt", "cameras.bin", "cameras.txt")
+"""Files by which a folder is known to have the poses of its photos, from another program."""
+PHOTOS_BESIDE = ("images", "photos", "frames", "input", "color")
+"""Folders beside them in which the photos lie."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +80,20 @@ def what_is(path: Path) -> Dropped:
     )
 
 
+def poses_in(folder: Path) -> Path | None:
+    """Poses of another program in a folder: a transforms.json, or the folder of a COLMAP model."""
+    found = next((folder / name for name in POSES if (folder / name).is_file()), None)
+    return found if found is None or found.suffix == ".json" else found.parent
+
+
+def photos_of(folder: Path) -> Path:
+    """Where the photos of a folder lie: beside poses often in a folder of their own."""
+    beside = (folder / name for name in PHOTOS_BESIDE)
+    if poses_in(folder) is None or any(f.suffix.lower() in PICTURES for f in folder.iterdir()):
+        return folder
+    return next((each for each in beside if each.is_dir()), folder)
+
+
 def _has_faces(path: Path) -> bool:
     """Whether a PLY file is a surface: one of splats has points only."""
     with path.open("rb") as file:
@@ -91,6 +114,6 @@ def _folder(path: Path) -> Dropped:
         return Dropped("a rehearsal", "timeline.open")
     if (path / "meta.json").is_file():
         return Dropped("a splat folder", "file.open_scene", "scene")
-    if any(file.suffix.lower() in PICTURES for file in path.iterdir()):
+    if any(file.suffix.lower() in PICTURES for file in photos_of(path).iterdir()):
         return Dropped("a folder of photos", "preparation.add")
     raise ValueError(f"{path.name}: this folder is no scene package, rehearsal or folder of photos")

@@ -14,12 +14,11 @@ from studio.app.model.documents.recent import recent_choices
 from studio.app.model.runs.replacing import Replacing
 from studio.app.model.runs.session_run import with_scene
 from studio.app.model.workbench import Workbench
+from studio.app.shell.actions.export import SplatExport
+from studio.app.shell.questions import Ask
 
 OPENED = f"Projects, scenes, recordings, scenarios (*{SUFFIX} *.ply *.spz *.mcap *.toml);;All (*)"
 """Files that *Open …* shows."""
-
-Ask = Callable[[str, str, bool], str]
-"""Asks the user for a file: title, filter, whether it is to be written; "" if none was chosen."""
 
 AskFolder = Callable[[str], str]
 """Asks the user for a folder: title; "" if none was chosen."""
@@ -146,6 +145,7 @@ def add_file_actions(
             icon="mdi6.content-save-outline",
         ),
         Action("file.save_as", "Save project as …", "File", save_as, "", "Ctrl+Shift+S"),
+        SplatExport(bench, ask).action(),
         Action(
             "file.drop",
             "Open what was dropped",

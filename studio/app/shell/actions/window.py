@@ -8,7 +8,9 @@ from functools import partial
 from pathlib import Path
 from typing import Protocol
 
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QDialog, QWidget
 
 from studio.app.model.actions import Action
 from studio.app.model.runs.live_run import LiveRun
@@ -264,8 +266,37 @@ def _help(bench: Workbench, shell: Shell) -> list[Action]:
             shell.show_first_page,
             "the ways to begin, and what was opened lately",
         ),
+        Action(
+            "help.manual",
+            "Manual",
+            "Help",
+            partial(_show, shell, "ManualWindow"),
+            "all pages, offline, with a search",
+            "F1",
+        ),
+        Action(
+            "help.about",
+            "About",
+            "Help",
+            partial(_show, shell, "AboutWindow"),
+            "version, licence, and the libraries with theirs",
+        ),
         Action("file.quit", "Quit", "File", shell.close_window, "", "Ctrl+Q"),
     ]
+
+
+def _show(shell: Shell, kind: str) -> None:
+    """Show a window of the Help menu, the one that is there if it is open."""
+    from studio.app.shell import help_pages  # not before somebody wants to read
+
+    over = shell if isinstance(shell, QWidget) else None
+    make: type[QDialog] = getattr(help_pages, kind)
+    window = None if over is None else over.findChild(make)
+    if window is None:
+        window = make(over)
+        window.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    window.show()
+    window.raise_()
 
 
 def _to_clipboard(text: str) -> None:

@@ -1,6 +1,7 @@
 """Stages of a preparation, and a cut on a copy that can be undone byte for byte."""
 
 import hashlib
+import json
 from pathlib import Path
 
 import cv2
@@ -13,6 +14,7 @@ from studio.app.preparation.cut_job import CutJob, Mark, clean_words, cut_words,
 from studio.app.preparation.preparation_job import (
     PreparationJob,
     Scale,
+    place_of_room,
     preparation_words,
     splat_file_words,
 )
@@ -94,6 +96,27 @@ def test_scale_becomes_flags_and_a_splat_file_without_it_is_refused():
     assert splat_file_words(Path("a.ply"), Path("o.gnx"), Scale(height_m=2.5))[-1] == "2.5"
     with pytest.raises(ValueError, match="Scale unknown"):
         splat_file_words(Path("a.ply"), Path("o.gnx"), Scale())
+
+
+def test_a_room_whose_objects_were_cut_out_is_not_made_again_in_its_place(scene, tmp_path):
+    photos, splats = tmp_path / "crate", tmp_path / "crate.ply"
+    photos.mkdir()
+    splats.touch()
+    assert place_of_room(photos) == scene, "nothing was cut out of it: it is made again"
+    assert place_of_room(splats) == tmp_path / "crate-2.gnx"
+    text = (scene / "scene.json").read_text()
+    values = json.loads(text)
+    (scene / "scene.json").write_text(json.dumps({**values, "objects": [{"id": "crate-1"}]}))
+    assert place_of_room(photos) == tmp_path / "crate-2.gnx"
+
+
+def test_poses_of_another_program_beside_the_photos_are_taken(tmp_path):
+    (tmp_path / "images").mkdir()
+    (tmp_path / "transforms.json").touch()
+    words = preparation_words(tmp_path, Path("o"), Scale())
+    assert words[:4] == ["prepare", str(tmp_path / "images"), "--out", "o"]
+    assert words[words.index("--poses") + 1] == str(tmp_path / "transforms.json")
+    assert "--poses" not in preparation_words(tmp_path / "images", Path("o"), Scale())
 
 
 def test_a_preparation_that_cannot_be_says_what_to_do(tmp_path):

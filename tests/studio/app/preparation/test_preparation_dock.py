@@ -45,6 +45,33 @@ def test_a_splat_file_without_scale_gets_a_notice_and_is_not_prepared(dock, benc
     assert dock.room.notice.isHidden()
 
 
+def test_photos_are_shown_upright_for_their_ends_whatever_their_format(dock, bench, tmp_path):
+    from PIL import Image
+    from PySide6.QtCore import QPoint, Qt
+    from PySide6.QtTest import QTest
+
+    stored = Image.new("RGB", (3200, 1600))
+    stored.paste((255, 0, 0), (0, 0, 1600, 1600))
+    exif = Image.Exif()
+    exif[0x112] = 6  # to be turned by 90° to the right
+    stored.save(tmp_path / "a.jpg", exif=exif)
+    Image.new("RGB", (40, 30)).save(tmp_path / "b.tif")
+    assert bench.do("preparation.add", path=str(tmp_path / "b.tif"))  # all of its folder
+    assert dock.room.source == tmp_path
+    ends = dock.room.ends
+    assert [ends.photos.itemText(k) for k in range(ends.photos.count())] == ["a.jpg", "b.tif"]
+    image = ends.marker._image
+    assert (image.width(), image.height()) == (800, 1600)
+    assert image.pixelColor(400, 200).red() > 200
+    area = ends.marker._area()
+    QTest.mouseClick(
+        ends.marker, Qt.MouseButton.LeftButton, pos=area.topLeft().toPoint() + QPoint(1, 1)
+    )
+    ((photo, x, y),) = ends.picks()["a"]
+    assert photo == "a.jpg"
+    assert (x, y) == pytest.approx((0, 0), abs=2 * 3200 / area.height())
+
+
 def test_a_preparation_that_fails_says_so_in_the_panel_and_in_the_log(dock, bench, qtbot, tmp_path):
     photos = tmp_path / "photos"
     photos.mkdir()

@@ -4,6 +4,7 @@ import json
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
 from scenes.prepare.train.trainer import PRESETS, Moment, TrainingResult
 from studio.evaluate.prepared.outcome import outcome_of
@@ -38,3 +39,10 @@ def test_codes_residuals_size_scale_and_verdict_are_plain_values():
     assert (found["splats"], found["photos_placed"], found["good"]) == (2, 12, False)
     assert found["photos_failed"] == ["9.jpg"]
     assert "Film the corner." in found["notes"]
+    means = np.zeros((200, 3))
+    means[:, 0] = np.linspace(0.0, 4.0, 200)
+    means[100] = (60.0, -40.0, 9.0)  # seen through a window
+    prepared.package.room.means = means
+    found = outcome_of(prepared)
+    size_m = np.subtract(found["high_m"], found["low_m"])
+    assert size_m.tolist() == [pytest.approx(4.0, abs=0.1), 0.0, 0.0]

@@ -1,6 +1,6 @@
 import pytest
 
-from studio.app.model.documents.dropped import what_is
+from studio.app.model.documents.dropped import PICTURES, VIDEOS, photos_of, poses_in, what_is
 
 
 @pytest.mark.parametrize(
@@ -47,6 +47,33 @@ def test_meshes_are_told_from_splats_by_what_is_in_them(tmp_path, name, head, ac
 def test_folders_are_known_by_what_they_hold(tmp_path, holds, action_id):
     (tmp_path / holds).write_bytes(b"")
     assert what_is(tmp_path).action_id == action_id
+
+
+def test_what_the_preparation_reads_is_taken():
+    from scenes.prepare.footage.capture import PICTURE_SUFFIXES, VIDEO_SUFFIXES
+
+    assert (PICTURES, VIDEOS) == (PICTURE_SUFFIXES, VIDEO_SUFFIXES)
+
+
+@pytest.mark.parametrize(
+    ("file", "poses"),
+    [
+        ("transforms.json", "transforms.json"),
+        ("sparse/0/cameras.bin", "sparse/0"),
+        ("sparse/cameras.txt", "sparse"),
+        ("cameras.bin", "."),
+    ],
+)
+def test_photos_with_the_poses_of_another_program_are_known(tmp_path, file, poses):
+    (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
+    (tmp_path / file).write_bytes(b"")
+    (tmp_path / "images").mkdir()
+    (tmp_path / "images" / "one.tif").write_bytes(b"")
+    assert what_is(tmp_path).action_id == "preparation.add"
+    assert poses_in(tmp_path) == tmp_path / poses
+    assert photos_of(tmp_path) == tmp_path / "images"
+    (tmp_path / "two.heic").write_bytes(b"")
+    assert photos_of(tmp_path) == tmp_path
 
 
 def test_what_is_foreign_or_missing_is_refused(tmp_path):

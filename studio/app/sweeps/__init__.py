@@ -1,0 +1,1 @@
+"""Sweeps: faults of every size, begun and looked at in the window."""
