@@ -59,6 +59,8 @@ def test_physics_with_all_at_rest_says_that_nothing_moves(dock, bench, qtbot):
     assert bench.notice.text.startswith("Nothing moves: all objects rest")
     assert not dock.physics.is_busy
     assert bench.document is document
+
+
 def test_in_twice_as_large_text_names_and_several_objects_are_seen(dock, bench, qapp):
     from studio.app.shell.theme import apply_theme
 
