@@ -212,7 +212,7 @@ class MainWindow(QMainWindow):
             self.bench.listen(topic, self.menus.refresh)
         self.bench.listen(Topic.SETTINGS, self._on_settings)
         if isinstance(self.bench.history, QtHistory):  # steps come after their documents
-            self.bench.history.stack.indexChanged.connect(self.menus.refresh)
+            self.bench.history.stack.indexChanged.connect(self._on_document)
         self._on_document()
         self._on_settings()
 
