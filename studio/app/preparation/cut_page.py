@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtGui import QCloseEvent, QImage
+from PySide6.QtGui import QCloseEvent, QHideEvent, QImage
 from PySide6.QtWidgets import (
     QComboBox,
     QHBoxLayout,
@@ -26,6 +26,7 @@ from studio.app.preparation.photo_marker import BeforeAfter, MarkTool, PhotoMark
 from studio.app.preparation.view_pictures import Pictures, ViewPictures
 from studio.app.shell.theme import SHAPES
 from studio.app.shell.wrapping import WrappingRow
+from studio.app.viewport.view_grid import ViewGrid
 
 POLL_MS = 200
 
@@ -58,6 +59,11 @@ class CutPage(QWidget):
         self.load_button.clicked.connect(self.load)
         self.marker, self.compare = PhotoMarker(), BeforeAfter()
         self.marker.hint = "Show views, then draw a box around the whole object in 1 to 3 of them"
+        self.large = QPushButton("Large")
+        self.large.setCheckable(True)
+        self.large.setEnabled(False)
+        self.large.setToolTip("the view to mark in takes the place of the room's")
+        self.large.toggled.connect(self._enlarge)
         self.name = QLineEdit()
         self.name.setPlaceholderText("Name of the object")
         self.cut_button, self.undo_button = QPushButton("Cut out"), QPushButton("Undo cut")
@@ -92,11 +98,13 @@ class CutPage(QWidget):
         top.addWidget(self.views, 1)
         top.addWidget(self.tool)
         top.addWidget(self.clear_button)
+        top.addWidget(self.large)
         bottom.addWidget(self.name, 1)
         buttons = WrappingRow((self.cut_button, self.clean_button, self.undo_button))
         layout = QVBoxLayout(self)
         layout.addLayout(top)
         layout.addWidget(self.marker, 1)
+        self._column = layout
         layout.addLayout(bottom)
         layout.addLayout(buttons)
         layout.addWidget(self.line)
@@ -113,6 +121,23 @@ class CutPage(QWidget):
             return
         self._drawing = ViewPictures(scene)
         self.line.setText("drawing views …")
+
+    def _enlarge(self, is_large: bool) -> None:
+        """Mark in the middle of the window, or in the page again."""
+        grid = self._bench.shared(ViewGrid)
+        if grid is None:
+            return
+        if is_large:
+            grid.cover(self.marker)
+        else:
+            grid.uncover(self.marker)
+            self._column.insertWidget(1, self.marker, 1)
+            self.marker.show()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """The room is seen again while the page is not."""
+        super().hideEvent(event)
+        self.large.setChecked(False)
 
     def begin(self) -> None:
         """Begin to cut out what is marked.
@@ -134,6 +159,7 @@ class CutPage(QWidget):
         if not (scene / "scene.json").is_file():
             raise ValueError("built-in rooms are left as they are: open a scene of your own")
         self.job = CutJob(scene, self.name.text(), list(self.marks.values()), cleans=cleans)
+        self.large.setChecked(False)
         self.line.setText("cleaning a copy …" if cleans else "cutting on a copy …")
         self.refresh()
 
@@ -203,6 +229,9 @@ class CutPage(QWidget):
         )
         self.views.clear()
         self.views.addItems(list(drawn))
+        is_in_window = self._bench.shared(ViewGrid) is not None
+        self.large.setEnabled(is_in_window)
+        self.large.setChecked(is_in_window)
 
     def _show_view(self, name: str) -> None:
         if name not in self._pictures:

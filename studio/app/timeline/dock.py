@@ -205,11 +205,11 @@ class TimelineDock(QWidget):
         if not is_again and self.runs.is_fork(shown.index.path):
             self.compare()
 
-    def _cover(self, widget: QWidget | None) -> bool:
-        """Show something in place of the window's views, None these again; whether there are."""
+    def _cover(self, widget: QWidget, is_covered: bool) -> bool:
+        """Show something in place of the window's views, or these again; whether there are."""
         grid = self.bench.shared(ViewGrid)
         if grid is not None:
-            grid.cover(widget)
+            (grid.cover if is_covered else grid.uncover)(widget)
         return grid is not None
 
     def _show_comparison(self, compared: TwoRuns) -> None:

@@ -65,17 +65,24 @@ class ViewGrid(QWidget):
         """Put something below all views."""
         self._layout.addWidget(widget, MAX_VIEWS, 0, 1, 3)
 
-    def cover(self, widget: QWidget | None) -> None:
-        """Show something in the place of all views; None shows these again."""
+    def cover(self, widget: QWidget) -> None:
+        """Show something in the place of all views, until it is taken away."""
         if widget is self._covered_by:
             return
         if self._covered_by is not None:
             self._layout.removeWidget(self._covered_by)
+            self._covered_by.hide()
         self._covered_by = widget
-        if widget is not None:
-            self._layout.addWidget(widget, 0, 0, MAX_VIEWS, 3)
-            widget.show()
+        self._layout.addWidget(widget, 0, 0, MAX_VIEWS, 3)
+        widget.show()
         self._show_views()
+
+    def uncover(self, widget: QWidget) -> None:
+        """Show the views again if that is what has their place."""
+        if widget is self._covered_by:
+            self._layout.removeWidget(widget)
+            self._covered_by = None
+            self._show_views()
 
     def _show_views(self) -> None:
         is_covered = self._covered_by is not None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -20,11 +20,9 @@ from PySide6.QtGui import (
     QResizeEvent,
 )
 from PySide6.QtWidgets import (
-    QGraphicsEllipseItem,
     QGraphicsItem,
     QGraphicsPathItem,
     QGraphicsScene,
-    QGraphicsSceneMouseEvent,
     QGraphicsSimpleTextItem,
     QGraphicsView,
 )
@@ -33,11 +31,10 @@ from sim.scenarios.actions import name_of
 from sim.scenarios.scenario import Scenario
 from studio.app.model.workbench import Workbench
 from studio.app.scenario.colours import on, person_colour, theme_of
+from studio.app.scenario.floor.handle import PX_PER_M, Handle, to_scene
 from studio.app.scenario.floor.surface_ends import Corner, Part, middle_of, with_part_at
 from studio.app.scenario.plan import Block, Item, RoomPlan
 
-PX_PER_M = 100.0
-"""Of the scene's own pixels; the view scales them to its size."""
 PERSON_M = 0.24
 """Radius of a person's disc: the simulator's body."""
 HANDLE_M = 0.11
@@ -45,45 +42,6 @@ HANDLE_M = 0.11
 NOSE_SHARE, NOSE_HANDLE_M = 1.7, 0.07
 """How far the arrow of a person's facing reaches, in radii; and the handle at its tip."""
 MARGIN_M = 0.3
-
-
-class Handle(QGraphicsEllipseItem):
-    """A disc that is dragged; what it stands for is changed once, when it is let go.
-
-    Args:
-        place: (x, y), metres.
-        radius_m: of the disc.
-        colour: of it.
-        dropped: called with the new place.
-    """
-
-    def __init__(
-        self,
-        place: tuple[float, float],
-        radius_m: float,
-        colour: QColor,
-        dropped: Callable[[float, float], object],
-    ) -> None:
-        size = radius_m * PX_PER_M
-        super().__init__(-size, -size, 2 * size, 2 * size)
-        self._dropped = dropped
-        self.setPos(to_scene(*place))
-        self._start = self.pos()
-        self.setBrush(colour)
-        self.setPen(QPen(on(colour), 2))
-        self.setFlag(QGraphicsItem.GraphicsItemFlag.ItemIsMovable)
-        self.setFlag(QGraphicsItem.GraphicsItemFlag.ItemIgnoresParentOpacity)
-        self.setCursor(Qt.CursorShape.OpenHandCursor)
-        self.setZValue(5)
-
-    def mouseReleaseEvent(self, event: QGraphicsSceneMouseEvent) -> None:
-        """Change what it stands for."""
-        super().mouseReleaseEvent(event)
-        moved = self.pos() - self._start
-        if abs(moved.x()) + abs(moved.y()) > 1.0:
-            self._start = self.pos()
-            x, y = self.pos().x() / PX_PER_M, -self.pos().y() / PX_PER_M
-            self._dropped(round(x, 2), round(y, 2))
 
 
 class FloorPlan(QGraphicsView):
@@ -141,10 +99,11 @@ class FloorPlan(QGraphicsView):
         for index, person in enumerate(scenario.people):
             is_strong = selected in ("", person.person_id)
             own = [block for block in blocks if block.person_id == person.person_id]
-            self._draw_ways(own, person_colour(index), is_strong)
+            ways = self._draw_ways(own, person_colour(index), is_strong)
             if is_strong:
                 self._draw_goals(own, person_colour(index))
-            self._draw_person(person.person_id, person.start, person.facing_deg, index)
+            handle = self._draw_person(person.person_id, person.start, person.facing_deg, index)
+            handle.lead((), ways[:1])
         for surface in scenario.surfaces:
             self._draw_surface(surface.surface_id, surface.corners_in_world)
         for remote in scenario.remote:
@@ -205,9 +164,13 @@ class FloorPlan(QGraphicsView):
         )
         handle.setToolTip("360° camera: drag to move")
         self.scene().addItem(handle)
-        self._label("camera", handle.pos() + QPointF(0, HANDLE_M * PX_PER_M))
+        handle.lead(self._label("camera", handle.pos() + QPointF(0, HANDLE_M * PX_PER_M)))
 
-    def _draw_ways(self, blocks: list[Block], colour: QColor, is_strong: bool) -> None:
+    def _draw_ways(
+        self, blocks: list[Block], colour: QColor, is_strong: bool
+    ) -> list[QGraphicsPathItem]:
+        """One item a block that goes somewhere."""
+        drawn: list[QGraphicsPathItem] = []
         for block in blocks:
             path = QPainterPath()
             for k, (x, y) in enumerate(block.way):
@@ -220,6 +183,8 @@ class FloorPlan(QGraphicsView):
             item.setOpacity(0.9 if is_strong else 0.4)
             item.setToolTip(f"{block.index + 1}. {name_of(block.action)}")
             self.scene().addItem(item)
+            drawn += [item] if path.elementCount() > 1 else []
+        return drawn
 
     def _draw_goals(self, blocks: list[Block], colour: QColor) -> None:
         for block in blocks:
@@ -246,7 +211,7 @@ class FloorPlan(QGraphicsView):
 
     def _draw_person(
         self, person_id: str, start: tuple[float, float], facing_deg: float, index: int
-    ) -> None:
+    ) -> Handle:
         colour = person_colour(index)
         name = self._bench.name_of(person_id)
         handle = Handle(
@@ -270,13 +235,15 @@ class FloorPlan(QGraphicsView):
         arrow.setPen(QPen(on(colour), 2))
         self._number(name[:1].upper(), handle, on(colour))
         self.scene().addItem(handle)
-        self._label(name, handle.pos() + QPointF(0, 1.7 * size))
+        handle.lead(self._label(name, handle.pos() + QPointF(0, 1.7 * size)))
         reach_m = NOSE_SHARE * PERSON_M
         tip = (start[0] + reach_m * math.cos(turn), start[1] + reach_m * math.sin(turn))
         turned = partial(self._turn_to, person_id, start)
         nose_handle = Handle(tip, NOSE_HANDLE_M, colour, turned)
         nose_handle.setToolTip(f"{known} faces this way: drag to turn")
         self.scene().addItem(nose_handle)
+        handle.lead((nose_handle,))
+        return handle
 
     def _turn_to(self, person_id: str, start: tuple[float, float], x: float, y: float) -> None:
         deg = round(math.degrees(math.atan2(y - start[1], x - start[0])))
@@ -328,7 +295,8 @@ class FloorPlan(QGraphicsView):
             self._bench.name_of(user_id), to_scene(*path[0][:2]) + QPointF(0, HANDLE_M * PX_PER_M)
         )
 
-    def _label(self, text: str, below: QPointF) -> None:
+    def _label(self, text: str, below: QPointF) -> tuple[QGraphicsItem, QGraphicsItem]:
+        """The words and the ground below them."""
         item = QGraphicsSimpleTextItem(text)
         font = item.font()
         font.setPixelSize(17)
@@ -349,6 +317,7 @@ class FloorPlan(QGraphicsView):
         for each in (item, ground):
             each.setAcceptedMouseButtons(Qt.MouseButton.NoButton)
         self.scene().addItem(item)
+        return item, ground
 
     def _number(self, text: str, parent: QGraphicsItem, colour: QColor) -> None:
         item = QGraphicsSimpleTextItem(text, parent)
@@ -359,8 +328,3 @@ class FloorPlan(QGraphicsView):
         item.setBrush(colour)
         size = item.boundingRect()
         item.setPos(-size.width() / 2, -size.height() / 2)
-
-
-def to_scene(x: float, y: float) -> QPointF:
-    """A place on the floor, metres, in the scene's pixels: north is up."""
-    return QPointF(x * PX_PER_M, -y * PX_PER_M)

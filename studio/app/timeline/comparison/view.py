@@ -89,8 +89,8 @@ class ComparisonView(QWidget):
         open_page: opens the whole comparison as a page.
         scrub: takes a time that was dragged to, and whether the drag has ended.
         called: what an object is called in a scene.
-        cover: shows the pictures in place of the window's views, or with None these again;
-            whether there are views.
+        cover: shows the pictures in place of the window's views, or these again; whether there
+            are views.
     """
 
     def __init__(
@@ -99,7 +99,7 @@ class ComparisonView(QWidget):
         open_page: Callable[[], object],
         scrub: Callable[[int, bool], object],
         called: Called,
-        cover: Callable[[QWidget | None], bool],
+        cover: Callable[[QWidget, bool], bool],
     ) -> None:
         super().__init__()
         self.playback: Playback | None = None
@@ -160,7 +160,7 @@ class ComparisonView(QWidget):
         self.slider.blockSignals(True)
         self.slider.setRange(start_ns // SLIDER_STEP_NS, end_ns // SLIDER_STEP_NS)
         self.slider.blockSignals(False)
-        self._cover(self.beside)
+        self._cover(self.beside, True)
         self.beside.open(compared.recordings, comparison.scene)
         fork_s = comparison.b.fork_s or 0.0
         self.playback.seek(round(fork_s * 1e9))
@@ -180,7 +180,7 @@ class ComparisonView(QWidget):
     def leave(self) -> None:
         """End the threads that draw; the window's views are seen again."""
         self.beside.close_runs()
-        if self.playback is not None and self._cover(None):
+        if self.playback is not None and self._cover(self.beside, False):
             self._split.insertWidget(0, self.beside)
             self._share_width()
         self.playback = None

@@ -75,6 +75,33 @@ def test_what_is_dropped_becomes_the_room_that_is_shown(opened, tmp_path, output
     assert np.sort((high - low)[:2]) == pytest.approx(truth, rel=0.15)
 
 
+def test_views_to_cut_in_fill_the_middle_of_the_window(opened):
+    from PySide6.QtCore import QPoint, Qt
+    from PySide6.QtTest import QTest
+
+    window, until = opened
+    window.bench.do("dock.preparation")
+    dock = window.content("preparation")
+    dock.tabs.setCurrentIndex(1)
+    page, room = dock.cut, window.view.active
+    width = room.width()
+    page._show_pictures({"a.png": np.zeros((90, 120, 3), np.uint8)})
+    until(lambda: page.marker.width() >= width)
+    assert not room.isVisible()
+    middle = page.marker._area().center().toPoint()
+    QTest.mousePress(page.marker, Qt.MouseButton.LeftButton, pos=middle - QPoint(80, 60))
+    QTest.mouseMove(page.marker, middle)
+    QTest.mouseRelease(page.marker, Qt.MouseButton.LeftButton, pos=middle)
+    assert page.marks["a.png"].box is not None
+    QTest.mouseClick(page.large, Qt.MouseButton.LeftButton)
+    until(room.isVisible)
+    assert page.marker.parentWidget() is page
+    QTest.mouseClick(page.large, Qt.MouseButton.LeftButton)
+    until(lambda: not room.isVisible())
+    dock.tabs.setCurrentIndex(0)  # whoever leaves the page sees the room again
+    until(room.isVisible)
+
+
 @pytest.mark.parametrize(
     ("name", "data", "words"),
     [

@@ -85,6 +85,38 @@ def test_a_person_is_turned_by_the_tip_of_the_arrow(dock, qtbot):
     assert scenario(dock).people[0].facing_deg == person.facing_deg
 
 
+def test_a_person_who_is_dragged_takes_along_name_and_way(dock, qtbot):
+    from PySide6.QtCore import QPoint, Qt
+    from PySide6.QtWidgets import QGraphicsPathItem, QGraphicsSimpleTextItem
+
+    from studio.app.scenario.floor.handle import to_scene
+
+    view, person = dock.floor, dock.editing.scenario.people[0]
+    name = dock._bench.name_of(person.person_id)
+
+    def seen():
+        items = view.scene().items()
+        label = next(
+            i for i in items if isinstance(i, QGraphicsSimpleTextItem) and i.text() == name
+        )
+        ways = [i for i in items if isinstance(i, QGraphicsPathItem) and i.parentItem() is None]
+        starts = [way.path().elementAt(0) for way in ways if way.path().elementCount() > 1]
+        return label.pos(), {(round(s.x), round(s.y)) for s in starts}
+
+    place = to_scene(*person.start)
+    start = view.mapFromScene(place)
+    label, ways = seen()
+    assert (round(place.x()), round(place.y())) in ways
+    qtbot.mousePress(view.viewport(), Qt.MouseButton.LeftButton, pos=start)
+    for step in (5, 12, 20):
+        qtbot.mouseMove(view.viewport(), start + QPoint(step, step))
+    moved, ways = seen()  # before it is let go
+    at = view.mapToScene(start + QPoint(20, 20))
+    assert moved.x() - label.x() == pytest.approx(at.x() - place.x(), abs=3)
+    assert any(abs(x - at.x()) < 3 and abs(y - at.y()) < 3 for x, y in ways)
+    qtbot.mouseRelease(view.viewport(), Qt.MouseButton.LeftButton, pos=start + QPoint(20, 20))
+
+
 @pytest.mark.parametrize("part", ["left", "whole"])
 def test_a_live_surface_is_dragged_on_the_floor(dock, qtbot, part):
     from studio.app.scenario.floor.surface_ends import middle_of
