@@ -108,10 +108,6 @@ _ObjectGradients = tuple[
     tuple[float, float, float, float, float, float],
 ]
 
-PoseNormals = tuple[
-    list[float], list[float], tuple[float, float], NDArray[np.float32], NDArray[np.float32]
-]
-
 class Tape:
     """A picture drawn by `Differentiator.record`, ready to be differentiated."""
 
@@ -167,24 +163,6 @@ class Differentiator:
         draw: Draw,
     ) -> tuple[_Picture, Tape]:
         """As `Engine.render`; remembers how."""
-
-    def pose_normals(
-        self,
-        cloud: PreparedCloud,
-        camera_from_object: NDArray[np.float64],
-        twists: NDArray[np.float64],
-        target: Sequence[NDArray[np.float32]],
-        *,
-        lens: Lens,
-        draw: Draw,
-        luma: tuple[float, float, float],
-        gain: float,
-        bias: float,
-    ) -> PoseNormals:
-        """Upper triangle of JᵀJ, Jᵀr, (grey, silhouette) cost, drawn grey and alpha.
-
-        `target` holds grey, its weight, background, silhouette, its weight and occluder depth.
-        """
 
 class StillPicture:
     """The picture of a camera that stands still, and what it was drawn from."""

@@ -17,7 +17,6 @@ const LAYERS: [&str; 18] = [
     "blend",
     "render",
     "gradients",
-    "pose",
     "train",
     "track",
     "track/background",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
@@ -28,7 +27,7 @@ from scenes.splats import SplatCloud
 
 if TYPE_CHECKING:
     from scenes import _native
-    from scenes._native import PoseNormals, Probe, Tape
+    from scenes._native import Probe, Tape
 
 KEPT_CLOUDS = 64
 """Prepared clouds a renderer keeps; the one not drawn for longest goes first."""
@@ -176,35 +175,6 @@ class NativeRenderer:
         """The part of `scenes.render.stages.stages_of` that is native."""
         _, tape = self.record(objects, camera, world_from_camera, options)
         return self._probe(tape)
-
-    def pose_normals(
-        self,
-        posed: PosedSplats,
-        camera: Pinhole | Fisheye,
-        world_from_camera: Pose,
-        options: RenderOptions,
-        *,
-        twists: NDArray[np.float64],
-        target: tuple[NDArray[np.float32], ...],
-        luma: tuple[float, float, float],
-        brightness: tuple[float, float],
-    ) -> PoseNormals:
-        """The part of `scenes.render.pose_newton.normal_equations` that is native."""
-        (cloud,) = self._checked([posed], camera, options)
-        refuse_parts(options, "give the target weights of 0")
-        # The tracker's objects are never wide, and its steps need EWA's derivatives.
-        options = replace(options, exact_above_rad=math.inf)
-        return self._differentiator.pose_normals(
-            cloud,
-            _camera_from_objects([posed], world_from_camera),
-            twists,
-            target,
-            lens=lens_of(camera),
-            draw=draw_of(options),
-            luma=luma,
-            gain=brightness[0],
-            bias=brightness[1],
-        )
 
     def alone(
         self,

@@ -1,4 +1,4 @@
-"""The gradient figures of `nexus bench raster`: how exact, how fast, how surely a pose is found."""
+"""The gradient figures of `nexus bench raster`: how exact, how fast."""
 
 from __future__ import annotations
 
@@ -10,42 +10,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.cameras import Fisheye, Pinhole
-from scenes.pose import Pose, rotation_angle
+from scenes.pose import Pose
 from scenes.render.gradients import record
 from scenes.render.native import NativeRenderer
-from scenes.render.pose_newton import (
-    LUMA,
-    DegreesOfFreedom,
-    PoseTarget,
-    SolverOptions,
-    normal_equations,
-    solve_pose,
-)
-from scenes.render.pose_step import moved
 from scenes.render.reference.differences import ExactCloud, FrozenPicture, difference, drawable
-from scenes.render.renderer import PosedSplats, Rendering, RenderOptions
+from scenes.render.renderer import PosedSplats, RenderOptions
 from scenes.render.stages import stages_of
 from studio.bench.splat_scenes import (
-    bench_object,
     bench_room,
-    object_camera,
     random_cloud,
     room_camera,
 )
-from studio.console.rows import Row, at_least, at_most
+from studio.console.rows import Row, at_most
 
 FloatArray = NDArray[np.float64]
 
 ERROR_BAR = 1e-4
-STEP_BARS_MS: dict[tuple[int, DegreesOfFreedom], float] = {
-    (5_000, 4): 3.0,
-    (5_000, 6): 3.6,
-    (20_000, 4): 5.0,
-    (20_000, 6): 6.0,
-}
-CONVERGED_BAR, STARTS, MAX_STEPS = 0.95, 40, 6
 BACKWARD_BAR = 2.3
-CROP_PX = 160
 VALUES = ("means", "scales", "rotations", "opacities", "sh")
 
 
@@ -58,15 +39,11 @@ def gradient_rows(
         native: what is measured.
         seed: of every scene.
         repeats: of every time.
-        quick: only what does not depend on the machine: the error and the convergence.
+        quick: only what does not depend on the machine: the error.
     """
     rng = np.random.default_rng([seed, 3])
-    rows = [_error_row(native, seed), _converged_row(native, rng)]
-    if quick:
-        return rows
-    for count in (5_000, 20_000):
-        rows += _step_rows(native, count, rng, repeats)
-    return [*rows, _backward_row(native, rng, repeats)]
+    rows = [_error_row(native, seed)]
+    return rows if quick else [*rows, _backward_row(native, rng, repeats)]
 
 
 def _error_row(native: NativeRenderer, seed: int) -> Row:
@@ -131,49 +108,6 @@ def _differences(cloud: ExactCloud, name: str, loss: Callable[[ExactCloud], floa
     return slopes
 
 
-def _step_rows(
-    native: NativeRenderer, count: int, rng: np.random.Generator, repeats: int
-) -> list[Row]:
-    """One Gauss-Newton step on one core, drawing included."""
-    posed = PosedSplats(bench_object(count, rng), Pose.identity())
-    camera, pose = object_camera(CROP_PX)
-    options = RenderOptions(threads=1)
-    target = _target(native.render([posed], camera, pose, options))
-    rows = []
-    freedoms: Sequence[DegreesOfFreedom] = (4, 6)
-    for freedom in freedoms:
-
-        def step(freedom: DegreesOfFreedom = freedom) -> None:
-            normal_equations(
-                native, posed, camera, pose, target, degrees_of_freedom=freedom, options=options
-            )
-
-        step()
-        median, spread = _quartiles([_seconds(step) * 1e3 for _ in range(repeats)])
-        name = f"raster.gauss_newton_{count // 1000}k_{freedom}dof.1t.ms"
-        bar = STEP_BARS_MS[count, freedom]
-        rows.append(at_most(name, median, "ms", bar=bar, spread=spread))
-    return rows
-
-
-def _converged_row(native: NativeRenderer, rng: np.random.Generator) -> Row:
-    """Share of starts, 5° and 2 cm away, from which 6 steps end within 0.1° and 1 mm."""
-    cloud = bench_object(5_000, rng)
-    camera, pose = object_camera(CROP_PX)
-    target = _target(native.render([PosedSplats(cloud, Pose.identity())], camera, pose))
-    solver = SolverOptions(max_steps=MAX_STEPS)
-    found = 0
-    for _ in range(STARTS):
-        shift, turn = rng.normal(size=(2, 3))
-        shift *= 0.02 / np.linalg.norm(shift)
-        turn *= np.radians(5.0) / np.linalg.norm(turn)
-        start = PosedSplats(cloud, moved(Pose.identity(), np.concatenate([shift, turn])))
-        end = solve_pose(native, start, camera, pose, target, solver=solver).world_from_object
-        is_near = float(np.linalg.norm(end.translation)) < 1e-3
-        found += is_near and rotation_angle(end.rotation) < np.radians(0.1)
-    return at_least("raster.gauss_newton.converged", found / STARTS, "", bar=CONVERGED_BAR)
-
-
 def _backward_row(native: NativeRenderer, rng: np.random.Generator, repeats: int) -> Row:
     """Blending backwards over blending, a room of 50k splats at 480×360: CPU time, one thread."""
     posed = PosedSplats(bench_room(50_000, rng), Pose.identity())
@@ -192,16 +126,6 @@ def _backward_row(native: NativeRenderer, rng: np.random.Generator, repeats: int
     # The first round also gets its memory from the system.
     median, spread = _quartiles(ratios[1:])
     return at_most("raster.backward_vs_forward", median, "x", bar=BACKWARD_BAR, spread=spread)
-
-
-def _target(rendering: Rendering) -> PoseTarget:
-    return PoseTarget((rendering.rgb @ np.array(LUMA, np.float32)), rendering.alpha)
-
-
-def _seconds(work: Callable[[], object]) -> float:
-    start = time.perf_counter()
-    work()
-    return time.perf_counter() - start
 
 
 def _cpu_seconds(work: Callable[[], object]) -> float:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from scenes.package import ScenePackage
-from scenes.render.levels.thinning import thinned
+from scenes.render.reduction import thinned
 from scenes.splats import SplatCloud
 from studio.handover.browser_spz import write_browser_spz
 from studio.session.pipeline import CancelledError

@@ -12,7 +12,7 @@ from scenes.cameras import Fisheye, Pinhole
 from scenes.frames import look_at
 from scenes.package import ScenePackage
 from scenes.pose import Pose
-from scenes.render.levels.thinning import thinned
+from scenes.render.reduction import thinned
 from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
 from scenes.splats import SplatCloud
 from studio.view.contact_shadows import (

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from scenes.render.levels.merging import merged
+from scenes.render.reduction import merged
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel
 from tracking.model.relighting import RelightableModel, relightable_of

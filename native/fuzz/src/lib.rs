@@ -9,10 +9,6 @@ use _native::camera::fisheye::Fisheye;
 use _native::camera::pinhole::Pinhole;
 use _native::gradients::tape::{PictureGradients, Tape};
 use _native::machine::simd::Simd;
-use _native::pose::engine::PoseEngine;
-use _native::pose::motion::{Directions, Twist};
-use _native::pose::sums::{NormalSums, Target};
-use _native::pose::tile::Drawn;
 use _native::project::posed::PosedCloud;
 use _native::project::scope::Scope;
 use _native::render::engine::Engine;
@@ -23,11 +19,8 @@ use scene::{Bytes, Scene};
 
 /// Alpha of two instruction sets, and colour relative to the brightest, may differ by this.
 const TOLERANCE: f32 = 2e-4;
-/// Sums of the pose step of two instruction sets, relative to the largest of their kind.
-const SUM_TOLERANCE: f64 = 1e-2;
 
-/// Draws the scene that the bytes describe with every instruction set, forward, backward and as a
-/// pose step.
+/// Draws the scene that the bytes describe with every instruction set, forward and backward.
 ///
 /// # Panics
 /// If a value of the picture is not finite, alpha leaves 0..1, a gradient is not a number, or two
@@ -128,7 +121,6 @@ impl Outcome {
             alpha,
             depth,
             gradients,
-            step: pose_step(&objects[0], lens, job, scene),
         }
     }
 
@@ -138,9 +130,6 @@ impl Outcome {
         }
         assert!(self.alpha.iter().all(|v| (0.0..=1.0).contains(v)));
         assert!(self.gradients.iter().all(|v| !v.is_nan()), "gradients");
-        let sums = self.step.pairs.iter().chain(&self.step.gradient);
-        let are_numbers = sums.chain(&self.step.squares).all(|v| !v.is_nan());
-        assert!(are_numbers || !has_squares, "step");
     }
 
     fn check_against(&self, portable: &Outcome, name: &str) {
@@ -158,51 +147,7 @@ impl Outcome {
         );
         assert!(alpha <= TOLERANCE, "{name}: alpha is {alpha} apart");
         assert!(rgb <= TOLERANCE * brightest, "{name}: rgb is {rgb} apart");
-        let squares = |sums: &NormalSums| sums.squares[0] + sums.squares[1];
-        let (a, b) = (squares(&self.step), squares(&portable.step));
-        assert!(
-            (a - b).abs() <= SUM_TOLERANCE * a.max(b) || !(a + b).is_finite(),
-            "{name}: squares {a} {b}"
-        );
     }
-}
-
-fn pose_step<L: Curved>(object: &PosedCloud, lens: &L, job: &Job, scene: &Scene) -> NormalSums {
-    let pixels = job.view.width * job.view.height;
-    let (mut grey, mut alpha) = (vec![0.0; pixels], vec![0.0; pixels]);
-    let (half, one) = (vec![0.5; pixels], vec![1.0; pixels]);
-    let target = Target {
-        grey: &half,
-        grey_weight: &one,
-        background: &half,
-        silhouette: &half,
-        silhouette_weight: &one,
-        occluder: &vec![scene.occluder_m; pixels],
-        gain: 1.0,
-        bias: 0.0,
-    };
-    let directions = Directions::<6> {
-        twists: std::array::from_fn(|k| {
-            let unit = |axis: usize| f32::from(axis == k % 3);
-            let (shift, turn) = (std::array::from_fn(unit), std::array::from_fn(unit));
-            match k < 3 {
-                true => Twist {
-                    shift,
-                    turn: [0.0; 3],
-                },
-                false => Twist {
-                    shift: [0.0; 3],
-                    turn,
-                },
-            }
-        }),
-        luma: [0.299, 0.587, 0.114],
-    };
-    let mut drawn = Drawn {
-        grey: &mut grey,
-        alpha: &mut alpha,
-    };
-    PoseEngine::<6>::default().normal_sums(object, lens, job, &directions, &target, &mut drawn)
 }
 
 fn pool() -> &'static ThreadPool {

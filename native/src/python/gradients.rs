@@ -2,29 +2,23 @@
 
 use std::sync::Arc;
 
-use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::ThreadPool;
 
-use crate::camera::curvature::Curved;
 use crate::gradients::tape;
 use crate::gradients::tape::PictureGradients;
 use crate::machine::pool::Pools;
 use crate::machine::simd::Simd;
-use crate::pose::engine::PoseEngine;
-use crate::pose::motion::{Directions, Twist};
-use crate::pose::sums::{NormalSums, Target};
-use crate::pose::tile::Drawn;
-use crate::project::posed::{PosedCloud, View};
+use crate::project::posed::View;
 use crate::project::scope::Scope;
-use crate::python::check::check_length;
 use crate::python::cloud::PreparedCloud;
 use crate::python::lens::{with_lens, AnyLens, LensRequest};
 use crate::python::request::{
     picture_arrays, pool_of, posed_clouds, with_picture, DrawRequest, KeptBackground, PictureArrays,
 };
-use crate::render::job::{Background, Job};
+use crate::render::job::Job;
 
 /// Flat gradients of one object: means, scales, rotations, opacities, sh, and its twist.
 type ObjectArrays<'py> = (
@@ -36,29 +30,11 @@ type ObjectArrays<'py> = (
     [f64; 6],
 );
 
-/// Upper triangle of JᵀJ row by row, Jᵀr, squares, drawn grey and alpha.
-type NormalArrays<'py> = (
-    Vec<f64>,
-    Vec<f64>,
-    [f64; 2],
-    Bound<'py, PyArray1<f32>>,
-    Bound<'py, PyArray1<f32>>,
-);
-
-/// One engine for each number of degrees of freedom.
-#[derive(Default)]
-struct PoseEngines {
-    three: PoseEngine<3>,
-    four: PoseEngine<4>,
-    six: PoseEngine<6>,
-}
-
 /// Draws pictures that can be differentiated; keeps threads between them.
 #[pyclass(frozen, module = "scenes._native", name = "Differentiator")]
 pub struct Differentiator {
     pools: Pools,
     simd: Simd,
-    engines: PoseEngines,
 }
 
 #[pymethods]
@@ -75,7 +51,6 @@ impl Differentiator {
         Ok(Differentiator {
             pools: Pools::default(),
             simd,
-            engines: PoseEngines::default(),
         })
     }
 
@@ -115,74 +90,6 @@ impl Differentiator {
             pool,
         };
         Ok((arrays, tape))
-    }
-
-    /// Draws one cloud and sums the normal equations of its pose, gain and bias.
-    ///
-    /// `target` holds grey, its weight, background, silhouette, its weight and occluder depth, all
-    /// flat; `twists` is (D, 6).
-    #[pyo3(signature = (cloud, camera_from_object, twists, target, *, lens, draw, luma, gain, bias))]
-    #[allow(clippy::too_many_arguments)] // Python names them all
-    fn pose_normals<'py>(
-        &self,
-        py: Python<'py>,
-        cloud: Bound<'py, PreparedCloud>,
-        camera_from_object: PyReadonlyArray2<'py, f64>,
-        twists: PyReadonlyArray2<'py, f64>,
-        target: [PyReadonlyArray1<'py, f32>; 6],
-        lens: LensRequest,
-        draw: DrawRequest<'py>,
-        luma: [f32; 3],
-        gain: f32,
-        bias: f32,
-    ) -> PyResult<NormalArrays<'py>> {
-        let view = draw.view(&lens)?;
-        let lens = lens.lens();
-        let clouds = [cloud];
-        let objects = posed_clouds(&clouds, camera_from_object.as_slice()?)?;
-        let pixels = view.width * view.height;
-        let target = target_of(&target, pixels, gain, bias)?;
-        let twists = twists_of(&twists)?;
-        let grey = PyArray1::zeros(py, pixels, false);
-        let alpha = PyArray1::zeros(py, pixels, false);
-        let pool = pool_of(&self.pools, draw.threads)?;
-        let scope = Scope::whole(view.width, view.height);
-        let job = Job {
-            view,
-            scope: &scope,
-            background: Background::Plain([0.0; 3]),
-            simd: self.simd,
-            pool: &pool,
-        };
-        let unknowns = twists.len() + 2;
-        let sums = {
-            let mut grey = grey.readwrite();
-            let mut alpha = alpha.readwrite();
-            let mut drawn = Drawn {
-                grey: grey.as_slice_mut()?,
-                alpha: alpha.as_slice_mut()?,
-            };
-            let object = &objects[0];
-            py.detach(|| {
-                with_lens!(&lens, lens => {
-                    let mut call = Call { object, lens, job: &job, luma, target: &target, drawn: &mut drawn };
-                    match twists.len() {
-                        3 => call.run(&self.engines.three, &twists),
-                        4 => call.run(&self.engines.four, &twists),
-                        6 => call.run(&self.engines.six, &twists),
-                        _ => None,
-                    }
-                })
-            })
-        };
-        let sums = sums.expect("`twists_of` lets no other number through");
-        Ok((
-            sums.pairs[..unknowns * (unknowns + 1) / 2].to_vec(),
-            sums.gradient[..unknowns].to_vec(),
-            sums.squares,
-            grey,
-            alpha,
-        ))
     }
 }
 
@@ -236,37 +143,6 @@ impl Tape {
     }
 }
 
-/// What does not depend on the number of degrees of freedom.
-struct Call<'a, 'b, L> {
-    object: &'a PosedCloud<'a>,
-    lens: &'a L,
-    job: &'a Job<'a>,
-    luma: [f32; 3],
-    target: &'a Target<'a>,
-    drawn: &'a mut Drawn<'b>,
-}
-
-impl<L: Curved> Call<'_, '_, L> {
-    fn run<const D: usize>(
-        &mut self,
-        engine: &PoseEngine<D>,
-        twists: &[Twist],
-    ) -> Option<NormalSums> {
-        let directions = Directions::<D> {
-            twists: twists.try_into().ok()?,
-            luma: self.luma,
-        };
-        Some(engine.normal_sums(
-            self.object,
-            self.lens,
-            self.job,
-            &directions,
-            self.target,
-            self.drawn,
-        ))
-    }
-}
-
 impl Tape {
     pub(crate) fn job(&self) -> Job<'_> {
         Job {
@@ -304,45 +180,4 @@ impl Tape {
         }
         Ok(PictureGradients { rgb, alpha, depth })
     }
-}
-
-/// Six flat pictures in the order of `Differentiator::pose_normals`.
-fn target_of<'a>(
-    arrays: &'a [PyReadonlyArray1<'_, f32>; 6],
-    pixels: usize,
-    gain: f32,
-    bias: f32,
-) -> PyResult<Target<'a>> {
-    let flat = |place: usize| -> PyResult<&'a [f32]> {
-        let values = arrays[place].as_slice()?;
-        check_length(&format!("target[{place}]"), values, pixels)?;
-        Ok(values)
-    };
-    Ok(Target {
-        grey: flat(0)?,
-        grey_weight: flat(1)?,
-        background: flat(2)?,
-        silhouette: flat(3)?,
-        silhouette_weight: flat(4)?,
-        occluder: flat(5)?,
-        gain,
-        bias,
-    })
-}
-
-fn twists_of(rows: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<Twist>> {
-    let [count, columns] = [rows.shape()[0], rows.shape()[1]];
-    if ![3, 4, 6].contains(&count) || columns != 6 {
-        return Err(PyValueError::new_err(format!(
-            "twists: ({count}, {columns}) values, wanted 3, 4 or 6 rows of 6"
-        )));
-    }
-    Ok(rows
-        .as_slice()?
-        .chunks_exact(6)
-        .map(|row| Twist {
-            shift: std::array::from_fn(|axis| row[axis] as f32),
-            turn: std::array::from_fn(|axis| row[3 + axis] as f32),
-        })
-        .collect())
 }

@@ -7,13 +7,11 @@ import pytest
 
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
-from scenes.render.gsplat import GsplatRenderer
 from scenes.render.native import NativeRenderer
 from scenes.render.reference.differences import drawable
 from scenes.render.reference.renderer import ReferenceRenderer
 from scenes.render.renderer import PosedSplats, RenderOptions
 from scenes.splats import SH_C0, SplatCloud
-from tests.scenes.render.gsplat_stand_in import StandInGsplat, stand_in_torch
 
 CAMERAS = {
     "pinhole": Pinhole.from_fov(97, 71, np.radians(70)),
@@ -39,29 +37,11 @@ def native_with(instructions: str) -> NativeRenderer:
     return NativeRenderer(instructions=instructions)
 
 
-GSPLAT = [
-    "gsplat's stages in numpy",
-    pytest.param("gsplat", marks=pytest.mark.gpu),
-]
-
-
-def gsplat_renderer() -> GsplatRenderer:
-    """On this machine's CUDA device; skips the test where there is none."""
-    try:
-        return GsplatRenderer()
-    except (ImportError, RuntimeError) as error:
-        pytest.skip(str(error))
-
-
-@pytest.fixture(scope="session", params=["reference", *INSTRUCTIONS, *GSPLAT])
+@pytest.fixture(scope="session", params=["reference", *INSTRUCTIONS])
 def renderer(request):
     """Every renderer, for what they must all do."""
     if request.param == "reference":
         return ReferenceRenderer()
-    if request.param == "gsplat":
-        return gsplat_renderer()
-    if request.param == "gsplat's stages in numpy":
-        return GsplatRenderer(torch=stand_in_torch(), gsplat=StandInGsplat())
     return native_with(request.param)
 
 
@@ -69,12 +49,6 @@ def renderer(request):
 def native(request):
     """The native renderer with each instruction set."""
     return native_with(request.param)
-
-
-@pytest.fixture(scope="session", params=["reference", *INSTRUCTIONS])
-def own_renderer(request):
-    """The renderers that draw wide splats exactly and tell objects apart."""
-    return ReferenceRenderer() if request.param == "reference" else native_with(request.param)
 
 
 @pytest.fixture(scope="session")
@@ -87,15 +61,6 @@ def reference():
 def camera(request):
     """Cameras of both kinds, none of them a whole number of tiles."""
     return CAMERAS[request.param]
-
-
-@pytest.fixture
-def fitting_camera(renderer, camera):
-    """`camera`, but not a lens with coefficients for a renderer that refuses those."""
-    has_coefficients = isinstance(camera, Fisheye) and not camera.is_equidistant
-    if has_coefficients and isinstance(renderer, GsplatRenderer):
-        pytest.skip("gsplat has no lens with coefficients")
-    return camera
 
 
 @pytest.fixture(scope="session")

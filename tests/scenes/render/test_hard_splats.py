@@ -85,10 +85,10 @@ def test_no_gradient_is_nan(cloud, camera, portable):
 
 
 @pytest.mark.parametrize("camera", [Pinhole.from_fov(24, 20, 1.0), Fisheye.from_fov(24, np.pi)])
-def test_what_is_too_far_for_float32_is_not_drawn(own_renderer, ball, camera):
+def test_what_is_too_far_for_float32_is_not_drawn(renderer, ball, camera):
     for range_m, is_drawn in ((0.99e15, True), (1.01e15, False)):
         posed = PosedSplats(ball((0, 0, 1.0)), Pose(np.eye(3), [0.0, 0.0, range_m]))
-        picture = own_renderer.render([posed], camera, Pose.identity())
+        picture = renderer.render([posed], camera, Pose.identity())
         assert (picture.alpha.max() > 0.3) == is_drawn
 
 

@@ -315,6 +315,6 @@ def test_too_large_a_picture_is_refused(native):
         (Pinhole(8, 8, 9.0, 9.0, 4.0, np.nan), r"centre \(4.0, nan\) px, wanted finite"),
     ],
 )
-def test_cameras_beyond_float32_are_refused(own_renderer, camera, message):
+def test_cameras_beyond_float32_are_refused(renderer, camera, message):
     with pytest.raises(ValueError, match=f"camera: {message}"):
-        own_renderer.render([], camera, Pose.identity())
+        renderer.render([], camera, Pose.identity())

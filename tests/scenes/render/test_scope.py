@@ -10,7 +10,6 @@ from scenes.pose import Pose
 from scenes.render.gradients import record
 from scenes.render.incremental import StillView
 from scenes.render.native import NativeRenderer
-from scenes.render.pose_newton import PoseTarget, normal_equations
 from scenes.render.reference.renderer import ReferenceRenderer
 from scenes.render.renderer import TILE_PX, PosedSplats, RenderOptions, tiles_of
 
@@ -128,15 +127,15 @@ def test_gradients_come_from_the_region_alone(native, drawn_cloud, small_lens):
         np.testing.assert_allclose(got, wanted, atol=1e-5 * np.abs(wanted).max())
 
 
-def test_a_picture_shines_through_like_a_colour(renderer, scene, fitting_camera):
-    plain = renderer.render(scene, fitting_camera, BACK, RenderOptions(background=GREEN))
-    shape = (fitting_camera.height_px, fitting_camera.width_px, 3)
+def test_a_picture_shines_through_like_a_colour(renderer, scene, camera):
+    plain = renderer.render(scene, camera, BACK, RenderOptions(background=GREEN))
+    shape = (camera.height_px, camera.width_px, 3)
     flat = np.broadcast_to(np.array(GREEN, dtype=np.float32), shape)
-    same = renderer.render(scene, fitting_camera, BACK, RenderOptions(background=flat))
+    same = renderer.render(scene, camera, BACK, RenderOptions(background=flat))
     np.testing.assert_allclose(same.rgb, plain.rgb, rtol=0, atol=1e-7)
     picture = np.random.default_rng(1).random(shape, dtype=np.float32)
-    rendering = renderer.render(scene, fitting_camera, BACK, RenderOptions(background=picture))
-    black = renderer.render(scene, fitting_camera, BACK)
+    rendering = renderer.render(scene, camera, BACK, RenderOptions(background=picture))
+    black = renderer.render(scene, camera, BACK)
     wanted = black.rgb + (1 - black.alpha[..., None]) * picture
     np.testing.assert_allclose(rendering.rgb, wanted, rtol=0, atol=1e-6)
 
@@ -189,13 +188,3 @@ def test_gradients_see_the_background_picture(native, drawn_cloud, small_lens):
 def test_bad_scopes_and_pictures_are_named(renderer, options, named):
     with pytest.raises(ValueError, match=rf"options\.{named}: got .*, wanted "):
         renderer.render([], CAMERAS[0], BACK, options)
-
-
-def test_pose_steps_take_no_region(native, scene):
-    camera = CAMERAS[0]
-    grey = np.zeros((camera.height_px, camera.width_px), dtype=np.float32)
-    with pytest.raises(ValueError, match=r"region or a tile_mask.*weights"):
-        normal_equations(
-            native, scene[0], camera, BACK, PoseTarget(grey=grey, silhouette=grey),
-            options=RenderOptions(region=(0, 0, 5, 5)),
-        )  # fmt: skip

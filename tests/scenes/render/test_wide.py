@@ -76,15 +76,13 @@ def test_one_splat_anywhere_agrees(mean, scales, rotation, opacity, kind):
         assert_agrees(rendering, oracle)
 
 
-def test_a_round_splat_far_off_axis_is_as_wide_as_ahead(own_renderer, ball):
+def test_a_round_splat_far_off_axis_is_as_wide_as_ahead(renderer, ball):
     """The peak along a ray depends on its angle to the mean alone, which EWA gets wrong."""
     lens = Fisheye.from_fov(200, np.radians(200))
     sigma, range_m = 0.4, 2.0
     for angle in (0.0, 1.0, 1.6):
         mean = (range_m * math.sin(angle), 0.0, range_m * math.cos(angle))
-        picture = own_renderer.render(
-            [PosedSplats(ball(mean, sigma_m=sigma), HERE)], lens, HERE, EXACT
-        )
+        picture = renderer.render([PosedSplats(ball(mean, sigma_m=sigma), HERE)], lens, HERE, EXACT)
         rays = lens.unproject(np.column_stack([np.arange(200) + 0.5, np.full(200, 100.5)]))
         apart = np.arccos(np.clip(rays @ np.array(mean) / range_m, -1, 1))
         blurred = sigma**2 + 0.3 * (range_m / lens.f_px) ** 2
@@ -94,10 +92,10 @@ def test_a_round_splat_far_off_axis_is_as_wide_as_ahead(own_renderer, ball):
         np.testing.assert_allclose(picture.alpha[100][seen], wanted[seen], atol=2e-5)
 
 
-def test_an_eye_inside_a_splat_is_in_a_fog(own_renderer, ball):
+def test_an_eye_inside_a_splat_is_in_a_fog(renderer, ball):
     lens = Fisheye.from_fov(80, np.radians(340))
     fog = ball((0.0, 0.0, 0.5), sigma_m=0.5, opacity=0.6)
-    alpha = own_renderer.render([PosedSplats(fog, HERE)], lens, HERE, EXACT).alpha
+    alpha = renderer.render([PosedSplats(fog, HERE)], lens, HERE, EXACT).alpha
     inside = np.hypot(*(np.mgrid[:80, :80] + 0.5 - 40.0)) < 39
     assert alpha[inside].min() == pytest.approx(0.6 * math.exp(-0.5), rel=2e-3)
     half_a_pixel = math.hypot(0.5, 0.5) / lens.f_px

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from scenes.pose import Pose
 from scenes.prepare.foreign.free_space import clearance
-from scenes.render.levels.merging import merged
+from scenes.render.reduction import merged
 from scenes.render.renderer import PosedSplats, Renderer
 from scenes.splats import SplatCloud
 from tracking.camera.locating.panorama import (

@@ -1,8 +1,8 @@
-"""Splats that share a small cube merged into one: the same object for pictures of few pixels.
+"""Fewer splats for much the same picture: those of a cell merged, or every n-th kept.
 
-Each group keeps the sum of what its splats cover, their mean colour, and their second moments
-(moment matching; Salmond 1990, "Mixture reduction algorithms for target tracking"). Merging takes
-milliseconds where pruning and refitting (`scenes.render.levels.levels`) takes a second.
+Merged groups keep the sum of what their splats cover, their mean colour, and their second moments
+(moment matching; Salmond 1990, "Mixture reduction algorithms for target tracking"): for objects of
+few pixels. A room is thinned while the camera moves, without being drawn.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation  # pyright: ignore[reportMissingTypeStubs]
 
 from scenes.splats import SplatCloud
+from scenes.zcurve import z_order
 
 Points = NDArray[np.float64]
 
@@ -58,6 +59,32 @@ def merged(cloud: SplatCloud, cell_m: float) -> SplatCloud:
         np.minimum(opacities, MOST_OPAQUE).astype(np.float32),
         sh.astype(np.float32),
     )
+
+
+def thinned(cloud: SplatCloud, count: int) -> SplatCloud:
+    """About `count` splats spread as evenly as the cloud's, enlarged to cover what all covered.
+
+    Every n-th along a Z curve is kept. On walls all splats contribute about the same; keeping the
+    heaviest would leave holes there.
+
+    Args:
+        cloud: any cloud; splats whose mean isn't finite are left out.
+        count: how many splats to keep at most; a cloud that has no more comes back as it is.
+
+    Raises:
+        ValueError: the count is below 1.
+    """
+    if count < 1:
+        raise ValueError(f"thinned: count: got {count}, wanted at least 1 splat")
+    if len(cloud) <= count:
+        return cloud
+    (sound,) = np.nonzero(np.isfinite(cloud.means).all(axis=1))
+    order = sound[z_order(cloud.means[sound].astype(np.float64))]
+    steps = (np.arange(count) * (len(order) / count)).astype(np.intp)
+    kept = cloud.select(np.sort(order[np.unique(steps)]) if len(order) else order)
+    # Areas are of squares: half the splats must be sqrt(2) as large.
+    factor = np.float32(np.sqrt(len(order) / max(len(kept), 1)))
+    return SplatCloud(kept.means, kept.scales * factor, kept.rotations, kept.opacities, kept.sh)
 
 
 def _groups(means: Points, cell_m: float) -> tuple[NDArray[np.intp], int]:

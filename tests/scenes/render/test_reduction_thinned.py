@@ -4,8 +4,8 @@ import pytest
 from scenes.cameras import Pinhole
 from scenes.frames import look_at
 from scenes.pose import Pose
-from scenes.render.levels.thinning import thinned
 from scenes.render.native import NativeRenderer
+from scenes.render.reduction import thinned
 from scenes.render.renderer import PosedSplats
 from scenes.splats import SplatCloud
 

@@ -8,8 +8,8 @@ import pytest
 from scenes.cameras import Pinhole
 from scenes.frames import look_at
 from scenes.pose import Pose
-from scenes.render.levels.merging import merged
 from scenes.render.native import NativeRenderer
+from scenes.render.reduction import merged
 from scenes.render.renderer import PosedSplats, RenderOptions
 from scenes.splats import SH_C0, SplatCloud
 

@@ -1,1 +1,0 @@
-"""Smaller versions of an object or a room, for where it is drawn small."""
