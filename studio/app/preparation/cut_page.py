@@ -93,12 +93,10 @@ class CutPage(QWidget):
         self.refresh()
 
     def _lay_out(self) -> None:
-        top, bottom = QHBoxLayout(), QHBoxLayout()
-        top.addWidget(self.load_button)
-        top.addWidget(self.views, 1)
-        top.addWidget(self.tool)
-        top.addWidget(self.clear_button)
-        top.addWidget(self.large)
+        bottom = QHBoxLayout()
+        top = WrappingRow(
+            (self.load_button, self.views, self.tool, self.clear_button, self.large)
+        )
         bottom.addWidget(self.name, 1)
         buttons = WrappingRow((self.cut_button, self.clean_button, self.undo_button))
         layout = QVBoxLayout(self)
