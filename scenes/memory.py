@@ -8,9 +8,10 @@ import gc
 M_MMAP_THRESHOLD, M_ARENA_MAX = -3, -8
 """Names of glibc's options, as `malloc.h` has them."""
 
-LARGE_BYTES, HEAPS = 1 << 20, 2
+LARGE_BYTES, HEAPS = 1 << 20, 1
 """From which size a block has pages of its own, and how many heaps all others share, chosen: of
-seven ways tried, these together kept the least from round to round."""
+eight ways tried, these together kept the least from round to round. Threads keep small blocks of
+their own, and large ones come from no heap: few wait for each other."""
 
 
 def give_back_memory() -> None:
@@ -20,11 +21,11 @@ def give_back_memory() -> None:
 
 
 def keep_heap_small() -> None:
-    """Have large blocks given back as soon as they are freed, and few heaps for all threads.
+    """Have large blocks given back as soon as they are freed, and one heap for all threads.
 
     By itself glibc makes a heap for every thread, and after the first picture that is freed takes
     the next ones from there: between small blocks that stay, pages that nobody uses add up. Seven
-    rounds of opening, rehearsing and closing keep 390 MB more than the first so, and 7 MB like
+    rounds of opening, rehearsing and closing keep 390 MB more than the first so, and 4 MB like
     this. Other C libraries have no such call and need none.
     """
     set_option = getattr(ctypes.CDLL(None), "mallopt", None)

@@ -156,6 +156,7 @@ def open_close(rounds: str) -> dict[str, Any]:
         window.close()
         dispose(window)
         rest(wait, 0.3)
+        del window, wait
         give_back_memory()  # what is free is no leak
         resident.append(resident_mb())
     return {"resident_mb": resident}

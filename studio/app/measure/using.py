@@ -122,7 +122,7 @@ def _round(window: MainWindow, wait: Wait, project: Path) -> None:
     bench.perform("timeline.close")
     bench.perform("file.open_scene", scene="desk")
     wait(lambda: bench.document.scene == "desk")
-    shutil.rmtree(run.out)  # a long use fills no disk
+    shutil.rmtree(rehearsal.parent)  # a long use fills no disk
 
 
 def _rehearse(window: MainWindow, wait: Wait) -> None:

@@ -15,14 +15,25 @@ from studio.sweep.cluster import play_on_cluster
 distributed = pytest.importorskip("distributed")
 
 
+@pytest.fixture(scope="module", autouse=True)
+def scratch(tmp_path_factory):
+    """What Dask leaves goes with the tests' own folders."""
+    import dask
+
+    folder = str(tmp_path_factory.mktemp("scratch"))
+    with dask.config.set({"temporary-directory": folder}):
+        yield folder
+
+
 @pytest.fixture(scope="module")
-def cluster():
+def cluster(scratch):
     with distributed.LocalCluster(
         n_workers=2,
         threads_per_worker=1,
         processes=True,
         dashboard_address="127.0.0.1:0",
         host="127.0.0.1",
+        local_directory=scratch,
     ) as made:
         yield made
 
@@ -89,12 +100,16 @@ def test_a_run_that_kills_every_worker_ends_the_sweep(fake, cluster, by_value, m
         list(play_on_cluster(fake.plan.runs[:1], cluster.scheduler_address, play=die))
 
 
-def test_a_cluster_without_workers_is_not_waited_for_forever(fake, by_value, monkeypatch):
+def test_a_cluster_without_workers_is_not_waited_for_forever(fake, by_value, tmp_path, monkeypatch):
     for name, seconds in (("LOOK_EVERY_S", 0.1), ("WORKERLESS_S", 0.3)):
         monkeypatch.setattr(f"studio.sweep.cluster.{name}", seconds)
     with (
         distributed.LocalCluster(
-            n_workers=0, processes=True, dashboard_address="127.0.0.1:0", host="127.0.0.1"
+            n_workers=0,
+            processes=True,
+            dashboard_address="127.0.0.1:0",
+            host="127.0.0.1",
+            local_directory=str(tmp_path),
         ) as empty,
         pytest.raises(OSError, match=r"2 runs left and no worker .* same sweep again"),
     ):

@@ -1,3 +1,7 @@
+import os
+import subprocess
+import sys
+
 import numpy as np
 import onnx
 import pytest
@@ -122,3 +126,13 @@ def test_missing_and_damaged_files_are_refused_at_construction(tmp_path):
     good = network(tmp_path / "n.onnx")
     with pytest.raises(ValueError, match="3 class names for 2 classes"):
         YoloSegDetector(good, class_names=("a", "b", "c"))
+
+
+def test_the_runtime_of_networks_reports_nothing_and_leaves_nothing(tmp_path):
+    environment = {k: v for k, v in os.environ.items() if k != "ORT_DISABLE_TELEMETRY"}
+    subprocess.run(
+        [sys.executable, "-c", "import tracking.baseline.yolo"],
+        check=True,
+        env={**environment, "TMPDIR": str(tmp_path)},
+    )
+    assert list(tmp_path.iterdir()) == []
