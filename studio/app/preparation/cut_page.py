@@ -94,9 +94,7 @@ class CutPage(QWidget):
 
     def _lay_out(self) -> None:
         bottom = QHBoxLayout()
-        top = WrappingRow(
-            (self.load_button, self.views, self.tool, self.clear_button, self.large)
-        )
+        top = WrappingRow((self.load_button, self.views, self.tool, self.clear_button, self.large))
         bottom.addWidget(self.name, 1)
         buttons = WrappingRow((self.cut_button, self.clean_button, self.undo_button))
         layout = QVBoxLayout(self)
