@@ -24,7 +24,7 @@ class TrackerPanel(QWidget):
         self.names = QComboBox()
         self.names.setAccessibleName("Tracker of the next session")
         self.names.activated.connect(self._choose)
-        self.beside = QCheckBox("this program's beside it")
+        self.beside = QCheckBox("this program's too")
         self.beside.setToolTip("run this program's tracker too: report and timeline show both")
         self.beside.clicked.connect(self._choose)
         self.note = QLabel()
