@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Folders of `src`, the lowest first.
-const LAYERS: [&str; 18] = [
+const LAYERS: [&str; 17] = [
     "machine",
     "camera",
     "scene",
