@@ -62,8 +62,8 @@ fn check_through<L: Curved>(lens: &L, scene: &Scene) {
             simd,
             pool: pool(),
         };
-        let outcome = Outcome::of(&objects, lens, &job, scene);
-        outcome.check_values(scene.has_squares());
+        let outcome = Outcome::of(&objects, lens, &job);
+        outcome.check_values();
         match &first {
             Some(portable) => outcome.check_against(portable, simd.name()),
             None => first = Some(outcome),
@@ -77,11 +77,10 @@ struct Outcome {
     alpha: Vec<f32>,
     depth: Vec<f32>,
     gradients: Vec<f32>,
-    step: NormalSums,
 }
 
 impl Outcome {
-    fn of<L: Curved>(objects: &[PosedCloud], lens: &L, job: &Job, scene: &Scene) -> Outcome {
+    fn of<L: Curved>(objects: &[PosedCloud], lens: &L, job: &Job) -> Outcome {
         let pixels = job.view.width * job.view.height;
         let draw = |tape: bool| {
             let (mut rgb, mut alpha) = (vec![0.0; 3 * pixels], vec![0.0; pixels]);
@@ -124,7 +123,7 @@ impl Outcome {
         }
     }
 
-    fn check_values(&self, has_squares: bool) {
+    fn check_values(&self) {
         for (name, values) in [("rgb", &self.rgb), ("depth", &self.depth)] {
             assert!(values.iter().all(|v| v.is_finite()), "{name} {values:?}");
         }

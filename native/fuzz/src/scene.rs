@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use _native::camera::lens::{FOCAL_PX, MAX_CENTRE_PX};
 use _native::project::posed::{PosedCloud, View};
-use _native::scene::cloud::{Cloud, SplatArrays, MAX_SH};
+use _native::scene::cloud::{Cloud, SplatArrays};
 
 const MAX_SPLATS: usize = 40;
 const MAX_SIDE: usize = 40;
@@ -95,13 +95,9 @@ impl<'a> Bytes<'a> {
     }
 }
 
-/// Squares of the slopes of brighter colours may overflow: Python refuses the sums of such a pose step.
-const BRIGHTEST: f32 = 1e9;
-
 /// A cloud and where it is.
 struct Object {
     cloud: Cloud,
-    has_squares: bool,
     rotation: [[f64; 3]; 3],
     translation: [f64; 3],
 }
@@ -115,7 +111,6 @@ pub struct Scene {
     /// None for a pinhole.
     pub max_angle: Option<f64>,
     pub background: [f32; 3],
-    pub occluder_m: f32,
 }
 
 impl Scene {
@@ -140,7 +135,6 @@ impl Scene {
             let channel = bytes.finite(0.0, 1.0) as f32;
             channel.clamp(-MAX_BACKGROUND, MAX_BACKGROUND)
         });
-        let occluder_m = bytes.between(0.1, 10.0) as f32;
         Scene {
             objects: (0..1 + bytes.upto(1)).map(|_| object(bytes)).collect(),
             view,
@@ -148,13 +142,7 @@ impl Scene {
             centre,
             max_angle: (!is_pinhole).then_some(max_angle),
             background,
-            occluder_m,
         }
-    }
-
-    /// Whether the sums of a pose step must be numbers.
-    pub fn has_squares(&self) -> bool {
-        self.objects.iter().all(|object| object.has_squares)
     }
 
     pub fn posed(&self) -> Vec<PosedCloud<'_>> {
@@ -205,9 +193,6 @@ fn object(bytes: &mut Bytes) -> Object {
             sh: &sh,
             sh_count,
         }),
-        has_squares: sh
-            .iter()
-            .all(|v| !v.is_finite() || v.abs() <= BRIGHTEST || v.abs() > MAX_SH),
         rotation: rotation(bytes),
         translation: std::array::from_fn(|_| bytes.finite(-0.5, 0.5)),
     }
