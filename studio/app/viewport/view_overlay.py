@@ -177,9 +177,9 @@ class Overlay:
         depth_m = float((self._camera_from_world @ point)[2])
         return [] if at is None else [_Label(text, at + shift, colour, depth_m)]
 
-    def box(self, pose: Pose, size_m: tuple[float, float, float], colour: QColor) -> None:
+    def box(self, world_from_box: Pose, size_m: tuple[float, float, float], colour: QColor) -> None:
         """Edges of an item's box, in front of everything; those behind the viewer are left out."""
-        edges = pieces(box_edges("", size_m, pose).points)
+        edges = pieces(box_edges("", size_m, world_from_box).points)
         for pen in (QPen(QColor(0, 0, 0, 150), 4.0), QPen(colour, 2.0)):
             self._painter.setPen(pen)
             for edge in edges:

@@ -79,15 +79,11 @@ def test_a_wrong_gradient_fails(monkeypatch):
     assert error.value == pytest.approx(1e-3, rel=0.05)
 
 
-def test_times_have_their_bars():
+def test_the_backward_pass_has_its_bar():
     rows = {
         row.name: row
         for row in raster_gradients.gradient_rows(raster.NativeRenderer(), 1, repeats=2)
     }
-    for name in ("5k_4dof", "5k_6dof", "20k_4dof", "20k_6dof"):
-        row = rows[f"raster.gauss_newton_{name}.1t.ms"]
-        assert row.value > 0
-        assert row.passed is (row.value <= row.bar)
     assert rows["raster.backward_vs_forward"].bar == 2.3
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import tracking.follow.follow
+import tracking.follow.outcome
 from scenes.pose import Pose
 from scenes.state import ObjectModel
 from tests.tracking.evidence.test_rendering import BOX_M, at, box, seen
@@ -132,7 +133,7 @@ def test_an_appearance_memory_is_renewed_while_the_object_is_still_recognised_by
         appearance=SimpleNamespace(view_weight=lambda _: view_weight), camera_from_object=None
     )
     fit = SimpleNamespace(reduced=reduced, colour_correlation=colour_correlation)
-    assert tracking.follow.follow._turns_away_from_memory(fit) == renewed
+    assert tracking.follow.outcome._turns_away_from_memory(fit) == renewed
 
 
 @pytest.mark.parametrize(("height_m", "taken_up"), [(0.74, False), (0.77, True), (1.2, True)])

@@ -18,6 +18,10 @@ from scenes.prepare.poses.sfm.job import PROGRESS_FILE, STAGE_SHARES, STAGES, Jo
 DATABASE_FILE = "database.db"
 MAPPING_FILE = "mapping.json"
 
+# COLMAP would write a log file a process and level into the system's temporary folder.
+for _level in ("INFO", "WARNING", "ERROR", "FATAL"):
+    pycolmap.logging.set_log_destination(getattr(pycolmap.logging, _level), "")
+
 Stopwatch = Callable[[], tuple[float, float]]
 """Wall and CPU seconds since some moment."""
 

@@ -76,7 +76,7 @@ def test_every_word_of_other_programs_finds_something_in_the_palette(desk):
     named = {(word, each) for word, ours in SYNONYMS.items() for each in ours}
     assert [pair for pair in named if not any(pair[1] in title for title in titles)] == []
     wanted = {
-        "export": "Share",
+        "export": "Share …",
         "save as": "Save project as …",
         "record": "Rehearse",
         "simulate": "Rehearse",

@@ -125,7 +125,7 @@ def test_a_closed_thread_answers_that_there_is_no_picture():
 def test_without_opengl_it_says_so_once_and_answers_all_the_same(monkeypatch):
     from studio.app.viewport.drawing import mesh_thread
 
-    def none_here():
+    def none_here(**_options):
         raise NoOpenGLError("no OpenGL here")
 
     monkeypatch.setattr(mesh_thread, "MeshDrawer", none_here)
