@@ -25,7 +25,7 @@ UNITS: Mapping[str, str] = {"deg": "°"}
 """Units as they are printed; others stay."""
 
 Called = Callable[[str], str]
-"""What an object of an id is called."""
+"""Gives the name of the object of an id."""
 
 
 def spoken(name: str, called: Called = str) -> str:

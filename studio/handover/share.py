@@ -45,7 +45,7 @@ STILLS = 4
 
 
 class Part(StrEnum):
-    """What can be handed over."""
+    """Parts that can be handed over."""
 
     VIEWER = "viewer"
     FILM = "film"

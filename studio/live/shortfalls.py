@@ -1,4 +1,4 @@
-"""What a live session could not do, and why: pictures not tracked, objects lost."""
+"""Shortfalls of a live session, with their causes: pictures not tracked, objects lost."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ FEW_SHARE = 0.1
 """Share of pictures that may be left out without a word: one in ten is no loss for what moves at
 walking pace before a camera of 10 pictures a second or more."""
 
-LEAST_HZ = 5.0
+MIN_HZ = 5.0
 """Pictures tracked a second below which an object carried at walking pace, 1.2 m/s, moves by more
 than its own width between two of them: it is lost."""
 
 LONG_GAP_S = 0.4
 """Time without a tracked picture after which what moves is looked for elsewhere: two pictures at
-`LEAST_HZ`."""
+`MIN_HZ`."""
 
 HIDDEN = 0.4
 """Visible share of an object below which something stood before it: its outline is mostly gone."""
@@ -66,7 +66,7 @@ def loss_words(
 
 
 class Losses:
-    """Which objects are lost since when, and why.
+    """Lost objects: since when, and why.
 
     Args:
         scene: whose objects have names.

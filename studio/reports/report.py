@@ -117,7 +117,7 @@ def _verdict(report: Report) -> Verdict:
 
 
 def _called(report: Report) -> Called:
-    """What the scene calls its objects."""
+    """Names of the scene's objects."""
     names = {item.object_id: item.name for item in report.session.scene.objects}
     return lambda object_id: names.get(object_id) or object_id
 

@@ -26,7 +26,7 @@ log = logging.getLogger(__name__)
 
 
 class Remedy(StrEnum):
-    """What makes a scene fit to rehearse in: words of a button."""
+    """Remedies that make a scene fit to rehearse in: words of a button."""
 
     TRAIN_AGAIN = "Train the photos again and rehearse"
     PREPARE_FILE = "Make a room of this file"
@@ -204,7 +204,7 @@ def _scan(
 
 
 def _without_reality(path: str) -> UnfitSceneError:
-    """What a scan with objects lacks, and whether its photos are there to make it of."""
+    """The lack of a scan with objects, and whether its photos are there to mend it."""
     why = f"{Path(path).name}: to rehearse with objects that were cut out of a scan, "
     if is_prepared_here(Path(path)):
         return UnfitSceneError(
@@ -236,7 +236,7 @@ def _without_surface(path: str) -> UnfitSceneError:
 
 
 def work_folder_of(scene: Path) -> Path:
-    """Where the preparation of a package leaves its photos and stages, unless told otherwise."""
+    """The folder of a package's photos and stages, if none was named at its preparation."""
     return scene.with_name(f"{scene.name}.prepare")
 
 

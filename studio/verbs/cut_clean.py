@@ -69,7 +69,7 @@ def drawn_of(
     lassos: Sequence[Sequence[str]],
     brushes: Sequence[Sequence[str]],
 ) -> dict[str, Drawn]:
-    """What the command line marks, by view.
+    """Marks of the command line, by view.
 
     Raises:
         ValueError: nothing is marked, a number is none, or coordinates are odd in count.

@@ -1,4 +1,4 @@
-"""Where a verb leaves its results: not in the place of earlier ones unless that is asked for."""
+"""Folders of a verb's results: never that of earlier ones unless asked to replace them."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ SPREAD, SPREAD_POINTS = 1.2, 5
 """How far over a splat it is solid, in its standard deviations, and points across it."""
 
 HIGHEST_M = 1.2
-"""What is higher above the base casts no shadow that is seen."""
+"""Height above the base from which no shadow is seen."""
 
 MARGIN_M, MARGIN_SHARE = 0.03, 0.35
 """Around an object's outline, and more by this share of its height: so far its shadow reaches."""
@@ -66,7 +66,7 @@ the third below it, it is another one."""
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ContactShadow:
-    """What an object takes of the light around its base.
+    """The light that an object takes around its base.
 
     Attributes:
         dark: (CELLS, CELLS) float32, 0..1 of the light that is taken; row is y, column is x, 0 at

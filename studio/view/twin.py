@@ -162,7 +162,7 @@ class Twin:
         draw_contact_shadows(picture, depth, camera, world_from_camera, found, bodies=bodies)
 
     def _shadow(self, object_id: str, body: PosedSplats) -> ContactShadow | None:
-        """What an object casts as it leans now."""
+        """The shadow of an object as it leans now."""
         tilt = tilt_of(body.world_from_object.rotation)
         key = np.round(tilt / TILT).astype(int).tobytes()
         known = self._cast.get(object_id)

@@ -18,7 +18,7 @@ from studio.app.live.words import age_words, size_words
 from studio.app.model.workbench import Workbench
 from studio.app.shell.theme import SHAPES, THEMES, figures
 from studio.live.live import LiveSession
-from studio.live.shortfalls import LEAST_HZ, drop_words
+from studio.live.shortfalls import MIN_HZ, drop_words
 from studio.live.status import LiveState, LiveStatus
 
 SIDE_PX = 116
@@ -175,7 +175,7 @@ class CameraView(QWidget):
         if status.state is LiveState.LIVE:
             words = drop_words(came_hz=came_hz, tracked_hz=tracked_hz, is_simulated=is_simulated)
         if words:
-            kind = "bad" if tracked_hz < LEAST_HZ else "warning"
+            kind = "bad" if tracked_hz < MIN_HZ else "warning"
         share = status.dropped / max(status.frames + status.dropped, 1)
         mark = f"{SHAPES[kind]} " if kind else ""
         part = f" ({share:.0%})" if status.dropped else ""

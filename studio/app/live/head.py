@@ -35,7 +35,7 @@ LIVE_RED = "#c62828"
 """Of the badge, in both themes; white on it has 5.6:1."""
 
 SIGNS_PX = 4
-"""What signs such as ▲ may stand out of a line, which come from another font, pixels."""
+"""Pixels that signs such as ▲ may stand out of a line; they come from another font."""
 LINES = 2
 """Of the sentence below the state that are kept free, so that little moves when it changes."""
 
@@ -235,7 +235,7 @@ class LiveHead(QWidget):
         self._held_px = self._height_px() if is_playing else 0
 
     def _height_px(self) -> int:
-        """What its words take at its width, and while a session plays no less than before."""
+        """Height of its words at its width; while a session plays no less than before."""
         layout = self.layout()
         assert layout is not None
         return max(layout.totalHeightForWidth(self.width()), self._held_px)

@@ -30,7 +30,7 @@ LEFT = Qt.MouseButton.LeftButton
 
 
 class DeadEndError(AssertionError):
-    """What a stranger would press next is not there, cannot be seen or cannot be pressed."""
+    """The next press of a stranger is impossible: nothing there, out of sight or disabled."""
 
 
 @dataclass

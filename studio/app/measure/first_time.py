@@ -31,7 +31,7 @@ CEILING_M = 2.6
 """Of the room that is brought, known to who brings it."""
 
 FORK_AT_S = 1.0
-"""Where the run of three seconds is forked."""
+"""Instant at which the run of three seconds is forked."""
 
 
 def task_rows() -> list[Row]:

@@ -128,7 +128,7 @@ SYNONYMS: Mapping[str, tuple[str, ...]] = {
 }
 """Words that people type who come from other programs, and what the same is called here."""
 
-LEAST_TYPED = 3
+MIN_TYPED = 3
 """Letters from which on a beginning is taken for one of these words."""
 
 
@@ -224,7 +224,7 @@ def matching(actions: Iterator[Action] | ActionTable, typed: str) -> list[Action
 
 
 def _ours(word: str) -> tuple[str, ...]:
-    """What a word of other programs, or the beginning of one, is called here."""
-    if len(word) < LEAST_TYPED:
+    """Names that a word of other programs, or the beginning of one, has here."""
+    if len(word) < MIN_TYPED:
         return ()
     return tuple(ours for key, each in SYNONYMS.items() if key.startswith(word) for ours in each)

@@ -30,7 +30,7 @@ LEAST_BOX_PX = 4.0
 
 
 class MarkTool(StrEnum):
-    """What the mouse draws on a photo."""
+    """Shapes that the mouse draws on a photo."""
 
     BOX = "Box"
     LASSO = "Lasso"

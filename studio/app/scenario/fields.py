@@ -145,7 +145,7 @@ FAULT_TITLES: Mapping[str, str] = {
 
 
 def fault_title(name: str) -> str:
-    """What people read of a fault; one of a plug-in has its own name."""
+    """Title of a fault; one of a plug-in has its own name."""
     return FAULT_TITLES.get(name, name)
 
 

@@ -23,12 +23,12 @@ FIRST_SHARES: Shares = ((0.69, 0.31), (0.18, 0.47, 0.35))
 
 LEFT, RIGHT, BOTTOM = ads.LeftDockWidgetArea, ads.RightDockWidgetArea, ads.BottomDockWidgetArea
 AREAS = {"left": LEFT, "right": RIGHT, "bottom": BOTTOM}
-"""What the library calls each side."""
+"""The library's name of each side."""
 
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """Where the docks are.
+    """Places of the docks.
 
     Attributes:
         state: as the docks' library has it.

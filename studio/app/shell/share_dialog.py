@@ -26,7 +26,7 @@ PARTS: Mapping[str, str] = {
     "sheet": "Session sheet: one page with the figures and what happened",
     "archive": "Archive: the recording, too, to repeat or to check it",
 }
-"""What each part is, by its name in `studio.handover.share.Part`."""
+"""Words for each part, by its name in `studio.handover.share.Part`."""
 
 
 class ShareDialog(QDialog):

@@ -1,4 +1,4 @@
-"""What a sweep of the open scenario is asked for: faults with sizes, seeds; and its folder."""
+"""Settings of a sweep of the open scenario: faults with sizes, seeds, and its folder."""
 
 from __future__ import annotations
 
@@ -156,7 +156,7 @@ def scene_of(folder: Path) -> str | None:
 
 
 def found_rows(folder: Path) -> list[dict[str, Any]]:
-    """What has been measured so far, one row a run and tracker, each with the name of its run."""
+    """Figures measured so far, one row a run and tracker, each with the name of its run."""
     from studio.sweep.results import RUNS
 
     rows: list[dict[str, Any]] = []

@@ -45,9 +45,9 @@ from studio.app.sweeps.asked import (
 )
 
 POLL_MS = 300
-LEAST_PX = 90
+MIN_PX = 90
 """Height of a table in the lowest window."""
-MOST_SEEDS = 50
+MAX_SEEDS = 50
 WHAT = (
     "How large may a fault be until tracking suffers? The open scenario is played without a fault, "
     "then with each ticked fault in each of its sizes."
@@ -92,7 +92,7 @@ class SweepsDock(QWidget):
             self.faults.addTopLevelItem(item)
         self.faults.itemClicked.connect(self._edit_size)
         self.seeds = QSpinBox()
-        self.seeds.setRange(1, MOST_SEEDS)
+        self.seeds.setRange(1, MAX_SEEDS)
         self.seeds.setAccessibleName("Runs of each size")
         self.start_button = self._button("Start the sweep", "sweep.start")
         self.file_button = self._button("Of a file …", "sweep.start_file")
@@ -388,7 +388,7 @@ def _table(titles: tuple[str, ...]) -> QTreeWidget:
     table = QTreeWidget()
     table.setHeaderLabels(list(titles))
     table.setRootIsDecorated(False)
-    table.setMinimumHeight(LEAST_PX)
+    table.setMinimumHeight(MIN_PX)
     table.setEditTriggers(QTreeWidget.EditTrigger.NoEditTriggers)
     table.header().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
     return table

@@ -65,7 +65,7 @@ class Rows(QSplitter):
         self.setSizes([rows, max(height - rows, self.curves.minimumHeight())])
 
     def set_playhead(self, t_ns: int) -> None:
-        """Where the recording is."""
+        """The recording's file."""
         self.tracks.set_playhead(t_ns)
         self.curves.set_playhead(t_ns)
 

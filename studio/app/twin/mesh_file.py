@@ -106,7 +106,7 @@ def described(path: Path, geometry: Geometry, *, unit: str, up: Up) -> str:
 
 
 def upper_axis(path: Path, up: Up) -> Axis:
-    """Which of a file's axes is up: the one that is given, else the format's usual one."""
+    """Upper axis of a file: the one that is given, else the format's usual one."""
     return up or ("y" if path.suffix.lower() in Y_UP else "z")
 
 

@@ -47,7 +47,7 @@ class ToolBar(QToolBar):
         self._buttons[f"view.tool_{tool}"].setChecked(True)
 
     def button(self, action_id: str) -> QAction:
-        """What does an action."""
+        """The function that does an action."""
         return self._buttons[action_id]
 
     def _add(self, action_id: str) -> QAction:

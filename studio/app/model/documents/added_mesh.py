@@ -16,7 +16,7 @@ METRES: dict[str, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft
 """One of each unit that a file's lengths can be in, metres."""
 
 Axis = Literal["y", "z"]
-"""Which of a file's axes is up."""
+"""Upper axis of a file."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -22,7 +22,7 @@ VIDEOS = frozenset({".mp4", ".mov", ".m4v", ".mkv", ".avi", ".webm", ".insv"})
 PICTURES = frozenset(
     {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp", ".heic", ".heif", ".hif", ".avif"}
 )
-"""What a room is prepared of; a test holds both to what the preparation reads."""
+"""Files that a room is prepared of; a test holds both to those that the preparation reads."""
 
 POSES = ("transforms.json", "sparse/0/cameras.bin", "sparse/0/cameras.txt", "sparse/cameras.bin")
 POSES += ("sparse/cameras.txt", "cameras.bin", "cameras.txt")
@@ -87,7 +87,7 @@ def poses_in(folder: Path) -> Path | None:
 
 
 def photos_of(folder: Path) -> Path:
-    """Where the photos of a folder lie: beside poses often in a folder of their own."""
+    """The folder of the photos: beside poses often one of their own."""
     beside = (folder / name for name in PHOTOS_BESIDE)
     if poses_in(folder) is None or any(f.suffix.lower() in PICTURES for f in folder.iterdir()):
         return folder

@@ -1,4 +1,4 @@
-"""What is handed over after a session: made on a thread, and said where it lies."""
+"""Handing over a session: made on a thread, and said where it lies."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class HandingOver:
 
     def __init__(self, bench: Workbench) -> None:
         self.shared: Shared | None = None
-        """What was made last."""
+        """The folder that was made last."""
         self._bench = bench
         self._job: ShareJob | None = None
 

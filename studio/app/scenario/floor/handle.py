@@ -1,4 +1,4 @@
-"""What is dragged on the floor plan, and what goes along with it."""
+"""Handles dragged on the floor plan, with all that goes along."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:  # what reads and writes splats is not imported before the win
     from scenes.state import SceneState
 
 ALL, ROOM = "all", "room"
-"""What can be exported beside a single object, by its id."""
+"""Choices of the export beside a single object's id."""
 
 POLL_MS = 100
 BUSY = "exporting splats"
@@ -82,7 +82,7 @@ class SplatExport:
         self._timer.timeout.connect(self._poll)
 
     def action(self) -> Action:
-        """What the File menu holds."""
+        """Actions of the File menu."""
         return Action(
             "file.export_splats",
             "Export splats",

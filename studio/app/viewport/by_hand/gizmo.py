@@ -24,7 +24,7 @@ REACH_PX = 9.0
 ARM_PX, RING_PX = 78.0, 58.0
 """Length of the arrows and radius of the rings on the screen, pixels."""
 
-LEAST_FACTOR = 0.01
+MIN_FACTOR = 0.01
 """Smallest factor that one drag gives a side: through the middle it would turn inside out."""
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -34,7 +34,7 @@ AXES: dict[Handle, NDArray[np.float64]] = {
     "z": UP,
 }
 SIDES: dict[Handle, int] = {"size_x": 0, "size_y": 1, "size_z": 2}
-"""Which of the item's own axes each sizes."""
+"""The item's own axis that each sizes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -129,7 +129,7 @@ class Gizmo:
         if handle == "size":
             (middle,) = self._pixels(centre[None])
             a, b = (float(np.linalg.norm(np.array(at) - middle)) for at in (start_px, now_px))
-            factor = max(b / max(a, 1.0), LEAST_FACTOR)
+            factor = max(b / max(a, 1.0), MIN_FACTOR)
             return factor, factor, factor
         side = SIDES[handle]
         axis = self.world_from_item.rotation[:, side]
@@ -138,11 +138,11 @@ class Gizmo:
         ]
         first, last = ends
         if first is not None and last is not None and abs(first) > 1e-6:
-            factors[side] = max(last / first, LEAST_FACTOR)
+            factors[side] = max(last / first, MIN_FACTOR)
         return factors[0], factors[1], factors[2]
 
     def _rings(self) -> dict[Handle, NDArray[np.float64]]:
-        """What each ring turns about."""
+        """The axis that each ring turns about."""
         c, s = math.cos(self.heading_rad), math.sin(self.heading_rad)
         found: dict[Handle, NDArray[np.float64]] = {"yaw": UP} if self.turns else {}
         if self.tilts:

@@ -52,7 +52,7 @@ class Hover:
         *,
         at_px: tuple[float, float],
     ) -> Hover:
-        """What a press at a pixel would take hold of, or a click select."""
+        """The handle or item that a press at a pixel would take, or a click select."""
         handle = None if handles.gizmo is None else handles.gizmo.hit(*at_px)
         if handle is not None:
             return cls(handle=handle)
