@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import gc
 import os
+import shutil
+import subprocess
 import tempfile
 from collections.abc import Sequence
 from functools import lru_cache
@@ -24,6 +26,32 @@ settings.load_profile("ci")
 AMBIENT, KEY = 0.55, 0.5
 TEMPORARY = ("TMPDIR", "TEMP", "TMP")
 """Variables that name the system's temporary folder."""
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Give each of several test processes a screen of its own.
+
+    On a screen that is shared, without a window manager, a window that opens in one process takes
+    the keyboard from the window that a test of another is typing into.
+    """
+    if not hasattr(config, "workerinput") or shutil.which("Xvfb") is None:
+        return
+    number, told = os.pipe()
+    server = subprocess.Popen(
+        ["Xvfb", "-displayfd", str(told), "-screen", "0", "1600x1000x24", "-noreset"],
+        pass_fds=(told,),
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    os.close(told)
+    with os.fdopen(number) as answer:
+        display = answer.readline().strip()
+    if not display:  # it could not start: the screen that is there does
+        server.wait()
+        return
+    os.environ["DISPLAY"] = f":{display}"
+    config.add_cleanup(server.wait)
+    config.add_cleanup(server.terminate)
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -4,6 +4,7 @@ import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
 const WALK_M_S = 1.6;
 const RUN = 3;
+const LONGEST_STEP_S = 0.5; // nobody is flung through the room after a page has stood still
 const TURN_PER_PIXEL = 0.004;
 const LOOK_AHEAD_M = 1.5;
 const NEAR_M = 0.05;
@@ -19,13 +20,14 @@ export class CameraControl {
     this.views = views;
     this.changed = changed;
     this.flying = false;
-    this.held = new Set();
+    this.held = new Map(); // of each key, since when its way is still to go, ms
+    this.owed = new Map(); // of each key, for how long it was held before it was let go, s
     this.orbit = new OrbitControls(camera, canvas);
     this.orbit.zoomSpeed = 0.8;
     this.orbit.addEventListener("change", changed);
     canvas.addEventListener("pointermove", (event) => this.#turn(event));
-    window.addEventListener("keyup", (event) => this.held.delete(event.code));
-    window.addEventListener("blur", () => this.held.clear());
+    window.addEventListener("keyup", (event) => this.#release(event.code, event.timeStamp));
+    window.addEventListener("blur", () => this.#stop());
     this.go("corner");
   }
 
@@ -53,7 +55,7 @@ export class CameraControl {
   setFlying(flying) {
     this.flying = flying;
     this.orbit.enabled = !flying;
-    this.held.clear();
+    this.#stop();
     const ahead = this.camera.getWorldDirection(new THREE.Vector3());
     if (flying) this.#near(NEAR_M);
     else this.orbit.target.copy(this.camera.position).addScaledVector(ahead, LOOK_AHEAD_M);
@@ -61,27 +63,48 @@ export class CameraControl {
   }
 
   /** Takes a key that moves; true if it is one. */
-  press(code) {
+  press(code, now) {
     if (!this.flying || !(code in STEPS)) return false;
-    this.held.add(code);
+    if (!this.held.has(code)) this.held.set(code, now);
     this.changed();
     return true;
   }
 
-  /** Goes on by some seconds; true while it moves. */
-  step(seconds, fast) {
-    if (!this.flying || !this.held.size) return false;
+  /** Goes on to a time, ms, as far as keys were held: slow pictures lose none of it. True while it moves. */
+  step(now, fast) {
+    if (!this.held.size && !this.owed.size) return false;
     const ahead = this.camera.getWorldDirection(new THREE.Vector3());
     const level = new THREE.Vector3(ahead.x, ahead.y, 0).normalize();
     const right = new THREE.Vector3(level.y, -level.x, 0);
-    const way = seconds * WALK_M_S * (fast ? RUN : 1);
-    for (const code of this.held) {
+    for (const code of this.held.keys()) this.#owe(code, now);
+    for (const [code, seconds] of this.owed) {
       const [sideways, forwards, upwards] = STEPS[code];
+      const way = Math.min(seconds, LONGEST_STEP_S) * WALK_M_S * (fast ? RUN : 1);
       this.camera.position.addScaledVector(right, sideways * way);
       this.camera.position.addScaledVector(ahead, forwards * way);
       this.camera.position.z += upwards * way;
     }
+    this.owed.clear();
     return true;
+  }
+
+  #release(code, now) {
+    if (!this.held.has(code)) return;
+    this.#owe(code, now);
+    this.held.delete(code);
+    this.changed();
+  }
+
+  #owe(code, now) {
+    const since = this.held.get(code);
+    const until = Math.max(now, since);
+    this.owed.set(code, (this.owed.get(code) ?? 0) + (until - since) / 1000);
+    this.held.set(code, until);
+  }
+
+  #stop() {
+    this.held.clear();
+    this.owed.clear();
   }
 
   #near(near) {

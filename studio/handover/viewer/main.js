@@ -83,7 +83,7 @@ window.addEventListener("keydown", (event) => {
   if (event.target instanceof HTMLSelectElement) return;
   const onButton = event.target instanceof HTMLButtonElement && event.code === "Space";
   if (onButton) return;
-  if (camera.press(event.code) || (KEYS[event.code] && !event.repeat)
+  if (camera.press(event.code, event.timeStamp) || (KEYS[event.code] && !event.repeat)
     || event.code.startsWith("Arrow")) event.preventDefault();
   if (!camera.held.has(event.code)) KEYS[event.code]?.();
 });
@@ -135,7 +135,7 @@ function frame(now) {
     seek(t + 1000 * speed * passed);
     if (t >= data.end_ms) play(false);
   }
-  if (camera.step(passed, fast)) changed();
+  if (camera.step(now, fast)) changed();
   const rested = sharpness.isDue(now);
   if (!dirty && !rested) {
     moving = false;

@@ -164,7 +164,8 @@ def test_one_walks_through_the_room(shown):
     start = shown.evaluate("viewer.eye()")
     shown.press("f", "KeyF")
     shown.hold("w", "KeyW", 0.6)
-    shown.wait_for(f"Math.hypot(...viewer.eye().map((v, i) => v - {start}[i])) > 0.1")
+    # 0.96 m at 1.6 m/s, however few pictures were drawn meanwhile.
+    shown.wait_for(f"Math.hypot(...viewer.eye().map((v, i) => v - {start}[i])) > 0.7")
 
     assert shown.evaluate("document.getElementById('fly').ariaPressed") == "true"
 

@@ -47,7 +47,7 @@ class Shot:
 
 
 EMPTY = (
-    Shot("first-page"),
+    Shot("first-page", waits="plan"),
     Shot("twin-empty", "dock.twin", "twin"),
     Shot("scenario-floor", "dock.scenario", "scenario", "Floor", "plan"),
     Shot("scenario-actions", "dock.scenario", "scenario", "Actions"),

@@ -69,10 +69,12 @@ def kept(theme, name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_it_looks_as_it_did(taken, name):
+def test_it_looks_as_it_did(taken, name, tmp_path):
     theme, _, found = taken
     seen = difference(kept(theme, name), found[name])
-    assert seen.is_small, f"{theme} {name}: {seen}"
+    if not seen.is_small:
+        cv2.imwrite(str(tmp_path / "seen.png"), found[name][..., ::-1])
+    assert seen.is_small, f"{theme} {name}: {seen}, see {tmp_path / 'seen.png'}"
 
 
 def again(stage, shot):
