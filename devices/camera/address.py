@@ -16,8 +16,8 @@ RTMP_PORT = 1935
 RTSP_PORT = 554
 """TCP port of RTSP where an address gives none (RFC 2326)."""
 
-INSTA360_PORT = 6666
-"""TCP port on which Insta360 cameras answer in their own Wi-Fi."""
+INSTA360_PORT, INSTA360_HTTP_PORT = 6666, 80
+"""TCP ports on which Insta360 cameras answer in their own Wi-Fi: with pictures, over HTTP."""
 
 DEVICE_MODES = {"size": "video_size", "fps": "framerate", "format": "input_format"}
 """What a V4L2 device is set to, as in `v4l2:/dev/video0?size=2880x1440`: our name, FFmpeg's."""
@@ -57,6 +57,7 @@ class CameraAddress:
         path: RTMP's `application/key`, a device or a file; empty where it does not matter.
         udp_transport: of RTSP, whether the pictures come over UDP instead of the same connection.
         modes: of a device, what it is set to: pairs of a name in `DEVICE_MODES` and a value.
+        http_port: of an Insta360 camera's HTTP interface, else 0.
     """
 
     kind: AddressKind
@@ -66,6 +67,7 @@ class CameraAddress:
     path: str = ""
     udp_transport: bool = False
     modes: tuple[tuple[str, str], ...] = ()
+    http_port: int = 0
 
     @property
     def shown(self) -> str:
@@ -125,8 +127,7 @@ def parse_address(text: str) -> CameraAddress:
     if scheme in ("http", "https"):
         return _hls(url, typed)
     if scheme == "insta360":
-        host = _wanted_host(url, typed)
-        return CameraAddress(AddressKind.INSTA360, typed, host, url.port or INSTA360_PORT)
+        return _insta360(url, typed)
     raise AddressError(f"camera address {typed!r}: {scheme}:// is not known, wanted {EXAMPLES}")
 
 
@@ -165,6 +166,21 @@ def _udp(url: SplitResult, typed: str) -> CameraAddress:
     if not url.port:
         raise AddressError(f"camera address {typed!r}: no port in it, wanted e.g. udp://:5000")
     return CameraAddress(AddressKind.UDP, typed, url.hostname or "", url.port)
+
+
+def _insta360(url: SplitResult, typed: str) -> CameraAddress:
+    host = _wanted_host(url, typed)
+    http_port = INSTA360_HTTP_PORT
+    for name, value in parse_qsl(url.query, keep_blank_values=True):
+        if name != "http" or not value.isascii() or not value.isdigit() or int(value) > 65535:
+            raise AddressError(
+                f"camera address {typed!r}: {name}={value} is not known, wanted at most the port "
+                "of its HTTP interface, e.g. insta360://192.168.42.1?http=80"
+            )
+        http_port = int(value)
+    return CameraAddress(
+        AddressKind.INSTA360, typed, host, url.port or INSTA360_PORT, http_port=http_port
+    )
 
 
 def _hls(url: SplitResult, typed: str) -> CameraAddress:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from devices.camera.received import CameraState, Received
+from devices.insta360.condition import LOW_BATTERIES
 from studio.live.live import LiveSession
 from studio.session.preflight import Check, Probe, checks_for
 
@@ -63,6 +64,7 @@ def live_checks(
         "camera": lambda: _camera(session, sleep, simulated),
         "stream": lambda: _stream(session, sleep, is_simulated=simulated is not None),
         "light": lambda: _light(session, sleep),
+        **({"battery": lambda: _battery(session)} if session.status().condition else {}),
         **machine,
     }
 
@@ -121,6 +123,15 @@ def _light(session: LiveSession, sleep: Sleep) -> Check:
     if middle > BRIGHT or clipped > CLIPPED_SHARE:
         return Check("light", "WARN", found, "lower the camera's exposure, or close the blinds")
     return Check("light", "PASS", found)
+
+
+def _battery(session: LiveSession) -> Check:
+    condition = session.status().condition
+    if condition is None or condition.battery is None:
+        return Check("battery", "WARN", "the camera does not say it", "look at the camera")
+    if condition.battery <= max(LOW_BATTERIES):
+        return Check("battery", "WARN", condition.text, "plug the camera in")
+    return Check("battery", "PASS", condition.text)
 
 
 def _first_picture(session: LiveSession, sleep: Sleep) -> Received | None:

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections import Counter, deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from devices.camera.address import AddressKind
 from devices.camera.lenses.layout import LensLayout
 from devices.camera.received import CameraStatus, Received
 from devices.camera.receiver import CameraReceiver
 from devices.clock import Clock
+from devices.insta360.condition import ConditionWatch
 from devices.messages import Event
 from devices.session_info import SessionInfo
 from scenes.memory import return_free_pages
@@ -134,6 +137,7 @@ class LiveSession:
         self._losses = Losses(scene)
         self._tap = PacketTap()
         self._receiver = CameraReceiver(setup.camera, clock, packets=self._tap, stream_id=STREAM_ID)
+        self._condition = self._watch_condition()
         voice = Voice(self._say, self._note)
         self._approach = Approach(self._receiver, setup, place=self._place, voice=voice, asks=asks)
 
@@ -272,6 +276,7 @@ class LiveSession:
             "" if session is None else session.recording_failure,
             self._relocation.is_lost,
             None if self._frames is None else self._frames.camera_clock,
+            None if self._condition is None else self._condition.last,
         )
 
     def _dropped(self) -> int:
@@ -300,6 +305,8 @@ class LiveSession:
             self._tap.close()
             camera = self._receiver.status()
             self._receiver.close()
+            if self._condition is not None:
+                self._condition.close()
             self._say(LiveState.ENDED, "the session has ended")
         since = self._first_ns or self._end_ns
         return LiveResult(
@@ -314,6 +321,19 @@ class LiveSession:
             self._record_to,
             "" if self._session is None else self._session.recording_failure,
             self._dropped(),
+        )
+
+    def _watch_condition(self) -> ConditionWatch | None:
+        """Ask a camera that has words beside its pictures; None for others."""
+        camera = self.setup.camera
+        if camera.kind is not AddressKind.INSTA360:
+            return None
+        return ConditionWatch(
+            camera.host,
+            camera.http_port,
+            clock=self._clock,
+            unix_s=time.time,
+            say=lambda text: self._note("battery", text),
         )
 
     def _place(self, pictures: list[Received], layout: LensLayout) -> PlacedCamera:

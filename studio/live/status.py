@@ -9,6 +9,7 @@ from enum import StrEnum
 from devices.camera.lenses.search import FoundLayout
 from devices.camera.received import CameraStatus
 from devices.clock_mapping import ClockEstimate
+from devices.insta360.condition import CameraCondition
 from studio.live.placing import PlacedCamera
 from studio.session.latency import StageTime
 
@@ -60,6 +61,7 @@ class LiveStatus:
             objects keep their poses, and it is looked for.
         camera_clock: the camera's clock on the session's; None before enough was seen of it, or
             where the stream has no times.
+        condition: battery, card and clock of a camera that says them; else None.
     """
 
     state: LiveState
@@ -77,3 +79,4 @@ class LiveStatus:
     recording_failure: str = ""
     is_camera_lost: bool = False
     camera_clock: ClockEstimate | None = None
+    condition: CameraCondition | None = None

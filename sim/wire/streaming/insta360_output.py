@@ -75,7 +75,8 @@ class Insta360Output:
     @property
     def url(self) -> str:
         """See `Output.url`."""
-        return f"insta360://{self._ports.host}:{self._ports.preview}"
+        http = "" if self._ports.osc is None else f"?http={self._ports.osc}"
+        return f"insta360://{self._ports.host}:{self._ports.preview}{http}"
 
     @property
     def ports(self) -> Insta360Ports:

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QVB
 
 from devices.camera.lenses.layout import LensLayout
 from devices.camera.received import CameraState
+from devices.insta360.condition import LOW_BATTERIES
 from studio.app.live.lens_thumbnail import GAP_PX, lens_thumbnail
 from studio.app.live.words import age_words, size_words
 from studio.app.model.workbench import Workbench
@@ -27,7 +28,7 @@ SIDE_PX = 116
 WIDTH_PX = 2 * SIDE_PX + GAP_PX
 """Most that the pictures take beside each other."""
 
-FIGURES = ("Last picture", "Rate", "Tracked", "Dropped", "Gaps", "Recording")
+FIGURES = ("Last picture", "Rate", "Tracked", "Dropped", "Gaps", "Recording", "Camera")
 """What stands beside the picture."""
 
 RATE_S = 2.0
@@ -132,6 +133,7 @@ class CameraView(QWidget):
         self._put("Gaps", f"{gaps}, {camera.damaged} damaged")
         self._colour("Gaps", "warning" if gaps or camera.damaged else "")
         self._show_recording(session, status)
+        self._show_condition(status)
 
     def recolour(self) -> None:
         """Follow the theme."""
@@ -167,6 +169,19 @@ class CameraView(QWidget):
             is_on = status.state in (LiveState.FINDING, LiveState.READY, LiveState.LIVE)
             self._put("Recording", f"{SHAPES['good']} {size_words(size)}" if is_on else "not yet")
             self._colour("Recording", "good" if is_on else "")
+
+    def _show_condition(self, status: LiveStatus) -> None:
+        """Battery of a camera that says it; all that it says in the tool tip."""
+        condition = status.condition
+        text, kind = "–", ""
+        if condition is not None and condition.battery is not None:
+            if condition.battery <= max(LOW_BATTERIES):
+                kind = "bad" if condition.battery <= min(LOW_BATTERIES) else "warning"
+            mark = f"{SHAPES[kind]} " if kind else ""
+            text = f"{mark}battery {condition.battery:.0%}"
+        self._put("Camera", text)
+        self._colour("Camera", kind)
+        self.values["Camera"].setToolTip("" if condition is None else condition.text)
 
     def _show_drops(self, status: LiveStatus, *, is_simulated: bool) -> None:
         """How many pictures were not tracked; while there are many, why, and what to do."""

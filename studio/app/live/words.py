@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from devices.camera.received import CameraState
+from devices.insta360.condition import LOW_BATTERIES
 from devices.messages import Event
 from studio.live.status import TRACKS, LiveState, LiveStatus
 from studio.session.trackers.camera_events import SOURCE, event_kind
@@ -114,6 +115,9 @@ def banner_of(status: LiveStatus, events: Sequence[Event], *, now_ns: int) -> Ba
             f"No picture comes ({reason}): objects stay where they were. It connects again by "
             "itself; look after the camera's power, its app and the Wi-Fi.",
         )
+    battery = None if status.condition is None else status.condition.battery
+    if battery is not None and battery <= min(LOW_BATTERIES) and not status.is_camera_lost:
+        return Banner("warning", f"The camera's battery is at {battery:.0%}: plug it in.")
     return _banner_of_place(status, events, now_ns)
 
 

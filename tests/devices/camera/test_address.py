@@ -37,6 +37,8 @@ def test_every_kind_of_address_is_parsed(text, kind, host, port, path):
         "v4l2:video0",
         "rtmp://host:99999/a",
         "rtsp://a\nb/c",
+        "insta360://192.168.42.1?http=99999",
+        "insta360://192.168.42.1?port=80",
     ],
 )
 def test_what_names_no_camera_is_refused_with_what_it_could_be(text):
@@ -48,6 +50,12 @@ def test_rtsp_over_udp_is_asked_for_by_the_scheme():
     address = parse_address("rtsp+udp://cam/a")
     assert address.udp_transport
     assert address.text == "rtsp://cam/a"
+
+
+def test_an_insta360_answers_over_http_beside_its_pictures():
+    assert parse_address("insta360://192.168.42.1").http_port == 80
+    assert parse_address("insta360://192.168.42.1:6667?http=8080").http_port == 8080
+    assert parse_address("rtsp://cam/a").http_port == 0
 
 
 def test_a_password_is_not_shown():

@@ -62,3 +62,33 @@ def test_darkness_and_glare_are_said(live):
         assert found["light"].verdict == verdict, level
         assert found["light"].fix
         stream.close()
+
+
+def test_an_insta360_says_its_battery_before_and_while_it_is_live(live, monkeypatch):
+    from devices.camera.address import parse_address
+    from devices.insta360 import condition
+    from devices.insta360.commands import CameraInfo
+    from sim.wire.osc_camera import OscCamera
+    from sim.wire.osc_server import OscServer
+    from studio.live.live import LiveSession
+    from studio.live.setup import LiveSetup
+
+    monkeypatch.setattr(condition, "PAUSE_S", 0.0)
+    camera = OscCamera(live.clock, CameraInfo("SIM1", "Insta360 X4", "v1.4.6", 0.18))
+    server = OscServer(camera)
+    # Nothing sends pictures there: what it says of itself does not need any.
+    address = parse_address(f"insta360://127.0.0.1:9?http={server.address[1]}")
+    session = LiveSession(
+        "tiny", None, LiveSetup(address), clock=live.clock, renderer=None, locate=None
+    )
+    try:
+        live.until(lambda: session.status().condition)
+        found, _ = checked(live, session)
+        assert found["battery"].verdict == "WARN"
+        assert "battery 18%" in found["battery"].what
+        assert "plug" in found["battery"].fix
+    finally:
+        session.end()
+        session.run(lambda output: None)
+        server.close()
+    assert session.status().condition is not None

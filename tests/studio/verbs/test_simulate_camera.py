@@ -155,7 +155,9 @@ def test_an_insta360_and_its_http_interface_are_said_with_their_ports(home):
         asked = urllib.request.Request(url, headers={"X-XSRF-Protected": "1"})
         with urllib.request.urlopen(asked, timeout=5) as answer:
             assert json.loads(answer.read())["model"] == "Insta360 X4"
-        assert started["insta360"] == f"insta360://127.0.0.1:{started['insta360_port']}"
+        assert started["insta360"] == (
+            f"insta360://127.0.0.1:{started['insta360_port']}?http={started['osc_port']}"
+        )
         child.send_signal(signal.SIGINT)
         assert named(events, "ended")["reason"] == "cancelled"
         assert child.wait(30) == 0

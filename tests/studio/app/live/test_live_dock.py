@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import time
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
@@ -281,3 +282,18 @@ def test_devices_are_saved_and_opened(opened, tmp_path):
     assert opened.dock.page.address.currentText() == choice.address
     assert "secret" not in opened.live.command()
     assert opened.live.command().startswith("nexus live tiny --headless --camera rtsp://10.0.0.2/x")
+
+
+def test_the_camera_s_battery_is_coloured_and_asked_for_when_it_is_low(opened, monkeypatch):
+    from devices.insta360.condition import CameraCondition
+
+    opened.go_live()
+    session, value = opened.live.session, opened.dock.camera.values["Camera"]
+    assert value.text() == "–"  # this one pushes pictures and says nothing else
+    said = SimpleNamespace(last=None, close=lambda: None)
+    monkeypatch.setattr(session, "_condition", said)
+    for battery, shown in ((0.64, "battery 64%"), (0.2, "▲ battery 20%"), (0.05, "battery 5%")):
+        said.last = CameraCondition("Insta360 X4", "SIM1", "v1.4.6", battery, "pass", 0.0)
+        opened.until(lambda shown=shown: value.text().endswith(shown))
+    assert "Insta360 X4 v1.4.6" in value.toolTip()
+    assert "plug it in" in opened.dock.head.banner_text.text()
