@@ -154,8 +154,8 @@ class ChildProcess:
         """End it at once, without waiting for it."""
         self._send(signal.SIGKILL if os.name == "posix" else signal.SIGTERM)
 
-    def end(self, patience_s: float = 0.0) -> None:
-        """End it and wait until it is gone. Harmless when it is.
+    def end(self, patience_s: float = 0.0) -> int:
+        """End it and wait until it is gone; return its exit status. Harmless when it is gone.
 
         Args:
             patience_s: seconds that it has to end by itself once it was asked; 0 to kill it.
@@ -164,7 +164,7 @@ class ChildProcess:
             self.cancel()
         if self.wait(patience_s) is None:
             self.kill()
-            self.wait()
+        return self._process.wait()
 
     def _send(self, number: int) -> None:
         if self.code is not None:

@@ -110,7 +110,7 @@ class Task(Generic[T]):
         return cast(T, self.result)
 
     def pause(self, seconds: float) -> bool:
-        """Wait on the task's own thread; return whether it was cancelled meanwhile or before."""
+        """Wait so long, less once it is cancelled; return whether it is."""
         return self.cancelled.wait(seconds)
 
     def report(self, share: float) -> None:

@@ -20,10 +20,10 @@ def running(name):
 def test_close_drops_what_waits_and_gives_back():
     began, go, done, ended = threading.Event(), threading.Event(), [], []
 
-    def work(request, is_stale):
+    def work(request, stale):
         began.set()
         go.wait(LIMIT_S)
-        done.append((request, is_stale()))
+        done.append((request, stale.is_set()))
 
     worker = Latest("closing", work, failed=unwanted, ended=lambda: ended.append(len(done)))
     assert worker.ask(1)
@@ -40,7 +40,7 @@ def test_close_drops_what_waits_and_gives_back():
 def test_errors_are_handed_on_and_the_next_request_is_served():
     failures, served = [], threading.Event()
 
-    def work(request, is_stale):
+    def work(request, stale):
         if request == "bad":
             raise ValueError(request)
         served.set()
@@ -59,7 +59,7 @@ def test_errors_are_handed_on_and_the_next_request_is_served():
 def test_an_error_while_it_is_closed_is_handed_on():
     began, go, failures = threading.Event(), threading.Event(), []
 
-    def work(request, is_stale):
+    def work(request, stale):
         began.set()
         go.wait(LIMIT_S)
         raise OSError("late")
@@ -76,7 +76,7 @@ def test_an_error_while_it_is_closed_is_handed_on():
 def test_it_takes_no_requests_after_a_defect_of_who_is_told(monkeypatch):
     told = threading.Event()
     monkeypatch.setattr(threading, "excepthook", lambda args: told.set())
-    worker = Latest("defect", lambda request, is_stale: 1 // 0, failed=unwanted)
+    worker = Latest("defect", lambda request, stale: 1 // 0, failed=unwanted)
     worker.ask(1)
     assert told.wait(LIMIT_S)
     assert worker.close(LIMIT_S)
@@ -87,7 +87,7 @@ def test_requests_that_never_stop_do_not_starve_it():
     """Requests come faster than they are done; answers come all the same, in order."""
     done, enough = [], threading.Event()
 
-    def work(request, is_stale):
+    def work(request, stale):
         done.append(request)
         if len(done) >= 20:
             enough.set()
@@ -111,7 +111,7 @@ class Requests(RuleBasedStateMachine):
         self.may_end = threading.Semaphore(0)
         self.worked = threading.Semaphore(0)
         self.done, self.failures, self.ended = [], [], []
-        self.is_bad = False
+        self.is_bad = self.is_stale = False
         self.asked = 0
         self.in_hand = self.waiting = None
         self.expected, self.expected_failures = [], []
@@ -122,13 +122,13 @@ class Requests(RuleBasedStateMachine):
             ended=lambda: self.ended.append(True),
         )
 
-    def work(self, request, is_stale):
+    def work(self, request, stale):
         self.began.release()
         try:
             assert self.may_end.acquire(timeout=LIMIT_S)
             if self.is_bad:
                 raise ValueError(request)
-            self.done.append((request, is_stale()))
+            self.done.append((request, stale.is_set()))
         finally:
             self.worked.release()
 
@@ -140,7 +140,7 @@ class Requests(RuleBasedStateMachine):
             self.in_hand = self.asked
             assert self.began.acquire(timeout=LIMIT_S)
         else:
-            self.waiting = self.asked
+            self.waiting, self.is_stale = self.asked, True
 
     @precondition(lambda self: self.in_hand is not None)
     @rule()
@@ -157,25 +157,34 @@ class Requests(RuleBasedStateMachine):
         if is_bad:
             self.expected_failures.append(str(self.in_hand))
         else:
-            self.expected.append((self.in_hand, self.waiting is not None))
-        self.in_hand, self.waiting = self.waiting, None
+            self.expected.append((self.in_hand, self.is_stale))
+        self.in_hand, self.waiting, self.is_stale = self.waiting, None, False
         self.may_end.release()
         assert self.worked.acquire(timeout=LIMIT_S)
         if self.in_hand is not None:
             assert self.began.acquire(timeout=LIMIT_S)
 
+    @rule()
+    def cancel(self):
+        self.worker.cancel()
+        self.waiting, self.is_stale = None, self.in_hand is not None
+
     @invariant()
-    def stale_if_one_waits(self):
+    def busy_with_what_was_asked_for(self):
         if self.in_hand is not None:
-            assert self.worker.is_stale is (self.waiting is not None)
+            assert self.worker.is_busy
 
     def teardown(self):
-        self.worker.close(0.0)
+        serves_last = self.asked % 2 == 0
+        self.worker.close(0.0, serves_last=serves_last)
         if self.in_hand is not None:
             self.is_bad = False
-            self.expected.append((self.in_hand, True))
+            self.expected.append((self.in_hand, self.is_stale or not serves_last))
             self.may_end.release()
-        assert self.worker.close(LIMIT_S)
+            if serves_last and self.waiting is not None:
+                self.expected.append((self.waiting, False))
+                self.may_end.release()
+        assert self.worker.close(LIMIT_S, serves_last=serves_last)
         assert self.done == self.expected
         assert [str(error) for error in self.failures] == self.expected_failures
         assert self.ended == [True]
@@ -193,7 +202,52 @@ TestRequests.settings = settings(
 
 @pytest.mark.parametrize("_attempt", range(20))
 def test_close_right_after_a_request_leaves_no_thread(_attempt):
-    worker = Latest("brief", lambda request, is_stale: None, failed=unwanted)
+    worker = Latest("brief", lambda request, stale: None, failed=unwanted)
     worker.ask(1)
     assert worker.close(LIMIT_S)
     assert not running("brief")
+
+
+def test_an_error_nobody_takes_ends_it(monkeypatch):
+    told, ended = threading.Event(), []
+    monkeypatch.setattr(threading, "excepthook", lambda args: told.set())
+    worker = Latest("alone", lambda request, stale: 1 // 0, ended=lambda: ended.append(True))
+    worker.ask(1)
+    assert told.wait(LIMIT_S)
+    assert worker.close(LIMIT_S)
+    assert not worker.ask(2)
+    assert not worker.is_busy
+    assert ended == [True]
+
+
+def test_an_error_at_its_beginning_ends_it(monkeypatch):
+    told, ended, done = threading.Event(), [], []
+    monkeypatch.setattr(threading, "excepthook", lambda args: told.set())
+    worker = Latest(
+        "unbegun",
+        lambda request, stale: done.append(request),
+        failed=unwanted,
+        began=lambda: 1 // 0,
+        ended=lambda: ended.append(True),
+    )
+    assert told.wait(LIMIT_S)
+    assert worker.close(LIMIT_S)
+    assert (worker.ask(1), done, ended) == (False, [], [True])
+
+
+def test_the_last_request_can_be_served_at_the_end():
+    began, go, done = threading.Event(), threading.Event(), []
+
+    def work(request, stale):
+        began.set()
+        go.wait(LIMIT_S)
+        done.append((request, stale.is_set()))
+
+    worker = Latest("saves", work)
+    worker.ask("old")
+    assert began.wait(LIMIT_S)
+    worker.ask("new")
+    worker.close(0.0, serves_last=True)
+    go.set()
+    assert worker.close(LIMIT_S, serves_last=True)
+    assert done == [("old", True), ("new", False)]
