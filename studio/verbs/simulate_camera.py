@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
+from scenes.workers.task import Task
 from studio.console.progress import Progress, text_progress
 
 if TYPE_CHECKING:
@@ -157,7 +158,7 @@ def _take_faults(schedule: FaultSchedule, camera: FilmCamera, voice: _Voice) -> 
     from sim.wire.faults.reading import read_fault
     from sim.wire.faults.schedule import FaultError
 
-    def read() -> None:
+    def read(_task: Task[None]) -> None:
         for line in sys.stdin:
             try:
                 fault = read_fault(line)
@@ -166,7 +167,7 @@ def _take_faults(schedule: FaultSchedule, camera: FilmCamera, voice: _Voice) -> 
             except FaultError as error:
                 voice.say("refused", {"why": str(error)})
 
-    threading.Thread(target=read, name="control", daemon=True).start()
+    Task("control", read).start()
 
 
 def _outputs(
