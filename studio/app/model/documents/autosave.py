@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from devices.streams import Slot
+from scenes.formats.storage.atomic import write_whole
 from scenes.workers.latest import Latest
 from studio.app.model.documents.document import Document
 from studio.app.model.documents.document_file import (
@@ -25,7 +26,6 @@ from studio.app.model.documents.document_file import (
     load_document,
     project_of,
 )
-from studio.app.model.whole_text import write_whole
 
 STEM = "autosave-"
 BEGUN_NS = time.time_ns()
@@ -103,7 +103,11 @@ class Autosave:
             if kept.document is None:
                 self.path.unlink(missing_ok=True)
             else:
-                write_whole(self.path, document_to_text(kept.document, project=kept.project))
+                write_whole(
+                    self.path,
+                    document_to_text(kept.document, project=kept.project),
+                    makes_folder=True,
+                )
         except OSError as error:
             self._problem.put(
                 f"work in progress cannot be kept: {self.path}: {error.strerror}; "
