@@ -50,7 +50,7 @@ FILM_S = 20.0
 KEPT = 9_000
 """Published pictures that are compared: five minutes at 30 Hz."""
 
-MOST_RETURNS = 200
+MAX_RETURNS = 200
 """Pictures beside gaps that are kept, for the returns of a long session: one gap is planned."""
 
 FUZZED = 500
@@ -97,7 +97,7 @@ class RehearsedLive:
         self._stack = ExitStack()
         self._camera: SimulatedCamera | None = None
         self._published: deque[Published] = deque(maxlen=KEPT)
-        self._returns: deque[Published] = deque(maxlen=MOST_RETURNS)
+        self._returns: deque[Published] = deque(maxlen=MAX_RETURNS)
         """The pictures before and after every gap, for longer than `_published` keeps them."""
         self._rss_kib: deque[tuple[float, float]] = deque(maxlen=20_000)
         self._wall_from_session_ns = time.time_ns() - session.now_ns()

@@ -21,7 +21,7 @@ session; whoever stands before it or carries it may be gone by the next."""
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lookout:
-    """What a search begins with.
+    """Inputs of a search.
 
     Attributes:
         received: the camera's newest picture.

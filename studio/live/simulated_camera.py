@@ -12,7 +12,7 @@ from typing import Any, cast
 
 from scenes.workers.child_process import ChildProcess, module_command
 
-MOST_EVENTS = 10_000
+MAX_EVENTS = 10_000
 """Events of the camera that are kept; the oldest go first."""
 
 LAST_WORDS = 20
@@ -24,7 +24,7 @@ END_S = 5.0
 
 @dataclass(frozen=True, slots=True)
 class SimulatedFeed:
-    """What a simulated camera plays.
+    """Film and stream of a simulated camera.
 
     Attributes:
         scene: as `nexus simulate camera` takes it.
@@ -62,7 +62,7 @@ class SimulatedCamera:
             words += ["--scenario", feed.scenario]
         for fault in feed.faults:
             words += ["--fault", fault]
-        self._events: deque[dict[str, Any]] = deque(maxlen=MOST_EVENTS)
+        self._events: deque[dict[str, Any]] = deque(maxlen=MAX_EVENTS)
         self._process = ChildProcess(
             module_command("studio.cli", "simulate", "camera", *words),
             stdin=subprocess.PIPE,
@@ -80,7 +80,7 @@ class SimulatedCamera:
         return words or f"the simulated camera ended with exit code {code}"
 
     def events(self) -> tuple[dict[str, Any], ...]:
-        """What it said so far: `event`, `wall_ns` and what belongs to it."""
+        """Return its messages so far: `event`, `wall_ns` and what belongs to it."""
         return tuple(self._events)
 
     @property
