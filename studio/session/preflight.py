@@ -1,4 +1,4 @@
-"""What is looked at before a session starts: every check has a verdict, and what to do about it."""
+"""Checks before a session starts: each has a verdict and a remedy."""
 
 from __future__ import annotations
 

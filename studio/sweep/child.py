@@ -39,7 +39,7 @@ class RunRefusedError(ValueError):
 def play_in_child(
     run: Run, *, cores: Sequence[int] = (), cancelled: threading.Event | None = None
 ) -> dict[str, Any]:
-    """What `studio.sweep.play.play` gives, from a process of its own.
+    """Play a run as `studio.sweep.play.play`, in a process of its own.
 
     Args:
         run: what to play.

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from studio.session.session import SessionOutput
 
 DEFAULT_CAMERA = "rtmp://:1935/live/room"
-"""Where the studio listens when nothing is said: any camera's app can push there."""
+"""Address on which the studio listens when none is given: any camera's app can push there."""
 
 DEFAULT_OUT = Path("out/live")
 

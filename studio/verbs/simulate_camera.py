@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from sim.wire.streaming.truth_file import TruthWriter
 
 DEFAULT_PUSH = "rtmp://127.0.0.1:1935/live/room"
-"""Where it streams to when nothing is said: the port on which the studio listens by default."""
+"""Address that it streams to when none is given: where the studio listens by default."""
 
 STATUS_S = 1.0
 """Seconds between two status lines."""
@@ -293,7 +293,7 @@ def _script_film(args: argparse.Namespace, faults: tuple[WireFault, ...], voice:
 
 
 def films_folder() -> Path:
-    """Where films are kept: in NEXUS_HOME where that is set, else in the user's cache."""
+    """Return the folder of films: in NEXUS_HOME where that is set, else in the user's cache."""
     import platformdirs
 
     named = os.environ.get("NEXUS_HOME")

@@ -110,7 +110,7 @@ class GuardedMethod:
         return GuardedState(inner, is_first=False, last=output.objects), output
 
     def _ask(self, work: Callable[[], T], limit_s: float) -> T | None:
-        """What the tracker answers; None if it does not, which has been said then."""
+        """Return the tracker's answer; None if there is none, which has been said then."""
         answer: _Answer[T] = _Answer()
 
         def run(_task: Task[None]) -> None:
@@ -176,7 +176,7 @@ class GuardedMethod:
 
 
 def _whole(method: object) -> TrackingMethod[Any]:
-    """What was made, if it is a tracker.
+    """Return the object, if it is a tracker.
 
     Raises:
         TypeError: it has no `start` or `step`.
